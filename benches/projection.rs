@@ -1,0 +1,65 @@
+//! The projection of a trajectory onto flows without divergence, f32, to the default tolerance.
+
+mod common;
+
+use common::{Joined, flow, size};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use thurible::region::Region;
+use thurible_core::arena::Arena;
+use thurible_core::grid::Grid;
+use thurible_core::grid::levels::Levels;
+use thurible_core::plan::{Ledger, Pool};
+use thurible_core::poisson::Projection;
+use thurible_core::{Boundary, D2, D3, Exec, Silent, Space};
+
+/// Slots of the trajectories.
+const SLOTS: usize = 19;
+/// Relative tolerance.
+const TOLERANCE: f64 = 1e-5;
+
+fn projection(criterion: &mut Criterion) {
+    let exec = &Joined::new();
+    of_box::<D2>(criterion, exec, &[128, 128]);
+    of_box::<D2>(criterion, exec, &[96, 60]);
+    of_box::<D3>(criterion, exec, &[32, 32, 32]);
+}
+
+fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize]) {
+    let grid = Grid::new(cells, &vec![Boundary::Wall; cells.len()]);
+    let mut ledger = Ledger::new();
+    Levels::<f32>::requirement(&mut ledger, &grid);
+    let Some(mut region) = ledger.bytes().and_then(Region::new) else { return };
+    let Some(block) = region.carve(ledger.bytes().unwrap_or(0)) else { return };
+    let Ok(levels) = Levels::<f32>::carve(&mut Arena::new(block), &grid) else { return };
+    let mut ledger = Ledger::new();
+    Projection::<f32>::requirement(&mut ledger, &grid, SLOTS, exec.threads());
+    let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
+    let mut projection = Projection::carve(&levels, SLOTS, exec.threads(), &mut Pool::new(&mut memory));
+    let mut sums = vec![0.0; 2 * grid.rows()];
+    let start = divergent::<S>(&grid);
+    let mut group = criterion.benchmark_group(format!("projection {}, {SLOTS} slots", size(cells)));
+    group.sample_size(10).throughput(Throughput::Elements((grid.cells() * SLOTS) as u64));
+    group.bench_function("to 1e-5", |bencher| {
+        bencher.iter_batched_ref(
+            || start.clone(),
+            |v| {
+                let mut v = v.each_mut().map(|component| &mut component[..]);
+                projection.project(exec, &mut Silent, SLOTS, &mut v, None, TOLERANCE, &mut sums)
+            },
+            BatchSize::LargeInput,
+        );
+    });
+    group.finish();
+}
+
+/// A smooth flow with every component scaled differently, so that it is not free of divergence.
+fn divergent<S: Space>(grid: &Grid) -> [Vec<f32>; 3] {
+    let mut v = flow::synthetic::<f32, S>(grid, SLOTS, 1.0);
+    for (component, scale) in v.iter_mut().zip([1.0, 0.5, 0.25]) {
+        component.iter_mut().for_each(|x| *x *= scale);
+    }
+    v
+}
+
+criterion_group!(benches, projection);
+criterion_main!(benches);

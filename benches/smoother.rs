@@ -1,0 +1,63 @@
+//! One sweep of the time-line smoother in f32, red-black and the paper's 2^d colours.
+
+mod common;
+
+use common::{Joined, flow, size};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use thurible_core::field::VectorMut;
+use thurible_core::grid::Grid;
+use thurible_core::nso::level::{LevelMut, State, Weights};
+use thurible_core::nso::{local, smoother};
+use thurible_core::{Boundary, Colours, D2, D3, Exec, Space};
+
+/// Slots of the trajectories.
+const SLOTS: usize = 39;
+/// Cells side by side.
+const LANES: usize = 16;
+
+fn sweeps(criterion: &mut Criterion) {
+    let exec = &Joined::new();
+    of_box::<D2>(criterion, exec, &[128, 128], 8);
+    of_box::<D3>(criterion, exec, &[32, 32, 32], 1);
+}
+
+fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize], together: usize) {
+    let grid = Grid::new(cells, &vec![Boundary::Wall; cells.len()]);
+    let len = grid.cells() * SLOTS;
+    let [mut v, mut a] = [0; 2].map(|_| flow::synthetic::<f32, S>(&grid, SLOTS, 1.0));
+    let mut w: [Vec<f32>; 3] = core::array::from_fn(|axis| vec![0.0; v[axis].len()]);
+    let mut v0: [Vec<f32>; 3] = core::array::from_fn(|axis| vec![0.0; v[axis].len() / SLOTS]);
+    let [mut p, mut pbar] = [0; 2].map(|_| vec![0f32; len]);
+    let mut table = vec![0f32; local::table_len::<S>()];
+    local::fill_table::<f32, S>(grid.h, &mut table);
+    let mut level = LevelMut {
+        grid: &grid,
+        state: State { v: writable(&mut v), w: writable(&mut w), p: &mut p, pbar: &mut pbar },
+        v0: writable(&mut v0),
+        a: writable(&mut a),
+        scale: 1.0,
+        b: &mut [],
+        c: Default::default(),
+        d: &mut [],
+        table: &table,
+    };
+    let weights = Weights { slots: SLOTS, kappa: 1.0, outside: 3.0 };
+    let mut ring = vec![0f32; smoother::ring_len::<S>(&grid, SLOTS, together)];
+    let mut scratch = vec![0f32; exec.threads() * local::scratch_len::<S>(SLOTS, LANES)];
+    let mut group = criterion.benchmark_group(format!("smoother {}, {SLOTS} slots", size(cells)));
+    group.sample_size(10).throughput(Throughput::Elements(len as u64));
+    for colours in [Colours::RedBlack, Colours::PowerOfTwo] {
+        group.bench_function(format!("sweep, {colours:?}"), |bencher| {
+            let mut workspace = smoother::Workspace { ring: &mut ring, scratch: &mut scratch, lanes: LANES };
+            bencher.iter(|| smoother::sweep::<f32, S>(exec, &mut level, &weights, colours, &mut workspace));
+        });
+    }
+    group.finish();
+}
+
+fn writable(field: &mut [Vec<f32>; 3]) -> VectorMut<'_, f32> {
+    field.each_mut().map(|component| &mut component[..])
+}
+
+criterion_group!(benches, sweeps);
+criterion_main!(benches);

@@ -1,0 +1,162 @@
+//! The table of STFAS: by which factor a V(2,2) cycle reduces the residual of NSO, asymptotically, in double precision.
+//!
+//! `cargo bench --bench stfas_table`, all in about three minutes; `-- --quick` the small rows alone. Ends with 1 when a row
+//! that has a bound misses it.
+
+mod common;
+
+use common::problem::Case;
+use common::rate::{asymptotic, listed};
+use common::scene::Ready;
+use common::{Joined, size};
+use std::process::ExitCode;
+use std::time::Instant;
+use thurible_core::{Colours, D2, D3, Exec, Silent, Space};
+
+/// A residual below this part of the largest one is rounding.
+const FLOOR: f64 = 1e-10;
+/// Cycles of a synthetic row at most.
+const CYCLES: usize = 16;
+
+/// Prints rows and counts those that miss their bound.
+struct Table {
+    missed: usize,
+    quick: bool,
+}
+
+impl Table {
+    fn title(&self, text: &str) {
+        println!("\n{text}\n{:<45}{:>8}{:>8}  ratio of each cycle", "", "ratio", "bound");
+    }
+
+    fn row(&mut self, name: &str, residuals: &[f64], bound: Option<f64>) {
+        let ratio = asymptotic(residuals, FLOOR);
+        let missed = bound.is_some_and(|bound| ratio.is_nan() || ratio > bound);
+        self.missed += usize::from(missed);
+        let bound = bound.map_or_else(|| "-".into(), |bound| format!("{bound:.2}"));
+        println!("{name:<45}{ratio:>8.3}{bound:>8}  {}{}", listed(residuals), if missed { "  MISSED" } else { "" });
+    }
+
+    fn case<S: Space>(&mut self, exec: &dyn Exec, name: &str, case: &Case, bound: Option<f64>) {
+        self.row(name, &cycles::<S>(exec, case), bound);
+    }
+}
+
+fn main() -> ExitCode {
+    let mut table = Table { missed: 0, quick: std::env::args().any(|argument| argument == "--quick") };
+    let began = Instant::now();
+    let exec = &Joined::new();
+    synthetic_2d(exec, &mut table);
+    synthetic_3d(exec, &mut table);
+    at_rest(exec, &mut table);
+    other_boxes(exec, &mut table);
+    fast_flows(exec, &mut table);
+    if !table.quick {
+        real_runs(exec, &mut table);
+    }
+    println!("\n{:.0} s, {} rows missed their bound", began.elapsed().as_secs_f64(), table.missed);
+    if table.missed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// max |f| before the first cycle and after each, down to the rounding floor.
+fn cycles<S: Space>(exec: &dyn Exec, case: &Case) -> Vec<f64> {
+    case.pose::<f64, S, _>(exec, |nso| {
+        let mut residuals = vec![nso.residual(exec)];
+        while residuals.len() <= CYCLES && residuals.last() > Some(&(FLOOR * residuals[0])) {
+            let _ = nso.vcycle(exec, &mut Silent);
+            residuals.push(nso.residual(exec));
+        }
+        residuals
+    })
+}
+
+fn synthetic_2d(exec: &dyn Exec, table: &mut Table) {
+    table.title("2D, kappa = 1, synthetic targets");
+    let (sides, steps): (&[usize], &[usize]) = if table.quick { (&[32], &[20, 40]) } else { (&[32, 64, 128], &[20, 40, 80]) };
+    for courant in [0.5, 1.0] {
+        for &n in sides {
+            for &steps in steps {
+                let name = format!("{n}x{n}, N = {steps}, Courant {courant}");
+                table.case::<D2>(exec, &name, &Case::new(&[n, n], steps, courant), Some(0.25));
+            }
+        }
+    }
+}
+
+fn synthetic_3d(exec: &dyn Exec, table: &mut Table) {
+    table.title("3D, kappa = 1, synthetic targets");
+    let cases: &[(usize, usize)] = if table.quick { &[(16, 16)] } else { &[(16, 16), (32, 20), (64, 20)] };
+    for &(n, steps) in cases {
+        let courants: &[f64] = if n == 64 { &[1.0] } else { &[0.5, 1.0] };
+        for courant in courants {
+            let name = format!("{n}x{n}x{n}, N = {steps}, Courant {courant}");
+            table.case::<D3>(exec, &name, &Case::new(&[n; 3], steps, *courant), Some(0.2));
+        }
+    }
+}
+
+fn at_rest(exec: &dyn Exec, table: &mut Table) {
+    table.title("At v = 0 (Courant 1e-4), 32x32: kappa = K/r dt^2 in box lengths");
+    for (steps, penalty, weight, dt) in [
+        (20, 1e3, 1e3, 1.0),
+        (80, 1e3, 1e3, 1.0),
+        (20, 1e3, 1e5, 1.0),
+        (20, 1e3, 10.0, 1.0),
+        (20, 1e1, 1e3, 1.0),
+        (20, 1e5, 1e3, 1.0),
+        (20, 1e3, 1e3, 1.0 / 24.0),
+    ] {
+        let kappa = penalty / weight * dt * dt;
+        let name = format!("N = {steps}, K = {penalty:e}, r = {weight:e}, dt = {dt:.3}");
+        table.case::<D2>(exec, &name, &Case { kappa, ..Case::new(&[32, 32], steps, 1e-4) }, None);
+    }
+}
+
+fn other_boxes(exec: &dyn Exec, table: &mut Table) {
+    table.title("Boxes that are no powers of two, N = 20, Courant 1");
+    for cells in [[96, 60], [50, 50], [33, 47], [64, 8]] {
+        table.case::<D2>(exec, &size(&cells), &Case::new(&cells, 20, 1.0), Some(0.4));
+    }
+}
+
+fn fast_flows(exec: &dyn Exec, table: &mut Table) {
+    table.title("Beyond Courant 1, 32x32, N = 20: both orders of the smoother");
+    for courant in [2.0, 2.2, 3.0] {
+        for colours in [Colours::RedBlack, Colours::PowerOfTwo] {
+            let name = format!("Courant {courant}, {colours:?}");
+            table.case::<D2>(exec, &name, &Case { colours, ..Case::new(&[32, 32], 20, courant) }, (courant <= 2.2).then_some(0.45));
+        }
+    }
+}
+
+/// NSO within real solves by ADMM: scenes of the examples, solved in f64 with an NSO tolerance far below the usual one.
+fn real_runs(exec: &dyn Exec, table: &mut Table) {
+    table.title("Real runs: NSO in the first iterations of ADMM, K/r = 1");
+    for n in [32, 64, 128] {
+        for steps in [20, 40, 80] {
+            // As far as the smoke gets at a Courant number below 1.
+            let shift = (0.4 * steps as f64 / n as f64).min(0.15);
+            let circle = |x: f64| format!("{{circle={{center=[{x}, 0.5], radius=0.14}}}}");
+            let shapes = [circle(0.5 - shift), circle(0.5 + shift)].join(", ");
+            let keyframe = format!("keyframe=[{{step={steps}, shapes=[{shapes}]}}]");
+            real_run(exec, table, "two circles", &[format!("grid.cells=[{n}, {n}]"), format!("time.steps={steps}"), keyframe], 2, None);
+        }
+    }
+    real_run(exec, table, "letter_f", &[], 3, Some(0.45));
+}
+
+fn real_run(exec: &dyn Exec, table: &mut Table, name: &str, assignments: &[String], iterations: usize, first_bound: Option<f64>) {
+    let mut ready = Ready::example("letter_f", assignments, exec.threads());
+    ready.params.admm.nso.tolerance = 1e-13;
+    ready.params.admm.nso.cycles = 20;
+    let (cells, steps) = (size(ready.problem().cells), ready.problem().steps);
+    ready.with::<f64, D2, _>(exec, |solver| {
+        for iteration in 1..=iterations {
+            let progress = solver.step(exec, &mut Silent);
+            let courant = ready.courant(solver);
+            let label = format!("{name} {cells}, N = {steps}, it. {iteration}, C {courant:.1}");
+            let bound = if iteration == 1 { first_bound } else { None }.or((courant <= 1.0).then_some(0.25));
+            table.row(&label, &progress.admm.nso_residuals, bound);
+        }
+    });
+}

@@ -1,0 +1,332 @@
+//! The paper's method (its section 4): ADMM between the advection problem (AO) and the Navier-Stokes problem (NSO).
+//!
+//! ```text
+//! v*   <- argmin 1/2 <e, C e> + K/2 |v* - v - lambda/K|^2        density: AO
+//! v, w <- argmin K/2 |v - v* + lambda/K|^2 + r/2 |w|^2            velocity: NSO with t = v* - lambda/K
+//! lambda <- lambda + K beta (v - v*)                              multiplier
+//! ```
+//!
+//! Two vector fields serve both problems. During AO they are v* and lambda/K; NSO needs only t, and the new lambda/K is
+//! v - t when beta = 1, so the second one is free for damping. The bytes of w hold AO's direction, since w follows from v, p.
+
+mod check;
+mod nested;
+mod update_density;
+mod update_multiplier;
+mod update_velocity;
+
+use crate::ao::{self, Carrier};
+use crate::arena::{Arena, TooSmall};
+use crate::exec::Exec;
+use crate::field::{VectorMut, means, rows, sums, view};
+use crate::grid::levels::Levels;
+use crate::grid::{Grid, Space};
+use crate::nso::{Bases, Nso, NsoParams, Shape};
+use crate::observe::{Event, Observer, Silent};
+use crate::plan::{Ledger, Pool, Sharing};
+use crate::poisson::Projection;
+use crate::problem::keyframes::Keyframes;
+use crate::problem::{Problem, ProblemError, positive};
+use crate::progress::{Objective, Progress, Status};
+use crate::real::Real;
+
+use core::marker::PhantomData;
+
+/// What a caller chooses for ADMM.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdmmParams {
+    /// Penalty K, in the scene's units.
+    pub penalty: f64,
+    /// Relaxation beta.
+    pub relaxation: f64,
+    /// Fixed-point iterations of AO in each outer iteration.
+    pub ao_iterations: usize,
+    /// Momentum between the iterations of one AO, at least 0 and below 1; 0 is the paper's AO.
+    pub ao_momentum: f64,
+    /// Stop when rho changes less than this times max rho_0 in an outer iteration.
+    pub density_tolerance: f64,
+    /// Whether the flow begins as that of the same scene on a grid of half as many cells an axis, solved first.
+    pub nested: bool,
+    /// The Navier-Stokes problem.
+    pub nso: NsoParams,
+}
+
+impl Default for AdmmParams {
+    fn default() -> Self {
+        Self { penalty: 1e3, relaxation: 1.0, ao_iterations: 2, ao_momentum: 0.0, density_tolerance: 0.01, nested: true, nso: NsoParams::default() }
+    }
+}
+
+impl AdmmParams {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`ProblemError::NotPositive`] names the first that is wrong.
+    pub fn check(&self) -> Result<(), ProblemError> {
+        positive("admm.penalty", self.penalty)?;
+        positive("admm.relaxation", self.relaxation)?;
+        positive("admm.ao_iterations", self.ao_iterations as f64)?;
+        if !(0.0..1.0).contains(&self.ao_momentum) {
+            return Err(ProblemError::Momentum { given: self.ao_momentum });
+        }
+        positive("admm.density_tolerance", self.density_tolerance)?;
+        positive("admm.nso_tolerance", self.nso.tolerance)?;
+        positive("admm.nso_cycles", self.nso.cycles as f64)
+    }
+}
+
+/// The sizes that the buffers follow from.
+#[derive(Clone, Copy, Debug)]
+pub struct Dimensions {
+    /// The finest grid.
+    pub grid: Grid,
+    /// Slots T = N - 1.
+    pub slots: usize,
+    /// Filters of the metric.
+    pub filters: usize,
+    /// Threads that scratch is planned for.
+    pub threads: usize,
+    /// How the smoother uses its memory.
+    pub shape: Shape,
+}
+
+/// All that a solve follows from but its densities, in scaled numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// The sizes.
+    pub dimensions: Dimensions,
+    /// The caller's choices.
+    pub params: AdmmParams,
+    /// AO's numbers; max rho_0 is set with the source.
+    pub setup: ao::Setup,
+    /// r.
+    pub force_weight: f64,
+    /// Outer iterations at most.
+    pub iterations: usize,
+}
+
+impl Settings {
+    /// The settings of `problem`.
+    #[must_use]
+    pub fn new(problem: &Problem<'_>, params: &AdmmParams, dimensions: Dimensions, iterations: usize) -> Self {
+        let units = problem.units();
+        let setup = ao::Setup {
+            penalty: params.penalty * units.velocity * units.velocity,
+            iterations: params.ao_iterations,
+            momentum: params.ao_momentum,
+            slots: dimensions.slots,
+            filters: dimensions.filters,
+            advection: problem.advection,
+            largest: 1.0,
+            projection_tolerance: problem.projection_tolerance,
+            threads: dimensions.threads,
+        };
+        Self { dimensions, params: *params, setup, force_weight: problem.scaled_force_weight(), iterations }
+    }
+}
+
+/// ADMM's state: every buffer but the keyframes.
+#[derive(Debug)]
+pub struct Admm<'m, T, S> {
+    pub(crate) levels: Levels<'m, T>,
+    bases: Bases<'m, T>,
+    /// Velocities v_k.
+    pub(crate) v: VectorMut<'m, T>,
+    /// Forces w_k; AO's direction.
+    pub(crate) w: VectorMut<'m, T>,
+    p: &'m mut [T],
+    pbar: &'m mut [T],
+    /// v* during AO, t during NSO.
+    target: VectorMut<'m, T>,
+    /// lambda / K during AO; during NSO free for damping once it is not needed.
+    multiplier: VectorMut<'m, T>,
+    /// A field of its own for damping, when beta is not 1; otherwise empty.
+    spare: VectorMut<'m, T>,
+    /// v_0.
+    pub(crate) initial: VectorMut<'m, T>,
+    /// rho_0 .. rho_N.
+    pub(crate) rho: &'m mut [T],
+    /// Bytes that AO and NSO use in turn.
+    region: &'m mut [T],
+    sums: &'m mut [f64],
+    settings: Settings,
+    step: f64,
+    iteration: usize,
+    history: check::History,
+    space: PhantomData<S>,
+}
+
+impl<'m, T: Real, S: Space> Admm<'m, T, S> {
+    /// Writes the ledger lines of [`Self::carve`], in its order.
+    pub fn requirement(ledger: &mut Ledger, settings: &Settings) {
+        let Dimensions { grid, slots, .. } = settings.dimensions;
+        let (cells, len) = (grid.cells(), grid.cells() * slots);
+        ledger.line("densities rho_0 .. rho_N", (slots + 2) * cells, T::BYTES);
+        Levels::<T>::requirement(ledger, &grid);
+        Bases::<T>::requirement::<S>(ledger, &levels_of(&grid));
+        for name in ["velocity v", "force w (AO: direction)", "target t (AO: v*)", "multiplier lambda / K (NSO: damping)"] {
+            vector_line::<T, S>(ledger, name, len);
+        }
+        if settings.params.relaxation != 1.0 {
+            vector_line::<T, S>(ledger, "damping of NSO beside the multiplier (beta is not 1)", len);
+        }
+        ledger.line("pressure p", len, T::BYTES);
+        ledger.line("pressure pbar", len, T::BYTES);
+        vector_line::<T, S>(ledger, "given velocity v_0", cells);
+        ledger.line("sums of rows", sums_len(&settings.dimensions), 8);
+        Self::in_turn(ledger, settings);
+    }
+
+    /// The lines of the bytes that AO and NSO use in turn.
+    fn in_turn(ledger: &mut Ledger, settings: &Settings) {
+        let Dimensions { grid, slots, threads, shape, .. } = settings.dimensions;
+        ledger.group("used in turn", Sharing::InTurn, |ledger| {
+            ao::requirement::<T>(ledger, &grid, &settings.setup);
+            Nso::<T, S>::requirement(ledger, &grid, slots, threads, shape);
+        });
+    }
+
+    /// Takes its buffers.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
+        let Dimensions { grid, slots, .. } = settings.dimensions;
+        let (cells, len) = (grid.cells(), grid.cells() * slots);
+        let rho = arena.take((slots + 2) * cells)?;
+        let levels = Levels::carve(arena, &grid)?;
+        let bases = Bases::carve::<S>(arena, &levels.grids)?;
+        let mut vector = |len: usize| -> Result<VectorMut<'m, T>, TooSmall> {
+            let mut field: VectorMut<'m, T> = Default::default();
+            for component in field.iter_mut().take(S::DIM) {
+                *component = arena.take(len)?;
+            }
+            Ok(field)
+        };
+        let (v, w, target, multiplier) = (vector(len)?, vector(len)?, vector(len)?, vector(len)?);
+        let spare = if settings.params.relaxation != 1.0 { vector(len)? } else { Default::default() };
+        let (p, pbar) = (arena.take(len)?, arena.take(len)?);
+        let mut initial: VectorMut<'m, T> = Default::default();
+        for component in initial.iter_mut().take(S::DIM) {
+            *component = arena.take(cells)?;
+        }
+        let sums = arena.take(sums_len(&settings.dimensions))?;
+        let mut ledger = Ledger::new();
+        Self::in_turn(&mut ledger, settings);
+        let region = arena.take(ledger.bytes().unwrap_or(usize::MAX) / T::BYTES)?;
+        Ok(Self {
+            levels,
+            bases,
+            v,
+            w,
+            p,
+            pbar,
+            target,
+            multiplier,
+            spare,
+            initial,
+            rho,
+            region,
+            sums,
+            settings: *settings,
+            step: 1.0,
+            iteration: 0,
+            history: check::History::default(),
+            space: PhantomData,
+        })
+    }
+
+    /// One outer iteration.
+    pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Progress {
+        let mut progress = Progress::default();
+        progress.status = self.iterate(exec, observer, keyframes, &mut progress).err();
+        progress
+    }
+}
+
+impl<T: Real, S: Space> Admm<'_, T, S> {
+    /// The loop's body; an error is how the solve ended.
+    fn iterate(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, progress: &mut Progress) -> Result<(), Status> {
+        if self.iteration == 0 {
+            self.nested_start(exec, observer, keyframes)?;
+        }
+        self.iteration += 1;
+        progress.iteration = self.iteration;
+        if observer.on(Event::IterationBegin { iteration: self.iteration }).is_break() {
+            return Err(Status::Cancelled);
+        }
+        self.update_density(exec, observer, keyframes, progress)?;
+        self.update_velocity(exec, observer, progress)?;
+        self.update_multiplier(exec, progress)?;
+        self.check(exec, observer, keyframes, progress)
+    }
+
+    /// The finest grid.
+    pub(crate) fn grid(&self) -> &Grid {
+        &self.levels.grids[0]
+    }
+
+    /// Slots T.
+    pub(crate) fn slots(&self) -> usize {
+        self.settings.dimensions.slots
+    }
+
+    /// Sets rho_0 and its maximum.
+    pub(crate) fn set_source(&mut self, density: &[T], largest: f64) {
+        self.rho[..density.len()].copy_from_slice(density);
+        self.settings.setup.largest = largest;
+    }
+
+    /// Projects v_0; the change relative to max |v_0|.
+    pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
+        let grid = &self.levels.grids[0];
+        let speed = sums::max_abs(exec, grid, 1, view(&self.initial), self.sums);
+        if speed == 0.0 {
+            return 0.0;
+        }
+        for (copy, initial) in self.w.iter_mut().zip(&self.initial) {
+            copy[..initial.len()].copy_from_slice(initial);
+        }
+        let mut projection = Projection::carve(&self.levels, 1, self.settings.dimensions.threads, &mut Pool::new(&mut *self.region));
+        let tolerance = self.settings.setup.projection_tolerance;
+        let _ = projection.project(exec, &mut Silent, 1, &mut self.initial, None, tolerance, self.sums);
+        let (copy, initial) = (view(&self.w), view(&self.initial));
+        let change = sums::largest(exec, grid, self.sums, |row| {
+            rows::largest((0..S::DIM).map(|a| rows::max_gap(sums::row(grid, 1, copy[a], row), sums::row(grid, 1, initial[a], row), T::ONE)))
+        });
+        change / speed
+    }
+
+    /// Projects v, takes w from it and transports rho_0 by it.
+    pub(crate) fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+        let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
+        {
+            let mut projection = Projection::carve(&self.levels, slots, threads, &mut Pool::new(&mut *self.region));
+            let _ = projection.project(exec, &mut Silent, slots, &mut self.v, None, self.settings.setup.projection_tolerance, self.sums);
+        }
+        self.consistent_force(exec, &mut Silent)?;
+        let objective = self.objective(exec, &mut Silent, keyframes)?;
+        if !objective.total().is_finite() {
+            return Err(Status::NotFinite);
+        }
+        let carrier = Carrier::carve(&self.levels.grids[0], &self.settings.setup, &mut Pool::new(&mut *self.region));
+        self.rho.copy_from_slice(&carrier.rho[..self.rho.len()]);
+        Ok(objective)
+    }
+}
+
+fn vector_line<T: Real, S: Space>(ledger: &mut Ledger, name: &'static str, len: usize) {
+    ledger.group(name, Sharing::Together, |ledger| {
+        for axis in ["along x", "along y", "along z"].into_iter().take(S::DIM) {
+            ledger.line(axis, len, T::BYTES);
+        }
+    });
+}
+
+fn levels_of(grid: &Grid) -> heapless::Vec<Grid, { crate::grid::levels::MAX_LEVELS }> {
+    crate::grid::levels::hierarchy(grid)
+}
+
+fn sums_len(dimensions: &Dimensions) -> usize {
+    means::sums_len(&dimensions.grid, dimensions.slots).max(2 * dimensions.grid.rows())
+}

@@ -1,0 +1,126 @@
+//! The nested start: the same scene on a grid of half as many cells an axis, solved first, and its flow prolonged.
+//!
+//! The same dt, N, r and K (all sums shrink alike), densities restricted by means, one filter fewer so that the widest stays
+//! as wide. The coarse solve begins the same way, down to 16 cells across in 2D and 8 in 3D, and lives in the bytes that AO
+//! and NSO are going to use in turn, so it asks for no memory of its own; where it does not fit, the flow begins at rest.
+
+use super::{Admm, Dimensions, Settings};
+use crate::arena::Arena;
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::transfer::{Move, Place};
+use crate::field::{Block, reborrow, view};
+use crate::grid::levels::Transfer;
+use crate::grid::{Grid, Space};
+use crate::nso::Shape;
+use crate::observe::{Event, Observer};
+use crate::plan::{Ledger, Pool};
+use crate::poisson::Projection;
+use crate::problem::keyframes::Keyframes;
+use crate::progress::Status;
+use crate::real::Real;
+use core::ops::ControlFlow;
+
+/// Outer iterations of a coarse solve at most.
+const ITERATIONS: usize = 20;
+
+/// Hears only that work is done, since the coarse solve's iterations are not the caller's.
+struct Muffled<'a>(&'a mut dyn Observer);
+
+impl Observer for Muffled<'_> {
+    fn on(&mut self, _event: Event) -> ControlFlow<()> {
+        self.0.on(Event::Work)
+    }
+}
+
+impl<T: Real, S: Space> Admm<'_, T, S> {
+    /// v from the coarse solve, if there is one.
+    pub(super) fn nested_start(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
+        let Some(settings) = self.coarse_settings(keyframes.steps.len()) else { return Ok(()) };
+        if self.solve_coarse(exec, observer, &settings, keyframes)? == Status::NotFinite {
+            self.v.iter_mut().for_each(|component| component.fill(T::ZERO));
+        }
+        self.pbar.fill(T::ZERO);
+        let Dimensions { slots, threads, .. } = self.settings.dimensions;
+        let mut projection = Projection::carve(&self.levels, slots, threads, &mut Pool::new(&mut *self.region));
+        let tolerance = self.settings.setup.projection_tolerance;
+        let projected = projection.project(exec, observer, slots, &mut self.v, None, tolerance, self.sums);
+        if projected.is_break() { Err(Status::Cancelled) } else { Ok(()) }
+    }
+
+    /// The settings of the coarse solve with the fastest shape that fits, or `None` when there is to be no coarse solve.
+    fn coarse_settings(&self, keyframes: usize) -> Option<Settings> {
+        let Dimensions { slots, threads, .. } = self.settings.dimensions;
+        let (fine, coarse) = (self.levels.grids.first()?, self.levels.grids.get(1)?);
+        let smallest = if S::DIM == 2 { 16 } else { 8 };
+        let halves = (0..S::DIM).all(|axis| fine.n[axis] == 2 * coarse.n[axis] && coarse.n[axis] >= smallest / 2);
+        let across = coarse.n.iter().copied().max().unwrap_or(0);
+        let scratch = threads * Block::largest(fine.n[0], slots);
+        if !self.settings.params.nested || !halves || across < smallest || scratch > self.pbar.len() {
+            return None;
+        }
+        let shapes = [16, 8, 4].into_iter().flat_map(|lanes| [8, 1].map(|together| Shape { lanes, together }));
+        shapes.map(|shape| self.coarsened(*coarse, shape)).find(|settings| {
+            let mut ledger = Ledger::new();
+            Self::requirement(&mut ledger, settings);
+            ledger.line("keyframe steps", keyframes, 4);
+            ledger.line("keyframe densities", keyframes * coarse.cells(), T::BYTES);
+            ledger.bytes().is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
+        })
+    }
+
+    fn coarsened(&self, grid: Grid, shape: Shape) -> Settings {
+        let mut settings = self.settings;
+        settings.dimensions = Dimensions { grid, shape, filters: settings.dimensions.filters.saturating_sub(1), ..settings.dimensions };
+        settings.setup.filters = settings.dimensions.filters;
+        settings.iterations = ITERATIONS;
+        settings
+    }
+
+    /// Solves the coarse scene in `region` and prolongs its flow.
+    fn solve_coarse(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, settings: &Settings, keyframes: &Keyframes<'_, T>) -> Result<Status, Status> {
+        let Self { levels, region, rho, initial, v, pbar: scratch, settings: fine, .. } = self;
+        let (grid, coarse, tables) = (&levels.grids[0], &settings.dimensions.grid, &levels.tables[0]);
+        let mut arena = Arena::over(region);
+        let full = |_| Status::NotFinite;
+        let mut admm = Admm::<T, S>::carve(&mut arena, settings).map_err(full)?;
+        let (steps, densities) = (arena.take(keyframes.steps.len()).map_err(full)?, arena.take(keyframes.steps.len() * coarse.cells()).map_err(full)?);
+        steps.copy_from_slice(keyframes.steps);
+        let down = Move { tables, source: grid, target: coarse, cell: Transfer::RestrictCell, face: Transfer::RestrictFace };
+        for (index, target) in densities.chunks_exact_mut(coarse.cells()).enumerate() {
+            transfer(exec, down, Place::Cell, keyframes.density(index, grid.cells()), target, 1, scratch);
+        }
+        transfer(exec, down, Place::Cell, &rho[..grid.cells()], &mut admm.rho[..coarse.cells()], 1, scratch);
+        for (axis, (from, to)) in view(initial).into_iter().zip(reborrow(&mut admm.initial)).enumerate().take(S::DIM) {
+            transfer(exec, down, Place::Face(axis), from, to, 1, scratch);
+        }
+        let coarse_keyframes = Keyframes { steps, densities };
+        let status = loop {
+            if let Some(status) = admm.step(exec, &mut Muffled(observer), &coarse_keyframes).status {
+                break status;
+            }
+        };
+        if status == Status::Cancelled {
+            return Err(status);
+        }
+        let up = Move { tables, source: coarse, target: grid, cell: Transfer::ProlongCell, face: Transfer::ProlongFace };
+        for (axis, (from, to)) in view(&admm.v).into_iter().zip(reborrow(v)).enumerate().take(S::DIM) {
+            transfer(exec, up, Place::Face(axis), from, to, fine.dimensions.slots, scratch);
+        }
+        Ok(status)
+    }
+}
+
+/// `to` = `from` passed to the other grid.
+fn transfer<T: Real>(exec: &dyn Exec, step: Move<'_, T>, place: Place, from: &[T], to: &mut [T], slots: usize, scratch: &mut [T]) {
+    let (grid, wide) = (step.target, step.source.n[0].max(step.target.n[0]));
+    let count = Block::slots_per_block(wide, slots);
+    let scratch = &mut scratch[..exec.threads().max(1) * Block::largest(wide, slots)];
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch }, |task| {
+        let [out] = task.fields;
+        out.fill(T::ZERO);
+        for first in (0..slots).step_by(count) {
+            let block = Block { grid, slots, first, count: count.min(slots - first) };
+            step.add_row(place, from, slots, first, block.count, task.row, T::ONE, &mut out[block.span_in_row()], task.scratch);
+        }
+    });
+}

@@ -1,0 +1,108 @@
+//! The second half of an iteration: NSO with targets t = v* - lambda/K.
+
+use super::Admm;
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{VectorMut, reborrow, rows, sums, view};
+use crate::force;
+use crate::grid::Space;
+use crate::nso::level::State;
+use crate::nso::{self, Ended, Finest, Nso};
+use crate::observe::{Event, Observer};
+use crate::plan::Pool;
+use crate::poisson::Projection;
+use crate::progress::{Progress, Status};
+use crate::real::Real;
+
+impl<T: Real, S: Space> Admm<'_, T, S> {
+    /// v, w, p, pbar by NSO.
+    pub(super) fn update_velocity(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, progress: &mut Progress) -> Result<(), Status> {
+        if observer.on(Event::NsoBegin).is_break() {
+            return Err(Status::Cancelled);
+        }
+        let kappa = self.settings.setup.penalty / self.settings.force_weight;
+        self.predict(exec, kappa);
+        self.consistent_force(exec, observer)?;
+        let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
+        let setup = nso::Setup { kappa, slots, threads, params: self.settings.params.nso, shape: self.settings.dimensions.shape };
+        let spare = if self.spare[0].is_empty() { &mut self.multiplier } else { &mut self.spare };
+        let finest = Finest {
+            state: State { v: reborrow(&mut self.v), w: reborrow(&mut self.w), p: self.p, pbar: self.pbar },
+            v0: reborrow(&mut self.initial),
+            target: reborrow(&mut self.target),
+            spare: reborrow(spare),
+        };
+        let mut pool = Pool::new(&mut *self.region);
+        let info = Nso::<T, S>::new(&self.levels, &self.bases, finest, &setup, &mut pool, self.sums).solve(exec, observer);
+        self.history.damped = info.damped;
+        progress.admm.nso_residuals = info.residuals;
+        if observer.on(Event::NsoEnd).is_break() {
+            return Err(Status::Cancelled);
+        }
+        match info.ended {
+            Ended::Cancelled => Err(Status::Cancelled),
+            Ended::NotFinite => Err(Status::NotFinite),
+            Ended::Converged | Ended::Cycles => Ok(()),
+        }
+    }
+
+    /// t = v* - lambda/K in place of v*, and v moved to where the new targets would take it if the flow were at rest.
+    ///
+    /// A change d = v* - v of the targets changes equation a by kappa d, free of divergence. Without self-advection v answers
+    /// with (kappa + S)^-1 kappa d, S = tridiag(-1, 2, -1) in time (last diagonal entry 1): for each face a scalar
+    /// tridiagonal system that keeps v free of divergence. Smoothing from there need not trade momentum for divergence.
+    fn predict(&mut self, exec: &dyn Exec, kappa: f64) {
+        let (grid, slots) = (&self.levels.grids[0], self.settings.dimensions.slots);
+        let nx = grid.n[0];
+        let pivots = &mut self.sums[..slots];
+        let mut pivot = 0.0;
+        for (k, slot) in pivots.iter_mut().enumerate() {
+            let diagonal = if k + 1 == slots { kappa + 1.0 } else { kappa + 2.0 };
+            pivot = 1.0 / (diagonal - pivot);
+            *slot = pivot;
+        }
+        let (pivots, first, kappa) = (&*pivots, self.iteration == 1, T::from_f64(kappa));
+        for axis in 0..S::DIM {
+            let fields = [&mut *self.v[axis], &mut *self.w[axis], &mut *self.target[axis]];
+            let multiplier = &*self.multiplier[axis];
+            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut [], scratch: &mut [] }, |task| {
+                let [v, work, target] = task.fields;
+                if first {
+                    v.copy_from_slice(target);
+                } else {
+                    rows::scale(work, T::ONE, target);
+                    rows::sub(work, v);
+                    rows::scale_in_place(work, kappa);
+                    solve_in_time(work, pivots, nx);
+                    rows::add(v, work);
+                }
+                rows::sub(target, sums::row(grid, slots, multiplier, task.row));
+            });
+        }
+    }
+
+    /// w = P[v_k - v_{k-1} + Adv(v_k)] with its pressure, so that equations b, c and d hold before the first cycle.
+    pub(crate) fn consistent_force(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Status> {
+        let (grid, slots, threads) = (&self.levels.grids[0], self.settings.dimensions.slots, self.settings.dimensions.threads);
+        let scratch = &mut self.region[..threads * force::scratch_per_thread(grid, slots)];
+        force::from_velocity::<T, S>(exec, grid, slots, view(&self.v), view(&self.initial), self.p, reborrow(&mut self.w), scratch);
+        let mut projection = Projection::carve(&self.levels, slots, threads, &mut Pool::new(&mut *self.region));
+        let w: &mut VectorMut<'_, T> = &mut self.w;
+        let projected = projection.project(exec, observer, slots, w, Some(self.p), self.settings.setup.projection_tolerance, self.sums);
+        if projected.is_break() { Err(Status::Cancelled) } else { Ok(()) }
+    }
+}
+
+/// Solves the tridiagonal system with off-diagonals -1 for every face of a row, `pivots` its reciprocal pivots.
+fn solve_in_time<T: Real>(row: &mut [T], pivots: &[f64], nx: usize) {
+    for (k, &pivot) in pivots.iter().enumerate() {
+        let (before, now) = row.split_at_mut(k * nx);
+        if k > 0 {
+            rows::add(&mut now[..nx], &before[(k - 1) * nx..]);
+        }
+        rows::scale_in_place(&mut now[..nx], T::from_f64(pivot));
+    }
+    for (k, &pivot) in pivots.iter().enumerate().rev().skip(1) {
+        let (now, after) = row.split_at_mut((k + 1) * nx);
+        rows::add_scaled(&mut now[k * nx..], T::from_f64(pivot), &after[..nx]);
+    }
+}

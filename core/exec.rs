@@ -1,0 +1,106 @@
+//! Threads as a value: the caller passes an [`Exec`], the core cuts its work into tasks that write disjoint chunks.
+#![allow(unsafe_code)]
+
+use core::marker::PhantomData;
+use core::ops::Range;
+use core::sync::atomic::{AtomicUsize, Ordering};
+
+/// Runs independent tasks, in any order and on any threads.
+///
+/// The core's results do not depend on the number of threads or on the order of the tasks.
+pub trait Exec: Sync {
+    /// How many tasks may run at the same time; thread-local scratch is planned for this many.
+    fn threads(&self) -> usize;
+    /// Calls `task(i)` once for every `i < tasks` and returns when all are done.
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync));
+}
+
+/// One thread, in order.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Serial;
+
+impl Exec for Serial {
+    fn threads(&self) -> usize {
+        1
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
+        (0..tasks).for_each(task);
+    }
+}
+
+/// A slice cut into equal chunks that tasks take by number.
+struct Chunks<'a, T> {
+    start: *mut T,
+    count: usize,
+    size: usize,
+    slice: PhantomData<&'a mut [T]>,
+}
+
+// SAFETY: `get` hands every chunk to one task only (its caller promises that), so sharing the table is sending `T`s.
+unsafe impl<T: Send> Sync for Chunks<'_, T> {}
+
+impl<'a, T> Chunks<'a, T> {
+    fn new(slice: &'a mut [T], count: usize) -> Self {
+        let size = slice.len().checked_div(count).unwrap_or(0);
+        Self { start: slice.as_mut_ptr(), count, size, slice: PhantomData }
+    }
+
+    /// # Safety
+    /// No chunk may be taken twice while an earlier taking lives.
+    unsafe fn get(&self, index: usize) -> &'a mut [T] {
+        assert!(index < self.count);
+        // SAFETY: `index < count`, so the chunk lies in the slice; the caller keeps chunks disjoint.
+        unsafe { core::slice::from_raw_parts_mut(self.start.add(index * self.size), self.size) }
+    }
+}
+
+/// What a row task may write.
+pub struct RowTask<'a, T, const K: usize> {
+    /// The row.
+    pub row: usize,
+    /// The row's chunk of each field.
+    pub fields: [&'a mut [T]; K],
+    /// The row's sums.
+    pub sums: &'a mut [f64],
+    /// Scratch of the thread.
+    pub scratch: &'a mut [T],
+}
+
+/// The buffers that [`for_rows`] cuts up.
+pub struct RowBuffers<'a, T, const K: usize> {
+    /// Fields of `rows` equal chunks each.
+    pub fields: [&'a mut [T]; K],
+    /// `rows` equal chunks of sums, or empty.
+    pub sums: &'a mut [f64],
+    /// `exec.threads()` equal chunks of scratch, or empty.
+    pub scratch: &'a mut [T],
+}
+
+/// Calls `task` for every row of `range`, each with its own chunk of every field; `rows` is the number of chunks in all.
+///
+/// Rows are taken in order by whichever thread is free. Reductions go through `sums`, added up by the caller in row order.
+pub fn for_rows<T, const K: usize, F>(exec: &dyn Exec, rows: usize, range: Range<usize>, buffers: RowBuffers<'_, T, K>, task: F)
+where
+    T: Send,
+    F: Fn(RowTask<'_, T, K>) + Sync,
+{
+    debug_assert!(range.end <= rows);
+    let workers = exec.threads().max(1).min(range.len());
+    let fields = buffers.fields.map(|field| Chunks::new(field, rows));
+    let sums = Chunks::new(buffers.sums, rows);
+    let scratch = Chunks::new(buffers.scratch, exec.threads().max(1));
+    let next = AtomicUsize::new(range.start);
+    exec.run(workers, &|worker| {
+        loop {
+            let row = next.fetch_add(1, Ordering::Relaxed);
+            if row >= range.end {
+                return;
+            }
+            // SAFETY: `next` gives every row to one worker once, and every worker number runs once, so no chunk is shared.
+            let task_of_row =
+                unsafe { RowTask { row, fields: core::array::from_fn(|k| fields[k].get(row)), sums: sums.get(row), scratch: scratch.get(worker) } };
+            task(task_of_row);
+        }
+    });
+}

@@ -1,0 +1,62 @@
+//! Moving fields between two grids of a hierarchy, row by row.
+
+use super::{Block, rows};
+use crate::grid::Grid;
+use crate::grid::levels::{Tables, Transfer};
+use crate::real::Real;
+
+/// Where the numbers of a field stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// At cell centres.
+    Cell,
+    /// At the faces normal to an axis.
+    Face(usize),
+}
+
+/// Which transfer an axis uses.
+#[must_use]
+pub fn along(place: Place, axis: usize, cell: Transfer, face: Transfer) -> Transfer {
+    if place == Place::Face(axis) { face } else { cell }
+}
+
+/// What [`Move::add_row`] moves: a field of `source` to rows of `target`.
+#[derive(Clone, Copy)]
+pub struct Move<'a, T> {
+    /// The weights between the two grids.
+    pub tables: &'a Tables<'a, T>,
+    /// The grid that is read.
+    pub source: &'a Grid,
+    /// The grid that is written.
+    pub target: &'a Grid,
+    /// Transfer of cell values.
+    pub cell: Transfer,
+    /// Transfer of faces along their own axis.
+    pub face: Transfer,
+}
+
+impl<T: Real> Move<'_, T> {
+    /// `out += s` times `field` passed to `row` of the target, in slots `first..first + count`. `sum` holds a row of the source.
+    pub fn add_row(&self, place: Place, field: &[T], slots: usize, first: usize, count: usize, row: usize, s: T, out: &mut [T], sum: &mut [T]) {
+        let block = Block { grid: self.source, slots, first, count };
+        let sum = &mut sum[..block.len()];
+        sum.fill(T::ZERO);
+        self.each_source_row(place, row, |from, weight| rows::add_scaled(sum, s * weight, block.of(field, from)));
+        self.tables.add_along_x(along(place, 0, self.cell, self.face), sum, self.source.n[0], out, self.target.n[0]);
+    }
+
+    /// Calls `visit` with every source row of `row` of the target and its weight.
+    pub fn each_source_row(&self, place: Place, row: usize, mut visit: impl FnMut(usize, T)) {
+        let [y, z] = self.target.row_at(row);
+        let in_y = along(place, 1, self.cell, self.face);
+        if self.source.dims == 2 {
+            self.tables.taps(1, in_y, y).for_each(|(y, weight)| visit(self.source.row(y, 0), weight));
+            return;
+        }
+        for (from_z, weight_z) in self.tables.taps(2, along(place, 2, self.cell, self.face), z) {
+            for (from_y, weight_y) in self.tables.taps(1, in_y, y) {
+                visit(self.source.row(from_y, from_z), weight_y * weight_z);
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! The force that produces a given flow (mathematics section 6): w_k = v_k - v_{k-1} + Adv(v_k) + grad p_k.
+
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{Block, Vector, VectorMut, rows, subtract_previous};
+use crate::grid::{Grid, Space};
+use crate::operators::divergence::add_gradient;
+use crate::operators::plaquette::{self, Advection, accumulate};
+use crate::real::Real;
+
+/// Numbers of scratch a thread needs for [`from_velocity`].
+#[must_use]
+pub fn scratch_per_thread(grid: &Grid, slots: usize) -> usize {
+    plaquette::SCRATCH_ROWS * Block::largest(grid.n[0], slots)
+}
+
+/// `w_k = v_k - v_{k-1} + Adv(v_k) + grad p_k` in every slot; without the gradient where `p` is empty.
+pub fn from_velocity<T: Real, S: Space>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    slots: usize,
+    v: Vector<'_, T>,
+    v0: Vector<'_, T>,
+    p: &[T],
+    w: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: w, sums: &mut [], scratch }, |task| {
+        let (row, mut w) = (task.row, task.fields);
+        for block in Block::all(grid, slots) {
+            let span = block.span_in_row();
+            let mut parts = w.each_mut().map(|w| if w.is_empty() { &mut [][..] } else { &mut w[span.clone()] });
+            parts.iter_mut().for_each(|part| part.fill(T::ZERO));
+            accumulate::<T, S, _>(&block, row, Advection, v, [&[]; 3], &mut parts, task.scratch);
+            for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
+                rows::add(part, block.of(v[axis], row));
+                subtract_previous(&block, row, v[axis], v0[axis], part);
+                if !p.is_empty() {
+                    add_gradient(&block, row, axis, T::ONE, p, part, &mut task.scratch[..block.len()]);
+                }
+            }
+        }
+    });
+}

@@ -1,0 +1,223 @@
+//! Coarser grids and how fields pass between two of them, axis by axis.
+//!
+//! An axis of n > 2 cells coarsens to ceil(n / 2). Where n is odd, coarse cells do not end where fine ones do; the weights
+//! below then come from the same piecewise linear functions as for even n, for which they are the textbook ones: mean of
+//! two; injection and mean of two along a face's own axis; 3/4 and 1/4 across it.
+
+use super::Grid;
+use crate::arena::{Arena, TooSmall};
+use crate::plan::Ledger;
+use crate::real::Real;
+
+/// Most levels: 4096 cells halve eleven times.
+pub const MAX_LEVELS: usize = 12;
+
+/// The next coarser grid, or `None` when no axis has more than two cells.
+#[must_use]
+pub fn coarsen(grid: &Grid) -> Option<Grid> {
+    let n = grid.n.map(|n| if n > 2 { n.div_ceil(2) } else { n });
+    let h = core::array::from_fn(|a| grid.h[a] * grid.n[a] as f64 / n[a] as f64);
+    (n != grid.n).then_some(Grid { n, h, ..*grid })
+}
+
+/// The grids of a hierarchy, finest first.
+#[must_use]
+pub fn hierarchy(finest: &Grid) -> heapless::Vec<Grid, MAX_LEVELS> {
+    core::iter::successors(Some(*finest), coarsen).take(MAX_LEVELS).collect()
+}
+
+/// Where a number of one axis comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transfer {
+    /// Coarse cell from fine cells: the mean over its extent.
+    RestrictCell,
+    /// Coarse face from the fine faces around its place along its own axis.
+    RestrictFace,
+    /// Fine cell from coarse cells: linear; constant at walls.
+    ProlongCell,
+    /// Fine face from coarse faces along its own axis: linear.
+    ProlongFace,
+    /// The transpose of [`Transfer::ProlongCell`], times the ratio of the cell counts.
+    CollectCell,
+    /// The transpose of [`Transfer::ProlongFace`], times the ratio of the cell counts.
+    CollectFace,
+}
+
+/// All transfers, in the order of [`Tables`].
+pub const TRANSFERS: [Transfer; 6] =
+    [Transfer::RestrictCell, Transfer::RestrictFace, Transfer::ProlongCell, Transfer::ProlongFace, Transfer::CollectCell, Transfer::CollectFace];
+
+/// Most sources of one number.
+pub const TAPS: usize = 5;
+
+/// The sources of one number: positions and weights.
+pub type Taps = heapless::Vec<(usize, f64), TAPS>;
+
+/// The sources of number `i` of an axis that has `fine` cells on the finer grid and `coarse` on the coarser.
+#[must_use]
+pub fn taps(transfer: Transfer, i: usize, fine: usize, coarse: usize, periodic: bool) -> Taps {
+    let ratio = fine as f64 / coarse as f64;
+    let mut list = Taps::new();
+    let mut put = |at: isize, weight: f64, n: usize, wall_face: bool| {
+        let outside = at < 0 || at >= n as isize;
+        if weight.abs() < 1e-12 || (wall_face && !periodic && (outside || at == 0)) {
+            return;
+        }
+        let at = if periodic { at.rem_euclid(n as isize) } else { at.clamp(0, n as isize - 1) } as usize;
+        match list.iter_mut().find(|(have, _)| *have == at) {
+            Some((_, have)) => *have += weight,
+            None => {
+                let pushed = list.push((at, weight));
+                debug_assert!(pushed.is_ok());
+            }
+        }
+    };
+    match transfer {
+        Transfer::RestrictCell => {
+            let (start, end) = (i as f64 * ratio, (i + 1) as f64 * ratio);
+            for f in libm::floor(start + 1e-9) as usize..fine.min(libm::ceil(end - 1e-9) as usize) {
+                put(f as isize, (end.min(f as f64 + 1.0) - start.max(f as f64)) / ratio, fine, false);
+            }
+        }
+        Transfer::RestrictFace => linear(i as f64 * ratio, |at, w| put(at, w, fine, true)),
+        Transfer::ProlongCell => linear((i as f64 + 0.5) / ratio - 0.5, |at, w| put(at, w, coarse, false)),
+        Transfer::ProlongFace => linear(i as f64 / ratio, |at, w| put(at, w, coarse, true)),
+        Transfer::CollectCell => collect(Transfer::ProlongCell, i, fine, coarse, periodic, &mut list),
+        Transfer::CollectFace => collect(Transfer::ProlongFace, i, fine, coarse, periodic, &mut list),
+    }
+    list
+}
+
+/// The two neighbours of a place and their weights.
+fn linear(place: f64, mut put: impl FnMut(isize, f64)) {
+    let low = libm::floor(place + 1e-9);
+    let t = (place - low).max(0.0);
+    put(low as isize, 1.0 - t);
+    put(low as isize + 1, t);
+}
+
+/// Row `i` of the transpose of `transfer`, times coarse / fine.
+fn collect(transfer: Transfer, i: usize, fine: usize, coarse: usize, periodic: bool, list: &mut Taps) {
+    let centre = i * fine / coarse;
+    let mut seen: heapless::Vec<usize, 16> = heapless::Vec::new();
+    for offset in -4..=5isize {
+        let at = centre as isize + offset;
+        let f = if periodic { at.rem_euclid(fine as isize) } else { at } as usize;
+        if (!periodic && (at < 0 || at >= fine as isize)) || seen.contains(&f) {
+            continue;
+        }
+        let _ = seen.push(f);
+        let weight: f64 = taps(transfer, f, fine, coarse, periodic).iter().filter(|(c, _)| *c == i).map(|(_, w)| w).sum();
+        if weight != 0.0 {
+            let pushed = list.push((f, weight * coarse as f64 / fine as f64));
+            debug_assert!(pushed.is_ok());
+        }
+    }
+}
+
+/// The taps of all transfers between two grids, looked up by axis, transfer and position.
+#[derive(Debug)]
+pub struct Tables<'m, T> {
+    index: &'m mut [u32],
+    weight: &'m mut [T],
+    start: [[usize; TRANSFERS.len()]; 3],
+    length: [[usize; TRANSFERS.len()]; 3],
+}
+
+impl<'m, T: Real> Tables<'m, T> {
+    /// Taps that the tables between `fine` and `coarse` hold.
+    #[must_use]
+    pub fn len(fine: &Grid, coarse: &Grid) -> usize {
+        (0..fine.dims).map(|a| TAPS * (4 * coarse.n[a] + 2 * fine.n[a])).sum()
+    }
+
+    /// Fills `index` and `weight`, of [`Self::len`] each.
+    #[must_use]
+    pub fn new(fine: &Grid, coarse: &Grid, index: &'m mut [u32], weight: &'m mut [T]) -> Self {
+        let mut tables = Self { index, weight, start: Default::default(), length: Default::default() };
+        let mut next = 0;
+        for a in 0..fine.dims {
+            for (t, &transfer) in TRANSFERS.iter().enumerate() {
+                let length = if matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace) { fine.n[a] } else { coarse.n[a] };
+                tables.start[a][t] = next;
+                tables.length[a][t] = length;
+                for i in 0..length {
+                    let list = taps(transfer, i, fine.n[a], coarse.n[a], fine.periodic[a]);
+                    for (slot, &(at, weight)) in list.iter().enumerate() {
+                        tables.index[next + slot * length + i] = at as u32;
+                        tables.weight[next + slot * length + i] = T::from_f64(weight);
+                    }
+                }
+                next += TAPS * length;
+            }
+        }
+        tables
+    }
+
+    /// The sources of number `i` along `axis`, those of weight 0 left out.
+    pub fn taps(&self, axis: usize, transfer: Transfer, i: usize) -> impl Iterator<Item = (usize, T)> {
+        let (start, length) = (self.start[axis][transfer as usize], self.length[axis][transfer as usize]);
+        (0..TAPS).map(move |slot| start + slot * length + i).map(|at| (self.index[at] as usize, self.weight[at])).filter(|&(_, w)| w != T::ZERO)
+    }
+
+    /// Passes every row of `from` along x: `out[i] +=` the weighted sum of its sources.
+    pub fn add_along_x(&self, transfer: Transfer, from: &[T], from_n: usize, out: &mut [T], out_n: usize) {
+        let (start, length) = (self.start[0][transfer as usize], self.length[0][transfer as usize]);
+        let used = match transfer {
+            Transfer::RestrictCell => 3,
+            Transfer::CollectCell | Transfer::CollectFace => TAPS,
+            _ => 2,
+        };
+        for (from, out) in from.chunks_exact(from_n).zip(out.chunks_exact_mut(out_n)) {
+            for slot in 0..used {
+                let at = start + slot * length;
+                let (index, weight) = (&self.index[at..at + out_n], &self.weight[at..at + out_n]);
+                for ((o, &i), &w) in out.iter_mut().zip(index).zip(weight) {
+                    *o += w * from[i as usize];
+                }
+            }
+        }
+    }
+}
+
+/// The grids of a hierarchy, finest first, with the weights between neighbours.
+#[derive(Debug)]
+pub struct Levels<'m, T> {
+    /// The grids.
+    pub grids: heapless::Vec<Grid, MAX_LEVELS>,
+    /// The weights between grid l and grid l + 1.
+    pub tables: heapless::Vec<Tables<'m, T>, MAX_LEVELS>,
+}
+
+impl<'m, T: Real> Levels<'m, T> {
+    /// Writes the ledger lines of [`Self::carve`].
+    pub fn requirement(ledger: &mut Ledger, finest: &Grid) {
+        let taps = Self::taps(&hierarchy(finest));
+        ledger.line("transfer positions", taps, 4);
+        ledger.line("transfer weights", taps, T::BYTES);
+    }
+
+    fn taps(grids: &[Grid]) -> usize {
+        grids.windows(2).map(|pair| Tables::<T>::len(&pair[0], &pair[1])).sum()
+    }
+
+    /// Takes its buffers and fills them.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn carve(arena: &mut Arena<'m>, finest: &Grid) -> Result<Self, TooSmall> {
+        let grids = hierarchy(finest);
+        let taps = Self::taps(&grids);
+        let (mut index, mut weight) = (arena.take::<u32>(taps)?, arena.take::<T>(taps)?);
+        let mut tables = heapless::Vec::new();
+        for pair in grids.windows(2) {
+            let len = Tables::<T>::len(&pair[0], &pair[1]);
+            let (these_index, rest_index) = core::mem::take(&mut index).split_at_mut(len);
+            let (these_weight, rest_weight) = core::mem::take(&mut weight).split_at_mut(len);
+            (index, weight) = (rest_index, rest_weight);
+            let pushed = tables.push(Tables::new(&pair[0], &pair[1], these_index, these_weight));
+            debug_assert!(pushed.is_ok());
+        }
+        Ok(Self { grids, tables })
+    }
+}

@@ -1,0 +1,157 @@
+//! The MAC grid (Harlow & Welch 1965): a box of cells, scalars at centres, vector components on the faces normal to them.
+//!
+//! ```text
+//! face 0   cell 0   face 1   cell 1   face 2  ...   cell n-1   face n
+//! ```
+//!
+//! Face `i` of an axis is the low side of cell `i`. On a wall axis faces 0 and n are walls where nothing flows; on a
+//! periodic axis face n is face 0. So `n` faces along an axis say it all, and every component is stored in as many numbers
+//! as there are cells.
+//!
+//! A trajectory in time is stored by rows along x, all slots of a row together: number `x` of slot `k` of row `(y, z)` is
+//! at `((z ny + y) slots + k) nx + x`. A line of unknowns in time is close together for the smoother, operators that
+//! treat all slots alike run over long contiguous stretches, and a block of rows is one chunk for a thread.
+
+pub mod levels;
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// The dimension, known when compiling: [`D2`] or [`D3`].
+pub trait Space: sealed::Sealed + Copy + Clone + core::fmt::Debug + Default + Send + Sync + 'static {
+    /// 2 or 3.
+    const DIM: usize;
+    /// Faces of a cell, 2 d.
+    const FACES: usize = 2 * Self::DIM;
+    /// Velocity changes of one cell that keep its divergence, 2 d - 1.
+    const FREE: usize = 2 * Self::DIM - 1;
+    /// Edges of a cell across which two of its faces meet: 4 in 2D (its corners), 12 in 3D.
+    const EDGES: usize = 4 * Self::PAIRS.len();
+    /// The ordered axis pairs of the plaquettes (mathematics section 2).
+    const PAIRS: &'static [(usize, usize)];
+}
+
+/// Two dimensions.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct D2;
+/// Three dimensions.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct D3;
+
+impl sealed::Sealed for D2 {}
+impl sealed::Sealed for D3 {}
+impl Space for D2 {
+    const DIM: usize = 2;
+    const PAIRS: &'static [(usize, usize)] = &[(0, 1)];
+}
+impl Space for D3 {
+    const DIM: usize = 3;
+    const PAIRS: &'static [(usize, usize)] = &[(0, 1), (1, 2), (2, 0)];
+}
+
+/// How an axis ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Boundary {
+    /// Closed, free slip (the paper's Neumann condition).
+    #[default]
+    Wall,
+    /// Wraps around.
+    Periodic,
+}
+
+/// Which side of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Towards smaller coordinates.
+    Low,
+    /// Towards larger coordinates.
+    High,
+}
+
+/// A box of `n[0] x n[1] (x n[2])` equal cells of size `h[0] x h[1] (x h[2])`; the finest grid has square cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// 2 or 3.
+    pub dims: usize,
+    /// Cells along x, y, z; 1 along z in 2D.
+    pub n: [usize; 3],
+    /// Which axes wrap around; the others end in walls.
+    pub periodic: [bool; 3],
+    /// Size of a cell along each axis, in box lengths.
+    pub h: [f64; 3],
+}
+
+impl Grid {
+    /// The finest grid of a box, square cells of size 1 / max n.
+    #[must_use]
+    pub fn new(cells: &[usize], boundary: &[Boundary]) -> Self {
+        let largest = cells.iter().copied().max().unwrap_or(1);
+        let n = core::array::from_fn(|a| cells.get(a).copied().unwrap_or(1));
+        let periodic = core::array::from_fn(|a| boundary.get(a) == Some(&Boundary::Periodic));
+        Self { dims: cells.len(), n, periodic, h: [1.0 / largest as f64; 3] }
+    }
+
+    /// Cells.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.n[0] * self.n[1] * self.n[2]
+    }
+
+    /// Rows along x.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.n[1] * self.n[2]
+    }
+
+    /// Rows in a plane normal to the last axis, the unit in which the smoother sweeps.
+    #[must_use]
+    pub fn rows_per_plane(&self) -> usize {
+        if self.dims == 2 { 1 } else { self.n[1] }
+    }
+
+    /// Planes normal to the last axis.
+    #[must_use]
+    pub fn planes(&self) -> usize {
+        self.n[self.dims - 1]
+    }
+
+    /// The number of row (y, z).
+    #[must_use]
+    pub fn row(&self, y: usize, z: usize) -> usize {
+        z * self.n[1] + y
+    }
+
+    /// The (y, z) of a row.
+    #[must_use]
+    pub fn row_at(&self, row: usize) -> [usize; 2] {
+        [row % self.n[1], row / self.n[1]]
+    }
+
+    /// The row next to `row` along y (axis 1) or z (axis 2), or `None` behind a wall.
+    #[must_use]
+    pub fn neighbour(&self, row: usize, axis: usize, side: Side) -> Option<usize> {
+        let mut at = self.row_at(row);
+        let (n, i) = (self.n[axis], &mut at[axis - 1]);
+        *i = match side {
+            Side::Low if *i > 0 => *i - 1,
+            Side::Low if self.periodic[axis] => n - 1,
+            Side::High if *i + 1 < n => *i + 1,
+            Side::High if self.periodic[axis] => 0,
+            _ => return None,
+        };
+        Some(self.row(at[0], at[1]))
+    }
+
+    /// Whether the low side of `row` along y or z is a wall.
+    #[must_use]
+    pub fn wall_below(&self, row: usize, axis: usize) -> bool {
+        !self.periodic[axis] && self.row_at(row)[axis - 1] == 0
+    }
+
+    /// Faces along `axis` in a file: one more than cells where the axis ends in walls.
+    #[must_use]
+    pub fn faces_in_file(&self, axis: usize) -> usize {
+        self.n[axis] + usize::from(!self.periodic[axis])
+    }
+}

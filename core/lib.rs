@@ -1,0 +1,127 @@
+//! Optimal control of smoke in one block of memory: the numerical core of thurible.
+//!
+//! Given the density rho_0 of some smoke and keyframes rho*_i that it should pass through, find the smallest force that takes
+//! it there:
+//!
+//! ```text
+//! minimise    J = 1/2 sum_i <rho_i - rho*_i, C (rho_i - rho*_i)>  +  r/2 sum_k |u_k|^2            (paper eq. 5)
+//! where       rho_{i+1} = A[rho_i, v_i]                                 density rides on the flow   (eq. 4)
+//!             (v_{k+1} - v_k)/dt + (curl v_{k+1}) x v_{k+1} = u_k - grad p_{k+1},   div v = 0       (eqs. 1 to 3)
+//! ```
+//!
+//! with C a sum of Gaussian blurs. The method is that of Pan & Manocha, *Efficient Optimal Control of Smoke using Spacetime
+//! Multigrid* (arXiv 1608.01102): ADMM, with a multigrid for all time steps of the flow at once.
+//!
+//! No `alloc`, no `std`: [`Plan`] computes every byte from the problem, the caller brings the memory, [`Solver`] carves it
+//! once. Threads are a value too ([`Exec`]), and any number of them gives the same bits.
+//!
+//! # The path of the data
+//!
+//! A module imports only from those before it.
+//!
+//! | | module | what it does |
+//! |---|---|---|
+//! | ground | [`real`] | f32 and f64 behind one trait |
+//! | | [`arena`] | hands out the caller's bytes |
+//! | | [`simd`] | vectors, and loops compiled for several instruction sets |
+//! | | [`exec`] | threads: rows of a field as tasks |
+//! | | [`observe`] | what a host can watch and stop |
+//! | | [`plan`] | the ledger of named buffers, together and in turn |
+//! | what is solved | [`problem`] | box, time, weights; checked once. Its keyframes and data term |
+//! | | [`grid`] | the staggered grid, coarser grids and the weights between them |
+//! | | [`field`] | views of trajectories, loops over rows, sums in a fixed order |
+//! | pieces | [`operators`] | divergence, gradient, self-advection and its adjoint, blur |
+//! | | [`poisson`] | the projection onto div v = 0, by multigrid |
+//! | | [`transport`] | A\[rho, v\] and its exact adjoint |
+//! | | [`force`] | the force that a given flow needs |
+//! | the paper | [`ao`] | the advection problem: bend the flow so that the density meets the keyframes |
+//! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near that one, by STFAS |
+//! | | [`admm`] | alternates the two until they agree |
+//! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
+//!
+//! # Example
+//!
+//! A blob of smoke that moves one cell to the right, solved in an array.
+//!
+//! ```
+//! use core::mem::MaybeUninit;
+//! use thurible_core::{Advection, Boundary, D2, Params, Plan, Problem, Serial, Silent, Solver, Status};
+//!
+//! # fn main() -> Result<(), Box<dyn core::error::Error>> {
+//! let problem = Problem {
+//!     cells: &[8, 8],
+//!     boundary: &[Boundary::Wall, Boundary::Periodic],
+//!     length: 1.0,
+//!     dt: 1.0,
+//!     steps: 4,
+//!     keyframes: &[4],
+//!     force_weight: 1.0,
+//!     filters: None,
+//!     match_mass: true,
+//!     advection: Advection::default(),
+//!     projection_tolerance: 1e-5,
+//! };
+//! let mut params = Params { iterations: 20, ..Params::default() };
+//! params.admm.penalty = 10.0;
+//! assert!(Plan::new::<f64, D2>(&problem, &params)?.bytes() <= 1 << 18);
+//!
+//! #[repr(align(64))]
+//! struct Memory([MaybeUninit<u8>; 1 << 18]);
+//! let mut memory = Memory([MaybeUninit::uninit(); 1 << 18]);
+//!
+//! // One density for each cell, x fastest.
+//! let blob = |x: f64| -> [f64; 64] {
+//!     core::array::from_fn(|cell| 1.0 / (1.0 + ((cell % 8) as f64 - x).powi(2) + ((cell / 8) as f64 - 3.5).powi(2)))
+//! };
+//! let mut solver = Solver::<f64, D2>::new(&problem, &params, &mut memory.0)?;
+//! solver.set_source(&blob(2.5))?;
+//! solver.set_keyframe(0, &blob(3.5))?;
+//!
+//! let mut first = None;
+//! let status = solver.solve(&Serial, &mut Silent, &mut |progress| {
+//!     first.get_or_insert(progress.objective.total());
+//! });
+//! assert_eq!(status, Status::Converged);
+//! assert!(first.is_some_and(|first| solver.objective().total() < first / 2.0));
+//!
+//! let (before, after): (f64, f64) = (solver.density(0).iter().sum(), solver.density(4).iter().sum());
+//! assert!((before - after).abs() < 1e-9 * before, "smoke is neither made nor lost");
+//! # Ok(())
+//! # }
+//! ```
+#![no_std]
+
+pub mod admm;
+pub mod ao;
+pub mod arena;
+pub mod exec;
+pub mod field;
+pub mod force;
+pub mod grid;
+pub mod nso;
+pub mod observe;
+pub mod operators;
+pub mod plan;
+pub mod poisson;
+pub mod problem;
+pub mod progress;
+pub mod real;
+pub mod simd;
+pub mod solver;
+pub mod transport;
+
+pub use admm::AdmmParams;
+pub use exec::{Exec, Serial};
+pub use grid::{Boundary, D2, D3, Space};
+pub use nso::{Norm, NsoParams, colours::Colours};
+pub use observe::{Event, Observer, Silent};
+pub use plan::{Entry, Sharing};
+pub use problem::{Advection, Problem, ProblemError, Scheme};
+pub use progress::{AdmmProgress, Objective, Progress, Status};
+pub use real::Real;
+pub use solver::{InputError, Method, Params, Plan, PlanError, Solver, SolverError};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

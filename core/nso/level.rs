@@ -1,0 +1,121 @@
+//! One level of STFAS: its grid, solution and right-hand side.
+
+use crate::field::{Vector, VectorMut, view};
+use crate::grid::Grid;
+
+/// The unknowns of slots 1..T on one grid, all trajectories.
+#[derive(Debug)]
+pub struct State<'a, T> {
+    /// Velocities v_k at faces.
+    pub v: VectorMut<'a, T>,
+    /// Forces w_k that produce them, at faces.
+    pub w: VectorMut<'a, T>,
+    /// Pressures p_k at cells, of equation c.
+    pub p: &'a mut [T],
+    /// Pressures pbar_k at cells, of equation a.
+    pub pbar: &'a mut [T],
+}
+
+/// Right-hand sides of the equations a to d; an empty slice stands for zeros.
+#[derive(Clone, Copy, Debug)]
+pub struct Rhs<'a, T> {
+    /// Factor of `a`: on the finest grid `a` is the target and this kappa, elsewhere 1.
+    pub scale: T,
+    /// Equation a, at faces.
+    pub a: Vector<'a, T>,
+    /// Equation b, at cells.
+    pub b: &'a [T],
+    /// Equation c, at faces.
+    pub c: Vector<'a, T>,
+    /// Equation d, at cells.
+    pub d: &'a [T],
+}
+
+/// The discrete Navier-Stokes problem of one level (paper eq. 13), to read.
+#[derive(Clone, Copy, Debug)]
+pub struct System<'a, T> {
+    /// The grid.
+    pub grid: &'a Grid,
+    /// Slots T.
+    pub slots: usize,
+    /// K / r.
+    pub kappa: T,
+    /// Weight of the outside-face term of the smoother.
+    pub outside: T,
+    /// Velocities.
+    pub v: Vector<'a, T>,
+    /// Forces.
+    pub w: Vector<'a, T>,
+    /// Pressures of equation c.
+    pub p: &'a [T],
+    /// Pressures of equation a.
+    pub pbar: &'a [T],
+    /// The given velocity before slot 1.
+    pub v0: Vector<'a, T>,
+    /// Right-hand sides.
+    pub rhs: Rhs<'a, T>,
+    /// The smoother's bases, see [`super::local::fill_table`].
+    pub table: &'a [T],
+}
+
+/// One level, to write.
+#[derive(Debug)]
+pub struct LevelMut<'a, T> {
+    /// The grid.
+    pub grid: &'a Grid,
+    /// The solution.
+    pub state: State<'a, T>,
+    /// The given velocity before slot 1, a field of one slot.
+    pub v0: VectorMut<'a, T>,
+    /// Right-hand side of equation a.
+    pub a: VectorMut<'a, T>,
+    /// Factor of `a`.
+    pub scale: T,
+    /// Right-hand side of equation b, empty on the finest level.
+    pub b: &'a mut [T],
+    /// Right-hand side of equation c, empty on the finest level.
+    pub c: VectorMut<'a, T>,
+    /// Right-hand side of equation d, empty on the finest level.
+    pub d: &'a mut [T],
+    /// The smoother's bases.
+    pub table: &'a [T],
+}
+
+/// What all levels share.
+#[derive(Clone, Copy, Debug)]
+pub struct Weights<T> {
+    /// Slots T.
+    pub slots: usize,
+    /// K / r.
+    pub kappa: T,
+    /// Weight of the outside-face term.
+    pub outside: T,
+}
+
+impl<T: Copy> LevelMut<'_, T> {
+    /// The level's equations, to read.
+    pub fn system(&self, weights: &Weights<T>) -> System<'_, T> {
+        System {
+            grid: self.grid,
+            slots: weights.slots,
+            kappa: weights.kappa,
+            outside: weights.outside,
+            v: view(&self.state.v),
+            w: view(&self.state.w),
+            p: self.state.p,
+            pbar: self.state.pbar,
+            v0: view(&self.v0),
+            rhs: Rhs { scale: self.scale, a: view(&self.a), b: self.b, c: view(&self.c), d: self.d },
+            table: self.table,
+        }
+    }
+}
+
+impl<'a, T> State<'a, T> {
+    /// The eight components as one list: v, w, p, pbar.
+    pub fn fields(&mut self) -> [&mut [T]; 8] {
+        let [v0, v1, v2] = self.v.each_mut().map(|c| &mut **c);
+        let [w0, w1, w2] = self.w.each_mut().map(|c| &mut **c);
+        [v0, v1, v2, w0, w1, w2, self.p, self.pbar]
+    }
+}

@@ -1,0 +1,687 @@
+//! One cell in all slots at once: the time-line SCGS step (mathematics section 5, paper section 4.2).
+//!
+//! The unknowns are the changes of the cell's 2d faces and two pressures in every slot. With g = outward sign / h of each
+//! free face (0 on a wall), B an orthonormal basis of the vectors orthogonal to g, J the local Jacobian of Adv:
+//!
+//! ```text
+//! dv_k = g rb_k/|g|^2 + B y_k        dw_k = g rd_k/|g|^2 + B q_k        M_k = B^T (1 + J_k) B
+//! q_k = M_k y_k - y_{k-1} - c_k
+//! [kappa + 1 (not in slot T) + M_k^T M_k + omega B^T O_k B] y_k - M_k^T y_{k-1} - M_{k+1} y_{k+1} = a_k + M_k^T c_k - c_{k+1}
+//! ```
+//!
+//! a symmetric positive definite block-tridiagonal system, solved by block Cholesky with one cell in each SIMD lane.
+//! O_k is the outside-face term: the force that the cell's own change stirs up on faces that are not its own.
+
+use super::level::System;
+use crate::grid::Space;
+use crate::operators::plaquette::Plaquette;
+use crate::real::Real;
+use crate::simd::{self, Level, Vector};
+
+/// Most lanes of a vector.
+const MAX_LANES: usize = 16;
+
+/// Numbers a lane that the basis table holds for one combination of walls: basis, g, 1/|g|^2.
+const fn table_row<S: Space>() -> usize {
+    S::FACES * S::FREE + S::FACES + 1
+}
+
+/// Numbers of the basis table: one row for each combination of walls.
+#[must_use]
+pub fn table_len<S: Space>() -> usize {
+    table_row::<S>() << (2 * S::DIM)
+}
+
+/// Fills the table: for each combination of walls g, 1/|g|^2 and an orthonormal basis of what is orthogonal to g.
+pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
+    for (walls, row) in table.chunks_exact_mut(table_row::<S>()).enumerate() {
+        let mut g = [0.0; 6];
+        for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
+            let wall = walls >> f & 1 == 1;
+            *g = if wall { 0.0 } else { [-1.0, 1.0][f % 2] / h[f / 2] };
+        }
+        let squared: f64 = g.iter().map(|g| g * g).sum();
+        row.fill(T::ZERO);
+        orthonormal_complement::<T, S>(&g, walls, &mut row[..S::FACES * S::FREE]);
+        for f in 0..S::FACES {
+            row[S::FACES * S::FREE + f] = T::from_f64(g[f]);
+        }
+        row[table_row::<S>() - 1] = T::from_f64(if squared > 0.0 { 1.0 / squared } else { 0.0 });
+    }
+}
+
+/// Gram-Schmidt, twice for safety, on the free faces' unit vectors; columns that vanish stay 0.
+fn orthonormal_complement<T: Real, S: Space>(g: &[f64; 6], walls: usize, basis: &mut [T]) {
+    let mut columns: heapless::Vec<[f64; 6], 6> = heapless::Vec::new();
+    let length = |x: &[f64; 6]| libm::sqrt(x.iter().map(|x| x * x).sum());
+    let scaled = |x: &[f64; 6], s: f64| x.map(|x| x * s);
+    if length(g) > 0.0 {
+        let _ = columns.push(scaled(g, 1.0 / length(g)));
+    }
+    let skip = columns.len();
+    for f in (0..S::FACES).filter(|f| walls >> f & 1 == 0) {
+        let mut x = [0.0; 6];
+        x[f] = 1.0;
+        for _ in 0..2 {
+            for column in &columns {
+                let along: f64 = column.iter().zip(&x).map(|(c, x)| c * x).sum();
+                x.iter_mut().zip(column).for_each(|(x, c)| *x -= along * c);
+            }
+        }
+        if length(&x) > 1e-6 {
+            let _ = columns.push(scaled(&x, 1.0 / length(&x)));
+        }
+    }
+    for (c, column) in columns[skip..].iter().enumerate() {
+        for f in 0..S::FACES {
+            basis[f * S::FREE + c] = T::from_f64(column[f]);
+        }
+    }
+}
+
+/// Changes that a cell's solution has in one slot: dv and dw at its faces, dp, dpbar.
+#[must_use]
+pub const fn changes<S: Space>() -> usize {
+    2 * S::FACES + 2
+}
+
+/// Offsets, in vectors, of what is kept for each slot between the sweeps of the block Cholesky.
+struct Kept<S>(core::marker::PhantomData<S>);
+impl<S: Space> Kept<S> {
+    const FACTOR: usize = 0;
+    const LOWER: usize = Self::FACTOR + S::FREE * (S::FREE + 1) / 2;
+    const RIGHT: usize = Self::LOWER + S::FREE * S::FREE;
+    const MATRIX: usize = Self::RIGHT + S::FREE;
+    const FORCE: usize = Self::MATRIX + S::FREE * S::FREE;
+    const ROW: usize = Self::FORCE + S::FREE;
+    const COLUMN: usize = Self::ROW + S::FACES;
+    const NORMAL: usize = Self::COLUMN + S::FACES;
+    const SIZE: usize = Self::NORMAL + 4;
+}
+
+/// Offsets, in vectors, of what a group of cells keeps for all slots.
+struct Header<S>(core::marker::PhantomData<S>);
+impl<S: Space> Header<S> {
+    const BASIS: usize = 0;
+    const NORMAL: usize = S::FACES * S::FREE;
+    const INVERSE: usize = Self::NORMAL + S::FACES;
+    const EDGES: usize = Self::INVERSE + 1;
+    const SIZE: usize = Self::EDGES + 2 * S::EDGES;
+}
+
+/// Numbers of scratch for groups of at most `lanes` cells.
+#[must_use]
+pub fn scratch_len<S: Space>(slots: usize, lanes: usize) -> usize {
+    (Header::<S>::SIZE + slots * Kept::<S>::SIZE) * lanes
+}
+
+/// Where [`solve_row`] puts the changes of a row of cells.
+pub struct Changes<'a, T> {
+    /// `slots` times [`changes`] times `half` numbers.
+    pub out: &'a mut [T],
+    /// Cells of one colour that a row has room for.
+    pub half: usize,
+}
+
+/// Solves the cells `start`, `start + 2`, .. of `row`, at most `lanes` at a time, and writes their changes.
+pub fn solve_row<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, lanes: usize, scratch: &mut [T], out: Changes<'_, T>) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if simd::level() == Level::Avx512 && T::Wide::LANES <= lanes {
+            #[allow(unsafe_code)]
+            // SAFETY: `level` says that the processor has AVX-512.
+            return unsafe { avx512::<T, S>(system, row, cells, scratch, out) };
+        }
+        if simd::level() >= Level::Avx2 && T::Medium::LANES <= lanes {
+            #[allow(unsafe_code)]
+            // SAFETY: `level` says that the processor has AVX2.
+            return unsafe { avx2::<T, S>(system, row, cells, scratch, out) };
+        }
+    }
+    groups::<T, S, T::Narrow>(system, row, cells, scratch, out);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2")]
+fn avx512<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, scratch: &mut [T], out: Changes<'_, T>) {
+    groups::<T, S, T::Wide>(system, row, cells, scratch, out);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn avx2<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, scratch: &mut [T], out: Changes<'_, T>) {
+    groups::<T, S, T::Medium>(system, row, cells, scratch, out);
+}
+
+#[inline(always)]
+fn groups<T: Real, S: Space, V: Vector<Elem = T>>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, scratch: &mut [T], out: Changes<'_, T>) {
+    for first in (0..cells.count).step_by(V::LANES) {
+        let count = V::LANES.min(cells.count - first);
+        let group = Group::new::<S>(system, row, cells.start + 2 * first, count, V::LANES);
+        let (header, kept) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
+        group.fill_header::<S, V>(header);
+        group.factorise::<S, V>(header, kept);
+        group.back_substitute::<S, V>(kept);
+        group.write_changes::<S, V>(header, kept, out.out, out.half, first);
+    }
+}
+
+/// Vector `index` of some numbers.
+#[inline(always)]
+fn at<V: Vector>(numbers: &[V::Elem], index: usize) -> V {
+    V::load(&numbers[index * V::LANES..])
+}
+
+/// A few cells of one row, one a lane.
+struct Group<'s, 'a, T> {
+    system: &'s System<'a, T>,
+    rows: [Option<usize>; 9],
+    row: usize,
+    x: usize,
+    count: usize,
+    wrap_low: bool,
+    wrap_high: bool,
+}
+
+/// An edge of the cell, where its faces `face_a` and `face_b` meet.
+#[derive(Clone, Copy)]
+struct Edge {
+    a: usize,
+    b: usize,
+    side_a: usize,
+    side_b: usize,
+}
+
+impl Edge {
+    #[inline(always)]
+    fn new<S: Space>(e: usize) -> Self {
+        let (a, b) = S::PAIRS[e / 4];
+        Self { a, b, side_a: e % 2, side_b: e / 2 % 2 }
+    }
+
+    /// Where, from the cell, the outside a-face is.
+    #[inline(always)]
+    fn outside_a(self) -> [isize; 3] {
+        let mut at = [0; 3];
+        at[self.a] = self.side_a as isize;
+        at[self.b] = 2 * self.side_b as isize - 1;
+        at
+    }
+
+    /// Where, from the cell, the outside b-face is.
+    #[inline(always)]
+    fn outside_b(self) -> [isize; 3] {
+        let mut at = [0; 3];
+        at[self.b] = self.side_b as isize;
+        at[self.a] = 2 * self.side_a as isize - 1;
+        at
+    }
+
+    /// (A-, A+) or (B-, B+) from the cell's own face and the outside one.
+    #[inline(always)]
+    fn order<V>(own: V, outside: V, own_is_low: usize) -> [V; 2] {
+        if own_is_low == 1 { [own, outside] } else { [outside, own] }
+    }
+}
+
+/// The momentum and divergence residuals of a group in one slot.
+struct Residuals<V> {
+    a: [V; 6],
+    b: V,
+    c: [V; 6],
+    d: V,
+}
+
+/// The local Jacobian and the outside-face term.
+struct Jacobian<V> {
+    inside: [[V; 6]; 6],
+    outside: [[V; 6]; 6],
+}
+
+impl<'s, 'a, T: Real> Group<'s, 'a, T> {
+    #[inline(always)]
+    fn new<S: Space>(system: &'s System<'a, T>, row: usize, x: usize, count: usize, _lanes: usize) -> Self {
+        use crate::grid::Side::{High, Low};
+        let grid = system.grid;
+        let step = |row: Option<usize>, axis: usize, offset: usize| match (row, offset) {
+            (Some(row), 0) => grid.neighbour(row, axis, Low),
+            (Some(row), 2) => grid.neighbour(row, axis, High),
+            (row, _) => row,
+        };
+        let mut rows = [None; 9];
+        for (i, slot) in rows.iter_mut().enumerate() {
+            let in_y = step(Some(row), 1, i % 3);
+            *slot = if S::DIM == 3 { step(in_y, 2, i / 3) } else { in_y.filter(|_| i / 3 == 1) };
+        }
+        let last = x + 2 * (count - 1);
+        Self { system, rows, row, x, count, wrap_low: grid.periodic[0] && x == 0, wrap_high: grid.periodic[0] && last + 1 == grid.n[0] }
+    }
+
+    /// Numbers of `field` in slot `k`, `offset` from the cells; 0 behind walls along y and z.
+    #[inline(always)]
+    fn gather<V: Vector<Elem = T>>(&self, field: &[T], slots: usize, k: usize, offset: [isize; 3]) -> V {
+        let Some(row) = self.rows[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize] else { return V::splat(T::ZERO) };
+        let nx = self.system.grid.n[0];
+        let start = (row * slots + k) * nx;
+        let at = (start + self.x) as isize + offset[0];
+        let wraps = (offset[0] == -1 && self.wrap_low) || (offset[0] == 1 && self.wrap_high);
+        match usize::try_from(at).ok().and_then(|at| field.get(at..at + 2 * V::LANES)) {
+            Some(both) if !wraps => V::load_even(both),
+            _ => self.gather_slowly(field, start, offset[0]),
+        }
+    }
+
+    /// As [`Self::gather`], lane by lane, at the ends of the field and where x wraps around.
+    #[inline(never)]
+    fn gather_slowly<V: Vector<Elem = T>>(&self, field: &[T], start: usize, offset: isize) -> V {
+        let (nx, mut lanes) = (self.system.grid.n[0] as isize, [T::ZERO; MAX_LANES]);
+        for (l, lane) in lanes.iter_mut().enumerate().take(self.count) {
+            let x = (self.x + 2 * l) as isize + offset;
+            if self.system.grid.periodic[0] || (0..nx).contains(&x) {
+                *lane = field[start + x.rem_euclid(nx) as usize];
+            }
+        }
+        V::load(&lanes)
+    }
+
+    /// The field at the cell's own face `f`.
+    #[inline(always)]
+    fn own<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slots: usize, k: usize, f: usize) -> V {
+        let mut offset = [0; 3];
+        offset[f / 2] = (f % 2) as isize;
+        self.gather(field[f / 2], slots, k, offset)
+    }
+
+    /// The header of the scratch: basis, g, 1/|g|^2 of every lane, and 1/h of every edge, 0 where it is on a wall.
+    #[inline(always)]
+    fn fill_header<S: Space, V: Vector<Elem = T>>(&self, header: &mut [T]) {
+        let (grid, lanes) = (self.system.grid, V::LANES);
+        let [y, z] = grid.row_at(self.row);
+        for l in 0..lanes {
+            let at = [(self.x + 2 * l.min(self.count - 1)), y, z];
+            let wall = |f: usize| !grid.periodic[f / 2] && at[f / 2] == [0, grid.n[f / 2] - 1][f % 2];
+            let walls = (0..S::FACES).fold(0, |code, f| code | usize::from(wall(f)) << f);
+            let row = &self.system.table[walls * table_row::<S>()..][..table_row::<S>()];
+            for (q, &number) in row.iter().enumerate() {
+                header[q * lanes + l] = number;
+            }
+            for e in 0..S::EDGES {
+                let edge = Edge::new::<S>(e);
+                let free = !wall(2 * edge.a + edge.side_a) && !wall(2 * edge.b + edge.side_b);
+                for (i, axis) in [edge.a, edge.b].into_iter().enumerate() {
+                    let inverse = if free { T::from_f64(1.0 / grid.h[axis]) } else { T::ZERO };
+                    header[(Header::<S>::EDGES + 2 * e + i) * lanes + l] = inverse;
+                }
+            }
+        }
+    }
+
+    /// Assembles and factorises the block-tridiagonal system, slot after slot.
+    #[inline(always)]
+    fn factorise<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &mut [T]) {
+        let slots = self.system.slots;
+        let size = Kept::<S>::SIZE * V::LANES;
+        for k in 0..slots {
+            let (before, now) = kept.split_at_mut(k * size);
+            let now = &mut now[..size];
+            self.assemble::<S, V>(header, k, now);
+            if k > 0 {
+                let (earlier, last) = before.split_at_mut((k - 1) * size);
+                let two_back = if k > 1 { &earlier[(k - 2) * size..] } else { &[] };
+                eliminate::<T, S, V>(two_back, last, Some(now));
+            }
+        }
+        let (before, last) = kept.split_at_mut((slots - 1) * size);
+        let earlier = if slots > 1 { &before[(slots - 2) * size..] } else { &[] };
+        eliminate::<T, S, V>(earlier, &mut last[..size], None);
+    }
+
+    /// Residuals, Jacobian and from them a, c, M and the diagonal block of slot `k`.
+    #[inline(always)]
+    fn assemble<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize, now: &mut [T]) {
+        let lanes = V::LANES;
+        let zero = V::splat(T::ZERO);
+        let (residuals, jacobian) = self.residuals::<S, V>(header, k);
+        let mut g = [zero; 6];
+        for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
+            *g = at(header, Header::<S>::NORMAL + f);
+        }
+        let inverse: V = at(header, Header::<S>::INVERSE);
+        let (beta, delta) = (residuals.b * inverse, residuals.d * inverse);
+        let mut column = [zero; 6];
+        let mut row = [zero; 6];
+        for f in 0..S::FACES {
+            for e in 0..S::FACES {
+                if coupled(f, e) {
+                    column[f] = column[f] + jacobian.inside[f][e] * g[e];
+                    row[f] = row[f] + g[e] * jacobian.inside[e][f];
+                }
+            }
+        }
+        let (mut normal_a, mut normal_c) = (zero, zero);
+        let mut reduced_a = [zero; 6];
+        let mut reduced_c = [zero; 6];
+        for f in 0..S::FACES {
+            normal_a = normal_a + g[f] * residuals.a[f];
+            normal_c = normal_c + g[f] * residuals.c[f];
+            reduced_a[f] = residuals.a[f] - row[f] * delta;
+            reduced_c[f] = residuals.c[f] - column[f] * beta;
+        }
+        for f in 0..S::FACES {
+            (row[f] + g[f]).store(&mut now[(Kept::<S>::ROW + f) * lanes..]);
+            (column[f] + g[f]).store(&mut now[(Kept::<S>::COLUMN + f) * lanes..]);
+        }
+        beta.store(&mut now[Kept::<S>::NORMAL * lanes..]);
+        delta.store(&mut now[(Kept::<S>::NORMAL + 1) * lanes..]);
+        normal_a.store(&mut now[(Kept::<S>::NORMAL + 2) * lanes..]);
+        normal_c.store(&mut now[(Kept::<S>::NORMAL + 3) * lanes..]);
+        let last = k + 1 == self.system.slots;
+        let diagonal = if last { self.system.kappa } else { self.system.kappa + T::ONE };
+        reduce::<T, S, V>(header, &jacobian, &reduced_a, &reduced_c, diagonal, self.system.outside, now);
+    }
+
+    /// The residuals at the group's cells and faces and the Jacobian there, edge by edge.
+    #[inline(always)]
+    fn residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize) -> (Residuals<V>, Jacobian<V>) {
+        let system = self.system;
+        let (slots, zero, half) = (system.slots, V::splat(T::ZERO), V::splat(T::HALF));
+        let mut r = self.linear_residuals::<S, V>(header, k);
+        let mut j = Jacobian { inside: [[zero; 6]; 6], outside: [[zero; 6]; 6] };
+        for e in 0..S::EDGES {
+            let edge = Edge::new::<S>(e);
+            let (fa, fb) = (2 * edge.a + edge.side_a, 2 * edge.b + edge.side_b);
+            let (va, vb): ([V; 2], [V; 2]) = self.quad(&system.v, slots, k, edge);
+            let (wa, wb): ([V; 2], [V; 2]) = self.quad(&system.w, slots, k, edge);
+            let (inverse_a, inverse_b): (V, V) = (at(header, Header::<S>::EDGES + 2 * e), at(header, Header::<S>::EDGES + 2 * e + 1));
+            let p = Plaquette::new(va, vb, [inverse_a, inverse_b], half);
+            let half_omega = p.omega * half;
+            r.c[fa] = r.c[fa] + half_omega * p.bbar;
+            r.c[fb] = r.c[fb] - half_omega * p.abar;
+            let sigma_a = if edge.side_b == 1 { inverse_b } else { -inverse_b };
+            let sigma_b = if edge.side_a == 1 { -inverse_a } else { inverse_a };
+            let (ma, mb) = (-(half * (wa[0] + wa[1])), half * (wb[0] + wb[1]));
+            let g = ma * p.bbar + mb * p.abar;
+            r.a[fa] = r.a[fa] - (mb * half_omega + sigma_a * g);
+            r.a[fb] = r.a[fb] - (ma * half_omega + sigma_b * g);
+            let (half_sigma_a, half_sigma_b, quarter) = (half * sigma_a, half * sigma_b, half * half_omega);
+            let (aa, ab) = (-(half_sigma_a * p.bbar), -(half_sigma_b * p.bbar + quarter));
+            let (ba, bb) = (half_sigma_a * p.abar + quarter, half_sigma_b * p.abar);
+            j.inside[fa][fa] = j.inside[fa][fa] + aa;
+            j.inside[fa][fb] = j.inside[fa][fb] + ab;
+            j.inside[fb][fa] = j.inside[fb][fa] + ba;
+            j.inside[fb][fb] = j.inside[fb][fb] + bb;
+            j.outside[fa][fa] = j.outside[fa][fa] + (aa * aa + ba * ba);
+            j.outside[fb][fb] = j.outside[fb][fb] + (ab * ab + bb * bb);
+            let across = aa * ab + ba * bb;
+            j.outside[fa][fb] = j.outside[fa][fb] + across;
+            j.outside[fb][fa] = j.outside[fb][fa] + across;
+        }
+        (r, j)
+    }
+
+    /// (A-, A+) and (B-, B+) of a field at an edge.
+    #[inline(always)]
+    fn quad<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slots: usize, k: usize, edge: Edge) -> ([V; 2], [V; 2]) {
+        let own_a = self.own(field, slots, k, 2 * edge.a + edge.side_a);
+        let own_b = self.own(field, slots, k, 2 * edge.b + edge.side_b);
+        let outside_a = self.gather(field[edge.a], slots, k, edge.outside_a());
+        let outside_b = self.gather(field[edge.b], slots, k, edge.outside_b());
+        (Edge::order(own_a, outside_a, edge.side_b), Edge::order(own_b, outside_b, edge.side_a))
+    }
+
+    /// A field of cells at the cells, 0 where it is empty.
+    #[inline(always)]
+    fn cell<V: Vector<Elem = T>>(&self, field: &[T], slots: usize, k: usize) -> V {
+        if field.is_empty() { V::splat(T::ZERO) } else { self.gather(field, slots, k, [0; 3]) }
+    }
+
+    /// The residuals without self-advection.
+    #[inline(always)]
+    fn linear_residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize) -> Residuals<V> {
+        let system = self.system;
+        let (slots, zero) = (system.slots, V::splat(T::ZERO));
+        let (kappa, scale) = (V::splat(system.kappa), V::splat(system.rhs.scale));
+        let (p, pbar): (V, V) = (self.cell(system.p, slots, k), self.cell(system.pbar, slots, k));
+        let mut r = Residuals { a: [zero; 6], b: self.cell(system.rhs.b, slots, k), c: [zero; 6], d: self.cell(system.rhs.d, slots, k) };
+        for f in 0..S::FACES {
+            let mut beside = [0; 3];
+            beside[f / 2] = [-1, 1][f % 2];
+            let g: V = at(header, Header::<S>::NORMAL + f);
+            let v: V = self.own(&system.v, slots, k, f);
+            let w: V = self.own(&system.w, slots, k, f);
+            let before: V = if k > 0 { self.own(&system.v, slots, k - 1, f) } else { self.own(&system.v0, 1, 0, f) };
+            let after: V = if k + 1 < slots { self.own(&system.w, slots, k + 1, f) } else { zero };
+            let p_beside: V = self.gather(system.p, slots, k, beside);
+            let pbar_beside: V = self.gather(system.pbar, slots, k, beside);
+            let target: V = self.own(&system.rhs.a, slots, k, f);
+            let source: V = if system.rhs.c[0].is_empty() { zero } else { self.own(&system.rhs.c, slots, k, f) };
+            r.a[f] = scale * target - (kappa * v - after + w + g * (pbar_beside - pbar));
+            r.c[f] = source - (v - before - w + g * (p_beside - p));
+            r.b = r.b - g * v;
+            r.d = r.d - g * w;
+        }
+        r
+    }
+
+    /// y_k = L_k^-T (z_k - X_{k+1} y_{k+1}), from the last slot to the first; y takes the place of z.
+    #[inline(always)]
+    fn back_substitute<S: Space, V: Vector<Elem = T>>(&self, kept: &mut [T]) {
+        let (lanes, free, slots) = (V::LANES, S::FREE, self.system.slots);
+        let size = Kept::<S>::SIZE * lanes;
+        let mut y = [V::splat(T::ZERO); 5];
+        for k in (0..slots).rev() {
+            let mut z = [V::splat(T::ZERO); 5];
+            for (i, z) in z.iter_mut().enumerate().take(free) {
+                *z = V::load(&kept[k * size + (Kept::<S>::RIGHT + i) * lanes..]);
+            }
+            if k + 1 < slots {
+                for i in 0..free {
+                    for j in 0..free {
+                        z[i] = z[i] - V::load(&kept[(k + 1) * size + (Kept::<S>::LOWER + i * free + j) * lanes..]) * y[j];
+                    }
+                }
+            }
+            for i in (0..free).rev() {
+                for j in i + 1..free {
+                    z[i] = z[i] - V::load(&kept[k * size + (Kept::<S>::FACTOR + triangle(j, i)) * lanes..]) * z[j];
+                }
+                z[i] = z[i] * V::load(&kept[k * size + (Kept::<S>::FACTOR + triangle(i, i)) * lanes..]);
+            }
+            y = z;
+            for (i, y) in y.iter().enumerate().take(free) {
+                y.store(&mut kept[k * size + (Kept::<S>::RIGHT + i) * lanes..]);
+            }
+        }
+    }
+
+    /// The changes from y: dv, then q and dw, then both pressures from the normal components of equations c and a.
+    #[inline(always)]
+    fn write_changes<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], out: &mut [T], half: usize, first: usize) {
+        let (lanes, free, slots, zero) = (V::LANES, S::FREE, self.system.slots, V::splat(T::ZERO));
+        let size = Kept::<S>::SIZE * lanes;
+        let inverse: V = at(header, Header::<S>::INVERSE);
+        let kappa = V::splat(self.system.kappa);
+        let mut y_before = [zero; 5];
+        for k in 0..slots {
+            let now = &kept[k * size..];
+            let (mut y, mut q) = ([zero; 5], [zero; 5]);
+            for i in 0..free {
+                y[i] = at(now, Kept::<S>::RIGHT + i);
+            }
+            for i in 0..free {
+                q[i] = -y_before[i] - at::<V>(now, Kept::<S>::FORCE + i);
+                for j in 0..free {
+                    q[i] = q[i] + at::<V>(now, Kept::<S>::MATRIX + i * free + j) * y[j];
+                }
+            }
+            let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
+            let (mut bar, mut pressure): (V, V) = (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
+            let (mut dv, mut dw) = ([zero; 6], [zero; 6]);
+            for f in 0..S::FACES {
+                let g: V = at(header, Header::<S>::NORMAL + f);
+                (dv[f], dw[f]) = (g * beta, g * delta);
+                for i in 0..free {
+                    let basis: V = at(header, Header::<S>::BASIS + f * free + i);
+                    dv[f] = dv[f] + basis * y[i];
+                    dw[f] = dw[f] + basis * q[i];
+                }
+                pressure = pressure - at::<V>(now, Kept::<S>::ROW + f) * dv[f] + g * dw[f];
+                bar = bar - kappa * g * dv[f] - at::<V>(now, Kept::<S>::COLUMN + f) * dw[f];
+            }
+            // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
+            let before: V = if k > 0 { at(&kept[(k - 1) * size..], Kept::<S>::NORMAL) } else { zero };
+            let after: V = if k + 1 < slots { at(&kept[(k + 1) * size..], Kept::<S>::NORMAL + 1) } else { zero };
+            let dp: V = -(pressure * inverse + before);
+            let dpbar: V = -(bar * inverse + after);
+            let row = &mut out[k * changes::<S>() * half..][..changes::<S>() * half];
+            for f in 0..S::FACES {
+                self.put(dv[f], &mut row[f * half..][first..half]);
+                self.put(dw[f], &mut row[(S::FACES + f) * half..][first..half]);
+            }
+            self.put(dp, &mut row[2 * S::FACES * half..][first..half]);
+            self.put(dpbar, &mut row[(2 * S::FACES + 1) * half..][first..half]);
+            y_before = y;
+        }
+    }
+
+    /// Stores the lanes that are cells.
+    #[inline(always)]
+    fn put<V: Vector<Elem = T>>(&self, v: V, to: &mut [T]) {
+        if self.count == V::LANES {
+            v.store(to);
+        } else {
+            let mut lanes = [T::ZERO; MAX_LANES];
+            v.store(&mut lanes);
+            to[..self.count].copy_from_slice(&lanes[..self.count]);
+        }
+    }
+}
+
+/// Whether the local Jacobian couples faces `f` and `e`: not the two faces of one axis.
+#[inline(always)]
+fn coupled(f: usize, e: usize) -> bool {
+    f == e || f / 2 != e / 2
+}
+
+/// The place of (row, column), column <= row, in a packed lower triangle.
+#[inline(always)]
+fn triangle(row: usize, column: usize) -> usize {
+    row * (row + 1) / 2 + column
+}
+
+/// M = 1 + B^T J B, c = B^T rc, a + M^T c, and the diagonal block (kappa + 1) + M^T M + omega B^T O B.
+#[inline(always)]
+fn reduce<T: Real, S: Space, V: Vector<Elem = T>>(header: &[T], jacobian: &Jacobian<V>, a: &[V; 6], c: &[V; 6], diagonal: T, outside: T, now: &mut [T]) {
+    let (lanes, free, faces, zero) = (V::LANES, S::FREE, S::FACES, V::splat(T::ZERO));
+    let mut m = [[zero; 5]; 5];
+    let mut block = [[zero; 5]; 5];
+    let mut right = [zero; 5];
+    let mut force = [zero; 5];
+    for i in 0..free {
+        let mut of_j = [zero; 6];
+        let mut of_o = [zero; 6];
+        for f in 0..faces {
+            for e in 0..faces {
+                if coupled(f, e) {
+                    of_j[f] = of_j[f] + jacobian.inside[f][e] * at::<V>(header, Header::<S>::BASIS + e * free + i);
+                    of_o[f] = of_o[f] + jacobian.outside[f][e] * at::<V>(header, Header::<S>::BASIS + e * free + i);
+                }
+            }
+        }
+        for row in 0..free {
+            for f in 0..faces {
+                m[row][i] = m[row][i] + at::<V>(header, Header::<S>::BASIS + f * free + row) * of_j[f];
+                if row >= i {
+                    block[row][i] = block[row][i] + at::<V>(header, Header::<S>::BASIS + f * free + row) * of_o[f];
+                }
+            }
+        }
+        for f in 0..faces {
+            right[i] = right[i] + at::<V>(header, Header::<S>::BASIS + f * free + i) * a[f];
+            force[i] = force[i] + at::<V>(header, Header::<S>::BASIS + f * free + i) * c[f];
+        }
+        m[i][i] = m[i][i] + V::splat(T::ONE);
+    }
+    for row in 0..free {
+        for i in 0..=row {
+            let mut sum = V::splat(outside) * block[row][i];
+            for l in 0..free {
+                sum = sum + m[l][row] * m[l][i];
+            }
+            if row == i {
+                sum = sum + V::splat(diagonal);
+            }
+            sum.store(&mut now[(Kept::<S>::FACTOR + triangle(row, i)) * lanes..]);
+        }
+        for l in 0..free {
+            right[row] = right[row] + m[l][row] * force[l];
+            m[row][l].store(&mut now[(Kept::<S>::MATRIX + row * free + l) * lanes..]);
+        }
+        right[row].store(&mut now[(Kept::<S>::RIGHT + row) * lanes..]);
+        force[row].store(&mut now[(Kept::<S>::FORCE + row) * lanes..]);
+    }
+}
+
+/// Finishes slot k once slot k + 1 (`next`) is assembled: its right-hand side, the elimination of slot k - 1 (`before`),
+/// the Cholesky factor with the reciprocal of its diagonal, and X_{k+1} = -L_k^-1 M_{k+1}.
+#[inline(always)]
+fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T], next: Option<&mut [T]>) {
+    let (lanes, free, zero) = (V::LANES, S::FREE, V::splat(T::ZERO));
+    let mut right = [zero; 5];
+    let mut l = [[zero; 5]; 5];
+    for i in 0..free {
+        right[i] = at::<V>(now, Kept::<S>::RIGHT + i);
+        if let Some(next) = &next {
+            right[i] = right[i] - at::<V>(next, Kept::<S>::FORCE + i);
+        }
+        for j in 0..=i {
+            l[i][j] = at::<V>(now, Kept::<S>::FACTOR + triangle(i, j));
+        }
+    }
+    if !before.is_empty() {
+        for m in 0..free {
+            let z = at::<V>(before, Kept::<S>::RIGHT + m);
+            for i in 0..free {
+                let x = at::<V>(now, Kept::<S>::LOWER + m * free + i);
+                right[i] = right[i] - x * z;
+                for j in 0..=i {
+                    l[i][j] = l[i][j] - x * at::<V>(now, Kept::<S>::LOWER + m * free + j);
+                }
+            }
+        }
+    }
+    for j in 0..free {
+        for k in 0..j {
+            l[j][j] = l[j][j] - l[j][k] * l[j][k];
+        }
+        l[j][j] = l[j][j].recip_sqrt();
+        for i in j + 1..free {
+            for k in 0..j {
+                l[i][j] = l[i][j] - l[i][k] * l[j][k];
+            }
+            l[i][j] = l[i][j] * l[j][j];
+        }
+    }
+    for i in 0..free {
+        for j in 0..i {
+            right[i] = right[i] - l[i][j] * right[j];
+        }
+        right[i] = right[i] * l[i][i];
+        right[i].store(&mut now[(Kept::<S>::RIGHT + i) * lanes..]);
+        for j in 0..=i {
+            l[i][j].store(&mut now[(Kept::<S>::FACTOR + triangle(i, j)) * lanes..]);
+        }
+    }
+    let Some(next) = next else { return };
+    for column in 0..free {
+        let mut x = [zero; 5];
+        for i in 0..free {
+            x[i] = -at::<V>(next, Kept::<S>::MATRIX + i * free + column);
+            for j in 0..i {
+                x[i] = x[i] - l[i][j] * x[j];
+            }
+            x[i] = x[i] * l[i][i];
+            x[i].store(&mut next[(Kept::<S>::LOWER + i * free + column) * lanes..]);
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! NSO, the Navier-Stokes problem of the paper (section 4.2, eq. 13), by the spacetime full-approximation multigrid (STFAS).
+//!
+//! For targets t_k: the smallest kappa |v_k - t_k|^2 + |w_k|^2 over flows v driven by forces w.
+
+pub mod colours;
+pub mod level;
+pub mod local;
+pub mod residual;
+pub mod smoother;
+pub mod solve;
+pub mod transfer;
+pub mod vcycle;
+
+pub use solve::{Ended, Info};
+
+use crate::arena::{Arena, TooSmall};
+use crate::exec::Exec;
+use crate::field::{VectorMut, means};
+use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables};
+use crate::grid::{Grid, Space};
+use crate::observe::{Event, Observer};
+use crate::plan::{Ledger, Pool, Sharing, pooled};
+use crate::real::Real;
+use colours::Colours;
+use core::marker::PhantomData;
+use core::ops::ControlFlow;
+use level::{LevelMut, State, Weights};
+
+/// In which units divergences count in max |f|.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Norm {
+    /// Times h / dt, so that all four equations are accelerations.
+    #[default]
+    Scaled,
+    /// As they are: the paper's, stricter by 1 / h on divergence (its Figure 6).
+    Plain,
+}
+
+/// What a caller chooses for NSO.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NsoParams {
+    /// Stop at max |f| below this, in scaled accelerations.
+    pub tolerance: f64,
+    /// V-cycles at most.
+    pub cycles: usize,
+    /// The smoother's colours.
+    pub colours: Colours,
+    /// The norm of the stop.
+    pub norm: Norm,
+}
+
+impl Default for NsoParams {
+    fn default() -> Self {
+        Self { tolerance: 1e-5, cycles: 30, colours: Colours::RedBlack, norm: Norm::Scaled }
+    }
+}
+
+/// How the smoother uses the memory that it has; changes speed, never results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// Cells that a thread solves side by side at most.
+    pub lanes: usize,
+    /// Planes solved before a barrier.
+    pub together: usize,
+}
+
+/// The smoother's bases on every grid: what NSO keeps for the whole solve.
+#[derive(Debug)]
+pub struct Bases<'m, T> {
+    tables: heapless::Vec<&'m mut [T], MAX_LEVELS>,
+}
+
+impl<'m, T: Real> Bases<'m, T> {
+    /// Writes the ledger line of [`Self::carve`].
+    pub fn requirement<S: Space>(ledger: &mut Ledger, grids: &[Grid]) {
+        ledger.line("smoother bases", pooled(local::table_len::<S>()) * grids.len(), T::BYTES);
+    }
+
+    /// Takes its numbers and fills them.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn carve<S: Space>(arena: &mut Arena<'m>, grids: &[Grid]) -> Result<Self, TooSmall> {
+        let mut pool = Pool::new(arena.take::<T>(pooled(local::table_len::<S>()) * grids.len())?);
+        let fill = |grid: &Grid| {
+            let table = pool.take(local::table_len::<S>());
+            local::fill_table::<T, S>(grid.h, table);
+            table
+        };
+        Ok(Self { tables: grids.iter().map(fill).collect() })
+    }
+}
+
+/// The unknowns and data of the finest level, which live outside of NSO.
+#[derive(Debug)]
+pub struct Finest<'a, T> {
+    /// The solution.
+    pub state: State<'a, T>,
+    /// The given velocity before slot 1.
+    pub v0: VectorMut<'a, T>,
+    /// The targets t_k.
+    pub target: VectorMut<'a, T>,
+    /// A vector field that may be overwritten: the damped target, should damping be needed.
+    pub spare: VectorMut<'a, T>,
+}
+
+/// How a Navier-Stokes problem is posed and solved.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    /// K / r in scaled numbers.
+    pub kappa: f64,
+    /// Slots T.
+    pub slots: usize,
+    /// Threads that scratch was planned for.
+    pub threads: usize,
+    /// Stop and smoother.
+    pub params: NsoParams,
+    /// Use of the memory.
+    pub shape: Shape,
+}
+
+/// One Navier-Stokes problem while it is solved: all levels and the scratch.
+pub struct Nso<'a, T, S> {
+    levels: heapless::Vec<LevelMut<'a, T>, MAX_LEVELS>,
+    tables: heapless::Vec<&'a Tables<'a, T>, MAX_LEVELS>,
+    weights: Weights<T>,
+    setup: Setup,
+    sizes: Sizes,
+    scratch: &'a mut [T],
+    sums: &'a mut [f64],
+    spare: VectorMut<'a, T>,
+    space: PhantomData<S>,
+}
+
+/// Numbers of the parts of the shared pool.
+#[derive(Clone, Copy, Debug)]
+struct Sizes {
+    coarse: usize,
+    ring: usize,
+    lines: usize,
+    transfer: usize,
+}
+
+impl Sizes {
+    fn new<S: Space>(finest: &Grid, slots: usize, threads: usize, shape: Shape) -> Self {
+        let level = |grid: &Grid| 4 * (1 + S::DIM) * pooled(grid.cells() * slots) + S::DIM * pooled(grid.cells());
+        Self {
+            coarse: levels::hierarchy(finest).iter().skip(1).map(level).sum(),
+            ring: pooled(smoother::ring_len::<S>(finest, slots, shape.together)),
+            lines: pooled(threads * local::scratch_len::<S>(slots, shape.lanes)),
+            transfer: pooled(threads * transfer::scratch_per_thread::<S>(finest, slots)),
+        }
+    }
+}
+
+/// Weight of the outside-face term (mathematics section 5).
+fn outside_weight<S: Space>(colours: Colours) -> f64 {
+    if S::DIM == 3 && colours == Colours::RedBlack { 3.0 } else { 2.0 }
+}
+
+/// Cells stretch beyond this before a grid is smoothed more often, and count as no longer than the second.
+const STRETCH: [f64; 2] = [1.5, 32.0];
+
+/// How often to smooth a grid instead of `times`. Long thin boxes have coarse grids (of few cells) with long cells, on which
+/// the smoother couples only across: then it takes as many as diffusion along them does, stretch^2 / 2 times as many.
+fn stretched<S: Space>(grid: &Grid, times: usize) -> usize {
+    let (longest, shortest) = grid.h.iter().take(S::DIM).fold((0.0, f64::MAX), |(long, short): (f64, f64), &h| (long.max(h), short.min(h)));
+    let stretch = (longest / shortest).min(STRETCH[1]);
+    if stretch > STRETCH[0] { libm::ceil(times as f64 * stretch * stretch / 2.0) as usize } else { times }
+}
+
+impl<'a, T: Real, S: Space> Nso<'a, T, S> {
+    /// Writes the ledger lines of the numbers that [`Self::new`] takes from the shared pool.
+    pub fn requirement(ledger: &mut Ledger, finest: &Grid, slots: usize, threads: usize, shape: Shape) {
+        let sizes = Sizes::new::<S>(finest, slots, threads, shape);
+        ledger.group("Navier-Stokes problem (NSO)", Sharing::Together, |ledger| {
+            ledger.line("coarse levels", sizes.coarse, T::BYTES);
+            ledger.group("smoothing or transfer", Sharing::InTurn, |ledger| {
+                ledger.line("smoother: waiting changes, lines in time", sizes.ring + sizes.lines, T::BYTES);
+                ledger.line("transfer: rows of a block", sizes.transfer, T::BYTES);
+            });
+        });
+    }
+
+    /// Assembles the levels; the coarse ones and all scratch take their numbers from `pool`.
+    pub fn new(
+        hierarchy: &'a Levels<'_, T>,
+        bases: &'a Bases<'_, T>,
+        finest: Finest<'a, T>,
+        setup: &Setup,
+        pool: &mut Pool<'a, T>,
+        sums: &'a mut [f64],
+    ) -> Self {
+        let slots = setup.slots;
+        let mut levels = heapless::Vec::new();
+        let first = LevelMut {
+            grid: &hierarchy.grids[0],
+            state: finest.state,
+            v0: finest.v0,
+            a: finest.target,
+            scale: T::from_f64(setup.kappa),
+            b: &mut [],
+            c: Default::default(),
+            d: &mut [],
+            table: &*bases.tables[0],
+        };
+        let _ = levels.push(first);
+        for (grid, base) in hierarchy.grids.iter().zip(&bases.tables).skip(1) {
+            let len = grid.cells() * slots;
+            let level = LevelMut {
+                grid,
+                state: State { v: pool.take_vector(S::DIM, len), w: pool.take_vector(S::DIM, len), p: pool.take(len), pbar: pool.take(len) },
+                v0: pool.take_vector(S::DIM, grid.cells()),
+                a: pool.take_vector(S::DIM, len),
+                scale: T::ONE,
+                b: pool.take(len),
+                c: pool.take_vector(S::DIM, len),
+                d: pool.take(len),
+                table: base,
+            };
+            let pushed = levels.push(level);
+            debug_assert!(pushed.is_ok());
+        }
+        let sizes = Sizes::new::<S>(&hierarchy.grids[0], slots, setup.threads, setup.shape);
+        let weights = Weights { slots, kappa: T::from_f64(setup.kappa), outside: T::from_f64(outside_weight::<S>(setup.params.colours)) };
+        let scratch = pool.take((sizes.ring + sizes.lines).max(sizes.transfer));
+        Self { levels, tables: hierarchy.tables.iter().collect(), weights, setup: *setup, sizes, scratch, sums, spare: finest.spare, space: PhantomData }
+    }
+
+    /// Smooths level `level` a few times, more often where its cells are much longer than wide.
+    fn smooth(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, level: usize, times: usize) -> ControlFlow<()> {
+        let (ring, lines) = self.scratch.split_at_mut(self.sizes.ring);
+        let mut workspace = smoother::Workspace { ring, scratch: &mut lines[..self.sizes.lines], lanes: self.setup.shape.lanes };
+        for _ in 0..stretched::<S>(self.levels[level].grid, times) {
+            smoother::sweep::<T, S>(exec, &mut self.levels[level], &self.weights, self.setup.params.colours, &mut workspace);
+            observer.on(Event::Work)?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Levels `level` and `level + 1`.
+    fn pair_of<'l>(levels: &'l mut [LevelMut<'a, T>], level: usize) -> (&'l mut LevelMut<'a, T>, &'l mut LevelMut<'a, T>) {
+        let (fine, coarse) = levels.split_at_mut(level + 1);
+        (&mut fine[level], &mut coarse[0])
+    }
+
+    /// max |f| on the finest level, NaN when anything is not finite.
+    pub fn residual(&mut self, exec: &dyn Exec) -> f64 {
+        let unit = match self.setup.params.norm {
+            Norm::Scaled => self.levels[0].grid.h[0],
+            Norm::Plain => 1.0,
+        };
+        residual::norm::<T, S>(exec, &self.levels[0], &self.weights, unit, self.sums, self.scratch)
+    }
+
+    /// Both pressures of `level` with mean zero in every slot.
+    fn remove_means(&mut self, exec: &dyn Exec, level: usize) {
+        let LevelMut { grid, state, .. } = &mut self.levels[level];
+        for field in [&mut *state.p, &mut *state.pbar] {
+            means::remove(exec, grid, self.weights.slots, field, self.sums);
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The residual f of the Navier-Stokes problem (paper eq. 13, mathematics section 5): right-hand side minus left-hand side.
+//!
+//! ```text
+//! a:  kappa v_k - w_{k+1} + (1 + J(v_k)^T) w_k + grad pbar_k = ra_k      at faces
+//! b:  div v_k = rb_k                                                      at cells
+//! c:  v_k - v_{k-1} + Adv(v_k) - w_k + grad p_k = rc_k                    at faces
+//! d:  div w_k = rd_k                                                      at cells
+//! ```
+
+use super::level::{LevelMut, System, Weights};
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{Block, Vector, rows, subtract_previous};
+use crate::grid::{Grid, Space};
+use crate::operators::divergence::{add_divergence, add_gradient};
+use crate::operators::plaquette::{self, Adjoint, Advection, accumulate};
+use crate::real::Real;
+
+/// Rows of scratch that [`of_block`] needs.
+const WORK_ROWS: usize = plaquette::SCRATCH_ROWS;
+
+/// The residual of one row of a block.
+pub struct Rows<'a, T> {
+    /// Equation a, by component.
+    pub a: [&'a mut [T]; 3],
+    /// Equation b.
+    pub b: &'a mut [T],
+    /// Equation c, by component.
+    pub c: [&'a mut [T]; 3],
+    /// Equation d.
+    pub d: &'a mut [T],
+}
+
+/// Rows of a [`Rows`].
+#[must_use]
+pub const fn rows_of<S: Space>() -> usize {
+    2 * (1 + S::DIM)
+}
+
+impl<'a, T: Real> Rows<'a, T> {
+    /// From [`rows_of`] rows of `len` numbers each.
+    pub fn new<S: Space>(len: usize, numbers: &'a mut [T]) -> Self {
+        let mut parts = numbers.chunks_exact_mut(len);
+        let mut next = |wanted: bool| if wanted { parts.next().unwrap_or_default() } else { Default::default() };
+        let a = core::array::from_fn(|axis| next(axis < S::DIM));
+        let c = core::array::from_fn(|axis| next(axis < S::DIM));
+        Self { a, b: next(true), c, d: next(true) }
+    }
+
+    /// Equations a, c (by component), b, d.
+    pub fn list(&mut self) -> [&mut [T]; 8] {
+        let [a0, a1, a2] = self.a.each_mut().map(|c| &mut **c);
+        let [c0, c1, c2] = self.c.each_mut().map(|c| &mut **c);
+        [a0, a1, a2, c0, c1, c2, self.b, self.d]
+    }
+}
+
+/// Numbers of scratch a thread needs for [`norm`].
+#[must_use]
+pub fn norm_scratch<S: Space>(grid: &Grid, slots: usize) -> usize {
+    (rows_of::<S>() + WORK_ROWS) * Block::largest(grid.n[0], slots)
+}
+
+/// Numbers of scratch that [`of_block`] needs for a block.
+#[must_use]
+pub fn work_len(block: &Block<'_>) -> usize {
+    WORK_ROWS * block.len()
+}
+
+/// `out` = residual of `row` in the slots of `block`.
+pub fn of_block<T: Real, S: Space>(system: &System<'_, T>, block: &Block<'_>, row: usize, out: &mut Rows<'_, T>, work: &mut [T]) {
+    let (grid, nx) = (block.grid, block.grid.n[0]);
+    let minus = -T::ONE;
+    // Left-hand sides of the nonlinear parts first, with their sign turned at once.
+    out.list().into_iter().for_each(|row| row.fill(T::ZERO));
+    accumulate::<T, S, _>(block, row, Adjoint, system.v, system.w, &mut out.a.each_mut().map(|c| &mut **c), work);
+    accumulate::<T, S, _>(block, row, Advection, system.v, [&[]; 3], &mut out.c.each_mut().map(|c| &mut **c), work);
+    for axis in 0..S::DIM {
+        let (v, w) = (block.of(system.v[axis], row), block.of(system.w[axis], row));
+        let a = &mut *out.a[axis];
+        add_gradient(block, row, axis, T::ONE, system.pbar, a, &mut work[..block.len()]);
+        rows::add_scaled(a, system.kappa, v);
+        rows::add(a, w);
+        subtract_next(block, row, system.w[axis], a);
+        rows::scale_in_place(a, minus);
+        rows::add_scaled(a, system.rhs.scale, target(system.rhs.a, axis, block, row));
+        let c = &mut *out.c[axis];
+        add_gradient(block, row, axis, T::ONE, system.p, c, &mut work[..block.len()]);
+        rows::add(c, v);
+        rows::sub(c, w);
+        subtract_previous(block, row, system.v[axis], system.v0[axis], c);
+        rows::scale_in_place(c, minus);
+        rows::add(c, target(system.rhs.c, axis, block, row));
+        if axis == 0 && !grid.periodic[0] {
+            rows::clear_first(a, nx);
+            rows::clear_first(c, nx);
+        } else if axis > 0 && grid.wall_below(row, axis) {
+            a.fill(T::ZERO);
+            c.fill(T::ZERO);
+        }
+    }
+    for (equation, field, rhs) in [(&mut *out.b, system.v, system.rhs.b), (&mut *out.d, system.w, system.rhs.d)] {
+        add_divergence(block, row, minus, field, equation, &mut work[..block.len()]);
+        if !rhs.is_empty() {
+            rows::add(equation, block.of(rhs, row));
+        }
+    }
+}
+
+fn target<'a, T>(rhs: Vector<'a, T>, axis: usize, block: &Block<'_>, row: usize) -> &'a [T] {
+    if rhs[axis].is_empty() { &[] } else { block.of(rhs[axis], row) }
+}
+
+/// `out -= w` one slot later; there is none after the last.
+fn subtract_next<T: Real>(block: &Block<'_>, row: usize, w: &[T], out: &mut [T]) {
+    let nx = block.grid.n[0];
+    let span = block.span(row);
+    let end = (row + 1) * block.slots * nx;
+    let next = &w[span.start + nx..(span.end + nx).min(end)];
+    rows::sub(&mut out[..next.len()], next);
+}
+
+/// max |f| over all equations, cells and slots, b and d counted times `unit` (h / dt: then all are accelerations).
+///
+/// NaN when any number is not finite. `sums` holds one number a row, `scratch` [`norm_scratch`] a thread.
+pub fn norm<T: Real, S: Space>(exec: &dyn Exec, level: &LevelMut<'_, T>, weights: &Weights<T>, unit: f64, sums: &mut [f64], scratch: &mut [T]) -> f64 {
+    let (grid, system) = (level.grid, level.system(weights));
+    let sums = &mut sums[..grid.rows()];
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch }, |task| {
+        let mut largest = 0.0;
+        for block in Block::all(grid, weights.slots) {
+            let (numbers, work) = task.scratch.split_at_mut(rows_of::<S>() * block.len());
+            let mut out = Rows::new::<S>(block.len(), numbers);
+            of_block::<T, S>(&system, &block, task.row, &mut out, work);
+            let maxima = out.list().map(|row| rows::max_abs(row));
+            let (momentum, divergence) = maxima.split_at(6);
+            largest = rows::largest([largest].into_iter().chain(momentum.iter().copied()).chain(divergence.iter().map(|m| m * unit)));
+        }
+        task.sums[0] = largest;
+    });
+    rows::largest(sums.iter().copied())
+}

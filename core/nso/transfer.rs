@@ -1,0 +1,178 @@
+//! Between two levels (mathematics section 5): the solution is restricted by means that keep the divergence, residuals by
+//! the scaled transpose of the prolongation (cells: by the mean), corrections are prolonged linearly.
+
+use super::level::{LevelMut, Weights};
+use super::residual;
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::transfer::{Move, Place, along};
+use crate::field::{Block, rows};
+use crate::grid::levels::{Tables, Transfer};
+use crate::grid::{Grid, Space};
+use crate::real::Real;
+
+/// The places of [`super::level::State::fields`].
+fn place_of(field: usize) -> Place {
+    if field < 6 { Place::Face(field % 3) } else { Place::Cell }
+}
+
+/// Numbers of scratch a thread needs for any transfer from `fine`.
+#[must_use]
+pub fn scratch_per_thread<S: Space>(fine: &Grid, slots: usize) -> usize {
+    residual::rows_of::<S>() * Block::largest(fine.n[0], slots) + residual::norm_scratch::<S>(fine, slots)
+}
+
+/// `coarse = R fine`, the solution and v_0.
+pub fn restrict_solution<T: Real>(
+    exec: &dyn Exec,
+    fine: &mut LevelMut<'_, T>,
+    coarse: &mut LevelMut<'_, T>,
+    tables: &Tables<'_, T>,
+    slots: usize,
+    scratch: &mut [T],
+) {
+    let step = Move { tables, source: fine.grid, target: coarse.grid, cell: Transfer::RestrictCell, face: Transfer::RestrictFace };
+    let from = fine.state.fields().map(|field| &*field);
+    move_fields(exec, step, from, coarse.state.fields(), slots, T::ONE, true, scratch);
+    let v0 = crate::field::view(&fine.v0);
+    let none = || <&mut [T]>::default();
+    let [x, y, z] = coarse.v0.each_mut().map(|c| &mut **c);
+    move_fields(exec, step, [v0[0], v0[1], v0[2], &[], &[], &[], &[], &[]], [x, y, z, none(), none(), none(), none(), none()], 1, T::ONE, true, scratch);
+}
+
+/// `fine += s P coarse`, the solution.
+pub fn add_prolonged<T: Real>(
+    exec: &dyn Exec,
+    fine: &mut LevelMut<'_, T>,
+    coarse: &mut LevelMut<'_, T>,
+    tables: &Tables<'_, T>,
+    slots: usize,
+    s: T,
+    scratch: &mut [T],
+) {
+    let step = Move { tables, source: coarse.grid, target: fine.grid, cell: Transfer::ProlongCell, face: Transfer::ProlongFace };
+    let from = coarse.state.fields().map(|field| &*field);
+    move_fields(exec, step, from, fine.state.fields(), slots, s, false, scratch);
+}
+
+/// Moves the eight fields of a state; empty ones are left out.
+fn move_fields<T: Real>(exec: &dyn Exec, step: Move<'_, T>, from: [&[T]; 8], to: [&mut [T]; 8], slots: usize, s: T, overwrite: bool, scratch: &mut [T]) {
+    let count = Block::slots_per_block(step.source.n[0].max(step.target.n[0]), slots);
+    for_rows(exec, step.target.rows(), 0..step.target.rows(), RowBuffers { fields: to, sums: &mut [], scratch }, |task| {
+        for (index, (field, out)) in from.iter().zip(task.fields).enumerate().filter(|(_, (field, _))| !field.is_empty()) {
+            if overwrite {
+                out.fill(T::ZERO);
+            }
+            for first in (0..slots).step_by(count) {
+                let count = count.min(slots - first);
+                let block = Block { grid: step.target, slots, first, count };
+                step.add_row(place_of(index), field, slots, first, count, task.row, s, &mut out[block.span_in_row()], task.scratch);
+            }
+        }
+    });
+}
+
+/// The coarse right-hand side: f_coarse(R x) + R(residual), with the coarse solution already R x.
+pub fn restrict_residual<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fine: &LevelMut<'_, T>,
+    coarse: &mut LevelMut<'_, T>,
+    tables: &Tables<'_, T>,
+    weights: &Weights<T>,
+    scratch: &mut [T],
+) {
+    let system = fine.system(weights);
+    let LevelMut { grid, state, v0, a, b, c, d, table, .. } = coarse;
+    let (grid, [a0, a1, a2], [c0, c1, c2]) = (*grid, a.each_mut().map(|c| &mut **c), c.each_mut().map(|c| &mut **c));
+    let none: &[T] = &[];
+    let coarse_system = super::level::System {
+        grid,
+        rhs: super::level::Rhs { scale: T::ONE, a: [none; 3], b: none, c: [none; 3], d: none },
+        v: crate::field::view(&state.v),
+        w: crate::field::view(&state.w),
+        p: state.p,
+        pbar: state.pbar,
+        v0: crate::field::view(v0),
+        table,
+        ..system
+    };
+    let fields = [a0, a1, a2, c0, c1, c2, &mut **b, &mut **d];
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut [], scratch }, |mut task| {
+        for block in Block::all(system.grid, weights.slots) {
+            let coarse_block = Block { grid, ..block };
+            let mut out = task.fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[coarse_block.span_in_row()] });
+            let (sums, rest) = task.scratch.split_at_mut(residual::rows_of::<S>() * block.len());
+            collect::<T, S>(&system, &block, tables, grid, task.row, sums, rest, &mut out);
+            let (numbers, work) = task.scratch.split_at_mut(residual::rows_of::<S>() * coarse_block.len());
+            let mut minus_left = residual::Rows::new::<S>(coarse_block.len(), numbers);
+            residual::of_block::<T, S>(&coarse_system, &coarse_block, task.row, &mut minus_left, work);
+            for (out, minus_left) in out.into_iter().zip(minus_left.list()) {
+                rows::sub(out, minus_left);
+            }
+        }
+    });
+}
+
+/// A fine row near a coarse one along one axis, with the weights of cells, of faces across and of faces along the axis.
+type Near<T> = heapless::Vec<(usize, [T; 3]), 8>;
+
+const KINDS: [Transfer; 3] = [Transfer::RestrictCell, Transfer::CollectCell, Transfer::CollectFace];
+
+fn near<T: Real>(tables: &Tables<'_, T>, axis: usize, i: usize) -> Near<T> {
+    let mut list: Near<T> = heapless::Vec::new();
+    for (kind, &transfer) in KINDS.iter().enumerate() {
+        for (at, weight) in tables.taps(axis, transfer, i) {
+            match list.iter_mut().find(|(have, _)| *have == at) {
+                Some((_, weights)) => weights[kind] = weight,
+                None => {
+                    let mut weights = [T::ZERO; 3];
+                    weights[kind] = weight;
+                    let pushed = list.push((at, weights));
+                    debug_assert!(pushed.is_ok());
+                }
+            }
+        }
+    }
+    list
+}
+
+/// `out` = the restricted residuals of one coarse row: a, c by component, b, d.
+fn collect<T: Real, S: Space>(
+    system: &super::level::System<'_, T>,
+    block: &Block<'_>,
+    tables: &Tables<'_, T>,
+    coarse: &Grid,
+    row: usize,
+    sums: &mut [T],
+    scratch: &mut [T],
+    out: &mut [&mut [T]; 8],
+) {
+    let (fine, [y, z]) = (system.grid, coarse.row_at(row));
+    let mut sums = residual::Rows::new::<S>(block.len(), sums);
+    sums.list().into_iter().for_each(|row| row.fill(T::ZERO));
+    let one: Near<T> = core::iter::once((0, [T::ONE; 3])).collect();
+    let in_z = if S::DIM == 3 { near(tables, 2, z) } else { one };
+    for (fine_z, weight_z) in &in_z {
+        for (fine_y, weight_y) in near(tables, 1, y) {
+            let (numbers, work) = scratch.split_at_mut(residual::rows_of::<S>() * block.len());
+            let mut values = residual::Rows::new::<S>(block.len(), numbers);
+            residual::of_block::<T, S>(system, block, fine.row(fine_y, *fine_z), &mut values, work);
+            for (index, (sum, value)) in sums.list().into_iter().zip(values.list()).enumerate() {
+                let kind = |axis: usize| match place_of(index) {
+                    Place::Cell => 0,
+                    Place::Face(own) => 1 + usize::from(own == axis),
+                };
+                let weight = weight_y[kind(1)] * weight_z[kind(2)];
+                if weight != T::ZERO {
+                    rows::add_scaled(sum, weight, value);
+                }
+            }
+        }
+    }
+    for (index, (sum, out)) in sums.list().into_iter().zip(out.iter_mut()).enumerate() {
+        out.fill(T::ZERO);
+        if !sum.is_empty() {
+            let transfer = along(place_of(index), 0, if index < 6 { Transfer::CollectCell } else { Transfer::RestrictCell }, Transfer::CollectFace);
+            tables.add_along_x(transfer, sum, fine.n[0], out, coarse.n[0]);
+        }
+    }
+}

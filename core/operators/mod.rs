@@ -1,0 +1,6 @@
+//! Operators on the MAC grid with their exact adjoints, written once for all axes.
+
+pub mod blur;
+pub mod divergence;
+pub mod plaquette;
+pub mod self_advection;

@@ -1,0 +1,215 @@
+//! Plaquettes (mathematics section 2): where vorticity lives, and how what happens there reaches the faces around.
+//!
+//! For the ordered axis pair (a, b) a plaquette is a corner (2D) or edge (3D) with four faces: A-, A+ are the a-faces half
+//! a cell below and above it along b; B-, B+ the b-faces half a cell below and above it along a. Plaquette `i` is at the
+//! low corner of cell `i`, so its A+ and B+ are the faces `i`. Plaquettes on walls do nothing (free slip).
+
+use crate::field::{Block, Vector, rows};
+use crate::grid::{Grid, Side, Space};
+use crate::real::Real;
+use crate::simd::multiversion;
+
+/// The four faces of plaquettes: A-, A+, B-, B+.
+pub type Quad<'a, T> = [&'a [T]; 4];
+
+/// The four velocities at a plaquette, and what follows from them.
+#[derive(Clone, Copy, Debug)]
+pub struct Plaquette<T> {
+    /// Vorticity, (B+ - B-) / h_a - (A+ - A-) / h_b.
+    pub omega: T,
+    /// (A- + A+) / 2.
+    pub abar: T,
+    /// (B- + B+) / 2.
+    pub bbar: T,
+}
+
+impl<T: Copy + core::ops::Add<Output = T> + core::ops::Sub<Output = T> + core::ops::Mul<Output = T>> Plaquette<T> {
+    /// From the velocities at A-, A+, B-, B+; `inverse` holds 1 / h_a and 1 / h_b.
+    #[inline(always)]
+    pub fn new(a: [T; 2], b: [T; 2], inverse: [T; 2], half: T) -> Self {
+        Self { omega: (b[1] - b[0]) * inverse[0] - (a[1] - a[0]) * inverse[1], abar: (a[0] + a[1]) * half, bbar: (b[0] + b[1]) * half }
+    }
+}
+
+/// What happens at a row of plaquettes: four rows of contributions to A-, A+, B-, B+.
+pub trait Rule<T>: Copy {
+    /// Reads the velocities at four faces (and those of a second field) and overwrites the four contributions.
+    fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]);
+}
+
+/// Adv(v): A gets -omega bbar / 2, B gets +omega abar / 2.
+#[derive(Clone, Copy, Debug)]
+pub struct Advection;
+
+multiversion! {
+    fn advection[T: Real](v: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        let [am_out, ap_out, bm_out, bp_out] = out;
+        let n = am_out.len();
+        let (ap_out, bm_out, bp_out) = (&mut ap_out[..n], &mut bm_out[..n], &mut bp_out[..n]);
+        let [am, ap, bm, bp] = v.map(|row| &row[..n]);
+        for i in 0..n {
+            let p = Plaquette::new([am[i], ap[i]], [bm[i], bp[i]], inverse, T::HALF);
+            let half = p.omega * T::HALF;
+            am_out[i] = -(half * p.bbar);
+            ap_out[i] = am_out[i];
+            bm_out[i] = half * p.abar;
+            bp_out[i] = bm_out[i];
+        }
+    }
+}
+
+impl<T: Real> Rule<T> for Advection {
+    fn contribute(self, velocity: Quad<'_, T>, _second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        advection(velocity, inverse, out);
+    }
+}
+
+/// J(v) d: the derivative of Adv at v along the second field d.
+#[derive(Clone, Copy, Debug)]
+pub struct Derivative;
+
+multiversion! {
+    fn derivative[T: Real](v: Quad<'_, T>, d: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        let [am_out, ap_out, bm_out, bp_out] = out;
+        let n = am_out.len();
+        let (ap_out, bm_out, bp_out) = (&mut ap_out[..n], &mut bm_out[..n], &mut bp_out[..n]);
+        let [am, ap, bm, bp] = v.map(|row| &row[..n]);
+        let [dam, dap, dbm, dbp] = d.map(|row| &row[..n]);
+        for i in 0..n {
+            let p = Plaquette::new([am[i], ap[i]], [bm[i], bp[i]], inverse, T::HALF);
+            let dp = Plaquette::new([dam[i], dap[i]], [dbm[i], dbp[i]], inverse, T::HALF);
+            am_out[i] = -(T::HALF * (dp.omega * p.bbar + p.omega * dp.bbar));
+            ap_out[i] = am_out[i];
+            bm_out[i] = T::HALF * (dp.omega * p.abar + p.omega * dp.abar);
+            bp_out[i] = bm_out[i];
+        }
+    }
+}
+
+impl<T: Real> Rule<T> for Derivative {
+    fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        derivative(velocity, second, inverse, out);
+    }
+}
+
+/// J(v)^T m for the second field m.
+#[derive(Clone, Copy, Debug)]
+pub struct Adjoint;
+
+multiversion! {
+    fn adjoint[T: Real](v: Quad<'_, T>, m: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        let [am_out, ap_out, bm_out, bp_out] = out;
+        let n = am_out.len();
+        let (ap_out, bm_out, bp_out) = (&mut ap_out[..n], &mut bm_out[..n], &mut bp_out[..n]);
+        let [am, ap, bm, bp] = v.map(|row| &row[..n]);
+        let [mam, map, mbm, mbp] = m.map(|row| &row[..n]);
+        for i in 0..n {
+            let p = Plaquette::new([am[i], ap[i]], [bm[i], bp[i]], inverse, T::HALF);
+            let ma = -(T::HALF * (mam[i] + map[i]));
+            let mb = T::HALF * (mbm[i] + mbp[i]);
+            let g = ma * p.bbar + mb * p.abar;
+            let (spread_a, spread_b) = (mb * p.omega * T::HALF, ma * p.omega * T::HALF);
+            am_out[i] = spread_a + g * inverse[1];
+            ap_out[i] = spread_a - g * inverse[1];
+            bm_out[i] = spread_b - g * inverse[0];
+            bp_out[i] = spread_b + g * inverse[0];
+        }
+    }
+}
+
+impl<T: Real> Rule<T> for Adjoint {
+    fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        adjoint(velocity, second, inverse, out);
+    }
+}
+
+/// Rows of scratch that [`accumulate`] needs.
+pub const SCRATCH_ROWS: usize = 7;
+
+/// Adds what all plaquettes do to the faces of `row`: `out[a] +=` the contributions of `rule` at v and `second`.
+///
+/// `scratch` holds [`SCRATCH_ROWS`] rows of the block.
+pub fn accumulate<T: Real, S: Space, R: Rule<T>>(
+    block: &Block<'_>,
+    row: usize,
+    rule: R,
+    v: Vector<'_, T>,
+    second: Vector<'_, T>,
+    out: &mut [&mut [T]; 3],
+    scratch: &mut [T],
+) {
+    let mut work = Work::new(block, scratch);
+    for &(a, b) in S::PAIRS {
+        if work.evaluate(block, row, (a, b), rule, v, second) {
+            rows::add(out[a], work.out[1]);
+            rows::add(out[b], work.out[3]);
+            work.add_shifted(block, (a, b), out);
+        }
+        for (along, other, minus) in [(b, a, 0), (a, b, 2)] {
+            let Some(next) = (along > 0).then(|| block.grid.neighbour(row, along, Side::High)).flatten() else { continue };
+            if work.evaluate(block, next, (a, b), rule, v, second) {
+                rows::add(out[other], work.out[minus]);
+            }
+        }
+    }
+}
+
+/// The rows of scratch by use.
+struct Work<'a, T> {
+    out: [&'a mut [T]; 4],
+    shifted: [&'a mut [T]; 3],
+}
+
+impl<'a, T: Real> Work<'a, T> {
+    fn new(block: &Block<'_>, scratch: &'a mut [T]) -> Self {
+        let mut parts = scratch.chunks_exact_mut(block.len());
+        let mut next = || parts.next().unwrap_or_default();
+        Self { out: core::array::from_fn(|_| next()), shifted: core::array::from_fn(|_| next()) }
+    }
+
+    /// The contributions of the plaquettes of `row`, or false when they are all on a wall.
+    fn evaluate<R: Rule<T>>(&mut self, block: &Block<'_>, row: usize, (a, b): (usize, usize), rule: R, v: Vector<'_, T>, second: Vector<'_, T>) -> bool {
+        let grid = block.grid;
+        if [a, b].iter().any(|&axis| axis > 0 && grid.wall_below(row, axis)) {
+            return false;
+        }
+        let [low_v, low_second, _] = &mut self.shifted;
+        let quad_v = quad(block, row, (a, b), v, low_v);
+        let quad_second = if second[a].is_empty() { [&[][..]; 4] } else { quad(block, row, (a, b), second, low_second) };
+        let inverse = [T::from_f64(1.0 / grid.h[a]), T::from_f64(1.0 / grid.h[b])];
+        rule.contribute(quad_v, quad_second, inverse, self.out.each_mut().map(|row| &mut **row));
+        if (a == 0 || b == 0) && !grid.periodic[0] {
+            self.out.iter_mut().for_each(|row| rows::clear_first(row, grid.n[0]));
+        }
+        true
+    }
+
+    /// The contributions to A- and B- of the faces one plaquette back along x.
+    fn add_shifted(&mut self, block: &Block<'_>, (a, b): (usize, usize), out: &mut [&mut [T]; 3]) {
+        let grid = block.grid;
+        for (along, other, minus) in [(b, a, 0), (a, b, 2)] {
+            if along == 0 {
+                rows::shift_high(self.shifted[2], self.out[minus], grid.n[0], grid.periodic[0]);
+                rows::add(out[other], self.shifted[2]);
+            }
+        }
+    }
+}
+
+/// The faces A-, A+, B-, B+ of the plaquettes of `row`; what is one back along x is copied to `shifted`.
+fn quad<'a, T: Real>(block: &Block<'_>, row: usize, (a, b): (usize, usize), v: Vector<'a, T>, shifted: &'a mut [T]) -> Quad<'a, T> {
+    let grid = block.grid;
+    let (ap, bp) = (block.of(v[a], row), block.of(v[b], row));
+    let source = if b == 0 { ap } else { bp };
+    if a == 0 || b == 0 {
+        rows::shift_low(shifted, source, grid.n[0], grid.periodic[0]);
+    }
+    let below =
+        |component: usize, along: usize, shifted: &'a [T]| -> &'a [T] { if along == 0 { shifted } else { below_row(grid, block, v[component], row, along) } };
+    [below(a, b, shifted), ap, below(b, a, shifted), bp]
+}
+
+/// The row of `field` below `row` along y or z, which exists (rows on walls are left out before).
+fn below_row<'a, T>(grid: &Grid, block: &Block<'_>, field: &'a [T], row: usize, along: usize) -> &'a [T] {
+    block.of(field, grid.neighbour(row, along, Side::Low).unwrap_or(row))
+}

@@ -1,0 +1,66 @@
+//! Self-advection Adv(v) = (curl v) x v (mathematics section 2), its derivative J(v) and the adjoint of that.
+//!
+//! Energy preserving: <v, Adv(v)> = 0. Quadratic: Adv(v + t d) = Adv(v) + t J(v) d + t^2 Adv(d), exactly.
+
+use super::plaquette::{Adjoint, Advection, Derivative, Rule, SCRATCH_ROWS, accumulate};
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{Block, Vector, VectorMut};
+use crate::grid::{Grid, Space};
+use crate::real::Real;
+
+/// Numbers of scratch that one thread needs on `grid`.
+#[must_use]
+pub fn scratch_per_thread(grid: &Grid, slots: usize) -> usize {
+    SCRATCH_ROWS * Block::largest(grid.n[0], slots)
+}
+
+/// `out = Adv(v)` in every slot. Shapes: trajectories of faces. Units: velocity squared / length.
+pub fn apply<T: Real, S: Space>(exec: &dyn Exec, grid: &Grid, slots: usize, v: Vector<'_, T>, out: VectorMut<'_, T>, scratch: &mut [T]) {
+    apply_rule::<T, S, _>(exec, grid, slots, Advection, v, [&[]; 3], out, scratch);
+}
+
+/// `out = J(v) d` in every slot.
+pub fn apply_derivative<T: Real, S: Space>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    slots: usize,
+    v: Vector<'_, T>,
+    d: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    apply_rule::<T, S, _>(exec, grid, slots, Derivative, v, d, out, scratch);
+}
+
+/// `out = J(v)^T m` in every slot.
+pub fn apply_adjoint<T: Real, S: Space>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    slots: usize,
+    v: Vector<'_, T>,
+    m: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    apply_rule::<T, S, _>(exec, grid, slots, Adjoint, v, m, out, scratch);
+}
+
+fn apply_rule<T: Real, S: Space, R: Rule<T> + Sync>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    slots: usize,
+    rule: R,
+    v: Vector<'_, T>,
+    second: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: out, sums: &mut [], scratch }, |task| {
+        let mut fields = task.fields;
+        for block in Block::all(grid, slots) {
+            let mut parts = fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[block.span_in_row()] });
+            parts.iter_mut().for_each(|part| part.fill(T::ZERO));
+            accumulate::<T, S, R>(&block, task.row, rule, v, second, &mut parts, task.scratch);
+        }
+    });
+}

@@ -1,0 +1,102 @@
+//! The keyframes of a problem and the data term that they make (paper eq. 5, mathematics section 4).
+
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::rows;
+use crate::grid::Grid;
+use crate::operators::blur;
+use crate::plan::{Ledger, Pool, Sharing, pooled};
+use crate::real::Real;
+
+/// Targets rho*_i with their steps i.
+#[derive(Debug)]
+pub struct Keyframes<'m, T> {
+    /// Steps, ascending.
+    pub steps: &'m mut [u32],
+    /// One field of cells for each.
+    pub densities: &'m mut [T],
+}
+
+impl<T> Keyframes<'_, T> {
+    /// The keyframe at `step`, if there is one.
+    #[must_use]
+    pub fn at(&self, step: usize) -> Option<usize> {
+        self.steps.iter().position(|&at| at as usize == step)
+    }
+
+    /// The target of keyframe `index`.
+    #[must_use]
+    pub fn density(&self, index: usize, cells: usize) -> &[T] {
+        &self.densities[index * cells..(index + 1) * cells]
+    }
+}
+
+/// The workspace of the data term.
+#[derive(Debug)]
+pub struct DataTerm<'a, T> {
+    grid: &'a Grid,
+    filters: usize,
+    error: &'a mut [T],
+    image: &'a mut [T],
+    work: [&'a mut [T]; blur::WORK_FIELDS],
+    scratch: &'a mut [T],
+}
+
+impl<'a, T: Real> DataTerm<'a, T> {
+    fn scratch_len(grid: &Grid, filters: usize, threads: usize) -> usize {
+        pooled(threads * blur::scratch_per_thread(grid, filters))
+    }
+
+    /// Writes the ledger lines of [`Self::carve`].
+    pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
+        ledger.group("metric of the data term", Sharing::Together, |ledger| {
+            ledger.line("error, its image and work", (2 + blur::WORK_FIELDS) * pooled(grid.cells()), T::BYTES);
+            ledger.line("rows with their neighbours", Self::scratch_len(grid, filters, threads), T::BYTES);
+        });
+    }
+
+    /// Takes its numbers from the shared pool.
+    pub fn carve(grid: &'a Grid, filters: usize, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+        let len = grid.cells();
+        Self {
+            grid,
+            filters,
+            error: pool.take(len),
+            image: pool.take(len),
+            work: [pool.take(len), pool.take(len)],
+            scratch: pool.take(Self::scratch_len(grid, filters, threads)),
+        }
+    }
+
+    /// 1/2 <e, C e> for e = rho - target; [`Self::image`] is C e afterwards. `sums` holds one number a row.
+    pub fn evaluate(&mut self, exec: &dyn Exec, rho: &[T], target: &[T], sums: &mut [f64]) -> f64 {
+        let (grid, n) = (self.grid, self.grid.n[0]);
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *self.error], sums: &mut [], scratch: &mut [] }, |task| {
+            let [error] = task.fields;
+            let span = task.row * n..(task.row + 1) * n;
+            error.copy_from_slice(&rho[span.clone()]);
+            rows::sub(error, &target[span]);
+        });
+        let [first, second] = &mut self.work;
+        blur::apply(exec, grid, self.filters, self.error, self.image, [first, second], self.scratch);
+        let (error, image) = (&*self.error, &*self.image);
+        let sums = &mut sums[..grid.rows()];
+        for_rows::<T, 0, _>(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch: &mut [] }, |task| {
+            let span = task.row * n..(task.row + 1) * n;
+            task.sums[0] = rows::dot(&error[span.clone()], &image[span]);
+        });
+        0.5 * sums.iter().sum::<f64>()
+    }
+
+    /// C e of the last [`Self::evaluate`].
+    #[must_use]
+    pub fn image(&self) -> &[T] {
+        self.image
+    }
+
+    /// The data term of a whole trajectory of densities.
+    pub fn total(&mut self, exec: &dyn Exec, rho: &[T], keyframes: &Keyframes<'_, T>, sums: &mut [f64]) -> f64 {
+        let cells = self.grid.cells();
+        let steps = keyframes.steps.iter().enumerate();
+        steps.map(|(index, &step)| self.evaluate(exec, &rho[step as usize * cells..][..cells], keyframes.density(index, cells), sums)).sum()
+    }
+}

@@ -1,0 +1,69 @@
+//! What an outer iteration reports, and how a solve ends: data, not errors.
+
+/// Data and force terms of the objective J (paper eq. 5).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Objective {
+    /// 1/2 sum over keyframes of <e, C e>.
+    pub data: f64,
+    /// r/2 sum of |u|^2.
+    pub force: f64,
+}
+
+impl Objective {
+    /// J.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.data + self.force
+    }
+}
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The method's own rule says so.
+    Converged,
+    /// The iterations were used up.
+    MaxIterations,
+    /// It no longer moves, but does not satisfy the rule of convergence.
+    Stalled,
+    /// A number is not finite, or a flow is too fast to be transported.
+    NotFinite,
+    /// The observer said stop.
+    Cancelled,
+    /// The source or a keyframe is missing.
+    NotReady,
+}
+
+/// What one outer iteration did.
+#[derive(Clone, Debug, Default)]
+pub struct Progress {
+    /// Outer iteration, from 1.
+    pub iteration: usize,
+    /// Set when the solve is over.
+    pub status: Option<Status>,
+    /// The objective of the current velocities and forces.
+    pub objective: Objective,
+    /// How ADMM went.
+    pub admm: AdmmProgress,
+}
+
+/// How ADMM went in one outer iteration.
+#[derive(Clone, Debug, Default)]
+pub struct AdmmProgress {
+    /// Blending step alpha of AO.
+    pub ao_step: f64,
+    /// max change of rho since the iteration before, over max rho_0.
+    pub density_change: f64,
+    /// max |f| of NSO before its first V-cycle and after each.
+    pub nso_residuals: heapless::Vec<f64, { crate::nso::solve::MAX_CYCLES }>,
+    /// max of AO's direction, over dt: the residual of its fixed point as an acceleration (the paper's Figure 7).
+    pub ao_residual: f64,
+    /// The largest violation of the optimality conditions: of AO's, NSO's, and max |v - v*| over dt (the paper's Figure 7).
+    pub kkt: f64,
+    /// max |v - v*| over max |v|.
+    pub gap: f64,
+    /// Data term of v*, where the objective's is that of v.
+    pub data_of_star: f64,
+    /// Whether the multipliers were held: an iteration of the plain augmented Lagrangian.
+    pub held: bool,
+}

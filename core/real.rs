@@ -1,0 +1,107 @@
+//! The numbers that the core computes with: `f32` and `f64`, nothing from `std`.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// `f32` or `f64`. Sums over fields accumulate in `f64` whatever the precision.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + sealed::Sealed
+    + crate::arena::Plain
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + crate::simd::Vector<Elem = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// Bytes of one number.
+    const BYTES: usize;
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// 1/2.
+    const HALF: Self;
+    /// The distance from 1 to the next number.
+    const EPSILON: f64;
+    /// `f32` or `f64`.
+    const NAME: &'static str;
+    /// The SIMD vectors of this number, widest first; see [`simd`](crate::simd).
+    type Wide: crate::simd::Vector<Elem = Self>;
+    /// As [`Self::Wide`], for machines with AVX2.
+    type Medium: crate::simd::Vector<Elem = Self>;
+    /// As [`Self::Wide`], for every machine.
+    type Narrow: crate::simd::Vector<Elem = Self>;
+
+    /// Rounds to nearest.
+    fn from_f64(x: f64) -> Self;
+    /// Exact.
+    fn to_f64(self) -> f64;
+    /// |x|.
+    fn abs(self) -> Self;
+    /// The square root, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+
+    /// A count as a number.
+    #[inline(always)]
+    fn from_usize(x: usize) -> Self {
+        Self::from_f64(x as f64)
+    }
+}
+
+macro_rules! real {
+    ($t:ident, $bytes:expr, $sqrt:path, $wide:ident, $medium:ident, $narrow:ident) => {
+        impl Real for $t {
+            const BYTES: usize = $bytes;
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const HALF: Self = 0.5;
+            const EPSILON: f64 = $t::EPSILON as f64;
+            const NAME: &'static str = stringify!($t);
+            type Wide = crate::simd::$wide;
+            type Medium = crate::simd::$medium;
+            type Narrow = crate::simd::$narrow;
+
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                x as $t
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $t::abs(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                $sqrt(self)
+            }
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                $t::is_finite(self)
+            }
+        }
+    };
+}
+
+real!(f32, 4, libm::sqrtf, F32Wide, F32Medium, F32Narrow);
+real!(f64, 8, libm::sqrt, F64Wide, F64Medium, F64Narrow);

@@ -1,0 +1,500 @@
+//! Vectors of numbers and the choice of instruction set, made once for the process.
+//!
+//! Every operation works lane by lane, so a result does not depend on the width, and multiply and add are never fused:
+//! all levels give the same bits.
+#![allow(unsafe_code)]
+
+use core::ops::{Add, Mul, Neg, Sub};
+use core::sync::atomic::{AtomicU8, Ordering};
+
+/// An instruction set that the kernels are compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// What every machine of the target has.
+    Baseline = 1,
+    /// AVX2 (256 bits).
+    Avx2 = 2,
+    /// AVX-512 (512 bits).
+    Avx512 = 3,
+}
+
+static LEVEL: AtomicU8 = AtomicU8::new(0);
+
+/// The level that the kernels run at: the best that the machine has, unless [`limit`] said less.
+#[inline]
+#[must_use]
+pub fn level() -> Level {
+    match LEVEL.load(Ordering::Relaxed) {
+        1 => Level::Baseline,
+        2 => Level::Avx2,
+        3 => Level::Avx512,
+        _ => limit(Level::Avx512),
+    }
+}
+
+/// Keeps the kernels to at most `level`, and returns the level in force. For tests and comparisons.
+pub fn limit(level: Level) -> Level {
+    let chosen = level.min(best());
+    LEVEL.store(chosen as u8, Ordering::Relaxed);
+    chosen
+}
+
+#[cfg(target_arch = "x86_64")]
+fn best() -> Level {
+    cpufeatures::new!(has_avx512, "avx512f", "avx512vl", "avx512dq", "avx512bw", "avx2");
+    cpufeatures::new!(has_avx2, "avx2");
+    if has_avx512::get() {
+        Level::Avx512
+    } else if has_avx2::get() {
+        Level::Avx2
+    } else {
+        Level::Baseline
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn best() -> Level {
+    Level::Baseline
+}
+
+/// Compiles a kernel once for every [`Level`] and calls the one in force.
+///
+/// The body must be plain loops over slices; what it calls must be `#[inline(always)]`.
+macro_rules! multiversion {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident[$($gen:tt)*]($($arg:ident: $ty:ty),* $(,)?) $(-> $ret:ty)? $body:block) => {
+        $(#[$meta])*
+        #[allow(unsafe_code)]
+        $vis fn $name<$($gen)*>($($arg: $ty),*) $(-> $ret)? {
+            #[inline(always)]
+            fn body<$($gen)*>($($arg: $ty),*) $(-> $ret)? $body
+
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2")]
+                unsafe fn avx512<$($gen)*>($($arg: $ty),*) $(-> $ret)? {
+                    body($($arg),*)
+                }
+                #[target_feature(enable = "avx2")]
+                unsafe fn avx2<$($gen)*>($($arg: $ty),*) $(-> $ret)? {
+                    body($($arg),*)
+                }
+                match $crate::simd::level() {
+                    // SAFETY: `level` returns only what the processor has.
+                    $crate::simd::Level::Avx512 => return unsafe { avx512($($arg),*) },
+                    // SAFETY: as above.
+                    $crate::simd::Level::Avx2 => return unsafe { avx2($($arg),*) },
+                    $crate::simd::Level::Baseline => {}
+                }
+            }
+            body($($arg),*)
+        }
+    };
+}
+pub(crate) use multiversion;
+
+/// A few numbers side by side, one cell a lane.
+///
+/// A type wider than the processor must not be used; [`level`] says which may.
+pub trait Vector: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> {
+    /// The number in a lane.
+    type Elem: Copy;
+    /// How many lanes.
+    const LANES: usize;
+    /// The same number in every lane.
+    fn splat(x: Self::Elem) -> Self;
+    /// The first `LANES` numbers of `from`, which must have as many.
+    fn load(from: &[Self::Elem]) -> Self;
+    /// Into the first `LANES` numbers of `to`, which must have as many.
+    fn store(self, to: &mut [Self::Elem]);
+    /// Numbers 0, 2, 4, .. of `from`, which must have `2 LANES` of them.
+    fn load_even(from: &[Self::Elem]) -> Self;
+    /// 1 / sqrt(x), by a square root and a division.
+    fn recip_sqrt(self) -> Self;
+    /// The larger of each pair; that of `other` where this one is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The smaller of each pair; that of `other` where this one is NaN.
+    fn min(self, other: Self) -> Self;
+    /// 1 where a number is above 0, else 0.
+    fn positive(self) -> Self;
+}
+
+/// Compiles a kernel once for every [`Level`], with the vectors of that level as its type parameter `V`.
+///
+/// `fn name[T, V](..)`: the body may use `V: Vector<Elem = T>`; what it calls must be `#[inline(always)]`.
+macro_rules! vectorised {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident[$t:ident, $v:ident]($($arg:ident: $ty:ty),* $(,)?) $(-> $ret:ty)? $body:block) => {
+        $(#[$meta])*
+        #[allow(unsafe_code)]
+        $vis fn $name<$t: $crate::real::Real>($($arg: $ty),*) $(-> $ret)? {
+            #[inline(always)]
+            fn body<$t: $crate::real::Real, $v: $crate::simd::Vector<Elem = $t>>($($arg: $ty),*) $(-> $ret)? $body
+
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2")]
+                unsafe fn avx512<$t: $crate::real::Real>($($arg: $ty),*) $(-> $ret)? {
+                    body::<$t, $t::Wide>($($arg),*)
+                }
+                #[target_feature(enable = "avx2")]
+                unsafe fn avx2<$t: $crate::real::Real>($($arg: $ty),*) $(-> $ret)? {
+                    body::<$t, $t::Medium>($($arg),*)
+                }
+                match $crate::simd::level() {
+                    // SAFETY: `level` returns only what the processor has.
+                    $crate::simd::Level::Avx512 => return unsafe { avx512($($arg),*) },
+                    // SAFETY: as above.
+                    $crate::simd::Level::Avx2 => return unsafe { avx2($($arg),*) },
+                    $crate::simd::Level::Baseline => {}
+                }
+            }
+            body::<$t, $t::Narrow>($($arg),*)
+        }
+    };
+}
+pub(crate) use vectorised;
+
+macro_rules! single {
+    ($t:ident, $sqrt:path) => {
+        impl Vector for $t {
+            type Elem = $t;
+            const LANES: usize = 1;
+            #[inline(always)]
+            fn splat(x: $t) -> Self {
+                x
+            }
+            #[inline(always)]
+            fn load(from: &[$t]) -> Self {
+                from[0]
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$t]) {
+                to[0] = self;
+            }
+            #[inline(always)]
+            fn load_even(from: &[$t]) -> Self {
+                from[0]
+            }
+            #[inline(always)]
+            fn recip_sqrt(self) -> Self {
+                1.0 / $sqrt(self)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                if self > other { self } else { other }
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                if self < other { self } else { other }
+            }
+            #[inline(always)]
+            fn positive(self) -> Self {
+                if self > 0.0 { 1.0 } else { 0.0 }
+            }
+        }
+    };
+}
+single!(f32, libm::sqrtf);
+single!(f64, libm::sqrt);
+
+macro_rules! vector {
+    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $sqrt:expr, $even:expr, $max:expr, $min:expr, $positive:expr) => {
+        /// A [`Vector`].
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name($raw);
+
+        impl Add for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                // SAFETY: the caller of a kernel of this width has checked `level`.
+                Self(unsafe { $add(self.0, other.0) })
+            }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                // SAFETY: as in `add`.
+                Self(unsafe { $sub(self.0, other.0) })
+            }
+        }
+        impl Mul for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                // SAFETY: as in `add`.
+                Self(unsafe { $mul(self.0, other.0) })
+            }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self::splat(0.0) - self
+            }
+        }
+        impl Vector for $name {
+            type Elem = $t;
+            const LANES: usize = $lanes;
+            #[inline(always)]
+            fn splat(x: $t) -> Self {
+                // SAFETY: as in `add`.
+                Self(unsafe { $splat(x) })
+            }
+            #[inline(always)]
+            fn load(from: &[$t]) -> Self {
+                let from = &from[..$lanes];
+                // SAFETY: `from` has `LANES` numbers.
+                Self(unsafe { $load(from.as_ptr()) })
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$t]) {
+                let to = &mut to[..$lanes];
+                // SAFETY: `to` has `LANES` numbers.
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
+            fn load_even(from: &[$t]) -> Self {
+                let from = &from[..2 * $lanes];
+                // SAFETY: `from` has `2 LANES` numbers.
+                Self(unsafe { $even($load(from.as_ptr()), $load(from.as_ptr().add($lanes))) })
+            }
+            #[inline(always)]
+            fn recip_sqrt(self) -> Self {
+                // SAFETY: as in `add`.
+                Self(unsafe { $div($splat(1.0), $sqrt(self.0)) })
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                // SAFETY: as in `add`.
+                Self(unsafe { $max(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                // SAFETY: as in `add`.
+                Self(unsafe { $min(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn positive(self) -> Self {
+                // SAFETY: as in `add`.
+                Self(unsafe { $positive(self.0) })
+            }
+        }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use super::{Add, Mul, Neg, Sub, Vector};
+    use core::arch::x86_64::*;
+
+    #[inline(always)]
+    unsafe fn even_ps512(a: __m512, b: __m512) -> __m512 {
+        // SAFETY: the caller has AVX-512.
+        unsafe {
+            let index = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+            _mm512_permutex2var_ps(a, index, b)
+        }
+    }
+    #[inline(always)]
+    unsafe fn even_pd512(a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: the caller has AVX-512.
+        unsafe { _mm512_permutex2var_pd(a, _mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14), b) }
+    }
+    #[inline(always)]
+    unsafe fn even_ps256(a: __m256, b: __m256) -> __m256 {
+        // SAFETY: the caller has AVX2.
+        unsafe {
+            let pairs = _mm256_castps_pd(_mm256_shuffle_ps::<0b10_00_10_00>(a, b));
+            _mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(pairs))
+        }
+    }
+    #[inline(always)]
+    unsafe fn even_pd256(a: __m256d, b: __m256d) -> __m256d {
+        // SAFETY: the caller has AVX2.
+        unsafe { _mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_shuffle_pd::<0b0000>(a, b)) }
+    }
+
+    #[inline(always)]
+    unsafe fn positive_ps512(a: __m512) -> __m512 {
+        // SAFETY: the caller has AVX-512.
+        unsafe { _mm512_maskz_mov_ps(_mm512_cmp_ps_mask::<_CMP_GT_OQ>(a, _mm512_setzero_ps()), _mm512_set1_ps(1.0)) }
+    }
+    #[inline(always)]
+    unsafe fn positive_pd512(a: __m512d) -> __m512d {
+        // SAFETY: the caller has AVX-512.
+        unsafe { _mm512_maskz_mov_pd(_mm512_cmp_pd_mask::<_CMP_GT_OQ>(a, _mm512_setzero_pd()), _mm512_set1_pd(1.0)) }
+    }
+    #[inline(always)]
+    unsafe fn positive_ps256(a: __m256) -> __m256 {
+        // SAFETY: the caller has AVX2.
+        unsafe { _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(a, _mm256_setzero_ps()), _mm256_set1_ps(1.0)) }
+    }
+    #[inline(always)]
+    unsafe fn positive_pd256(a: __m256d) -> __m256d {
+        // SAFETY: the caller has AVX2.
+        unsafe { _mm256_and_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(a, _mm256_setzero_pd()), _mm256_set1_pd(1.0)) }
+    }
+
+    vector!(
+        F32Wide,
+        f32,
+        __m512,
+        16,
+        _mm512_set1_ps,
+        _mm512_loadu_ps,
+        _mm512_storeu_ps,
+        _mm512_add_ps,
+        _mm512_sub_ps,
+        _mm512_mul_ps,
+        _mm512_div_ps,
+        _mm512_sqrt_ps,
+        even_ps512,
+        _mm512_max_ps,
+        _mm512_min_ps,
+        positive_ps512
+    );
+    vector!(
+        F64Wide,
+        f64,
+        __m512d,
+        8,
+        _mm512_set1_pd,
+        _mm512_loadu_pd,
+        _mm512_storeu_pd,
+        _mm512_add_pd,
+        _mm512_sub_pd,
+        _mm512_mul_pd,
+        _mm512_div_pd,
+        _mm512_sqrt_pd,
+        even_pd512,
+        _mm512_max_pd,
+        _mm512_min_pd,
+        positive_pd512
+    );
+    vector!(
+        F32Medium,
+        f32,
+        __m256,
+        8,
+        _mm256_set1_ps,
+        _mm256_loadu_ps,
+        _mm256_storeu_ps,
+        _mm256_add_ps,
+        _mm256_sub_ps,
+        _mm256_mul_ps,
+        _mm256_div_ps,
+        _mm256_sqrt_ps,
+        even_ps256,
+        _mm256_max_ps,
+        _mm256_min_ps,
+        positive_ps256
+    );
+    vector!(
+        F64Medium,
+        f64,
+        __m256d,
+        4,
+        _mm256_set1_pd,
+        _mm256_loadu_pd,
+        _mm256_storeu_pd,
+        _mm256_add_pd,
+        _mm256_sub_pd,
+        _mm256_mul_pd,
+        _mm256_div_pd,
+        _mm256_sqrt_pd,
+        even_pd256,
+        _mm256_max_pd,
+        _mm256_min_pd,
+        positive_pd256
+    );
+}
+#[cfg(target_arch = "x86_64")]
+pub use x86::{F32Medium, F32Wide, F64Medium, F64Wide};
+#[cfg(not(target_arch = "x86_64"))]
+pub use {F32Narrow as F32Medium, F32Narrow as F32Wide, F64Narrow as F64Medium, F64Narrow as F64Wide};
+
+/// Four plain numbers: what compilers turn into the vectors of any machine.
+macro_rules! plain {
+    ($name:ident, $t:ty, $sqrt:path) => {
+        /// A [`Vector`] of four numbers for any machine.
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name([$t; 4]);
+
+        impl $name {
+            #[inline(always)]
+            fn zip(self, other: Self, f: impl Fn($t, $t) -> $t) -> Self {
+                let (a, b) = (self.0, other.0);
+                Self([f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])])
+            }
+        }
+        impl Add for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                self.zip(other, |a, b| a + b)
+            }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                self.zip(other, |a, b| a - b)
+            }
+        }
+        impl Mul for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                self.zip(other, |a, b| a * b)
+            }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self::splat(0.0) - self
+            }
+        }
+        impl Vector for $name {
+            type Elem = $t;
+            const LANES: usize = 4;
+            #[inline(always)]
+            fn splat(x: $t) -> Self {
+                Self([x; 4])
+            }
+            #[inline(always)]
+            fn load(from: &[$t]) -> Self {
+                let from = &from[..4];
+                Self([from[0], from[1], from[2], from[3]])
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$t]) {
+                to[..4].copy_from_slice(&self.0);
+            }
+            #[inline(always)]
+            fn load_even(from: &[$t]) -> Self {
+                let from = &from[..8];
+                Self([from[0], from[2], from[4], from[6]])
+            }
+            #[inline(always)]
+            fn recip_sqrt(self) -> Self {
+                Self(self.0.map(|x| 1.0 / $sqrt(x)))
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                self.zip(other, |a, b| if a > b { a } else { b })
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                self.zip(other, |a, b| if a < b { a } else { b })
+            }
+            #[inline(always)]
+            fn positive(self) -> Self {
+                self.zip(self, |a, _| if a > 0.0 { 1.0 } else { 0.0 })
+            }
+        }
+    };
+}
+plain!(F32Narrow, f32, libm::sqrtf);
+plain!(F64Narrow, f64, libm::sqrt);

@@ -1,0 +1,78 @@
+//! Byte counts as people write and read them.
+
+/// The units of `--memory-limit`, longest names first.
+const UNITS: [(&str, f64); 9] =
+    [("bytes", 1.0), ("byte", 1.0), ("kib", 1024.0), ("mib", 1_048_576.0), ("gib", 1_073_741_824.0), ("kb", 1e3), ("mb", 1e6), ("gb", 1e9), ("b", 1.0)];
+
+/// Reads `1GiB`, `512 MiB`, `1.5GB`, `4096`; the error says what is allowed.
+pub fn parse(text: &str) -> Result<usize, String> {
+    let lower = text.trim().to_ascii_lowercase();
+    let (number, scale) = UNITS.iter().find_map(|&(unit, scale)| lower.strip_suffix(unit).map(|number| (number, scale))).unwrap_or((lower.as_str(), 1.0));
+    let refuse = || format!("found \"{text}\", allowed is a number above 0 with KiB, MiB, GiB, KB, MB, GB or bytes, as in 1GiB");
+    let number = number.trim();
+    if scale == 1.0
+        && let Ok(bytes) = number.parse::<usize>()
+        && bytes > 0
+    {
+        return Ok(bytes);
+    }
+    let bytes = number.parse::<f64>().map_err(|_| refuse())? * scale;
+    if (1.0..9e18).contains(&bytes) { Ok(bytes as usize) } else { Err(refuse()) }
+}
+
+/// `1,150,437,668`.
+pub fn grouped(bytes: usize) -> String {
+    let digits = bytes.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// `1.07 GiB`.
+pub fn rounded(bytes: usize) -> String {
+    let mut value = bytes as f64;
+    for unit in ["bytes", "KiB", "MiB", "GiB"] {
+        if value < 1024.0 {
+            return if unit == "bytes" { format!("{bytes} bytes") } else { format!("{value:.2} {unit}") };
+        }
+        value /= 1024.0;
+    }
+    format!("{value:.2} TiB")
+}
+
+/// The memory of this machine, where the system tells.
+pub fn of_machine() -> Option<usize> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    let kibibytes: usize = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kibibytes.checked_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_what_people_write() {
+        for (text, bytes) in [("1GiB", 1 << 30), ("512 mib", 512 << 20), ("1.5GB", 1_500_000_000), ("4096", 4096), ("7 bytes", 7), ("3KB", 3000)] {
+            assert_eq!(parse(text), Ok(bytes), "{text}");
+        }
+        for text in ["", "GiB", "-1GiB", "0", "nan", "inf GB", "1e30GB", "1 TiB?", "lots"] {
+            assert!(parse(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn writes_what_people_read() {
+        assert_eq!(grouped(0), "0");
+        assert_eq!(grouped(999), "999");
+        assert_eq!(grouped(1_150_437_668), "1,150,437,668");
+        assert_eq!(rounded(64), "64 bytes");
+        assert_eq!(rounded(1_150_437_668), "1.07 GiB");
+    }
+}

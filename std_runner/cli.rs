@@ -1,0 +1,104 @@
+//! The words of the command line; [`program`](crate::program) acts on them.
+
+use crate::bytes;
+use crate::plan::Wishes;
+use crate::problem::Precision;
+use crate::progress::Mode;
+use crate::threads;
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
+#[derive(Debug, Parser)]
+#[command(name = "thurible", version, about, arg_required_else_help = true)]
+#[command(
+    after_help = "Exit codes: 0 done, 1 not finite, 2 bad input or usage, 3 does not fit in memory,\n4 a file could not be read or written, 5 stalled (result written), 130 interrupted (result written)."
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Solve a scene and write the result folder.
+    Solve(SolveArguments),
+    /// Print the memory that a scene needs, to the byte; allocates nothing.
+    Plan(SceneArguments),
+    /// Write a commented scene to start from.
+    New(NewArguments),
+}
+
+/// What `solve` and `plan` share.
+#[derive(Args, Debug)]
+pub struct SceneArguments {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// Threads [default: as many as the machine offers].
+    #[arg(long, value_name = "N", value_parser = thread_count)]
+    pub threads: Option<usize>,
+    /// Precision of all numbers.
+    #[arg(long, value_enum, default_value = "f32")]
+    pub precision: Precision,
+    /// The method; only admm is there yet.
+    #[arg(long, value_name = "M")]
+    pub method: Option<String>,
+    /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].
+    #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
+    pub memory_limit: Option<usize>,
+    /// Overrides of single keys of the scene.
+    #[arg(long, value_name = "KEY=VALUE", help = "Override any key of the scene, as in --set time.steps=20 or --set 'keyframe[0].text=\"G\"'")]
+    pub set: Vec<String>,
+    /// Print nothing but errors.
+    #[arg(long, conflicts_with = "json")]
+    pub quiet: bool,
+    /// Print JSON lines.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `solve` takes.
+#[derive(Args, Debug)]
+pub struct SolveArguments {
+    /// The scene and the common options.
+    #[command(flatten)]
+    pub common: SceneArguments,
+    /// The result folder [default: `output.folder` of the scene].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
+/// What `new` takes.
+#[derive(Args, Debug)]
+pub struct NewArguments {
+    /// Name of the scene; NAME.toml is written.
+    pub name: PathBuf,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+impl SceneArguments {
+    /// What they say about the plan.
+    pub fn wishes(&self) -> Wishes {
+        Wishes { precision: self.precision, threads: self.threads, limit: self.memory_limit }
+    }
+
+    /// How progress is shown.
+    pub fn mode(&self) -> Mode {
+        match (self.quiet, self.json) {
+            (true, _) => Mode::Quiet,
+            (_, true) => Mode::Json,
+            _ => Mode::Human,
+        }
+    }
+}
+
+fn thread_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=threads::MOST).contains(&count) => Ok(count),
+        _ => Err(format!("found \"{text}\", allowed is a whole number from 1 to {}", threads::MOST)),
+    }
+}

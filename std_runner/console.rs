@@ -1,0 +1,14 @@
+//! Printing that does not panic when nobody reads.
+
+use std::io::{Write, stderr, stdout};
+
+/// A line on stdout.
+pub fn print(line: &str) {
+    // A closed pipe (`| head`) is the reader's choice, not an error.
+    let _ = writeln!(stdout(), "{line}");
+}
+
+/// A line on stderr.
+pub fn error(line: &str) {
+    let _ = writeln!(stderr(), "{line}");
+}

@@ -1,0 +1,70 @@
+//! How the program ends: exit codes, and the one-sentence failures behind them.
+
+use thiserror::Error;
+use thurible_core::Status;
+
+/// Converged, or ran all its iterations.
+pub const DONE: u8 = 0;
+/// The numbers stopped being finite.
+pub const NOT_FINITE: u8 = 1;
+/// Bad input or usage.
+pub const INPUT: u8 = 2;
+/// Does not fit in memory.
+pub const MEMORY: u8 = 3;
+/// A file could not be read or written.
+pub const FILE: u8 = 4;
+/// Stalled before its tolerance; the result is written.
+pub const STALLED: u8 = 5;
+/// Interrupted; the result so far is written.
+pub const INTERRUPTED: u8 = 130;
+
+/// Why a command could not do what it was asked: one sentence that ends with the remedy.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum Failure {
+    /// The scene or the command line is wrong.
+    #[error("{0}")]
+    Input(String),
+    /// The plan does not fit.
+    #[error("{0}")]
+    Memory(String),
+    /// A file could not be read or written.
+    #[error("{0}")]
+    File(String),
+    /// The solve left the finite numbers.
+    #[error("{0}")]
+    NotFinite(String),
+}
+
+impl Failure {
+    /// The exit code of this failure.
+    pub fn code(&self) -> u8 {
+        match self {
+            Failure::Input(_) => INPUT,
+            Failure::Memory(_) => MEMORY,
+            Failure::File(_) => FILE,
+            Failure::NotFinite(_) => NOT_FINITE,
+        }
+    }
+}
+
+/// The exit code of a solve that ended with `status`.
+pub fn code_of(status: Status) -> u8 {
+    match status {
+        Status::Converged | Status::MaxIterations => DONE,
+        Status::Stalled => STALLED,
+        Status::NotFinite | Status::NotReady => NOT_FINITE,
+        Status::Cancelled => INTERRUPTED,
+    }
+}
+
+/// The name of a status in `report.json` and JSON lines.
+pub fn status_name(status: Status) -> &'static str {
+    match status {
+        Status::Converged => "converged",
+        Status::MaxIterations => "max_iterations",
+        Status::Stalled => "stalled",
+        Status::NotFinite => "not_finite",
+        Status::Cancelled => "cancelled",
+        Status::NotReady => "not_ready",
+    }
+}

@@ -1,0 +1,142 @@
+//! From a text to the outlines of its glyphs.
+//!
+//! The built-in font is DejaVu Sans Bold (crate `dejavu`; free, its licence stands in `DEJAVU-LICENSE.txt`): its
+//! strokes, a quarter of the height of a capital, are wide enough to be carried by smoke.
+
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
+
+use super::outline::{Outline, Point};
+
+/// Straight pieces that a curve is cut into.
+const PIECES: usize = 12;
+/// More letters than this are not legible on any grid.
+const MOST_LETTERS: usize = 256;
+
+/// A line of text, one outline a glyph, in em from the pen's start on the baseline.
+pub(super) struct Lettering {
+    pub outlines: Vec<Outline>,
+    /// Height of a capital letter, in em.
+    pub capital: f64,
+}
+
+/// Why a text has no outlines.
+pub(super) enum Trouble {
+    /// The font file will not do: what was found.
+    Font(String),
+    /// The text will not do: what was found, what to do.
+    Text(String, &'static str),
+}
+
+/// The bytes of the font that is built in.
+pub(super) fn built_in() -> &'static [u8] {
+    dejavu::sans::bold()
+}
+
+/// Sets `text` in one line.
+pub(super) fn set(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
+    let face = Face::parse(font, 0).map_err(|error| Trouble::Font(format!("is no TrueType or OpenType font ({error})")))?;
+    if text.chars().count() > MOST_LETTERS {
+        return Err(Trouble::Text(format!("has more than {MOST_LETTERS} letters"), "shorten it"));
+    }
+    let em = f64::from(face.units_per_em());
+    let mut outlines = Vec::new();
+    let mut pen = 0.0;
+    let mut before = None;
+    for letter in text.chars() {
+        let Some(glyph) = face.glyph_index(letter) else {
+            let found = format!("has the letter {letter:?}, which the font does not have");
+            return Err(Trouble::Text(found, "leave it out, or name a `font` that has it"));
+        };
+        pen += before.map_or(0.0, |before| kerning(&face, before, glyph)) / em;
+        let mut pencil = Pencil { em, pen, contours: Vec::new() };
+        face.outline_glyph(glyph, &mut pencil);
+        let outline = Outline::new(&pencil.contours);
+        if outline.is_none() && !letter.is_whitespace() {
+            let found = format!("has the letter {letter:?}, whose glyph has no outline in the font");
+            return Err(Trouble::Text(found, "leave it out, or name another `font`"));
+        }
+        outlines.extend(outline);
+        pen += face.glyph_hor_advance(glyph).map_or(0.5, |advance| f64::from(advance) / em);
+        before = Some(glyph);
+    }
+    if outlines.is_empty() {
+        return Err(Trouble::Text(format!("is {text:?}"), "write at least one letter that leaves ink"));
+    }
+    Ok(Lettering { outlines, capital: capital(&face, em) })
+}
+
+/// By how much the pen moves between two glyphs, in the font's units.
+fn kerning(face: &Face<'_>, left: GlyphId, right: GlyphId) -> f64 {
+    let tables = face.tables().kern.into_iter().flat_map(|table| table.subtables);
+    let plain = tables.filter(|table| table.horizontal && !table.variable && !table.has_cross_stream);
+    plain.filter_map(|table| table.glyphs_kerning(left, right)).map(f64::from).sum()
+}
+
+/// Height of a capital letter: the font's own word for it, or the height of its H.
+fn capital(face: &Face<'_>, em: f64) -> f64 {
+    let of_h = || Some(face.glyph_bounding_box(face.glyph_index('H')?)?.y_max);
+    let height = face.capital_height().or_else(of_h).map_or(0.7, |height| f64::from(height) / em);
+    if (0.1..10.0).contains(&height) { height } else { 0.7 }
+}
+
+/// Draws a glyph as polygons, in em.
+struct Pencil {
+    em: f64,
+    pen: f64,
+    contours: Vec<Vec<Point>>,
+}
+
+impl Pencil {
+    fn place(&self, x: f32, y: f32) -> Point {
+        [f64::from(x) / self.em + self.pen, f64::from(y) / self.em]
+    }
+
+    fn push(&mut self, point: Point) {
+        if let Some(contour) = self.contours.last_mut() {
+            contour.push(point);
+        }
+    }
+
+    fn last(&self) -> Point {
+        self.contours.last().and_then(|contour| contour.last()).copied().unwrap_or_default()
+    }
+
+    /// A Bezier curve from the last point, of any degree.
+    fn curve(&mut self, through: &[Point]) {
+        let mut control = vec![self.last()];
+        control.extend(through);
+        for piece in 1..=PIECES {
+            let part = piece as f64 / PIECES as f64;
+            let mut points = control.clone();
+            while points.len() > 1 {
+                let mix = |pair: &[Point]| core::array::from_fn(|axis| pair[0][axis] + part * (pair[1][axis] - pair[0][axis]));
+                points = points.windows(2).map(mix).collect();
+            }
+            points.into_iter().for_each(|point| self.push(point));
+        }
+    }
+}
+
+impl OutlineBuilder for Pencil {
+    fn move_to(&mut self, x: f32, y: f32) {
+        let point = self.place(x, y);
+        self.contours.push(vec![point]);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        let point = self.place(x, y);
+        self.push(point);
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let through = [self.place(x1, y1), self.place(x, y)];
+        self.curve(&through);
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let through = [self.place(x1, y1), self.place(x2, y2), self.place(x, y)];
+        self.curve(&through);
+    }
+
+    fn close(&mut self) {}
+}

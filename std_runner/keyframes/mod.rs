@@ -1,0 +1,27 @@
+//! Shapes: what a scene says in words, files and pictures becomes a density on the cells of a grid.
+//!
+//! A [`ShapeSpec`] is one table of the scene file. [`ShapeSpec::rasterise`] fills the cells of a [`Canvas`] with
+//! `0.5 - 0.5 tanh(signed distance / h)` for everything that has a signed distance (circle, box, torus, capsule,
+//! text), and with resampled values for pictures and arrays. A list of shapes is added up and clipped.
+
+mod array;
+mod build;
+mod canvas;
+mod check;
+mod error;
+mod font;
+mod image;
+mod npy;
+mod npz;
+mod outline;
+mod raster;
+mod resample;
+mod solid;
+mod spec;
+mod text;
+mod velocity;
+
+pub use canvas::Canvas;
+pub use error::ShapeError;
+pub use spec::ShapeSpec;
+pub use velocity::read_velocity;

@@ -1,0 +1,171 @@
+//! Reading of NumPy arrays without trusting a byte of them.
+
+use std::io::Read;
+
+use super::canvas::in_words;
+use super::error::Fault;
+
+/// Headers longer than this are no headers.
+const LONGEST_HEADER: usize = 1 << 16;
+/// More values than this (4096 cubed) fit into no grid.
+const MOST_VALUES: usize = 1 << 36;
+
+/// An array with x last in `shape`, and fastest in `values`.
+pub(super) struct Array {
+    pub shape: Vec<usize>,
+    pub values: Vec<f64>,
+}
+
+impl Array {
+    /// The first value that is NaN or infinite.
+    pub(super) fn refuse_not_finite(&self) -> Result<(), Fault> {
+        match self.values.iter().position(|value| !value.is_finite()) {
+            None => Ok(()),
+            Some(index) => {
+                let found = format!("holds {} at {}", self.values[index], self.place(index));
+                Err(Fault::content(found, "every value must be finite"))
+            }
+        }
+    }
+
+    /// Where value `index` stands, as NumPy writes it.
+    pub(super) fn place(&self, index: usize) -> String {
+        let mut rest = index;
+        let mut place: Vec<String> = Vec::new();
+        for &count in self.shape.iter().rev() {
+            place.insert(0, (rest % count.max(1)).to_string());
+            rest /= count.max(1);
+        }
+        format!("[{}]", place.join(", "))
+    }
+
+    /// The shape in words, "60 x 128 x 128", as NumPy orders it.
+    pub(super) fn size_in_words(&self) -> String {
+        in_words(&self.shape)
+    }
+}
+
+/// Reads one array, as `.npy` files and members of `.npz` files hold it.
+pub(super) fn read_array(reader: &mut dyn Read) -> Result<Array, Fault> {
+    let header = Header::parse(&header_text(reader)?)?;
+    let count = header.shape.iter().try_fold(1_usize, |product, &side| product.checked_mul(side));
+    let Some(count) = count.filter(|&count| count <= MOST_VALUES) else {
+        return Err(Fault::content(format!("has {} values", in_words(&header.shape)), "that is too many"));
+    };
+    let kind = header.kind;
+    let mut bytes = Vec::new();
+    let expected = count * kind.bytes;
+    let read = reader.take(expected as u64).read_to_end(&mut bytes);
+    read.map_err(|error| Fault::content(format!("breaks off ({error})"), "save it again"))?;
+    if bytes.len() != expected {
+        let found = format!("holds {} bytes of data where its header promises {expected}", bytes.len());
+        return Err(Fault::content(found, "it was cut off: save it again"));
+    }
+    let mut values: Vec<f64> = bytes.chunks_exact(kind.bytes).map(|bytes| kind.value(bytes)).collect();
+    if header.columns_first {
+        values = rows_first(&values, &header.shape);
+    }
+    Ok(Array { shape: header.shape, values })
+}
+
+/// The text of the header, a Python dictionary.
+fn header_text(reader: &mut dyn Read) -> Result<String, Fault> {
+    let broken = || Fault::content("is no NumPy array", "save it by numpy.save");
+    let mut start = [0; 8];
+    reader.read_exact(&mut start).map_err(|_| broken())?;
+    if !start.starts_with(b"\x93NUMPY") {
+        return Err(broken());
+    }
+    let mut length = [0; 4];
+    let used = if start[6] == 1 { 2 } else { 4 };
+    reader.read_exact(&mut length[..used]).map_err(|_| broken())?;
+    let length = u32::from_le_bytes(length) as usize;
+    if length > LONGEST_HEADER {
+        return Err(broken());
+    }
+    let mut text = vec![0; length];
+    reader.read_exact(&mut text).map_err(|_| broken())?;
+    String::from_utf8(text).map_err(|_| broken())
+}
+
+struct Header {
+    kind: Kind,
+    columns_first: bool,
+    shape: Vec<usize>,
+}
+
+impl Header {
+    /// Reads `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4), }`.
+    fn parse(text: &str) -> Result<Self, Fault> {
+        let broken = || Fault::content("has a header that is not NumPy's", "save it by numpy.save");
+        let after = |key: &str| text.split_once(key).map(|(_, rest)| rest.trim_start_matches([' ', ':'])).ok_or_else(broken);
+        let kind = after("'descr'")?;
+        let Some(kind) = kind.strip_prefix('\'').and_then(|rest| rest.split_once('\'')).map(|(kind, _)| kind) else {
+            return Err(Fault::content("is a table of records", "save one plain array of numbers"));
+        };
+        let columns_first = after("'fortran_order'")?.starts_with("True");
+        let shape = after("'shape'")?.strip_prefix('(').and_then(|rest| rest.split_once(')')).ok_or_else(broken)?.0;
+        let sides = shape.split(',').map(str::trim).filter(|side| !side.is_empty());
+        let shape = sides.map(|side| side.parse().map_err(|_| broken())).collect::<Result<Vec<usize>, Fault>>()?;
+        Ok(Self { kind: Kind::parse(kind)?, columns_first, shape })
+    }
+}
+
+/// How a number is stored.
+#[derive(Clone, Copy)]
+struct Kind {
+    letter: char,
+    bytes: usize,
+    big_endian: bool,
+}
+
+impl Kind {
+    fn parse(text: &str) -> Result<Self, Fault> {
+        let mut letters = text.chars();
+        let (order, letter) = (letters.next().unwrap_or(' '), letters.next().unwrap_or(' '));
+        let bytes = letters.as_str().parse().unwrap_or(0);
+        let known = matches!((letter, bytes), ('f', 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1));
+        if !known || !matches!(order, '<' | '>' | '|' | '=') {
+            let remedy = "save it as float32 or float64 (integers and booleans will do), by array.astype('float32')";
+            return Err(Fault::content(format!("holds values of type '{text}'"), remedy));
+        }
+        Ok(Self { letter, bytes, big_endian: order == '>' })
+    }
+
+    /// The number in `bytes`, which are `self.bytes` of them.
+    fn value(self, bytes: &[u8]) -> f64 {
+        let mut raw = [0; 8];
+        for (index, &byte) in bytes.iter().take(8).enumerate() {
+            let place = if self.big_endian { bytes.len() - 1 - index } else { index };
+            raw[place] = byte;
+        }
+        let word = u64::from_le_bytes(raw);
+        match (self.letter, self.bytes) {
+            ('f', 4) => f64::from(f32::from_bits(word as u32)),
+            ('f', _) => f64::from_bits(word),
+            ('i', bytes) => {
+                let spare = 64 - 8 * bytes as u32;
+                ((word << spare) as i64 >> spare) as f64
+            }
+            _ => word as f64,
+        }
+    }
+}
+
+/// Turns values with the first index fastest into values with the last index fastest.
+fn rows_first(values: &[f64], shape: &[usize]) -> Vec<f64> {
+    let mut strides = vec![1; shape.len()];
+    for axis in 1..shape.len() {
+        strides[axis] = strides[axis - 1] * shape[axis - 1];
+    }
+    let place = |index: usize| {
+        let mut rest = index;
+        let mut from = 0;
+        for (&side, &stride) in shape.iter().zip(&strides).rev() {
+            from += rest % side * stride;
+            rest /= side;
+        }
+        from
+    };
+    (0..values.len()).map(|index| values[place(index)]).collect()
+}

@@ -1,0 +1,152 @@
+//! From the keys of a shape to densities on cells.
+
+use std::path::Path;
+
+use super::solid::Solid;
+use super::{Canvas, ShapeError, ShapeSpec, array, build, image};
+
+/// A shape whose largest density stays below this puts no smoke into the box.
+const FAINTEST: f64 = 0.01;
+
+const SHAPES: &str = "circle, sphere, box, torus, capsule, text, image, file, shapes";
+
+impl ShapeSpec {
+    /// Fills the cells of `canvas`, x fastest. Relative paths start at `base`.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the keys or with the files that they name.
+    pub fn rasterise(&self, canvas: &Canvas, base: &Path) -> Result<Vec<f64>, ShapeError> {
+        let name = self.the_shape()?;
+        self.refuse_stray_keys(name)?;
+        let density = self.checked_density()?;
+        let mut cells = self.draw(canvas, base)?;
+        let largest = cells.iter().copied().fold(0.0, f64::max);
+        if largest < FAINTEST {
+            let remedy = "move it into the box or make it larger; in a picture, bright or opaque is smoke";
+            return Err(ShapeError::key(name, "puts no smoke into the box", remedy));
+        }
+        cells.iter_mut().for_each(|cell| *cell *= density);
+        Ok(cells)
+    }
+
+    fn draw(&self, canvas: &Canvas, base: &Path) -> Result<Vec<f64>, ShapeError> {
+        if let Some(shapes) = &self.shapes {
+            return union(shapes, canvas, base);
+        }
+        if let Some(path) = &self.image {
+            return image::draw(&base.join(path), canvas);
+        }
+        if let Some(path) = &self.file {
+            return array::draw(&base.join(path), self.name.as_deref(), canvas);
+        }
+        Ok(fill(canvas, build::solid(self, canvas, base)?.as_ref()))
+    }
+
+    /// The one key that says which shape it is.
+    fn the_shape(&self) -> Result<&'static str, ShapeError> {
+        let given: Vec<&'static str> = [
+            ("circle", self.circle.is_some()),
+            ("sphere", self.sphere.is_some()),
+            ("box", self.block.is_some()),
+            ("torus", self.torus.is_some()),
+            ("capsule", self.capsule.is_some()),
+            ("text", self.text.is_some()),
+            ("image", self.image.is_some()),
+            ("file", self.file.is_some()),
+            ("mesh", self.mesh.is_some()),
+            ("shapes", self.shapes.is_some()),
+        ]
+        .iter()
+        .filter_map(|&(name, there)| there.then_some(name))
+        .collect();
+        match given.as_slice() {
+            [] => Err(ShapeError::key("shape", "is missing", format!("write one of {SHAPES}"))),
+            ["mesh"] => Err(ShapeError::key("mesh", "is not implemented yet", "voxelise it to a `file` = \"x.npy\"")),
+            [name] => Ok(name),
+            [first, second, ..] => {
+                let found = format!("stands beside `{first}`, two shapes in one table");
+                Err(ShapeError::key(*second, found, "keep one, or list both in `shapes = [ ... ]`"))
+            }
+        }
+    }
+
+    fn refuse_stray_keys(&self, shape: &str) -> Result<(), ShapeError> {
+        let owned = [
+            ("font", "text", self.font.is_some()),
+            ("height", "text", self.height.is_some()),
+            ("center", "text", self.center.is_some()),
+            ("depth", "text", self.depth.is_some()),
+            ("weight", "text", self.weight.is_some()),
+            ("name", "file", self.name.is_some()),
+            ("fit", "mesh", self.fit.is_some()),
+        ];
+        for (key, owner, there) in owned {
+            if there && owner != shape {
+                let remedy = format!("remove it, or put it where it belongs (into {{ }} after `{shape}`, if that has such a key)");
+                return Err(ShapeError::key(key, format!("is a key of `{owner}`, and the shape is `{shape}`"), remedy));
+            }
+        }
+        Ok(())
+    }
+
+    fn checked_density(&self) -> Result<f64, ShapeError> {
+        let density = self.density.unwrap_or(1.0);
+        if !(density > 0.0 && density <= 1e6) {
+            return Err(ShapeError::key("density", format!("is {density}"), "it must be above 0 and finite; 1 is usual"));
+        }
+        Ok(density)
+    }
+}
+
+/// The sum of the shapes, clipped to 1 (or to the largest `density` that one of them asks for).
+fn union(shapes: &[ShapeSpec], canvas: &Canvas, base: &Path) -> Result<Vec<f64>, ShapeError> {
+    if shapes.is_empty() {
+        return Err(ShapeError::key("shapes", "is empty", "list at least one shape"));
+    }
+    let mut sum = vec![0.0; canvas.cell_count()];
+    let mut ceiling = 1.0_f64;
+    for shape in shapes {
+        let cells = shape.rasterise(canvas, base)?;
+        sum.iter_mut().zip(cells).for_each(|(total, cell)| *total += cell);
+        ceiling = ceiling.max(shape.density.unwrap_or(1.0));
+    }
+    sum.iter_mut().for_each(|cell| *cell = cell.min(ceiling));
+    Ok(sum)
+}
+
+/// 0.5 - 0.5 tanh(signed distance / h) at cell centres (i + 0.5) h; periodic axes take the nearest image.
+fn fill(canvas: &Canvas, solid: &dyn Solid) -> Vec<f64> {
+    let h = canvas.cell_size();
+    let [nx, ny, nz] = canvas.cells_3d();
+    let depth = if canvas.dimensions() == 3 { 0.5 } else { 0.0 };
+    let shifts = images(canvas);
+    let mut cells = Vec::with_capacity(canvas.cell_count());
+    for k in 0..nz {
+        for j in 0..ny {
+            for i in 0..nx {
+                let point = [(i as f64 + 0.5) * h, (j as f64 + 0.5) * h, (k as f64 + depth) * h];
+                let image = |shift: &[f64; 3]| solid.distance(core::array::from_fn(|axis| point[axis] + shift[axis]));
+                let distance = shifts.iter().map(image).fold(f64::INFINITY, f64::min);
+                cells.push(0.5 - 0.5 * (distance / h).tanh());
+            }
+        }
+    }
+    cells
+}
+
+/// The box itself and its neighbours along periodic axes.
+fn images(canvas: &Canvas) -> Vec<[f64; 3]> {
+    let mut shifts = vec![[0.0; 3]];
+    for (axis, side) in canvas.extent().into_iter().enumerate() {
+        if canvas.repeats(axis) {
+            for shift in shifts.clone() {
+                for direction in [-1.0, 1.0] {
+                    let mut moved = shift;
+                    moved[axis] += direction * side;
+                    shifts.push(moved);
+                }
+            }
+        }
+    }
+    shifts
+}

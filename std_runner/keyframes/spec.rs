@@ -1,0 +1,84 @@
+//! The keys of a shape, as the scene file writes them.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+/// One table of a scene that says where smoke is: the keys of one shape, or `shapes = [ ... ]`.
+///
+/// Deserialising refuses unknown keys and wrong types; [`rasterise`](Self::rasterise) refuses the rest.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table with one shape, as in { circle = { center = [0.5, 0.5], radius = 0.2 } }")]
+pub struct ShapeSpec {
+    pub(super) circle: Option<BallKeys>,
+    pub(super) sphere: Option<BallKeys>,
+    #[serde(rename = "box")]
+    pub(super) block: Option<BlockKeys>,
+    pub(super) torus: Option<TorusKeys>,
+    pub(super) capsule: Option<CapsuleKeys>,
+    pub(super) text: Option<String>,
+    pub(super) image: Option<PathBuf>,
+    pub(super) file: Option<PathBuf>,
+    pub(super) mesh: Option<PathBuf>,
+    pub(super) shapes: Option<Vec<ShapeSpec>>,
+    /// Of every shape: its density inside, 1 if not given.
+    pub(super) density: Option<f64>,
+    /// Of `text`: a TrueType or OpenType file.
+    pub(super) font: Option<PathBuf>,
+    /// Of `text`: height of a capital letter.
+    pub(super) height: Option<f64>,
+    /// Of `text`: the middle of the ink.
+    pub(super) center: Option<Vec<f64>>,
+    /// Of `text` in 3D: thickness along y.
+    pub(super) depth: Option<f64>,
+    /// Of `text`: by how much of the height every stroke is thickened.
+    pub(super) weight: Option<f64>,
+    /// Of `file` = "x.npz": the array.
+    pub(super) name: Option<String>,
+    /// Of `mesh`.
+    pub(super) fit: Option<IgnoredAny>,
+}
+
+/// `circle`, `sphere`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ center = [x, y], radius = r }")]
+pub(super) struct BallKeys {
+    pub center: Vec<f64>,
+    pub radius: f64,
+}
+
+/// `box`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ min = [x, y], max = [x, y] }")]
+pub(super) struct BlockKeys {
+    pub min: Vec<f64>,
+    pub max: Vec<f64>,
+}
+
+/// `torus`; in 2D a ring.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ center = [x, y, z], axis = \"z\", radius = r, tube = r }")]
+pub(super) struct TorusKeys {
+    pub center: Vec<f64>,
+    pub axis: Option<AxisKey>,
+    pub radius: f64,
+    pub tube: f64,
+}
+
+/// A direction: the name of an axis, or three numbers.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "`axis` must be \"x\", \"y\", \"z\" or three numbers")]
+pub(super) enum AxisKey {
+    Name(String),
+    Vector(Vec<f64>),
+}
+
+/// `capsule`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ from = [x, y], to = [x, y], radius = r }")]
+pub(super) struct CapsuleKeys {
+    pub from: Vec<f64>,
+    pub to: Vec<f64>,
+    pub radius: f64,
+}

@@ -1,0 +1,37 @@
+//! An initial velocity from a file, laid out as a result is.
+
+use std::path::Path;
+
+use super::error::Fault;
+use super::npz;
+use super::{Canvas, ShapeError};
+
+/// Reads `velocity_x`, `velocity_y` (and `velocity_z`) of a `.npz` file, one list of faces an axis, x fastest.
+///
+/// A component has one face more than cells along its own axis if that axis is a wall. A leading axis of length 1
+/// (one step of a result) is allowed.
+///
+/// # Errors
+/// A file that cannot be read, lacks a component, has another size, or holds a value that is not finite.
+pub fn read_velocity(path: &Path, canvas: &Canvas) -> Result<Vec<Vec<f64>>, ShapeError> {
+    let component = |axis: usize| component(path, axis, canvas).map_err(|fault| fault.of("initial_velocity", path));
+    (0..canvas.dimensions()).map(component).collect()
+}
+
+fn component(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, Fault> {
+    let name = ["velocity_x", "velocity_y", "velocity_z"].get(axis).copied().unwrap_or_default();
+    let array = npz::read(path, Some(name))?;
+    let mut expected = canvas.cells.clone();
+    if let Some(faces) = expected.get_mut(axis) {
+        *faces += usize::from(!canvas.repeats(axis));
+    }
+    expected.reverse();
+    let one_step = array.shape.len() == expected.len() + 1 && array.shape.first() == Some(&1);
+    if array.shape.get(usize::from(one_step)..) != Some(expected.as_slice()) {
+        let found = format!("has {name} of shape ({})", array.size_in_words());
+        let remedy = format!("its faces on this grid are {expected:?}; save one step of a result with the same cells");
+        return Err(Fault::content(found, remedy));
+    }
+    array.refuse_not_finite()?;
+    Ok(array.values)
+}

@@ -1,0 +1,58 @@
+//! The runner of thurible: reads a scene, plans its memory, solves it with [`thurible_core`] and writes the result.
+//!
+//! The path of the data is the order of the modules: the command line ([`cli`], acted on by [`program`]) names a [`scene`], its shapes become
+//! densities ([`keyframes`]), its numbers become a [`problem`], whose [`plan`] says how many bytes the one block
+//! ([`region`]) must have; [`solve`] runs the core in it on a pool of [`threads`], watched by [`progress`], and
+//! [`output`] and [`report`] write the folder.
+//!
+//! Everything here needs the feature `std` (on by default). Without it the library only hands on the core.
+#![cfg_attr(not(feature = "std"), no_std)]
+
+pub use thurible_core;
+
+#[cfg(feature = "std")]
+pub mod bytes;
+#[cfg(feature = "std")]
+pub mod cli;
+#[cfg(feature = "std")]
+pub mod console;
+#[cfg(feature = "std")]
+pub mod destination;
+#[cfg(feature = "std")]
+pub mod exit;
+#[cfg(feature = "std")]
+pub mod frames;
+#[cfg(feature = "std")]
+pub mod inputs;
+#[cfg(feature = "std")]
+pub mod interrupt;
+#[cfg(feature = "std")]
+pub mod job;
+#[cfg(feature = "std")]
+pub mod keyframes;
+#[cfg(feature = "std")]
+pub mod new_command;
+#[cfg(feature = "std")]
+pub mod outcome;
+#[cfg(feature = "std")]
+pub mod output;
+#[cfg(feature = "std")]
+pub mod plan;
+#[cfg(feature = "std")]
+pub mod plan_command;
+#[cfg(feature = "std")]
+pub mod problem;
+#[cfg(feature = "std")]
+pub mod program;
+#[cfg(feature = "std")]
+pub mod progress;
+#[cfg(feature = "std")]
+pub mod region;
+#[cfg(feature = "std")]
+pub mod report;
+#[cfg(feature = "std")]
+pub mod scene;
+#[cfg(feature = "std")]
+pub mod solve;
+#[cfg(feature = "std")]
+pub mod threads;

@@ -1,0 +1,104 @@
+//! What a finished solve says about itself: the [`RunRecord`] behind `report.json` and `report.html`.
+
+use crate::exit::status_name;
+use crate::job::Job;
+use crate::progress::{Clock, Row, Watch};
+use crate::report::{AdmmRecord, AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord};
+use crate::scene::{boundary_name, scheme_name};
+use thurible_core::{Objective, Real, Solver, Space, Status};
+
+/// The record of `job`, solved by `solver` under the eyes of `watch`.
+pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: Status, watch: &Watch, mass_factors: &[f64]) -> RunRecord {
+    let problem = &job.planned.problem;
+    RunRecord {
+        format: 1,
+        cells: problem.cells.clone(),
+        boundary: problem.boundary.iter().map(|&boundary| boundary_name(boundary).into()).collect(),
+        length: problem.length,
+        dt: problem.dt,
+        steps: problem.steps,
+        force_weight: problem.force_weight,
+        filters: problem.problem().filters(),
+        advection: AdvectionRecord { scheme: scheme_name(problem.advection.scheme).into(), tolerance: problem.advection.tolerance },
+        method: "admm".into(),
+        precision: job.planned.precision.name().into(),
+        status: status_name(status).into(),
+        objective: parts(solver.objective()),
+        history: watch.history.iter().map(iteration).collect(),
+        memory: memory(job),
+        seconds: seconds(&watch.clock),
+        threads: job.planned.params.threads,
+        version: env!("CARGO_PKG_VERSION").into(),
+        scene: job.scene.document.text().into(),
+        command: command_line(),
+        keyframes: keyframes(job, solver, mass_factors),
+    }
+}
+
+fn parts(objective: Objective) -> ObjectiveRecord {
+    ObjectiveRecord { data: objective.data, force: objective.force }
+}
+
+fn iteration(row: &Row) -> IterationRecord {
+    let admm = &row.progress.admm;
+    IterationRecord {
+        iteration: row.progress.iteration,
+        seconds: row.seconds,
+        objective: parts(row.progress.objective),
+        admm: Some(AdmmRecord {
+            ao_step: admm.ao_step,
+            density_change: admm.density_change,
+            nso_residuals: admm.nso_residuals.iter().copied().collect(),
+            kkt: admm.kkt,
+            ao_residual: admm.ao_residual,
+            gap: admm.gap,
+        }),
+    }
+}
+
+fn memory(job: &Job) -> MemoryRecord {
+    let plan = &job.planned.plan;
+    let line = |entry: &thurible_core::Entry| LedgerLine { name: entry.name.into(), bytes: entry.bytes, depth: entry.depth };
+    MemoryRecord {
+        planned_bytes: plan.bytes(),
+        used_bytes: job.footprint,
+        paper_bound_bytes: plan.paper_bound(),
+        ledger: plan.entries().iter().map(line).collect(),
+    }
+}
+
+fn seconds(clock: &Clock) -> SecondsRecord {
+    let iterations = clock.solved - clock.begun;
+    SecondsRecord {
+        total: clock.total(),
+        setup: clock.begun,
+        ao: clock.ao.seconds(),
+        nso: clock.nso.seconds(),
+        other: (iterations - clock.ao.seconds() - clock.nso.seconds()).max(0.0),
+        finish: clock.finished - clock.solved,
+        ao_average: clock.ao.average(),
+        nso_average: clock.nso.average(),
+    }
+}
+
+fn keyframes<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, mass_factors: &[f64]) -> Vec<KeyframeRecord> {
+    let steps = job.planned.problem.keyframes.iter().zip(mass_factors).enumerate();
+    steps
+        .map(|(index, (&step, &mass_factor))| {
+            let (mut off, mut size) = (0.0, 0.0);
+            for (found, wanted) in solver.density(step).iter().zip(solver.keyframe(index)) {
+                let (found, wanted) = (found.to_f64(), wanted.to_f64());
+                off += (found - wanted) * (found - wanted);
+                size += wanted * wanted;
+            }
+            KeyframeRecord { step, relative_l2: (off / size).sqrt(), mass_factor }
+        })
+        .collect()
+}
+
+/// The command line, with quotes around what a shell would split.
+fn command_line() -> String {
+    let plain = |text: &str| text.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_./=:,+".contains(letter));
+    let quoted = |text: String| if plain(&text) && !text.is_empty() { text } else { format!("'{}'", text.replace('\'', r"'\''")) };
+    std::env::args_os().map(|argument| quoted(argument.to_string_lossy().into_owned())).collect::<Vec<_>>().join(" ")
+}

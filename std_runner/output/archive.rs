@@ -1,0 +1,112 @@
+//! `result.npz`: every array of a result, streamed step by step.
+
+use std::fs::File;
+use std::io::{BufWriter, Seek, Write};
+use std::path::Path;
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+use super::file::write_whole;
+use super::{Frames, OutputError, Samples};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Writes `path`, holding one field in memory at a time.
+pub(crate) fn write_archive(path: &Path, frames: &dyn Frames) -> Result<(), OutputError> {
+    write_whole(path, |file| {
+        let mut archive = Archive { zip: ZipWriter::new(file), path, samples: Samples::new(frames.precision()) };
+        archive.write(frames)?;
+        archive.zip.finish().map_err(OutputError::of(path))?;
+        Ok(())
+    })
+}
+
+struct Archive<'a, W: Write + Seek> {
+    zip: ZipWriter<W>,
+    path: &'a Path,
+    /// The one field that is in memory.
+    samples: Samples,
+}
+
+impl Archive<'_, &mut BufWriter<File>> {
+    fn write(&mut self, frames: &dyn Frames) -> Result<(), OutputError> {
+        let (steps, cells) = (frames.steps(), frames.cells());
+        self.series("density", steps + 1, cells, &|step, out| frames.density(step, out))?;
+        for (axis, name) in AXES.iter().enumerate().take(cells.len()) {
+            let faces = faces(frames, axis);
+            self.series(&format!("velocity_{name}"), steps, &faces, &|step, out| frames.velocity(step, axis, out))?;
+        }
+        for (axis, name) in AXES.iter().enumerate().take(cells.len()) {
+            let faces = faces(frames, axis);
+            let turns = steps.saturating_sub(1);
+            self.series(&format!("force_{name}"), turns, &faces, &|step, out| frames.force(step, axis, out))?;
+        }
+        let keyframes = frames.keyframe_steps();
+        self.begin("keyframe_step", "<i8", &[keyframes.len()])?;
+        let whole: Vec<i64> = keyframes.iter().map(|&step| i64::try_from(step).unwrap_or(i64::MAX)).collect();
+        self.push(&to_bytes(&whole, |value| value.to_le_bytes()))?;
+        self.series("keyframe_density", keyframes.len(), cells, &|index, out| frames.keyframe(index, out))
+    }
+
+    /// `count` fields of `grid` values, each asked for when its turn comes.
+    fn series(&mut self, name: &str, count: usize, grid: &[usize], field: &dyn Fn(usize, &mut Samples)) -> Result<(), OutputError> {
+        let mut shape = vec![count];
+        shape.extend(grid.iter().rev());
+        let (kind, size) = match self.samples {
+            Samples::F32(_) => ("<f4", 4),
+            Samples::F64(_) => ("<f8", 8),
+        };
+        self.begin(name, kind, &shape)?;
+        let expected: usize = grid.iter().product();
+        for index in 0..count {
+            field(index, &mut self.samples);
+            let bytes = match &self.samples {
+                Samples::F32(values) => to_bytes(values, |value| value.to_le_bytes()),
+                Samples::F64(values) => to_bytes(values, |value| value.to_le_bytes()),
+            };
+            if bytes.len() != expected * size {
+                let (path, array) = (self.path.to_owned(), format!("{name}[{index}]"));
+                return Err(OutputError::Size { path, array, found: bytes.len() / size, expected });
+            }
+            self.push(&bytes)?;
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, name: &str, kind: &str, shape: &[usize]) -> Result<(), OutputError> {
+        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored).large_file(true);
+        self.zip.start_file(format!("{name}.npy"), options).map_err(OutputError::of(self.path))?;
+        self.push(&header(kind, shape))
+    }
+
+    fn push(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.zip.write_all(bytes).map_err(OutputError::of(self.path))
+    }
+}
+
+/// Faces of the component along `axis`.
+fn faces(frames: &dyn Frames, axis: usize) -> Vec<usize> {
+    let mut faces = frames.cells().to_vec();
+    let wall = !frames.periodic().get(axis).copied().unwrap_or(false);
+    faces.iter_mut().skip(axis).take(1).for_each(|count| *count += usize::from(wall));
+    faces
+}
+
+/// The head of a `.npy` file: magic, length, a Python dictionary padded to a multiple of 64 bytes.
+fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
+    let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
+    let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", sides.trim_end());
+    while (10 + text.len() + 1) % 64 != 0 {
+        text.push(' ');
+    }
+    text.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((text.len() as u16).to_le_bytes());
+    bytes.extend(text.as_bytes());
+    bytes
+}
+
+fn to_bytes<T: Copy, const N: usize>(values: &[T], bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
+    values.iter().flat_map(|&value| bytes(value)).collect()
+}

@@ -1,0 +1,36 @@
+//! Why a result could not be written.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A result file that could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The operating system refused.
+    #[error("cannot write `{}` ({source}); check that the folder can be written to and that the disc has room, or choose another one by `-o`", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// A field had another number of values than its grid.
+    #[error("cannot write `{}`: {array} has {found} values where its grid has {expected}; this is a fault of thurible, please report it", path.display())]
+    Size {
+        /// The file.
+        path: PathBuf,
+        /// The array.
+        array: String,
+        /// Values that came.
+        found: usize,
+        /// Values that its shape has.
+        expected: usize,
+    },
+}
+
+impl OutputError {
+    /// For `map_err`: the error of writing `path`.
+    pub(crate) fn of<E: Into<io::Error>>(path: &Path) -> impl Fn(E) -> Self {
+        move |error| Self::Write { path: path.to_owned(), source: error.into() }
+    }
+}

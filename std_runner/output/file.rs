@@ -1,0 +1,39 @@
+//! Files that are whole or not there: written under a temporary name, then renamed.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::OutputError;
+
+/// Creates a folder and its parents.
+pub(crate) fn create_folder(path: &Path) -> Result<(), OutputError> {
+    fs::create_dir_all(path).map_err(OutputError::of(path))
+}
+
+/// Writes a whole file.
+pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    write_whole(path, |file| file.write_all(bytes).map_err(OutputError::of(path)))
+}
+
+/// Lets `fill` write a file under a temporary name, and renames it when all of it is there.
+pub(super) fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), OutputError>) -> Result<(), OutputError> {
+    let part = temporary(path);
+    let filled = File::create(&part).map_err(OutputError::of(path)).and_then(|file| {
+        let mut file = BufWriter::new(file);
+        fill(&mut file)?;
+        file.flush().map_err(OutputError::of(path))
+    });
+    let renamed = filled.and_then(|()| fs::rename(&part, path).map_err(OutputError::of(path)));
+    if renamed.is_err() {
+        // What is left is of no use, and the first error says more than a second one would.
+        let _ = fs::remove_file(&part);
+    }
+    renamed
+}
+
+fn temporary(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    path.with_file_name(name)
+}

@@ -1,0 +1,103 @@
+//! What a solver shows of itself: one field of one step at a time.
+
+/// The number type of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// 32 bits.
+    F32,
+    /// 64 bits.
+    F64,
+}
+
+/// The values of one field, in the precision of the solve, x fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// 32 bits each.
+    F32(Vec<f32>),
+    /// 64 bits each.
+    F64(Vec<f64>),
+}
+
+impl Samples {
+    /// None yet, ready for `precision`.
+    pub fn new(precision: Precision) -> Self {
+        match precision {
+            Precision::F32 => Self::F32(Vec::new()),
+            Precision::F64 => Self::F64(Vec::new()),
+        }
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F32(values) => values.len(),
+            Self::F64(values) => values.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The values of either precision, rounded to 32 bits: enough for pictures.
+    pub fn to_f32(&self) -> Vec<f32> {
+        match self {
+            Self::F32(values) => values.clone(),
+            Self::F64(values) => values.iter().map(|&value| value as f32).collect(),
+        }
+    }
+}
+
+/// A number that [`Samples`] can hold.
+pub trait Sample: Copy {
+    /// Its precision.
+    const PRECISION: Precision;
+    /// The list inside `samples`, which becomes an empty list of this type if it was one of the other.
+    fn list(samples: &mut Samples) -> &mut Vec<Self>;
+}
+
+macro_rules! sample {
+    ($number:ty, $variant:ident) => {
+        impl Sample for $number {
+            const PRECISION: Precision = Precision::$variant;
+
+            fn list(samples: &mut Samples) -> &mut Vec<Self> {
+                loop {
+                    match samples {
+                        Samples::$variant(values) => return values,
+                        _ => *samples = Samples::$variant(Vec::new()),
+                    }
+                }
+            }
+        }
+    };
+}
+
+sample!(f32, F32);
+sample!(f64, F64);
+
+/// A solved (or stopped) trajectory.
+///
+/// Each of the field functions replaces what `out` holds; [`Sample::list`] gives the list to fill. Velocities and
+/// forces are on faces: a component has one face more than cells along its own axis if that axis is a wall.
+pub trait Frames {
+    /// Cells along x, y (and z).
+    fn cells(&self) -> &[usize];
+    /// Per axis: does the box repeat?
+    fn periodic(&self) -> &[bool];
+    /// N: densities 0 ..= N, velocities 0 .. N, forces 0 .. N - 1.
+    fn steps(&self) -> usize;
+    /// The number type of all fields.
+    fn precision(&self) -> Precision;
+    /// The steps of the keyframes, ascending.
+    fn keyframe_steps(&self) -> &[usize];
+    /// The target of a keyframe, after any rescaling of its mass.
+    fn keyframe(&self, index: usize, out: &mut Samples);
+    /// The density of a step.
+    fn density(&self, step: usize, out: &mut Samples);
+    /// The component of the velocity along `axis`.
+    fn velocity(&self, step: usize, axis: usize, out: &mut Samples);
+    /// The component of the force along `axis`.
+    fn force(&self, step: usize, axis: usize, out: &mut Samples);
+}

@@ -1,0 +1,167 @@
+//! All pictures of a result: a file per step, the animation, and what the report shows.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::animation::{Animation, Pace};
+use super::file::{create_folder, write_bytes};
+use super::picture::Picture;
+use super::render::Smoke;
+use super::{Frames, OutputError, Samples};
+
+/// Pictures in the strip of the report, about.
+const STRIP: usize = 8;
+
+/// PNG files in memory, for the report.
+pub(crate) struct Gallery {
+    /// Some steps from first to last, keyframes among them.
+    pub strip: Vec<(usize, Vec<u8>)>,
+    /// What was asked for and what came of it.
+    pub keyframes: Vec<KeyframePictures>,
+    /// The animation, if there is one.
+    pub animation: Option<Vec<u8>>,
+}
+
+/// One keyframe in three pictures.
+pub(crate) struct KeyframePictures {
+    pub step: usize,
+    pub target: Vec<u8>,
+    pub reached: Vec<u8>,
+    pub difference: Vec<u8>,
+}
+
+impl Gallery {
+    /// Draws everything; with `images`, writes `frames/frame_0000.png` and so on and `animation.png` too.
+    pub fn draw(folder: &Path, frames: &dyn Frames, images: bool) -> Result<Self, OutputError> {
+        let mut studio = Studio::new(folder, frames);
+        let keyframes = (0..frames.keyframe_steps().len()).map(|index| studio.keyframe(index)).collect::<Result<_, _>>()?;
+        if images { studio.every_step(keyframes) } else { studio.some_steps(keyframes) }
+    }
+}
+
+/// Turns steps into pictures.
+struct Studio<'a> {
+    folder: &'a Path,
+    frames: &'a dyn Frames,
+    samples: Samples,
+    /// The density that is drawn brightest: the source's largest.
+    full: f32,
+}
+
+impl<'a> Studio<'a> {
+    fn new(folder: &'a Path, frames: &'a dyn Frames) -> Self {
+        let mut samples = Samples::new(frames.precision());
+        frames.density(0, &mut samples);
+        let full = samples.to_f32().into_iter().fold(0.0, f32::max);
+        Self { folder, frames, samples, full }
+    }
+
+    fn smoke(&mut self, step: usize) -> Smoke {
+        self.frames.density(step, &mut self.samples);
+        Smoke::new(self.frames.cells(), self.samples.to_f32(), self.full)
+    }
+
+    fn keyframe(&mut self, index: usize) -> Result<KeyframePictures, OutputError> {
+        let step = self.frames.keyframe_steps().get(index).copied().unwrap_or_default();
+        self.frames.keyframe(index, &mut self.samples);
+        let target = Smoke::new(self.frames.cells(), self.samples.to_f32(), self.full);
+        let reached = self.smoke(step);
+        Ok(KeyframePictures {
+            step,
+            target: self.encode(&target.photograph())?,
+            reached: self.encode(&reached.photograph())?,
+            difference: self.encode(&reached.minus(&target).chart())?,
+        })
+    }
+
+    fn encode(&self, picture: &Picture) -> Result<Vec<u8>, OutputError> {
+        picture.to_png().map_err(OutputError::of(&self.folder.join("report.html")))
+    }
+
+    fn some_steps(&mut self, keyframes: Vec<KeyframePictures>) -> Result<Gallery, OutputError> {
+        let mut strip = Vec::new();
+        for step in strip_steps(self.frames.steps(), self.frames.keyframe_steps()) {
+            let picture = self.smoke(step).photograph();
+            strip.push((step, self.encode(&picture)?));
+        }
+        Ok(Gallery { strip, keyframes, animation: None })
+    }
+
+    fn every_step(&mut self, keyframes: Vec<KeyframePictures>) -> Result<Gallery, OutputError> {
+        let (steps, at) = (self.frames.steps(), self.frames.keyframe_steps());
+        let (shown, path) = (strip_steps(steps, at), self.folder.join("animation.png"));
+        let folder = self.folder.join("frames");
+        create_folder(&folder)?;
+        remove_frames_after(steps, &folder)?;
+        let mut bytes = Vec::new();
+        let mut strip = Vec::new();
+        let first = self.smoke(0).photograph();
+        let mut animation = Animation::new(&mut bytes, &first, Pace::new(steps, at)).map_err(OutputError::of(&path))?;
+        let together = rayon::current_num_threads().max(1);
+        for begin in (0..=steps).step_by(together) {
+            let batch: Vec<(usize, Smoke)> = (begin..=steps).take(together).map(|step| (step, self.smoke(step))).collect();
+            let drawn: Vec<_> = batch.into_par_iter().map(|(step, smoke)| develop(step, &smoke, &folder)).collect();
+            for drawn in drawn {
+                let (step, picture, png) = drawn?;
+                animation.push(&picture).map_err(OutputError::of(&path))?;
+                if shown.contains(&step) {
+                    strip.push((step, png));
+                }
+            }
+        }
+        animation.finish().map_err(OutputError::of(&path))?;
+        write_bytes(&path, &bytes)?;
+        Ok(Gallery { strip, keyframes, animation: Some(bytes) })
+    }
+}
+
+/// Draws a step and writes its file.
+fn develop(step: usize, smoke: &Smoke, folder: &Path) -> Result<(usize, Picture, Vec<u8>), OutputError> {
+    let path = folder.join(format!("frame_{step:04}.png"));
+    let picture = smoke.photograph();
+    let png = picture.to_png().map_err(OutputError::of(&path))?;
+    write_bytes(&path, &png)?;
+    Ok((step, picture, png))
+}
+
+/// Steps from first to last, evenly, moved to the keyframes that they are closest to.
+fn strip_steps(steps: usize, keyframes: &[usize]) -> BTreeSet<usize> {
+    let mut chosen: BTreeSet<usize> = (0..STRIP).map(|index| index * steps / (STRIP - 1)).collect();
+    for keyframe in keyframes {
+        let movable = |step: &&usize| **step != 0 && **step != steps && !keyframes.contains(step);
+        let nearest = chosen.iter().filter(movable).min_by_key(|step| step.abs_diff(*keyframe)).copied();
+        if let (Some(nearest), false) = (nearest, chosen.contains(keyframe)) {
+            chosen.remove(&nearest);
+        }
+        chosen.insert(*keyframe);
+    }
+    chosen
+}
+
+/// Removes the frames that an earlier, longer result left behind.
+fn remove_frames_after(steps: usize, folder: &Path) -> Result<(), OutputError> {
+    for entry in fs::read_dir(folder).map_err(OutputError::of(folder))? {
+        let path = entry.map_err(OutputError::of(folder))?.path();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let step = name.strip_prefix("frame_").and_then(|rest| rest.strip_suffix(".png")).and_then(|step| step.parse().ok());
+        if step.is_some_and(|step: usize| step > steps) {
+            fs::remove_file(&path).map_err(OutputError::of(&path))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_strip_shows_both_ends_and_every_keyframe() {
+        let steps: Vec<usize> = strip_steps(60, &[20, 40, 60]).into_iter().collect();
+        assert!([0, 20, 40, 60].iter().all(|step| steps.contains(step)) && steps.len() <= 9, "{steps:?}");
+        assert_eq!(strip_steps(3, &[3]).into_iter().collect::<Vec<_>>(), [0, 1, 2, 3]);
+    }
+}

@@ -1,0 +1,19 @@
+//! Result files: `result.npz` in the precision of the solve, frames and an animation as PNG.
+//!
+//! A solver shows itself as [`Frames`], one field at a time, so that no second copy of a trajectory is needed.
+
+mod animation;
+mod archive;
+mod error;
+mod file;
+mod frames;
+mod gallery;
+mod picture;
+mod render;
+
+pub use error::OutputError;
+pub use frames::{Frames, Precision, Sample, Samples};
+
+pub(crate) use archive::write_archive;
+pub(crate) use file::{create_folder, write_bytes};
+pub(crate) use gallery::{Gallery, KeyframePictures};

@@ -1,0 +1,127 @@
+//! The plan of a scene under a ceiling: what fits is chosen, what does not is refused with the way out.
+
+use crate::bytes;
+use crate::exit::Failure;
+use crate::problem::{OwnedProblem, Precision, params_of, refusal};
+use crate::region::MARGIN;
+use crate::scene::Scene;
+use crate::threads;
+use serde_json::{Value, json};
+use thurible_core::{Entry, Params, Plan};
+
+/// What the command line says about a plan.
+#[derive(Clone, Copy, Debug)]
+pub struct Wishes {
+    /// f32 or f64.
+    pub precision: Precision,
+    /// Threads, or `None` for what the machine offers.
+    pub threads: Option<usize>,
+    /// The ceiling in bytes, or `None` for the machine's memory.
+    pub limit: Option<usize>,
+}
+
+/// A plan, and what it was made from.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    /// The problem.
+    pub problem: OwnedProblem,
+    /// The parameters, threads included.
+    pub params: Params,
+    /// f32 or f64.
+    pub precision: Precision,
+    /// The ledger.
+    pub plan: Plan,
+}
+
+/// Bytes of the block for `plan`, bumpalo's rounding included.
+pub fn block_bytes(plan: &Plan) -> usize {
+    plan.bytes().saturating_add(MARGIN)
+}
+
+fn ceiling(wishes: &Wishes) -> Option<usize> {
+    wishes.limit.or_else(bytes::of_machine)
+}
+
+/// The plan of `scene`, within the ceiling if that can be.
+pub fn make(scene: &Scene, wishes: &Wishes) -> Result<Planned, Failure> {
+    let problem = OwnedProblem::of(scene);
+    let ceiling = ceiling(wishes).map(|limit| limit.saturating_sub(MARGIN));
+    let params = params_of(scene, wishes.threads.unwrap_or_else(threads::available), ceiling);
+    let plan = problem.plan(&params, wishes.precision).map_err(|error| refusal(scene, error))?;
+    Ok(Planned { problem, params, precision: wishes.precision, plan })
+}
+
+/// The plan of `scene` within the ceiling, on fewer threads if that is what it takes and nobody asked for a number.
+pub fn choose(scene: &Scene, wishes: &Wishes) -> Result<Planned, Failure> {
+    let mut planned = make(scene, wishes)?;
+    let Some(limit) = ceiling(wishes) else { return Ok(planned) };
+    while block_bytes(&planned.plan) > limit {
+        if wishes.threads.is_some() || planned.params.threads <= 1 {
+            return Err(over_limit(scene, &planned, wishes, limit));
+        }
+        planned = make(scene, &Wishes { threads: Some(planned.params.threads / 2), ..*wishes })?;
+    }
+    Ok(planned)
+}
+
+fn over_limit(scene: &Scene, planned: &Planned, wishes: &Wishes, limit: usize) -> Failure {
+    let needed = block_bytes(&planned.plan);
+    let whose = if wishes.limit.is_some() { "--memory-limit allows" } else { "this machine has" };
+    let mut ways = vec![format!("raise --memory-limit to {} bytes", bytes::grouped(needed))];
+    let fits = |precision| planned.problem.plan(&planned.params, precision).is_ok_and(|plan| block_bytes(&plan) <= limit);
+    if planned.precision == Precision::F64 && fits(Precision::F32) {
+        ways.push("use --precision f32, which fits".into());
+    }
+    ways.push(match largest_grid(planned, limit) {
+        Some(cells) => format!("set `grid.cells` to {cells:?}, the largest grid of this shape that fits"),
+        None => "take fewer steps, as no grid of this shape fits with so many".into(),
+    });
+    Failure::Memory(format!(
+        "{}: the solve needs {} bytes ({}), but {whose} {} bytes ({}); {}",
+        scene.document.path().display(),
+        bytes::grouped(needed),
+        bytes::rounded(needed),
+        bytes::grouped(limit),
+        bytes::rounded(limit),
+        ways.join(", or ")
+    ))
+}
+
+/// The largest grid of the same proportions, in steps of four cells, whose plan is within `limit`.
+pub fn largest_grid(planned: &Planned, limit: usize) -> Option<Vec<usize>> {
+    let longest = planned.problem.cells.iter().copied().max()?;
+    (1..longest.div_ceil(4)).rev().map(|quarter| scaled(&planned.problem.cells, 4 * quarter, longest, 4)).find(|cells| {
+        let smaller = planned.problem.resized(cells.clone(), planned.problem.steps);
+        smaller.plan(&planned.params, planned.precision).is_ok_and(|plan| block_bytes(&plan) <= limit)
+    })
+}
+
+/// `cells` times `over / under`, each rounded to a multiple of `unit` and at least 4.
+pub fn scaled(cells: &[usize], over: usize, under: usize, unit: usize) -> Vec<usize> {
+    let round = |count: usize| (2 * count * over + unit * under) / (2 * unit * under) * unit;
+    cells.iter().map(|&count| round(count).max(4)).collect()
+}
+
+/// A plan as JSON: for `plan --json` and the first line of `solve --json`.
+pub fn plan_fields(planned: &Planned) -> Value {
+    json!({
+        "cells": planned.problem.cells,
+        "steps": planned.problem.steps,
+        "precision": planned.precision.name(),
+        "threads": planned.params.threads,
+        "method": "admm",
+        "planned_bytes": planned.plan.bytes(),
+        "method_bytes": planned.plan.method_bytes(),
+        "paper_bound_bytes": planned.plan.paper_bound(),
+        "ledger": planned.plan.entries().iter().map(entry_fields).collect::<Vec<_>>(),
+    })
+}
+
+fn entry_fields(entry: &Entry) -> Value {
+    json!({ "name": entry.name, "bytes": entry.bytes, "depth": entry.depth })
+}
+
+/// `128 x 128`
+pub fn size_in_words(cells: &[usize]) -> String {
+    cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
+}

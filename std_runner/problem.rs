@@ -1,0 +1,140 @@
+//! From a checked [`Scene`] to the core's [`Problem`] and [`Params`], and to a [`Plan`] of any precision.
+
+use crate::exit::Failure;
+use crate::scene::Scene;
+use thurible_core::{AdmmParams, Advection, Boundary, D2, D3, Method, NsoParams, Params, Plan, PlanError, Problem};
+
+/// f32 or f64.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Precision {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+impl Precision {
+    /// `f32` or `f64`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::F32 => "f32",
+            Precision::F64 => "f64",
+        }
+    }
+}
+
+/// The owned form of the core's [`Problem`], which borrows its lists.
+#[derive(Clone, Debug)]
+pub struct OwnedProblem {
+    /// Cells per axis.
+    pub cells: Vec<usize>,
+    /// Boundary per axis.
+    pub boundary: Vec<Boundary>,
+    /// Steps of the keyframes, ascending.
+    pub keyframes: Vec<usize>,
+    /// N.
+    pub steps: usize,
+    /// The longest side of the box.
+    pub length: f64,
+    /// Length of a step.
+    pub dt: f64,
+    /// r.
+    pub force_weight: f64,
+    /// m, or `None` for the default.
+    pub filters: Option<usize>,
+    /// Whether keyframes take the mass of the source.
+    pub match_mass: bool,
+    /// How density is carried.
+    pub advection: Advection,
+    /// Relative tolerance of the projection.
+    pub projection_tolerance: f64,
+}
+
+impl OwnedProblem {
+    /// The problem of a scene.
+    pub fn of(scene: &Scene) -> Self {
+        OwnedProblem {
+            cells: scene.grid.cells.clone(),
+            boundary: scene.grid.boundary.clone(),
+            keyframes: scene.keyframes.iter().map(|keyframe| keyframe.step).collect(),
+            steps: scene.time.steps,
+            length: scene.grid.length,
+            dt: scene.time.dt,
+            force_weight: scene.control.force_weight,
+            filters: scene.control.filters,
+            match_mass: scene.control.match_mass,
+            advection: Advection { scheme: scene.advection.scheme, tolerance: scene.advection.tolerance },
+            projection_tolerance: scene.method.projection_tolerance,
+        }
+    }
+
+    /// The same problem on other cells, with `steps` steps; the keyframes keep their share of the time.
+    pub fn resized(&self, cells: Vec<usize>, steps: usize) -> Self {
+        let count = self.keyframes.len();
+        let mut keyframes: Vec<usize> = self.keyframes.iter().map(|step| step * steps / self.steps).collect();
+        for (index, step) in keyframes.iter_mut().enumerate() {
+            *step = (*step).clamp(2 + index, steps.saturating_sub(count - 1 - index).max(2 + index));
+        }
+        OwnedProblem { cells, steps, keyframes, ..self.clone() }
+    }
+
+    /// What the core borrows.
+    pub fn problem(&self) -> Problem<'_> {
+        Problem {
+            cells: &self.cells,
+            boundary: &self.boundary,
+            length: self.length,
+            dt: self.dt,
+            steps: self.steps,
+            keyframes: &self.keyframes,
+            force_weight: self.force_weight,
+            filters: self.filters,
+            match_mass: self.match_mass,
+            advection: self.advection,
+            projection_tolerance: self.projection_tolerance,
+        }
+    }
+
+    /// The plan in `precision`.
+    pub fn plan(&self, params: &Params, precision: Precision) -> Result<Plan, PlanError> {
+        let problem = self.problem();
+        match (self.cells.len(), precision) {
+            (2, Precision::F32) => Plan::new::<f32, D2>(&problem, params),
+            (2, Precision::F64) => Plan::new::<f64, D2>(&problem, params),
+            (_, Precision::F32) => Plan::new::<f32, D3>(&problem, params),
+            (_, Precision::F64) => Plan::new::<f64, D3>(&problem, params),
+        }
+    }
+}
+
+/// The core's parameters for a scene on `threads` threads, within `ceiling` bytes if that can be.
+pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Params {
+    let admm = &scene.method.admm;
+    let nso = NsoParams { tolerance: admm.nso_tolerance, norm: admm.nso_norm, colours: admm.colours, ..NsoParams::default() };
+    Params {
+        method: Method::Admm,
+        iterations: scene.method.iterations,
+        threads,
+        ceiling,
+        admm: AdmmParams {
+            penalty: admm.penalty,
+            relaxation: admm.relaxation,
+            ao_iterations: admm.ao_iterations,
+            ao_momentum: admm.ao_momentum,
+            nested: admm.nested,
+            density_tolerance: admm.density_tolerance,
+            nso,
+        },
+    }
+}
+
+/// The sentence for a plan that the core refuses.
+pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
+    let path = scene.document.path().display();
+    match error {
+        PlanError::TooLarge => {
+            Failure::Memory(format!("{path}: the scene needs more bytes than this machine can address; make `grid.cells` or `time.steps` smaller"))
+        }
+        other => Failure::Input(format!("{path}: {other}; change that value in the scene")),
+    }
+}

@@ -1,0 +1,30 @@
+//! The program: reads the command line, runs the command, says in one sentence what went wrong.
+
+use crate::cli::{Cli, Command};
+use crate::exit::{DONE, Failure, INPUT};
+use crate::{console, new_command, plan_command, solve};
+use clap::Parser;
+
+/// Runs the program and returns its exit code; errors are one sentence on stderr.
+pub fn main() -> u8 {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are "errors" of clap that end with 0; a closed pipe is no reason to complain.
+            let _ = error.print();
+            return if error.use_stderr() { INPUT } else { DONE };
+        }
+    };
+    run(&cli).unwrap_or_else(|failure| {
+        console::error(&format!("thurible: {failure}"));
+        failure.code()
+    })
+}
+
+fn run(cli: &Cli) -> Result<u8, Failure> {
+    match &cli.command {
+        Command::Solve(arguments) => solve::run(arguments),
+        Command::Plan(arguments) => plan_command::run(arguments),
+        Command::New(arguments) => new_command::run(arguments),
+    }
+}

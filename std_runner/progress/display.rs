@@ -1,0 +1,124 @@
+//! A bar on a terminal, plain lines elsewhere, JSON lines for programs, or nothing.
+
+use super::clock::in_words;
+use crate::console;
+use core::fmt::Arguments;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Value, json};
+use std::io::{IsTerminal, stderr};
+use thurible_core::Progress;
+
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// A bar, or plain lines where stderr is no terminal.
+    Human,
+    /// JSON lines on stdout.
+    Json,
+    /// Nothing.
+    Quiet,
+}
+
+/// Where progress goes.
+pub struct Display {
+    mode: Mode,
+    bar: Option<ProgressBar>,
+    limit: usize,
+    summary: String,
+}
+
+impl Display {
+    /// For a solve of at most `limit` iterations.
+    pub fn new(mode: Mode, limit: usize) -> Self {
+        let bar = (mode == Mode::Human && stderr().is_terminal()).then(|| {
+            let style = ProgressStyle::with_template("{spinner} [{bar:14}] {pos}/{len} {wide_msg}");
+            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> ");
+            ProgressBar::new(u64::try_from(limit).unwrap_or(u64::MAX)).with_style(style)
+        });
+        Display { mode, bar, limit, summary: String::new() }
+    }
+
+    /// A sentence between the lines of progress.
+    pub fn note(&self, text: &str) {
+        match (self.mode, &self.bar) {
+            (Mode::Human, Some(bar)) => bar.println(text),
+            (Mode::Human, None) => console::error(text),
+            _ => {}
+        }
+    }
+
+    /// A warning; with `--json` an event.
+    pub fn warning(&self, text: &str) {
+        match self.mode {
+            Mode::Json => self.event("warning", json!({ "message": text })),
+            _ => self.note(&format!("warning: {text}")),
+        }
+    }
+
+    /// One JSON line, if that is how progress is shown.
+    pub fn event(&self, name: &str, mut fields: Value) {
+        if self.mode == Mode::Json {
+            fields["event"] = name.into();
+            console::print(&fields.to_string());
+        }
+    }
+
+    /// What the solve is doing within an iteration.
+    pub fn detail(&self, text: Arguments<'_>) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(format!("{}{text}", self.summary));
+        }
+    }
+
+    /// Something small is done.
+    pub fn tick(&self) {
+        if let Some(bar) = &self.bar {
+            bar.tick();
+        }
+    }
+
+    /// An outer iteration is over, `seconds` after the start.
+    pub fn iteration(&mut self, progress: &Progress, seconds: f64) {
+        self.event("iteration", iteration_fields(progress, seconds));
+        if self.mode != Mode::Human {
+            return;
+        }
+        let left = self.limit.saturating_sub(progress.iteration) as f64 * seconds / progress.iteration.max(1) as f64;
+        let residual = progress.admm.nso_residuals.last().copied().unwrap_or(f64::NAN);
+        let text =
+            format!("at most {} left, data {:.3e}, force {:.3e}, residual {residual:.0e}", in_words(left), progress.objective.data, progress.objective.force);
+        match &self.bar {
+            Some(bar) => {
+                bar.set_position(u64::try_from(progress.iteration).unwrap_or(u64::MAX));
+                bar.set_message(text.clone());
+            }
+            None => console::error(&format!("{:>4}/{} {text}, change {:.1e}", progress.iteration, self.limit, progress.admm.density_change)),
+        }
+        self.summary = text + ", ";
+    }
+
+    /// Takes the bar off the screen.
+    pub fn close(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn iteration_fields(progress: &Progress, seconds: f64) -> Value {
+    json!({
+        "iteration": progress.iteration,
+        "seconds": seconds,
+        "data": progress.objective.data,
+        "force": progress.objective.force,
+        "total": progress.objective.total(),
+        "ao_step": progress.admm.ao_step,
+        "density_change": progress.admm.density_change,
+        "nso_residuals": progress.admm.nso_residuals.as_slice(),
+        "kkt": progress.admm.kkt,
+        "ao_residual": progress.admm.ao_residual,
+        "gap": progress.admm.gap,
+        "data_of_star": progress.admm.data_of_star,
+        "held": progress.admm.held,
+    })
+}

@@ -1,0 +1,69 @@
+//! The curves of a run.
+
+use super::chart::{Chart, Curve};
+use super::record::{AdmmRecord, IterationRecord, RunRecord};
+
+/// All figures that this run has data for, as HTML.
+pub(super) fn charts(record: &RunRecord) -> String {
+    let mut charts = vec![objective(&record.history)];
+    if record.history.iter().any(|entry| entry.admm.is_some()) {
+        charts.extend([density_change(&record.history), residuals(&record.history), optimality(&record.history)]);
+    }
+    charts.iter().map(Chart::to_html).collect()
+}
+
+fn objective(history: &[IterationRecord]) -> Chart {
+    let curve = |name, colour, value: fn(&IterationRecord) -> f64| Curve::new(name, colour, history.iter().map(|entry| (entry.iteration as f64, value(entry))));
+    Chart {
+        title: "Objective",
+        note: "Distance from the keyframes, price of the force, and their sum.",
+        across: "iteration",
+        curves: vec![
+            curve("total", 3, |entry| entry.objective.total()),
+            curve("data", 1, |entry| entry.objective.data),
+            curve("force", 2, |entry| entry.objective.force),
+        ],
+    }
+}
+
+fn density_change(history: &[IterationRecord]) -> Chart {
+    Chart {
+        title: "Change of the density",
+        note: "Largest change in one iteration, in parts of the source's largest density; convergence is judged by it.",
+        across: "iteration",
+        curves: vec![curve_of("density change", 1, history, |admm| admm.density_change)],
+    }
+}
+
+fn residuals(history: &[IterationRecord]) -> Chart {
+    let pieces = history.iter().filter_map(|entry| {
+        let residuals = &entry.admm.as_ref()?.nso_residuals;
+        let spacing = 1.0 / residuals.len().saturating_sub(1).max(1) as f64;
+        let start = entry.iteration as f64 - 1.0;
+        Some(residuals.iter().enumerate().map(|(cycle, &residual)| (start + cycle as f64 * spacing, residual)).collect())
+    });
+    Chart {
+        title: "Navier\u{2013}Stokes problem",
+        note: "Residual max |f| before the first V-cycle of each iteration and after each.",
+        across: "iteration (V-cycles within)",
+        curves: vec![Curve { name: "residual", colour: 2, pieces: pieces.collect() }],
+    }
+}
+
+fn optimality(history: &[IterationRecord]) -> Chart {
+    Chart {
+        title: "Optimality",
+        note: "Residuals of the whole problem's optimality conditions, of the advection problem, and the gap between v and v*.",
+        across: "iteration",
+        curves: vec![
+            curve_of("KKT", 3, history, |admm| admm.kkt),
+            curve_of("advection", 1, history, |admm| admm.ao_residual),
+            curve_of("gap", 2, history, |admm| admm.gap),
+        ],
+    }
+}
+
+fn curve_of(name: &'static str, colour: usize, history: &[IterationRecord], value: fn(&AdmmRecord) -> f64) -> Curve {
+    let points = history.iter().filter_map(|entry| Some((entry.iteration as f64, value(entry.admm.as_ref()?))));
+    Curve::new(name, colour, points)
+}

@@ -1,0 +1,175 @@
+//! The facts of a run, as `report.json` holds them.
+
+use serde::{Serialize, Serializer};
+
+/// Everything that a program needs to check a result without its scene; numbers that are not finite become `null`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunRecord {
+    /// Of this file: 1.
+    pub format: u32,
+    /// Cells along x, y (and z).
+    pub cells: Vec<usize>,
+    /// "wall" or "periodic" per axis.
+    pub boundary: Vec<String>,
+    /// The longest side of the box.
+    pub length: f64,
+    /// Length of a time step.
+    pub dt: f64,
+    /// N.
+    pub steps: usize,
+    /// r.
+    pub force_weight: f64,
+    /// m, resolved.
+    pub filters: usize,
+    /// How density was carried.
+    pub advection: AdvectionRecord,
+    /// "admm", ...
+    pub method: String,
+    /// "f32" or "f64".
+    pub precision: String,
+    /// "converged", "max_iterations", "stalled", "not_finite" or "cancelled".
+    pub status: String,
+    /// At the end.
+    pub objective: ObjectiveRecord,
+    /// One entry an outer iteration.
+    pub history: Vec<IterationRecord>,
+    /// Bytes.
+    pub memory: MemoryRecord,
+    /// Seconds by phase.
+    pub seconds: SecondsRecord,
+    /// Threads that the solve used.
+    pub threads: usize,
+    /// Of the program.
+    pub version: String,
+    /// The text of the scene file.
+    pub scene: String,
+    /// The command line.
+    pub command: String,
+    /// How well each keyframe was reached.
+    pub keyframes: Vec<KeyframeRecord>,
+}
+
+/// `advection`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AdvectionRecord {
+    /// "quick", "central" or "semi_lagrangian".
+    pub scheme: String,
+    /// Of the exponential series.
+    pub tolerance: f64,
+}
+
+/// The objective and its two parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectiveRecord {
+    /// Distance from the keyframes.
+    pub data: f64,
+    /// r/2 times the squared forces.
+    pub force: f64,
+}
+
+impl ObjectiveRecord {
+    /// The sum of both.
+    pub fn total(&self) -> f64 {
+        self.data + self.force
+    }
+}
+
+impl Serialize for ObjectiveRecord {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Parts {
+            data: f64,
+            force: f64,
+            total: f64,
+        }
+        Parts { data: self.data, force: self.force, total: self.total() }.serialize(serializer)
+    }
+}
+
+/// One outer iteration.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct IterationRecord {
+    /// From 1.
+    pub iteration: usize,
+    /// Since the solve began.
+    pub seconds: f64,
+    /// After it.
+    #[serde(flatten)]
+    pub objective: ObjectiveRecord,
+    /// What ADMM alone can tell.
+    #[serde(flatten)]
+    pub admm: Option<AdmmRecord>,
+}
+
+/// One iteration of ADMM.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AdmmRecord {
+    /// Blending step of the advection problem.
+    pub ao_step: f64,
+    /// Largest change of the density, in parts of the source's largest.
+    pub density_change: f64,
+    /// max |f|, scaled, before the first V-cycle of the Navier-Stokes problem and after each.
+    pub nso_residuals: Vec<f64>,
+    /// Residual of the optimality conditions of the whole problem (the paper's Figure 7).
+    pub kkt: f64,
+    /// Residual of the advection problem (the paper's Figure 7).
+    pub ao_residual: f64,
+    /// Distance between v and v*.
+    pub gap: f64,
+}
+
+/// `memory`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MemoryRecord {
+    /// The block that was asked for.
+    pub planned_bytes: usize,
+    /// What was carved from it.
+    pub used_bytes: usize,
+    /// M of the paper, in numbers of this precision.
+    pub paper_bound_bytes: usize,
+    /// What the bytes are for.
+    pub ledger: Vec<LedgerLine>,
+}
+
+/// One line of the ledger; a line's parts follow it, one level deeper.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LedgerLine {
+    /// What it is.
+    pub name: String,
+    /// Its bytes, parts included.
+    pub bytes: usize,
+    /// 0 for the whole.
+    pub depth: usize,
+}
+
+/// `seconds`, by phase.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct SecondsRecord {
+    /// From start to the end of the solve.
+    pub total: f64,
+    /// Reading the scene, drawing shapes, taking memory.
+    pub setup: f64,
+    /// All advection problems.
+    pub ao: f64,
+    /// All Navier-Stokes problems.
+    pub nso: f64,
+    /// Everything else of the iterations.
+    pub other: f64,
+    /// Making the result feasible at the end.
+    pub finish: f64,
+    /// One advection problem, on average.
+    pub ao_average: f64,
+    /// One Navier-Stokes problem, on average.
+    pub nso_average: f64,
+}
+
+/// How well a keyframe was reached.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct KeyframeRecord {
+    /// Where it stands.
+    pub step: usize,
+    /// Euclidean distance from the target, in parts of the target's size.
+    pub relative_l2: f64,
+    /// What the target was multiplied by.
+    pub mass_factor: f64,
+}

@@ -1,0 +1,85 @@
+//! Tables of the report: parameters, memory, time.
+
+use super::record::{LedgerLine, RunRecord};
+use super::words::{bytes, escape, grouped, number, seconds};
+
+/// Lines of a list of names and values; values are HTML.
+fn list(rows: &[(&str, String)]) -> String {
+    let row = |(name, value): &(&str, String)| format!("<div><dt>{}</dt><dd>{value}</dd></div>", escape(name));
+    format!("<dl>{}</dl>", rows.iter().map(row).collect::<String>())
+}
+
+/// What was solved, and with what.
+pub(super) fn parameters(record: &RunRecord) -> String {
+    let join = |words: &[String], between: &str| words.join(between);
+    let cells: Vec<String> = record.cells.iter().map(usize::to_string).collect();
+    let mut boundary = record.boundary.clone();
+    boundary.dedup();
+    list(&[
+        ("Grid", escape(&join(&cells, " \u{d7} "))),
+        ("Boundary", escape(&join(if boundary.len() == 1 { &boundary } else { &record.boundary }, ", "))),
+        ("Length of the box", number(record.length)),
+        ("Time", format!("{} steps of {}", record.steps, number(record.dt))),
+        ("Force weight r", number(record.force_weight)),
+        ("Filters m", record.filters.to_string()),
+        ("Transport", format!("{}, tolerance {}", escape(&record.advection.scheme), number(record.advection.tolerance))),
+        ("Method", escape(&record.method)),
+        ("Precision", escape(&record.precision)),
+        ("Threads", record.threads.to_string()),
+        ("Version", escape(&record.version)),
+    ])
+}
+
+/// Where the time went, as bars.
+pub(super) fn times(record: &RunRecord) -> String {
+    let spent = record.seconds;
+    let rows = [
+        ("Advection problem", spent.ao, Some(spent.ao_average)),
+        ("Navier\u{2013}Stokes problem", spent.nso, Some(spent.nso_average)),
+        ("Rest of the iterations", spent.other, None),
+        ("Making the result feasible", spent.finish, None),
+        ("Reading, drawing, planning", spent.setup, None),
+    ];
+    let row = |&(name, value, average): &(&str, f64, Option<f64>)| {
+        let average = average.map(|average| format!("<small>{} each</small>", seconds(average))).unwrap_or_default();
+        format!("<tr><th>{name}{average}</th><td>{}</td><td class=\"wide\">{}</td></tr>", seconds(value), bar(value, spent.total, "c1"))
+    };
+    let rows: String = rows.iter().map(row).collect();
+    format!("<table><tbody>{rows}</tbody><tfoot><tr><th>Total</th><td>{}</td><td></td></tr></tfoot></table>", seconds(spent.total))
+}
+
+/// The ledger, each line with its part of the whole.
+pub(super) fn ledger(record: &RunRecord) -> String {
+    let memory = &record.memory;
+    let whole = memory.planned_bytes.max(1) as f64;
+    let row = |line: &LedgerLine| {
+        let depth = line.depth.min(4);
+        let (name, size) = (escape(&line.name), line.bytes as f64);
+        let bar = bar(size, whole, if line.depth <= 1 { "c2" } else { "c2 part" });
+        format!("<tr class=\"d{depth}\"><th>{name}</th><td>{}</td><td>{}</td><td class=\"wide\">{bar}</td></tr>", grouped(line.bytes), bytes(line.bytes))
+    };
+    let rows: String = memory.ledger.iter().map(row).collect();
+    format!("<table class=\"ledger\"><thead><tr><th>Buffer</th><td>bytes</td><td></td><td></td></tr></thead><tbody>{rows}</tbody></table>")
+}
+
+/// Planned, used and the paper's bound in one sentence.
+pub(super) fn memory_sentence(record: &RunRecord) -> String {
+    let memory = &record.memory;
+    let used = if memory.used_bytes == memory.planned_bytes {
+        "exactly that was used".to_owned()
+    } else {
+        format!("{} were taken for it from the system", grouped(memory.used_bytes))
+    };
+    format!(
+        "One block of {} bytes ({}) was planned, and {used}. The paper's bound for a problem of this size is {} bytes ({}).",
+        grouped(memory.planned_bytes),
+        bytes(memory.planned_bytes),
+        grouped(memory.paper_bound_bytes),
+        bytes(memory.paper_bound_bytes)
+    )
+}
+
+fn bar(value: f64, whole: f64, class: &str) -> String {
+    let part = if whole > 0.0 { (100.0 * value / whole).clamp(0.0, 100.0) } else { 0.0 };
+    format!("<span class=\"bar {class}\"><i style=\"width:{part:.2}%\"></i></span>")
+}

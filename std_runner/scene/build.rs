@@ -1,0 +1,172 @@
+//! From the raw sections to a checked [`Scene`].
+
+use crate::exit::Failure;
+use crate::scene::check::shown;
+use crate::scene::document::Document;
+use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawGrid, RawMethod, RawScene, RawTime, read};
+use crate::scene::{Admm, AdvectionSection, Control, Grid, MethodSection, Output, Scene, Time, shapes};
+use std::path::PathBuf;
+use thurible_core::{Boundary, Colours, Norm, Scheme};
+use toml::Value;
+
+const BOUNDARIES: [(&str, Boundary); 2] = [("wall", Boundary::Wall), ("periodic", Boundary::Periodic)];
+const SCHEMES: [(&str, Scheme); 3] = [("quick", Scheme::Quick), ("central", Scheme::Central), ("semi_lagrangian", Scheme::SemiLagrangian)];
+const NORMS: [(&str, Norm); 2] = [("scaled", Norm::Scaled), ("plain", Norm::Plain)];
+const COLOURS: [(&str, Colours); 2] = [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)];
+
+/// What the core allows.
+const MOST_STEPS: i64 = 100_000;
+const MOST_FILTERS: i64 = 16;
+/// More than any run needs.
+const MOST_ITERATIONS: i64 = 1_000_000;
+/// Weights in scaled numbers (dt = length = 1) within which single precision keeps its digits.
+const WEIGHTS: core::ops::RangeInclusive<f64> = 1e-15..=1e15;
+
+pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
+    let raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
+    let grid = grid(&document, raw.grid)?;
+    let time = time(&document, raw.time)?;
+    let control = control(&document, raw.control)?;
+    let advection = advection(&document, raw.advection)?;
+    let method = method(&document, raw.method)?;
+    let unit = grid.length / time.dt;
+    check_weight(&document, "control.force_weight", control.force_weight, (unit / time.dt).powi(2))?;
+    check_weight(&document, "method.admm.penalty", method.admm.penalty, unit.powi(2))?;
+    let source = shapes::source(&document, raw.source)?;
+    let keyframes = shapes::keyframes(&document, raw.keyframe, time.steps)?;
+    let folder = raw.output.folder.unwrap_or_else(|| "out".into());
+    if folder.is_empty() {
+        return Err(document.refuse("output.folder", "is empty; write the name of a folder"));
+    }
+    let output = Output { folder: document.folder().join(folder), frames: raw.output.frames.unwrap_or(true) };
+    Ok(Scene { document, grid, time, source, keyframes, control, advection, method, output })
+}
+
+fn grid(document: &Document, raw: Option<RawGrid>) -> Result<Grid, Failure> {
+    let raw = document.required("grid", raw, "write [grid] with cells = [128, 128]")?;
+    let cells = document.required("grid.cells", raw.cells, "write two or three numbers, as in cells = [128, 128]")?;
+    if !(2..=3).contains(&cells.len()) {
+        let found = format!("has {} entries, but only 2 (a plane) or 3 (a box) are allowed; write cells = [nx, ny] or [nx, ny, nz]", cells.len());
+        return Err(document.refuse("grid.cells", found));
+    }
+    let checked = cells.iter().enumerate().map(|(axis, &count)| document.whole(&format!("grid.cells[{axis}]"), count, 4..=4096));
+    Ok(Grid {
+        cells: checked.collect::<Result<_, _>>()?,
+        boundary: boundary(document, raw.boundary, cells.len())?,
+        length: document.positive("grid.length", raw.length.unwrap_or(1.0))?,
+    })
+}
+
+fn boundary(document: &Document, raw: Option<Value>, axes: usize) -> Result<Vec<Boundary>, Failure> {
+    let key = "grid.boundary";
+    let wanted = format!("\"wall\", \"periodic\" or a list of {axes} such words");
+    match raw {
+        None => Ok(vec![Boundary::Wall; axes]),
+        Some(Value::String(word)) => Ok(vec![document.word(key, &word, &BOUNDARIES)?; axes]),
+        Some(Value::Array(words)) if words.len() == axes => words
+            .iter()
+            .enumerate()
+            .map(|(axis, word)| match word {
+                Value::String(word) => document.word(&format!("{key}[{axis}]"), word, &BOUNDARIES),
+                other => Err(document.outside(&format!("{key}[{axis}]"), shown(other), "\"wall\" or \"periodic\"")),
+            })
+            .collect(),
+        Some(other) => Err(document.outside(key, shown(&other), &wanted)),
+    }
+}
+
+fn time(document: &Document, raw: Option<RawTime>) -> Result<Time, Failure> {
+    let raw = document.required("time", raw, "write [time] with steps = 40")?;
+    let steps = document.required("time.steps", raw.steps, "write the number of steps, as in steps = 40")?;
+    Ok(Time { steps: document.whole("time.steps", steps, 2..=MOST_STEPS)?, dt: document.positive("time.dt", raw.dt.unwrap_or(1.0))? })
+}
+
+fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {
+    let key = "control.filters";
+    let filters = match raw.filters {
+        None => None,
+        Some(Value::String(word)) if word == "auto" => None,
+        Some(Value::Integer(count)) => Some(document.whole(key, count, 0..=MOST_FILTERS)?),
+        Some(other) => return Err(document.outside(key, shown(&other), "\"auto\" or a whole number from 0 to 16")),
+    };
+    Ok(Control {
+        force_weight: document.positive("control.force_weight", raw.force_weight.unwrap_or(1e3))?,
+        filters,
+        match_mass: raw.match_mass.unwrap_or(true),
+        initial_velocity: initial_velocity(document, raw.initial_velocity)?,
+    })
+}
+
+fn initial_velocity(document: &Document, raw: Option<Value>) -> Result<Option<PathBuf>, Failure> {
+    let key = "control.initial_velocity";
+    let found = match raw {
+        None => return Ok(None),
+        Some(Value::String(word)) if word == "rest" => return Ok(None),
+        Some(Value::Table(table)) => match (table.get("file"), table.len()) {
+            (Some(Value::String(file)), 1) => return Ok(Some(document.folder().join(file))),
+            _ => format!("a table with the keys {:?}", table.keys().collect::<Vec<_>>()),
+        },
+        Some(other) => shown(&other),
+    };
+    Err(document.outside(key, found, "\"rest\" or { file = \"v0.npz\" }"))
+}
+
+fn advection(document: &Document, raw: RawAdvection) -> Result<AdvectionSection, Failure> {
+    Ok(AdvectionSection {
+        scheme: document.word("advection.scheme", raw.scheme.as_deref().unwrap_or("quick"), &SCHEMES)?,
+        tolerance: document.between("advection.tolerance", raw.tolerance.unwrap_or(1e-5), 1.0)?,
+    })
+}
+
+fn method(document: &Document, raw: RawMethod) -> Result<MethodSection, Failure> {
+    for (name, table) in [("direct", &raw.direct), ("lbfgs", &raw.lbfgs), ("pd", &raw.pd)] {
+        if table.is_some() {
+            let key = format!("method.{name}");
+            return Err(document.refuse(&key, "is for a method that is not there yet; take it out, the method for now is \"admm\""));
+        }
+    }
+    check_method_name(document, "method.name", raw.name.as_deref().unwrap_or("admm"))?;
+    let projection = raw.projection.tolerance.unwrap_or(1e-5);
+    Ok(MethodSection {
+        iterations: document.whole("method.iterations", raw.iterations.unwrap_or(60), 1..=MOST_ITERATIONS)?,
+        admm: admm(document, raw.admm)?,
+        projection_tolerance: document.between("method.projection.tolerance", projection, 1.0)?,
+    })
+}
+
+/// A weight must be of reasonable size in scaled numbers, whatever the scene's units.
+fn check_weight(document: &Document, key: &str, weight: f64, scale: f64) -> Result<(), Failure> {
+    let scaled = weight * scale;
+    if WEIGHTS.contains(&scaled) {
+        return Ok(());
+    }
+    let why = format!(
+        "is {weight}, which in units of dt and length is {scaled:e}, but only {:e} to {:e} is allowed there; change it, `time.dt` or `grid.length`",
+        WEIGHTS.start(),
+        WEIGHTS.end()
+    );
+    Err(document.refuse(key, why))
+}
+
+fn check_method_name(document: &Document, key: &str, name: &str) -> Result<(), Failure> {
+    match name {
+        "admm" => Ok(()),
+        "direct" | "lbfgs" | "pd" => Err(document.refuse(key, format!("is \"{name}\", which is not there yet; use \"admm\", the method for now"))),
+        other => Err(document.outside(key, format!("\"{other}\""), "\"admm\"")),
+    }
+}
+
+fn admm(document: &Document, raw: RawAdmm) -> Result<Admm, Failure> {
+    let key = |name: &str| format!("method.admm.{name}");
+    Ok(Admm {
+        penalty: document.positive(&key("penalty"), raw.penalty.unwrap_or(1e3))?,
+        relaxation: document.between(&key("relaxation"), raw.relaxation.unwrap_or(1.0), 2.0)?,
+        ao_iterations: document.whole(&key("ao_iterations"), raw.ao_iterations.unwrap_or(2), 1..=100)?,
+        ao_momentum: document.fraction(&key("ao_momentum"), raw.ao_momentum.unwrap_or(0.0))?,
+        nested: raw.nested.unwrap_or(true),
+        nso_tolerance: document.between(&key("nso_tolerance"), raw.nso_tolerance.unwrap_or(1e-5), 1.0)?,
+        nso_norm: document.word(&key("nso_norm"), raw.nso_norm.as_deref().unwrap_or("scaled"), &NORMS)?,
+        density_tolerance: document.between(&key("density_tolerance"), raw.density_tolerance.unwrap_or(0.01), 1.0)?,
+        colours: document.word(&key("smoother_colours"), raw.smoother_colours.as_deref().unwrap_or("red_black"), &COLOURS)?,
+    })
+}

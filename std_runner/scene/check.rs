@@ -1,0 +1,69 @@
+//! Checks of single values, each with its sentence: where, what was found, what is allowed.
+
+use crate::exit::Failure;
+use crate::scene::document::Document;
+use core::fmt::Display;
+use core::ops::RangeInclusive;
+use toml::Value;
+
+impl Document {
+    /// What stands at `key`, or the sentence for a key that is needed and missing.
+    pub(super) fn required<T>(&self, key: &str, value: Option<T>, remedy: &str) -> Result<T, Failure> {
+        value.ok_or_else(|| Failure::Input(format!("{}: `{key}` is missing and has no default; {remedy}", self.place(key))))
+    }
+
+    /// A whole number in `allowed`.
+    pub(super) fn whole(&self, key: &str, found: i64, allowed: RangeInclusive<i64>) -> Result<usize, Failure> {
+        match usize::try_from(found) {
+            Ok(number) if allowed.contains(&found) => Ok(number),
+            _ => Err(self.outside(key, found, &format!("a whole number from {} to {}", allowed.start(), allowed.end()))),
+        }
+    }
+
+    /// A finite number above zero.
+    pub(super) fn positive(&self, key: &str, found: f64) -> Result<f64, Failure> {
+        if found.is_finite() && found > 0.0 {
+            return Ok(found);
+        }
+        Err(self.outside(key, found, "a finite number above 0"))
+    }
+
+    /// A finite number above zero and below `limit`.
+    pub(super) fn between(&self, key: &str, found: f64, limit: f64) -> Result<f64, Failure> {
+        if found > 0.0 && found < limit {
+            return Ok(found);
+        }
+        Err(self.outside(key, found, &format!("a number above 0 and below {limit}")))
+    }
+
+    /// A number from zero up to, but not, one.
+    pub(super) fn fraction(&self, key: &str, found: f64) -> Result<f64, Failure> {
+        if (0.0..1.0).contains(&found) {
+            return Ok(found);
+        }
+        Err(self.outside(key, found, "a number from 0 up to but not 1"))
+    }
+
+    /// One of a few words.
+    pub(super) fn word<T: Copy>(&self, key: &str, found: &str, words: &[(&str, T)]) -> Result<T, Failure> {
+        let known = words.iter().find(|(word, _)| *word == found);
+        known.map(|&(_, meaning)| meaning).ok_or_else(|| {
+            let listed: Vec<String> = words.iter().map(|(word, _)| format!("\"{word}\"")).collect();
+            self.outside(key, format!("\"{found}\""), &listed.join(" or "))
+        })
+    }
+
+    /// The refusal of a value outside what is allowed.
+    pub(super) fn outside(&self, key: &str, found: impl Display, allowed: &str) -> Failure {
+        self.refuse(key, format!("is {found}, but only {allowed} is allowed; change it to that"))
+    }
+}
+
+/// A TOML value as a short text for messages.
+pub(super) fn shown(value: &Value) -> String {
+    match value {
+        Value::Table(_) => "a table".into(),
+        Value::Array(items) => format!("a list of {}", items.len()),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,174 @@
+//! The scene file: TOML in, a checked [`Scene`] out, or one sentence that says where and why not.
+
+mod build;
+mod check;
+mod document;
+mod place;
+mod raw;
+mod shapes;
+
+pub use document::Document;
+
+use crate::exit::Failure;
+use crate::keyframes::{Canvas, ShapeSpec};
+use std::path::{Path, PathBuf};
+use thurible_core::{Boundary, Colours, Norm, Scheme};
+
+/// Everything a scene file says, with its defaults filled in and every value checked.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The text it came from, for errors found later and for the report.
+    pub document: Document,
+    /// The box.
+    pub grid: Grid,
+    /// Steps and their length.
+    pub time: Time,
+    /// The shape of rho_0.
+    pub source: ShapeSpec,
+    /// The targets, by ascending step.
+    pub keyframes: Vec<Keyframe>,
+    /// What is minimised.
+    pub control: Control,
+    /// How density is carried.
+    pub advection: AdvectionSection,
+    /// How it is solved.
+    pub method: MethodSection,
+    /// What is written, and where.
+    pub output: Output,
+}
+
+/// `[grid]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// Cells per axis, two or three.
+    pub cells: Vec<usize>,
+    /// One word per axis.
+    pub boundary: Vec<Boundary>,
+    /// The longest side of the box.
+    pub length: f64,
+}
+
+/// `[time]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Time {
+    /// N; the densities are 0 .. N.
+    pub steps: usize,
+    /// Length of a step.
+    pub dt: f64,
+}
+
+/// One `[[keyframe]]`.
+#[derive(Clone, Debug)]
+pub struct Keyframe {
+    /// The step it stands at.
+    pub step: usize,
+    /// What the density should look like there.
+    pub shape: ShapeSpec,
+    /// Its key in the file, `keyframe[i]`, for errors found later.
+    pub key: String,
+}
+
+/// `[control]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Control {
+    /// r, the weight of the force.
+    pub force_weight: f64,
+    /// m, the number of Gaussian filters; `None` is `"auto"`.
+    pub filters: Option<usize>,
+    /// Whether keyframes are scaled to the mass of the source.
+    pub match_mass: bool,
+    /// The file of v_0; `None` is `"rest"`.
+    pub initial_velocity: Option<PathBuf>,
+}
+
+/// `[advection]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdvectionSection {
+    /// Which scheme.
+    pub scheme: Scheme,
+    /// Where the exponential series is cut, relative to max rho_0.
+    pub tolerance: f64,
+}
+
+/// `[method]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodSection {
+    /// Outer iterations at most.
+    pub iterations: usize,
+    /// `[method.admm]`
+    pub admm: Admm,
+    /// `[method.projection] tolerance`
+    pub projection_tolerance: f64,
+}
+
+/// `[method.admm]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Admm {
+    /// K, in the scene's units.
+    pub penalty: f64,
+    /// beta.
+    pub relaxation: f64,
+    /// Fixed-point iterations of AO per outer iteration.
+    pub ao_iterations: usize,
+    /// Momentum between them.
+    pub ao_momentum: f64,
+    /// Whether the start is a solve at half the resolution.
+    pub nested: bool,
+    /// Where NSO stops.
+    pub nso_tolerance: f64,
+    /// How NSO's residual counts divergences.
+    pub nso_norm: Norm,
+    /// Where ADMM stops, as a part of max rho_0.
+    pub density_tolerance: f64,
+    /// Order of the smoother's cells.
+    pub colours: Colours,
+}
+
+/// `[output]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// The result folder, relative paths already taken from the scene file.
+    pub folder: PathBuf,
+    /// Whether images are written.
+    pub frames: bool,
+}
+
+impl Scene {
+    /// Reads `path`, applies the `--set` assignments in order, then `--method`, and checks everything.
+    pub fn load(path: &Path, assignments: &[String], method: Option<&str>) -> Result<Self, Failure> {
+        let mut document = Document::read(path)?;
+        for assignment in assignments {
+            document.set(assignment)?;
+        }
+        if let Some(name) = method {
+            document.replace(format!("--method {name}"), "method.name", name.into())?;
+        }
+        build::scene(document)
+    }
+
+    /// The grid as the shapes see it.
+    pub fn canvas(&self) -> Canvas {
+        Canvas {
+            cells: self.grid.cells.clone(),
+            periodic: self.grid.boundary.iter().map(|&boundary| boundary == Boundary::Periodic).collect(),
+            length: self.grid.length,
+        }
+    }
+}
+
+/// The word for a boundary in scenes and reports.
+pub fn boundary_name(boundary: Boundary) -> &'static str {
+    match boundary {
+        Boundary::Wall => "wall",
+        Boundary::Periodic => "periodic",
+    }
+}
+
+/// The word for a transport scheme in scenes and reports.
+pub fn scheme_name(scheme: Scheme) -> &'static str {
+    match scheme {
+        Scheme::Quick => "quick",
+        Scheme::Central => "central",
+        Scheme::SemiLagrangian => "semi_lagrangian",
+    }
+}

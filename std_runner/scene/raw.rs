@@ -1,0 +1,155 @@
+//! The sections of a scene as TOML spells them; serde refuses unknown keys and wrong types, `build` the rest.
+
+use crate::exit::Failure;
+use crate::scene::document::Document;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_path_to_error::Segment;
+use toml::{Table, Value};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawScene {
+    pub grid: Option<RawGrid>,
+    pub time: Option<RawTime>,
+    pub source: Option<Table>,
+    pub keyframe: Option<Vec<Table>>,
+    #[serde(default)]
+    pub control: RawControl,
+    #[serde(default)]
+    pub advection: RawAdvection,
+    #[serde(default)]
+    pub method: RawMethod,
+    #[serde(default)]
+    pub output: RawOutput,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawGrid {
+    pub cells: Option<Vec<i64>>,
+    pub boundary: Option<Value>,
+    pub length: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawTime {
+    pub steps: Option<i64>,
+    pub dt: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawControl {
+    pub force_weight: Option<f64>,
+    pub filters: Option<Value>,
+    pub match_mass: Option<bool>,
+    pub initial_velocity: Option<Value>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawAdvection {
+    pub scheme: Option<String>,
+    pub tolerance: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawMethod {
+    pub name: Option<String>,
+    pub iterations: Option<i64>,
+    #[serde(default)]
+    pub admm: RawAdmm,
+    pub direct: Option<Value>,
+    pub lbfgs: Option<Value>,
+    pub pd: Option<Value>,
+    #[serde(default)]
+    pub projection: RawProjection,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawAdmm {
+    pub penalty: Option<f64>,
+    pub relaxation: Option<f64>,
+    pub ao_iterations: Option<i64>,
+    pub ao_momentum: Option<f64>,
+    pub nested: Option<bool>,
+    pub nso_tolerance: Option<f64>,
+    pub density_tolerance: Option<f64>,
+    pub nso_norm: Option<String>,
+    pub smoother_colours: Option<String>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawProjection {
+    pub tolerance: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawOutput {
+    pub folder: Option<String>,
+    pub frames: Option<bool>,
+}
+
+/// Reads `value`, which stands at key `prefix` of the scene, as a `T`.
+pub(super) fn read<T: DeserializeOwned>(document: &Document, prefix: &str, value: Value) -> Result<T, Failure> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let mut key = prefix.to_string();
+        for segment in error.path().iter() {
+            match segment {
+                Segment::Seq { index } => key.push_str(&format!("[{index}]")),
+                Segment::Map { key: name } if key.is_empty() => key.push_str(name),
+                Segment::Map { key: name } => key.push_str(&format!(".{name}")),
+                _ => {}
+            }
+        }
+        document.misfit(&key, error.inner().message())
+    })
+}
+
+impl Document {
+    /// Turns serde's sentence about `key` into ours.
+    fn misfit(&self, key: &str, message: &str) -> Failure {
+        let mut plain = message.trim().replace('\n', ", ");
+        for (serde_word, word) in PLAIN_WORDS {
+            plain = plain.replace(serde_word, word);
+        }
+        let at = if key.is_empty() { self.place("") } else { format!("{}: `{key}`", self.place(key)) };
+        match plain.strip_prefix("unknown field ") {
+            Some(rest) => {
+                let (name, allowed) = rest.split_once(", ").unwrap_or((rest, ""));
+                Failure::Input(format!("{at}: there is no key {name} here; {allowed}; correct its name or take it out"))
+            }
+            None => Failure::Input(format!("{at}: {plain}; {}", remedy_of(key))),
+        }
+    }
+}
+
+/// serde's words for types, and what a reader of TOML calls them.
+const PLAIN_WORDS: [(&str, &str); 12] = [
+    ("invalid type: ", "found "),
+    ("invalid value: ", "found "),
+    (", expected usize", ", expected a whole number from 0"),
+    (", expected u32", ", expected a whole number from 0"),
+    (", expected i64", ", expected a whole number"),
+    (", expected f64", ", expected a number"),
+    (", expected f32", ", expected a number"),
+    ("a sequence", "a list [ ... ]"),
+    ("sequence", "a list"),
+    ("expected a map", "expected a table"),
+    ("found map", "found a table"),
+    ("expected struct", "expected a table"),
+];
+
+fn remedy_of(key: &str) -> &'static str {
+    match key {
+        "keyframe" => "write each keyframe as a table of its own under [[keyframe]]",
+        "source" => "write a shape under [source], as in circle = { center = [0.5, 0.5], radius = 0.2 }",
+        _ => "write a value of that kind",
+    }
+}

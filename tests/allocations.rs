@@ -1,0 +1,72 @@
+//! Nothing is allocated between `Solver::new` and the end of `solve`.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(unsafe_code, reason = "a global allocator that counts")]
+
+mod fields;
+
+use core::alloc::{GlobalAlloc, Layout};
+use core::cell::Cell;
+use fields::cases::Scene;
+use fields::{Memory, cast};
+use std::alloc::System;
+use thurible_core::{D2, D3, Real, Serial, Silent, Solver, Space, Status};
+
+std::thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The system's allocator, counting what each thread asks for.
+struct Counting;
+
+// SAFETY: every call is handed on to the system's allocator as it is.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        // SAFETY: as above.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, start: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(start, layout) }
+    }
+
+    unsafe fn realloc(&self, start: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        // SAFETY: as above.
+        unsafe { System.realloc(start, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn count() -> usize {
+    COUNT.with(Cell::get)
+}
+
+fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
+    let mut memory = Memory::new(scene.plan::<T, S>().bytes());
+    let densities: Vec<Vec<T>> = scene.densities.iter().map(|density| cast(density)).collect();
+    let problem = scene.problem();
+    let block = memory.block();
+    let before = count();
+    let mut solver = Solver::<T, S>::new(&problem, &scene.params, block).unwrap();
+    solver.set_source(&densities[0]).unwrap();
+    solver.set_keyframe(0, &densities[1]).unwrap();
+    let status = solver.solve(&Serial, &mut Silent, &mut |_| {});
+    let after = count();
+    assert_eq!(status, Status::MaxIterations);
+    assert_eq!(after - before, 0, "{} allocations in {} on {:?}", after - before, T::NAME, scene.cells);
+}
+
+#[test]
+fn nothing_is_allocated() {
+    let before = count();
+    drop(core::hint::black_box(vec![0u8; 100]));
+    assert_eq!(count() - before, 1, "the counter does not count");
+    allocates_nothing::<f32, D2>(&Scene::small(&[14, 9], "wp", 5));
+    allocates_nothing::<f64, D2>(&Scene::small(&[8, 8], "ww", 4));
+    allocates_nothing::<f32, D3>(&Scene::small(&[6, 7, 8], "wpw", 4));
+    allocates_nothing::<f64, D3>(&Scene::small(&[5, 5, 5], "ppp", 3));
+}

@@ -1,0 +1,174 @@
+//! Control problems for the whole solver.
+
+use super::{Memory, boundaries, grid, places};
+use thurible_core::grid::Grid;
+use thurible_core::{Advection, Boundary, Exec, Observer, Params, Plan, Problem, Progress, Real, Scheme, Serial, Silent, Solver, Space, Status};
+
+/// A problem with its densities.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Cells along each axis.
+    pub cells: Vec<usize>,
+    /// How the axes end.
+    pub boundary: Vec<Boundary>,
+    /// Longest side.
+    pub length: f64,
+    /// Time step.
+    pub dt: f64,
+    /// N.
+    pub steps: usize,
+    /// Steps of the keyframes.
+    pub keyframes: Vec<usize>,
+    /// r.
+    pub force_weight: f64,
+    /// The transport.
+    pub scheme: Scheme,
+    /// Choices.
+    pub params: Params,
+    /// rho_0 and the keyframes.
+    pub densities: Vec<Vec<f64>>,
+}
+
+/// Soft balls of `radius` around centres in box lengths.
+pub fn balls(grid: &Grid, centres: &[[f64; 3]], radius: f64) -> Vec<f64> {
+    let largest = 1.0 / grid.h[0];
+    let middle = |at: [usize; 3], a: usize| if a < grid.dims { (at[a] as f64 + 0.5) / largest } else { 0.5 };
+    let one = |at: [usize; 3], centre: &[f64; 3]| {
+        let distance = (0..3).map(|a| (middle(at, a) - if a < grid.dims { centre[a] } else { 0.5 }).powi(2)).sum::<f64>().sqrt();
+        0.5 - 0.5 * ((distance - radius) / grid.h[0]).tanh()
+    };
+    places(grid).map(|at| centres.iter().map(|centre| one(at, centre)).sum::<f64>().min(1.0)).collect()
+}
+
+impl Scene {
+    /// A ball that should be elsewhere at the end: a small problem of any shape.
+    pub fn small(cells: &[usize], ends: &str, steps: usize) -> Self {
+        let grid = grid(cells, ends);
+        let side = |a: usize| if a < cells.len() { cells[a] as f64 * grid.h[0] } else { 1.0 };
+        let at = |x: f64, y: f64| [x * side(0), y * side(1), 0.5 * side(2)];
+        let radius = 0.25 * (0..cells.len()).map(side).fold(1.0, f64::min);
+        Scene {
+            cells: cells.to_vec(),
+            boundary: boundaries(ends),
+            length: 1.0,
+            dt: 1.0,
+            steps,
+            keyframes: vec![steps],
+            force_weight: 1e2,
+            scheme: Scheme::Quick,
+            params: Params { iterations: 3, ..Params::default() },
+            densities: vec![balls(&grid, &[at(0.4, 0.45)], radius), balls(&grid, &[at(0.6, 0.55)], radius)],
+        }
+    }
+
+    /// Circle to two circles, 32 x 32 x 20, the case of the prototypes.
+    pub fn two_circles() -> Self {
+        let grid = grid(&[32, 32], "ww");
+        let (one, two) = (balls(&grid, &[[0.5, 0.5, 0.5]], 0.2), balls(&grid, &[[0.3, 0.5, 0.5], [0.7, 0.5, 0.5]], 0.14));
+        let params = Params { iterations: 25, ..Params::default() };
+        Scene { force_weight: 1e3, scheme: Scheme::Central, params, densities: vec![one, two], ..Self::small(&[32, 32], "ww", 20) }
+    }
+
+    /// As the core takes it.
+    pub fn problem(&self) -> Problem<'_> {
+        Problem {
+            cells: &self.cells,
+            boundary: &self.boundary,
+            length: self.length,
+            dt: self.dt,
+            steps: self.steps,
+            keyframes: &self.keyframes,
+            force_weight: self.force_weight,
+            filters: None,
+            match_mass: true,
+            advection: Advection { scheme: self.scheme, tolerance: 1e-5 },
+            projection_tolerance: 1e-5,
+        }
+    }
+
+    /// The ledger.
+    pub fn plan<T: Real, S: Space>(&self) -> Plan {
+        Plan::new::<T, S>(&self.problem(), &self.params).unwrap()
+    }
+
+    /// Calls `work` with a solver that has its densities, in a block filled with `fill`.
+    pub fn with_fill<T: Real, S: Space, R>(&self, fill: u8, work: impl FnOnce(&mut Solver<'_, T, S>) -> R) -> R {
+        let mut memory = Memory::filled(self.plan::<T, S>().bytes(), fill);
+        let mut solver = Solver::<T, S>::new(&self.problem(), &self.params, memory.block()).unwrap();
+        solver.set_source(&super::cast(&self.densities[0])).unwrap();
+        for (index, target) in self.densities[1..].iter().enumerate() {
+            solver.set_keyframe(index, &super::cast(target)).unwrap();
+        }
+        work(&mut solver)
+    }
+
+    /// As [`Self::with_fill`].
+    pub fn with<T: Real, S: Space, R>(&self, work: impl FnOnce(&mut Solver<'_, T, S>) -> R) -> R {
+        self.with_fill(0xA5, work)
+    }
+
+    /// Solves it.
+    pub fn solve<T: Real, S: Space>(&self, exec: &dyn Exec, observer: &mut dyn Observer) -> Solved {
+        self.with::<T, S, _>(|solver| Solved::run(self, solver, exec, observer))
+    }
+
+    /// Solves it on one thread.
+    pub fn solve_alone<T: Real, S: Space>(&self) -> Solved {
+        self.solve::<T, S>(&Serial, &mut Silent)
+    }
+}
+
+/// What a solve left, in double precision and the scene's units.
+pub struct Solved {
+    /// How it ended.
+    pub status: Status,
+    /// What every iteration said.
+    pub history: Vec<Progress>,
+    /// The objective: data and force.
+    pub objective: [f64; 2],
+    /// rho_0 .. rho_N.
+    pub density: Vec<Vec<f64>>,
+    /// v_0 .. v_{N-1}, components as in files.
+    pub velocity: Vec<Vec<Vec<f64>>>,
+    /// u_0 .. u_{N-2}.
+    pub force: Vec<Vec<Vec<f64>>>,
+    /// The keyframes' targets, after scaling.
+    pub targets: Vec<Vec<f64>>,
+}
+
+impl Solved {
+    /// Solves to the end.
+    pub fn run<T: Real, S: Space>(scene: &Scene, solver: &mut Solver<'_, T, S>, exec: &dyn Exec, observer: &mut dyn Observer) -> Self {
+        let mut history = Vec::new();
+        let status = solver.solve(exec, observer, &mut |progress| history.push(progress.clone()));
+        Self::read(scene, solver, status, history)
+    }
+
+    /// Reads the result.
+    pub fn read<T: Real, S: Space>(scene: &Scene, solver: &Solver<'_, T, S>, status: Status, history: Vec<Progress>) -> Self {
+        let vector = |take: &dyn Fn(usize, &mut [T])| {
+            let component = |axis| {
+                let mut out = vec![T::from_f64(f64::NAN); solver.faces(axis)];
+                take(axis, &mut out);
+                super::cast(&out)
+            };
+            (0..S::DIM).map(component).collect::<Vec<Vec<f64>>>()
+        };
+        let objective = solver.objective();
+        Solved {
+            status,
+            history,
+            objective: [objective.data, objective.force],
+            density: (0..=scene.steps).map(|i| super::cast(solver.density(i))).collect(),
+            velocity: (0..scene.steps).map(|i| vector(&|axis, out| solver.velocity(i, axis, out))).collect(),
+            force: (0..scene.steps - 1).map(|i| vector(&|axis, out| solver.force(i, axis, out))).collect(),
+            targets: (0..scene.keyframes.len()).map(|i| super::cast(solver.keyframe(i))).collect(),
+        }
+    }
+
+    /// All numbers of the result, bit by bit.
+    pub fn bits(&self) -> Vec<u64> {
+        let faces = self.velocity.iter().chain(&self.force).flatten().flatten();
+        self.density.iter().flatten().chain(faces).chain(&self.objective).map(|x| x.to_bits()).collect()
+    }
+}

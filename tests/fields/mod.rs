@@ -1,0 +1,177 @@
+//! What the tests of the core share: memory, threads, random numbers, fields and a plain second implementation.
+#![allow(dead_code, reason = "each test program uses its own part")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
+pub mod carry;
+pub mod cases;
+pub mod flow;
+pub mod local;
+pub mod naive;
+pub mod random;
+pub mod spacetime;
+
+use core::mem::MaybeUninit;
+use thurible_core::grid::Grid;
+use thurible_core::{Boundary, Exec, Plan, Real};
+
+/// A block of bytes for the core, aligned as it asks.
+pub struct Memory {
+    bytes: Vec<MaybeUninit<u8>>,
+    start: usize,
+    len: usize,
+}
+
+impl Memory {
+    /// `len` bytes, all `fill`.
+    pub fn filled(len: usize, fill: u8) -> Self {
+        let bytes = vec![MaybeUninit::new(fill); len + 2 * Plan::ALIGN];
+        let start = bytes.as_ptr().align_offset(Plan::ALIGN);
+        Memory { bytes, start, len }
+    }
+
+    /// `len` bytes of rubbish.
+    pub fn new(len: usize) -> Self {
+        Self::filled(len, 0xA5)
+    }
+
+    /// The aligned block.
+    pub fn block(&mut self) -> &mut [MaybeUninit<u8>] {
+        self.shifted(0)
+    }
+
+    /// A block that begins `by` bytes after the alignment.
+    pub fn shifted(&mut self, by: usize) -> &mut [MaybeUninit<u8>] {
+        &mut self.bytes[self.start + by..][..self.len]
+    }
+}
+
+/// Threads on a rayon pool that the caller is inside of.
+struct Pool(usize);
+
+impl Exec for Pool {
+    fn threads(&self) -> usize {
+        self.0
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
+        fn split(first: usize, end: usize, task: &(dyn Fn(usize) + Sync)) {
+            match end - first {
+                0 => {}
+                1 => task(first),
+                count => {
+                    let middle = first + count / 2;
+                    rayon::join(|| split(first, middle, task), || split(middle, end, task));
+                }
+            }
+        }
+        split(0, tasks, task);
+    }
+}
+
+/// Calls `work` with an [`Exec`] of `threads` real threads.
+pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -> R {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| work(&Pool(threads)))
+}
+
+/// A grid from cells and, axis by axis, `w` for walls or `p` for periodic.
+pub fn grid(cells: &[usize], ends: &str) -> Grid {
+    Grid::new(cells, &boundaries(ends))
+}
+
+/// `w` for walls, `p` for periodic.
+pub fn boundaries(ends: &str) -> Vec<Boundary> {
+    ends.chars().map(|end| if end == 'p' { Boundary::Periodic } else { Boundary::Wall }).collect()
+}
+
+/// The components of a vector field; the third is empty in 2D.
+pub type Components<T> = [Vec<T>; 3];
+
+/// To read.
+pub fn view<T>(v: &Components<T>) -> [&[T]; 3] {
+    v.each_ref().map(|component| &component[..])
+}
+
+/// To write.
+pub fn view_mut<T>(v: &mut Components<T>) -> [&mut [T]; 3] {
+    v.each_mut().map(|component| &mut component[..])
+}
+
+/// Zeros in as many components as the grid has axes.
+pub fn zeros<T: Real>(grid: &Grid, slots: usize) -> Components<T> {
+    core::array::from_fn(|a| if a < grid.dims { vec![T::ZERO; grid.cells() * slots] } else { Vec::new() })
+}
+
+/// In the other precision.
+pub fn cast<A: Real, B: Real>(x: &[A]) -> Vec<B> {
+    x.iter().map(|&x| B::from_f64(x.to_f64())).collect()
+}
+
+/// All components in the other precision.
+pub fn cast_all<A: Real, B: Real>(v: &Components<A>) -> Components<B> {
+    v.each_ref().map(|component| cast(component))
+}
+
+/// Cells of a grid, x fastest.
+pub fn places(grid: &Grid) -> impl Iterator<Item = [usize; 3]> + use<> {
+    let n = grid.n;
+    (0..grid.cells()).map(move |i| [i % n[0], i / n[0] % n[1], i / n[0] / n[1]])
+}
+
+/// Where number `at` of slot `k` of a trajectory is.
+pub fn index(grid: &Grid, slots: usize, k: usize, at: [usize; 3]) -> usize {
+    ((at[2] * grid.n[1] + at[1]) * slots + k) * grid.n[0] + at[0]
+}
+
+/// Slot `k` of a trajectory, in double precision.
+pub fn slot<T: Real>(grid: &Grid, slots: usize, k: usize, field: &[T]) -> Vec<f64> {
+    if field.is_empty() { Vec::new() } else { places(grid).map(|at| field[index(grid, slots, k, at)].to_f64()).collect() }
+}
+
+/// Slot `k` of all components.
+pub fn slot_of_all<T: Real>(grid: &Grid, slots: usize, k: usize, v: &Components<T>) -> Components<f64> {
+    v.each_ref().map(|component| slot(grid, slots, k, component))
+}
+
+/// max |x|, NaN when any is.
+pub fn largest(x: impl IntoIterator<Item = f64>) -> f64 {
+    x.into_iter().fold(0.0, |all: f64, x| if x.is_nan() || all.is_nan() { f64::NAN } else { all.max(x.abs()) })
+}
+
+/// max |x| over all components.
+pub fn largest_of<T: Real>(v: &Components<T>) -> f64 {
+    largest(v.iter().flatten().map(|x| x.to_f64()))
+}
+
+/// max |x - y|.
+pub fn gap(x: &[f64], y: &[f64]) -> f64 {
+    assert_eq!(x.len(), y.len());
+    largest(x.iter().zip(y).map(|(x, y)| x - y))
+}
+
+/// <x, y>.
+pub fn dot<T: Real>(x: &[T], y: &[T]) -> f64 {
+    assert_eq!(x.len(), y.len());
+    x.iter().zip(y).map(|(x, y)| x.to_f64() * y.to_f64()).sum()
+}
+
+/// <x, y> over all components.
+pub fn dot_all<T: Real>(x: &Components<T>, y: &Components<T>) -> f64 {
+    x.iter().zip(y).map(|(x, y)| dot(x, y)).sum()
+}
+
+/// x + s y.
+pub fn add_scaled<T: Real>(x: &[T], s: f64, y: &[T]) -> Vec<T> {
+    x.iter().zip(y).map(|(x, y)| T::from_f64(x.to_f64() + s * y.to_f64())).collect()
+}
+
+/// x + s y in all components.
+pub fn add_scaled_all<T: Real>(x: &Components<T>, s: f64, y: &Components<T>) -> Components<T> {
+    core::array::from_fn(|a| add_scaled(&x[a], s, &y[a]))
+}
+
+/// Fails unless |x - y| is at most `tolerance` times `scale`, NaN included.
+#[track_caller]
+pub fn assert_close(what: &str, x: f64, y: f64, scale: f64, tolerance: f64) {
+    assert!((x - y).abs() <= tolerance * scale, "{what}: {x:e} against {y:e}, {:e} apart where {:e} is allowed", (x - y).abs(), tolerance * scale);
+}

@@ -1,0 +1,247 @@
+//! A plain second implementation of the mathematics (sections 1 to 4), one number at a time in double precision, written
+//! from the formulas and not from the core.
+
+use super::{Components, places};
+use thurible_core::Scheme;
+use thurible_core::grid::Grid;
+
+/// A box of cells whose fields are read by whole-number places.
+#[derive(Clone, Copy)]
+pub struct Naive {
+    /// The grid.
+    pub grid: Grid,
+}
+
+impl Naive {
+    /// On `grid`.
+    pub fn new(grid: &Grid) -> Self {
+        Naive { grid: *grid }
+    }
+
+    /// The place `by` further along `axis`, or `None` beyond a wall. `faces` counts the high wall face as inside.
+    pub fn step(&self, at: [usize; 3], axis: usize, by: isize) -> Option<[usize; 3]> {
+        let n = self.grid.n[axis] as isize;
+        let i = at[axis] as isize + by;
+        let i = if self.grid.periodic[axis] { i.rem_euclid(n) } else { i };
+        let mut to = at;
+        to[axis] = usize::try_from(i).ok()?;
+        (i < n).then_some(to)
+    }
+
+    /// The number of a cell.
+    pub fn id(&self, at: [usize; 3]) -> usize {
+        (at[2] * self.grid.n[1] + at[1]) * self.grid.n[0] + at[0]
+    }
+
+    /// Whether the low face of a cell along `axis` is a wall.
+    pub fn wall(&self, at: [usize; 3], axis: usize) -> bool {
+        !self.grid.periodic[axis] && at[axis] == 0
+    }
+
+    /// The velocity at the low (0) or high (1) face of a cell.
+    pub fn face(&self, v: &Components<f64>, at: [usize; 3], axis: usize, side: isize) -> f64 {
+        match self.step(at, axis, side) {
+            Some(at) if !self.wall(at, axis) => v[axis][self.id(at)],
+            _ => 0.0,
+        }
+    }
+
+    /// div v.
+    pub fn divergence(&self, v: &Components<f64>) -> Vec<f64> {
+        let sum = |at| (0..self.grid.dims).map(|a| (self.face(v, at, a, 1) - self.face(v, at, a, 0)) / self.grid.h[a]).sum();
+        places(&self.grid).map(sum).collect()
+    }
+
+    /// grad p.
+    pub fn gradient(&self, p: &[f64]) -> Components<f64> {
+        self.at_faces(|axis, at| {
+            let low = self.step(at, axis, -1).map_or(0.0, |low| p[self.id(low)]);
+            (p[self.id(at)] - low) / self.grid.h[axis]
+        })
+    }
+
+    /// A vector field from a formula for the faces that are not walls.
+    pub fn at_faces(&self, value: impl Fn(usize, [usize; 3]) -> f64) -> Components<f64> {
+        let component = |axis| places(&self.grid).map(|at| if self.wall(at, axis) { 0.0 } else { value(axis, at) }).collect();
+        core::array::from_fn(|axis| if axis < self.grid.dims { component(axis) } else { Vec::new() })
+    }
+
+    /// The ordered axis pairs of the plaquettes.
+    pub fn pairs(&self) -> &'static [(usize, usize)] {
+        if self.grid.dims == 2 { &[(0, 1)] } else { &[(0, 1), (1, 2), (2, 0)] }
+    }
+
+    /// Calls `visit` with the axes a, b of every plaquette that is not on a wall and the places of its faces A-, A+, B-, B+.
+    pub fn each_plaquette(&self, mut visit: impl FnMut((usize, usize), [[usize; 3]; 4])) {
+        for &(a, b) in self.pairs() {
+            for at in places(&self.grid) {
+                if let (Some(below), Some(left)) = (self.step(at, b, -1), self.step(at, a, -1)) {
+                    visit((a, b), [below, at, left, at]);
+                }
+            }
+        }
+    }
+
+    /// omega, abar, bbar of a plaquette.
+    fn plaquette(&self, v: &Components<f64>, (a, b): (usize, usize), faces: [[usize; 3]; 4]) -> [f64; 3] {
+        let [am, ap, bm, bp] = self.values(v, (a, b), faces);
+        [(bp - bm) / self.grid.h[a] - (ap - am) / self.grid.h[b], (am + ap) / 2.0, (bm + bp) / 2.0]
+    }
+
+    fn values(&self, v: &Components<f64>, (a, b): (usize, usize), faces: [[usize; 3]; 4]) -> [f64; 4] {
+        [v[a][self.id(faces[0])], v[a][self.id(faces[1])], v[b][self.id(faces[2])], v[b][self.id(faces[3])]]
+    }
+
+    fn spread(&self, (a, b): (usize, usize), faces: [[usize; 3]; 4], by: [f64; 4], out: &mut Components<f64>) {
+        for (i, axis) in [a, a, b, b].into_iter().enumerate() {
+            out[axis][self.id(faces[i])] += by[i];
+        }
+    }
+
+    /// Adv[v].
+    pub fn advection(&self, v: &Components<f64>) -> Components<f64> {
+        let mut out = self.at_faces(|_, _| 0.0);
+        self.each_plaquette(|pair, faces| {
+            let [omega, abar, bbar] = self.plaquette(v, pair, faces);
+            let (to_a, to_b) = (-omega * bbar / 2.0, omega * abar / 2.0);
+            self.spread(pair, faces, [to_a, to_a, to_b, to_b], &mut out);
+        });
+        out
+    }
+
+    /// J(v)^T m, plaquette by plaquette.
+    pub fn adjoint(&self, v: &Components<f64>, m: &Components<f64>) -> Components<f64> {
+        let mut out = self.at_faces(|_, _| 0.0);
+        self.each_plaquette(|pair, faces| {
+            let [omega, abar, bbar] = self.plaquette(v, pair, faces);
+            let [mam, map, mbm, mbp] = self.values(m, pair, faces);
+            let (ma, mb) = (-(mam + map) / 2.0, (mbm + mbp) / 2.0);
+            let g = ma * bbar + mb * abar;
+            let (ga, gb) = (g / self.grid.h[pair.1], g / self.grid.h[pair.0]);
+            let by = [ga + mb * omega / 2.0, -ga + mb * omega / 2.0, -gb + ma * omega / 2.0, gb + ma * omega / 2.0];
+            self.spread(pair, faces, by, &mut out);
+        });
+        out
+    }
+
+    /// max |omega| over the plaquettes.
+    pub fn largest_curl(&self, v: &Components<f64>) -> f64 {
+        let mut all = 0.0;
+        self.each_plaquette(|pair, faces| all = super::largest([all, self.plaquette(v, pair, faces)[0]]));
+        all
+    }
+
+    /// The Courant number of a step of length 1.
+    pub fn courant(&self, v: &Components<f64>) -> f64 {
+        let of = |at| (0..self.grid.dims).map(|a| (self.face(v, at, a, 0).abs() + self.face(v, at, a, 1).abs()) / (2.0 * self.grid.h[a])).sum();
+        super::largest(places(&self.grid).map(of))
+    }
+
+    /// C e of the metric, section 4.
+    pub fn metric(&self, filters: usize, e: &[f64]) -> Vec<f64> {
+        let mut out = e.to_vec();
+        for j in 1..=filters {
+            let twice = self.gaussian(j, &self.gaussian(j, e));
+            out.iter_mut().zip(twice).for_each(|(out, x)| *out += x);
+        }
+        out
+    }
+
+    fn gaussian(&self, j: usize, e: &[f64]) -> Vec<f64> {
+        let sigma = f64::from(1u32 << (j - 1));
+        let radius = (3.0 * sigma).ceil() as isize;
+        let weight = |o: isize| (-0.5 * (o as f64 / sigma).powi(2)).exp();
+        let total: f64 = (-radius..=radius).map(weight).sum();
+        let mut now = e.to_vec();
+        for axis in 0..self.grid.dims {
+            let n = self.grid.n[axis] as isize;
+            let fold = |i: isize| if self.grid.periodic[axis] { i.rem_euclid(n) } else { mirrored(i, n) } as usize;
+            let blurred = |at: [usize; 3]| {
+                let value = |o: isize| {
+                    let mut from = at;
+                    from[axis] = fold(at[axis] as isize + o);
+                    weight(o) / total * now[self.id(from)]
+                };
+                (-radius..=radius).map(value).sum()
+            };
+            now = places(&self.grid).map(blurred).collect();
+        }
+        now
+    }
+}
+
+/// Half-sample mirroring at both walls, as often as it takes.
+fn mirrored(mut i: isize, n: isize) -> isize {
+    while !(0..n).contains(&i) {
+        i = if i < 0 { -1 - i } else { 2 * n - 1 - i };
+    }
+    i
+}
+
+/// Density transport, section 3.
+impl Naive {
+    /// L(v) rho with the fluxes of section 3.
+    fn generator(&self, scheme: Scheme, v: &Components<f64>, rho: &[f64]) -> Vec<f64> {
+        let flux = |at: [usize; 3], axis: usize| -> f64 {
+            let Some(low) = self.step(at, axis, -1) else { return 0.0 };
+            let v = v[axis][self.id(at)];
+            let (l, r) = (rho[self.id(low)], rho[self.id(at)]);
+            let ll = self.step(low, axis, -1).map_or(l, |at| rho[self.id(at)]);
+            let rr = self.step(at, axis, 1).map_or(r, |at| rho[self.id(at)]);
+            let face = match scheme {
+                Scheme::Central => (l + r) / 2.0,
+                _ if v > 0.0 => (3.0 * r + 6.0 * l - ll) / 8.0,
+                _ => (3.0 * l + 6.0 * r - rr) / 8.0,
+            };
+            v * face
+        };
+        let cell = |at| (0..self.grid.dims).map(|a| (flux(at, a) - self.step(at, a, 1).map_or(0.0, |high| flux(high, a))) / self.grid.h[a]).sum();
+        places(&self.grid).map(cell).collect()
+    }
+
+    /// One step rho' = A[rho, v] of length 1; `cut` is the tolerance times max rho_0.
+    pub fn transport(&self, scheme: Scheme, cut: f64, v: &Components<f64>, rho: &[f64]) -> Vec<f64> {
+        let substeps = self.courant(v).ceil().max(1.0);
+        let tau = 1.0 / substeps;
+        let mut rho = rho.to_vec();
+        for _ in 0..substeps as usize {
+            rho = if scheme == Scheme::SemiLagrangian { self.trace(tau, v, &rho) } else { self.exponential(scheme, cut, tau, v, rho) };
+        }
+        rho
+    }
+
+    fn exponential(&self, scheme: Scheme, cut: f64, tau: f64, v: &Components<f64>, mut rho: Vec<f64>) -> Vec<f64> {
+        let mut term = rho.clone();
+        for k in 1..=20 {
+            term = self.generator(scheme, v, &term).iter().map(|x| x * tau / f64::from(k)).collect();
+            rho.iter_mut().zip(&term).for_each(|(rho, x)| *rho += x);
+            if super::largest(term.iter().copied()) < cut {
+                break;
+            }
+        }
+        rho
+    }
+
+    fn trace(&self, tau: f64, v: &Components<f64>, rho: &[f64]) -> Vec<f64> {
+        let dims = self.grid.dims;
+        let cell = |at: [usize; 3]| {
+            let mut sum = 0.0;
+            for corner in 0..1usize << dims {
+                let (mut weight, mut from) = (1.0, at);
+                for a in 0..dims {
+                    let n = self.grid.n[a] as isize;
+                    let speed = (self.face(v, at, a, 0) + self.face(v, at, a, 1)) / 2.0;
+                    let place = at[a] as f64 - tau * speed / self.grid.h[a];
+                    let place = if self.grid.periodic[a] { place } else { place.clamp(0.0, (n - 1) as f64) };
+                    let part = place - place.floor();
+                    let high = corner >> a & 1 == 1;
+                    weight *= if high { part } else { 1.0 - part };
+                    from[a] = (place.floor() as isize + isize::from(high)).rem_euclid(n) as usize;
+                }
+                sum += if weight == 0.0 { 0.0 } else { weight * rho[self.id(from)] };
+            }
+            sum
+        };
+        places(&self.grid).map(cell).collect()
+    }
+}

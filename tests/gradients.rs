@@ -1,0 +1,128 @@
+//! Taylor tests: what is left after the first-order prediction falls by 4 when the step is halved.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
+#[path = "fields/control.rs"]
+mod control;
+mod fields;
+
+use control::Control;
+use fields::carry::Carry;
+use fields::naive::Naive;
+use fields::random::Random;
+use fields::{Components, add_scaled_all, cast, dot, dot_all, flow, grid, slot_of_all, zeros};
+use thurible_core::grid::Grid;
+use thurible_core::{Advection, Scheme};
+
+/// Checks `value(t) - value(0) - t slope` at three steps: each a quarter of the one before.
+#[track_caller]
+fn taylor(what: &str, first: f64, slope: f64, value: impl Fn(f64) -> f64) {
+    let at_rest = value(0.0);
+    let steps = [first, 0.5 * first, 0.25 * first];
+    let left = steps.map(|t| value(t) - at_rest - t * slope);
+    assert!(left[0].abs() > 1e3 * f64::EPSILON * at_rest.abs(), "{what}: the remainder {left:?} drowns in rounding");
+    assert!(left[0].abs() < 0.1 * (first * slope).abs(), "{what}: slope {slope:e}, remainders {left:?}");
+    for pair in left.windows(2) {
+        let ratio = pair[0] / pair[1];
+        assert!((ratio - 4.0).abs() < 0.2, "{what}: slope {slope:e}, remainders {left:?}, ratio {ratio:.3}");
+    }
+}
+
+/// A random flow of the Courant number `courant`, no face of which is near rest.
+fn moving(random: &mut Random, grid: &Grid, courant: f64) -> Components<f64> {
+    let v = random.moving_faces(grid, 1);
+    let now = flow::courant(grid, 1, &v);
+    v.map(|c| c.iter().map(|x| x * courant / now).collect())
+}
+
+/// <mu, A[rho, v]> along a random direction, for several Courant numbers: 1, 4 and 11 sub-steps (more than are kept).
+fn step_gradient(scheme: Scheme, first: f64) {
+    let mut random = Random::new(21);
+    for (cells, ends) in [(&[10, 8][..], "ww"), (&[7, 9], "pw"), (&[6, 6], "pp"), (&[5, 4, 6], "www"), (&[4, 6, 5], "pwp")] {
+        let grid = grid(cells, ends);
+        for courant in [0.7, 3.3, 10.5] {
+            let (v, rho, mu): (_, Vec<f64>, Vec<f64>) = (moving(&mut random, &grid, courant), random.density(&grid), random.cells(&grid, 1));
+            let d = random.faces(&grid, 1).map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
+            // No term is ever below this cut, so the number of terms does not change with t.
+            let carry = Carry { grid: &grid, scheme, tolerance: 1e-200 };
+            let (_, gradient) = carry.backward(&v, &rho, &mu).unwrap();
+            let what = format!("{scheme:?} on {cells:?} {ends} at Courant {courant}");
+            taylor(&what, first, dot_all(&gradient, &d), |t| dot(&mu, &carry.forward(&add_scaled_all(&v, t, &d), &rho).unwrap()));
+        }
+    }
+}
+
+#[test]
+fn velocity_gradient_of_quick() {
+    step_gradient(Scheme::Quick, 1e-3);
+}
+
+#[test]
+fn velocity_gradient_of_central() {
+    step_gradient(Scheme::Central, 1e-3);
+}
+
+#[test]
+fn velocity_gradient_of_semi_lagrangian() {
+    // Small steps: the map has a kink wherever an origin moves to another cell.
+    step_gradient(Scheme::SemiLagrangian, 2e-5);
+}
+
+#[test]
+fn gradient_at_rest_is_the_mean_of_both_sides() {
+    let mut random = Random::new(22);
+    let grid = grid(&[8, 7], "wp");
+    let rest = zeros::<f64>(&grid, 1);
+    let (rho, mu): (Vec<f64>, Vec<f64>) = (random.density(&grid), random.cells(&grid, 1));
+    let d: Components<f64> = random.faces(&grid, 1);
+    let carry = Carry { grid: &grid, scheme: Scheme::Quick, tolerance: 1e-200 };
+    let (_, gradient) = carry.backward(&rest, &rho, &mu).unwrap();
+    let value = |t: f64| dot(&mu, &carry.forward(&add_scaled_all(&rest, t, &d), &rho).unwrap());
+    let t = 1e-7;
+    let (central, slope) = ((value(t) - value(-t)) / (2.0 * t), dot_all(&gradient, &d));
+    assert!((central - slope).abs() < 1e-5 * slope.abs(), "{central} against {slope}");
+    let forward = (value(t) - value(0.0)) / t;
+    assert!((forward - slope).abs() > 1e-3 * slope.abs(), "this flow should have shown the kink");
+}
+
+/// The data term of a whole trajectory, its gradient taken from AO's direction: Q(lambda/K - dF/dv / K) at v* = v.
+fn trajectory_gradient(cells: &[usize], ends: &str, scheme: Scheme, first: f64) {
+    let mut random = Random::new(23);
+    let (grid, steps) = (grid(cells, ends), 5);
+    let slots = steps - 1;
+    let (source, targets): (Vec<f64>, Vec<f64>) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
+    let initial = flow::rough(&mut random, &grid, 1, 0.8);
+    let advection = Advection { scheme, tolerance: 1e-200 };
+    let control =
+        Control { grid: &grid, steps, source: &source, keyframes: &[2, 5], targets: &targets, initial: &initial, advection, filters: 2, penalty: 10.0 };
+    let v: Components<f64> = flow::rough(&mut random, &grid, slots, 1.6);
+    let d: Components<f64> = flow::rough(&mut random, &grid, slots, 1.0);
+    let multiplier: Components<f64> = flow::rough(&mut random, &grid, slots, 0.5);
+    let found = control.solve(&v, &multiplier, 1);
+    let moved = add_scaled_all(&found.direction, -1.0, &multiplier);
+    let slope = -control.penalty * dot_all(&moved, &d);
+    let data = |t: f64| data_term(&control, &add_scaled_all(&v, t, &d));
+    assert!((found.info.data_before - data(0.0)).abs() < 1e-10 * data(0.0), "data term {} against {}", found.info.data_before, data(0.0));
+    taylor(&format!("data term on {cells:?} {ends}, {scheme:?}"), first, slope, data);
+}
+
+/// 1/2 sum <e, C e>, by the second implementation.
+fn data_term(control: &Control<'_, f64>, v: &Components<f64>) -> f64 {
+    let (naive, mut rho, mut sum) = (Naive::new(control.grid), control.source.to_vec(), 0.0);
+    for step in 0..control.steps {
+        let v = if step == 0 { control.initial.clone() } else { slot_of_all(control.grid, control.steps - 1, step - 1, v) };
+        rho = naive.transport(control.advection.scheme, control.advection.tolerance, &v, &rho);
+        if let Some(at) = control.keyframes.iter().position(|&k| k as usize == step + 1) {
+            let e: Vec<f64> = cast(&rho).iter().zip(&control.targets[at * rho.len()..]).map(|(x, y): (&f64, &f64)| x - y).collect();
+            sum += 0.5 * dot(&e, &naive.metric(control.filters, &e));
+        }
+    }
+    sum
+}
+
+#[test]
+fn data_term_of_a_trajectory() {
+    trajectory_gradient(&[8, 10], "ww", Scheme::Central, 1e-3);
+    trajectory_gradient(&[9, 7], "pw", Scheme::Quick, 1e-4);
+    trajectory_gradient(&[5, 6, 4], "wpw", Scheme::Central, 1e-3);
+    trajectory_gradient(&[6, 6], "pp", Scheme::SemiLagrangian, 2e-5);
+}
