@@ -10,6 +10,7 @@ mod sealed {
     pub trait Sealed {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}
+    impl Sealed for u16 {}
     impl Sealed for u32 {}
 }
 
@@ -17,6 +18,7 @@ mod sealed {
 pub trait Plain: Copy + sealed::Sealed {}
 impl Plain for f32 {}
 impl Plain for f64 {}
+impl Plain for u16 {}
 impl Plain for u32 {}
 
 /// The block is too small.

@@ -105,7 +105,7 @@ impl Plan {
         check::<T, S>(problem, params)?;
         let bound = paper_bound::<T, S>(problem);
         let together: &[usize] = if S::DIM == 2 { &[8, 4, 2, 1] } else { &[1] };
-        let shapes = [16, 8, 4].into_iter().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
+        let shapes = [16, 8, 4, 1].into_iter().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
         let mut fastest = None;
         let mut smallest: Option<Self> = None;
         let mut within_ceiling = None;

@@ -89,7 +89,7 @@ fn starts_agree<T: Real, S: Space>(scene: &Scene) {
     at_rest.params.admm.nested = false;
     let alone = bits::<T, S>(scene, 1);
     assert!(bits::<T, S>(&at_rest, 1) != alone, "{:?} does not begin on a coarser grid", scene.cells);
-    for (threads, ceiling) in [(2, None), (3, None), (16, None), (1, Some(0)), (3, Some(0))] {
+    for (threads, ceiling) in [(2, None), (3, None), (16, None), (64, None), (1, Some(0)), (3, Some(0)), (64, Some(0))] {
         let other = Scene { params: Params { ceiling, ..scene.params }, ..scene.clone() };
         assert!(bits::<T, S>(&other, threads) == alone, "{} on {:?}: {threads} threads, ceiling {ceiling:?}", T::NAME, scene.cells);
     }

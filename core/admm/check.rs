@@ -12,7 +12,7 @@ use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use crate::transport::{Flow, Stop};
 
-/// Smallest blending step with which a small change of rho is convergence and not exhaustion.
+/// Smallest blending step with which a small change of rho is convergence and not exhaustion, unless there is nothing to blend.
 const TRUSTED_STEP: f64 = 1.0 / 8.0;
 /// max |v - v*| over max |v| at convergence.
 const GAP: f64 = 0.01;
@@ -53,7 +53,8 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             return Err(Status::NotFinite);
         }
         let still = self.iteration > 1 && admm.density_change < self.settings.params.density_tolerance;
-        if still && admm.ao_step >= TRUSTED_STEP && admm.gap <= GAP && agree {
+        let trusted = admm.ao_step >= TRUSTED_STEP || admm.ao_residual == 0.0;
+        if still && trusted && admm.gap <= GAP && agree {
             return Err(Status::Converged);
         }
         self.history.still = if still { self.history.still + 1 } else { 0 };

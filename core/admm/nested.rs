@@ -32,6 +32,40 @@ impl Observer for Muffled<'_> {
     }
 }
 
+/// Offers fewer threads than there are.
+struct Fewer<'a> {
+    exec: &'a dyn Exec,
+    threads: usize,
+}
+
+impl Exec for Fewer<'_> {
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
+        self.exec.run(tasks, task);
+    }
+}
+
+impl Settings {
+    /// The same solve with other scratch.
+    fn in_space(mut self, grid: Grid, threads: usize, shape: Shape) -> Self {
+        self.dimensions = Dimensions { grid, threads, shape, ..self.dimensions };
+        self.setup.threads = threads;
+        self
+    }
+
+    /// The coarse solve on `grid`.
+    fn coarsened(self, grid: Grid, threads: usize, shape: Shape) -> Self {
+        let mut settings = self.in_space(grid, threads, shape);
+        settings.dimensions.filters = self.dimensions.filters.saturating_sub(1);
+        settings.setup.filters = settings.dimensions.filters;
+        settings.iterations = ITERATIONS;
+        settings
+    }
+}
+
 impl<T: Real, S: Space> Admm<'_, T, S> {
     /// v from the coarse solve, if there is one.
     pub(super) fn nested_start(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
@@ -47,38 +81,44 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         if projected.is_break() { Err(Status::Cancelled) } else { Ok(()) }
     }
 
-    /// The settings of the coarse solve with the fastest shape that fits, or `None` when there is to be no coarse solve.
+    /// The settings of the coarse solve on as many threads as its bytes allow, or `None` when there is to be no coarse solve.
+    ///
+    /// Whether there is one follows from the problem alone, never from the threads or the shape that memory was planned for.
     fn coarse_settings(&self, keyframes: usize) -> Option<Settings> {
         let Dimensions { slots, threads, .. } = self.settings.dimensions;
         let (fine, coarse) = (self.levels.grids.first()?, self.levels.grids.get(1)?);
         let smallest = if S::DIM == 2 { 16 } else { 8 };
         let halves = (0..S::DIM).all(|axis| fine.n[axis] == 2 * coarse.n[axis] && coarse.n[axis] >= smallest / 2);
         let across = coarse.n.iter().copied().max().unwrap_or(0);
-        let scratch = threads * Block::largest(fine.n[0], slots);
-        if !self.settings.params.nested || !halves || across < smallest || scratch > self.pbar.len() {
+        if !self.settings.params.nested || !halves || across < smallest || Block::largest(fine.n[0], slots) > self.pbar.len() {
             return None;
         }
-        let shapes = [16, 8, 4].into_iter().flat_map(|lanes| [8, 1].map(|together| Shape { lanes, together }));
-        shapes.map(|shape| self.coarsened(*coarse, shape)).find(|settings| {
-            let mut ledger = Ledger::new();
-            Self::requirement(&mut ledger, settings);
-            ledger.line("keyframe steps", keyframes, 4);
-            ledger.line("keyframe densities", keyframes * coarse.cells(), T::BYTES);
-            ledger.bytes().is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
-        })
+        let least = Shape { lanes: 1, together: 1 };
+        let mut ledger = Ledger::new();
+        Self::in_turn(&mut ledger, &self.settings.in_space(*fine, 1, least));
+        if Self::coarse_bytes(&self.settings.coarsened(*coarse, 1, least), keyframes)? > ledger.bytes()? {
+            return None;
+        }
+        let shapes = [16, 8, 4, 1].into_iter().flat_map(|lanes| [8, 1].map(|together| Shape { lanes, together }));
+        let fewer = core::iter::successors(Some(threads), |&threads| (threads > 1).then_some(threads / 2));
+        let all = fewer.flat_map(|threads| shapes.clone().map(move |shape| (threads, shape)));
+        let fits = |settings: &Settings| Self::coarse_bytes(settings, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES);
+        all.map(|(threads, shape)| self.settings.coarsened(*coarse, threads, shape)).find(fits)
     }
 
-    fn coarsened(&self, grid: Grid, shape: Shape) -> Settings {
-        let mut settings = self.settings;
-        settings.dimensions = Dimensions { grid, shape, filters: settings.dimensions.filters.saturating_sub(1), ..settings.dimensions };
-        settings.setup.filters = settings.dimensions.filters;
-        settings.iterations = ITERATIONS;
-        settings
+    /// Bytes of a coarse solve.
+    fn coarse_bytes(settings: &Settings, keyframes: usize) -> Option<usize> {
+        let mut ledger = Ledger::new();
+        Self::requirement(&mut ledger, settings);
+        ledger.line("keyframe steps", keyframes, 4);
+        ledger.line("keyframe densities", keyframes * settings.dimensions.grid.cells(), T::BYTES);
+        ledger.bytes()
     }
 
     /// Solves the coarse scene in `region` and prolongs its flow.
     fn solve_coarse(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, settings: &Settings, keyframes: &Keyframes<'_, T>) -> Result<Status, Status> {
         let Self { levels, region, rho, initial, v, pbar: scratch, settings: fine, .. } = self;
+        let exec = &Fewer { exec, threads: exec.threads().min(settings.dimensions.threads) };
         let (grid, coarse, tables) = (&levels.grids[0], &settings.dimensions.grid, &levels.tables[0]);
         let mut arena = Arena::over(region);
         let full = |_| Status::NotFinite;
@@ -113,8 +153,9 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
 /// `to` = `from` passed to the other grid.
 fn transfer<T: Real>(exec: &dyn Exec, step: Move<'_, T>, place: Place, from: &[T], to: &mut [T], slots: usize, scratch: &mut [T]) {
     let (grid, wide) = (step.target, step.source.n[0].max(step.target.n[0]));
-    let count = Block::slots_per_block(wide, slots);
-    let scratch = &mut scratch[..exec.threads().max(1) * Block::largest(wide, slots)];
+    let (count, row) = (Block::slots_per_block(wide, slots), Block::largest(wide, slots));
+    let exec = &Fewer { exec, threads: exec.threads().min(scratch.len() / row).max(1) };
+    let scratch = &mut scratch[..exec.threads() * row];
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch }, |task| {
         let [out] = task.fields;
         out.fill(T::ZERO);

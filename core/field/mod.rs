@@ -41,10 +41,10 @@ pub struct Block<'g> {
 const BLOCK_TARGET: usize = 512;
 
 impl<'g> Block<'g> {
-    /// Slots of a block on a grid with `nx` cells a row.
+    /// Slots of a block on a grid with `nx` cells a row: a quarter of all at most, so that scratch stays small beside a field.
     #[must_use]
     pub fn slots_per_block(nx: usize, slots: usize) -> usize {
-        (BLOCK_TARGET / nx).clamp(1, slots.max(1))
+        (BLOCK_TARGET / nx).clamp(1, slots.div_ceil(4).max(1))
     }
 
     /// Numbers of a row of the largest block.

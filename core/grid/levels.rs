@@ -1,8 +1,9 @@
 //! Coarser grids and how fields pass between two of them, axis by axis.
 //!
-//! An axis of n > 2 cells coarsens to ceil(n / 2). Where n is odd, coarse cells do not end where fine ones do; the weights
-//! below then come from the same piecewise linear functions as for even n, for which they are the textbook ones: mean of
-//! two; injection and mean of two along a face's own axis; 3/4 and 1/4 across it.
+//! An axis of n > 2 cells coarsens to n / 2, and where n is odd to the even one of the two numbers beside it, so that the next
+//! grid halves exactly (5 coarsens to 3: two cells would be too few). Where n is odd, coarse cells do not end where fine ones
+//! do; the weights below then come from the same piecewise linear functions as for even n, for which they are the textbook
+//! ones: mean of two; injection and mean of two along a face's own axis; 3/4 and 1/4 across it.
 
 use super::Grid;
 use crate::arena::{Arena, TooSmall};
@@ -15,7 +16,7 @@ pub const MAX_LEVELS: usize = 12;
 /// The next coarser grid, or `None` when no axis has more than two cells.
 #[must_use]
 pub fn coarsen(grid: &Grid) -> Option<Grid> {
-    let n = grid.n.map(|n| if n > 2 { n.div_ceil(2) } else { n });
+    let n = grid.n.map(|n| if n > 2 { n.div_ceil(2) - usize::from(n % 4 == 1 && n > 5) } else { n });
     let h = core::array::from_fn(|a| grid.h[a] * grid.n[a] as f64 / n[a] as f64);
     (n != grid.n).then_some(Grid { n, h, ..*grid })
 }
@@ -49,6 +50,23 @@ pub const TRANSFERS: [Transfer; 6] =
 
 /// Most sources of one number.
 pub const TAPS: usize = 5;
+
+impl Transfer {
+    /// Most sources of one number of this transfer.
+    #[must_use]
+    pub const fn taps(self) -> usize {
+        match self {
+            Self::RestrictCell => 3,
+            Self::CollectCell | Self::CollectFace => TAPS,
+            _ => 2,
+        }
+    }
+
+    /// Numbers along an axis of what it makes.
+    const fn length(self, fine: usize, coarse: usize) -> usize {
+        if matches!(self, Self::ProlongCell | Self::ProlongFace) { fine } else { coarse }
+    }
+}
 
 /// The sources of one number: positions and weights.
 pub type Taps = heapless::Vec<(usize, f64), TAPS>;
@@ -118,7 +136,7 @@ fn collect(transfer: Transfer, i: usize, fine: usize, coarse: usize, periodic: b
 /// The taps of all transfers between two grids, looked up by axis, transfer and position.
 #[derive(Debug)]
 pub struct Tables<'m, T> {
-    index: &'m mut [u32],
+    index: &'m mut [u16],
     weight: &'m mut [T],
     start: [[usize; TRANSFERS.len()]; 3],
     length: [[usize; TRANSFERS.len()]; 3],
@@ -128,27 +146,28 @@ impl<'m, T: Real> Tables<'m, T> {
     /// Taps that the tables between `fine` and `coarse` hold.
     #[must_use]
     pub fn len(fine: &Grid, coarse: &Grid) -> usize {
-        (0..fine.dims).map(|a| TAPS * (4 * coarse.n[a] + 2 * fine.n[a])).sum()
+        let along = |a: usize| TRANSFERS.iter().map(|transfer| transfer.taps() * transfer.length(fine.n[a], coarse.n[a])).sum::<usize>();
+        (0..fine.dims).map(along).sum()
     }
 
     /// Fills `index` and `weight`, of [`Self::len`] each.
     #[must_use]
-    pub fn new(fine: &Grid, coarse: &Grid, index: &'m mut [u32], weight: &'m mut [T]) -> Self {
+    pub fn new(fine: &Grid, coarse: &Grid, index: &'m mut [u16], weight: &'m mut [T]) -> Self {
         let mut tables = Self { index, weight, start: Default::default(), length: Default::default() };
         let mut next = 0;
         for a in 0..fine.dims {
             for (t, &transfer) in TRANSFERS.iter().enumerate() {
-                let length = if matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace) { fine.n[a] } else { coarse.n[a] };
+                let length = transfer.length(fine.n[a], coarse.n[a]);
                 tables.start[a][t] = next;
                 tables.length[a][t] = length;
                 for i in 0..length {
                     let list = taps(transfer, i, fine.n[a], coarse.n[a], fine.periodic[a]);
                     for (slot, &(at, weight)) in list.iter().enumerate() {
-                        tables.index[next + slot * length + i] = at as u32;
+                        tables.index[next + slot * length + i] = at as u16;
                         tables.weight[next + slot * length + i] = T::from_f64(weight);
                     }
                 }
-                next += TAPS * length;
+                next += transfer.taps() * length;
             }
         }
         tables
@@ -157,19 +176,14 @@ impl<'m, T: Real> Tables<'m, T> {
     /// The sources of number `i` along `axis`, those of weight 0 left out.
     pub fn taps(&self, axis: usize, transfer: Transfer, i: usize) -> impl Iterator<Item = (usize, T)> {
         let (start, length) = (self.start[axis][transfer as usize], self.length[axis][transfer as usize]);
-        (0..TAPS).map(move |slot| start + slot * length + i).map(|at| (self.index[at] as usize, self.weight[at])).filter(|&(_, w)| w != T::ZERO)
+        (0..transfer.taps()).map(move |slot| start + slot * length + i).map(|at| (self.index[at] as usize, self.weight[at])).filter(|&(_, w)| w != T::ZERO)
     }
 
     /// Passes every row of `from` along x: `out[i] +=` the weighted sum of its sources.
     pub fn add_along_x(&self, transfer: Transfer, from: &[T], from_n: usize, out: &mut [T], out_n: usize) {
         let (start, length) = (self.start[0][transfer as usize], self.length[0][transfer as usize]);
-        let used = match transfer {
-            Transfer::RestrictCell => 3,
-            Transfer::CollectCell | Transfer::CollectFace => TAPS,
-            _ => 2,
-        };
         for (from, out) in from.chunks_exact(from_n).zip(out.chunks_exact_mut(out_n)) {
-            for slot in 0..used {
+            for slot in 0..transfer.taps() {
                 let at = start + slot * length;
                 let (index, weight) = (&self.index[at..at + out_n], &self.weight[at..at + out_n]);
                 for ((o, &i), &w) in out.iter_mut().zip(index).zip(weight) {
@@ -193,7 +207,7 @@ impl<'m, T: Real> Levels<'m, T> {
     /// Writes the ledger lines of [`Self::carve`].
     pub fn requirement(ledger: &mut Ledger, finest: &Grid) {
         let taps = Self::taps(&hierarchy(finest));
-        ledger.line("transfer positions", taps, 4);
+        ledger.line("transfer positions", taps, 2);
         ledger.line("transfer weights", taps, T::BYTES);
     }
 
@@ -208,7 +222,7 @@ impl<'m, T: Real> Levels<'m, T> {
     pub fn carve(arena: &mut Arena<'m>, finest: &Grid) -> Result<Self, TooSmall> {
         let grids = hierarchy(finest);
         let taps = Self::taps(&grids);
-        let (mut index, mut weight) = (arena.take::<u32>(taps)?, arena.take::<T>(taps)?);
+        let (mut index, mut weight) = (arena.take::<u16>(taps)?, arena.take::<T>(taps)?);
         let mut tables = heapless::Vec::new();
         for pair in grids.windows(2) {
             let len = Tables::<T>::len(&pair[0], &pair[1]);

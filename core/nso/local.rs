@@ -138,7 +138,11 @@ pub fn solve_row<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: s
             return unsafe { avx2::<T, S>(system, row, cells, scratch, out) };
         }
     }
-    groups::<T, S, T::Narrow>(system, row, cells, scratch, out);
+    if T::Narrow::LANES <= lanes {
+        groups::<T, S, T::Narrow>(system, row, cells, scratch, out);
+    } else {
+        groups::<T, S, T>(system, row, cells, scratch, out);
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -157,7 +161,7 @@ fn avx2<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: super::col
 fn groups<T: Real, S: Space, V: Vector<Elem = T>>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, scratch: &mut [T], out: Changes<'_, T>) {
     for first in (0..cells.count).step_by(V::LANES) {
         let count = V::LANES.min(cells.count - first);
-        let group = Group::new::<S>(system, row, cells.start + 2 * first, count, V::LANES);
+        let group = Group::new::<S>(system, row, cells.start + 2 * first, count);
         let (header, kept) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
         group.fill_header::<S, V>(header);
         group.factorise::<S, V>(header, kept);
@@ -240,7 +244,7 @@ struct Jacobian<V> {
 
 impl<'s, 'a, T: Real> Group<'s, 'a, T> {
     #[inline(always)]
-    fn new<S: Space>(system: &'s System<'a, T>, row: usize, x: usize, count: usize, _lanes: usize) -> Self {
+    fn new<S: Space>(system: &'s System<'a, T>, row: usize, x: usize, count: usize) -> Self {
         use crate::grid::Side::{High, Low};
         let grid = system.grid;
         let step = |row: Option<usize>, axis: usize, offset: usize| match (row, offset) {
