@@ -34,7 +34,7 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
     let mut ledger = Ledger::new();
     Projection::<f32>::requirement(&mut ledger, &grid, SLOTS, exec.threads());
     let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
-    let mut projection = Projection::carve(&levels, SLOTS, exec.threads(), &mut Pool::new(&mut memory));
+    let mut projection = Projection::carve(&levels, 0, SLOTS, exec.threads(), &mut Pool::new(&mut memory));
     let mut sums = vec![0.0; 2 * grid.rows()];
     let start = divergent::<S>(&grid);
     let mut group = criterion.benchmark_group(format!("projection {}, {SLOTS} slots", size(cells)));

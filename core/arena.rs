@@ -82,4 +82,16 @@ impl<'m> Arena<'m> {
         // 64 >= align_of::<P>(), and holds at least `len` values.
         Ok(unsafe { core::slice::from_raw_parts_mut(taken.as_mut_ptr().cast::<P>(), len) })
     }
+
+    /// One buffer of `len` values for each of `dims` axes, the others empty: see [`Self::take`].
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn take_vector<P: Plain>(&mut self, dims: usize, len: usize) -> Result<[&'m mut [P]; 3], TooSmall> {
+        let mut field: [&'m mut [P]; 3] = Default::default();
+        for component in field.iter_mut().take(dims) {
+            *component = self.take(len)?;
+        }
+        Ok(field)
+    }
 }

@@ -94,10 +94,13 @@
 pub mod admm;
 pub mod ao;
 pub mod arena;
+pub mod carrier;
+pub mod direct;
 pub mod exec;
 pub mod field;
 pub mod force;
 pub mod grid;
+pub mod nested;
 pub mod nso;
 pub mod observe;
 pub mod operators;
@@ -105,19 +108,21 @@ pub mod plan;
 pub mod poisson;
 pub mod problem;
 pub mod progress;
+pub mod quasi_newton;
 pub mod real;
 pub mod simd;
 pub mod solver;
 pub mod transport;
 
 pub use admm::AdmmParams;
+pub use direct::DirectParams;
 pub use exec::{Exec, Serial};
 pub use grid::{Boundary, D2, D3, Space};
 pub use nso::{Norm, NsoParams, colours::Colours};
 pub use observe::{Event, Observer, Silent};
 pub use plan::{Entry, Sharing};
 pub use problem::{Advection, Problem, ProblemError, Scheme};
-pub use progress::{AdmmProgress, Objective, Progress, Status};
+pub use progress::{AdmmProgress, DirectProgress, Objective, Progress, Status};
 pub use real::Real;
 pub use solver::{InputError, Method, Params, Plan, PlanError, Solver, SolverError};
 

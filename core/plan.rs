@@ -66,6 +66,15 @@ impl Ledger {
         self.count(bytes);
     }
 
+    /// A vector field, `len` numbers of `size` bytes for each of `dims` axes.
+    pub fn vector(&mut self, name: &'static str, dims: usize, len: usize, size: usize) {
+        self.group(name, Sharing::Together, |ledger| {
+            for axis in ["along x", "along y", "along z"].into_iter().take(dims) {
+                ledger.line(axis, len, size);
+            }
+        });
+    }
+
     fn push(&mut self, name: &'static str, bytes: usize, sharing: Sharing) {
         let depth = self.open.len();
         self.overflow |= self.entries.push(Entry { name, bytes, depth, sharing }).is_err();
@@ -123,6 +132,12 @@ impl<'a, T> Pool<'a, T> {
         let (taken, rest) = core::mem::take(&mut self.rest).split_at_mut(pooled(len));
         self.rest = rest;
         &mut taken[..len]
+    }
+
+    /// What is left.
+    #[must_use]
+    pub fn into_rest(self) -> &'a mut [T] {
+        self.rest
     }
 
     /// One part for each axis of a vector field, empty for the axes that a 2D field has not.

@@ -45,6 +45,25 @@ pub struct Progress {
     pub objective: Objective,
     /// How ADMM went.
     pub admm: AdmmProgress,
+    /// How the direct method went.
+    pub direct: DirectProgress,
+}
+
+/// How the direct method went in one iteration.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DirectProgress {
+    /// Cells of the grid that it worked on.
+    pub cells: [usize; 3],
+    /// That grid, 0 for the finest.
+    pub level: usize,
+    /// Iteration on that grid, from 1.
+    pub level_iteration: usize,
+    /// Step along the direction, 0 when none gained anything.
+    pub step: f64,
+    /// <gradient, direction>: the objective's derivative along the direction.
+    pub slope: f64,
+    /// Flows whose objective was computed.
+    pub evaluations: usize,
 }
 
 /// How ADMM went in one outer iteration.

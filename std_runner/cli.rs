@@ -42,7 +42,7 @@ pub struct SceneArguments {
     /// Precision of all numbers.
     #[arg(long, value_enum, default_value = "f32")]
     pub precision: Precision,
-    /// The method; only admm is there yet.
+    /// The method: direct or admm.
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
     /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].

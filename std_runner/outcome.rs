@@ -4,7 +4,7 @@ use crate::exit::status_name;
 use crate::job::Job;
 use crate::progress::{Clock, Row, Watch};
 use crate::report::{AdmmRecord, AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord};
-use crate::scene::{boundary_name, scheme_name};
+use crate::scene::{boundary_name, method_name, scheme_name};
 use thurible_core::{Objective, Real, Solver, Space, Status};
 
 /// The record of `job`, solved by `solver` under the eyes of `watch`.
@@ -20,7 +20,7 @@ pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: S
         force_weight: problem.force_weight,
         filters: problem.problem().filters(),
         advection: AdvectionRecord { scheme: scheme_name(problem.advection.scheme).into(), tolerance: problem.advection.tolerance },
-        method: "admm".into(),
+        method: method_name(job.planned.params.method).into(),
         precision: job.planned.precision.name().into(),
         status: status_name(status).into(),
         objective: parts(solver.objective()),

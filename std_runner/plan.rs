@@ -109,7 +109,7 @@ pub fn plan_fields(planned: &Planned) -> Value {
         "steps": planned.problem.steps,
         "precision": planned.precision.name(),
         "threads": planned.params.threads,
-        "method": "admm",
+        "method": crate::scene::method_name(planned.params.method),
         "planned_bytes": planned.plan.bytes(),
         "method_bytes": planned.plan.method_bytes(),
         "paper_bound_bytes": planned.plan.paper_bound(),

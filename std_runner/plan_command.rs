@@ -7,7 +7,7 @@ use crate::exit::{DONE, Failure};
 use crate::plan::{self, Planned, block_bytes, plan_fields, scaled, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
-use crate::scene::Scene;
+use crate::scene::{Scene, method_name};
 use serde_json::{Value, json};
 use thurible_core::Plan;
 
@@ -73,12 +73,13 @@ fn other_fields(other: &Other) -> Value {
 fn print_plan(scene: &Scene, planned: &Planned, others: &[Other]) {
     let plan = &planned.plan;
     print(&format!(
-        "{}: {} cells, {} steps, {}, {} threads, method admm",
+        "{}: {} cells, {} steps, {}, {} threads, method {}",
         scene.document.path().display(),
         size_in_words(&planned.problem.cells),
         planned.problem.steps,
         planned.precision.name(),
-        planned.params.threads
+        planned.params.threads,
+        method_name(planned.params.method)
     ));
     print(&format!("\n{:>18}  buffer", "bytes"));
     for entry in plan.entries() {

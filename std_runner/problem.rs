@@ -2,7 +2,7 @@
 
 use crate::exit::Failure;
 use crate::scene::Scene;
-use thurible_core::{AdmmParams, Advection, Boundary, D2, D3, Method, NsoParams, Params, Plan, PlanError, Problem};
+use thurible_core::{AdmmParams, Advection, Boundary, D2, D3, NsoParams, Params, Plan, PlanError, Problem};
 
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -112,7 +112,7 @@ pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Param
     let admm = &scene.method.admm;
     let nso = NsoParams { tolerance: admm.nso_tolerance, norm: admm.nso_norm, colours: admm.colours, ..NsoParams::default() };
     Params {
-        method: Method::Admm,
+        method: scene.method.name,
         iterations: scene.method.iterations,
         threads,
         ceiling,
@@ -125,6 +125,7 @@ pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Param
             density_tolerance: admm.density_tolerance,
             nso,
         },
+        direct: scene.method.direct,
     }
 }
 

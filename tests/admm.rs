@@ -1,89 +1,15 @@
 //! ADMM on whole scenes: how it converges, that its result is feasible, that units do not matter.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
+#[path = "fields/feasible.rs"]
+mod feasible;
 mod fields;
 
-use fields::cases::{Scene, Solved};
-use fields::naive::Naive;
+use feasible::check;
+use fields::cases::{Scene, Solved, admm};
 use fields::random::Random;
-use fields::{Components, add_scaled_all, assert_close, dot, gap, grid, largest, largest_of, places, with_threads};
-use thurible_core::grid::Grid;
+use fields::{Components, add_scaled_all, assert_close, gap, grid, largest, largest_of, places, with_threads};
 use thurible_core::{D2, D3, Params, Real, Scheme, Silent, Space, Status};
-
-/// A component of a file as the core keeps it: the high wall face left out. Panics if a wall face is not 0.
-fn faces(grid: &Grid, file: &[Vec<f64>]) -> Components<f64> {
-    let component = |axis: usize| {
-        let extent = |a: usize| grid.n[a] + usize::from(a == axis && !grid.periodic[a]);
-        let number = |at: [usize; 3]| file[axis][(at[2] * extent(1) + at[1]) * extent(0) + at[0]];
-        assert_eq!(file[axis].len(), (0..3).map(extent).product::<usize>());
-        for at in places(grid).filter(|at| !grid.periodic[axis] && at[axis] == 0) {
-            let mut high = at;
-            high[axis] = grid.n[axis];
-            assert_eq!((number(at), number(high)), (0.0, 0.0), "flow through a wall at {at:?}, axis {axis}");
-        }
-        places(grid).map(number).collect()
-    };
-    core::array::from_fn(|axis| if axis < grid.dims { component(axis) } else { Vec::new() })
-}
-
-/// Every fact of a feasible result, checked with the second implementation in scaled numbers.
-fn check_feasible(scene: &Scene, solved: &Solved, epsilon: f64) {
-    let grid = scene.problem().grid();
-    let naive = Naive::new(&grid);
-    let (speed, force) = (scene.length / scene.dt, scene.length / (scene.dt * scene.dt));
-    let scaled = |list: &[Vec<Vec<f64>>], unit: f64| -> Vec<Components<f64>> {
-        list.iter().map(|v| faces(&grid, v).map(|c| c.iter().map(|x| x / unit).collect())).collect()
-    };
-    let (v, u) = (scaled(&solved.velocity, speed), scaled(&solved.force, force));
-    let (fastest, strongest) = (largest(v.iter().map(largest_of)), largest(u.iter().map(largest_of)));
-    assert!(fastest > 0.0 && strongest > 0.0, "nothing moves");
-    for (k, v) in v.iter().enumerate() {
-        let divergence = largest(naive.divergence(v));
-        assert!(divergence <= (2e-5 + 40.0 * epsilon) * fastest / grid.h[0], "div v_{k} is {divergence:e}");
-    }
-    for (k, u) in u.iter().enumerate() {
-        let divergence = largest(naive.divergence(u));
-        assert!(divergence <= (2e-5 + 40.0 * epsilon) * (strongest + fastest) / grid.h[0], "div u_{k} is {divergence:e}");
-        // What is left of the momentum equation must be a gradient: no curl anywhere, no mean along periodic axes.
-        let produced = add_scaled_all(&add_scaled_all(&v[k + 1], -1.0, &v[k]), 1.0, &naive.advection(&v[k + 1]));
-        let left = add_scaled_all(u, -1.0, &produced);
-        let unit = 60.0 * epsilon * (strongest + fastest + fastest * fastest / grid.h[0]);
-        assert!(naive.largest_curl(&left) <= unit / grid.h[0], "momentum at step {k}: {:e}", naive.largest_curl(&left));
-        for a in (0..grid.dims).filter(|&a| grid.periodic[a]) {
-            assert_close("mean force", left[a].iter().sum::<f64>() / grid.cells() as f64, 0.0, unit, 1.0);
-        }
-    }
-    check_densities(scene, solved, &naive, &v, epsilon);
-    check_objective(scene, solved, &naive, epsilon);
-}
-
-fn check_densities(scene: &Scene, solved: &Solved, naive: &Naive, v: &[Components<f64>], epsilon: f64) {
-    let rho_0 = &solved.density[0];
-    assert!(gap(rho_0, &scene.densities[0]) <= epsilon, "rho_0 is not the source");
-    let top = largest(rho_0.iter().copied());
-    let mut rho = rho_0.clone();
-    for (step, v) in v.iter().enumerate() {
-        rho = naive.transport(scene.scheme, 1e-5 * top, v, &rho);
-        let error = gap(&rho, &solved.density[step + 1]);
-        assert!(error <= (1e-4 + 100.0 * epsilon) * top, "rho_{} is {error:e} from what v carries there", step + 1);
-    }
-    let mass = |rho: &[f64]| rho.iter().sum::<f64>();
-    for (i, rho) in solved.density.iter().chain(&solved.targets).enumerate() {
-        assert_close(&format!("mass of density {i}"), mass(rho), mass(rho_0), mass(rho_0), 2e-6);
-    }
-}
-
-fn check_objective(scene: &Scene, solved: &Solved, naive: &Naive, epsilon: f64) {
-    let filters = scene.problem().filters();
-    let mut data = 0.0;
-    for (target, &step) in solved.targets.iter().zip(&scene.keyframes) {
-        let e: Vec<f64> = solved.density[step].iter().zip(target).map(|(x, y)| x - y).collect();
-        data += 0.5 * dot(&e, &naive.metric(filters, &e));
-    }
-    let sum: f64 = solved.force.iter().map(|u| faces(&naive.grid, u).iter().map(|c| dot(c, c)).sum::<f64>()).sum();
-    assert_close("data term", solved.objective[0], data, data, 1e-9 + 100.0 * epsilon);
-    assert_close("force term", solved.objective[1], 0.5 * scene.force_weight * sum, solved.objective[1], 1e-9 + 100.0 * epsilon);
-}
 
 /// Solves circle to two circles on two threads: as the paper does, or with the defaults.
 fn two_circles(from_rest: bool) -> (Scene, Solved) {
@@ -103,7 +29,7 @@ fn two_circles(from_rest: bool) -> (Scene, Solved) {
 #[test]
 fn circle_to_two_circles() {
     let (scene, solved) = two_circles(true);
-    check_feasible(&scene, &solved, f64::EPSILON);
+    check(&scene, &solved, f64::EPSILON);
     let last = solved.history.last().unwrap();
     assert!(last.admm.density_change < 0.01 && last.admm.gap <= 0.01 && last.admm.ao_step >= 0.125);
     assert!((last.objective.data - last.admm.data_of_star).abs() <= 0.05 * last.admm.data_of_star);
@@ -123,7 +49,7 @@ fn feasible<T: Real, S: Space>(cells: &[usize], ends: &str, scheme: Scheme) {
     scene.densities.push(scene.densities[0].clone());
     let solved = scene.solve_alone::<T, S>();
     assert_eq!((solved.status, solved.history.len()), (Status::MaxIterations, 3));
-    check_feasible(&scene, &solved, T::EPSILON);
+    check(&scene, &solved, T::EPSILON);
     let (first, last) = (solved.history[0].objective.total(), solved.objective.iter().sum::<f64>());
     assert!(last < first, "{cells:?} {ends}: the objective rose from {first} to {last}");
 }
@@ -148,7 +74,7 @@ fn other_units_give_the_same_iterates() {
         other.force_weight = scene.force_weight * (dt * dt / length).powi(2);
         other.params.admm.penalty = scene.params.admm.penalty / (ratio * ratio);
         let found = other.solve_alone::<f64, D2>();
-        check_feasible(&other, &found, f64::EPSILON);
+        check(&other, &found, f64::EPSILON);
         let tolerance = if exact { 0.0 } else { 1e-9 };
         for (x, y) in solved.density.iter().zip(&found.density) {
             assert!(gap(x, y) <= tolerance, "densities are {:e} apart at dt = {dt}", gap(x, y));
@@ -176,8 +102,8 @@ fn a_given_velocity_is_projected_and_kept() {
         assert_eq!(solver.prepare(&thurible_core::Serial).unwrap(), change);
         Solved::run(&scene, solver, &thurible_core::Serial, &mut Silent)
     });
-    check_feasible(&scene, &solved, f64::EPSILON);
-    let kept = faces(&grid, &solved.velocity[0]);
+    check(&scene, &solved, f64::EPSILON);
+    let kept = feasible::faces(&grid, &solved.velocity[0]);
     let lost = add_scaled_all(&v0, -1.0, &kept);
     assert_close("v_0 is projected", fields::dot_all(&kept, &lost), 0.0, fields::dot_all(&v0, &v0), 1e-5);
     assert!(largest_of(&kept) > 0.001);
@@ -187,13 +113,13 @@ fn a_given_velocity_is_projected_and_kept() {
 #[test]
 fn expensive_forces() {
     for force_weight in [1e4, 1e6] {
-        let scene = Scene { force_weight, params: Params { iterations: 4, ..Params::default() }, ..Scene::two_circles() };
+        let scene = Scene { force_weight, params: Params { iterations: 4, ..admm() }, ..Scene::two_circles() };
         let solved = scene.solve_alone::<f32, D2>();
         assert!(solved.status == Status::MaxIterations || solved.status == Status::Converged, "{:?}", solved.status);
         for progress in &solved.history {
             let list = &progress.admm.nso_residuals;
             assert!(*list.last().unwrap() < 1e-5, "r = {force_weight:e}, iteration {}: {list:?}", progress.iteration);
         }
-        check_feasible(&scene, &solved, f64::from(f32::EPSILON));
+        check(&scene, &solved, f64::from(f32::EPSILON));
     }
 }

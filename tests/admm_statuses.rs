@@ -5,7 +5,7 @@ mod fields;
 
 use core::ops::ControlFlow;
 use fields::Memory;
-use fields::cases::{Scene, Solved};
+use fields::cases::{Scene, Solved, admm};
 use thurible_core::{D2, Event, InputError, Observer, Params, Real, Serial, Silent, Solver, Status};
 
 type Small<'m> = Solver<'m, f64, D2>;
@@ -53,7 +53,7 @@ fn check_finite(solved: &Solved) {
 #[test]
 fn max_iterations() {
     for iterations in [1, 2] {
-        let scene = Scene { params: Params { iterations, ..Params::default() }, ..scene() };
+        let scene = Scene { params: Params { iterations, ..admm() }, ..scene() };
         let solved = scene.solve_alone::<f64, D2>();
         assert_eq!((solved.status, solved.history.len()), (Status::MaxIterations, iterations));
         let numbers: Vec<usize> = solved.history.iter().map(|progress| progress.iteration).collect();
@@ -66,7 +66,7 @@ fn max_iterations() {
 #[test]
 fn converged_only_when_both_halves_agree() {
     // With a tolerance that every change satisfies, only disagreement of v and v* is left to say no.
-    let mut scene = Scene { params: Params { iterations: 40, ..Params::default() }, ..scene() };
+    let mut scene = Scene { params: Params { iterations: 40, ..admm() }, ..scene() };
     scene.params.admm.density_tolerance = 1e9;
     let solved = scene.solve_alone::<f64, D2>();
     match solved.status {
@@ -77,7 +77,7 @@ fn converged_only_when_both_halves_agree() {
 
 #[test]
 fn nothing_to_do_ends_early_and_at_rest() {
-    let mut scene = Scene { params: Params { iterations: 40, ..Params::default() }, ..scene() };
+    let mut scene = Scene { params: Params { iterations: 40, ..admm() }, ..scene() };
     scene.densities[1] = scene.densities[0].clone();
     let solved = scene.solve_alone::<f64, D2>();
     assert!(solved.status == Status::Converged && solved.history.len() < 6, "{:?}", solved.status);
@@ -87,7 +87,7 @@ fn nothing_to_do_ends_early_and_at_rest() {
 
 #[test]
 fn stalled() {
-    let mut scene = Scene { params: Params { iterations: 40, ..Params::default() }, ..Scene::two_circles() };
+    let mut scene = Scene { params: Params { iterations: 40, ..admm() }, ..Scene::two_circles() };
     // Every change of the density is small, but the first iterations leave v and v* far apart.
     (scene.params.admm.density_tolerance, scene.force_weight) = (1e9, 1e5);
     let solved = scene.solve_alone::<f64, D2>();

@@ -9,7 +9,7 @@ use core::cell::Cell;
 use fields::cases::Scene;
 use fields::{Memory, cast};
 use std::alloc::System;
-use thurible_core::{D2, D3, Real, Serial, Silent, Solver, Space, Status};
+use thurible_core::{D2, D3, Method, Params, Real, Serial, Silent, Solver, Space, Status};
 
 std::thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
@@ -65,8 +65,15 @@ fn nothing_is_allocated() {
     let before = count();
     drop(core::hint::black_box(vec![0u8; 100]));
     assert_eq!(count() - before, 1, "the counter does not count");
-    allocates_nothing::<f32, D2>(&Scene::small(&[14, 9], "wp", 5));
-    allocates_nothing::<f64, D2>(&Scene::small(&[8, 8], "ww", 4));
-    allocates_nothing::<f32, D3>(&Scene::small(&[6, 7, 8], "wpw", 4));
-    allocates_nothing::<f64, D3>(&Scene::small(&[5, 5, 5], "ppp", 3));
+    for method in [Method::Admm, Method::Direct] {
+        let by = |cells: &[usize], ends: &str, steps: usize| {
+            let scene = Scene::small(cells, ends, steps);
+            Scene { params: Params { method, iterations: 3, ..scene.params }, ..scene }
+        };
+        allocates_nothing::<f32, D2>(&by(&[14, 9], "wp", 5));
+        allocates_nothing::<f64, D2>(&by(&[8, 8], "ww", 4));
+        allocates_nothing::<f64, D2>(&by(&[32, 16], "ww", 4));
+        allocates_nothing::<f32, D3>(&by(&[6, 7, 8], "wpw", 4));
+        allocates_nothing::<f64, D3>(&by(&[5, 5, 5], "ppp", 3));
+    }
 }

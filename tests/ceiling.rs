@@ -7,7 +7,7 @@
 mod fields;
 
 use core::mem::MaybeUninit;
-use fields::cases::Scene;
+use fields::cases::{Scene, admm};
 use std::process::{Command, Output};
 use thurible_core::{D3, Params, Serial, Silent, Solver, Status};
 
@@ -16,7 +16,7 @@ const VARIABLE: &str = "THURIBLE_TEST_CEILING";
 const MIB: usize = 1 << 20;
 
 fn scene() -> Scene {
-    Scene { params: Params { iterations: 1, ..Params::default() }, ..Scene::small(&[30, 28, 26], "wpw", 8) }
+    Scene { params: Params { iterations: 1, ..admm() }, ..Scene::small(&[30, 28, 26], "wpw", 8) }
 }
 
 /// The address space of this process, in bytes.

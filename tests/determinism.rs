@@ -8,7 +8,7 @@ use fields::with_threads;
 use std::sync::Mutex;
 use thurible_core::nso::colours::Colours;
 use thurible_core::simd::{Level, level, limit};
-use thurible_core::{D2, D3, Params, Real, Scheme, Silent, Space};
+use thurible_core::{D2, D3, Method, Params, Real, Scheme, Silent, Space};
 
 /// The level is one for the whole process, so only one test at a time may change it.
 static LEVEL: Mutex<()> = Mutex::new(());
@@ -29,9 +29,13 @@ fn nested() -> (Scene, Scene) {
     (Scene::small(&[32, 20], "wp", 6), Scene::small(&[16, 8, 8], "www", 4))
 }
 
+/// The bits of two iterations of each method.
 fn bits<T: Real, S: Space>(scene: &Scene, threads: usize) -> Vec<u64> {
-    let scene = Scene { params: Params { threads, iterations: 2, ..scene.params }, ..scene.clone() };
-    with_threads(threads, |exec| scene.solve::<T, S>(exec, &mut Silent).bits())
+    let by = |method| {
+        let scene = Scene { params: Params { method, threads, iterations: 2, ..scene.params }, ..scene.clone() };
+        with_threads(threads, |exec| scene.solve::<T, S>(exec, &mut Silent).bits())
+    };
+    [by(Method::Admm), by(Method::Direct)].concat()
 }
 
 fn threads_agree<T: Real, S: Space>(list: &[Scene]) {
@@ -86,11 +90,12 @@ fn instruction_sets_in_3d() {
 /// Threads and a ceiling change how much memory is shared, which must not decide how a solve begins.
 fn starts_agree<T: Real, S: Space>(scene: &Scene) {
     let mut at_rest = scene.clone();
-    at_rest.params.admm.nested = false;
+    (at_rest.params.admm.nested, at_rest.params.direct.nested) = (false, false);
     let alone = bits::<T, S>(scene, 1);
     assert!(bits::<T, S>(&at_rest, 1) != alone, "{:?} does not begin on a coarser grid", scene.cells);
     for (threads, ceiling) in [(2, None), (3, None), (16, None), (64, None), (1, Some(0)), (3, Some(0)), (64, Some(0))] {
-        let other = Scene { params: Params { ceiling, ..scene.params }, ..scene.clone() };
+        let mut other = Scene { params: Params { ceiling, ..scene.params }, ..scene.clone() };
+        other.params.direct.history = scene.params.direct.history.or(Some(5));
         assert!(bits::<T, S>(&other, threads) == alone, "{} on {:?}: {threads} threads, ceiling {ceiling:?}", T::NAME, scene.cells);
     }
 }

@@ -11,7 +11,7 @@ use fields::naive::Naive;
 use fields::random::Random;
 use fields::{Components, add_scaled_all, cast, dot, dot_all, flow, grid, slot_of_all, zeros};
 use thurible_core::grid::Grid;
-use thurible_core::{Advection, Scheme};
+use thurible_core::{Advection, D2, D3, Scheme, Space};
 
 /// Checks `value(t) - value(0) - t slope` at three steps: each a quarter of the one before.
 #[track_caller]
@@ -125,4 +125,32 @@ fn data_term_of_a_trajectory() {
     trajectory_gradient(&[9, 7], "pw", Scheme::Quick, 1e-4);
     trajectory_gradient(&[5, 6, 4], "wpw", Scheme::Central, 1e-3);
     trajectory_gradient(&[6, 6], "pp", Scheme::SemiLagrangian, 2e-5);
+}
+
+/// The objective as a function of the flow, of weights that make both parts count.
+fn direct_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, first: f64) {
+    let mut random = Random::new(24);
+    let (grid, steps) = (grid(cells, ends), 5);
+    let (source, targets): (Vec<f64>, Vec<f64>) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
+    let initial = flow::rough(&mut random, &grid, 1, 0.8);
+    let advection = Advection { scheme, tolerance: 1e-200 };
+    let control =
+        Control { grid: &grid, steps, source: &source, keyframes: &[2, 5], targets: &targets, initial: &initial, advection, filters: 2, penalty: 1.0 };
+    let v: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 1.6);
+    let d: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 1.0);
+    let (at_v, gradient) = control.direct::<S>(&v, 1.0);
+    let force_weight = 3.0 * at_v.data / at_v.force;
+    let (_, gradient_of_both) = control.direct::<S>(&v, force_weight);
+    for (what, weight, gradient) in [("mostly data", 1.0, &gradient), ("data and force", force_weight, &gradient_of_both)] {
+        let value = |t: f64| control.direct::<S>(&add_scaled_all(&v, t, &d), weight).0.total();
+        taylor(&format!("{what} on {cells:?} {ends}, {scheme:?}"), first, dot_all(gradient, &d), value);
+    }
+}
+
+#[test]
+fn objective_of_the_direct_method() {
+    direct_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 1e-3);
+    direct_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, 1e-4);
+    direct_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 1e-3);
+    direct_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 2e-5);
 }

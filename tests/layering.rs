@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The path of the data. Numbers, memory and vectors of numbers know each other and count as one module.
-const ORDER: [&[&str]; 16] = [
+const ORDER: [&[&str]; 20] = [
     &["real", "arena", "simd"],
     &["exec"],
     &["observe"],
@@ -16,11 +16,15 @@ const ORDER: [&[&str]; 16] = [
     &["problem"],
     &["poisson"],
     &["transport"],
+    &["carrier"],
     &["force"],
     &["ao"],
     &["nso"],
     &["progress"],
+    &["nested"],
+    &["quasi_newton"],
     &["admm"],
+    &["direct"],
     &["solver"],
 ];
 

@@ -5,10 +5,10 @@ mod fields;
 
 use core::mem::MaybeUninit;
 use fields::Memory;
-use fields::cases::Scene;
+use fields::cases::{Scene, admm};
 use fields::random::Random;
 use thurible_core::nso::colours::Colours;
-use thurible_core::{D2, D3, Entry, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver, SolverError, Space};
+use thurible_core::{D2, D3, Entry, Method, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver, SolverError, Space};
 
 /// A random scene that needs at most a few megabytes.
 fn random_scene(random: &mut Random, dims: usize) -> Scene {
@@ -21,6 +21,9 @@ fn random_scene(random: &mut Random, dims: usize) -> Scene {
     scene.densities.truncate(1);
     scene.params.threads = random.pick(&[1, 1, 2, 3, 7]);
     scene.params.ceiling = random.pick(&[None, Some(0), Some(1 << 18), Some(1 << 24)]);
+    scene.params.method = random.pick(&[Method::Admm, Method::Direct]);
+    scene.params.direct.history = random.pick(&[None, None, Some(1), Some(8)]);
+    scene.params.direct.nested = random.coin();
     scene.params.admm.relaxation = random.pick(&[1.0, 1.5]);
     scene.params.admm.nso.colours = random.pick(&[Colours::RedBlack, Colours::PowerOfTwo]);
     scene
@@ -94,11 +97,11 @@ fn absurd_sizes_are_errors() {
         assert_eq!(plan(&scene([8; 3], steps)), Err(PlanError::Problem(ProblemError::Steps { given: steps })));
     }
     for threads in [0, 1025, usize::MAX] {
-        let scene = Scene { params: Params { threads, ..Params::default() }, ..scene([8; 3], 20) };
+        let scene = Scene { params: Params { threads, ..admm() }, ..scene([8; 3], 20) };
         assert!(matches!(plan(&scene), Err(PlanError::OutOfRange { field: "threads", .. })));
     }
     // The largest problem that is not absurd: an exbibyte or TooLarge, by exact arithmetic.
-    let largest = Scene { params: Params { threads: 1024, ..Params::default() }, ..scene([4096; 3], 100_000) };
+    let largest = Scene { params: Params { threads: 1024, ..admm() }, ..scene([4096; 3], 100_000) };
     match plan(&largest) {
         Ok(bytes) => assert!(bytes > 1 << 59 && isize::try_from(bytes).is_ok(), "{bytes}"),
         Err(error) => assert_eq!(error, PlanError::TooLarge),
@@ -108,17 +111,21 @@ fn absurd_sizes_are_errors() {
     assert!(Solver::<f64, D3>::new(&largest.problem(), &largest.params, &mut small[start..start + 64]).is_err());
 }
 
-/// Plans with N >= 20 and at most 2 threads that exceed the paper's bound.
+/// Plans with N >= 20 and at most 2 threads that exceed the paper's bound; the direct method under that ceiling, without keyframes.
 fn above_the_bound<T: Real, S: Space>(list: &[&[usize]]) -> Vec<String> {
     let mut above = Vec::new();
     for (cells, steps, threads) in list.iter().flat_map(|&cells| [20, 21, 40, 60, 61].into_iter().flat_map(move |n| [(cells, n, 1), (cells, n, 2)])) {
         for ends in ["www", "ppp", "wpw"] {
             let mut scene = Scene::small(cells, &ends[..S::DIM], steps);
             scene.params.threads = threads;
-            let plan = scene.plan::<T, S>();
-            let ratio = plan.method_bytes() as f64 / plan.paper_bound() as f64;
-            if ratio > 1.0 {
-                above.push(format!("{cells:?} {ends} x {steps}, {}, {threads} threads: {ratio:.4}", T::NAME));
+            for method in [Method::Admm, Method::Direct] {
+                scene.params.method = method;
+                scene.params.ceiling = (method == Method::Direct).then_some(scene.plan::<T, S>().paper_bound());
+                let plan = scene.plan::<T, S>();
+                let ratio = plan.method_bytes() as f64 / plan.paper_bound() as f64;
+                if ratio > 1.0 {
+                    above.push(format!("{method:?} on {cells:?} {ends} x {steps}, {}, {threads} threads: {ratio:.4}", T::NAME));
+                }
             }
         }
     }
@@ -129,8 +136,7 @@ fn above_the_bound<T: Real, S: Space>(list: &[&[usize]]) -> Vec<String> {
 fn the_method_fits_the_papers_bound() {
     let plane: [&[usize]; 12] =
         [&[32, 32], &[33, 33], &[35, 37], &[33, 47], &[50, 50], &[64, 64], &[65, 65], &[96, 60], &[128, 128], &[32, 200], &[200, 33], &[255, 131]];
-    let space: [&[usize]; 8] =
-        [&[32, 32, 32], &[33, 33, 33], &[35, 32, 37], &[64, 64, 32], &[32, 48, 40], &[64, 64, 64], &[65, 65, 65], &[32, 33, 100]];
+    let space: [&[usize]; 8] = [&[32, 32, 32], &[33, 33, 33], &[35, 32, 37], &[64, 64, 32], &[32, 48, 40], &[64, 64, 64], &[65, 65, 65], &[32, 33, 100]];
     let mut above = [above_the_bound::<f32, D2>(&plane), above_the_bound::<f64, D2>(&plane)].concat();
     above.extend([above_the_bound::<f32, D3>(&space), above_the_bound::<f64, D3>(&space)].concat());
     assert!(above.is_empty(), "{} plans exceed the bound:\n{}", above.len(), above.join("\n"));
@@ -138,7 +144,7 @@ fn the_method_fits_the_papers_bound() {
 
 #[test]
 fn the_papers_size_in_the_papers_bytes() {
-    let scene = |threads| Scene { params: Params { threads, ..Params::default() }, ..Scene::small(&[64, 64, 64], "www", 60) };
+    let scene = |threads| Scene { params: Params { threads, ..admm() }, ..Scene::small(&[64, 64, 64], "www", 60) };
     for threads in [1, 2] {
         let plan = scene(threads).plan::<f32, D3>();
         assert_eq!(plan.paper_bound(), 1_150_437_668);
@@ -159,6 +165,29 @@ fn rubbish_does_not_matter<T: Real, S: Space>(scene: &Scene) {
 
 #[test]
 fn what_the_memory_held_before_does_not_matter() {
-    rubbish_does_not_matter::<f32, D2>(&Scene::small(&[12, 9], "wp", 5));
-    rubbish_does_not_matter::<f64, D3>(&Scene::small(&[6, 5, 7], "pww", 4));
+    for method in [Method::Admm, Method::Direct] {
+        let by = |scene: Scene| Scene { params: Params { method, ..scene.params }, ..scene };
+        rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[12, 9], "wp", 5)));
+        rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[32, 20], "wp", 5)));
+        rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[6, 5, 7], "pww", 4)));
+    }
+}
+
+#[test]
+fn the_history_of_the_direct_method_is_what_fits() {
+    let mut scene = Scene { params: Params { method: Method::Direct, ..Params::default() }, ..Scene::small(&[24, 24], "ww", 12) };
+    let mut with = |history, ceiling, threads| {
+        (scene.params.direct.history, scene.params.ceiling, scene.params.threads) = (history, ceiling, threads);
+        scene.plan::<f32, D2>().bytes()
+    };
+    let fixed: Vec<usize> = (1..=8).map(|pairs| with(Some(pairs), None, 1)).collect();
+    assert!(fixed.is_sorted_by(|a, b| a < b));
+    assert_eq!(with(None, None, 1), fixed[4], "five pairs by default");
+    for pairs in 1..=5 {
+        assert_eq!(with(None, Some(fixed[pairs - 1]), 1), fixed[pairs - 1]);
+        assert_eq!(with(None, Some(fixed[pairs - 1] - 1), 1), fixed[pairs.max(2) - 2]);
+        // The pairs, and with them every bit of the result, do not depend on the threads.
+        let more = with(None, Some(fixed[pairs - 1]), 3);
+        assert_eq!(more, with(Some(pairs), None, 3));
+    }
 }

@@ -56,7 +56,7 @@ fn project<T: Real>(grid: &Grid, slots: usize, v: &mut Components<T>, p: Option<
     let mut memory = Memory::new(1 << 21);
     let levels = Levels::<T>::carve(&mut Arena::new(memory.block()), grid).unwrap();
     let (flow, cycles) = with_threads(2, |exec| {
-        let mut projection = Projection::carve(&levels, slots, 2, &mut Pool::new(&mut numbers));
+        let mut projection = Projection::carve(&levels, 0, slots, 2, &mut Pool::new(&mut numbers));
         let mut observed = Cycles { count: 0, most };
         let flow = projection.project(exec, &mut observed, slots, &mut view_mut(v), p, tolerance, &mut sums);
         (flow, observed.count)

@@ -1,7 +1,7 @@
 //! The stop (mathematics section 5), and the fall-back to the plain augmented Lagrangian.
 
 use super::Admm;
-use crate::ao::Carrier;
+use crate::carrier::{Carrier, densities};
 use crate::exec::Exec;
 use crate::field::{sums, view};
 use crate::grid::Space;
@@ -65,12 +65,15 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
     }
 
-    /// Data term of what v carries, force term of w. A flow too fast to transport counts as infinitely bad.
+    /// Data term of what v carries, force term of w; the region then begins with the densities of v. A flow too fast to transport counts as infinitely bad.
     pub(crate) fn objective(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
         let (grid, slots) = (&self.levels.grids[0], self.settings.dimensions.slots);
-        let mut carrier = Carrier::carve(grid, &self.settings.setup, &mut Pool::new(&mut *self.region));
+        let mut pool = Pool::new(&mut *self.region);
+        let rho = pool.take(densities(grid, slots));
+        let mut carrier = Carrier::carve(grid, &self.settings.setup.carrier, &mut pool);
+        rho[..grid.cells()].copy_from_slice(&self.rho[..grid.cells()]);
         let flow = Flow { initial: view(&self.initial), v: view(&self.v), along: None };
-        let data = match carrier.carry(exec, observer, &flow, &self.rho[..grid.cells()], keyframes, slots, self.sums) {
+        let data = match carrier.carry(exec, observer, &flow, rho, keyframes, self.sums) {
             Ok(data) => data,
             Err(Stop::Cancelled) => return Err(Status::Cancelled),
             Err(Stop::TooFast) => f64::INFINITY,

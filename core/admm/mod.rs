@@ -15,16 +15,17 @@ mod update_density;
 mod update_multiplier;
 mod update_velocity;
 
-use crate::ao::{self, Carrier};
+use crate::ao;
 use crate::arena::{Arena, TooSmall};
+use crate::carrier::{self, densities};
 use crate::exec::Exec;
-use crate::field::{VectorMut, means, rows, sums, view};
+use crate::field::{Vector, VectorMut, means, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::nso::{Bases, Nso, NsoParams, Shape};
 use crate::observe::{Event, Observer, Silent};
 use crate::plan::{Ledger, Pool, Sharing};
-use crate::poisson::Projection;
+use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
 use crate::problem::{Problem, ProblemError, positive};
 use crate::progress::{Objective, Progress, Status};
@@ -114,12 +115,14 @@ impl Settings {
             penalty: params.penalty * units.velocity * units.velocity,
             iterations: params.ao_iterations,
             momentum: params.ao_momentum,
-            slots: dimensions.slots,
-            filters: dimensions.filters,
-            advection: problem.advection,
-            largest: 1.0,
             projection_tolerance: problem.projection_tolerance,
-            threads: dimensions.threads,
+            carrier: carrier::Setup {
+                slots: dimensions.slots,
+                filters: dimensions.filters,
+                advection: problem.advection,
+                largest: 1.0,
+                threads: dimensions.threads,
+            },
         };
         Self { dimensions, params: *params, setup, force_weight: problem.scaled_force_weight(), iterations }
     }
@@ -161,18 +164,18 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
     pub fn requirement(ledger: &mut Ledger, settings: &Settings) {
         let Dimensions { grid, slots, .. } = settings.dimensions;
         let (cells, len) = (grid.cells(), grid.cells() * slots);
-        ledger.line("densities rho_0 .. rho_N", (slots + 2) * cells, T::BYTES);
+        ledger.line("densities rho_0 .. rho_N", densities(&grid, slots), T::BYTES);
         Levels::<T>::requirement(ledger, &grid);
         Bases::<T>::requirement::<S>(ledger, &levels_of(&grid));
         for name in ["velocity v", "force w (AO: direction)", "target t (AO: v*)", "multiplier lambda / K (NSO: damping)"] {
-            vector_line::<T, S>(ledger, name, len);
+            ledger.vector(name, S::DIM, len, T::BYTES);
         }
         if settings.params.relaxation != 1.0 {
-            vector_line::<T, S>(ledger, "damping of NSO beside the multiplier (beta is not 1)", len);
+            ledger.vector("damping of NSO beside the multiplier (beta is not 1)", S::DIM, len, T::BYTES);
         }
         ledger.line("pressure p", len, T::BYTES);
         ledger.line("pressure pbar", len, T::BYTES);
-        vector_line::<T, S>(ledger, "given velocity v_0", cells);
+        ledger.vector("given velocity v_0", S::DIM, cells, T::BYTES);
         ledger.line("sums of rows", sums_len(&settings.dimensions), 8);
         Self::in_turn(ledger, settings);
     }
@@ -193,23 +196,14 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let Dimensions { grid, slots, .. } = settings.dimensions;
         let (cells, len) = (grid.cells(), grid.cells() * slots);
-        let rho = arena.take((slots + 2) * cells)?;
+        let rho = arena.take(densities(&grid, slots))?;
         let levels = Levels::carve(arena, &grid)?;
         let bases = Bases::carve::<S>(arena, &levels.grids)?;
-        let mut vector = |len: usize| -> Result<VectorMut<'m, T>, TooSmall> {
-            let mut field: VectorMut<'m, T> = Default::default();
-            for component in field.iter_mut().take(S::DIM) {
-                *component = arena.take(len)?;
-            }
-            Ok(field)
-        };
+        let mut vector = |len: usize| arena.take_vector(S::DIM, len);
         let (v, w, target, multiplier) = (vector(len)?, vector(len)?, vector(len)?, vector(len)?);
         let spare = if settings.params.relaxation != 1.0 { vector(len)? } else { Default::default() };
         let (p, pbar) = (arena.take(len)?, arena.take(len)?);
-        let mut initial: VectorMut<'m, T> = Default::default();
-        for component in initial.iter_mut().take(S::DIM) {
-            *component = arena.take(cells)?;
-        }
+        let initial = arena.take_vector(S::DIM, cells)?;
         let sums = arena.take(sums_len(&settings.dimensions))?;
         let mut ledger = Ledger::new();
         Self::in_turn(&mut ledger, settings);
@@ -274,34 +268,26 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     /// Sets rho_0 and its maximum.
     pub(crate) fn set_source(&mut self, density: &[T], largest: f64) {
         self.rho[..density.len()].copy_from_slice(density);
-        self.settings.setup.largest = largest;
+        self.settings.setup.carrier.largest = largest;
     }
 
     /// Projects v_0; the change relative to max |v_0|.
     pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let grid = &self.levels.grids[0];
-        let speed = sums::max_abs(exec, grid, 1, view(&self.initial), self.sums);
-        if speed == 0.0 {
-            return 0.0;
-        }
-        for (copy, initial) in self.w.iter_mut().zip(&self.initial) {
-            copy[..initial.len()].copy_from_slice(initial);
-        }
-        let mut projection = Projection::carve(&self.levels, 1, self.settings.dimensions.threads, &mut Pool::new(&mut *self.region));
-        let tolerance = self.settings.setup.projection_tolerance;
-        let _ = projection.project(exec, &mut Silent, 1, &mut self.initial, None, tolerance, self.sums);
-        let (copy, initial) = (view(&self.w), view(&self.initial));
-        let change = sums::largest(exec, grid, self.sums, |row| {
-            rows::largest((0..S::DIM).map(|a| rows::max_gap(sums::row(grid, 1, copy[a], row), sums::row(grid, 1, initial[a], row), T::ONE)))
-        });
-        change / speed
+        let (threads, tolerance) = (self.settings.dimensions.threads, self.settings.setup.projection_tolerance);
+        let projection = Projection::carve(&self.levels, 0, 1, threads, &mut Pool::new(&mut *self.region));
+        poisson::project_given(exec, &self.levels.grids[0], projection, &mut self.initial, &mut self.w, tolerance, self.sums)
+    }
+
+    /// The forces of the result.
+    pub(crate) fn force(&self) -> Vector<'_, T> {
+        view(&self.w)
     }
 
     /// Projects v, takes w from it and transports rho_0 by it.
     pub(crate) fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
         let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
         {
-            let mut projection = Projection::carve(&self.levels, slots, threads, &mut Pool::new(&mut *self.region));
+            let mut projection = Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
             let _ = projection.project(exec, &mut Silent, slots, &mut self.v, None, self.settings.setup.projection_tolerance, self.sums);
         }
         self.consistent_force(exec, &mut Silent)?;
@@ -309,18 +295,9 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         if !objective.total().is_finite() {
             return Err(Status::NotFinite);
         }
-        let carrier = Carrier::carve(&self.levels.grids[0], &self.settings.setup, &mut Pool::new(&mut *self.region));
-        self.rho.copy_from_slice(&carrier.rho[..self.rho.len()]);
+        self.rho.copy_from_slice(&self.region[..self.rho.len()]);
         Ok(objective)
     }
-}
-
-fn vector_line<T: Real, S: Space>(ledger: &mut Ledger, name: &'static str, len: usize) {
-    ledger.group(name, Sharing::Together, |ledger| {
-        for axis in ["along x", "along y", "along z"].into_iter().take(S::DIM) {
-            ledger.line(axis, len, T::BYTES);
-        }
-    });
 }
 
 fn levels_of(grid: &Grid) -> heapless::Vec<Grid, { crate::grid::levels::MAX_LEVELS }> {

@@ -1,16 +1,14 @@
 //! The nested start: the same scene on a grid of half as many cells an axis, solved first, and its flow prolonged.
 //!
-//! The same dt, N, r and K (all sums shrink alike), densities restricted by means, one filter fewer so that the widest stays
-//! as wide. The coarse solve begins the same way, down to 16 cells across in 2D and 8 in 3D, and lives in the bytes that AO
-//! and NSO are going to use in turn, so it asks for no memory of its own; where it does not fit, the flow begins at rest.
+//! The coarse solve begins the same way, down to 16 cells across in 2D and 8 in 3D, and lives in the bytes that AO and NSO
+//! are going to use in turn, so it asks for no memory of its own; where it does not fit, the flow begins at rest.
 
 use super::{Admm, Dimensions, Settings};
 use crate::arena::Arena;
-use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::transfer::{Move, Place};
-use crate::field::{Block, reborrow, view};
-use crate::grid::levels::Transfer;
+use crate::exec::Exec;
+use crate::field::{reborrow, view};
 use crate::grid::{Grid, Space};
+use crate::nested::{self, Fewer};
 use crate::nso::Shape;
 use crate::observe::{Event, Observer};
 use crate::plan::{Ledger, Pool};
@@ -32,27 +30,11 @@ impl Observer for Muffled<'_> {
     }
 }
 
-/// Offers fewer threads than there are.
-struct Fewer<'a> {
-    exec: &'a dyn Exec,
-    threads: usize,
-}
-
-impl Exec for Fewer<'_> {
-    fn threads(&self) -> usize {
-        self.threads
-    }
-
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
-        self.exec.run(tasks, task);
-    }
-}
-
 impl Settings {
     /// The same solve with other scratch.
     fn in_space(mut self, grid: Grid, threads: usize, shape: Shape) -> Self {
         self.dimensions = Dimensions { grid, threads, shape, ..self.dimensions };
-        self.setup.threads = threads;
+        self.setup.carrier.threads = threads;
         self
     }
 
@@ -60,7 +42,7 @@ impl Settings {
     fn coarsened(self, grid: Grid, threads: usize, shape: Shape) -> Self {
         let mut settings = self.in_space(grid, threads, shape);
         settings.dimensions.filters = self.dimensions.filters.saturating_sub(1);
-        settings.setup.filters = settings.dimensions.filters;
+        settings.setup.carrier.filters = settings.dimensions.filters;
         settings.iterations = ITERATIONS;
         settings
     }
@@ -75,7 +57,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
         self.pbar.fill(T::ZERO);
         let Dimensions { slots, threads, .. } = self.settings.dimensions;
-        let mut projection = Projection::carve(&self.levels, slots, threads, &mut Pool::new(&mut *self.region));
+        let mut projection = Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
         let tolerance = self.settings.setup.projection_tolerance;
         let projected = projection.project(exec, observer, slots, &mut self.v, None, tolerance, self.sums);
         if projected.is_break() { Err(Status::Cancelled) } else { Ok(()) }
@@ -87,10 +69,8 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     fn coarse_settings(&self, keyframes: usize) -> Option<Settings> {
         let Dimensions { slots, threads, .. } = self.settings.dimensions;
         let (fine, coarse) = (self.levels.grids.first()?, self.levels.grids.get(1)?);
-        let smallest = if S::DIM == 2 { 16 } else { 8 };
-        let halves = (0..S::DIM).all(|axis| fine.n[axis] == 2 * coarse.n[axis] && coarse.n[axis] >= smallest / 2);
-        let across = coarse.n.iter().copied().max().unwrap_or(0);
-        if !self.settings.params.nested || !halves || across < smallest || Block::largest(fine.n[0], slots) > self.pbar.len() {
+        let room = nested::scratch_per_thread(fine, slots) <= self.pbar.len();
+        if !(self.settings.params.nested && nested::begins_on::<S>(fine, coarse) && room) {
             return None;
         }
         let least = Shape { lanes: 1, together: 1 };
@@ -110,7 +90,6 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     fn coarse_bytes(settings: &Settings, keyframes: usize) -> Option<usize> {
         let mut ledger = Ledger::new();
         Self::requirement(&mut ledger, settings);
-        ledger.line("keyframe steps", keyframes, 4);
         ledger.line("keyframe densities", keyframes * settings.dimensions.grid.cells(), T::BYTES);
         ledger.bytes()
     }
@@ -118,22 +97,16 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     /// Solves the coarse scene in `region` and prolongs its flow.
     fn solve_coarse(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, settings: &Settings, keyframes: &Keyframes<'_, T>) -> Result<Status, Status> {
         let Self { levels, region, rho, initial, v, pbar: scratch, settings: fine, .. } = self;
-        let exec = &Fewer { exec, threads: exec.threads().min(settings.dimensions.threads) };
-        let (grid, coarse, tables) = (&levels.grids[0], &settings.dimensions.grid, &levels.tables[0]);
+        let exec = &Fewer::new(exec, settings.dimensions.threads);
+        let (cells, coarse) = (fine.dimensions.grid.cells(), settings.dimensions.grid.cells());
         let mut arena = Arena::over(region);
         let full = |_| Status::NotFinite;
         let mut admm = Admm::<T, S>::carve(&mut arena, settings).map_err(full)?;
-        let (steps, densities) = (arena.take(keyframes.steps.len()).map_err(full)?, arena.take(keyframes.steps.len() * coarse.cells()).map_err(full)?);
-        steps.copy_from_slice(keyframes.steps);
-        let down = Move { tables, source: grid, target: coarse, cell: Transfer::RestrictCell, face: Transfer::RestrictFace };
-        for (index, target) in densities.chunks_exact_mut(coarse.cells()).enumerate() {
-            transfer(exec, down, Place::Cell, keyframes.density(index, grid.cells()), target, 1, scratch);
-        }
-        transfer(exec, down, Place::Cell, &rho[..grid.cells()], &mut admm.rho[..coarse.cells()], 1, scratch);
-        for (axis, (from, to)) in view(initial).into_iter().zip(reborrow(&mut admm.initial)).enumerate().take(S::DIM) {
-            transfer(exec, down, Place::Face(axis), from, to, 1, scratch);
-        }
-        let coarse_keyframes = Keyframes { steps, densities };
+        let densities = arena.take(keyframes.steps.len() * coarse).map_err(full)?;
+        let scene = nested::Scene { source: &rho[..cells], initial: view(initial), keyframes };
+        let coarser = nested::SceneMut { source: &mut admm.rho[..coarse], initial: reborrow(&mut admm.initial), densities: &mut *densities };
+        nested::restrict(exec, levels, 0, &scene, coarser, scratch);
+        let coarse_keyframes = Keyframes { steps: keyframes.steps, densities };
         let status = loop {
             if let Some(status) = admm.step(exec, &mut Muffled(observer), &coarse_keyframes).status {
                 break status;
@@ -142,26 +115,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         if status == Status::Cancelled {
             return Err(status);
         }
-        let up = Move { tables, source: coarse, target: grid, cell: Transfer::ProlongCell, face: Transfer::ProlongFace };
-        for (axis, (from, to)) in view(&admm.v).into_iter().zip(reborrow(v)).enumerate().take(S::DIM) {
-            transfer(exec, up, Place::Face(axis), from, to, fine.dimensions.slots, scratch);
-        }
+        nested::prolong(exec, levels, 0, fine.dimensions.slots, view(&admm.v), reborrow(v), scratch);
         Ok(status)
     }
-}
-
-/// `to` = `from` passed to the other grid.
-fn transfer<T: Real>(exec: &dyn Exec, step: Move<'_, T>, place: Place, from: &[T], to: &mut [T], slots: usize, scratch: &mut [T]) {
-    let (grid, wide) = (step.target, step.source.n[0].max(step.target.n[0]));
-    let (count, row) = (Block::slots_per_block(wide, slots), Block::largest(wide, slots));
-    let exec = &Fewer { exec, threads: exec.threads().min(scratch.len() / row).max(1) };
-    let scratch = &mut scratch[..exec.threads() * row];
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch }, |task| {
-        let [out] = task.fields;
-        out.fill(T::ZERO);
-        for first in (0..slots).step_by(count) {
-            let block = Block { grid, slots, first, count: count.min(slots - first) };
-            step.add_row(place, from, slots, first, block.count, task.row, T::ONE, &mut out[block.span_in_row()], task.scratch);
-        }
-    });
 }

@@ -43,7 +43,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             Ok(info) => {
                 let admm = &mut progress.admm;
                 (admm.ao_step, admm.ao_residual, admm.data_of_star) = (info.step, info.residual, info.data);
-                admm.density_change = info.density_change / self.settings.setup.largest;
+                admm.density_change = info.density_change / self.settings.setup.carrier.largest;
                 if info.data.is_finite() { Ok(()) } else { Err(Status::NotFinite) }
             }
             Err(Stop::Cancelled) => Err(Status::Cancelled),

@@ -3,7 +3,7 @@
 use super::Admm;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, sums, view};
-use crate::force;
+use crate::force::{self, time_line::TimeLine};
 use crate::grid::Space;
 use crate::nso::level::State;
 use crate::nso::{self, Ended, Finest, Nso};
@@ -48,19 +48,12 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     /// t = v* - lambda/K in place of v*, and v moved to where the new targets would take it if the flow were at rest.
     ///
     /// A change d = v* - v of the targets changes equation a by kappa d, free of divergence. Without self-advection v answers
-    /// with (kappa + S)^-1 kappa d, S = tridiag(-1, 2, -1) in time (last diagonal entry 1): for each face a scalar
-    /// tridiagonal system that keeps v free of divergence. Smoothing from there need not trade momentum for divergence.
+    /// with (kappa + S)^-1 kappa d (see [`TimeLine`]). Smoothing from there need not trade momentum for divergence.
     fn predict(&mut self, exec: &dyn Exec, kappa: f64) {
         let (grid, slots) = (&self.levels.grids[0], self.settings.dimensions.slots);
         let nx = grid.n[0];
-        let pivots = &mut self.sums[..slots];
-        let mut pivot = 0.0;
-        for (k, slot) in pivots.iter_mut().enumerate() {
-            let diagonal = if k + 1 == slots { kappa + 1.0 } else { kappa + 2.0 };
-            pivot = 1.0 / (diagonal - pivot);
-            *slot = pivot;
-        }
-        let (pivots, first, kappa) = (&*pivots, self.iteration == 1, T::from_f64(kappa));
+        let line = TimeLine::new(kappa, &mut self.sums[..slots]);
+        let (first, kappa) = (self.iteration == 1, T::from_f64(kappa));
         for axis in 0..S::DIM {
             let fields = [&mut *self.v[axis], &mut *self.w[axis], &mut *self.target[axis]];
             let multiplier = &*self.multiplier[axis];
@@ -72,7 +65,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
                     rows::scale(work, T::ONE, target);
                     rows::sub(work, v);
                     rows::scale_in_place(work, kappa);
-                    solve_in_time(work, pivots, nx);
+                    line.solve(work, nx);
                     rows::add(v, work);
                 }
                 rows::sub(target, sums::row(grid, slots, multiplier, task.row));
@@ -85,24 +78,9 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let (grid, slots, threads) = (&self.levels.grids[0], self.settings.dimensions.slots, self.settings.dimensions.threads);
         let scratch = &mut self.region[..threads * force::scratch_per_thread(grid, slots)];
         force::from_velocity::<T, S>(exec, grid, slots, view(&self.v), view(&self.initial), self.p, reborrow(&mut self.w), scratch);
-        let mut projection = Projection::carve(&self.levels, slots, threads, &mut Pool::new(&mut *self.region));
+        let mut projection = Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
         let w: &mut VectorMut<'_, T> = &mut self.w;
         let projected = projection.project(exec, observer, slots, w, Some(self.p), self.settings.setup.projection_tolerance, self.sums);
         if projected.is_break() { Err(Status::Cancelled) } else { Ok(()) }
-    }
-}
-
-/// Solves the tridiagonal system with off-diagonals -1 for every face of a row, `pivots` its reciprocal pivots.
-fn solve_in_time<T: Real>(row: &mut [T], pivots: &[f64], nx: usize) {
-    for (k, &pivot) in pivots.iter().enumerate() {
-        let (before, now) = row.split_at_mut(k * nx);
-        if k > 0 {
-            rows::add(&mut now[..nx], &before[(k - 1) * nx..]);
-        }
-        rows::scale_in_place(&mut now[..nx], T::from_f64(pivot));
-    }
-    for (k, &pivot) in pivots.iter().enumerate().rev().skip(1) {
-        let (now, after) = row.split_at_mut((k + 1) * nx);
-        rows::add_scaled(&mut now[k * nx..], T::from_f64(pivot), &after[..nx]);
     }
 }

@@ -1,24 +1,24 @@
 //! AO, the advection problem of the paper (section 4.1, eq. 7, Algorithm 1): velocities v* near v + lambda/K that carry the
 //! density to the keyframes.
 //!
-//! A fixed-point iteration: forward rho_{i+1} = A[rho_i, v*_i]; backward mu_{i-1} = A_rho^T mu_i - C_i e_i (mu_N = 0);
-//! candidate Q(v_i + lambda_i/K + A_v^T mu_i / K); then v* moves a part alpha of the way, halved until the objective
+//! A fixed-point iteration: forward and backward through the flow (see [`carrier`]); candidate
+//! Q(v_i + lambda_i/K + A_v^T mu_i / K); then v* moves a part alpha of the way, halved until the objective
 //! 1/2 <e, C e> + K/2 sum |v* - v - lambda/K|^2 falls.
 //!
 //! From the second iteration of a call on, the direction is candidate - v* + beta (the direction before): the momentum of
 //! Polyak's heavy ball, in the same bytes, since the projection is linear. beta = 0 is the paper's iteration.
 
+use crate::carrier::{self, Carrier, densities};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Vector, VectorMut, rows, sums, view};
+use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::observe::{Event, Observer};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::poisson::Projection;
-use crate::problem::Advection;
-use crate::problem::keyframes::{DataTerm, Keyframes};
+use crate::problem::keyframes::Keyframes;
 use crate::real::Real;
-use crate::transport::{Flow, Stop, Transport};
+use crate::transport::{Flow, Stop};
 use core::ops::ControlFlow;
 
 /// The smallest blending step that is tried.
@@ -33,18 +33,10 @@ pub struct Setup {
     pub iterations: usize,
     /// Momentum beta between the iterations of a call.
     pub momentum: f64,
-    /// Slots T = N - 1.
-    pub slots: usize,
-    /// Filters of the metric.
-    pub filters: usize,
-    /// The transport.
-    pub advection: Advection,
-    /// max rho_0.
-    pub largest: f64,
     /// Relative tolerance of the projection.
     pub projection_tolerance: f64,
-    /// Threads that scratch was planned for.
-    pub threads: usize,
+    /// Transport and metric.
+    pub carrier: carrier::Setup,
 }
 
 /// The fields of a call.
@@ -86,61 +78,37 @@ pub struct Info {
 /// Writes the ledger lines of a call's work in the shared pool.
 pub fn requirement<T: Real>(ledger: &mut Ledger, grid: &Grid, setup: &Setup) {
     ledger.group("advection problem (AO)", Sharing::InTurn, |ledger| {
-        ledger.group("transport and metric", Sharing::Together, |ledger| {
-            ledger.line("densities of a trial and mu", pooled((setup.slots + 2) * grid.cells()) + pooled(grid.cells()), T::BYTES);
-            Transport::<T>::requirement(ledger, grid, setup.threads);
-            DataTerm::<T>::requirement(ledger, grid, setup.filters, setup.threads);
+        ledger.group("forward and backward", Sharing::Together, |ledger| {
+            ledger.line("densities of a trial", pooled(densities(grid, setup.carrier.slots)), T::BYTES);
+            Carrier::<T>::requirement(ledger, grid, &setup.carrier);
         });
-        Projection::<T>::requirement(ledger, grid, setup.slots, setup.threads);
+        Projection::<T>::requirement(ledger, grid, setup.carrier.slots, setup.carrier.threads);
     });
 }
 
-/// Transport and metric of one call, carved from the shared pool.
-pub struct Carrier<'a, T> {
-    grid: &'a Grid,
-    /// Densities of the flow that was run last.
-    pub rho: &'a mut [T],
-    mu: &'a mut [T],
-    transport: Transport<'a, T>,
-    data: DataTerm<'a, T>,
+/// A flow that is tried, in the shared pool: its densities and what carries them.
+struct Trial<'a, T> {
+    rho: &'a mut [T],
+    carrier: Carrier<'a, T>,
 }
 
-impl<'a, T: Real> Carrier<'a, T> {
-    /// Takes its numbers.
-    pub fn carve(grid: &'a Grid, setup: &Setup, pool: &mut Pool<'a, T>) -> Self {
-        Self {
-            grid,
-            rho: pool.take((setup.slots + 2) * grid.cells()),
-            mu: pool.take(grid.cells()),
-            transport: Transport::carve(grid, setup.advection.scheme, setup.advection.tolerance, setup.largest, setup.threads, pool),
-            data: DataTerm::carve(grid, setup.filters, setup.threads, pool),
-        }
+impl<'a, T: Real> Trial<'a, T> {
+    fn carve(grid: &'a Grid, setup: &Setup, region: &'a mut [T]) -> Self {
+        let mut pool = Pool::new(region);
+        Self { rho: pool.take(densities(grid, setup.carrier.slots)), carrier: Carrier::carve(grid, &setup.carrier, &mut pool) }
     }
 
-    /// Transports `source` by `flow`; the data term of where it goes.
-    ///
-    /// # Errors
-    /// [`Stop`].
-    pub fn carry(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        flow: &Flow<'_, T>,
-        source: &[T],
-        keyframes: &Keyframes<'_, T>,
-        slots: usize,
-        sums: &mut [f64],
-    ) -> Result<f64, Stop> {
-        self.rho[..source.len()].copy_from_slice(source);
-        self.transport.run(exec, observer, flow, slots, self.rho, sums)?;
-        Ok(self.data.total(exec, self.rho, keyframes, sums))
+    /// The data term of v* + `s` direction.
+    fn carry(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, fields: &Fields<'_, T>, s: f64, sums: &mut [f64]) -> Result<f64, Stop> {
+        let cells = self.carrier.grid().cells();
+        self.rho[..cells].copy_from_slice(&fields.rho[..cells]);
+        let along = (s != 0.0).then(|| (view(&fields.direction), T::from_f64(s)));
+        let flow = Flow { initial: fields.initial, v: view(&fields.star), along };
+        self.carrier.carry(exec, observer, &flow, self.rho, fields.keyframes, sums)
     }
 
     /// `direction` = v + lambda/K + A_v^T mu / K - v* + `momentum` direction, all at v* (paper Algorithm 1, lines 6 to 9), not
     /// projected yet.
-    ///
-    /// # Errors
-    /// [`Stop`].
     fn sweep_back(
         &mut self,
         exec: &dyn Exec,
@@ -150,25 +118,17 @@ impl<'a, T: Real> Carrier<'a, T> {
         momentum: f64,
         sums: &mut [f64],
     ) -> Result<(), Stop> {
-        let grid = self.grid;
-        let (cells, slots, n) = (grid.cells(), setup.slots, grid.n[0]);
-        let (scale, momentum) = (T::from_f64(1.0 / setup.penalty), T::from_f64(momentum));
-        self.mu.fill(T::ZERO);
-        for step in (1..=slots).rev() {
-            if let Some(index) = fields.keyframes.at(step + 1) {
-                self.data.evaluate(exec, &self.rho[(step + 1) * cells..][..cells], fields.keyframes.density(index, cells), sums);
-                rows::sub(self.mu, self.data.image());
-            }
-            let flow = Flow { initial: fields.initial, v: view(&fields.star), along: None };
-            self.transport.load(exec, &flow, slots, step, sums).map_err(|_| Stop::TooFast)?;
-            self.transport.backward(exec, &self.rho[step * cells..][..cells], self.mu, sums);
-            let gradient = self.transport.gradient();
-            let (v, multiplier, star) = (fields.v, fields.multiplier, view(&fields.star));
-            let buffers = RowBuffers { fields: crate::field::reborrow(&mut fields.direction), sums: &mut [], scratch: &mut [] };
+        let (grid, slots) = (self.carrier.grid(), setup.carrier.slots);
+        let (n, scale, momentum) = (grid.n[0], T::from_f64(1.0 / setup.penalty), T::from_f64(momentum));
+        let Fields { v, multiplier, star, direction, initial, keyframes, .. } = fields;
+        let star = view(star);
+        let flow = Flow { initial: *initial, v: star, along: None };
+        self.carrier.sweep_back(exec, observer, &flow, self.rho, keyframes, sums, &mut |slot, gradient| {
+            let buffers = RowBuffers { fields: reborrow(direction), sums: &mut [], scratch: &mut [] };
             for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
-                let span = (task.row * slots + step - 1) * n..(task.row * slots + step) * n;
+                let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;
                 for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                    let out = &mut out[(step - 1) * n..step * n];
+                    let out = &mut out[slot * n..(slot + 1) * n];
                     rows::scale_in_place(out, momentum);
                     rows::add_scaled(out, scale, &gradient[axis][task.row * n..(task.row + 1) * n]);
                     rows::add(out, &v[axis][span.clone()]);
@@ -176,11 +136,7 @@ impl<'a, T: Real> Carrier<'a, T> {
                     rows::sub(out, &star[axis][span.clone()]);
                 }
             });
-            if observer.on(Event::Work).is_break() {
-                return Err(Stop::Cancelled);
-            }
-        }
-        Ok(())
+        })
     }
 }
 
@@ -199,30 +155,27 @@ pub fn solve<T: Real>(
     sums: &mut [f64],
 ) -> Result<Info, Stop> {
     let grid = &levels.grids[0];
+    let slots = setup.carrier.slots;
     let mut info = Info::default();
     for iteration in 0..setup.iterations {
-        let mut carrier = Carrier::carve(grid, setup, &mut Pool::new(&mut *region));
+        let mut trial = Trial::carve(grid, setup, &mut *region);
         if iteration == 0 {
-            let flow = Flow { initial: fields.initial, v: view(&fields.star), along: None };
-            info.data = carrier.carry(exec, observer, &flow, &fields.rho[..grid.cells()], fields.keyframes, setup.slots, sums)?;
+            info.data = trial.carry(exec, observer, &fields, 0.0, sums)?;
             info.objective = info.data + distance(exec, grid, setup, &fields, 0.0, sums);
             info.data_before = info.data;
-        }
-        let before = info.objective;
-        if iteration == 0 {
             fields.direction.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
-        carrier.sweep_back(exec, observer, setup, &mut fields, if info.step > 0.0 { setup.momentum } else { 0.0 }, sums)?;
+        let before = info.objective;
+        trial.sweep_back(exec, observer, setup, &mut fields, if info.step > 0.0 { setup.momentum } else { 0.0 }, sums)?;
         project(exec, observer, levels, setup, &mut fields.direction, region, sums)?;
-        let slots = setup.slots;
         info.residual = sums::max_abs(exec, grid, slots, view(&fields.direction), sums);
         blend(exec, observer, grid, setup, &mut fields, step, before, region, sums, &mut info)?;
         if observer.on(Event::AoIteration { objective: info.objective, step: info.step }).is_break() {
             return Err(Stop::Cancelled);
         }
     }
-    let carrier = Carrier::carve(grid, setup, &mut Pool::new(region));
-    info.density_change = exchange(exec, grid, carrier.rho, fields.rho, sums);
+    let trial = Trial::carve(grid, setup, region);
+    info.density_change = exchange(exec, grid, trial.rho, fields.rho, sums);
     Ok(info)
 }
 
@@ -235,8 +188,9 @@ fn project<T: Real>(
     region: &mut [T],
     sums: &mut [f64],
 ) -> Result<(), Stop> {
-    let mut projection = Projection::carve(levels, setup.slots, setup.threads, &mut Pool::new(region));
-    match projection.project(exec, observer, setup.slots, v, None, setup.projection_tolerance, sums) {
+    let slots = setup.carrier.slots;
+    let mut projection = Projection::carve(levels, 0, slots, setup.carrier.threads, &mut Pool::new(region));
+    match projection.project(exec, observer, slots, v, None, setup.projection_tolerance, sums) {
         ControlFlow::Continue(_) => Ok(()),
         ControlFlow::Break(()) => Err(Stop::Cancelled),
     }
@@ -244,7 +198,7 @@ fn project<T: Real>(
 
 /// K/2 sum |v* + s direction - v - lambda/K|^2.
 fn distance<T: Real>(exec: &dyn Exec, grid: &Grid, setup: &Setup, fields: &Fields<'_, T>, s: f64, sums: &mut [f64]) -> f64 {
-    let (star, direction, slots, s) = (view(&fields.star), view(&fields.direction), setup.slots, T::from_f64(s));
+    let (star, direction, slots, s) = (view(&fields.star), view(&fields.direction), setup.carrier.slots, T::from_f64(s));
     let total = sums::total(exec, grid, sums, |row| {
         (0..grid.dims)
             .map(|a| {
@@ -270,11 +224,10 @@ fn blend<T: Real>(
     sums: &mut [f64],
     info: &mut Info,
 ) -> Result<(), Stop> {
-    let mut carrier = Carrier::carve(grid, setup, &mut Pool::new(region));
+    let mut trial = Trial::carve(grid, setup, region);
     info.step = 0.0;
     while *step >= SMALLEST_STEP {
-        let flow = Flow { initial: fields.initial, v: view(&fields.star), along: Some((view(&fields.direction), T::from_f64(*step))) };
-        let data = match carrier.carry(exec, observer, &flow, &fields.rho[..grid.cells()], fields.keyframes, setup.slots, sums) {
+        let data = match trial.carry(exec, observer, fields, *step, sums) {
             Err(Stop::Cancelled) => return Err(Stop::Cancelled),
             Err(Stop::TooFast) => f64::INFINITY,
             Ok(data) => data,
@@ -287,16 +240,15 @@ fn blend<T: Real>(
         *step *= 0.5;
     }
     if info.step > 0.0 {
-        let (direction, s, slots) = (view(&fields.direction), T::from_f64(info.step), setup.slots);
-        let star = crate::field::reborrow(&mut fields.star);
+        let (direction, s, slots) = (view(&fields.direction), T::from_f64(info.step), setup.carrier.slots);
+        let star = reborrow(&mut fields.star);
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: star, sums: &mut [], scratch: &mut [] }, |task| {
             for (axis, star) in task.fields.into_iter().enumerate().take(grid.dims) {
                 rows::add_scaled(star, s, sums::row(grid, slots, direction[axis], task.row));
             }
         });
     } else {
-        let flow = Flow { initial: fields.initial, v: view(&fields.star), along: None };
-        carrier.carry(exec, observer, &flow, &fields.rho[..grid.cells()], fields.keyframes, setup.slots, sums)?;
+        trial.carry(exec, observer, fields, 0.0, sums)?;
     }
     *step = (2.0 * *step).min(1.0);
     Ok(())

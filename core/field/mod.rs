@@ -103,3 +103,13 @@ pub fn subtract_previous<T: Real>(block: &Block<'_>, row: usize, v: &[T], v0: &[
         rows::sub(out, &v[span.start - nx..span.end - nx]);
     }
 }
+
+/// `out -= w` one slot later; after the last stands 0.
+pub fn subtract_next<T: Real>(block: &Block<'_>, row: usize, w: &[T], out: &mut [T]) {
+    let nx = block.grid.n[0];
+    let span = block.span(row);
+    let last = block.first + block.count == block.slots;
+    let end = if last { span.end } else { span.end + nx };
+    let len = end - span.start - nx;
+    rows::sub(&mut out[..len], &w[span.start + nx..end]);
+}

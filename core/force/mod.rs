@@ -1,10 +1,13 @@
-//! The force that produces a given flow (mathematics section 6): w_k = v_k - v_{k-1} + Adv(v_k) + grad p_k.
+//! The force that produces a given flow (mathematics section 6): w_k = v_k - v_{k-1} + Adv(v_k) + grad p_k; and the adjoint of
+//! its derivative.
+
+pub mod time_line;
 
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, Vector, VectorMut, rows, subtract_previous};
+use crate::field::{Block, Vector, VectorMut, rows, subtract_next, subtract_previous};
 use crate::grid::{Grid, Space};
 use crate::operators::divergence::add_gradient;
-use crate::operators::plaquette::{self, Advection, accumulate};
+use crate::operators::plaquette::{self, Adjoint, Advection, accumulate};
 use crate::real::Real;
 
 /// Numbers of scratch a thread needs for [`from_velocity`].
@@ -37,6 +40,33 @@ pub fn from_velocity<T: Real, S: Space>(
                 if !p.is_empty() {
                     add_gradient(&block, row, axis, T::ONE, p, part, &mut task.scratch[..block.len()]);
                 }
+            }
+        }
+    });
+}
+
+/// `out_k = w_k - w_{k+1} + J(v_k)^T w_k` in every slot, w_{T+1} = 0: the derivative of 1/2 sum |w(v)|^2, not projected yet.
+///
+/// It is the adjoint of the derivative d_k - d_{k-1} + J(v_k) d_k of [`from_velocity`], applied to w.
+pub fn apply_adjoint<T: Real, S: Space>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    slots: usize,
+    v: Vector<'_, T>,
+    w: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: out, sums: &mut [], scratch }, |task| {
+        let (row, mut out) = (task.row, task.fields);
+        for block in Block::all(grid, slots) {
+            let span = block.span_in_row();
+            let mut parts = out.each_mut().map(|out| if out.is_empty() { &mut [][..] } else { &mut out[span.clone()] });
+            parts.iter_mut().for_each(|part| part.fill(T::ZERO));
+            accumulate::<T, S, _>(&block, row, Adjoint, v, w, &mut parts, task.scratch);
+            for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
+                rows::add(part, block.of(w[axis], row));
+                subtract_next(&block, row, w[axis], part);
             }
         }
     });

@@ -5,10 +5,10 @@
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::transfer::{Move, Place};
-use crate::field::{Block, VectorMut, rows, view};
+use crate::field::{Block, VectorMut, rows, sums, view};
 use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables, Transfer};
 use crate::grid::{Grid, Side};
-use crate::observe::{Event, Observer};
+use crate::observe::{Event, Observer, Silent};
 use crate::operators::divergence::{add_divergence, add_gradient};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::real::Real;
@@ -67,16 +67,17 @@ impl<'a, T: Real> Projection<'a, T> {
         });
     }
 
-    /// Takes its numbers from the shared pool.
-    pub fn carve(hierarchy: &'a Levels<'_, T>, slots: usize, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    /// Takes its numbers from the shared pool. The grid is number `level` of the hierarchy.
+    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, slots: usize, threads: usize, pool: &mut Pool<'a, T>) -> Self {
         let batch = batch_of(slots);
-        let level = |grid: &'a Grid| {
+        let grids = &hierarchy.grids[level..];
+        let level_of = |grid: &'a Grid| {
             let len = grid.cells() * batch;
             LevelMut { grid, q: pool.take(len), next: pool.take(len), rhs: pool.take(len) }
         };
-        let levels = hierarchy.grids.iter().map(level).collect();
-        let scratch = pool.take(scratch_len(&hierarchy.grids[0], batch, threads));
-        Self { levels, tables: hierarchy.tables.iter().collect(), batch, scratch }
+        let levels = grids.iter().map(level_of).collect();
+        let scratch = pool.take(scratch_len(&grids[0], batch, threads));
+        Self { levels, tables: hierarchy.tables[level..].iter().collect(), batch, scratch }
     }
 
     /// Projects every slot of the trajectory `v`, to max |div v| at most `tolerance` times what it was, or the rounding floor
@@ -350,4 +351,29 @@ multiversion! {
             out[i] = weights[0] * (xl[i] + xh[i] - two) + weights[1] * (yl[i] + yh[i] - two) + weights[2] * (zl[i] + zh[i] - two) - rhs[i];
         }
     }
+}
+
+/// Projects the given velocity v_0, a field of one slot; the change relative to max |v_0|. `copy` is work of as many numbers.
+pub fn project_given<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    mut projection: Projection<'_, T>,
+    given: &mut VectorMut<'_, T>,
+    copy: &mut VectorMut<'_, T>,
+    tolerance: f64,
+    sums: &mut [f64],
+) -> f64 {
+    let speed = sums::max_abs(exec, grid, 1, view(given), sums);
+    if speed == 0.0 {
+        return 0.0;
+    }
+    for (copy, given) in copy.iter_mut().zip(&*given) {
+        copy[..given.len()].copy_from_slice(given);
+    }
+    let _ = projection.project(exec, &mut Silent, 1, given, None, tolerance, sums);
+    let (copy, given) = (view(copy), view(given));
+    let change = sums::largest(exec, grid, sums, |row| {
+        rows::largest((0..grid.dims).map(|a| rows::max_gap(sums::row(grid, 1, copy[a], row), sums::row(grid, 1, given[a], row), T::ONE)))
+    });
+    change / speed
 }

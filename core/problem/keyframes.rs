@@ -9,14 +9,14 @@ use crate::real::Real;
 
 /// Targets rho*_i with their steps i.
 #[derive(Debug)]
-pub struct Keyframes<'m, T> {
+pub struct Keyframes<'a, T> {
     /// Steps, ascending.
-    pub steps: &'m mut [u32],
+    pub steps: &'a [u32],
     /// One field of cells for each.
-    pub densities: &'m mut [T],
+    pub densities: &'a [T],
 }
 
-impl<T> Keyframes<'_, T> {
+impl<'a, T> Keyframes<'a, T> {
     /// The keyframe at `step`, if there is one.
     #[must_use]
     pub fn at(&self, step: usize) -> Option<usize> {
@@ -25,7 +25,7 @@ impl<T> Keyframes<'_, T> {
 
     /// The target of keyframe `index`.
     #[must_use]
-    pub fn density(&self, index: usize, cells: usize) -> &[T] {
+    pub fn density(&self, index: usize, cells: usize) -> &'a [T] {
         &self.densities[index * cells..(index + 1) * cells]
     }
 }

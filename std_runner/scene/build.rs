@@ -3,14 +3,15 @@
 use crate::exit::Failure;
 use crate::scene::check::shown;
 use crate::scene::document::Document;
-use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawGrid, RawMethod, RawScene, RawTime, read};
-use crate::scene::{Admm, AdvectionSection, Control, Grid, MethodSection, Output, Scene, Time, shapes};
+use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawDirect, RawGrid, RawMethod, RawScene, RawTime, read};
+use crate::scene::{Admm, AdvectionSection, Control, Grid, MethodSection, Output, Scene, Time, method_name, shapes};
 use std::path::PathBuf;
-use thurible_core::{Boundary, Colours, Norm, Scheme};
+use thurible_core::{Boundary, Colours, DirectParams, Method, Norm, Scheme};
 use toml::Value;
 
 const BOUNDARIES: [(&str, Boundary); 2] = [("wall", Boundary::Wall), ("periodic", Boundary::Periodic)];
 const SCHEMES: [(&str, Scheme); 3] = [("quick", Scheme::Quick), ("central", Scheme::Central), ("semi_lagrangian", Scheme::SemiLagrangian)];
+const METHODS: [(&str, Method); 2] = [("direct", Method::Direct), ("admm", Method::Admm)];
 const NORMS: [(&str, Norm); 2] = [("scaled", Norm::Scaled), ("plain", Norm::Plain)];
 const COLOURS: [(&str, Colours); 2] = [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)];
 
@@ -119,16 +120,17 @@ fn advection(document: &Document, raw: RawAdvection) -> Result<AdvectionSection,
 }
 
 fn method(document: &Document, raw: RawMethod) -> Result<MethodSection, Failure> {
-    for (name, table) in [("direct", &raw.direct), ("lbfgs", &raw.lbfgs), ("pd", &raw.pd)] {
+    for (name, table) in [("lbfgs", &raw.lbfgs), ("pd", &raw.pd)] {
         if table.is_some() {
             let key = format!("method.{name}");
-            return Err(document.refuse(&key, "is for a method that is not there yet; take it out, the method for now is \"admm\""));
+            return Err(document.refuse(&key, "is for a method that is not there yet; take it out, the methods for now are \"direct\" and \"admm\""));
         }
     }
-    check_method_name(document, "method.name", raw.name.as_deref().unwrap_or("admm"))?;
     let projection = raw.projection.tolerance.unwrap_or(1e-5);
     Ok(MethodSection {
+        name: method_of(document, raw.name.as_deref().unwrap_or(method_name(Method::default())))?,
         iterations: document.whole("method.iterations", raw.iterations.unwrap_or(60), 1..=MOST_ITERATIONS)?,
+        direct: direct(document, raw.direct)?,
         admm: admm(document, raw.admm)?,
         projection_tolerance: document.between("method.projection.tolerance", projection, 1.0)?,
     })
@@ -148,12 +150,28 @@ fn check_weight(document: &Document, key: &str, weight: f64, scale: f64) -> Resu
     Err(document.refuse(key, why))
 }
 
-fn check_method_name(document: &Document, key: &str, name: &str) -> Result<(), Failure> {
+fn method_of(document: &Document, name: &str) -> Result<Method, Failure> {
+    let key = "method.name";
     match name {
-        "admm" => Ok(()),
-        "direct" | "lbfgs" | "pd" => Err(document.refuse(key, format!("is \"{name}\", which is not there yet; use \"admm\", the method for now"))),
-        other => Err(document.outside(key, format!("\"{other}\""), "\"admm\"")),
+        "lbfgs" | "pd" => Err(document.refuse(key, format!("is \"{name}\", which is not there yet; use \"direct\" or \"admm\""))),
+        other => document.word(key, other, &METHODS),
     }
+}
+
+fn direct(document: &Document, raw: RawDirect) -> Result<DirectParams, Failure> {
+    let key = "method.direct.history";
+    let history = match raw.history {
+        None => None,
+        Some(Value::String(word)) if word == "auto" => None,
+        Some(Value::Integer(count)) => Some(document.whole(key, count, 1..=DirectParams::MOST as i64)?),
+        Some(other) => return Err(document.outside(key, shown(&other), "\"auto\" or a whole number from 1 to 8")),
+    };
+    let standard = DirectParams::default();
+    Ok(DirectParams {
+        history,
+        tolerance: document.between("method.direct.tolerance", raw.tolerance.unwrap_or(standard.tolerance), 1.0)?,
+        nested: raw.nested.unwrap_or(standard.nested),
+    })
 }
 
 fn admm(document: &Document, raw: RawAdmm) -> Result<Admm, Failure> {

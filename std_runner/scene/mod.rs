@@ -12,7 +12,7 @@ pub use document::Document;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, ShapeSpec};
 use std::path::{Path, PathBuf};
-use thurible_core::{Boundary, Colours, Norm, Scheme};
+use thurible_core::{Boundary, Colours, DirectParams, Method, Norm, Scheme};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -93,8 +93,12 @@ pub struct AdvectionSection {
 /// `[method]`
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MethodSection {
+    /// `[method] name`
+    pub name: Method,
     /// Outer iterations at most.
     pub iterations: usize,
+    /// `[method.direct]`
+    pub direct: DirectParams,
     /// `[method.admm]`
     pub admm: Admm,
     /// `[method.projection] tolerance`
@@ -161,6 +165,14 @@ pub fn boundary_name(boundary: Boundary) -> &'static str {
     match boundary {
         Boundary::Wall => "wall",
         Boundary::Periodic => "periodic",
+    }
+}
+
+/// The word for a method in scenes and reports.
+pub fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Direct => "direct",
+        Method::Admm => "admm",
     }
 }
 

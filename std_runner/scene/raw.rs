@@ -62,7 +62,8 @@ pub(super) struct RawMethod {
     pub iterations: Option<i64>,
     #[serde(default)]
     pub admm: RawAdmm,
-    pub direct: Option<Value>,
+    #[serde(default)]
+    pub direct: RawDirect,
     pub lbfgs: Option<Value>,
     pub pd: Option<Value>,
     #[serde(default)]
@@ -81,6 +82,14 @@ pub(super) struct RawAdmm {
     pub density_tolerance: Option<f64>,
     pub nso_norm: Option<String>,
     pub smoother_colours: Option<String>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawDirect {
+    pub history: Option<Value>,
+    pub tolerance: Option<f64>,
+    pub nested: Option<bool>,
 }
 
 #[derive(Default, Deserialize)]

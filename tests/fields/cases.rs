@@ -2,7 +2,7 @@
 
 use super::{Memory, boundaries, grid, places};
 use thurible_core::grid::Grid;
-use thurible_core::{Advection, Boundary, Exec, Observer, Params, Plan, Problem, Progress, Real, Scheme, Serial, Silent, Solver, Space, Status};
+use thurible_core::{Advection, Boundary, Exec, Method, Observer, Params, Plan, Problem, Progress, Real, Scheme, Serial, Silent, Solver, Space, Status};
 
 /// A problem with its densities.
 #[derive(Clone, Debug)]
@@ -27,6 +27,11 @@ pub struct Scene {
     pub params: Params,
     /// rho_0 and the keyframes.
     pub densities: Vec<Vec<f64>>,
+}
+
+/// The choices of a solve by ADMM.
+pub fn admm() -> Params {
+    Params { method: Method::Admm, ..Params::default() }
 }
 
 /// Soft balls of `radius` around centres in box lengths.
@@ -56,7 +61,7 @@ impl Scene {
             keyframes: vec![steps],
             force_weight: 1e2,
             scheme: Scheme::Quick,
-            params: Params { iterations: 3, ..Params::default() },
+            params: Params { iterations: 3, ..admm() },
             densities: vec![balls(&grid, &[at(0.4, 0.45)], radius), balls(&grid, &[at(0.6, 0.55)], radius)],
         }
     }
@@ -65,7 +70,7 @@ impl Scene {
     pub fn two_circles() -> Self {
         let grid = grid(&[32, 32], "ww");
         let (one, two) = (balls(&grid, &[[0.5, 0.5, 0.5]], 0.2), balls(&grid, &[[0.3, 0.5, 0.5], [0.7, 0.5, 0.5]], 0.14));
-        let params = Params { iterations: 25, ..Params::default() };
+        let params = Params { iterations: 25, ..admm() };
         Scene { force_weight: 1e3, scheme: Scheme::Central, params, densities: vec![one, two], ..Self::small(&[32, 32], "ww", 20) }
     }
 

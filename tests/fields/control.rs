@@ -3,11 +3,13 @@
 use crate::fields::{Components, Memory, view, view_mut, zeros};
 use thurible_core::ao::{self, Fields, Setup};
 use thurible_core::arena::Arena;
+use thurible_core::carrier;
+use thurible_core::direct::evaluate::{self, Evaluation};
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::plan::Ledger;
 use thurible_core::problem::keyframes::Keyframes;
-use thurible_core::{Advection, Real, Serial, Silent};
+use thurible_core::{Advection, Objective, Real, Serial, Silent, Space};
 
 /// A flow that should carry `source` to the targets.
 pub struct Control<'a, T> {
@@ -43,17 +45,7 @@ impl<T: Real> Control<'_, T> {
     /// One call of AO with `iterations` from v with multipliers lambda / K.
     pub fn solve(&self, v: &Components<T>, multiplier: &Components<T>, iterations: usize) -> Found<T> {
         let (grid, slots) = (self.grid, self.steps - 1);
-        let setup = Setup {
-            penalty: self.penalty,
-            iterations,
-            momentum: 0.0,
-            slots,
-            filters: self.filters,
-            advection: self.advection,
-            largest: 1.0,
-            projection_tolerance: 1e-13,
-            threads: 1,
-        };
+        let setup = Setup { penalty: self.penalty, iterations, momentum: 0.0, projection_tolerance: 1e-13, carrier: self.carrier() };
         let mut ledger = Ledger::new();
         ao::requirement::<T>(&mut ledger, grid, &setup);
         let mut region = vec![T::ZERO; ledger.bytes().unwrap() / T::BYTES];
@@ -62,8 +54,7 @@ impl<T: Real> Control<'_, T> {
         let levels = Levels::carve(&mut Arena::new(memory.block()), grid).unwrap();
         let (mut star, mut direction) = (v.clone(), zeros(grid, slots));
         let mut rho = self.source.repeat(self.steps + 1);
-        let (mut steps, mut targets) = (self.keyframes.to_vec(), self.targets.to_vec());
-        let keyframes = Keyframes { steps: &mut steps, densities: &mut targets };
+        let keyframes = Keyframes { steps: self.keyframes, densities: self.targets };
         let fields = Fields {
             v: view(v),
             multiplier: view(multiplier),
@@ -76,5 +67,32 @@ impl<T: Real> Control<'_, T> {
         let mut step = 1.0;
         let info = ao::solve(&Serial, &mut Silent, &levels, &setup, fields, &mut step, &mut region, &mut sums).unwrap();
         Found { direction, info }
+    }
+
+    fn carrier(&self) -> carrier::Setup {
+        carrier::Setup { slots: self.steps - 1, filters: self.filters, advection: self.advection, largest: 1.0, threads: 1 }
+    }
+
+    /// The objective of the direct method at v with force weight r, and its gradient.
+    pub fn direct<S: Space>(&self, v: &Components<T>, force_weight: f64) -> (Objective, Components<T>) {
+        let (grid, slots) = (self.grid, self.steps - 1);
+        let mut ledger = Ledger::new();
+        Evaluation::<T>::requirement(&mut ledger, grid, &self.carrier());
+        let mut memory = Memory::new(1 << 20);
+        let levels = Levels::carve(&mut Arena::new(memory.block()), grid).unwrap();
+        let mut evaluation = Evaluation {
+            levels: &levels,
+            level: 0,
+            setup: evaluate::Setup { carrier: self.carrier(), force_weight, projection_tolerance: 1e-13 },
+            initial: view(self.initial),
+            rho: &mut self.source.repeat(self.steps + 1),
+            keyframes: Keyframes { steps: self.keyframes, densities: self.targets },
+            region: &mut vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES],
+            sums: &mut vec![0.0; 2 * grid.rows()],
+        };
+        let (mut w, mut gradient) = (zeros(grid, slots), zeros(grid, slots));
+        let value = evaluation.value::<S>(&Serial, &mut Silent, view(v), &mut view_mut(&mut w), f64::INFINITY).unwrap();
+        evaluation.gradient::<S>(&Serial, &mut Silent, view(v), view(&w), &mut view_mut(&mut gradient)).unwrap();
+        (value, gradient)
     }
 }

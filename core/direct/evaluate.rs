@@ -1,0 +1,129 @@
+//! The objective as a function of the flow, and its gradient (mathematics section 6): one sweep forward, one back, two projections.
+
+use crate::carrier::{self, Carrier};
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
+use crate::force;
+use crate::grid::levels::Levels;
+use crate::grid::{Grid, Space};
+use crate::observe::Observer;
+use crate::plan::{Ledger, Pool, Sharing};
+use crate::poisson::Projection;
+use crate::problem::keyframes::Keyframes;
+use crate::progress::Objective;
+use crate::real::Real;
+use crate::transport::{Flow, Stop};
+
+/// What does not change from flow to flow.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    /// Transport and metric.
+    pub carrier: carrier::Setup,
+    /// r in scaled numbers.
+    pub force_weight: f64,
+    /// Relative tolerance of projections.
+    pub projection_tolerance: f64,
+}
+
+/// F(v) = 1/2 <e, C e> + r/2 sum |w(v)|^2 on one grid of a hierarchy.
+pub struct Evaluation<'a, 'm, T> {
+    /// The hierarchy.
+    pub levels: &'a Levels<'m, T>,
+    /// Number of the grid.
+    pub level: usize,
+    /// The weights.
+    pub setup: Setup,
+    /// v_0.
+    pub initial: Vector<'a, T>,
+    /// rho_0, and after [`Self::value`] rho_1 .. rho_N of that flow.
+    pub rho: &'a mut [T],
+    /// The keyframes.
+    pub keyframes: Keyframes<'a, T>,
+    /// What the parts of an evaluation use in turn.
+    pub region: &'a mut [T],
+    /// Two numbers a row.
+    pub sums: &'a mut [f64],
+}
+
+impl<T: Real> Evaluation<'_, '_, T> {
+    /// The ledger lines of the region.
+    pub fn requirement(ledger: &mut Ledger, grid: &Grid, setup: &carrier::Setup) {
+        ledger.group("evaluation", Sharing::InTurn, |ledger| {
+            Carrier::<T>::requirement(ledger, grid, setup);
+            Projection::<T>::requirement(ledger, grid, setup.slots, setup.threads);
+            ledger.line("force: rows of a block", setup.threads * force::scratch_per_thread(grid, setup.slots), T::BYTES);
+        });
+    }
+
+    /// The grid.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.levels.grids[self.level]
+    }
+
+    /// F(v), with rho carried by v and its force in `w`; without the force where the data term alone is above `bound`.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn value<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        v: Vector<'_, T>,
+        w: &mut VectorMut<'_, T>,
+        bound: f64,
+    ) -> Result<Objective, Stop> {
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
+        let flow = Flow { initial: self.initial, v, along: None };
+        let mut carrier = Carrier::carve(grid, &self.setup.carrier, &mut Pool::new(&mut *self.region));
+        let data = carrier.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
+        if data > bound {
+            return Ok(Objective { data, force: 0.0 });
+        }
+        let scratch = &mut self.region[..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)];
+        force::from_velocity::<T, S>(exec, grid, slots, v, self.initial, &[], reborrow(w), scratch);
+        self.project(exec, observer, w)?;
+        Ok(Objective { data, force: 0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums) })
+    }
+
+    /// The gradient at v, Q[r (w_k - w_{k+1} + J(v_k)^T w_k) - A_v^T mu_k], from the densities and the force of [`Self::value`].
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn gradient<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        v: Vector<'_, T>,
+        w: Vector<'_, T>,
+        out: &mut VectorMut<'_, T>,
+    ) -> Result<(), Stop> {
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
+        let (n, weight) = (grid.n[0], T::from_f64(self.setup.force_weight));
+        let scratch = &mut self.region[..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)];
+        force::apply_adjoint::<T, S>(exec, grid, slots, v, w, reborrow(out), scratch);
+        let flow = Flow { initial: self.initial, v, along: None };
+        let mut carrier = Carrier::carve(grid, &self.setup.carrier, &mut Pool::new(&mut *self.region));
+        carrier.sweep_back(exec, observer, &flow, self.rho, &self.keyframes, self.sums, &mut |slot, of_data| {
+            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
+                for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                    let out = &mut out[slot * n..(slot + 1) * n];
+                    rows::scale_in_place(out, weight);
+                    rows::sub(out, &of_data[axis][task.row * n..(task.row + 1) * n]);
+                }
+            });
+        })?;
+        self.project(exec, observer, out)
+    }
+
+    /// Projects every slot.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, field: &mut VectorMut<'_, T>) -> Result<(), Stop> {
+        let carrier::Setup { slots, threads, .. } = self.setup.carrier;
+        let mut projection = Projection::carve(self.levels, self.level, slots, threads, &mut Pool::new(&mut *self.region));
+        let projected = projection.project(exec, observer, slots, field, None, self.setup.projection_tolerance, self.sums);
+        if projected.is_break() { Err(Stop::Cancelled) } else { Ok(()) }
+    }
+}

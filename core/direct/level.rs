@@ -1,0 +1,179 @@
+//! One grid of the nested iteration, in numbers that it shares with all coarser ones.
+
+use super::evaluate::{self, Evaluation};
+use super::{Direct, Settings};
+use crate::carrier::{self, densities};
+use crate::field::{VectorMut, reborrow};
+use crate::force::time_line::TimeLine;
+use crate::grid::levels::{self, Levels, MAX_LEVELS};
+use crate::grid::{Grid, Space};
+use crate::nested;
+use crate::plan::{Ledger, Pool, Sharing, pooled};
+use crate::problem::keyframes::Keyframes;
+use crate::quasi_newton::{self, Fields, Shape};
+use crate::real::Real;
+use core::marker::PhantomData;
+
+/// Numbers that one grid takes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sizes<T> {
+    /// Keyframes, rho, v_0 and v; for the finest grid they are lines of the ledger of their own.
+    pub data: usize,
+    /// Quasi-Newton's fields and the work of an evaluation.
+    pub rest: usize,
+    number: PhantomData<T>,
+}
+
+impl<T: Real> Sizes<T> {
+    /// Those of grid `level` on so many threads.
+    pub fn new(settings: &Settings, level: usize, threads: usize) -> Self {
+        let grid = grid_of(settings, level);
+        let (cells, slots) = (grid.cells(), settings.carrier.slots);
+        let vectors = grid.dims * (pooled(cells) + pooled(cells * slots));
+        let mut ledger = Ledger::new();
+        Self::requirement(&mut ledger, settings, level, threads);
+        Self {
+            data: pooled(settings.keyframes * cells) + pooled(densities(&grid, slots)) + vectors,
+            rest: ledger.bytes().map_or(usize::MAX / 2, |bytes| bytes / T::BYTES),
+            number: PhantomData,
+        }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> usize {
+        self.data.saturating_add(self.rest)
+    }
+
+    /// The ledger lines of `rest`.
+    pub fn requirement(ledger: &mut Ledger, settings: &Settings, level: usize, threads: usize) {
+        let (grid, setup) = (grid_of(settings, level), carrier_setup(settings, level, threads));
+        ledger.group("quasi-Newton", Sharing::Together, |ledger| {
+            ledger.line("gradients, directions and pairs", quasi_newton::numbers(&grid, setup.slots, settings.history), T::BYTES);
+            Evaluation::<T>::requirement(ledger, &grid, &setup);
+        });
+    }
+}
+
+fn grid_of(settings: &Settings, level: usize) -> Grid {
+    levels::hierarchy(&settings.grid)[level]
+}
+
+/// Transport and metric on grid `level`.
+fn carrier_setup(settings: &Settings, level: usize, threads: usize) -> carrier::Setup {
+    carrier::Setup { filters: settings.carrier.filters.saturating_sub(level), threads, ..settings.carrier }
+}
+
+/// Threads on each grid that takes part, finest first.
+#[derive(Clone, Debug)]
+pub(super) struct Threads(heapless::Vec<usize, MAX_LEVELS>);
+
+impl Threads {
+    /// Which grids take part follows from the problem and the pairs alone; on how many threads, from what is planned.
+    pub fn new<T: Real, S: Space>(settings: &Settings) -> Self {
+        let grids = levels::hierarchy(&settings.grid);
+        let mut list = heapless::Vec::new();
+        let _ = list.push(settings.carrier.threads);
+        for (level, pair) in grids.windows(2).enumerate() {
+            let (room, alone) = (Sizes::<T>::new(settings, level, 1).rest, Sizes::<T>::new(settings, level + 1, 1).all());
+            if !(settings.params.nested && nested::begins_on::<S>(&pair[0], &pair[1]) && alone <= room) {
+                break;
+            }
+            let room = Sizes::<T>::new(settings, level, list[level]).rest;
+            let fewer = core::iter::successors(Some(list[level]), |&threads| (threads > 1).then_some(threads / 2));
+            let threads = fewer.into_iter().find(|&threads| Sizes::<T>::new(settings, level + 1, threads).all() <= room).unwrap_or(1);
+            let _ = list.push(threads);
+        }
+        Self(list)
+    }
+
+    /// Grids that take part.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Threads on grid `level`.
+    pub fn on(&self, level: usize) -> usize {
+        self.0[level]
+    }
+}
+
+/// The data of one grid, and the numbers that its work or the coarser grids use.
+pub(super) struct LevelMut<'a, T> {
+    pub initial: VectorMut<'a, T>,
+    pub rho: &'a mut [T],
+    pub v: VectorMut<'a, T>,
+    pub keyframes: Keyframes<'a, T>,
+    pub rest: &'a mut [T],
+}
+
+/// A coarser grid before its keyframes are there.
+pub(super) struct NextMut<'a, T> {
+    pub initial: VectorMut<'a, T>,
+    pub rho: &'a mut [T],
+    pub v: VectorMut<'a, T>,
+    pub densities: &'a mut [T],
+    pub rest: &'a mut [T],
+}
+
+impl<'a, T: Real> NextMut<'a, T> {
+    /// Carved from the rest of the finer grid.
+    pub fn carve(grid: &Grid, slots: usize, keyframes: usize, rest: &'a mut [T]) -> Self {
+        let cells = grid.cells();
+        let mut pool = Pool::new(rest);
+        let (densities, rho) = (pool.take(keyframes * cells), pool.take(densities(grid, slots)));
+        let (initial, v) = (pool.take_vector(grid.dims, cells), pool.take_vector(grid.dims, cells * slots));
+        Self { initial, rho, v, densities, rest: pool.into_rest() }
+    }
+
+    /// With its keyframes, whose steps are those of all grids.
+    pub fn complete(self, steps: &'a [u32]) -> LevelMut<'a, T> {
+        LevelMut { initial: self.initial, rho: self.rho, v: self.v, keyframes: Keyframes { steps, densities: self.densities }, rest: self.rest }
+    }
+}
+
+/// One grid with all that an iteration on it uses.
+pub(super) struct Work<'a, 'm, T> {
+    pub evaluation: Evaluation<'a, 'm, T>,
+    pub v: VectorMut<'a, T>,
+    pub fields: Fields<'a, T>,
+    pub line: TimeLine<'a>,
+}
+
+impl<'a, T> Work<'a, '_, T> {
+    /// Where its trajectories live.
+    pub fn shape(&self) -> Shape<'a> {
+        let Evaluation { levels, level, setup, .. } = &self.evaluation;
+        Shape { grid: &levels.grids[*level], slots: setup.carrier.slots }
+    }
+}
+
+/// Grid `level` from the finest one, all in between carved one in the rest of the other.
+pub(super) fn down<'a, T: Real>(levels: &Levels<'_, T>, slots: usize, finest: LevelMut<'a, T>, level: usize) -> LevelMut<'a, T> {
+    let steps = finest.keyframes.steps;
+    levels.grids.iter().skip(1).take(level).fold(finest, |at, grid| NextMut::carve(grid, slots, steps.len(), at.rest).complete(steps))
+}
+
+impl<'m, T: Real, S: Space> Direct<'m, T, S> {
+    /// The hierarchy, and the finest grid with everything else in its rest.
+    pub(super) fn finest<'a>(&'a mut self, keyframes: &Keyframes<'a, T>) -> (&'a Levels<'m, T>, LevelMut<'a, T>) {
+        let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
+        let at = LevelMut { initial: reborrow(&mut self.initial), rho: self.rho, v: reborrow(&mut self.v), keyframes, rest: self.rest };
+        (&self.levels, at)
+    }
+
+    /// Grid `level`, to iterate on.
+    pub(super) fn work<'a>(&'a mut self, level: usize, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
+        let (slots, history, threads) = (self.settings.carrier.slots, self.settings.history, self.threads.on(level));
+        let Self { levels, v, initial, rho, rest, pivots, sums, settings, .. } = self;
+        let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
+        let finest = LevelMut { initial: reborrow(initial), rho, v: reborrow(v), keyframes, rest };
+        let LevelMut { initial: [x, y, z], rho, v, keyframes, rest } = down(levels, slots, finest, level);
+        let mut pool = Pool::new(rest);
+        let fields = quasi_newton::take(&levels.grids[level], slots, history, &mut pool);
+        let (initial, region) = ([&*x, &*y, &*z], pool.into_rest());
+        let (carrier, force_weight) = (carrier_setup(settings, level, threads), settings.force_weight);
+        let setup = evaluate::Setup { carrier, force_weight, projection_tolerance: settings.projection_tolerance };
+        let evaluation = Evaluation { levels, level, setup, initial, rho, keyframes, region, sums };
+        Work { evaluation, v, fields, line: TimeLine::factored(pivots) }
+    }
+}

@@ -1,0 +1,71 @@
+//! Down to the coarsest grid before the first iteration, up grid by grid, and the end.
+
+use super::Direct;
+use super::descend::Descent;
+use super::level::{self, NextMut};
+use crate::exec::Exec;
+use crate::field::{reborrow, view};
+use crate::grid::Space;
+use crate::nested::{self, Fewer, Scene, SceneMut};
+use crate::observe::{Observer, Silent};
+use crate::problem::keyframes::Keyframes;
+use crate::progress::{Objective, Status};
+use crate::real::Real;
+use crate::transport::Stop;
+
+impl<T: Real, S: Space> Direct<'_, T, S> {
+    /// Passes the scene down to the coarsest grid that takes part, where the flow begins as v_0 in all slots; that grid.
+    pub(super) fn begin(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> usize {
+        let (coarsest, slots) = (self.threads.len() - 1, self.settings.carrier.slots);
+        let (levels, mut at) = self.finest(keyframes);
+        for (level, grid) in levels.grids.iter().skip(1).take(coarsest).enumerate() {
+            let mut next = NextMut::carve(grid, slots, keyframes.steps.len(), at.rest);
+            let fine = Scene { source: &at.rho[..levels.grids[level].cells()], initial: view(&at.initial), keyframes: &at.keyframes };
+            let coarse = SceneMut { source: &mut next.rho[..grid.cells()], initial: reborrow(&mut next.initial), densities: &mut *next.densities };
+            nested::restrict(exec, levels, level, &fine, coarse, next.rest);
+            at = next.complete(keyframes.steps);
+        }
+        let n = levels.grids[coarsest].n[0];
+        for (v, initial) in at.v.iter_mut().zip(&at.initial) {
+            for (row, initial) in v.chunks_exact_mut(slots * n).zip(initial.chunks_exact(n)) {
+                row.chunks_exact_mut(n).for_each(|slot| slot.copy_from_slice(initial));
+            }
+        }
+        self.level = Some(coarsest);
+        coarsest
+    }
+
+    /// Prolongs the flow to the next finer grid and goes on there.
+    pub(super) fn ascend(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
+        let (slots, fine) = (self.settings.carrier.slots, self.level.unwrap_or(0).saturating_sub(1));
+        let (levels, finest) = self.finest(keyframes);
+        let at = level::down(levels, slots, finest, fine);
+        let coarse = NextMut::carve(&levels.grids[fine + 1], slots, keyframes.steps.len(), at.rest);
+        nested::prolong(exec, levels, fine, slots, view(&coarse.v), at.v, coarse.rest);
+        self.level = Some(fine);
+        self.descent = Descent::new(self.settings.history);
+        let mut work = self.work(fine, keyframes);
+        let exec = &Fewer::new(exec, work.evaluation.setup.carrier.threads);
+        work.evaluation.project(exec, observer, &mut work.v).map_err(|_| Status::Cancelled)
+    }
+
+    /// Up to the finest grid, v projected, its densities, and its force in the field of the direction; the objective.
+    pub(crate) fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+        if self.level.is_none() {
+            self.begin(exec, keyframes);
+        }
+        while self.level.is_some_and(|level| level > 0) {
+            self.ascend(exec, &mut Silent, keyframes)?;
+        }
+        self.descent = Descent::new(self.settings.history);
+        let force = self.descent.newton.direction;
+        let mut work = self.work(0, keyframes);
+        let projected = work.evaluation.project(exec, &mut Silent, &mut work.v);
+        let evaluated = projected.and_then(|()| work.value::<S>(exec, &mut Silent, force, f64::INFINITY));
+        match evaluated {
+            Ok(objective) if objective.total().is_finite() => Ok(objective),
+            Ok(_) | Err(Stop::TooFast) => Err(Status::NotFinite),
+            Err(Stop::Cancelled) => Err(Status::Cancelled),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! What nested starts share (mathematics section 6): the same scene on a grid of half as many cells an axis.
+//!
+//! The same dt, N, r and K (all sums shrink alike), densities restricted by means, flows by means that keep them free of
+//! divergence, one filter fewer so that the widest stays as wide; flows come back by the prolongation of STFAS.
+
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::transfer::{Move, Place};
+use crate::field::{Block, Vector, VectorMut};
+use crate::grid::levels::{Levels, Transfer};
+use crate::grid::{Grid, Space};
+use crate::problem::keyframes::Keyframes;
+use crate::real::Real;
+
+/// Offers fewer threads than there are.
+pub struct Fewer<'a> {
+    exec: &'a dyn Exec,
+    threads: usize,
+}
+
+impl<'a> Fewer<'a> {
+    /// At most `threads` of the threads of `exec`.
+    pub fn new(exec: &'a dyn Exec, threads: usize) -> Self {
+        Self { exec, threads: exec.threads().min(threads).max(1) }
+    }
+}
+
+impl Exec for Fewer<'_> {
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
+        self.exec.run(tasks, task);
+    }
+}
+
+/// The smallest grid of a nested start has this many cells along its longest axis at least.
+const fn smallest<S: Space>() -> usize {
+    if S::DIM == 2 { 16 } else { 8 }
+}
+
+/// Whether a scene on grid `fine` of a hierarchy is to begin on the next one, `coarse`: where every axis halves exactly and
+/// the coarse grid is not too small.
+pub fn begins_on<S: Space>(fine: &Grid, coarse: &Grid) -> bool {
+    let halves = (0..S::DIM).all(|axis| fine.n[axis] == 2 * coarse.n[axis] && coarse.n[axis] >= smallest::<S>() / 2);
+    halves && coarse.n.iter().any(|&n| n >= smallest::<S>())
+}
+
+/// The data of a scene on one grid.
+pub struct Scene<'a, T> {
+    /// rho_0.
+    pub source: &'a [T],
+    /// v_0.
+    pub initial: Vector<'a, T>,
+    /// The keyframes.
+    pub keyframes: &'a Keyframes<'a, T>,
+}
+
+/// The data of the scene on the next coarser grid, to write; the keyframes' densities alone, since their steps are the same.
+pub struct SceneMut<'a, T> {
+    /// rho_0.
+    pub source: &'a mut [T],
+    /// v_0.
+    pub initial: VectorMut<'a, T>,
+    /// Targets one after the other.
+    pub densities: &'a mut [T],
+}
+
+/// Numbers of scratch that one thread needs to pass fields of so many slots to and from the grids below `fine`.
+#[must_use]
+pub fn scratch_per_thread(fine: &Grid, slots: usize) -> usize {
+    Block::largest(fine.n[0], slots)
+}
+
+/// The scene on grid `level + 1` from that on grid `level`.
+pub fn restrict<T: Real>(exec: &dyn Exec, levels: &Levels<'_, T>, level: usize, fine: &Scene<'_, T>, coarse: SceneMut<'_, T>, scratch: &mut [T]) {
+    let (source, target) = (&levels.grids[level], &levels.grids[level + 1]);
+    let step = Move { tables: &levels.tables[level], source, target, cell: Transfer::RestrictCell, face: Transfer::RestrictFace };
+    for (index, density) in coarse.densities.chunks_exact_mut(target.cells()).enumerate() {
+        pass(exec, step, Place::Cell, fine.keyframes.density(index, source.cells()), density, 1, scratch);
+    }
+    pass(exec, step, Place::Cell, fine.source, coarse.source, 1, scratch);
+    for (axis, (from, to)) in fine.initial.into_iter().zip(coarse.initial).enumerate().take(source.dims) {
+        pass(exec, step, Place::Face(axis), from, to, 1, scratch);
+    }
+}
+
+/// The flow on grid `level` from that on grid `level + 1`; its divergence is not zero.
+pub fn prolong<T: Real>(exec: &dyn Exec, levels: &Levels<'_, T>, level: usize, slots: usize, coarse: Vector<'_, T>, fine: VectorMut<'_, T>, scratch: &mut [T]) {
+    let (source, target) = (&levels.grids[level + 1], &levels.grids[level]);
+    let step = Move { tables: &levels.tables[level], source, target, cell: Transfer::ProlongCell, face: Transfer::ProlongFace };
+    for (axis, (from, to)) in coarse.into_iter().zip(fine).enumerate().take(source.dims) {
+        pass(exec, step, Place::Face(axis), from, to, slots, scratch);
+    }
+}
+
+/// `to` = `from` passed to the other grid, on as many threads as `scratch` is enough for.
+fn pass<T: Real>(exec: &dyn Exec, step: Move<'_, T>, place: Place, from: &[T], to: &mut [T], slots: usize, scratch: &mut [T]) {
+    let (grid, wide) = (step.target, step.source.n[0].max(step.target.n[0]));
+    let (count, row) = (Block::slots_per_block(wide, slots), Block::largest(wide, slots));
+    let exec = &Fewer::new(exec, scratch.len() / row);
+    let scratch = &mut scratch[..exec.threads() * row];
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch }, |task| {
+        let [out] = task.fields;
+        out.fill(T::ZERO);
+        for first in (0..slots).step_by(count) {
+            let block = Block { grid, slots, first, count: count.min(slots - first) };
+            step.add_row(place, from, slots, first, block.count, task.row, T::ONE, &mut out[block.span_in_row()], task.scratch);
+        }
+    });
+}

@@ -1,0 +1,97 @@
+//! The methods behind one face.
+
+use super::plan::{Choice, admm_settings, direct_settings};
+use super::{Method, Params};
+use crate::admm::Admm;
+use crate::arena::{Arena, TooSmall};
+use crate::direct::Direct;
+use crate::exec::Exec;
+use crate::field::{Vector, VectorMut};
+use crate::grid::{Grid, Space};
+use crate::observe::Observer;
+use crate::plan::Ledger;
+use crate::problem::Problem;
+use crate::problem::keyframes::Keyframes;
+use crate::progress::{Objective, Progress, Status};
+use crate::real::Real;
+
+/// The state of a method: every buffer but the keyframes.
+#[derive(Debug)]
+pub(super) enum Engine<'m, T, S> {
+    Admm(Admm<'m, T, S>),
+    Direct(Direct<'m, T, S>),
+}
+
+/// Calls the same method of whichever it is.
+macro_rules! each {
+    ($engine:expr, $inner:ident => $call:expr) => {
+        match $engine {
+            Engine::Admm($inner) => $call,
+            Engine::Direct($inner) => $call,
+        }
+    };
+}
+
+impl<'m, T: Real, S: Space> Engine<'m, T, S> {
+    pub fn requirement(ledger: &mut Ledger, problem: &Problem<'_>, params: &Params, choice: Choice) {
+        match params.method {
+            Method::Admm => Admm::<T, S>::requirement(ledger, &admm_settings(problem, params, choice)),
+            Method::Direct => Direct::<T, S>::requirement(ledger, &direct_settings(problem, params, choice)),
+        }
+    }
+
+    pub fn carve(arena: &mut Arena<'m>, problem: &Problem<'_>, params: &Params, choice: Choice) -> Result<Self, TooSmall> {
+        Ok(match params.method {
+            Method::Admm => Self::Admm(Admm::carve(arena, &admm_settings(problem, params, choice))?),
+            Method::Direct => Self::Direct(Direct::carve(arena, &direct_settings(problem, params, choice))?),
+        })
+    }
+
+    pub fn grid(&self) -> &Grid {
+        each!(self, inner => inner.grid())
+    }
+
+    pub fn slots(&self) -> usize {
+        each!(self, inner => inner.slots())
+    }
+
+    pub fn set_source(&mut self, density: &[T], largest: f64) {
+        each!(self, inner => inner.set_source(density, largest));
+    }
+
+    pub fn initial_mut(&mut self) -> &mut VectorMut<'m, T> {
+        each!(self, inner => &mut inner.initial)
+    }
+
+    pub fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
+        each!(self, inner => inner.project_initial(exec))
+    }
+
+    pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Progress {
+        each!(self, inner => inner.step(exec, observer, keyframes))
+    }
+
+    pub fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+        each!(self, inner => inner.make_feasible(exec, keyframes))
+    }
+
+    /// rho_0 .. rho_N.
+    pub fn rho(&self) -> &[T] {
+        each!(self, inner => inner.rho)
+    }
+
+    /// v_0, a field of one slot.
+    pub fn initial(&self) -> Vector<'_, T> {
+        each!(self, inner => crate::field::view(&inner.initial))
+    }
+
+    /// v_1 .. v_{N-1}.
+    pub fn velocity(&self) -> Vector<'_, T> {
+        each!(self, inner => crate::field::view(&inner.v))
+    }
+
+    /// The forces of these velocities, after [`Self::make_feasible`].
+    pub fn force(&self) -> Vector<'_, T> {
+        each!(self, inner => inner.force())
+    }
+}

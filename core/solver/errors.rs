@@ -1,0 +1,95 @@
+//! Why memory or a field is refused.
+
+use super::plan::PlanError;
+use crate::arena::ALIGN;
+use core::fmt;
+
+/// Why a [`Solver`] cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SolverError {
+    /// The plan is refused.
+    Plan(PlanError),
+    /// The memory has fewer bytes than planned.
+    TooSmall {
+        /// Bytes needed.
+        needed: usize,
+        /// Bytes given.
+        given: usize,
+    },
+    /// The memory does not begin on a multiple of [`Plan::ALIGN`].
+    Misaligned,
+}
+
+impl fmt::Display for SolverError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Plan(error) => error.fmt(f),
+            Self::TooSmall { needed, given } => write!(f, "the solve needs {needed} bytes and was given {given}"),
+            Self::Misaligned => write!(f, "the memory must begin on a multiple of {ALIGN} bytes"),
+        }
+    }
+}
+
+impl core::error::Error for SolverError {}
+
+impl From<PlanError> for SolverError {
+    fn from(error: PlanError) -> Self {
+        Self::Plan(error)
+    }
+}
+
+/// Why a field is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum InputError {
+    /// It has the wrong number of values.
+    Length {
+        /// Values expected.
+        expected: usize,
+        /// Values given.
+        given: usize,
+    },
+    /// A value is NaN or infinite.
+    NotFinite {
+        /// Its index.
+        index: usize,
+    },
+    /// A density is negative.
+    Negative {
+        /// Its index.
+        index: usize,
+    },
+    /// The density has no mass.
+    Empty,
+    /// There is no such keyframe or axis.
+    Index {
+        /// The index.
+        given: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The source must be set first.
+    NoSource,
+    /// A keyframe was not set.
+    NoKeyframe {
+        /// Its index.
+        index: usize,
+    },
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length { expected, given } => write!(f, "it has {given} values where {expected} are needed"),
+            Self::NotFinite { index } => write!(f, "value {index} is not finite"),
+            Self::Negative { index } => write!(f, "value {index} is negative"),
+            Self::Empty => write!(f, "it is empty: its mass is zero"),
+            Self::Index { given, count } => write!(f, "index {given} is out of range; there are {count}"),
+            Self::NoSource => write!(f, "the source must be set before the keyframes"),
+            Self::NoKeyframe { index } => write!(f, "keyframe {index} was not set"),
+        }
+    }
+}
+
+impl core::error::Error for InputError {}

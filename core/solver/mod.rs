@@ -1,0 +1,247 @@
+//! The front door: how many bytes a solve needs, and a solver that lives in them.
+
+mod engine;
+mod errors;
+mod layout;
+mod plan;
+
+pub use errors::{InputError, SolverError};
+pub use plan::{MAX_THREADS, Method, Params, Plan, PlanError};
+
+use crate::arena::{ALIGN, Arena, TooSmall};
+use crate::exec::Exec;
+use crate::grid::Space;
+use crate::observe::Observer;
+use crate::problem::keyframes::Keyframes;
+use crate::problem::{Problem, Units};
+use crate::progress::{Objective, Progress, Status};
+use crate::real::Real;
+use core::mem::MaybeUninit;
+use engine::Engine;
+use layout::FileLayout;
+
+/// A solve in one block of memory.
+#[derive(Debug)]
+pub struct Solver<'m, T, S> {
+    engine: Engine<'m, T, S>,
+    keyframe_steps: &'m [u32],
+    targets: &'m mut [T],
+    units: Units,
+    match_mass: bool,
+    mass: f64,
+    missing: usize,
+    prepared: Option<f64>,
+    objective: Objective,
+}
+
+impl<'m, T: Real, S: Space> Solver<'m, T, S> {
+    /// Carves `memory`, of at least [`Plan::bytes`]; nothing is allocated afterwards.
+    ///
+    /// # Errors
+    /// [`SolverError`].
+    pub fn new(problem: &Problem<'_>, params: &Params, memory: &'m mut [MaybeUninit<u8>]) -> Result<Self, SolverError> {
+        let plan = Plan::new::<T, S>(problem, params)?;
+        let given = memory.len();
+        if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
+            return Err(SolverError::Misaligned);
+        }
+        let (memory, _) = memory.split_at_mut_checked(plan.bytes()).ok_or(SolverError::TooSmall { needed: plan.bytes(), given })?;
+        let mut arena = Arena::new(memory);
+        let short = |TooSmall { .. }: TooSmall| SolverError::TooSmall { needed: plan.bytes(), given };
+        let engine = Engine::carve(&mut arena, problem, params, plan.choice).map_err(short)?;
+        let count = problem.keyframes.len();
+        let steps = arena.take::<u32>(count).map_err(short)?;
+        steps.iter_mut().zip(problem.keyframes).for_each(|(slot, &step)| *slot = step as u32);
+        let targets = arena.take(count * problem.grid().cells()).map_err(short)?;
+        debug_assert_eq!(arena.left(), 0, "planned and carved bytes differ");
+        Ok(Self {
+            engine,
+            keyframe_steps: steps,
+            targets,
+            units: problem.units(),
+            match_mass: problem.match_mass,
+            mass: 0.0,
+            missing: count,
+            prepared: None,
+            objective: Objective::default(),
+        })
+    }
+
+    /// Sets rho_0: one density for each cell, x fastest.
+    ///
+    /// # Errors
+    /// [`InputError`]: wrong length, a value that is negative or not finite, no mass.
+    pub fn set_source(&mut self, density: &[T]) -> Result<(), InputError> {
+        let cells = self.engine.grid().cells();
+        let mass = mass(density, cells)?;
+        let largest = density.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
+        self.engine.set_source(density, largest);
+        self.mass = mass;
+        Ok(())
+    }
+
+    /// Sets the target of keyframe `index`; the factor by which it was scaled to the source's mass.
+    ///
+    /// # Errors
+    /// As [`Self::set_source`], or [`InputError::NoSource`], [`InputError::Index`].
+    pub fn set_keyframe(&mut self, index: usize, density: &[T]) -> Result<f64, InputError> {
+        let (cells, count) = (self.engine.grid().cells(), self.keyframe_steps.len());
+        if index >= count {
+            return Err(InputError::Index { given: index, count });
+        }
+        if self.mass <= 0.0 {
+            return Err(InputError::NoSource);
+        }
+        let mass = mass(density, cells)?;
+        let factor = if self.match_mass { self.mass / mass } else { 1.0 };
+        let target = &mut self.targets[index * cells..(index + 1) * cells];
+        self.missing -= usize::from(target.iter().all(|&x| x == T::ZERO));
+        target.iter_mut().zip(density).for_each(|(target, &x)| *target = T::from_f64(x.to_f64() * factor));
+        Ok(factor)
+    }
+
+    /// Sets a component of v_0, in the layout of a file (one more face than cells along a wall axis), in the scene's units.
+    ///
+    /// # Errors
+    /// [`InputError`]: no such axis, wrong length, a value that is not finite.
+    pub fn set_initial_velocity(&mut self, axis: usize, faces: &[T]) -> Result<(), InputError> {
+        let grid = *self.engine.grid();
+        if axis >= grid.dims {
+            return Err(InputError::Index { given: axis, count: grid.dims });
+        }
+        let layout = FileLayout::new(&grid, axis);
+        if faces.len() != layout.len() {
+            return Err(InputError::Length { expected: layout.len(), given: faces.len() });
+        }
+        if let Some(index) = faces.iter().position(|x| !x.is_finite()) {
+            return Err(InputError::NotFinite { index });
+        }
+        let scale = T::from_f64(1.0 / self.units.velocity);
+        let field = &mut self.engine.initial_mut()[axis];
+        layout.each_row(|row, file, wall| {
+            let at = &mut field[row * grid.n[0]..(row + 1) * grid.n[0]];
+            for (x, value) in at.iter_mut().enumerate() {
+                *value = if wall || layout.wall_face(x) { T::ZERO } else { faces[file + x] * scale };
+            }
+        });
+        self.prepared = None;
+        Ok(())
+    }
+
+    /// Checks that all densities are there and projects v_0; by how much that changed it, relative to max |v_0|.
+    ///
+    /// # Errors
+    /// [`InputError::NoSource`], [`InputError::NoKeyframe`].
+    pub fn prepare(&mut self, exec: &dyn Exec) -> Result<f64, InputError> {
+        if self.mass <= 0.0 {
+            return Err(InputError::NoSource);
+        }
+        let cells = self.engine.grid().cells();
+        if self.missing > 0 {
+            let unset = self.targets.chunks_exact(cells).position(|target| target.iter().all(|&x| x == T::ZERO));
+            return Err(InputError::NoKeyframe { index: unset.unwrap_or(0) });
+        }
+        Ok(match self.prepared {
+            Some(change) => change,
+            None => *self.prepared.insert(self.engine.project_initial(exec)),
+        })
+    }
+
+    /// One outer iteration.
+    pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Progress {
+        if self.prepare(exec).is_err() {
+            return Progress { status: Some(Status::NotReady), ..Progress::default() };
+        }
+        let keyframes = Keyframes { steps: self.keyframe_steps, densities: self.targets };
+        self.engine.step(exec, observer, &keyframes)
+    }
+
+    /// Iterates to the end and makes the result feasible; `each` hears every iteration.
+    pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, each: &mut dyn FnMut(&Progress)) -> Status {
+        loop {
+            let progress = self.step(exec, observer);
+            each(&progress);
+            if let Some(status) = progress.status {
+                return if status == Status::NotReady { status } else { self.finish(exec).map_or(Status::NotFinite, |_| status) };
+            }
+        }
+    }
+
+    /// Makes the result feasible (mathematics section 5): projects v, takes the force from it, transports rho_0 by it.
+    ///
+    /// # Errors
+    /// [`Status::NotFinite`] when a number is not finite or the flow is too fast to be transported.
+    pub fn finish(&mut self, exec: &dyn Exec) -> Result<Objective, Status> {
+        let keyframes = Keyframes { steps: self.keyframe_steps, densities: self.targets };
+        self.objective = self.engine.make_feasible(exec, &keyframes)?;
+        Ok(self.objective)
+    }
+
+    /// The objective of the result, after [`Self::finish`].
+    #[must_use]
+    pub fn objective(&self) -> Objective {
+        self.objective
+    }
+
+    /// rho_step, one number for each cell.
+    #[must_use]
+    pub fn density(&self, step: usize) -> &[T] {
+        let cells = self.engine.grid().cells();
+        &self.engine.rho()[step * cells..(step + 1) * cells]
+    }
+
+    /// The target of keyframe `index`, after any scaling of its mass.
+    #[must_use]
+    pub fn keyframe(&self, index: usize) -> &[T] {
+        let cells = self.engine.grid().cells();
+        &self.targets[index * cells..(index + 1) * cells]
+    }
+
+    /// Faces of a component of a velocity or force in the layout of a file.
+    #[must_use]
+    pub fn faces(&self, axis: usize) -> usize {
+        FileLayout::new(self.engine.grid(), axis).len()
+    }
+
+    /// Component `axis` of v_step (step 0 .. N-1) in the layout of a file and the scene's units; `out` has [`Self::faces`] numbers.
+    pub fn velocity(&self, step: usize, axis: usize, out: &mut [T]) {
+        let slots = self.engine.slots();
+        if step == 0 {
+            self.write(self.engine.initial()[axis], 1, 0, axis, self.units.velocity, out);
+        } else {
+            self.write(self.engine.velocity()[axis], slots, step - 1, axis, self.units.velocity, out);
+        }
+    }
+
+    /// Component `axis` of the force u_step (step 0 .. N-2) that turns v_step into v_{step+1}; as [`Self::velocity`].
+    pub fn force(&self, step: usize, axis: usize, out: &mut [T]) {
+        self.write(self.engine.force()[axis], self.engine.slots(), step, axis, self.units.force, out);
+    }
+
+    fn write(&self, field: &[T], slots: usize, slot: usize, axis: usize, unit: f64, out: &mut [T]) {
+        let grid = self.engine.grid();
+        let (layout, n, unit) = (FileLayout::new(grid, axis), grid.n[0], T::from_f64(unit));
+        out.fill(T::ZERO);
+        layout.each_row(|row, file, wall| {
+            if !wall {
+                let from = &field[(row * slots + slot) * n..(row * slots + slot + 1) * n];
+                out[file..file + n].iter_mut().zip(from).for_each(|(out, &x)| *out = x * unit);
+            }
+        });
+    }
+}
+
+/// The sum of a density that is finite and nowhere negative.
+fn mass<T: Real>(density: &[T], cells: usize) -> Result<f64, InputError> {
+    if density.len() != cells {
+        return Err(InputError::Length { expected: cells, given: density.len() });
+    }
+    if let Some(index) = density.iter().position(|x| !x.is_finite()) {
+        return Err(InputError::NotFinite { index });
+    }
+    if let Some(index) = density.iter().position(|&x| x < T::ZERO) {
+        return Err(InputError::Negative { index });
+    }
+    let mass: f64 = density.iter().map(|x| x.to_f64()).sum();
+    if mass > 0.0 { Ok(mass) } else { Err(InputError::Empty) }
+}

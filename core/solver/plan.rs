@@ -1,0 +1,241 @@
+//! How many bytes a solve needs.
+
+use super::engine::Engine;
+use crate::admm::{self, AdmmParams, Dimensions};
+use crate::arena::ALIGN;
+use crate::direct::{self, DirectParams};
+use crate::grid::Space;
+use crate::nso::Shape;
+use crate::plan::{Entry, Ledger, Sharing};
+use crate::problem::{Problem, ProblemError};
+use crate::real::Real;
+use core::fmt;
+
+/// How a problem is solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Force elimination and quasi-Newton: no splitting.
+    #[default]
+    Direct,
+    /// The paper's: ADMM over an advection and a Navier-Stokes problem.
+    Admm,
+}
+
+/// What a caller chooses besides the problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params {
+    /// The method.
+    pub method: Method,
+    /// Outer iterations at most, of the direct method those on the finest grid.
+    pub iterations: usize,
+    /// Threads that scratch is planned for; the [`Exec`] of a step must not have more.
+    pub threads: usize,
+    /// Bytes that the plan should stay within if it can.
+    pub ceiling: Option<usize>,
+    /// Choices of ADMM.
+    pub admm: AdmmParams,
+    /// Choices of the direct method.
+    pub direct: DirectParams,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { method: Method::Direct, iterations: 60, threads: 1, ceiling: None, admm: AdmmParams::default(), direct: DirectParams::default() }
+    }
+}
+
+/// Most threads that a plan serves.
+pub const MAX_THREADS: usize = 1024;
+
+/// Why a [`Plan`] is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The problem or a parameter is wrong.
+    Problem(ProblemError),
+    /// `iterations` or `threads` is 0 or absurd.
+    OutOfRange {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: usize,
+        /// The largest value.
+        most: usize,
+    },
+    /// The sizes do not fit this machine's addresses.
+    TooLarge,
+}
+
+impl fmt::Display for PlanError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Problem(error) => error.fmt(f),
+            Self::OutOfRange { field, given, most } => write!(f, "{field} is {given}; it must be from 1 to {most}"),
+            Self::TooLarge => write!(f, "cells times steps is more than this machine can address; use fewer cells or steps"),
+        }
+    }
+}
+
+impl core::error::Error for PlanError {}
+
+impl From<ProblemError> for PlanError {
+    fn from(error: ProblemError) -> Self {
+        Self::Problem(error)
+    }
+}
+
+/// What a plan chooses to fit its bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choice {
+    /// ADMM: how the smoother uses its memory.
+    shape: Shape,
+    /// The direct method: pairs of L-BFGS.
+    history: usize,
+}
+
+/// Every buffer of a solve, to the byte.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    ledger: Ledger,
+    bytes: usize,
+    method_bytes: usize,
+    paper_bound: usize,
+    pub(super) choice: Choice,
+}
+
+impl Plan {
+    /// Alignment that the memory must have.
+    pub const ALIGN: usize = ALIGN;
+
+    /// Plans `problem` in precision `T` and dimension `S`.
+    ///
+    /// # Errors
+    /// [`PlanError`] when a field is wrong or sizes overflow.
+    pub fn new<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
+        check::<T, S>(problem, params)?;
+        match params.method {
+            Method::Admm => Self::of_admm::<T, S>(problem, params),
+            Method::Direct => Self::of_direct::<T, S>(problem, params),
+        }
+    }
+
+    /// The fastest shape of the smoother's memory within the ceiling and the paper's bound, the fastest of all if there is none.
+    fn of_admm<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
+        let together: &[usize] = if S::DIM == 2 { &[8, 4, 2, 1] } else { &[1] };
+        let shapes = [16, 8, 4, 1].into_iter().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
+        let mut fastest = None;
+        let mut smallest: Option<Self> = None;
+        let mut within_ceiling = None;
+        for shape in shapes {
+            let plan = Self::with::<T, S>(problem, params, Choice { shape, history: 0 })?;
+            let fits = params.ceiling.is_none_or(|ceiling| plan.bytes <= ceiling);
+            if fits && plan.method_bytes <= plan.paper_bound {
+                return Ok(plan);
+            }
+            if fits && within_ceiling.is_none() {
+                within_ceiling = Some(plan.clone());
+            }
+            if smallest.as_ref().is_none_or(|smallest| plan.bytes < smallest.bytes) {
+                smallest = Some(plan.clone());
+            }
+            fastest = fastest.or(Some(plan));
+        }
+        let chosen = if params.ceiling.is_some() { within_ceiling.or(smallest) } else { fastest };
+        chosen.ok_or(PlanError::TooLarge)
+    }
+
+    /// As many pairs as are asked for, or as many as the ceiling allows one thread, so that results do not depend on threads.
+    fn of_direct<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
+        let shape = Shape { lanes: 1, together: 1 };
+        let with = |history: usize, threads: usize| Self::with::<T, S>(problem, &Params { threads, ..*params }, Choice { shape, history });
+        let most = params.direct.history.unwrap_or(DirectParams::MOST_BY_DEFAULT);
+        let least = params.direct.history.unwrap_or(1);
+        for history in (least + 1..=most).rev() {
+            let alone = with(history, 1)?;
+            if params.ceiling.is_none_or(|ceiling| alone.bytes <= ceiling) {
+                return with(history, params.threads);
+            }
+        }
+        with(least, params.threads)
+    }
+
+    fn with<T: Real, S: Space>(problem: &Problem<'_>, params: &Params, choice: Choice) -> Result<Self, PlanError> {
+        let mut ledger = Ledger::new();
+        let (keyframes, cells) = (problem.keyframes.len(), problem.grid().cells());
+        ledger.group("the method", Sharing::Together, |ledger| Engine::<T, S>::requirement(ledger, problem, params, choice));
+        ledger.line("keyframe steps", keyframes, 4);
+        ledger.line("keyframe densities", keyframes * cells, T::BYTES);
+        let bytes = ledger.bytes().ok_or(PlanError::TooLarge)?;
+        let method_bytes = ledger.entries().first().map_or(0, |entry| entry.bytes);
+        Ok(Self { ledger, bytes, method_bytes, paper_bound: paper_bound::<T, S>(problem), choice })
+    }
+
+    /// Bytes of the whole block.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// Bytes of the method alone: all but the keyframes.
+    #[must_use]
+    pub fn method_bytes(&self) -> usize {
+        self.method_bytes
+    }
+
+    /// The paper's bound for its method, 4 (1 + d) N prod(n) / (1 - 2^-d) numbers of the same precision, in bytes.
+    #[must_use]
+    pub fn paper_bound(&self) -> usize {
+        self.paper_bound
+    }
+
+    /// The ledger, groups before their children.
+    #[must_use]
+    pub fn entries(&self) -> &[Entry] {
+        self.ledger.entries()
+    }
+}
+
+fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<(), PlanError> {
+    if problem.cells.len() != S::DIM {
+        return Err(ProblemError::Dimensions { expected: S::DIM, given: problem.cells.len() }.into());
+    }
+    problem.check()?;
+    params.admm.check()?;
+    params.direct.check()?;
+    let ranges = [
+        ("iterations", params.iterations, 1_000_000),
+        ("threads", params.threads, MAX_THREADS),
+        ("admm.ao_iterations", params.admm.ao_iterations, 1000),
+        ("direct.history", params.direct.history.unwrap_or(1), DirectParams::MOST),
+        ("admm.nso_cycles", params.admm.nso.cycles, crate::nso::solve::MAX_CYCLES - 1),
+    ];
+    for (field, given, most) in ranges {
+        if !(1..=most).contains(&given) {
+            return Err(PlanError::OutOfRange { field, given, most });
+        }
+    }
+    // No buffer holds more than this many numbers a cell and step (or a thread, row and step): later sizes cannot overflow.
+    const NUMBERS: u128 = 4096;
+    let cells: u128 = problem.cells.iter().map(|&n| n as u128).product();
+    let numbers = cells * problem.steps as u128 + params.threads as u128 * (problem.steps as u128 + 4096);
+    if numbers * NUMBERS * T::BYTES as u128 > isize::MAX as u128 * 64 {
+        return Err(PlanError::TooLarge);
+    }
+    Ok(())
+}
+
+fn paper_bound<T: Real, S: Space>(problem: &Problem<'_>) -> usize {
+    let cells: u128 = problem.cells.iter().map(|&n| n as u128).product();
+    let (numbers, power) = (4 * (1 + S::DIM as u128) * problem.steps as u128 * cells, 1u128 << S::DIM);
+    usize::try_from(numbers * T::BYTES as u128 * power / (power - 1)).unwrap_or(usize::MAX)
+}
+
+pub(super) fn admm_settings(problem: &Problem<'_>, params: &Params, choice: Choice) -> admm::Settings {
+    let (threads, shape) = (params.threads, choice.shape);
+    let dimensions = Dimensions { grid: problem.grid(), slots: problem.slots(), filters: problem.filters(), threads, shape };
+    admm::Settings::new(problem, &params.admm, dimensions, params.iterations)
+}
+
+pub(super) fn direct_settings(problem: &Problem<'_>, params: &Params, choice: Choice) -> direct::Settings {
+    direct::Settings::new(problem, &params.direct, choice.history, params.threads, params.iterations)
+}

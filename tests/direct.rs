@@ -1,0 +1,193 @@
+//! The direct method on whole scenes: how far it gets, that its results are feasible, how it ends.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
+#[path = "fields/feasible.rs"]
+mod feasible;
+mod fields;
+
+use core::ops::ControlFlow;
+use feasible::check;
+use fields::cases::{Scene, Solved};
+use fields::{assert_close, gap, largest, with_threads};
+use thurible_core::{D2, D3, Event, Method, Observer, Params, Real, Scheme, Serial, Silent, Space, Status};
+
+/// The scene by the direct method.
+fn direct(scene: Scene) -> Scene {
+    Scene { params: Params { method: Method::Direct, ..scene.params }, ..scene }
+}
+
+fn total(solved: &Solved) -> f64 {
+    solved.objective.iter().sum()
+}
+
+/// Two prototypes came to 2.62 after 10 iterations and 2.338 after 45; ADMM to 2.57.
+#[test]
+fn circle_to_two_circles() {
+    let mut scene = direct(Scene::two_circles());
+    (scene.params.iterations, scene.params.threads, scene.params.direct.nested) = (45, 2, false);
+    let solved = with_threads(2, |exec| scene.solve::<f64, D2>(exec, &mut Silent));
+    check(&scene, &solved, f64::EPSILON);
+    let after_ten = solved.history[9].objective.total();
+    assert!(after_ten < 2.62 && total(&solved) < 2.338, "J = {after_ten} after 10 iterations, {} at the end", total(&solved));
+    for pair in solved.history.windows(2) {
+        assert!(pair[1].objective.total() < pair[0].objective.total(), "the objective rose in iteration {}", pair[1].iteration);
+    }
+}
+
+#[test]
+fn the_nested_start_is_ahead() {
+    let far = |nested: bool| {
+        let mut scene = direct(Scene::small(&[32, 32], "ww", 12));
+        (scene.params.iterations, scene.params.direct.nested) = (8, nested);
+        scene.densities = vec![balls([0.3, 0.3]), balls([0.7, 0.7])];
+        let solved = scene.solve_alone::<f64, D2>();
+        check(&scene, &solved, f64::EPSILON);
+        let levels: Vec<usize> = solved.history.iter().map(|progress| progress.direct.level).collect();
+        assert_eq!(levels.iter().filter(|&&level| level == 0).count(), 8, "{levels:?}");
+        assert!(levels.is_sorted_by(|a, b| a >= b) && levels[0] == usize::from(nested), "{levels:?}");
+        total(&solved)
+    };
+    let (nested, from_rest) = (far(true), far(false));
+    assert!(nested < 0.5 * from_rest, "J = {nested} nested, {from_rest} from rest");
+}
+
+/// A ball on 32 x 32 cells.
+fn balls(centre: [f64; 2]) -> Vec<f64> {
+    fields::cases::balls(&fields::grid(&[32, 32], "ww"), &[[centre[0], centre[1], 0.5]], 0.15)
+}
+
+fn feasible<T: Real, S: Space>(cells: &[usize], ends: &str, scheme: Scheme) {
+    let mut scene = direct(Scene { scheme, ..Scene::small(cells, ends, 5) });
+    scene.keyframes = vec![3, 5];
+    scene.densities.push(scene.densities[0].clone());
+    let solved = scene.solve_alone::<T, S>();
+    check(&scene, &solved, T::EPSILON);
+    let first = solved.history.iter().find(|progress| progress.direct.level == 0).unwrap();
+    assert!(total(&solved) < first.objective.total(), "{cells:?} {ends}: from {first:?} to {}", total(&solved));
+}
+
+#[test]
+fn results_are_feasible() {
+    feasible::<f32, D2>(&[16, 16], "ww", Scheme::Quick);
+    feasible::<f32, D2>(&[32, 48], "wp", Scheme::Quick);
+    feasible::<f64, D2>(&[17, 11], "wp", Scheme::Central);
+    feasible::<f32, D2>(&[10, 13], "pp", Scheme::Quick);
+    feasible::<f32, D3>(&[8, 7, 9], "www", Scheme::Quick);
+    feasible::<f32, D3>(&[16, 16, 8], "wwp", Scheme::Quick);
+    feasible::<f64, D3>(&[9, 8, 6], "pwp", Scheme::Central);
+}
+
+#[test]
+fn other_units_give_the_same_iterates() {
+    let scene = direct(Scene { scheme: Scheme::Quick, ..Scene::small(&[14, 12], "ww", 6) });
+    let solved = scene.solve_alone::<f64, D2>();
+    for (dt, length, exact) in [(1.0 / 16.0, 8.0, true), (1.0 / 24.0, 10.0, false)] {
+        let mut other = scene.clone();
+        (other.dt, other.length) = (dt, length);
+        other.force_weight = scene.force_weight * (dt * dt / length).powi(2);
+        let found = other.solve_alone::<f64, D2>();
+        check(&other, &found, f64::EPSILON);
+        let (tolerance, ratio) = (if exact { 0.0 } else { 1e-9 }, length / dt);
+        for (x, y) in solved.density.iter().zip(&found.density) {
+            assert!(gap(x, y) <= tolerance, "densities are {:e} apart at dt = {dt}", gap(x, y));
+        }
+        for (x, y) in solved.velocity.iter().flatten().zip(found.velocity.iter().flatten()) {
+            let error = largest(x.iter().zip(y).map(|(x, y)| x - y / ratio));
+            assert!(error <= tolerance, "velocities are {error:e} apart at dt = {dt}");
+        }
+        assert_close("J", total(&found), total(&solved), total(&solved), tolerance);
+    }
+}
+
+#[test]
+fn weights_from_weak_to_strong() {
+    for force_weight in [1e1, 1e2, 1e3, 1e4, 1e5] {
+        let mut scene = direct(Scene { force_weight, scheme: Scheme::Quick, ..Scene::two_circles() });
+        scene.params.iterations = 30;
+        let solved = scene.solve_alone::<f32, D2>();
+        assert!(matches!(solved.status, Status::Converged | Status::MaxIterations), "r = {force_weight:e}: {:?}", solved.status);
+        check(&scene, &solved, f64::from(f32::EPSILON));
+        // At rest there is no force, and what is left is the data term.
+        let at_rest = Scene { params: Params { iterations: 1, ..scene.params }, force_weight: 1e15, ..scene.clone() }.solve_alone::<f32, D2>();
+        assert!(total(&solved) < total(&at_rest), "r = {force_weight:e}: {} against {} at rest", total(&solved), total(&at_rest));
+    }
+}
+
+#[test]
+fn nothing_to_do_ends_early_and_at_rest() {
+    let mut scene = direct(Scene::small(&[12, 10], "wp", 5));
+    scene.densities[1] = scene.densities[0].clone();
+    let solved = scene.solve_alone::<f64, D2>();
+    assert_eq!((solved.status, solved.history.len()), (Status::Converged, 1));
+    assert_eq!(solved.objective, [0.0, 0.0]);
+}
+
+#[test]
+fn a_flow_that_is_given_goes_on_where_it_is_free() {
+    let mut scene = direct(Scene { force_weight: 1e6, ..Scene::small(&[12, 10], "pw", 5) });
+    scene.params.iterations = 30;
+    let solved = scene.with::<f64, D2, _>(|solver| {
+        solver.set_initial_velocity(0, &[0.01; 120]).unwrap();
+        Solved::run(&scene, solver, &Serial, &mut Silent)
+    });
+    check(&scene, &solved, f64::EPSILON);
+    // Forces are dear, so the uniform flow hardly changes.
+    for v in &solved.velocity {
+        assert!(v[0].iter().all(|&x| (x - 0.01).abs() < 2e-3), "{:?}", v[0]);
+    }
+}
+
+#[test]
+fn not_finite_when_the_given_flow_is_too_fast() {
+    let scene = direct(Scene::small(&[12, 10], "pw", 5));
+    let status = scene.with::<f64, D2, _>(|solver| {
+        solver.set_initial_velocity(0, &[1e3; 120]).unwrap();
+        solver.solve(&Serial, &mut Silent, &mut |_| {})
+    });
+    assert_eq!(status, Status::NotFinite);
+}
+
+/// Says stop at event `at`.
+struct StopAt {
+    at: usize,
+    seen: usize,
+}
+
+impl Observer for StopAt {
+    fn on(&mut self, _event: Event) -> ControlFlow<()> {
+        self.seen += 1;
+        if self.seen > self.at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn a_stop_at_any_time_leaves_a_feasible_flow() {
+    let mut scene = direct(Scene::small(&[32, 20], "wp", 4));
+    scene.params.iterations = 2;
+    let mut counter = StopAt { at: usize::MAX, seen: 0 };
+    scene.solve::<f64, D2>(&Serial, &mut counter);
+    assert!(counter.seen > 500, "{} events", counter.seen);
+    for at in (0..40).chain((40..counter.seen).step_by(counter.seen / 30)) {
+        let solved = scene.solve::<f64, D2>(&Serial, &mut StopAt { at, seen: 0 });
+        assert_eq!(solved.status, Status::Cancelled, "stopped at event {at}");
+        if at > 100 {
+            check(&scene, &solved, f64::EPSILON);
+        }
+    }
+}
+
+#[test]
+fn a_solve_goes_on_after_a_stop() {
+    let mut scene = direct(Scene::small(&[32, 20], "wp", 4));
+    scene.params.iterations = 6;
+    let whole = scene.solve_alone::<f64, D2>();
+    for at in [3, 150, 400] {
+        let resumed = scene.with::<f64, D2, _>(|solver| {
+            let first = solver.solve(&Serial, &mut StopAt { at, seen: 0 }, &mut |_| {});
+            assert_eq!(first, Status::Cancelled);
+            Solved::run(&scene, solver, &Serial, &mut Silent)
+        });
+        check(&scene, &resumed, f64::EPSILON);
+        assert!(total(&resumed) < 1.2 * total(&whole), "J = {} after a stop, {} without", total(&resumed), total(&whole));
+    }
+}

@@ -1,0 +1,133 @@
+//! L-BFGS and the exact preconditioner in time.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
+mod fields;
+
+use fields::random::Random;
+use fields::{Components, assert_close, dot_all, grid, largest};
+use thurible_core::Serial;
+use thurible_core::force::time_line::TimeLine;
+use thurible_core::grid::Grid;
+use thurible_core::plan::Pool;
+use thurible_core::quasi_newton::{self, Fields, Initial, QuasiNewton, Shape};
+
+const SLOTS: usize = 5;
+
+/// (kappa + S) x along time, S = tridiag(-1, 2, -1) with last diagonal entry 1, for trajectories stored row by row.
+fn hessian(grid: &Grid, kappa: f64, x: &[f64]) -> Vec<f64> {
+    let n = grid.n[0];
+    let at = |row: usize, slot: usize, i: usize| x[(row * SLOTS + slot) * n + i];
+    let number = |index: usize| {
+        let (row, slot, i) = (index / (SLOTS * n), index / n % SLOTS, index % n);
+        let before = if slot > 0 { at(row, slot - 1, i) } else { 0.0 };
+        let after = if slot + 1 < SLOTS { at(row, slot + 1, i) } else { 0.0 };
+        let diagonal = if slot + 1 == SLOTS { kappa + 1.0 } else { kappa + 2.0 };
+        diagonal * x[index] - before - after
+    };
+    (0..x.len()).map(number).collect()
+}
+
+#[test]
+fn the_time_line_is_solved_exactly() {
+    let (grid, mut random) = (grid(&[7, 5], "wp"), Random::new(91));
+    for kappa in [1e-3, 1.0, 50.0] {
+        let x: Vec<f64> = random.cells(&grid, SLOTS);
+        let mut found = hessian(&grid, kappa, &x);
+        let mut pivots = [0.0; SLOTS];
+        let line = TimeLine::new(kappa, &mut pivots);
+        found.chunks_exact_mut(SLOTS * grid.n[0]).for_each(|row| line.solve(row, grid.n[0]));
+        let error = largest(found.iter().zip(&x).map(|(x, y)| x - y));
+        assert!(error < 1e-12 / kappa.min(1.0), "kappa {kappa}: {error:e}");
+    }
+}
+
+/// Minimises the quadratic 1/2 <x, A x> - <b, x> with A = c + S in time, where c differs from face to face.
+struct Quadratic {
+    grid: Grid,
+    weight: Components<f64>,
+    linear: Components<f64>,
+}
+
+impl Quadratic {
+    fn gradient(&self, x: &Components<f64>) -> Components<f64> {
+        core::array::from_fn(|a| {
+            let stiff = hessian(&self.grid, 0.0, &x[a]);
+            stiff.iter().zip(&x[a]).zip(self.weight[a].iter().zip(&self.linear[a])).map(|((s, x), (w, b))| s + w * x - b).collect()
+        })
+    }
+}
+
+fn write(fields: &mut Fields<'_, f64>, index: usize, values: &Components<f64>) {
+    fields[index].iter_mut().zip(values).for_each(|(field, values)| field.copy_from_slice(values));
+}
+
+fn read(fields: &Fields<'_, f64>, index: usize) -> Components<f64> {
+    core::array::from_fn(|a| fields[index][a].to_vec())
+}
+
+/// Runs ten steps with exact line searches, checking after each that the newest pair is a secant: H y = s.
+fn descends(pairs: usize) -> f64 {
+    let (grid, mut random) = (grid(&[6, 4], "ww"), Random::new(92));
+    let shape = Shape { grid: &grid, slots: SLOTS };
+    let weight: Components<f64> = random.faces(&grid, SLOTS).map(|c: Vec<f64>| c.iter().map(|x| 1.5 + x).collect());
+    let problem = Quadratic { grid, weight, linear: random.faces(&grid, SLOTS) };
+    let mut numbers = vec![f64::NAN; quasi_newton::numbers(&grid, SLOTS, pairs)];
+    let mut fields = quasi_newton::take(&grid, SLOTS, pairs, &mut Pool::new(&mut numbers));
+    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
+    let initial = Initial { line: TimeLine::new(1.0, &mut pivots), scale: 1.0 };
+    let (mut newton, mut x) = (QuasiNewton::new(pairs), fields::zeros(&grid, SLOTS));
+    write(&mut fields, newton.gradient, &problem.gradient(&x));
+    let first = dot_all(&read(&fields, newton.gradient), &read(&fields, newton.gradient));
+    for _ in 0..10 {
+        let slope = newton.descend(&Serial, shape, &mut fields, &initial, &mut sums);
+        let (g, d) = (read(&fields, newton.gradient), read(&fields, newton.direction));
+        assert_close("slope", slope, dot_all(&g, &d), slope.abs(), 1e-12);
+        assert!(slope < 0.0);
+        let curvature = dot_all(&d, &problem.gradient(&d)) + dot_all(&d, &problem.linear);
+        let length = -slope / curvature;
+        x = fields::add_scaled_all(&x, length, &d);
+        let borrowed = newton.borrow().unwrap();
+        let after = problem.gradient(&x);
+        write(&mut fields, borrowed.gradient, &after);
+        newton.remember(&Serial, shape, &mut fields, borrowed, length, &mut sums);
+        assert!(newton.has_pairs());
+        // The secant equation: for the gradient y the direction is -s.
+        let (y, s) = (fields::add_scaled_all(&after, -1.0, &g), d.map(|c| c.iter().map(|x| x * length).collect::<Vec<f64>>()));
+        write(&mut fields, newton.gradient, &y);
+        newton.descend(&Serial, shape, &mut fields, &initial, &mut sums);
+        let off = fields::add_scaled_all(&read(&fields, newton.direction), 1.0, &s);
+        assert!(largest(off.iter().flatten().copied()) < 1e-9 * largest(s.iter().flatten().copied()), "H y is not s with {pairs} pairs");
+        write(&mut fields, newton.gradient, &after);
+    }
+    dot_all(&read(&fields, newton.gradient), &read(&fields, newton.gradient)) / first
+}
+
+/// On a quadratic with exact line searches L-BFGS is the method of conjugate gradients, whatever the number of pairs.
+#[test]
+fn a_quadratic_is_minimised_as_by_conjugate_gradients() {
+    let left = [1, 3, 8].map(descends);
+    assert!(left[0] < 1e-11, "squared gradients after ten steps: {left:?}");
+    for other in left {
+        assert_close("squared gradient", other, left[0], left[0], 1e-6);
+    }
+}
+
+#[test]
+fn pairs_of_negative_curvature_are_left_out() {
+    let (grid, mut random) = (grid(&[5, 4], "pp"), Random::new(93));
+    let shape = Shape { grid: &grid, slots: SLOTS };
+    let mut numbers = vec![0.0; quasi_newton::numbers(&grid, SLOTS, 2)];
+    let mut fields = quasi_newton::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
+    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
+    let initial = Initial { line: TimeLine::new(1.0, &mut pivots), scale: 1.0 };
+    let mut newton = QuasiNewton::new(2);
+    let gradient: Components<f64> = random.faces(&grid, SLOTS);
+    write(&mut fields, newton.gradient, &gradient);
+    newton.descend(&Serial, shape, &mut fields, &initial, &mut sums);
+    let borrowed = newton.borrow().unwrap();
+    // The gradient grew along the direction of descent: <s, y> < 0.
+    write(&mut fields, borrowed.gradient, &gradient.map(|c| c.iter().map(|x| 2.0 * x).collect()));
+    newton.remember(&Serial, shape, &mut fields, borrowed, 1.0, &mut sums);
+    assert!(!newton.has_pairs());
+    assert!(newton.borrow().is_some() && newton.borrow().is_some(), "its fields are free again");
+}
