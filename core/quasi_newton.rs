@@ -42,6 +42,8 @@ struct Pair {
     y: usize,
     /// <s, y> > 0.
     curvature: f64,
+    /// <s, y> / <y, y>.
+    scale: f64,
 }
 
 /// Which field plays which part.
@@ -65,13 +67,18 @@ pub struct Borrowed {
     pub gradient: usize,
 }
 
-/// The inverse Hessian to begin with: (K + r S)^-1, as a factored kappa + S with kappa = K / r.
+/// The inverse Hessian to begin with.
 #[derive(Clone, Copy, Debug)]
-pub struct Initial<'a> {
-    /// kappa + S.
-    pub line: TimeLine<'a>,
-    /// 1 / r.
-    pub scale: f64,
+pub enum Initial<'a> {
+    /// (K + r S)^-1, as a factored kappa + S with kappa = K / r.
+    InTime {
+        /// kappa + S.
+        line: TimeLine<'a>,
+        /// 1 / r.
+        scale: f64,
+    },
+    /// A number: that of the newest pair, <s, y> / <y, y> (Nocedal & Wright 7.20), and this one while there is none.
+    Scaled(f64),
 }
 
 /// Where the trajectories live.
@@ -122,7 +129,10 @@ impl QuasiNewton {
             add(exec, shape, &mut direction, 1.0, -weight, view(&fields[pair.y]));
             let _ = weights.push(weight);
         }
-        precondition(exec, shape, &mut direction, initial);
+        match initial {
+            Initial::InTime { line, scale: first } => precondition(exec, shape, &mut direction, line, *first),
+            Initial::Scaled(first) => scale(exec, shape, &mut direction, self.pairs.last().map_or(*first, |newest| newest.scale)),
+        }
         for (pair, weight) in self.pairs.iter().zip(weights.iter().rev()) {
             let other = dot(exec, shape, view(&fields[pair.y]), view(&direction), sums) / pair.curvature;
             add(exec, shape, &mut direction, 1.0, weight - other, view(&fields[pair.s]));
@@ -154,9 +164,10 @@ impl QuasiNewton {
         scale(exec, shape, &mut step, length);
         add(exec, shape, &mut change, -1.0, 1.0, view(&fields[borrowed.gradient]));
         let curvature = dot(exec, shape, view(&step), view(&change), sums);
+        let scale = curvature / dot(exec, shape, view(&change), view(&change), sums);
         (fields[s], fields[y]) = (step, change);
         (self.direction, self.gradient) = (borrowed.work, borrowed.gradient);
-        if !(curvature > 0.0 && self.pairs.push(Pair { s, y, curvature }).is_ok()) {
+        if !(curvature > 0.0 && self.pairs.push(Pair { s, y, curvature, scale }).is_ok()) {
             let _ = (self.free.push(s), self.free.push(y));
         }
         debug_assert!(self.pairs.len() <= self.most);
@@ -189,7 +200,7 @@ pub fn add<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T
 }
 
 /// `out = s out`.
-fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, s: f64) {
+pub fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, s: f64) {
     if s == 1.0 {
         return;
     }
@@ -199,13 +210,13 @@ fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>,
     });
 }
 
-/// `out = (K + r S)^-1 out`.
-fn precondition<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, initial: &Initial<'_>) {
+/// `out = first (kappa + S)^-1 out`.
+fn precondition<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, line: &TimeLine<'_>, first: f64) {
     let grid = shape.grid;
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
         for out in task.fields.into_iter().take(grid.dims) {
-            rows::scale_in_place(out, T::from_f64(initial.scale));
-            initial.line.solve(out, grid.n[0]);
+            rows::scale_in_place(out, T::from_f64(first));
+            line.solve(out, grid.n[0]);
         }
     });
 }

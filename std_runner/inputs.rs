@@ -1,8 +1,9 @@
 //! What a solve starts from, drawn from the scene before any large memory is taken.
 
 use crate::exit::Failure;
-use crate::keyframes::{ShapeError, ShapeSpec, read_velocity};
+use crate::keyframes::{ShapeError, ShapeSpec, read_last, read_velocity};
 use crate::scene::Scene;
+use std::path::Path;
 use thurible_core::{InputError, Real, Solver, SolverError, Space};
 
 /// Source, keyframes and initial velocity in double precision.
@@ -23,6 +24,17 @@ impl Inputs {
         let velocity = file.map(|path| read_velocity(path, &scene.canvas())).transpose();
         let velocity = velocity.map_err(|error| refusal(scene, "control", &error))?;
         Ok(Inputs { source, keyframes, velocity })
+    }
+
+    /// The last density and velocity of the result in `folder`; what little of the density is negative is set to 0.
+    pub fn last_of(scene: &Scene, folder: &Path) -> Result<Self, Failure> {
+        let failure = |error: ShapeError| {
+            let sentence = format!("--from {}: {error}", folder.display());
+            if error.is_unreadable() { Failure::File(sentence) } else { Failure::Input(sentence) }
+        };
+        let (density, velocity) = read_last(&folder.join("result.npz"), &scene.canvas()).map_err(failure)?;
+        let source = density.into_iter().map(|value| value.max(0.0)).collect();
+        Ok(Inputs { source, keyframes: Vec::new(), velocity: Some(velocity) })
     }
 
     /// Hands everything to `solver`, source first; the answer is the mass factor of each keyframe.

@@ -1,6 +1,6 @@
 //! `thurible solve SCENE`: plan, allocate once, solve, make feasible, write.
 
-use crate::cli::SolveArguments;
+use crate::cli::{SceneArguments, SolveArguments};
 use crate::console;
 use crate::destination::Destination;
 use crate::exit::{Failure, code_of, status_name};
@@ -9,7 +9,7 @@ use crate::inputs::{Inputs, solver_refusal};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::output::Sample;
-use crate::plan::{self, plan_fields, size_in_words};
+use crate::plan::{self, Planned, plan_fields, size_in_words};
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, Mode, Watch, in_words};
 use crate::region::Region;
@@ -17,6 +17,7 @@ use crate::scene::Scene;
 use crate::{bytes, outcome, report, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
+use std::path::Path;
 use thurible_core::{D2, D3, Exec, Objective, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
@@ -29,7 +30,13 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let scene = Scene::load(&common.scene, &common.set, common.method.as_deref())?;
     let planned = plan::choose(&scene, &common.wishes())?;
     let inputs = Inputs::draw(&scene)?;
-    let destination = Destination::check(arguments.output.as_deref().unwrap_or(&scene.output.folder))?;
+    let folder = arguments.output.clone().unwrap_or_else(|| scene.output.folder.clone());
+    carry_out(common, clock, scene, planned, inputs, &folder)
+}
+
+/// Solves what was planned and writes the result to `folder`.
+pub fn carry_out(common: &SceneArguments, clock: Clock, scene: Scene, planned: Planned, inputs: Inputs, folder: &Path) -> Result<u8, Failure> {
+    let destination = Destination::check(folder)?;
     let bytes = planned.plan.bytes();
     let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
     let footprint = region.footprint();
@@ -152,7 +159,7 @@ fn in_sentence(status: Status) -> &'static str {
 
 fn not_finite(scene: &Scene) -> Failure {
     Failure::NotFinite(format!(
-        "{}: the solve left the finite numbers and nothing was written; try --precision f64, a larger `method.admm.penalty` or more `time.steps`",
+        "{}: the solve left the finite numbers, or a flow was too fast to follow, and nothing was written; try --precision f64, more `time.steps`, or weaker control",
         scene.document.path().display()
     ))
 }

@@ -19,13 +19,8 @@ pub fn read_velocity(path: &Path, canvas: &Canvas) -> Result<Vec<Vec<f64>>, Shap
 }
 
 fn component(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, Fault> {
-    let name = ["velocity_x", "velocity_y", "velocity_z"].get(axis).copied().unwrap_or_default();
+    let (name, expected) = faces(axis, canvas);
     let array = npz::read(path, Some(name))?;
-    let mut expected = canvas.cells.clone();
-    if let Some(faces) = expected.get_mut(axis) {
-        *faces += usize::from(!canvas.repeats(axis));
-    }
-    expected.reverse();
     let one_step = array.shape.len() == expected.len() + 1 && array.shape.first() == Some(&1);
     if array.shape.get(usize::from(one_step)..) != Some(expected.as_slice()) {
         let found = format!("has {name} of shape ({})", array.size_in_words());
@@ -34,4 +29,39 @@ fn component(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, Faul
     }
     array.refuse_not_finite()?;
     Ok(array.values)
+}
+
+/// The name of a velocity's component and its shape, x last.
+fn faces(axis: usize, canvas: &Canvas) -> (&'static str, Vec<usize>) {
+    let name = ["velocity_x", "velocity_y", "velocity_z"].get(axis).copied().unwrap_or_default();
+    let mut shape = canvas.cells.clone();
+    if let Some(faces) = shape.get_mut(axis) {
+        *faces += usize::from(!canvas.repeats(axis));
+    }
+    shape.reverse();
+    (name, shape)
+}
+
+/// Reads the last `density` and the last velocity of a `result.npz`.
+///
+/// # Errors
+/// As [`read_velocity`].
+pub fn read_last(path: &Path, canvas: &Canvas) -> Result<(Vec<f64>, Vec<Vec<f64>>), ShapeError> {
+    let cells: Vec<usize> = canvas.cells.iter().rev().copied().collect();
+    let last = |name: &str, shape: &[usize]| last(path, name, shape).map_err(|fault| fault.of("result", path));
+    let density = last("density", &cells)?;
+    let velocity = (0..canvas.dimensions()).map(|axis| faces(axis, canvas)).map(|(name, shape)| last(name, &shape));
+    Ok((density, velocity.collect::<Result<_, _>>()?))
+}
+
+/// The last step of the array `name`, whose steps have the shape `expected`.
+fn last(path: &Path, name: &str, expected: &[usize]) -> Result<Vec<f64>, Fault> {
+    let mut array = npz::read(path, Some(name))?;
+    if array.shape.get(1..) != Some(expected) || array.shape.first() == Some(&0) {
+        let found = format!("has {name} of shape ({})", array.size_in_words());
+        return Err(Fault::content(found, format!("each of its steps on this grid is {expected:?}; give a result with the same cells and boundary")));
+    }
+    array.refuse_not_finite()?;
+    let count: usize = expected.iter().product();
+    Ok(array.values.split_off(array.values.len() - count))
 }
