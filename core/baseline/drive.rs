@@ -1,12 +1,12 @@
 //! Target-driven smoke (Fattal & Lischinski 2004): a force towards the next keyframe, and gathering of what is astray.
 //!
 //! ```text
-//! F = drive rho~ grad(rho*~) / rho*~          v <- e^(-attenuation) v + F          rho <- rho + gathering div(rho rho*~ grad(rho - rho*))
+//! v' = F - attenuation v,  F = drive rho~ grad(rho*~) / rho*~          rho' = gathering div(rho rho*~ grad(rho - rho*))
 //! ```
 //!
 //! Blurs rho~ = C rho / (m + 1) by the metric of the objective, whose Gaussians reach across the box: a narrow one alone leaves no slope
 //! where the target is far, a wide one alone no shape where it is near. The unit of time is the way from one keyframe to the next,
-//! the unit of length the longest side, so that one choice serves all sizes; momentum is attenuated exactly.
+//! the unit of length the longest side, so that one choice serves all sizes.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, sums};
@@ -15,10 +15,12 @@ use crate::operators::blur;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::problem::ProblemError;
 use crate::real::Real;
-use crate::transport::{MAX_SUBSTEPS, Stop};
+use crate::transport::Stop;
 
 /// rho*~ is at least this part of its maximum where it divides.
 const FLOOR: f64 = 1e-6;
+/// Sub-steps of gathering at most.
+const MOST_SUBSTEPS: f64 = 4096.0;
 
 /// What a caller chooses for target-driven smoke.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +35,7 @@ pub struct PdParams {
 
 impl Default for PdParams {
     fn default() -> Self {
-        Self { drive: 1.0, attenuation: 1.0, gathering: 0.0 }
+        Self { drive: 10.0, attenuation: 20.0, gathering: 0.0 }
     }
 }
 
@@ -47,10 +49,13 @@ impl PdParams {
         numbers.into_iter().try_for_each(|(field, given)| crate::problem::not_negative(field, given))
     }
 
-    /// What momentum keeps in one of `steps` steps from keyframe to keyframe.
+    /// What one of `steps` steps from keyframe to keyframe keeps of momentum, and the impulse that it gets from a force of 1:
+    /// v' = F - a v, solved exactly for one step.
     #[must_use]
-    pub fn kept(&self, steps: usize) -> f64 {
-        libm::exp(-self.attenuation / steps as f64)
+    pub fn step(&self, steps: usize) -> [f64; 2] {
+        let rate = self.attenuation / steps as f64;
+        let impulse = if rate > 0.0 { -libm::expm1(-rate) / rate } else { 1.0 };
+        [libm::exp(-rate), impulse * self.drive / (steps * steps) as f64]
     }
 }
 
@@ -121,7 +126,7 @@ impl<'a, T: Real> Drive<'a, T> {
         let s = s / (self.filters + 1) as f64;
         let stiffness: f64 = (0..grid.dims).map(|a| 4.0 / (grid.h[a] * grid.h[a])).sum();
         let rate = s * stiffness * top(rho, sums) * top(target, sums);
-        if !(rate <= MAX_SUBSTEPS as f64) {
+        if !(rate <= MOST_SUBSTEPS) {
             return Err(Stop::TooFast);
         }
         let substeps = libm::ceil(rate).max(1.0);

@@ -45,8 +45,8 @@ impl SimulationParams {
     /// # Errors
     /// [`ProblemError`] names the first that is wrong.
     pub fn check(&self) -> Result<(), ProblemError> {
-        crate::problem::not_negative("simulation.buoyancy", self.buoyancy.abs())?;
-        positive("simulation.tolerance", self.tolerance)
+        positive("simulation.tolerance", self.tolerance)?;
+        if self.buoyancy.is_finite() { Ok(()) } else { Err(ProblemError::NotFinite { field: "simulation.buoyancy", given: self.buoyancy }) }
     }
 }
 
@@ -244,8 +244,9 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
                 let (target, steps) = next_target(keyframes, k, grid.cells());
                 let mut drive = Drive::carve(grid, settings.carrier.filters, settings.carrier.threads, &mut Pool::new(region));
                 drive.load(exec, rho, target);
-                drive.force(exec, pd.drive / (steps * steps) as f64, w, k - 1, sums);
-                pd.kept(steps)
+                let [kept, impulse] = pd.step(steps);
+                drive.force(exec, impulse, w, k - 1, sums);
+                kept
             }
         })
     }

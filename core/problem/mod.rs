@@ -115,6 +115,13 @@ pub enum ProblemError {
         /// The value.
         given: f64,
     },
+    /// A number is not finite.
+    NotFinite {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
     /// `admm.ao_momentum` is not at least 0 and below 1.
     Momentum {
         /// The value.
@@ -139,6 +146,7 @@ impl fmt::Display for ProblemError {
             Self::Order { step } => write!(f, "the keyframe at step {step} is not after the one before it"),
             Self::NotPositive { field, given } => write!(f, "{field} is {given}; it must be positive and finite"),
             Self::Negative { field, given } => write!(f, "{field} is {given}; it must be at least 0 and finite"),
+            Self::NotFinite { field, given } => write!(f, "{field} is {given}; it must be finite"),
             Self::Momentum { given } => write!(f, "admm.ao_momentum is {given}; it must be at least 0 and below 1"),
             Self::Filters { given } => write!(f, "filters is {given}; it must be at most 12"),
         }
