@@ -1,10 +1,9 @@
 //! Everything about one solve but the solver itself.
 
-use crate::destination::Destination;
-use crate::inputs::Inputs;
 use crate::plan::Planned;
 use crate::progress::Mode;
 use crate::scene::Scene;
+use std::path::PathBuf;
 
 /// A solve that is ready to run.
 pub struct Job {
@@ -12,10 +11,10 @@ pub struct Job {
     pub scene: Scene,
     /// Problem, parameters, precision and ledger.
     pub planned: Planned,
-    /// What the solve starts from.
-    pub inputs: Inputs,
+    /// A result from whose last step it goes on, in the place of the scene's source.
+    pub from: Option<PathBuf>,
     /// Where the result goes.
-    pub destination: Destination,
+    pub folder: PathBuf,
     /// Bytes that the block really takes.
     pub footprint: usize,
     /// How progress is shown.

@@ -2,7 +2,6 @@
 
 use crate::cli::SimulateArguments;
 use crate::exit::Failure;
-use crate::inputs::Inputs;
 use crate::plan::{self, Wishes};
 use crate::problem::Precision;
 use crate::progress::Clock;
@@ -22,14 +21,10 @@ pub fn run(arguments: &SimulateArguments) -> Result<u8, Failure> {
     // Without control the forces are the residuals of the steps, which single precision would not resolve.
     let wishes = Wishes { precision: common.precision.unwrap_or(Precision::F64), ..common.wishes() };
     let planned = plan::choose(&scene, &wishes)?;
-    let inputs = match &arguments.from {
-        Some(folder) => Inputs::last_of(&scene, folder)?,
-        None => Inputs::draw(&scene)?,
-    };
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let mut name = scene.output.folder.clone().into_os_string();
         name.push("_flow");
         name.into()
     });
-    carry_out(common, clock, scene, planned, inputs, &folder)
+    carry_out(common, clock, scene, planned, arguments.from.clone(), folder)
 }

@@ -5,23 +5,29 @@ use crate::console;
 use crate::destination::Destination;
 use crate::exit::{Failure, code_of, status_name};
 use crate::frames::SolverFrames;
-use crate::inputs::{Inputs, solver_refusal};
+use crate::inputs::{hand_on, hand_over, solver_refusal};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::output::Sample;
 use crate::plan::{self, Planned, plan_fields, size_in_words};
 use crate::problem::Precision;
-use crate::progress::{Clock, Display, Mode, Watch, in_words};
+use crate::progress::{Clock, Display, Mode, Watch, history_bytes, in_words};
 use crate::region::Region;
+use crate::report::RunRecord;
 use crate::scene::Scene;
 use crate::{bytes, outcome, report, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
-use std::path::Path;
-use thurible_core::{D2, D3, Exec, Objective, Real, Solver, Space, Status};
+use std::path::{Path, PathBuf};
+use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
 const DIVERGENT: f64 = 1e-6;
+
+/// Bytes that the runner needs beside the block, about: its stack, buffers of files and the scene,
+const BESIDE: usize = 256 << 10;
+/// and fields of shapes in double precision while they are drawn.
+const FIELDS: usize = 2;
 
 /// Runs `solve`.
 pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
@@ -29,34 +35,53 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let clock = Clock::start();
     let scene = Scene::load(&common.scene, &common.set, common.method.as_deref())?;
     let planned = plan::choose(&scene, &common.wishes())?;
-    let inputs = Inputs::draw(&scene)?;
-    let folder = arguments.output.clone().unwrap_or_else(|| scene.output.folder.clone());
-    carry_out(common, clock, scene, planned, inputs, &folder)
+    let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
+    carry_out(common, clock, scene, planned, None, folder)
 }
 
-/// Solves what was planned and writes the result to `folder`.
-pub fn carry_out(common: &SceneArguments, clock: Clock, scene: Scene, planned: Planned, inputs: Inputs, folder: &Path) -> Result<u8, Failure> {
-    let destination = Destination::check(folder)?;
+/// Solves what was planned, from the end of another result perhaps, and writes the result to `folder`.
+pub fn carry_out(common: &SceneArguments, clock: Clock, scene: Scene, planned: Planned, from: Option<PathBuf>, folder: PathBuf) -> Result<u8, Failure> {
     let bytes = planned.plan.bytes();
-    let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
-    let footprint = region.footprint();
-    let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
-    let interrupt = Interrupt::listen(common.mode() != Mode::Human)?;
-    let watch = Watch::new(clock, common.mode(), planned.params.iterations, interrupt);
-    let job = Job { scene, planned, inputs, destination, footprint, mode: common.mode() };
-    job.announce(&watch.display);
-    threads::with(job.planned.params.threads, |exec| job.dispatch(exec, block, watch))?
+    let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + 2 * history_bytes(planned.params.iterations);
+    let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
+    let job = Job { scene, planned, from, folder, footprint: region.footprint(), mode: common.mode() };
+    threads::with(job.planned.params.threads, |exec| job.run(exec, region, clock))?
+}
+
+/// A solve that is over, its numbers written.
+struct Solved {
+    destination: Destination,
+    record: RunRecord,
+    status: Status,
+    watch: Watch,
 }
 
 fn no_memory(bytes: usize) -> Failure {
     Failure::Memory(format!(
-        "the system has not {} bytes ({}) for the solve; close other programs, or make `grid.cells` or `time.steps` smaller",
+        "the system has not {} bytes ({}) for the solve and a little more to read and write; close other programs, or make `grid.cells` or `time.steps` smaller",
         bytes::grouped(bytes),
         bytes::rounded(bytes)
     ))
 }
 
 impl Job {
+    /// Solves in `region`, and draws pictures when it has been given back.
+    fn run(&self, exec: &dyn Exec, mut region: Region, clock: Clock) -> Result<u8, Failure> {
+        let bytes = self.planned.plan.bytes();
+        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
+        let solved = self.dispatch(exec, block, clock)?;
+        drop(region);
+        let draw = |folder: &Path| report::write_pictures(&self.folder, folder, &solved.record, self.scene.output.frames);
+        let left = |error| Failure::File(format!("{error}; result.npz and report.json are in {}", self.folder.display()));
+        let drawn = solved.destination.add(|folder| draw(folder).map_err(left));
+        solved.watch.display.close();
+        if !drawn? {
+            solved.watch.display.warning("the system has not the memory to draw pictures, so there are none; result.npz, report.json and the page are there");
+        }
+        self.tell(&solved);
+        Ok(code_of(solved.status))
+    }
+
     fn announce(&self, display: &Display) {
         let planned = &self.planned;
         display.event("plan", plan_fields(planned));
@@ -72,19 +97,25 @@ impl Job {
         ));
     }
 
-    fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], watch: Watch) -> Result<u8, Failure> {
+    fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], clock: Clock) -> Result<Solved, Failure> {
         match (self.planned.problem.cells.len(), self.planned.precision) {
-            (2, Precision::F32) => self.solve::<f32, D2>(exec, block, watch),
-            (2, Precision::F64) => self.solve::<f64, D2>(exec, block, watch),
-            (_, Precision::F32) => self.solve::<f32, D3>(exec, block, watch),
-            (_, Precision::F64) => self.solve::<f64, D3>(exec, block, watch),
+            (2, Precision::F32) => self.solve::<f32, D2>(exec, block, clock),
+            (2, Precision::F64) => self.solve::<f64, D2>(exec, block, clock),
+            (_, Precision::F32) => self.solve::<f32, D3>(exec, block, clock),
+            (_, Precision::F64) => self.solve::<f64, D3>(exec, block, clock),
         }
     }
 
-    fn solve<T: Real + Sample, S: Space>(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], mut watch: Watch) -> Result<u8, Failure> {
+    fn solve<T: Real + Sample, S: Space>(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], clock: Clock) -> Result<Solved, Failure> {
         let problem = self.planned.problem.problem();
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block).map_err(|error| solver_refusal(&error))?;
-        let mass_factors = self.inputs.hand_over(&self.scene, &mut solver)?;
+        let mass_factors = match &self.from {
+            Some(folder) => hand_on(&self.scene, folder, &mut solver).map(|()| Vec::new())?,
+            None => hand_over(&self.scene, &mut solver)?,
+        };
+        let destination = Destination::check(&self.folder)?;
+        let mut watch = Watch::new(clock, self.mode, self.planned.params.iterations, Interrupt::listen()?);
+        self.announce(&watch.display);
         self.prepare(&mut solver, exec, &watch)?;
         watch.clock.begin();
         let status = iterate(&mut solver, exec, &mut watch);
@@ -97,10 +128,8 @@ impl Job {
         watch.clock.finished();
         let frames = SolverFrames::new(&solver, &self.planned.problem);
         let record = outcome::record(self, &solver, status, &watch, &mass_factors);
-        self.destination.fill(|folder| report::write(folder, &frames, &record, self.scene.output.frames).map_err(|error| Failure::File(error.to_string())))?;
-        watch.display.close();
-        self.tell(&watch, status, solver.objective());
-        Ok(code_of(status))
+        destination.fill(|folder| report::write_numbers(folder, &frames, &record).map_err(|error| Failure::File(error.to_string())))?;
+        Ok(Solved { destination, record, status, watch })
     }
 
     /// Projects v_0 and warns if it needed that.
@@ -114,32 +143,36 @@ impl Job {
         Ok(())
     }
 
-    fn tell(&self, watch: &Watch, status: Status, objective: Objective) {
-        let folder = self.destination.folder().display();
+    fn tell(&self, solved: &Solved) {
+        let Solved { record, status, watch, .. } = solved;
+        let (folder, objective) = (self.folder.display(), record.objective);
         watch.display.event(
             "result",
             json!({
-                "status": status_name(status),
-                "exit_code": code_of(status),
+                "status": status_name(*status),
+                "exit_code": code_of(*status),
                 "iterations": watch.history.len(),
                 "seconds": watch.clock.seconds(),
-                "objective": { "data": objective.data, "force": objective.force, "total": objective.total() },
+                "objective": objective,
                 "folder": folder.to_string(),
             }),
         );
         if self.mode != Mode::Human {
             return;
         }
-        console::print(&format!("{} after {} iterations and {}", in_sentence(status), watch.history.len(), in_words(watch.clock.seconds())));
+        console::print(&format!("{} after {} iterations and {}", in_sentence(*status), watch.history.len(), in_words(watch.clock.seconds())));
         console::print(&format!("objective {:.5e} = keyframes {:.5e} + force {:.5e}", objective.total(), objective.data, objective.force));
-        console::print(&format!("result in {folder}; open {}", self.destination.folder().join("report.html").display()));
+        console::print(&format!("result in {folder}; open {}", self.folder.join("report.html").display()));
     }
 }
 
 fn iterate<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, watch: &mut Watch) -> Status {
     loop {
         let progress = solver.step(exec, watch);
-        watch.iteration(&progress);
+        // An iteration that was cut short has no numbers yet.
+        if progress.status != Some(Status::Cancelled) {
+            watch.iteration(&progress);
+        }
         if let Some(status) = progress.status {
             return status;
         }
@@ -159,7 +192,7 @@ fn in_sentence(status: Status) -> &'static str {
 
 fn not_finite(scene: &Scene) -> Failure {
     Failure::NotFinite(format!(
-        "{}: the solve left the finite numbers, or a flow was too fast to follow, and nothing was written; try --precision f64, more `time.steps`, or weaker control",
+        "{}: the solve left the finite numbers, or a flow was too fast to follow, and nothing was written; try --precision f64, more `time.steps` or weaker control",
         scene.document.path().display()
     ))
 }

@@ -74,7 +74,7 @@ fn descends(pairs: usize) -> f64 {
     let mut numbers = vec![f64::NAN; quasi_newton::numbers(&grid, SLOTS, pairs)];
     let mut fields = quasi_newton::take(&grid, SLOTS, pairs, &mut Pool::new(&mut numbers));
     let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
-    let initial = Initial::InTime { line: TimeLine::new(1.0, &mut pivots), scale: 1.0 };
+    let initial = Initial { line: Some(TimeLine::new(1.0, &mut pivots)), scale: 1.0 };
     let (mut newton, mut x) = (QuasiNewton::new(pairs), fields::zeros(&grid, SLOTS));
     write(&mut fields, newton.gradient, &problem.gradient(&x));
     let first = dot_all(&read(&fields, newton.gradient), &read(&fields, newton.gradient));
@@ -89,7 +89,7 @@ fn descends(pairs: usize) -> f64 {
         let borrowed = newton.borrow().unwrap();
         let after = problem.gradient(&x);
         write(&mut fields, borrowed.gradient, &after);
-        newton.remember(&Serial, shape, &mut fields, borrowed, length, &mut sums);
+        newton.remember(&Serial, shape, &mut fields, borrowed, length, &initial, &mut sums);
         assert!(newton.has_pairs());
         // The secant equation: for the gradient y the direction is -s.
         let (y, s) = (fields::add_scaled_all(&after, -1.0, &g), d.map(|c| c.iter().map(|x| x * length).collect::<Vec<f64>>()));
@@ -119,7 +119,7 @@ fn pairs_of_negative_curvature_are_left_out() {
     let mut numbers = vec![0.0; quasi_newton::numbers(&grid, SLOTS, 2)];
     let mut fields = quasi_newton::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
     let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
-    let initial = Initial::InTime { line: TimeLine::new(1.0, &mut pivots), scale: 1.0 };
+    let initial = Initial { line: Some(TimeLine::new(1.0, &mut pivots)), scale: 1.0 };
     let mut newton = QuasiNewton::new(2);
     let gradient: Components<f64> = random.faces(&grid, SLOTS);
     write(&mut fields, newton.gradient, &gradient);
@@ -127,7 +127,7 @@ fn pairs_of_negative_curvature_are_left_out() {
     let borrowed = newton.borrow().unwrap();
     // The gradient grew along the direction of descent: <s, y> < 0.
     write(&mut fields, borrowed.gradient, &gradient.map(|c| c.iter().map(|x| 2.0 * x).collect()));
-    newton.remember(&Serial, shape, &mut fields, borrowed, 1.0, &mut sums);
+    newton.remember(&Serial, shape, &mut fields, borrowed, 1.0, &initial, &mut sums);
     assert!(!newton.has_pairs());
     assert!(newton.borrow().is_some() && newton.borrow().is_some(), "its fields are free again");
 }

@@ -118,7 +118,6 @@ const SCENES: &[Spoiled] = &[
     // two keyframes at one step
     spoiled("[method]", "[[keyframe]]\nstep = 4\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n[method]", &["`keyframe[1].step` is 4", "`keyframe[0]`"]),
     // not there yet
-    spoiled(METHOD, "name = \"direct\"", &["`method.name` is \"direct\"", "not there yet", "\"admm\""]),
     spoiled(METHOD, "name = \"simulate\"", &["`method.name` is \"simulate\"", "\"lbfgs\"", "\"pd\""]),
     spoiled(METHOD, "[method.lbfgs]\nhistory = 9", &["`method.lbfgs.history` is 9", "from 1 to 8"]),
     spoiled(METHOD, "[method.lbfgs]\ntolerance = 1.0", &["`method.lbfgs.tolerance` is 1", "below 1"]),
@@ -128,7 +127,7 @@ const SCENES: &[Spoiled] = &[
     spoiled(METHOD, "[simulation]\nbuoyancy = inf", &["`simulation.buoyancy` is inf", "finite"]),
     spoiled(METHOD, "[simulation]\ntolerance = 0.0", &["`simulation.tolerance` is 0", "above 0"]),
     spoiled(METHOD, "name = \"newton\"", &["`method.name` is \"newton\"", "\"admm\""]),
-    spoiled(METHOD, "[method.direct]\nnested = true", &["`method.direct`", "not there yet"]),
+    spoiled(METHOD, "[method.direct]\nhistory = 0", &["`method.direct.history` is 0", "from 1 to 8"]),
     spoiled(TARGET, "mesh = \"x.obj\"", &["scene.toml:9", "`keyframe[0].mesh`", "not there yet"]),
     spoiled(SOURCE, "shapes = [{ mesh = \"x.obj\" }]", &["scene.toml:6", "`source.shapes[0].mesh`", "not there yet"]),
     spoiled(TARGET, "file = \"x.vdb\"", &["`keyframe[0].file`", "OpenVDB", ".npy"]),
@@ -207,7 +206,7 @@ const COMMANDS: &[(&[&str], i32, &[&str])] = &[
     (&["solve", "SCENE", "--threads", "0"], 2, &["--threads", "from 1"]),
     (&["solve", "SCENE", "--threads", "many"], 2, &["--threads", "many"]),
     (&["solve", "SCENE", "--precision", "f16"], 2, &["f16", "f32", "f64"]),
-    (&["solve", "SCENE", "--method", "direct"], 2, &["--method direct", "not there yet", "admm"]),
+    (&["solve", "SCENE", "--method", "simulate"], 2, &["--method simulate", "admm"]),
     (&["solve", "SCENE", "--method", "magic"], 2, &["--method magic", "\"magic\"", "admm"]),
     (&["simulate", "SCENE", "--method", "admm"], 2, &["--method admm", "thurible solve"]),
     (&["simulate", "SCENE", "--from", "no_such_folder"], 4, &["--from no_such_folder", "result.npz"]),

@@ -10,7 +10,7 @@ use crate::nested::Fewer;
 use crate::observe::Observer;
 use crate::problem::keyframes::Keyframes;
 use crate::progress::{Objective, Progress, Status};
-use crate::quasi_newton::{self, Borrowed, Initial, QuasiNewton};
+use crate::quasi_newton::{self, Borrowed, QuasiNewton};
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -44,7 +44,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
 
 impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
     fn direction(&mut self, exec: &dyn Exec, newton: &QuasiNewton) -> f64 {
-        let initial = Initial::InTime { line: self.line, scale: 1.0 / self.evaluation.setup.force_weight };
+        let initial = self.initial();
         newton.descend(exec, self.shape(), &mut self.fields, &initial, self.evaluation.sums)
     }
 
@@ -65,6 +65,7 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
     }
 
     fn remember(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, length: f64) {
-        newton.remember(exec, self.shape(), &mut self.fields, borrowed, length, self.evaluation.sums);
+        let initial = self.initial();
+        newton.remember(exec, self.shape(), &mut self.fields, borrowed, length, &initial, self.evaluation.sums);
     }
 }

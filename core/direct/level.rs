@@ -10,7 +10,7 @@ use crate::grid::{Grid, Space};
 use crate::nested;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::problem::keyframes::Keyframes;
-use crate::quasi_newton::{self, Fields, Shape};
+use crate::quasi_newton::{self, Fields, Initial, Shape};
 use crate::real::Real;
 use core::marker::PhantomData;
 
@@ -144,6 +144,11 @@ impl<'a, T> Work<'a, '_, T> {
     pub fn shape(&self) -> Shape<'a> {
         let Evaluation { levels, level, setup, .. } = &self.evaluation;
         Shape { grid: &levels.grids[*level], slots: setup.carrier.slots }
+    }
+
+    /// The first inverse Hessian (K + r S)^-1.
+    pub fn initial(&self) -> Initial<'a> {
+        Initial { line: Some(self.line), scale: 1.0 / self.evaluation.setup.force_weight }
     }
 }
 

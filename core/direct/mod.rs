@@ -36,8 +36,8 @@ use level::Sizes;
 /// Scale K of the first inverse Hessian (K + r S)^-1, in scaled numbers.
 const STIFFNESS: f64 = 1e3;
 
-/// Iterations on each coarse grid at most.
-const COARSE_ITERATIONS: usize = 40;
+/// Iterations at most on the coarsest grid, where they cost nothing, and on those between it and the finest.
+const COARSE_ITERATIONS: [usize; 2] = [100, 30];
 
 /// What a caller chooses for the direct method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -225,7 +225,11 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
 
     /// Iterations on grid `level` at most.
     fn iterations_on(&self, level: usize) -> usize {
-        if level == 0 { self.settings.iterations } else { COARSE_ITERATIONS }
+        match level {
+            0 => self.settings.iterations,
+            _ if level + 1 == self.threads.len() => COARSE_ITERATIONS[0],
+            _ => COARSE_ITERATIONS[1],
+        }
     }
 
     /// One iteration, on the grid that the solve has come to.

@@ -19,6 +19,9 @@ pub fn read_velocity(path: &Path, canvas: &Canvas) -> Result<Vec<Vec<f64>>, Shap
 }
 
 fn component(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, Fault> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy")) {
+        return Err(Fault::content("is one array", "save velocity_x, velocity_y (and velocity_z) together by numpy.savez"));
+    }
     let (name, expected) = faces(axis, canvas);
     let array = npz::read(path, Some(name))?;
     let one_step = array.shape.len() == expected.len() + 1 && array.shape.first() == Some(&1);
@@ -42,26 +45,30 @@ fn faces(axis: usize, canvas: &Canvas) -> (&'static str, Vec<usize>) {
     (name, shape)
 }
 
-/// Reads the last `density` and the last velocity of a `result.npz`.
+/// Reads the last density of a `result.npz`.
 ///
 /// # Errors
 /// As [`read_velocity`].
-pub fn read_last(path: &Path, canvas: &Canvas) -> Result<(Vec<f64>, Vec<Vec<f64>>), ShapeError> {
-    let cells: Vec<usize> = canvas.cells.iter().rev().copied().collect();
-    let last = |name: &str, shape: &[usize]| last(path, name, shape).map_err(|fault| fault.of("result", path));
-    let density = last("density", &cells)?;
-    let velocity = (0..canvas.dimensions()).map(|axis| faces(axis, canvas)).map(|(name, shape)| last(name, &shape));
-    Ok((density, velocity.collect::<Result<_, _>>()?))
+pub fn read_last_density(path: &Path, canvas: &Canvas) -> Result<Vec<f64>, ShapeError> {
+    last(path, "density", canvas.cells.iter().rev().copied().collect()).map_err(|fault| fault.of("result", path))
+}
+
+/// Reads a component of the last velocity of a `result.npz`.
+///
+/// # Errors
+/// As [`read_velocity`].
+pub fn read_last_velocity(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, ShapeError> {
+    let (name, shape) = faces(axis, canvas);
+    last(path, name, shape).map_err(|fault| fault.of("result", path))
 }
 
 /// The last step of the array `name`, whose steps have the shape `expected`.
-fn last(path: &Path, name: &str, expected: &[usize]) -> Result<Vec<f64>, Fault> {
-    let mut array = npz::read(path, Some(name))?;
-    if array.shape.get(1..) != Some(expected) || array.shape.first() == Some(&0) {
-        let found = format!("has {name} of shape ({})", array.size_in_words());
-        return Err(Fault::content(found, format!("each of its steps on this grid is {expected:?}; give a result with the same cells and boundary")));
+fn last(path: &Path, name: &str, expected: Vec<usize>) -> Result<Vec<f64>, Fault> {
+    let array = npz::read_last(path, name)?;
+    if array.shape != expected {
+        let found = format!("has {name} with steps of shape ({})", array.size_in_words());
+        return Err(Fault::content(found, format!("on this grid it is {expected:?}; give a result with the same cells and boundary")));
     }
     array.refuse_not_finite()?;
-    let count: usize = expected.iter().product();
-    Ok(array.values.split_off(array.values.len() - count))
+    Ok(array.values)
 }

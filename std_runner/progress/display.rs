@@ -1,12 +1,14 @@
 //! A bar on a terminal, plain lines elsewhere, JSON lines for programs, or nothing.
 
+use super::cells;
 use super::clock::in_words;
 use crate::console;
+use crate::plan::size_in_words;
 use core::fmt::Arguments;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
-use thurible_core::Progress;
+use thurible_core::{DirectProgress, Progress};
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,22 +79,22 @@ impl Display {
         }
     }
 
-    /// An outer iteration is over, `seconds` after the start.
-    pub fn iteration(&mut self, progress: &Progress, seconds: f64) {
+    /// An outer iteration is over, `seconds` after the start, the first `nested` of which the coarser grids took.
+    pub fn iteration(&mut self, progress: &Progress, seconds: f64, nested: f64) {
         self.event("iteration", iteration_fields(progress, seconds));
         if self.mode != Mode::Human {
             return;
         }
-        let left = self.limit.saturating_sub(progress.iteration) as f64 * seconds / progress.iteration.max(1) as f64;
-        let residual = progress.admm.nso_residuals.last().copied().unwrap_or(f64::NAN);
-        let text =
-            format!("at most {} left, data {:.3e}, force {:.3e}, residual {residual:.0e}", in_words(left), progress.objective.data, progress.objective.force);
+        let done = iterations_on_the_finest_grid(progress);
+        let left = self.limit.saturating_sub(done) as f64 * (seconds - nested) / done.max(1) as f64;
+        let left = if done > 0 { format!("at most {} left", in_words(left)) } else { format!("on {} cells", size_in_words(&cells(&progress.direct))) };
+        let text = format!("{left}, data {:.3e}, force {:.3e}, {}", progress.objective.data, progress.objective.force, manner(progress));
         match &self.bar {
             Some(bar) => {
-                bar.set_position(u64::try_from(progress.iteration).unwrap_or(u64::MAX));
+                bar.set_position(u64::try_from(done).unwrap_or(u64::MAX));
                 bar.set_message(text.clone());
             }
-            None => console::error(&format!("{:>4}/{} {text}, change {:.1e}", progress.iteration, self.limit, progress.admm.density_change)),
+            None => console::error(&format!("{done:>4}/{} {text}", self.limit)),
         }
         self.summary = text + ", ";
     }
@@ -105,20 +107,49 @@ impl Display {
     }
 }
 
+/// The direct method begins on coarser grids, which the limit does not count.
+fn iterations_on_the_finest_grid(progress: &Progress) -> usize {
+    match progress.direct {
+        DirectProgress { level_iteration: 0, .. } => progress.iteration,
+        DirectProgress { level: 0, level_iteration, .. } => level_iteration,
+        _ => 0,
+    }
+}
+
+/// What the method has to say of an iteration.
+fn manner(progress: &Progress) -> String {
+    if progress.direct.level_iteration > 0 {
+        return format!("step {:.1e}", progress.direct.step);
+    }
+    let residual = progress.admm.nso_residuals.last().copied().unwrap_or(f64::NAN);
+    format!("residual {residual:.0e}, change {:.1e}", progress.admm.density_change)
+}
+
 fn iteration_fields(progress: &Progress, seconds: f64) -> Value {
-    json!({
+    let mut fields = json!({
         "iteration": progress.iteration,
         "seconds": seconds,
         "data": progress.objective.data,
         "force": progress.objective.force,
         "total": progress.objective.total(),
-        "ao_step": progress.admm.ao_step,
-        "density_change": progress.admm.density_change,
-        "nso_residuals": progress.admm.nso_residuals.as_slice(),
-        "kkt": progress.admm.kkt,
-        "ao_residual": progress.admm.ao_residual,
-        "gap": progress.admm.gap,
-        "data_of_star": progress.admm.data_of_star,
-        "held": progress.admm.held,
-    })
+    });
+    let direct = &progress.direct;
+    let more = if direct.level_iteration > 0 {
+        json!({ "level": cells(direct), "step": direct.step, "slope": direct.slope, "evaluations": direct.evaluations })
+    } else {
+        json!({
+            "ao_step": progress.admm.ao_step,
+            "density_change": progress.admm.density_change,
+            "nso_residuals": progress.admm.nso_residuals.as_slice(),
+            "kkt": progress.admm.kkt,
+            "ao_residual": progress.admm.ao_residual,
+            "gap": progress.admm.gap,
+            "data_of_star": progress.admm.data_of_star,
+            "held": progress.admm.held,
+        })
+    };
+    if let (Value::Object(fields), Value::Object(more)) = (&mut fields, more) {
+        fields.extend(more);
+    }
+    fields
 }

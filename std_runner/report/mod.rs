@@ -9,23 +9,40 @@ mod words;
 
 use std::path::Path;
 
-pub use record::{AdmmRecord, AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord};
+pub use record::{
+    AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord,
+};
 
-use crate::output::{Frames, Gallery, OutputError, create_folder, write_archive, write_bytes};
+use crate::output::{Densities, Frames, Gallery, OutputError, Precision, create_folder, write_archive, write_bytes, write_whole};
 
-/// Writes a result folder: `result.npz`, `report.json`, `report.html`, and with `images` the frames and the animation.
-///
-/// Numbers are written first, so that they are there if pictures fail. Every file is whole or not there.
+const ARCHIVE: &str = "result.npz";
+
+/// Writes the numbers of a result, `result.npz` and `report.json`, into `folder`. Every file is whole or not there.
 ///
 /// # Errors
 /// A file that could not be written, by name.
-pub fn write(folder: &Path, frames: &dyn Frames, record: &RunRecord, images: bool) -> Result<(), OutputError> {
+pub fn write_numbers(folder: &Path, frames: &dyn Frames, record: &RunRecord) -> Result<(), OutputError> {
     create_folder(folder)?;
-    write_archive(&folder.join("result.npz"), frames)?;
+    write_archive(&folder.join(ARCHIVE), frames)?;
     let path = folder.join("report.json");
-    let json = serde_json::to_vec_pretty(record).map_err(OutputError::of(&path))?;
-    write_bytes(&path, &json)?;
-    let gallery = Gallery::draw(folder, frames, images)?;
-    let title = folder.file_name().map_or_else(|| "result".into(), |name| name.to_string_lossy());
-    write_bytes(&folder.join("report.html"), page::page(&title, record, &gallery).as_bytes())
+    write_whole(&path, |file| serde_json::to_writer_pretty(file, record).map_err(OutputError::of(&path)))
+}
+
+/// Writes `report.html`, and with `images` the frames and the animation, into `folder`, all drawn from the numbers in
+/// `result`, which may be the same folder.
+///
+/// The answer is false if the system has not the memory for pictures; then the page is without any.
+///
+/// # Errors
+/// A file that could not be read or written, by name.
+pub fn write_pictures(result: &Path, folder: &Path, record: &RunRecord, images: bool) -> Result<bool, OutputError> {
+    create_folder(folder)?;
+    let precision = if record.precision == "f64" { Precision::F64 } else { Precision::F32 };
+    let keyframes = record.keyframes.iter().map(|keyframe| keyframe.step).collect();
+    let densities = Densities::open(&result.join(ARCHIVE), precision, record.cells.clone(), record.steps, keyframes)?;
+    let room = Gallery::has_room(&densities, images);
+    let gallery = if room { Gallery::draw(folder, densities, images)? } else { Gallery::default() };
+    let title = result.file_name().map_or_else(|| "result".into(), |name| name.to_string_lossy());
+    write_bytes(&folder.join("report.html"), page::page(&title, record, &gallery).as_bytes())?;
+    Ok(room)
 }

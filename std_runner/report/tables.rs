@@ -37,6 +37,7 @@ pub(super) fn times(record: &RunRecord) -> String {
         ("Advection problem", spent.ao, Some(spent.ao_average)),
         ("Navier\u{2013}Stokes problem", spent.nso, Some(spent.nso_average)),
         ("Rest of the iterations", spent.other, None),
+        ("Nested start on coarser grids", spent.nested, None),
         ("Making the result feasible", spent.finish, None),
         ("Reading, drawing, planning", spent.setup, None),
     ];
@@ -44,7 +45,7 @@ pub(super) fn times(record: &RunRecord) -> String {
         let average = average.map(|average| format!("<small>{} each</small>", seconds(average))).unwrap_or_default();
         format!("<tr><th>{name}{average}</th><td>{}</td><td class=\"wide\">{}</td></tr>", seconds(value), bar(value, spent.total, "c1"))
     };
-    let rows: String = rows.iter().map(row).collect();
+    let rows: String = rows.iter().filter(|(_, value, _)| *value > 0.0).map(row).collect();
     format!("<table><tbody>{rows}</tbody><tfoot><tr><th>Total</th><td>{}</td><td></td></tr></tfoot></table>", seconds(spent.total))
 }
 

@@ -131,7 +131,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         filters: 5,
         advection: AdvectionRecord { scheme: "quick".into(), tolerance: 1e-5 },
         method: "admm".into(),
-        precision: "f32".into(),
+        precision: if frames.precision() == Precision::F64 { "f64" } else { "f32" }.into(),
         status: "converged".into(),
         objective,
         history,
@@ -151,7 +151,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
                 line("coarse levels", 19_940_352, 2),
             ],
         },
-        seconds: SecondsRecord { total: 143.2, setup: 0.031, ao: 38.4, nso: 101.7, other: 1.2, finish: 1.9, ao_average: 1.05, nso_average: 2.75 },
+        seconds: SecondsRecord { total: 143.2, setup: 0.031, nested: 4.2, ao: 38.4, nso: 101.7, other: 1.2, finish: 1.9, ao_average: 1.05, nso_average: 2.75 },
         threads: 2,
         version: "0.1.0".into(),
         scene: "[grid]\ncells = [128, 128]   # <not> a \"tag\"\n\n[time]\nsteps = 40\n".into(),
@@ -174,6 +174,9 @@ fn entry(iteration: usize) -> IterationRecord {
             kkt: 0.6 * (-0.11 * late).exp() * wobble,
             ao_residual: 0.2 * (-0.08 * late).exp(),
             gap: 0.05 * (-0.15 * late).exp(),
+            data_of_star: 2400.0 * (-0.3 * late).exp() + 35.0,
+            held: iteration % 3 == 1,
         }),
+        direct: None,
     }
 }

@@ -258,11 +258,16 @@ impl<'a, T> Work<'a, '_, T> {
         let Evaluation { levels, level, setup, .. } = &self.simulated.evaluation;
         Shape { grid: &levels.grids[*level], slots: setup.carrier.slots }
     }
+
+    /// The first inverse Hessian 1 / r: exact where the data term is flat.
+    fn initial(&self) -> Initial<'a> {
+        Initial { line: None, scale: 1.0 / self.simulated.evaluation.setup.force_weight }
+    }
 }
 
 impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
     fn direction(&mut self, exec: &dyn Exec, newton: &QuasiNewton) -> f64 {
-        let initial = Initial::Scaled(1.0 / self.simulated.evaluation.setup.force_weight);
+        let initial = self.initial();
         newton.descend(exec, self.shape(), &mut self.fields, &initial, self.simulated.evaluation.sums)
     }
 
@@ -287,6 +292,7 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
     }
 
     fn remember(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, length: f64) {
-        newton.remember(exec, self.shape(), &mut self.fields, borrowed, length, self.simulated.evaluation.sums);
+        let initial = self.initial();
+        newton.remember(exec, self.shape(), &mut self.fields, borrowed, length, &initial, self.simulated.evaluation.sums);
     }
 }
