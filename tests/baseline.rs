@@ -383,7 +383,9 @@ fn parameters_out_of_range_are_refused() {
         let mut scene = Scene::small(&[8, 8], "ww", 4);
         change(&mut scene.params);
         match Plan::new::<f32, D2>(&scene.problem(), &scene.params) {
-            Err(PlanError::Problem(ProblemError::Negative { field, .. } | ProblemError::NotPositive { field, .. } | ProblemError::NotFinite { field, .. })) => field,
+            Err(PlanError::Problem(ProblemError::Negative { field, .. } | ProblemError::NotPositive { field, .. } | ProblemError::NotFinite { field, .. })) => {
+                field
+            }
             Err(PlanError::OutOfRange { field, .. }) => field,
             other => panic!("{:?}", other.map(|_| ())),
         }

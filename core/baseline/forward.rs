@@ -255,7 +255,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     fn carry(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, step: usize) -> Result<(), Stop> {
         let Self { levels, v, initial, rho, region, sums, settings, .. } = self;
         let (grid, flow) = (&levels.grids[0], Flow { initial: view(initial), v: view(v), along: None });
-        let mut carrier = Carrier::carve(grid, &settings.carrier, &mut Pool::new(&mut *region));
+        let mut carrier = Carrier::carve(grid, &settings.carrier, &mut Pool::new(region));
         carrier.carry_step(exec, observer, &flow, rho, step, sums)?;
         if let Push::Target(pd) = settings.push
             && pd.gathering > 0.0

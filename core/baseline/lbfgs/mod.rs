@@ -229,8 +229,16 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         let fields = quasi_newton::take(&grid, carrier.slots, params.history, &mut pool);
         let setup = flow::Setup { carrier, force_weight, projection_tolerance };
         let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
-        let evaluation =
-            Evaluation { levels: &self.levels, level: 0, setup, initial: view(&self.initial), rho: self.rho, keyframes, region: pool.into_rest(), sums: self.sums };
+        let evaluation = Evaluation {
+            levels: &self.levels,
+            level: 0,
+            setup,
+            initial: view(&self.initial),
+            rho: self.rho,
+            keyframes,
+            region: pool.into_rest(),
+            sums: self.sums,
+        };
         let simulated = Simulated { evaluation, tolerance: step_tolerance };
         Work { simulated, v: reborrow(&mut self.v), u: reborrow(&mut self.u), fields, change: None }
     }
