@@ -23,6 +23,8 @@ const CORRECTIONS: usize = 30;
 const SMALLEST: f64 = 1.0 / 16.0;
 /// What a cycle may leave of a residual at most.
 const LEFT: f64 = 0.1;
+/// What a cycle of the adjoint leaves at least: to leave less asks for projections that are dearer than another cycle.
+const LEFT_OF_ADJOINT: f64 = 1e-2;
 /// What it leaves, in parts of what would be enough.
 const SURE: f64 = 0.3;
 /// Rounding errors of a residual, in parts of its largest term.
@@ -154,7 +156,7 @@ impl<'a, T: Real> Step<'a, T> {
             if !size.is_finite() {
                 return Err(Stop::TooFast);
             }
-            self.correct::<S>(exec, observer, Law::Adjoint, SURE * enough / size, sums)?;
+            self.correct::<S>(exec, observer, Law::Adjoint, (SURE * enough / size).max(LEFT_OF_ADJOINT), sums)?;
             add(exec, shape, &mut self.adjoint, 1.0, 1.0, view(&self.correction));
         }
         Err(Stop::TooFast)

@@ -121,8 +121,11 @@ impl<T: Real> Simulated<'_, '_, T> {
         let mut step = Step::carve(levels, *level, setup, &mut Pool::new(region));
         step.adjoint.iter_mut().for_each(|component| component.fill(T::ZERO));
         for at in (0..slots).rev() {
-            let later = Slot::only(view(&step.adjoint));
-            slot::combine(exec, grid, [(1.0, later), (1.0, Slot { field: view(out), slots, slot: at })], &mut step.given);
+            let z = |slot| Slot { field: view(out), slots, slot };
+            slot::combine(exec, grid, [(1.0, Slot::only(view(&step.adjoint))), (1.0, z(at))], &mut step.given);
+            if at + 2 < slots {
+                slot::combine(exec, grid, [(2.0, z(at + 1)), (-1.0, z(at + 2))], &mut step.adjoint);
+            }
             step.guess(exec, [(1.0, Slot { field: v, slots, slot: at })]);
             step.adjoin::<S>(exec, observer, sums)?;
             put(exec, grid, view(&step.adjoint), out, at);
