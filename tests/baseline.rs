@@ -286,6 +286,20 @@ fn adjoint_control_of_circle_to_two_circles() {
     assert!(evaluations <= 2 * solved.history.len() + 10, "{evaluations} evaluations");
 }
 
+/// Two ways to write one problem: the forces of all flows, the flows of all forces.
+#[test]
+fn adjoint_control_and_the_direct_method_meet() {
+    let end = |method: Method| {
+        let mut scene = by(method, Scene { scheme: Scheme::Quick, ..Scene::small(&[16, 14], "wp", 6) });
+        (scene.params.iterations, scene.params.direct.tolerance, scene.params.lbfgs.tolerance) = (150, 1e-6, 1e-6);
+        scene.params.simulation.tolerance = 1e-7;
+        total(&scene.solve_alone::<f64, D2>())
+    };
+    let (direct, adjoint) = (end(Method::Direct), end(Method::Lbfgs));
+    println!("J = {direct} by the direct method, {adjoint} by adjoint control");
+    assert_close("J", adjoint, direct, direct, 1e-3);
+}
+
 #[test]
 fn the_nested_start_of_adjoint_control_is_ahead() {
     let far = |nested: bool| {
