@@ -115,7 +115,8 @@ impl<'a, T: Real> Drive<'a, T> {
         });
     }
 
-    /// `rho += s div(rho rho*~ grad(rho - rho*))`, in as many sub-steps as keep it stable; no flux through walls.
+    /// `rho += s div(rho rho*~ grad(rho - rho*))`, in as many sub-steps as keep it stable; no flux through walls,
+    /// nor where transport has undershot 0, which would gather the wrong way.
     ///
     /// # Errors
     /// [`Stop::TooFast`] when that is too many.
@@ -135,7 +136,7 @@ impl<'a, T: Real> Drive<'a, T> {
             let from = &*rho;
             let flux = |axis: usize, low: usize, high: usize| {
                 let [at, around] = [from, target].map(|field| 0.5 * (field[low] + field[high]).to_f64());
-                at * around * ((from[high] - goal[high]) - (from[low] - goal[low])).to_f64() / grid.h[axis]
+                at.max(0.0) * around * ((from[high] - goal[high]) - (from[low] - goal[low])).to_f64() / grid.h[axis]
             };
             for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *next], sums: &mut [], scratch: &mut [] }, |task| {
                 let [next] = task.fields;
