@@ -12,7 +12,7 @@ pub use document::Document;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, ShapeSpec};
 use std::path::{Path, PathBuf};
-use thurible_core::{Boundary, Colours, DirectParams, Method, Norm, Scheme};
+use thurible_core::{Boundary, Colours, DirectParams, Method, Norm, NsoSolver, Scheme};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -118,6 +118,8 @@ pub struct Admm {
     pub ao_momentum: f64,
     /// Whether the start is a solve at half the resolution.
     pub nested: bool,
+    /// What solves NSO.
+    pub nso: NsoSolver,
     /// Where NSO stops.
     pub nso_tolerance: f64,
     /// How NSO's residual counts divergences.
