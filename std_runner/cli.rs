@@ -25,6 +25,8 @@ pub struct Cli {
 pub enum Command {
     /// Solve a scene and write the result folder.
     Solve(SolveArguments),
+    /// Simulate the flow of a scene without control; its keyframes and method are left out.
+    Simulate(SimulateArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.
     Plan(SceneArguments),
     /// Write a commented scene to start from.
@@ -39,10 +41,10 @@ pub struct SceneArguments {
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
-    /// Precision of all numbers.
-    #[arg(long, value_enum, default_value = "f32")]
-    pub precision: Precision,
-    /// The method: direct or admm.
+    /// Precision of all numbers [default: f32; of `simulate`, whose forces are next to nothing: f64].
+    #[arg(long, value_enum)]
+    pub precision: Option<Precision>,
+    /// The method: direct, admm, lbfgs or pd.
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
     /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].
@@ -70,6 +72,23 @@ pub struct SolveArguments {
     pub output: Option<PathBuf>,
 }
 
+/// What `simulate` takes.
+#[derive(Args, Debug)]
+pub struct SimulateArguments {
+    /// The scene and the common options.
+    #[command(flatten)]
+    pub common: SceneArguments,
+    /// The result folder [default: `output.folder` of the scene with _flow at its end].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Go on from the last density and velocity of a result with the same cells.
+    #[arg(long, value_name = "DIR")]
+    pub from: Option<PathBuf>,
+    /// Steps, as --set time.steps=M.
+    #[arg(long, value_name = "M")]
+    pub steps: Option<usize>,
+}
+
 /// What `new` takes.
 #[derive(Args, Debug)]
 pub struct NewArguments {
@@ -83,7 +102,7 @@ pub struct NewArguments {
 impl SceneArguments {
     /// What they say about the plan.
     pub fn wishes(&self) -> Wishes {
-        Wishes { precision: self.precision, threads: self.threads, limit: self.memory_limit }
+        Wishes { precision: self.precision.unwrap_or(Precision::F32), threads: self.threads, limit: self.memory_limit }
     }
 
     /// How progress is shown.

@@ -126,6 +126,9 @@ pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Param
             nso,
         },
         direct: scene.method.direct,
+        lbfgs: scene.method.lbfgs,
+        pd: scene.method.pd,
+        simulation: scene.simulation,
     }
 }
 

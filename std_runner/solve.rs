@@ -1,15 +1,15 @@
 //! `thurible solve SCENE`: plan, allocate once, solve, make feasible, write.
 
-use crate::cli::SolveArguments;
+use crate::cli::{SceneArguments, SolveArguments};
 use crate::console;
 use crate::destination::Destination;
 use crate::exit::{Failure, code_of, status_name};
 use crate::frames::SolverFrames;
-use crate::inputs::{hand_over, solver_refusal};
+use crate::inputs::{hand_on, hand_over, solver_refusal};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::output::Sample;
-use crate::plan::{self, plan_fields, size_in_words};
+use crate::plan::{self, Planned, plan_fields, size_in_words};
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, Mode, Watch, history_bytes, in_words};
 use crate::region::Region;
@@ -18,7 +18,7 @@ use crate::scene::Scene;
 use crate::{bytes, outcome, report, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
@@ -35,11 +35,16 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let clock = Clock::start();
     let scene = Scene::load(&common.scene, &common.set, common.method.as_deref())?;
     let planned = plan::choose(&scene, &common.wishes())?;
+    let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
+    carry_out(common, clock, scene, planned, None, folder)
+}
+
+/// Solves what was planned, from the end of another result perhaps, and writes the result to `folder`.
+pub fn carry_out(common: &SceneArguments, clock: Clock, scene: Scene, planned: Planned, from: Option<PathBuf>, folder: PathBuf) -> Result<u8, Failure> {
     let bytes = planned.plan.bytes();
     let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + 2 * history_bytes(planned.params.iterations);
     let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
-    let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
-    let job = Job { scene, planned, folder, footprint: region.footprint(), mode: common.mode() };
+    let job = Job { scene, planned, from, folder, footprint: region.footprint(), mode: common.mode() };
     threads::with(job.planned.params.threads, |exec| job.run(exec, region, clock))?
 }
 
@@ -104,7 +109,10 @@ impl Job {
     fn solve<T: Real + Sample, S: Space>(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], clock: Clock) -> Result<Solved, Failure> {
         let problem = self.planned.problem.problem();
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block).map_err(|error| solver_refusal(&error))?;
-        let mass_factors = hand_over(&self.scene, &mut solver)?;
+        let mass_factors = match &self.from {
+            Some(folder) => hand_on(&self.scene, folder, &mut solver).map(|()| Vec::new())?,
+            None => hand_over(&self.scene, &mut solver)?,
+        };
         let destination = Destination::check(&self.folder)?;
         let mut watch = Watch::new(clock, self.mode, self.planned.params.iterations, Interrupt::listen()?);
         self.announce(&watch.display);
@@ -184,7 +192,7 @@ fn in_sentence(status: Status) -> &'static str {
 
 fn not_finite(scene: &Scene) -> Failure {
     Failure::NotFinite(format!(
-        "{}: the solve left the finite numbers and nothing was written; try --precision f64, a larger `method.admm.penalty` or more `time.steps`",
+        "{}: the solve left the finite numbers, or a flow was too fast to follow, and nothing was written; try --precision f64, more `time.steps` or weaker control",
         scene.document.path().display()
     ))
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The path of the data. Numbers, memory and vectors of numbers know each other and count as one module.
-const ORDER: [&[&str]; 20] = [
+const ORDER: [&[&str]; 22] = [
     &["real", "arena", "simd"],
     &["exec"],
     &["observe"],
@@ -23,8 +23,10 @@ const ORDER: [&[&str]; 20] = [
     &["nso"],
     &["progress"],
     &["nested"],
+    &["descent"],
     &["admm"],
     &["direct"],
+    &["baseline"],
     &["solver"],
 ];
 

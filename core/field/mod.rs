@@ -2,6 +2,7 @@
 
 pub mod means;
 pub mod rows;
+pub mod slot;
 pub mod sums;
 pub mod transfer;
 
