@@ -3,9 +3,11 @@
 use crate::exit::status_name;
 use crate::job::Job;
 use crate::progress::{Clock, Row, Watch};
-use crate::report::{AdmmRecord, AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord};
+use crate::report::{
+    AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord,
+};
 use crate::scene::{boundary_name, method_name, scheme_name};
-use thurible_core::{Objective, Real, Solver, Space, Status};
+use thurible_core::{Method, Objective, Real, Solver, Space, Status};
 
 /// The record of `job`, solved by `solver` under the eyes of `watch`.
 pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: Status, watch: &Watch, mass_factors: &[f64]) -> RunRecord {
@@ -24,7 +26,7 @@ pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: S
         precision: job.planned.precision.name().into(),
         status: status_name(status).into(),
         objective: parts(solver.objective()),
-        history: watch.history.iter().map(iteration).collect(),
+        history: watch.history.iter().map(|row| iteration(row, job.planned.params.method, problem.cells.len())).collect(),
         memory: memory(job),
         seconds: seconds(&watch.clock),
         threads: job.planned.params.threads,
@@ -39,19 +41,25 @@ fn parts(objective: Objective) -> ObjectiveRecord {
     ObjectiveRecord { data: objective.data, force: objective.force }
 }
 
-fn iteration(row: &Row) -> IterationRecord {
-    let admm = &row.progress.admm;
+fn iteration(row: &Row, method: Method, dimensions: usize) -> IterationRecord {
+    let (admm, direct) = (&row.progress.admm, &row.progress.direct);
     IterationRecord {
         iteration: row.progress.iteration,
         seconds: row.seconds,
         objective: parts(row.progress.objective),
-        admm: Some(AdmmRecord {
+        admm: (method == Method::Admm).then(|| AdmmRecord {
             ao_step: admm.ao_step,
             density_change: admm.density_change,
             nso_residuals: admm.nso_residuals.iter().copied().collect(),
             kkt: admm.kkt,
             ao_residual: admm.ao_residual,
             gap: admm.gap,
+        }),
+        direct: (method == Method::Direct).then(|| DirectRecord {
+            level: direct.cells[..dimensions].to_vec(),
+            step: direct.step,
+            slope: direct.slope,
+            evaluations: direct.evaluations,
         }),
     }
 }

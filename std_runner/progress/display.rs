@@ -6,7 +6,7 @@ use core::fmt::Arguments;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
-use thurible_core::Progress;
+use thurible_core::{AdmmProgress, DirectProgress, Progress};
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +24,8 @@ pub struct Display {
     mode: Mode,
     bar: Option<ProgressBar>,
     limit: usize,
+    /// Seconds after the start at which the first iteration on the finest grid began.
+    begun: f64,
     summary: String,
 }
 
@@ -35,7 +37,7 @@ impl Display {
             let style = style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> ");
             ProgressBar::new(u64::try_from(limit).unwrap_or(u64::MAX)).with_style(style)
         });
-        Display { mode, bar, limit, summary: String::new() }
+        Display { mode, bar, limit, begun: 0.0, summary: String::new() }
     }
 
     /// A sentence between the lines of progress.
@@ -83,16 +85,21 @@ impl Display {
         if self.mode != Mode::Human {
             return;
         }
-        let left = self.limit.saturating_sub(progress.iteration) as f64 * seconds / progress.iteration.max(1) as f64;
-        let residual = progress.admm.nso_residuals.last().copied().unwrap_or(f64::NAN);
-        let text =
-            format!("at most {} left, data {:.3e}, force {:.3e}, residual {residual:.0e}", in_words(left), progress.objective.data, progress.objective.force);
+        let parts = format!("data {:.3e}, force {:.3e}, {}", progress.objective.data, progress.objective.force, detail(progress));
+        let done = done(progress);
+        let text = if done == 0 {
+            self.begun = seconds;
+            format!("{} of {} cells, {parts}", progress.direct.level_iteration, grid(&progress.direct))
+        } else {
+            let left = self.limit.saturating_sub(done) as f64 * (seconds - self.begun) / done as f64;
+            format!("at most {} left, {parts}", in_words(left))
+        };
         match &self.bar {
             Some(bar) => {
-                bar.set_position(u64::try_from(progress.iteration).unwrap_or(u64::MAX));
+                bar.set_position(u64::try_from(done).unwrap_or(u64::MAX));
                 bar.set_message(text.clone());
             }
-            None => console::error(&format!("{:>4}/{} {text}, change {:.1e}", progress.iteration, self.limit, progress.admm.density_change)),
+            None => console::error(&format!("{done:>4}/{} {text}", self.limit)),
         }
         self.summary = text + ", ";
     }
@@ -105,20 +112,70 @@ impl Display {
     }
 }
 
+/// Whether the direct method made this iteration: it alone names a grid.
+fn is_direct(progress: &Progress) -> bool {
+    progress.direct.cells[0] > 0
+}
+
+/// Iterations that count towards the limit: 0 while the direct method is on a coarser grid.
+fn done(progress: &Progress) -> usize {
+    match (is_direct(progress), progress.direct.level) {
+        (true, 0) => progress.direct.level_iteration,
+        (true, _) => 0,
+        (false, _) => progress.iteration.max(1),
+    }
+}
+
+/// `32 x 32`; the axis that a plane has not is left out.
+fn grid(direct: &DirectProgress) -> String {
+    let dims = if direct.cells[2] > 1 { 3 } else { 2 };
+    direct.cells[..dims].iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
+}
+
+/// What the method says about the iteration.
+fn detail(progress: &Progress) -> String {
+    if is_direct(progress) {
+        return format!("step {}", progress.direct.step);
+    }
+    let residual = progress.admm.nso_residuals.last().copied().unwrap_or(f64::NAN);
+    format!("residual {residual:.0e}, change {:.1e}", progress.admm.density_change)
+}
+
 fn iteration_fields(progress: &Progress, seconds: f64) -> Value {
-    json!({
+    let mut fields = json!({
         "iteration": progress.iteration,
         "seconds": seconds,
         "data": progress.objective.data,
         "force": progress.objective.force,
         "total": progress.objective.total(),
-        "ao_step": progress.admm.ao_step,
-        "density_change": progress.admm.density_change,
-        "nso_residuals": progress.admm.nso_residuals.as_slice(),
-        "kkt": progress.admm.kkt,
-        "ao_residual": progress.admm.ao_residual,
-        "gap": progress.admm.gap,
-        "data_of_star": progress.admm.data_of_star,
-        "held": progress.admm.held,
+    });
+    let own = if is_direct(progress) { direct_fields(&progress.direct) } else { admm_fields(&progress.admm) };
+    if let (Value::Object(fields), Value::Object(own)) = (&mut fields, own) {
+        fields.extend(own);
+    }
+    fields
+}
+
+fn direct_fields(direct: &DirectProgress) -> Value {
+    json!({
+        "cells": direct.cells,
+        "level": direct.level,
+        "level_iteration": direct.level_iteration,
+        "step": direct.step,
+        "slope": direct.slope,
+        "evaluations": direct.evaluations,
+    })
+}
+
+fn admm_fields(admm: &AdmmProgress) -> Value {
+    json!({
+        "ao_step": admm.ao_step,
+        "density_change": admm.density_change,
+        "nso_residuals": admm.nso_residuals.as_slice(),
+        "kkt": admm.kkt,
+        "ao_residual": admm.ao_residual,
+        "gap": admm.gap,
+        "data_of_star": admm.data_of_star,
+        "held": admm.held,
     })
 }

@@ -13,16 +13,16 @@ const MOST_DOTS: usize = 60;
 
 /// A named curve, in pieces where it is interrupted.
 pub(super) struct Curve {
-    pub name: &'static str,
-    /// 1 ..= 3: which of the page's colours.
+    pub name: String,
+    /// 1 ..= 4: which of the page's colours.
     pub colour: usize,
     pub pieces: Vec<Vec<(f64, f64)>>,
 }
 
 impl Curve {
     /// An uninterrupted curve.
-    pub fn new(name: &'static str, colour: usize, points: impl Iterator<Item = (f64, f64)>) -> Self {
-        Self { name, colour, pieces: vec![points.collect()] }
+    pub fn new(name: impl Into<String>, colour: usize, points: impl Iterator<Item = (f64, f64)>) -> Self {
+        Self { name: name.into(), colour, pieces: vec![points.collect()] }
     }
 
     fn last(&self) -> Option<f64> {
@@ -99,7 +99,7 @@ impl Chart {
 
 fn legend_entry(curve: &Curve) -> String {
     let last = curve.last().map(number).unwrap_or_default();
-    format!("<li class=\"c{}\">{} <b>{last}</b></li>", curve.colour, escape(curve.name))
+    format!("<li class=\"c{}\">{} <b>{last}</b></li>", curve.colour, escape(&curve.name))
 }
 
 /// A curve, in pieces where it cannot be drawn on a logarithmic axis.

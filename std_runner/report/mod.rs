@@ -9,7 +9,9 @@ mod words;
 
 use std::path::Path;
 
-pub use record::{AdmmRecord, AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord};
+pub use record::{
+    AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord,
+};
 
 use crate::output::{Frames, Gallery, OutputError, create_folder, write_archive, write_bytes};
 

@@ -35,7 +35,7 @@ fn section(title: &str, class: &str, body: &str) -> String {
 }
 
 fn head(title: &str, record: &RunRecord) -> String {
-    let (word, kind, sentence) = outcome(&record.status, record.history.len());
+    let (word, kind, sentence) = outcome(record);
     format!("<header><p class=\"brand\">thurible</p><h1>{title} <span class=\"badge {kind}\">{word}</span></h1><p class=\"lead\">{sentence}</p></header>\n")
 }
 

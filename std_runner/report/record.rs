@@ -99,6 +99,22 @@ pub struct IterationRecord {
     /// What ADMM alone can tell.
     #[serde(flatten)]
     pub admm: Option<AdmmRecord>,
+    /// What the direct method alone can tell.
+    #[serde(flatten)]
+    pub direct: Option<DirectRecord>,
+}
+
+/// One iteration of the direct method.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DirectRecord {
+    /// Cells of the grid that it worked on; objectives of different grids cannot be compared.
+    pub level: Vec<usize>,
+    /// Step along the direction, 0 when none gained anything.
+    pub step: f64,
+    /// Derivative of the objective along the direction.
+    pub slope: f64,
+    /// Flows whose objective was computed.
+    pub evaluations: usize,
 }
 
 /// One iteration of ADMM.

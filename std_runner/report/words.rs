@@ -1,5 +1,7 @@
 //! Numbers, sizes, times and outcomes as people read them.
 
+use super::record::RunRecord;
+
 /// Text that is safe between tags and in attributes.
 pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
@@ -73,10 +75,16 @@ pub(super) fn count(number: usize, noun: &str) -> String {
 }
 
 /// How it ended: a word for the badge, its kind for the colour, and a sentence.
-pub(super) fn outcome(status: &str, iterations: usize) -> (&'static str, &'static str, String) {
-    let after = format!("after {}", count(iterations, "iteration"));
-    match status {
-        "converged" => ("converged", "good", format!("Converged {after}: the last one changed the density by less than the tolerance.")),
+pub(super) fn outcome(record: &RunRecord) -> (&'static str, &'static str, String) {
+    let finest = record.history.iter().filter(|entry| entry.direct.as_ref().is_none_or(|direct| direct.level == record.cells)).count();
+    let coarser = match record.history.len() - finest {
+        0 => String::new(),
+        coarser => format!(", and {coarser} on coarser grids before"),
+    };
+    let after = format!("after {}{coarser}", count(finest, "iteration"));
+    let little = if record.method == "admm" { "changed the density" } else { "lowered the objective" };
+    match record.status.as_str() {
+        "converged" => ("converged", "good", format!("Converged {after}: the last one {little} by less than the tolerance.")),
         "max_iterations" => ("ran its iterations", "fair", format!("Stopped {after}, as many as were allowed; more may still improve it.")),
         "stalled" => ("stalled", "fair", format!("Stalled {after}: it could not improve any more before it reached its tolerance.")),
         "not_finite" => ("not finite", "bad", format!("Failed {after}: the numbers stopped being finite. What is shown is the last state.")),

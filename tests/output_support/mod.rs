@@ -175,5 +175,6 @@ fn entry(iteration: usize) -> IterationRecord {
             ao_residual: 0.2 * (-0.08 * late).exp(),
             gap: 0.05 * (-0.15 * late).exp(),
         }),
+        direct: None,
     }
 }
