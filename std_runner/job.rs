@@ -4,6 +4,7 @@ use crate::destination::Destination;
 use crate::inputs::Inputs;
 use crate::plan::Planned;
 use crate::progress::Mode;
+use crate::report::Parts;
 use crate::scene::Scene;
 
 /// A solve that is ready to run.
@@ -20,4 +21,6 @@ pub struct Job {
     pub footprint: usize,
     /// How progress is shown.
     pub mode: Mode,
+    /// What is written beside the report.
+    pub(crate) parts: Parts,
 }

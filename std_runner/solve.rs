@@ -8,15 +8,17 @@ use crate::frames::SolverFrames;
 use crate::inputs::{Inputs, solver_refusal};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
-use crate::output::Sample;
-use crate::plan::{self, plan_fields, size_in_words};
+use crate::output::{Gallery, Sample};
+use crate::plan::{self, Wishes, plan_fields, size_in_words};
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, Mode, Watch, in_words};
 use crate::region::Region;
-use crate::scene::Scene;
+use crate::report::{Parts, RunRecord};
+use crate::scene::{Scene, method_name};
 use crate::{bytes, outcome, report, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
+use std::path::Path;
 use thurible_core::{D2, D3, Exec, Objective, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
@@ -26,19 +28,50 @@ const DIVERGENT: f64 = 1e-6;
 pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     let clock = Clock::start();
-    let scene = Scene::load(&common.scene, &common.set, common.method.as_deref())?;
-    let planned = plan::choose(&scene, &common.wishes())?;
-    let inputs = Inputs::draw(&scene)?;
-    let destination = Destination::check(arguments.output.as_deref().unwrap_or(&scene.output.folder))?;
-    let bytes = planned.plan.bytes();
-    let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
-    let footprint = region.footprint();
-    let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
-    let interrupt = Interrupt::listen(common.mode() != Mode::Human)?;
-    let watch = Watch::new(clock, common.mode(), planned.params.iterations, interrupt);
-    let job = Job { scene, planned, inputs, destination, footprint, mode: common.mode() };
-    job.announce(&watch.display);
-    threads::with(job.planned.params.threads, |exec| job.dispatch(exec, block, watch))?
+    let scene = Scene::load(&common.scene, &common.options.set, common.method.as_deref())?;
+    let mode = common.options.mode();
+    let order = Order { wishes: common.options.wishes(), mode, parts: Parts { arrays: true, images: scene.output.frames } };
+    let folder = arguments.output.clone().unwrap_or_else(|| scene.output.folder.clone());
+    let interrupt = Interrupt::listen(mode != Mode::Human)?;
+    order.solve(scene, &folder, clock, interrupt).map(|solved| code_of(solved.status))
+}
+
+/// How scenes are to be solved.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Order {
+    /// Precision, threads and ceiling.
+    pub wishes: Wishes,
+    /// How progress is shown.
+    pub mode: Mode,
+    /// What is written beside the report.
+    pub parts: Parts,
+}
+
+/// What came of a solve, beside its folder.
+pub(crate) struct Solved {
+    /// How it ended.
+    pub status: Status,
+    /// What `report.json` holds.
+    pub record: RunRecord,
+    /// The pictures of `report.html`.
+    pub gallery: Gallery,
+}
+
+impl Order {
+    /// Solves `scene` into `folder`; `clock` has run since the scene was read.
+    pub(crate) fn solve(&self, scene: Scene, folder: &Path, clock: Clock, interrupt: Interrupt) -> Result<Solved, Failure> {
+        let planned = plan::choose(&scene, &self.wishes)?;
+        let inputs = Inputs::draw(&scene)?;
+        let destination = Destination::check(folder)?;
+        let bytes = planned.plan.bytes();
+        let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
+        let footprint = region.footprint();
+        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
+        let watch = Watch::new(clock, self.mode, planned.params.iterations, interrupt);
+        let job = Job { scene, planned, inputs, destination, footprint, mode: self.mode, parts: self.parts };
+        job.announce(&watch.display);
+        threads::with(job.planned.params.threads, |exec| job.dispatch(exec, block, watch))?
+    }
 }
 
 fn no_memory(bytes: usize) -> Failure {
@@ -54,8 +87,9 @@ impl Job {
         let planned = &self.planned;
         display.event("plan", plan_fields(planned));
         display.note(&format!(
-            "{}: {} cells, {} steps, {} bytes ({}) in {}, {} threads",
+            "{} by {}: {} cells, {} steps, {} bytes ({}) in {}, {} threads",
             self.scene.document.path().display(),
+            method_name(planned.params.method),
             size_in_words(&planned.problem.cells),
             planned.problem.steps,
             bytes::grouped(planned.plan.bytes()),
@@ -65,7 +99,7 @@ impl Job {
         ));
     }
 
-    fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], watch: Watch) -> Result<u8, Failure> {
+    fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], watch: Watch) -> Result<Solved, Failure> {
         match (self.planned.problem.cells.len(), self.planned.precision) {
             (2, Precision::F32) => self.solve::<f32, D2>(exec, block, watch),
             (2, Precision::F64) => self.solve::<f64, D2>(exec, block, watch),
@@ -74,7 +108,7 @@ impl Job {
         }
     }
 
-    fn solve<T: Real + Sample, S: Space>(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], mut watch: Watch) -> Result<u8, Failure> {
+    fn solve<T: Real + Sample, S: Space>(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], mut watch: Watch) -> Result<Solved, Failure> {
         let problem = self.planned.problem.problem();
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block).map_err(|error| solver_refusal(&error))?;
         let mass_factors = self.inputs.hand_over(&self.scene, &mut solver)?;
@@ -90,10 +124,11 @@ impl Job {
         watch.clock.finished();
         let frames = SolverFrames::new(&solver, &self.planned.problem);
         let record = outcome::record(self, &solver, status, &watch, &mass_factors);
-        self.destination.fill(|folder| report::write(folder, &frames, &record, self.scene.output.frames).map_err(|error| Failure::File(error.to_string())))?;
+        let write = |folder: &Path| report::write_and_show(folder, &frames, &record, self.parts).map_err(|error| Failure::File(error.to_string()));
+        let gallery = self.destination.fill(write)?;
         watch.display.close();
         self.tell(&watch, status, solver.objective());
-        Ok(code_of(status))
+        Ok(Solved { status, record, gallery })
     }
 
     /// Projects v_0 and warns if it needed that.

@@ -1,6 +1,6 @@
 //! The curves of a run.
 
-use super::chart::{Chart, Curve};
+use super::chart::{Chart, Curve, Scale};
 use super::record::{AdmmRecord, IterationRecord, RunRecord};
 
 /// All figures that this run has data for, as HTML.
@@ -17,7 +17,7 @@ pub(super) fn charts(record: &RunRecord) -> String {
 }
 
 /// The iterations of one grid after the other, coarsest first; a method without coarser grids has one piece.
-pub(super) fn by_grid(history: &[IterationRecord]) -> impl Iterator<Item = &[IterationRecord]> {
+pub(crate) fn by_grid(history: &[IterationRecord]) -> impl Iterator<Item = &[IterationRecord]> {
     let level = |entry: &IterationRecord| entry.direct.as_ref().map(|direct| direct.level.clone());
     history.chunk_by(move |before, after| level(before) == level(after))
 }
@@ -36,6 +36,7 @@ fn objective(history: &[IterationRecord]) -> Chart {
         title: "Objective",
         note,
         across: "iteration",
+        scale: Scale::Counts,
         curves: vec![
             curve("total", 3, |entry| entry.objective.total()),
             curve("data", 1, |entry| entry.objective.data),
@@ -55,6 +56,7 @@ fn gains(history: &[IterationRecord]) -> Chart {
         title: "Gain",
         note: "By how much an iteration lowers the objective, in parts of it; convergence is judged by it.",
         across: "iteration",
+        scale: Scale::Counts,
         curves: vec![Curve { name: "gain".into(), colour: 2, pieces: pieces.collect() }],
     }
 }
@@ -64,6 +66,7 @@ fn density_change(history: &[IterationRecord]) -> Chart {
         title: "Change of the density",
         note: "Largest change in one iteration, in parts of the source's largest density; convergence is judged by it.",
         across: "iteration",
+        scale: Scale::Counts,
         curves: vec![curve_of("density change", 1, history, |admm| admm.density_change)],
     }
 }
@@ -79,6 +82,7 @@ fn residuals(history: &[IterationRecord]) -> Chart {
         title: "Navier\u{2013}Stokes problem",
         note: "Residual max |f| before the first V-cycle of each iteration and after each.",
         across: "iteration (V-cycles within)",
+        scale: Scale::Counts,
         curves: vec![Curve { name: "residual".into(), colour: 2, pieces: pieces.collect() }],
     }
 }
@@ -88,6 +92,7 @@ fn optimality(history: &[IterationRecord]) -> Chart {
         title: "Optimality",
         note: "Residuals of the whole problem's optimality conditions, of the advection problem, and the gap between v and v*.",
         across: "iteration",
+        scale: Scale::Counts,
         curves: vec![
             curve_of("KKT", 3, history, |admm| admm.kkt),
             curve_of("advection", 1, history, |admm| admm.ao_residual),

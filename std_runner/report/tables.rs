@@ -68,7 +68,7 @@ fn times_by_grid(record: &RunRecord) -> Vec<(String, f64, Option<f64>)> {
 }
 
 /// "128 x 128" as on a page.
-fn product(cells: &[usize]) -> String {
+pub(crate) fn product(cells: &[usize]) -> String {
     cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" \u{d7} ")
 }
 

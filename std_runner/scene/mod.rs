@@ -150,6 +150,11 @@ impl Scene {
         build::scene(document)
     }
 
+    /// Checks a document that is complete.
+    pub fn of(document: Document) -> Result<Self, Failure> {
+        build::scene(document)
+    }
+
     /// The grid as the shapes see it.
     pub fn canvas(&self) -> Canvas {
         Canvas {
