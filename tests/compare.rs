@@ -120,7 +120,7 @@ fn one_method_in_json_lines() {
     assert_eq!((named("plan"), named("result"), named("compare")), (1, 1, 1));
     let iteration = events.iter().find(|event| event["event"] == "iteration").unwrap();
     assert!(iteration["cells"].is_array() && iteration["slope"].is_number() && iteration.get("kkt").is_none());
-    assert_eq!(events.last().unwrap()["rows"][0]["seconds_to_best"].is_number(), true);
+    assert!(events.last().unwrap()["rows"][0]["seconds_to_best"].is_number());
 }
 
 #[test]

@@ -55,7 +55,7 @@ pub(crate) fn measured(record: &RunRecord) -> String {
     let build = if cfg!(debug_assertions) { ", a debug build, whose times say little" } else { "" };
     format!(
         "All figures but those marked as the paper's own were produced by this one run: thurible {}{build}, in {} on {} of {} ({}). Seconds count from the first \
-         iteration on, coarser grids included, and leave out reading, drawing and writing. \"To 1 %\" is when the objective first came within 1 % of the least that \
+         iteration on, coarser grids and ADMM's nested start included, and leave out reading, drawing and writing. \"To 1 %\" is when the objective first came within 1 % of the least that \
          any method of this run ended with; \"to worst end\" is when it came to where the worst of them ended, so that every method has such a time. Objectives on coarser grids are not comparable and not shown.",
         record.version,
         record.precision,
