@@ -48,6 +48,8 @@ struct Pair {
 #[derive(Clone, Debug)]
 pub struct QuasiNewton {
     pairs: heapless::Vec<Pair, MAX_PAIRS>,
+    /// Factor of the first inverse Hessian P: <s, y> / <y, P y> of the newest pair (Nocedal & Wright eq. 7.20, in the norm of P).
+    scale: f64,
     most: usize,
     free: heapless::Vec<usize, MAX_FIELDS>,
     /// The direction, to be written by [`Self::descend`].
@@ -88,7 +90,7 @@ impl QuasiNewton {
     #[must_use]
     pub fn new(most: usize) -> Self {
         let most = most.clamp(1, MAX_PAIRS);
-        Self { pairs: heapless::Vec::new(), most, free: (2..fields(most)).collect(), direction: 0, gradient: 1 }
+        Self { pairs: heapless::Vec::new(), scale: 1.0, most, free: (2..fields(most)).collect(), direction: 0, gradient: 1 }
     }
 
     /// Whether there are pairs.
@@ -99,6 +101,7 @@ impl QuasiNewton {
 
     /// Drops all pairs.
     pub fn forget(&mut self) {
+        self.scale = 1.0;
         while self.drop_oldest() {}
     }
 
@@ -122,7 +125,7 @@ impl QuasiNewton {
             add(exec, shape, &mut direction, 1.0, -weight, view(&fields[pair.y]));
             let _ = weights.push(weight);
         }
-        precondition(exec, shape, &mut direction, initial);
+        precondition(exec, shape, &mut direction, self.scale, initial);
         for (pair, weight) in self.pairs.iter().zip(weights.iter().rev()) {
             let other = dot(exec, shape, view(&fields[pair.y]), view(&direction), sums) / pair.curvature;
             add(exec, shape, &mut direction, 1.0, weight - other, view(&fields[pair.s]));
@@ -148,15 +151,31 @@ impl QuasiNewton {
 
     /// Remembers the step `length` times the direction to a point with the gradient in `borrowed.gradient`, which becomes the
     /// current one. Pairs without positive curvature are left out.
-    pub fn remember<T: Real>(&mut self, exec: &dyn Exec, shape: Shape<'_>, fields: &mut Fields<'_, T>, borrowed: Borrowed, length: f64, sums: &mut [f64]) {
+    pub fn remember<T: Real>(
+        &mut self,
+        exec: &dyn Exec,
+        shape: Shape<'_>,
+        fields: &mut Fields<'_, T>,
+        borrowed: Borrowed,
+        length: f64,
+        initial: &Initial<'_>,
+        sums: &mut [f64],
+    ) {
         let (s, y) = (self.direction, self.gradient);
-        let (mut step, mut change) = (core::mem::take(&mut fields[s]), core::mem::take(&mut fields[y]));
+        let mut step = core::mem::take(&mut fields[s]);
+        let mut change = core::mem::take(&mut fields[y]);
+        let mut work = core::mem::take(&mut fields[borrowed.work]);
         scale(exec, shape, &mut step, length);
         add(exec, shape, &mut change, -1.0, 1.0, view(&fields[borrowed.gradient]));
         let curvature = dot(exec, shape, view(&step), view(&change), sums);
-        (fields[s], fields[y]) = (step, change);
+        add(exec, shape, &mut work, 0.0, 1.0, view(&change));
+        precondition(exec, shape, &mut work, 1.0, initial);
+        let norm = dot(exec, shape, view(&work), view(&change), sums);
+        (fields[s], fields[y], fields[borrowed.work]) = (step, change, work);
         (self.direction, self.gradient) = (borrowed.work, borrowed.gradient);
-        if !(curvature > 0.0 && self.pairs.push(Pair { s, y, curvature }).is_ok()) {
+        if curvature > 0.0 && self.pairs.push(Pair { s, y, curvature }).is_ok() {
+            self.scale = curvature / norm;
+        } else {
             let _ = (self.free.push(s), self.free.push(y));
         }
         debug_assert!(self.pairs.len() <= self.most);
@@ -199,12 +218,12 @@ fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>,
     });
 }
 
-/// `out = (K + r S)^-1 out`.
-fn precondition<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, initial: &Initial<'_>) {
+/// `out = s (K + r S)^-1 out`.
+fn precondition<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, s: f64, initial: &Initial<'_>) {
     let grid = shape.grid;
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
         for out in task.fields.into_iter().take(grid.dims) {
-            rows::scale_in_place(out, T::from_f64(initial.scale));
+            rows::scale_in_place(out, T::from_f64(s * initial.scale));
             initial.line.solve(out, grid.n[0]);
         }
     });

@@ -53,6 +53,15 @@ pub fn of_machine() -> Option<usize> {
     kibibytes.checked_mul(1024)
 }
 
+/// Whether the system would give `count` bytes now.
+pub fn are_free(count: usize) -> bool {
+    let mut block = Vec::<u8>::new();
+    let given = block.try_reserve_exact(count).is_ok();
+    // Lest the compiler finds that nobody needs the block and does not ask for it.
+    core::hint::black_box(block);
+    given
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,6 +74,12 @@ mod tests {
         for text in ["", "GiB", "-1GiB", "0", "nan", "inf GB", "1e30GB", "1 TiB?", "lots"] {
             assert!(parse(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn asks_the_system() {
+        assert!(are_free(0) && are_free(1 << 20));
+        assert!(!are_free(usize::MAX / 2));
     }
 
     #[test]

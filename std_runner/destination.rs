@@ -42,33 +42,37 @@ impl Destination {
         Ok(destination)
     }
 
-    /// The folder.
-    pub fn folder(&self) -> &Path {
-        &self.folder
+    /// Calls `write` with an empty folder aside; if that goes well, moves what it wrote in the place of an earlier result.
+    pub fn fill(&self, write: impl FnOnce(&Path) -> Result<(), Failure>) -> Result<(), Failure> {
+        self.staged(&OURS, write)
     }
 
-    /// Calls `write` with an empty folder aside; if that goes well, moves what it wrote in place.
-    pub fn fill<R>(&self, write: impl FnOnce(&Path) -> Result<R, Failure>) -> Result<R, Failure> {
+    /// Calls `write` with an empty folder aside; if that goes well, adds what it wrote to the result.
+    pub fn add<R>(&self, write: impl FnOnce(&Path) -> Result<R, Failure>) -> Result<R, Failure> {
+        self.staged(&[], write)
+    }
+
+    fn staged<R>(&self, replaced: &[&str], write: impl FnOnce(&Path) -> Result<R, Failure>) -> Result<R, Failure> {
         let shown = self.folder.display();
         let cannot =
             |error: io::Error| Failure::File(format!("cannot write the result folder {shown}: {error}; free some space or choose another one with -o DIR"));
         let staging = self.aside("new");
         let fresh = staging.join(self.folder.file_name().unwrap_or(OsStr::new("out")));
         fs::create_dir_all(&fresh).map_err(cannot)?;
-        let done = write(&fresh).and_then(|written| self.move_in(&fresh).map_err(cannot).map(|()| written));
+        let done = write(&fresh).and_then(|answer| self.move_in(&fresh, replaced).map(|()| answer).map_err(cannot));
         // The failure itself is what the user must hear; a folder left behind is not.
         let _ = fs::remove_dir_all(&staging);
         done
     }
 
-    fn move_in(&self, fresh: &Path) -> io::Result<()> {
-        if !self.exists {
+    fn move_in(&self, fresh: &Path, replaced: &[&str]) -> io::Result<()> {
+        if !self.folder.exists() {
             return fs::rename(fresh, &self.folder);
         }
         let old = self.aside("old");
         fs::create_dir_all(&old)?;
         for name in names(&self.folder)? {
-            if fresh.join(&name).exists() || OURS.iter().any(|ours| name == *ours) {
+            if fresh.join(&name).exists() || replaced.iter().any(|ours| name == *ours) {
                 fs::rename(self.folder.join(&name), old.join(&name))?;
             }
         }

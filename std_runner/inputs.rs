@@ -1,48 +1,43 @@
-//! What a solve starts from, drawn from the scene before any large memory is taken.
+//! What a solve starts from, drawn from the scene and handed to the solver one field at a time.
 
 use crate::exit::Failure;
 use crate::keyframes::{ShapeError, ShapeSpec, read_velocity};
-use crate::scene::Scene;
+use crate::scene::{Keyframe, Scene};
 use thurible_core::{InputError, Real, Solver, SolverError, Space};
 
-/// Source, keyframes and initial velocity in double precision.
-#[derive(Clone, Debug)]
-pub struct Inputs {
-    source: Vec<f64>,
-    keyframes: Vec<Vec<f64>>,
-    velocity: Option<Vec<Vec<f64>>>,
-}
-
-impl Inputs {
-    /// Draws every shape of `scene` and reads the files that it names.
-    pub fn draw(scene: &Scene) -> Result<Self, Failure> {
-        let source = drawn(scene, "source", &scene.source)?;
-        let keyframes = scene.keyframes.iter().map(|keyframe| drawn(scene, &keyframe.key, &keyframe.shape));
-        let keyframes = keyframes.collect::<Result<_, _>>()?;
-        let file = scene.control.initial_velocity.as_ref();
-        let velocity = file.map(|path| read_velocity(path, &scene.canvas())).transpose();
-        let velocity = velocity.map_err(|error| refusal(scene, "control", &error))?;
-        Ok(Inputs { source, keyframes, velocity })
-    }
-
-    /// Hands everything to `solver`, source first; the answer is the mass factor of each keyframe.
-    pub fn hand_over<T: Real, S: Space>(&self, scene: &Scene, solver: &mut Solver<'_, T, S>) -> Result<Vec<f64>, Failure> {
-        let narrowed = |values: &[f64]| -> Vec<T> { values.iter().map(|&value| T::from_f64(value)).collect() };
-        let refuse = |key: &str| {
-            let key = key.to_string();
-            move |error: InputError| scene.document.refuse(&key, format!("cannot be used: {error}; change it in the scene"))
-        };
-        solver.set_source(&narrowed(&self.source)).map_err(refuse("source"))?;
-        for (axis, faces) in self.velocity.iter().flatten().enumerate() {
+/// Draws every shape of `scene`, reads the files that it names and hands everything to `solver`; the answer is the mass
+/// factor of each keyframe.
+pub fn hand_over<T: Real, S: Space>(scene: &Scene, solver: &mut Solver<'_, T, S>) -> Result<Vec<f64>, Failure> {
+    let refuse = |key: &str| {
+        let key = key.to_string();
+        move |error: InputError| match error {
+            // They were finite when they were drawn.
+            InputError::NotFinite { .. } => scene.document.refuse(&key, "has numbers too large for the precision of the solve; make them smaller"),
+            other => scene.document.refuse(&key, format!("cannot be used: {other}; change it in the scene")),
+        }
+    };
+    solver.set_source(&drawn(scene, "source", &scene.source)?).map_err(refuse("source"))?;
+    if let Some(path) = &scene.control.initial_velocity {
+        let velocity = read_velocity(path, &scene.canvas()).map_err(|error| refusal(scene, "control", &error))?;
+        for (axis, faces) in velocity.into_iter().enumerate() {
             solver.set_initial_velocity(axis, &narrowed(faces)).map_err(refuse("control.initial_velocity"))?;
         }
-        let targets = self.keyframes.iter().zip(&scene.keyframes).enumerate();
-        targets.map(|(index, (density, keyframe))| solver.set_keyframe(index, &narrowed(density)).map_err(refuse(&keyframe.key))).collect()
     }
+    let target = |(index, keyframe): (usize, &Keyframe)| {
+        let density = drawn(scene, &keyframe.key, &keyframe.shape)?;
+        solver.set_keyframe(index, &density).map_err(refuse(&keyframe.key))
+    };
+    scene.keyframes.iter().enumerate().map(target).collect()
 }
 
-fn drawn(scene: &Scene, key: &str, shape: &ShapeSpec) -> Result<Vec<f64>, Failure> {
-    shape.rasterise(&scene.canvas(), scene.document.folder()).map_err(|error| refusal(scene, key, &error))
+fn drawn<T: Real>(scene: &Scene, key: &str, shape: &ShapeSpec) -> Result<Vec<T>, Failure> {
+    let density = shape.rasterise(&scene.canvas(), scene.document.folder()).map_err(|error| refusal(scene, key, &error))?;
+    Ok(narrowed(density))
+}
+
+/// `values` in the precision of the solve.
+fn narrowed<T: Real>(values: Vec<f64>) -> Vec<T> {
+    values.into_iter().map(T::from_f64).collect()
 }
 
 /// The sentence of a shape's error with the place of its key in the scene.

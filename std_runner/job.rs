@@ -1,11 +1,11 @@
 //! Everything about one solve but the solver itself.
 
-use crate::destination::Destination;
-use crate::inputs::Inputs;
+use crate::interrupt::Interrupt;
 use crate::plan::Planned;
 use crate::progress::Mode;
-use crate::report::Parts;
 use crate::scene::Scene;
+use crate::solve::Parts;
+use std::path::PathBuf;
 
 /// A solve that is ready to run.
 pub struct Job {
@@ -13,14 +13,14 @@ pub struct Job {
     pub scene: Scene,
     /// Problem, parameters, precision and ledger.
     pub planned: Planned,
-    /// What the solve starts from.
-    pub inputs: Inputs,
     /// Where the result goes.
-    pub destination: Destination,
+    pub folder: PathBuf,
     /// Bytes that the block really takes.
     pub footprint: usize,
     /// How progress is shown.
     pub mode: Mode,
     /// What is written beside the report.
     pub(crate) parts: Parts,
+    /// Who listens for Ctrl-C already, if somebody does.
+    pub interrupt: Option<Interrupt>,
 }

@@ -2,12 +2,12 @@
 
 use crate::exit::status_name;
 use crate::job::Job;
-use crate::progress::{Clock, Row, Watch};
+use crate::progress::{Clock, Row, Watch, cells};
 use crate::report::{
     AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord,
 };
 use crate::scene::{boundary_name, method_name, scheme_name};
-use thurible_core::{Method, Objective, Real, Solver, Space, Status};
+use thurible_core::{AdmmProgress, DirectProgress, Objective, Real, Solver, Space, Status};
 
 /// The record of `job`, solved by `solver` under the eyes of `watch`.
 pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: Status, watch: &Watch, mass_factors: &[f64]) -> RunRecord {
@@ -26,7 +26,7 @@ pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: S
         precision: job.planned.precision.name().into(),
         status: status_name(status).into(),
         objective: parts(solver.objective()),
-        history: watch.history.iter().map(|row| iteration(row, job.planned.params.method, problem.cells.len())).collect(),
+        history: watch.history.iter().map(iteration).collect(),
         memory: memory(job),
         seconds: seconds(&watch.clock),
         threads: job.planned.params.threads,
@@ -41,27 +41,32 @@ fn parts(objective: Objective) -> ObjectiveRecord {
     ObjectiveRecord { data: objective.data, force: objective.force }
 }
 
-fn iteration(row: &Row, method: Method, dimensions: usize) -> IterationRecord {
-    let (admm, direct) = (&row.progress.admm, &row.progress.direct);
+fn iteration(row: &Row) -> IterationRecord {
+    let is_direct = row.progress.direct.level_iteration > 0;
     IterationRecord {
         iteration: row.progress.iteration,
         seconds: row.seconds,
         objective: parts(row.progress.objective),
-        admm: (method == Method::Admm).then(|| AdmmRecord {
-            ao_step: admm.ao_step,
-            density_change: admm.density_change,
-            nso_residuals: admm.nso_residuals.iter().copied().collect(),
-            kkt: admm.kkt,
-            ao_residual: admm.ao_residual,
-            gap: admm.gap,
-        }),
-        direct: (method == Method::Direct).then(|| DirectRecord {
-            level: direct.cells[..dimensions].to_vec(),
-            step: direct.step,
-            slope: direct.slope,
-            evaluations: direct.evaluations,
-        }),
+        admm: (!is_direct).then(|| admm(&row.progress.admm)),
+        direct: is_direct.then(|| direct(&row.progress.direct)),
     }
+}
+
+fn admm(progress: &AdmmProgress) -> AdmmRecord {
+    AdmmRecord {
+        ao_step: progress.ao_step,
+        density_change: progress.density_change,
+        nso_residuals: progress.nso_residuals.iter().copied().collect(),
+        kkt: progress.kkt,
+        ao_residual: progress.ao_residual,
+        gap: progress.gap,
+        data_of_star: progress.data_of_star,
+        held: progress.held,
+    }
+}
+
+fn direct(progress: &DirectProgress) -> DirectRecord {
+    DirectRecord { level: cells(progress), step: progress.step, slope: progress.slope, evaluations: progress.evaluations }
 }
 
 fn memory(job: &Job) -> MemoryRecord {
@@ -80,9 +85,10 @@ fn seconds(clock: &Clock) -> SecondsRecord {
     SecondsRecord {
         total: clock.total(),
         setup: clock.begun,
+        nested: clock.nested,
         ao: clock.ao.seconds(),
         nso: clock.nso.seconds(),
-        other: (iterations - clock.ao.seconds() - clock.nso.seconds()).max(0.0),
+        other: (iterations - clock.nested - clock.ao.seconds() - clock.nso.seconds()).max(0.0),
         finish: clock.finished - clock.solved,
         ao_average: clock.ao.average(),
         nso_average: clock.nso.average(),

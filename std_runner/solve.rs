@@ -5,35 +5,40 @@ use crate::console;
 use crate::destination::Destination;
 use crate::exit::{Failure, code_of, status_name};
 use crate::frames::SolverFrames;
-use crate::inputs::{Inputs, solver_refusal};
+use crate::inputs::{hand_over, solver_refusal};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::output::{Gallery, Sample};
 use crate::plan::{self, Wishes, plan_fields, size_in_words};
 use crate::problem::Precision;
-use crate::progress::{Clock, Display, Mode, Watch, in_words};
+use crate::progress::{Clock, Display, Mode, Watch, history_bytes, in_words};
 use crate::region::Region;
-use crate::report::{Parts, RunRecord};
+use crate::report::RunRecord;
 use crate::scene::{Scene, method_name};
 use crate::{bytes, outcome, report, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
-use std::path::Path;
-use thurible_core::{D2, D3, Exec, Objective, Real, Solver, Space, Status};
+use std::fs;
+use std::path::{Path, PathBuf};
+use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
 const DIVERGENT: f64 = 1e-6;
+
+/// Bytes that the runner needs beside the block, about: its stack, buffers of files and the scene,
+const BESIDE: usize = 256 << 10;
+/// and fields of shapes in double precision while they are drawn.
+const FIELDS: usize = 2;
 
 /// Runs `solve`.
 pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     let clock = Clock::start();
     let scene = Scene::load(&common.scene, &common.options.set, common.method.as_deref())?;
-    let mode = common.options.mode();
-    let order = Order { wishes: common.options.wishes(), mode, parts: Parts { arrays: true, images: scene.output.frames } };
-    let folder = arguments.output.clone().unwrap_or_else(|| scene.output.folder.clone());
-    let interrupt = Interrupt::listen(mode != Mode::Human)?;
-    order.solve(scene, &folder, clock, interrupt).map(|solved| code_of(solved.status))
+    let parts = Parts { arrays: true, images: scene.output.frames };
+    let order = Order { wishes: common.options.wishes(), mode: common.options.mode(), parts };
+    let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
+    order.solve(scene, folder, clock, None).map(|finished| code_of(finished.status))
 }
 
 /// How scenes are to be solved.
@@ -43,46 +48,80 @@ pub(crate) struct Order {
     pub wishes: Wishes,
     /// How progress is shown.
     pub mode: Mode,
-    /// What is written beside the report.
+    /// What stays in the result folder beside the report.
     pub parts: Parts,
 }
 
+/// Which of the large parts of a result folder are wanted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parts {
+    /// `result.npz`.
+    pub arrays: bool,
+    /// The frames and the animation.
+    pub images: bool,
+}
+
 /// What came of a solve, beside its folder.
-pub(crate) struct Solved {
+pub(crate) struct Finished {
     /// How it ended.
     pub status: Status,
     /// What `report.json` holds.
     pub record: RunRecord,
-    /// The pictures of `report.html`.
+    /// The pictures of `report.html`, none if the system had not the memory.
     pub gallery: Gallery,
 }
 
 impl Order {
-    /// Solves `scene` into `folder`; `clock` has run since the scene was read.
-    pub(crate) fn solve(&self, scene: Scene, folder: &Path, clock: Clock, interrupt: Interrupt) -> Result<Solved, Failure> {
+    /// Solves `scene` into `folder`; `clock` has run since the scene was read, and `interrupt` listens, if somebody does already.
+    pub fn solve(&self, scene: Scene, folder: PathBuf, clock: Clock, interrupt: Option<Interrupt>) -> Result<Finished, Failure> {
         let planned = plan::choose(&scene, &self.wishes)?;
-        let inputs = Inputs::draw(&scene)?;
-        let destination = Destination::check(folder)?;
         let bytes = planned.plan.bytes();
-        let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
-        let footprint = region.footprint();
-        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
-        let watch = Watch::new(clock, self.mode, planned.params.iterations, interrupt);
-        let job = Job { scene, planned, inputs, destination, footprint, mode: self.mode, parts: self.parts };
-        job.announce(&watch.display);
-        threads::with(job.planned.params.threads, |exec| job.dispatch(exec, block, watch))?
+        let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + 2 * history_bytes(planned.params.iterations);
+        let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
+        let job = Job { scene, planned, folder, footprint: region.footprint(), mode: self.mode, parts: self.parts, interrupt };
+        threads::with(job.planned.params.threads, |exec| job.run(exec, region, clock))?
     }
+}
+
+/// A solve that is over, its numbers written.
+struct Solved {
+    destination: Destination,
+    record: RunRecord,
+    status: Status,
+    watch: Watch,
 }
 
 fn no_memory(bytes: usize) -> Failure {
     Failure::Memory(format!(
-        "the system has not {} bytes ({}) for the solve; close other programs, or make `grid.cells` or `time.steps` smaller",
+        "the system has not {} bytes ({}) for the solve and a little more to read and write; close other programs, or make `grid.cells` or `time.steps` smaller",
         bytes::grouped(bytes),
         bytes::rounded(bytes)
     ))
 }
 
 impl Job {
+    /// Solves in `region`, and draws pictures when it has been given back.
+    fn run(&self, exec: &dyn Exec, mut region: Region, clock: Clock) -> Result<Finished, Failure> {
+        let bytes = self.planned.plan.bytes();
+        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
+        let solved = self.dispatch(exec, block, clock)?;
+        drop(region);
+        let draw = |folder: &Path| report::draw(&self.folder, folder, &solved.record, self.parts.images);
+        let left = |error| Failure::File(format!("{error}; result.npz and report.json are in {}", self.folder.display()));
+        let drawn = solved.destination.add(|folder| draw(folder).map_err(left));
+        solved.watch.display.close();
+        let gallery = drawn?;
+        if gallery.is_none() {
+            solved.watch.display.warning("the system has not the memory to draw pictures, so there are none; result.npz, report.json and the page are there");
+        }
+        if !self.parts.arrays {
+            let path = self.folder.join(report::ARCHIVE);
+            fs::remove_file(&path).map_err(|error| Failure::File(format!("cannot remove {}: {error}; remove it yourself", path.display())))?;
+        }
+        self.tell(&solved);
+        Ok(Finished { status: solved.status, record: solved.record, gallery: gallery.unwrap_or_default() })
+    }
+
     fn announce(&self, display: &Display) {
         let planned = &self.planned;
         display.event("plan", plan_fields(planned));
@@ -99,19 +138,22 @@ impl Job {
         ));
     }
 
-    fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], watch: Watch) -> Result<Solved, Failure> {
+    fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], clock: Clock) -> Result<Solved, Failure> {
         match (self.planned.problem.cells.len(), self.planned.precision) {
-            (2, Precision::F32) => self.solve::<f32, D2>(exec, block, watch),
-            (2, Precision::F64) => self.solve::<f64, D2>(exec, block, watch),
-            (_, Precision::F32) => self.solve::<f32, D3>(exec, block, watch),
-            (_, Precision::F64) => self.solve::<f64, D3>(exec, block, watch),
+            (2, Precision::F32) => self.solve::<f32, D2>(exec, block, clock),
+            (2, Precision::F64) => self.solve::<f64, D2>(exec, block, clock),
+            (_, Precision::F32) => self.solve::<f32, D3>(exec, block, clock),
+            (_, Precision::F64) => self.solve::<f64, D3>(exec, block, clock),
         }
     }
 
-    fn solve<T: Real + Sample, S: Space>(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], mut watch: Watch) -> Result<Solved, Failure> {
+    fn solve<T: Real + Sample, S: Space>(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], clock: Clock) -> Result<Solved, Failure> {
         let problem = self.planned.problem.problem();
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block).map_err(|error| solver_refusal(&error))?;
-        let mass_factors = self.inputs.hand_over(&self.scene, &mut solver)?;
+        let mass_factors = hand_over(&self.scene, &mut solver)?;
+        let destination = Destination::check(&self.folder)?;
+        let mut watch = Watch::new(clock, self.mode, self.planned.params.iterations, self.interrupt.clone().map_or_else(Interrupt::listen, Ok)?);
+        self.announce(&watch.display);
         self.prepare(&mut solver, exec, &watch)?;
         watch.clock.begin();
         let status = iterate(&mut solver, exec, &mut watch);
@@ -124,11 +166,8 @@ impl Job {
         watch.clock.finished();
         let frames = SolverFrames::new(&solver, &self.planned.problem);
         let record = outcome::record(self, &solver, status, &watch, &mass_factors);
-        let write = |folder: &Path| report::write_and_show(folder, &frames, &record, self.parts).map_err(|error| Failure::File(error.to_string()));
-        let gallery = self.destination.fill(write)?;
-        watch.display.close();
-        self.tell(&watch, status, solver.objective());
-        Ok(Solved { status, record, gallery })
+        destination.fill(|folder| report::write_numbers(folder, &frames, &record).map_err(|error| Failure::File(error.to_string())))?;
+        Ok(Solved { destination, record, status, watch })
     }
 
     /// Projects v_0 and warns if it needed that.
@@ -142,32 +181,36 @@ impl Job {
         Ok(())
     }
 
-    fn tell(&self, watch: &Watch, status: Status, objective: Objective) {
-        let folder = self.destination.folder().display();
+    fn tell(&self, solved: &Solved) {
+        let Solved { record, status, watch, .. } = solved;
+        let (folder, objective) = (self.folder.display(), record.objective);
         watch.display.event(
             "result",
             json!({
-                "status": status_name(status),
-                "exit_code": code_of(status),
+                "status": status_name(*status),
+                "exit_code": code_of(*status),
                 "iterations": watch.history.len(),
                 "seconds": watch.clock.seconds(),
-                "objective": { "data": objective.data, "force": objective.force, "total": objective.total() },
+                "objective": objective,
                 "folder": folder.to_string(),
             }),
         );
         if self.mode != Mode::Human {
             return;
         }
-        console::print(&format!("{} after {} iterations and {}", in_sentence(status), watch.history.len(), in_words(watch.clock.seconds())));
+        console::print(&format!("{} after {} iterations and {}", in_sentence(*status), watch.history.len(), in_words(watch.clock.seconds())));
         console::print(&format!("objective {:.5e} = keyframes {:.5e} + force {:.5e}", objective.total(), objective.data, objective.force));
-        console::print(&format!("result in {folder}; open {}", self.destination.folder().join("report.html").display()));
+        console::print(&format!("result in {folder}; open {}", self.folder.join("report.html").display()));
     }
 }
 
 fn iterate<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, watch: &mut Watch) -> Status {
     loop {
         let progress = solver.step(exec, watch);
-        watch.iteration(&progress);
+        // An iteration that was cut short has no numbers yet.
+        if progress.status != Some(Status::Cancelled) {
+            watch.iteration(&progress);
+        }
         if let Some(status) = progress.status {
             return status;
         }

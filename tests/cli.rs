@@ -6,7 +6,11 @@ mod support;
 
 use serde_json::Value;
 use std::fs;
+#[cfg(unix)]
+use std::io::{BufRead, BufReader};
 use std::path::Path;
+#[cfg(unix)]
+use std::process::{Child, Command, Stdio};
 use support::verify::{Outcome, verify};
 use support::{fresh_folder, npz, run, solve_example};
 
@@ -147,6 +151,17 @@ fn a_new_scene_solves_as_it_is() {
     assert!(fs::read_dir(out.join("frames")).unwrap().count() >= 17);
 }
 
+/// The direct method begins on coarser grids, and the report says on which.
+#[test]
+fn the_direct_method_names_its_grids() {
+    let folder = solve_example("small_central", "direct_levels", &["--method", "direct", "--set", "method.iterations=2"]);
+    let report = verify("direct levels", &folder).report;
+    let history = report["history"].as_array().unwrap();
+    assert_eq!(history.last().unwrap()["level"], report["cells"]);
+    assert_ne!(history[0]["level"], report["cells"]);
+    assert!(history.iter().all(|row| row.get("kkt").is_none() && row["evaluations"].as_u64().unwrap() > 0));
+}
+
 /// An initial velocity of its own: a whirl, taken from the result of an earlier solve.
 #[test]
 fn initial_velocity_from_a_file() {
@@ -175,7 +190,7 @@ fn initial_velocity_from_a_file() {
 
 #[test]
 fn plan_adds_up_and_allocates_nothing() {
-    let ended = run(&["plan", "examples/moving_sphere.toml", "--json", "--threads", "2"]);
+    let ended = run(&["plan", "examples/moving_sphere.toml", "--json", "--threads", "2", "--method", "admm"]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     let plan: Value = serde_json::from_str(&ended.out).unwrap();
     let ledger = plan["ledger"].as_array().unwrap();
@@ -222,6 +237,8 @@ fn json_lines_tell_the_whole_story() {
         "solve",
         "examples/small_central.toml",
         "--json",
+        "--method",
+        "admm",
         "--set",
         "method.iterations=3",
         "--set",
@@ -265,13 +282,9 @@ fn a_result_is_replaced_and_the_users_own_files_stay() {
     assert_eq!(hidden.count(), 0);
 }
 
-/// Ctrl-C in the middle: exit code 130, and what there is is written and feasible.
+/// A solve that goes on until it is stopped, seen to iterate; and the lines of JSON that it will yet print.
 #[cfg(unix)]
-#[test]
-fn an_interrupt_writes_what_there_is() {
-    use std::io::{BufRead, BufReader};
-    use std::process::{Command, Stdio};
-    let folder = fresh_folder("interrupted").join("out");
+fn endless(folder: &Path) -> (Child, impl Iterator<Item = String>) {
     let mut program = support::thurible()
         .args(["solve", "examples/small_letter.toml", "--json", "--set", "method.iterations=100000", "--set", "output.frames=false"])
         .args(["--set", "method.admm.density_tolerance=1e-12", "-o", folder.to_str().unwrap()])
@@ -281,9 +294,39 @@ fn an_interrupt_writes_what_there_is() {
         .unwrap();
     let mut lines = BufReader::new(program.stdout.take().unwrap()).lines().map(Result::unwrap);
     assert!(lines.any(|line| line.contains("\"iteration\"")), "no iteration was seen");
-    assert!(Command::new("sh").args(["-c", &format!("kill -INT {}", program.id())]).status().unwrap().success());
+    (program, lines)
+}
+
+/// Sends `signals` to `program`, one after the other.
+#[cfg(unix)]
+fn signal(program: &Child, signals: &[&str]) {
+    let kill: String = signals.iter().map(|signal| format!("kill -{signal} {}; ", program.id())).collect();
+    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+}
+
+/// Ctrl-C in the middle: exit code 130, and what there is is written and feasible.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_writes_what_there_is() {
+    let folder = fresh_folder("interrupted").join("out");
+    let (mut program, lines) = endless(&folder);
+    signal(&program, &["INT"]);
     let rest: Vec<String> = lines.collect();
     assert_eq!(program.wait().unwrap().code(), Some(130));
     assert!(rest.last().unwrap().contains("\"cancelled\""), "{rest:?}");
-    assert_eq!(verify("interrupted", &folder).report["status"], "cancelled");
+    let report = verify("interrupted", &folder).report;
+    assert_eq!(report["status"], "cancelled");
+    assert!(report["history"].as_array().unwrap().iter().all(|row| row["total"].as_f64().unwrap() > 0.0), "an iteration without numbers");
+}
+
+/// Two signals while the program sleeps, so that it hears both at once.
+#[cfg(unix)]
+#[test]
+fn a_second_interrupt_ends_at_once() {
+    let folder = fresh_folder("interrupted_twice").join("out");
+    let (mut program, lines) = endless(&folder);
+    signal(&program, &["STOP", "INT", "TERM", "CONT"]);
+    let rest: Vec<String> = lines.collect();
+    assert_eq!(program.wait().unwrap().code(), Some(130));
+    assert!(!rest.iter().any(|line| line.contains("\"result\"")) && !folder.exists(), "{rest:?}");
 }

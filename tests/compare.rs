@@ -119,7 +119,7 @@ fn one_method_in_json_lines() {
     let named = |name: &str| events.iter().filter(|event| event["event"] == name).count();
     assert_eq!((named("plan"), named("result"), named("compare")), (1, 1, 1));
     let iteration = events.iter().find(|event| event["event"] == "iteration").unwrap();
-    assert!(iteration["cells"].is_array() && iteration["slope"].is_number() && iteration.get("kkt").is_none());
+    assert!(iteration["level"].is_array() && iteration["slope"].is_number() && iteration.get("kkt").is_none());
     assert!(events.last().unwrap()["rows"][0]["seconds_to_best"].is_number());
 }
 

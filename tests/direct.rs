@@ -166,7 +166,7 @@ fn a_stop_at_any_time_leaves_a_feasible_flow() {
     scene.params.iterations = 2;
     let mut counter = StopAt { at: usize::MAX, seen: 0 };
     scene.solve::<f64, D2>(&Serial, &mut counter);
-    assert!(counter.seen > 500, "{} events", counter.seen);
+    assert!(counter.seen > 300, "{} events", counter.seen);
     for at in (0..40).chain((40..counter.seen).step_by(counter.seen / 30)) {
         let solved = scene.solve::<f64, D2>(&Serial, &mut StopAt { at, seen: 0 });
         assert_eq!(solved.status, Status::Cancelled, "stopped at event {at}");
@@ -181,10 +181,10 @@ fn a_solve_goes_on_after_a_stop() {
     let mut scene = direct(Scene::small(&[32, 20], "wp", 4));
     scene.params.iterations = 6;
     let whole = scene.solve_alone::<f64, D2>();
-    for at in [3, 150, 400] {
+    for at in [0, 3, 50, 150, 300] {
         let resumed = scene.with::<f64, D2, _>(|solver| {
-            let first = solver.solve(&Serial, &mut StopAt { at, seen: 0 }, &mut |_| {});
-            assert_eq!(first, Status::Cancelled);
+            let mut stop = StopAt { at, seen: 0 };
+            while solver.step(&Serial, &mut stop).status != Some(Status::Cancelled) {}
             Solved::run(&scene, solver, &Serial, &mut Silent)
         });
         check(&scene, &resumed, f64::EPSILON);

@@ -33,7 +33,7 @@ fn half(n: usize) -> usize {
         0 | 2 => n / 2,
         1 if n == 5 => 3,
         1 => (n - 1) / 2,
-        _ => (n + 1) / 2,
+        _ => n.div_ceil(2),
     }
 }
 

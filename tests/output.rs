@@ -9,7 +9,13 @@ use std::path::{Path, PathBuf};
 
 use output_support::{MadeUp, Number, record};
 use thurible::output::{Frames, OutputError, Samples};
-use thurible::report::write;
+use thurible::report::{RunRecord, write_numbers, write_pictures};
+
+fn write(folder: &Path, frames: &dyn Frames, record: &RunRecord, images: bool) -> Result<(), OutputError> {
+    write_numbers(folder, frames, record)?;
+    assert!(write_pictures(folder, folder, record, images)?, "no memory for pictures");
+    Ok(())
+}
 
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("output_{name}"));

@@ -89,7 +89,7 @@ fn descends(pairs: usize) -> f64 {
         let borrowed = newton.borrow().unwrap();
         let after = problem.gradient(&x);
         write(&mut fields, borrowed.gradient, &after);
-        newton.remember(&Serial, shape, &mut fields, borrowed, length, &mut sums);
+        newton.remember(&Serial, shape, &mut fields, borrowed, length, &initial, &mut sums);
         assert!(newton.has_pairs());
         // The secant equation: for the gradient y the direction is -s.
         let (y, s) = (fields::add_scaled_all(&after, -1.0, &g), d.map(|c| c.iter().map(|x| x * length).collect::<Vec<f64>>()));
@@ -127,7 +127,7 @@ fn pairs_of_negative_curvature_are_left_out() {
     let borrowed = newton.borrow().unwrap();
     // The gradient grew along the direction of descent: <s, y> < 0.
     write(&mut fields, borrowed.gradient, &gradient.map(|c| c.iter().map(|x| 2.0 * x).collect()));
-    newton.remember(&Serial, shape, &mut fields, borrowed, 1.0, &mut sums);
+    newton.remember(&Serial, shape, &mut fields, borrowed, 1.0, &initial, &mut sums);
     assert!(!newton.has_pairs());
     assert!(newton.borrow().is_some() && newton.borrow().is_some(), "its fields are free again");
 }

@@ -118,11 +118,11 @@ const SCENES: &[Spoiled] = &[
     // two keyframes at one step
     spoiled("[method]", "[[keyframe]]\nstep = 4\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n[method]", &["`keyframe[1].step` is 4", "`keyframe[0]`"]),
     // not there yet
-    spoiled(METHOD, "name = \"direct\"", &["`method.name` is \"direct\"", "not there yet", "\"admm\""]),
-    spoiled(METHOD, "name = \"lbfgs\"", &["not there yet"]),
+    spoiled(METHOD, "name = \"lbfgs\"", &["`method.name` is \"lbfgs\"", "not there yet", "\"admm\""]),
     spoiled(METHOD, "name = \"pd\"", &["not there yet"]),
     spoiled(METHOD, "name = \"newton\"", &["`method.name` is \"newton\"", "\"admm\""]),
-    spoiled(METHOD, "[method.direct]\nnested = true", &["`method.direct`", "not there yet"]),
+    spoiled(METHOD, "[method.lbfgs]\nhistory = 3", &["`method.lbfgs`", "not there yet"]),
+    spoiled(METHOD, "[method.direct]\nhistory = 0", &["`method.direct.history` is 0", "from 1 to 8"]),
     spoiled(TARGET, "mesh = \"x.obj\"", &["scene.toml:9", "`keyframe[0].mesh`", "not there yet"]),
     spoiled(SOURCE, "shapes = [{ mesh = \"x.obj\" }]", &["scene.toml:6", "`source.shapes[0].mesh`", "not there yet"]),
     spoiled(TARGET, "file = \"x.vdb\"", &["`keyframe[0].file`", "OpenVDB", ".npy"]),
@@ -201,7 +201,7 @@ const COMMANDS: &[(&[&str], i32, &[&str])] = &[
     (&["solve", "SCENE", "--threads", "0"], 2, &["--threads", "from 1"]),
     (&["solve", "SCENE", "--threads", "many"], 2, &["--threads", "many"]),
     (&["solve", "SCENE", "--precision", "f16"], 2, &["f16", "f32", "f64"]),
-    (&["solve", "SCENE", "--method", "direct"], 2, &["--method direct", "not there yet", "admm"]),
+    (&["solve", "SCENE", "--method", "lbfgs"], 2, &["--method lbfgs", "not there yet", "admm"]),
     (&["solve", "SCENE", "--method", "magic"], 2, &["--method magic", "\"magic\"", "admm"]),
     (&["solve", "SCENE", "--memory-limit", "lots"], 2, &["--memory-limit", "lots", "GiB"]),
     (&["solve", "SCENE", "--memory-limit", "4KiB"], 3, &["--memory-limit", "4,096", "fewer steps"]),

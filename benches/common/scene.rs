@@ -2,7 +2,7 @@
 
 use super::flow::courant_of;
 use std::path::Path;
-use thurible::inputs::Inputs;
+use thurible::inputs::hand_over;
 use thurible::problem::{OwnedProblem, params_of};
 use thurible::region::Region;
 use thurible::scene::Scene;
@@ -11,7 +11,6 @@ use thurible_core::{Exec, Params, Plan, Problem, Real, Solver, Space};
 /// A scene with what its solve needs.
 pub struct Ready {
     scene: Scene,
-    inputs: Inputs,
     problem: OwnedProblem,
     /// The parameters, to change before [`Self::with`].
     pub params: Params,
@@ -22,9 +21,8 @@ impl Ready {
     pub fn example(name: &str, assignments: &[String], threads: usize) -> Self {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name).with_extension("toml");
         let scene = Scene::load(&path, assignments, None).unwrap_or_else(|failure| stop(&failure.to_string()));
-        let inputs = Inputs::draw(&scene).unwrap_or_else(|failure| stop(&failure.to_string()));
         let (problem, params) = (OwnedProblem::of(&scene), params_of(&scene, threads, None));
-        Self { scene, inputs, problem, params }
+        Self { scene, problem, params }
     }
 
     /// The problem.
@@ -38,7 +36,7 @@ impl Ready {
         let plan = Plan::new::<T, S>(&problem, &self.params).unwrap();
         let mut region = Region::new(plan.bytes()).unwrap();
         let mut solver = Solver::<T, S>::new(&problem, &self.params, region.carve(plan.bytes()).unwrap()).unwrap();
-        self.inputs.hand_over(&self.scene, &mut solver).unwrap_or_else(|failure| stop(&failure.to_string()));
+        hand_over(&self.scene, &mut solver).unwrap_or_else(|failure| stop(&failure.to_string()));
         solver.prepare(exec).unwrap();
         work(&mut solver)
     }

@@ -24,6 +24,7 @@ use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::nso::{Bases, Nso, NsoParams, Shape};
 use crate::observe::{Event, Observer, Silent};
+use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing};
 use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
@@ -118,7 +119,7 @@ impl Settings {
             projection_tolerance: problem.projection_tolerance,
             carrier: carrier::Setup {
                 slots: dimensions.slots,
-                filters: dimensions.filters,
+                metric: Metric { filters: dimensions.filters, identity: 1.0 },
                 advection: problem.advection,
                 largest: 1.0,
                 threads: dimensions.threads,

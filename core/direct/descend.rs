@@ -9,7 +9,7 @@ use crate::nested::Fewer;
 use crate::observe::Observer;
 use crate::problem::keyframes::Keyframes;
 use crate::progress::{Objective, Progress, Status};
-use crate::quasi_newton::{self, Borrowed, Initial, QuasiNewton};
+use crate::quasi_newton::{self, Borrowed, QuasiNewton};
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -118,7 +118,8 @@ impl<T: Real> Work<'_, '_, T> {
             return Ok(if again { Outcome::Goes } else { Outcome::Stalled });
         };
         self.gradient::<S>(exec, observer, borrowed.work, borrowed.gradient)?;
-        newton.remember(exec, self.shape(), &mut self.fields, borrowed, length, self.evaluation.sums);
+        let initial = self.initial();
+        newton.remember(exec, self.shape(), &mut self.fields, borrowed, length, &initial, self.evaluation.sums);
         descent.objective = Some(after);
         progress.objective = after;
         progress.direct.step = length;
@@ -142,7 +143,7 @@ impl<T: Real> Work<'_, '_, T> {
 
     /// The direction's field = -H g; <g, direction>.
     fn direction(&mut self, exec: &dyn Exec, newton: &QuasiNewton) -> f64 {
-        let initial = Initial { line: self.line, scale: 1.0 / self.evaluation.setup.force_weight };
+        let initial = self.initial();
         newton.descend(exec, self.shape(), &mut self.fields, &initial, self.evaluation.sums)
     }
 

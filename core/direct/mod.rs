@@ -22,6 +22,7 @@ use crate::force::time_line::TimeLine;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer};
+use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
@@ -36,8 +37,8 @@ use level::Sizes;
 /// Scale K of the first inverse Hessian (K + r S)^-1, in scaled numbers.
 const STIFFNESS: f64 = 1e3;
 
-/// Iterations on each coarse grid at most.
-const COARSE_ITERATIONS: usize = 40;
+/// Iterations at most on the coarsest grid, where they cost nothing, and on those between it and the finest.
+const COARSE_ITERATIONS: [usize; 2] = [100, 30];
 
 /// What a caller chooses for the direct method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +102,7 @@ impl Settings {
             grid: problem.grid(),
             history,
             keyframes: problem.keyframes.len(),
-            carrier: carrier::Setup { slots, filters, advection: problem.advection, largest: 1.0, threads },
+            carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, advection: problem.advection, largest: 1.0, threads },
             projection_tolerance: problem.projection_tolerance,
             force_weight: problem.scaled_force_weight(),
             iterations,
@@ -225,7 +226,11 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
 
     /// Iterations on grid `level` at most.
     fn iterations_on(&self, level: usize) -> usize {
-        if level == 0 { self.settings.iterations } else { COARSE_ITERATIONS }
+        match level {
+            0 => self.settings.iterations,
+            _ if level + 1 == self.threads.len() => COARSE_ITERATIONS[0],
+            _ => COARSE_ITERATIONS[1],
+        }
     }
 
     /// One iteration, on the grid that the solve has come to.

@@ -4,7 +4,7 @@ use super::plan::PlanError;
 use crate::arena::ALIGN;
 use core::fmt;
 
-/// Why a [`Solver`] cannot be made.
+/// Why a [`Solver`](super::Solver) cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SolverError {
@@ -17,7 +17,7 @@ pub enum SolverError {
         /// Bytes given.
         given: usize,
     },
-    /// The memory does not begin on a multiple of [`Plan::ALIGN`].
+    /// The memory does not begin on a multiple of [`Plan::ALIGN`](super::Plan::ALIGN).
     Misaligned,
 }
 

@@ -28,7 +28,7 @@ pub struct Params {
     pub method: Method,
     /// Outer iterations at most, of the direct method those on the finest grid.
     pub iterations: usize,
-    /// Threads that scratch is planned for; the [`Exec`] of a step must not have more.
+    /// Threads that scratch is planned for; the [`Exec`](crate::Exec) of a step must not have more.
     pub threads: usize,
     /// Bytes that the plan should stay within if it can.
     pub ceiling: Option<usize>,

@@ -8,7 +8,7 @@ use crate::plan;
 use crate::progress::{Clock, Mode};
 use crate::report::RunRecord;
 use crate::scene::{Document, Scene};
-use crate::solve::{Order, Solved};
+use crate::solve::{Finished, Order};
 use std::path::Path;
 
 /// The same scene once for each method, checked and planned: what would be refused is refused before anything is solved.
@@ -30,7 +30,7 @@ pub(crate) fn entries(document: &Document, methods: &[String], order: &Order) ->
 #[derive(Default)]
 pub(crate) struct Contest {
     /// Those that came to a result, in order.
-    pub solved: Vec<Solved>,
+    pub solved: Vec<Finished>,
     /// Those that did not: the method and why.
     pub failed: Vec<(String, String)>,
 }
@@ -43,7 +43,7 @@ impl Contest {
             if interrupt.asked() {
                 break;
             }
-            match order.solve(scene, &folder.join(method), Clock::start(), interrupt.clone()) {
+            match order.solve(scene, folder.join(method), Clock::start(), Some(interrupt.clone())) {
                 Ok(solved) => contest.solved.push(solved),
                 Err(Failure::NotFinite(why)) => {
                     if order.mode != Mode::Quiet {

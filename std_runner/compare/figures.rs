@@ -47,7 +47,6 @@ impl Figures {
         let finest = finest(record);
         let coarser = record.history.len() - finest.len();
         let seconds = record.history.last().map_or(0.0, |entry| entry.seconds);
-        let before = coarser.checked_sub(1).and_then(|last| record.history.get(last)).map_or(0.0, |entry| entry.seconds);
         let only_admm = |value: f64| (record.method == "admm").then_some(value);
         Self {
             method: record.method.clone(),
@@ -58,7 +57,7 @@ impl Figures {
             seconds,
             seconds_to_best: reached(finest, record.objective.total(), NEAR * best),
             seconds_to_worst: reached(finest, record.objective.total(), worst),
-            iteration_average: (seconds - before) / finest.len().max(1) as f64,
+            iteration_average: (seconds - record.seconds.nested) / finest.len().max(1) as f64,
             ao_average: only_admm(record.seconds.ao_average),
             nso_average: only_admm(record.seconds.nso_average),
             objective: record.objective,

@@ -16,9 +16,8 @@ use crate::exit::{DONE, Failure, INTERRUPTED, NOT_FINITE};
 use crate::interrupt::Interrupt;
 use crate::output::{OutputError, create_folder, write_bytes};
 use crate::progress::{Display, Mode};
-use crate::report::Parts;
 use crate::scene::{Document, Scene};
-use crate::solve::Order;
+use crate::solve::{Order, Parts};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -38,7 +37,7 @@ pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
     let folder = arguments.output.clone().unwrap_or_else(|| beside(&scene.output.folder));
     prepare(&folder, STEM)?;
     check_below(&folder, methods)?;
-    let interrupt = Interrupt::listen(order.mode != Mode::Human)?;
+    let interrupt = Interrupt::listen()?;
     let contest = Contest::hold(entries, methods, &order, &folder, &interrupt)?;
     let name = arguments.scene.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
     let facts = json!({ "format": 1, "scene": name, "best": contest.best(), "rows": contest.figures(), "failed": failed(&contest) });

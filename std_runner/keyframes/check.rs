@@ -32,7 +32,7 @@ pub(super) fn full_point(key: &str, given: &[f64], canvas: &Canvas) -> Result<[f
 pub(super) fn positive(key: &str, value: f64, canvas: &Canvas) -> Result<f64, ShapeError> {
     if within(key, value, canvas)? <= 0.0 {
         let remedy = format!("it must be above 0, in the unit of `grid.length` (the longest side is {})", canvas.length);
-        return Err(ShapeError::key(key, format!("is {value}"), remedy));
+        return Err(ShapeError::key(key, format!("is {value:?}"), remedy));
     }
     Ok(value)
 }
@@ -40,7 +40,7 @@ pub(super) fn positive(key: &str, value: f64, canvas: &Canvas) -> Result<f64, Sh
 fn within(key: &str, value: f64, canvas: &Canvas) -> Result<f64, ShapeError> {
     if !value.is_finite() || value.abs() > FARTHEST * canvas.length {
         let remedy = format!("write a number within the box, whose longest side is {}", canvas.length);
-        return Err(ShapeError::key(key, format!("is {value}"), remedy));
+        return Err(ShapeError::key(key, format!("is {value:?}"), remedy));
     }
     Ok(value)
 }

@@ -1,6 +1,6 @@
 //! Reading of NumPy arrays without trusting a byte of them.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 
 use super::canvas::in_words;
 use super::error::Fault;
@@ -72,7 +72,7 @@ pub(super) fn read_array(reader: &mut dyn Read) -> Result<Array, Fault> {
 fn header_text(reader: &mut dyn Read) -> Result<String, Fault> {
     let broken = || Fault::content("is no NumPy array", "save it by numpy.save");
     let mut start = [0; 8];
-    reader.read_exact(&mut start).map_err(|_| broken())?;
+    reader.read_exact(&mut start).map_err(|error| if error.kind() == ErrorKind::UnexpectedEof { broken() } else { Fault::Read(error) })?;
     if !start.starts_with(b"\x93NUMPY") {
         return Err(broken());
     }

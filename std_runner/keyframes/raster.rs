@@ -7,6 +7,8 @@ use super::{Canvas, ShapeError, ShapeSpec, array, build, image};
 
 /// A shape whose largest density stays below this puts no smoke into the box.
 const FAINTEST: f64 = 0.01;
+/// The largest `density` that a shape may have.
+const DENSEST: f64 = 1e6;
 
 const SHAPES: &str = "circle, sphere, box, torus, capsule, text, image, file, shapes";
 
@@ -91,8 +93,8 @@ impl ShapeSpec {
 
     fn checked_density(&self) -> Result<f64, ShapeError> {
         let density = self.density.unwrap_or(1.0);
-        if !(density > 0.0 && density <= 1e6) {
-            return Err(ShapeError::key("density", format!("is {density}"), "it must be above 0 and finite; 1 is usual"));
+        if !(density > 0.0 && density <= DENSEST) {
+            return Err(ShapeError::key("density", format!("is {density:?}"), format!("it must be above 0 and at most {DENSEST:?}; 1 is usual")));
         }
         Ok(density)
     }

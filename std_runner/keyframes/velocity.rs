@@ -19,6 +19,9 @@ pub fn read_velocity(path: &Path, canvas: &Canvas) -> Result<Vec<Vec<f64>>, Shap
 }
 
 fn component(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, Fault> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy")) {
+        return Err(Fault::content("is one array", "save velocity_x, velocity_y (and velocity_z) together by numpy.savez"));
+    }
     let name = ["velocity_x", "velocity_y", "velocity_z"].get(axis).copied().unwrap_or_default();
     let array = npz::read(path, Some(name))?;
     let mut expected = canvas.cells.clone();

@@ -1,7 +1,7 @@
 //! `result.npz`: every array of a result, streamed step by step.
 
 use std::fs::File;
-use std::io::{BufWriter, Seek, Write};
+use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
 use zip::write::SimpleFileOptions;
@@ -45,7 +45,7 @@ impl Archive<'_, &mut BufWriter<File>> {
         let keyframes = frames.keyframe_steps();
         self.begin("keyframe_step", "<i8", &[keyframes.len()])?;
         let whole: Vec<i64> = keyframes.iter().map(|&step| i64::try_from(step).unwrap_or(i64::MAX)).collect();
-        self.push(&to_bytes(&whole, |value| value.to_le_bytes()))?;
+        push(&mut self.zip, &whole, i64::to_le_bytes).map_err(OutputError::of(self.path))?;
         self.series("keyframe_density", keyframes.len(), cells, &|index, out| frames.keyframe(index, out))
     }
 
@@ -53,23 +53,23 @@ impl Archive<'_, &mut BufWriter<File>> {
     fn series(&mut self, name: &str, count: usize, grid: &[usize], field: &dyn Fn(usize, &mut Samples)) -> Result<(), OutputError> {
         let mut shape = vec![count];
         shape.extend(grid.iter().rev());
-        let (kind, size) = match self.samples {
-            Samples::F32(_) => ("<f4", 4),
-            Samples::F64(_) => ("<f8", 8),
+        let kind = match self.samples {
+            Samples::F32(_) => "<f4",
+            Samples::F64(_) => "<f8",
         };
         self.begin(name, kind, &shape)?;
         let expected: usize = grid.iter().product();
         for index in 0..count {
             field(index, &mut self.samples);
-            let bytes = match &self.samples {
-                Samples::F32(values) => to_bytes(values, |value| value.to_le_bytes()),
-                Samples::F64(values) => to_bytes(values, |value| value.to_le_bytes()),
-            };
-            if bytes.len() != expected * size {
+            if self.samples.len() != expected {
                 let (path, array) = (self.path.to_owned(), format!("{name}[{index}]"));
-                return Err(OutputError::Size { path, array, found: bytes.len() / size, expected });
+                return Err(OutputError::Size { path, array, found: self.samples.len(), expected });
             }
-            self.push(&bytes)?;
+            match &self.samples {
+                Samples::F32(values) => push(&mut self.zip, values, f32::to_le_bytes),
+                Samples::F64(values) => push(&mut self.zip, values, f64::to_le_bytes),
+            }
+            .map_err(OutputError::of(self.path))?;
         }
         Ok(())
     }
@@ -77,11 +77,7 @@ impl Archive<'_, &mut BufWriter<File>> {
     fn begin(&mut self, name: &str, kind: &str, shape: &[usize]) -> Result<(), OutputError> {
         let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored).large_file(true);
         self.zip.start_file(format!("{name}.npy"), options).map_err(OutputError::of(self.path))?;
-        self.push(&header(kind, shape))
-    }
-
-    fn push(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
-        self.zip.write_all(bytes).map_err(OutputError::of(self.path))
+        self.zip.write_all(&header(kind, shape)).map_err(OutputError::of(self.path))
     }
 }
 
@@ -107,6 +103,12 @@ fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
     bytes
 }
 
-fn to_bytes<T: Copy, const N: usize>(values: &[T], bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
-    values.iter().flat_map(|&value| bytes(value)).collect()
+/// Writes `values` through a small buffer.
+fn push<T: Copy, const N: usize>(sink: &mut impl Write, values: &[T], bytes: impl Fn(T) -> [u8; N]) -> io::Result<()> {
+    let mut buffer = [[0; N]; 512];
+    for chunk in values.chunks(buffer.len()) {
+        buffer.iter_mut().zip(chunk).for_each(|(place, &value)| *place = bytes(value));
+        sink.write_all(buffer[..chunk.len()].as_flattened())?;
+    }
+    Ok(())
 }

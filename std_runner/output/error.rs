@@ -14,6 +14,14 @@ pub enum OutputError {
         /// What the operating system said.
         source: io::Error,
     },
+    /// A file that was written could not be read back.
+    #[error("cannot read `{}` back ({source}); check the disc, or solve again into another folder by `-o`", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
     /// A field had another number of values than its grid.
     #[error("cannot write `{}`: {array} has {found} values where its grid has {expected}; this is a fault of thurible, please report it", path.display())]
     Size {
@@ -32,5 +40,10 @@ impl OutputError {
     /// For `map_err`: the error of writing `path`.
     pub(crate) fn of<E: Into<io::Error>>(path: &Path) -> impl Fn(E) -> Self {
         move |error| Self::Write { path: path.to_owned(), source: error.into() }
+    }
+
+    /// For `map_err`: the error of reading `path` back.
+    pub(crate) fn unread<E: Into<io::Error>>(path: &Path) -> impl Fn(E) -> Self {
+        move |error| Self::Read { path: path.to_owned(), source: error.into() }
     }
 }

@@ -17,7 +17,7 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> 
 }
 
 /// Lets `fill` write a file under a temporary name, and renames it when all of it is there.
-pub(super) fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), OutputError>) -> Result<(), OutputError> {
+pub(crate) fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), OutputError>) -> Result<(), OutputError> {
     let part = temporary(path);
     let filled = File::create(&part).map_err(OutputError::of(path)).and_then(|file| {
         let mut file = BufWriter::new(file);

@@ -39,14 +39,6 @@ impl Samples {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-
-    /// The values of either precision, rounded to 32 bits: enough for pictures.
-    pub fn to_f32(&self) -> Vec<f32> {
-        match self {
-            Self::F32(values) => values.clone(),
-            Self::F64(values) => values.iter().map(|&value| value as f32).collect(),
-        }
-    }
 }
 
 /// A number that [`Samples`] can hold.

@@ -10,12 +10,21 @@ use super::animation::{Animation, Pace};
 use super::file::{create_folder, write_bytes};
 use super::picture::Picture;
 use super::render::Smoke;
-use super::{Frames, OutputError, Samples};
+use super::{Densities, OutputError};
+use crate::bytes::are_free;
 
 /// Pictures in the strip of the report, about.
 const STRIP: usize = 8;
 
+/// Bytes for each pixel and cell of a picture in the making, and for its encoder, about.
+const MAKING: usize = 24;
+const ENCODER: usize = 1 << 20;
+/// Pixels to a byte of a PNG file, at least; and how often the page holds a file while it is put together, about.
+const PACKED: usize = 4;
+const COPIES: usize = 5;
+
 /// PNG files in memory, for the report.
+#[derive(Default)]
 pub(crate) struct Gallery {
     /// Some steps from first to last, keyframes among them.
     pub strip: Vec<(usize, Vec<u8>)>,
@@ -34,10 +43,19 @@ pub(crate) struct KeyframePictures {
 }
 
 impl Gallery {
+    /// Whether the system has the memory to draw `densities`, about.
+    pub fn has_room(densities: &Densities, images: bool) -> bool {
+        let (cells, pixels) = (densities.cells.iter().product::<usize>(), Smoke::pixels(&densities.cells));
+        let making = rayon::current_num_threads().max(1) * (MAKING * (cells + pixels) + ENCODER);
+        let files = STRIP + 4 * densities.keyframes.len() + if images { densities.steps + 1 } else { 0 };
+        are_free(making + files * (pixels / PACKED) * COPIES)
+    }
+
     /// Draws everything; with `images`, writes `frames/frame_0000.png` and so on and `animation.png` too.
-    pub fn draw(folder: &Path, frames: &dyn Frames, images: bool) -> Result<Self, OutputError> {
-        let mut studio = Studio::new(folder, frames);
-        let keyframes = (0..frames.keyframe_steps().len()).map(|index| studio.keyframe(index)).collect::<Result<_, _>>()?;
+    pub fn draw(folder: &Path, densities: Densities, images: bool) -> Result<Self, OutputError> {
+        let mut studio = Studio::new(folder, densities)?;
+        let count = studio.densities.keyframes.len();
+        let keyframes = (0..count).map(|index| studio.keyframe(index)).collect::<Result<_, _>>()?;
         if images { studio.every_step(keyframes) } else { studio.some_steps(keyframes) }
     }
 }
@@ -45,30 +63,27 @@ impl Gallery {
 /// Turns steps into pictures.
 struct Studio<'a> {
     folder: &'a Path,
-    frames: &'a dyn Frames,
-    samples: Samples,
+    densities: Densities,
     /// The density that is drawn brightest: the source's largest.
     full: f32,
 }
 
 impl<'a> Studio<'a> {
-    fn new(folder: &'a Path, frames: &'a dyn Frames) -> Self {
-        let mut samples = Samples::new(frames.precision());
-        frames.density(0, &mut samples);
-        let full = samples.to_f32().into_iter().fold(0.0, f32::max);
-        Self { folder, frames, samples, full }
+    fn new(folder: &'a Path, mut densities: Densities) -> Result<Self, OutputError> {
+        let full = densities.density(0)?.into_iter().fold(0.0, f32::max);
+        Ok(Self { folder, densities, full })
     }
 
-    fn smoke(&mut self, step: usize) -> Smoke {
-        self.frames.density(step, &mut self.samples);
-        Smoke::new(self.frames.cells(), self.samples.to_f32(), self.full)
+    fn smoke(&mut self, step: usize) -> Result<Smoke, OutputError> {
+        let density = self.densities.density(step)?;
+        Ok(Smoke::new(&self.densities.cells, density, self.full))
     }
 
     fn keyframe(&mut self, index: usize) -> Result<KeyframePictures, OutputError> {
-        let step = self.frames.keyframe_steps().get(index).copied().unwrap_or_default();
-        self.frames.keyframe(index, &mut self.samples);
-        let target = Smoke::new(self.frames.cells(), self.samples.to_f32(), self.full);
-        let reached = self.smoke(step);
+        let step = self.densities.keyframes[index];
+        let target = self.densities.keyframe(index)?;
+        let target = Smoke::new(&self.densities.cells, target, self.full);
+        let reached = self.smoke(step)?;
         Ok(KeyframePictures {
             step,
             target: self.encode(&target.photograph())?,
@@ -83,26 +98,26 @@ impl<'a> Studio<'a> {
 
     fn some_steps(&mut self, keyframes: Vec<KeyframePictures>) -> Result<Gallery, OutputError> {
         let mut strip = Vec::new();
-        for step in strip_steps(self.frames.steps(), self.frames.keyframe_steps()) {
-            let picture = self.smoke(step).photograph();
+        for step in strip_steps(self.densities.steps, &self.densities.keyframes) {
+            let picture = self.smoke(step)?.photograph();
             strip.push((step, self.encode(&picture)?));
         }
         Ok(Gallery { strip, keyframes, animation: None })
     }
 
     fn every_step(&mut self, keyframes: Vec<KeyframePictures>) -> Result<Gallery, OutputError> {
-        let (steps, at) = (self.frames.steps(), self.frames.keyframe_steps());
-        let (shown, path) = (strip_steps(steps, at), self.folder.join("animation.png"));
+        let (steps, at) = (self.densities.steps, self.densities.keyframes.clone());
+        let (shown, path) = (strip_steps(steps, &at), self.folder.join("animation.png"));
         let folder = self.folder.join("frames");
         create_folder(&folder)?;
         remove_frames_after(steps, &folder)?;
         let mut bytes = Vec::new();
         let mut strip = Vec::new();
-        let first = self.smoke(0).photograph();
-        let mut animation = Animation::new(&mut bytes, &first, Pace::new(steps, at)).map_err(OutputError::of(&path))?;
+        let first = self.smoke(0)?.photograph();
+        let mut animation = Animation::new(&mut bytes, &first, Pace::new(steps, &at)).map_err(OutputError::of(&path))?;
         let together = rayon::current_num_threads().max(1);
         for begin in (0..=steps).step_by(together) {
-            let batch: Vec<(usize, Smoke)> = (begin..=steps).take(together).map(|step| (step, self.smoke(step))).collect();
+            let batch = (begin..=steps).take(together).map(|step| Ok((step, self.smoke(step)?))).collect::<Result<Vec<_>, _>>()?;
             let drawn: Vec<_> = batch.into_par_iter().map(|(step, smoke)| develop(step, &smoke, &folder)).collect();
             for drawn in drawn {
                 let (step, picture, png) = drawn?;

@@ -1,9 +1,11 @@
 //! Result files: `result.npz` in the precision of the solve, frames and an animation as PNG.
 //!
-//! A solver shows itself as [`Frames`], one field at a time, so that no second copy of a trajectory is needed.
+//! A solver shows itself as [`Frames`], one field at a time, so that no second copy of a trajectory is needed. Pictures are
+//! drawn from the written numbers, when the solver and its block of memory are gone.
 
 mod animation;
 mod archive;
+mod densities;
 mod error;
 mod file;
 mod frames;
@@ -15,5 +17,6 @@ pub use error::OutputError;
 pub use frames::{Frames, Precision, Sample, Samples};
 
 pub(crate) use archive::write_archive;
-pub(crate) use file::{create_folder, write_bytes};
+pub(crate) use densities::Densities;
+pub(crate) use file::{create_folder, write_bytes, write_whole};
 pub(crate) use gallery::{Gallery, KeyframePictures};

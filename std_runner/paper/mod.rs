@@ -14,10 +14,8 @@ use crate::console;
 use crate::exit::{DONE, Failure, INTERRUPTED};
 use crate::interrupt::Interrupt;
 use crate::plan::{self, size_in_words};
-use crate::progress::Mode;
-use crate::report::Parts;
 use crate::scene::Scene;
-use crate::solve::Order;
+use crate::solve::{Order, Parts};
 use catalogue::{Entry, GROUPS, SHEETS, Sheet};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -51,7 +49,7 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
     let due = due(&sheets, arguments, &order)?;
     compare::prepare(&arguments.output, STEM)?;
     due.iter().try_for_each(|due| compare::check_below(&due.folder, &due.methods))?;
-    let interrupt = Interrupt::listen(order.mode != Mode::Human)?;
+    let interrupt = Interrupt::listen()?;
     let mut shown = Vec::new();
     for due in due {
         if interrupt.asked() {

@@ -42,8 +42,10 @@ pub struct Clock {
     pub ao: Spent,
     /// The Navier-Stokes problem so far.
     pub nso: Spent,
-    /// Seconds from the start to the first iteration.
+    /// Seconds from the start of the program to that of the solve.
     pub begun: f64,
+    /// Seconds of the nested start: from there to the first iteration on the finest grid.
+    pub nested: f64,
     /// Seconds from the start to the end of the last iteration.
     pub solved: f64,
     /// Seconds from the start to the feasible result.
@@ -54,7 +56,7 @@ impl Clock {
     /// Starts now.
     pub fn start() -> Self {
         let never = Spent::default();
-        Clock { start: Instant::now(), running: None, ao: never, nso: never, begun: 0.0, solved: 0.0, finished: 0.0 }
+        Clock { start: Instant::now(), running: None, ao: never, nso: never, begun: 0.0, nested: 0.0, solved: 0.0, finished: 0.0 }
     }
 
     /// Seconds since the start of the program.
@@ -62,14 +64,19 @@ impl Clock {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// Seconds since the first iteration began.
+    /// Seconds since the solve began.
     pub fn seconds(&self) -> f64 {
         self.total() - self.begun
     }
 
-    /// The first iteration begins.
+    /// The solve begins.
     pub fn begin(&mut self) {
         self.begun = self.total();
+    }
+
+    /// The nested start is over, and the first iteration on the finest grid begins.
+    pub fn nested(&mut self) {
+        self.nested = self.seconds();
     }
 
     /// The last iteration is over.

@@ -1,12 +1,14 @@
 //! A bar on a terminal, plain lines elsewhere, JSON lines for programs, or nothing.
 
+use super::cells;
 use super::clock::in_words;
 use crate::console;
+use crate::plan::size_in_words;
 use core::fmt::Arguments;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
-use thurible_core::{AdmmProgress, DirectProgress, Progress};
+use thurible_core::{DirectProgress, Progress};
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,8 +26,6 @@ pub struct Display {
     mode: Mode,
     bar: Option<ProgressBar>,
     limit: usize,
-    /// Seconds after the start at which the first iteration on the finest grid began.
-    begun: f64,
     summary: String,
 }
 
@@ -37,7 +37,7 @@ impl Display {
             let style = style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> ");
             ProgressBar::new(u64::try_from(limit).unwrap_or(u64::MAX)).with_style(style)
         });
-        Display { mode, bar, limit, begun: 0.0, summary: String::new() }
+        Display { mode, bar, limit, summary: String::new() }
     }
 
     /// A sentence between the lines of progress.
@@ -79,21 +79,16 @@ impl Display {
         }
     }
 
-    /// An outer iteration is over, `seconds` after the start.
-    pub fn iteration(&mut self, progress: &Progress, seconds: f64) {
+    /// An outer iteration is over, `seconds` after the start, the first `nested` of which the coarser grids took.
+    pub fn iteration(&mut self, progress: &Progress, seconds: f64, nested: f64) {
         self.event("iteration", iteration_fields(progress, seconds));
         if self.mode != Mode::Human {
             return;
         }
-        let parts = format!("data {:.3e}, force {:.3e}, {}", progress.objective.data, progress.objective.force, detail(progress));
-        let done = done(progress);
-        let text = if done == 0 {
-            self.begun = seconds;
-            format!("{} of {} cells, {parts}", progress.direct.level_iteration, grid(&progress.direct))
-        } else {
-            let left = self.limit.saturating_sub(done) as f64 * (seconds - self.begun) / done as f64;
-            format!("at most {} left, {parts}", in_words(left))
-        };
+        let done = iterations_on_the_finest_grid(progress);
+        let left = self.limit.saturating_sub(done) as f64 * (seconds - nested) / done.max(1) as f64;
+        let left = if done > 0 { format!("at most {} left", in_words(left)) } else { format!("on {} cells", size_in_words(&cells(&progress.direct))) };
+        let text = format!("{left}, data {:.3e}, force {:.3e}, {}", progress.objective.data, progress.objective.force, manner(progress));
         match &self.bar {
             Some(bar) => {
                 bar.set_position(u64::try_from(done).unwrap_or(u64::MAX));
@@ -112,30 +107,19 @@ impl Display {
     }
 }
 
-/// Whether the direct method made this iteration: it alone names a grid.
-fn is_direct(progress: &Progress) -> bool {
-    progress.direct.cells[0] > 0
-}
-
-/// Iterations that count towards the limit: 0 while the direct method is on a coarser grid.
-fn done(progress: &Progress) -> usize {
-    match (is_direct(progress), progress.direct.level) {
-        (true, 0) => progress.direct.level_iteration,
-        (true, _) => 0,
-        (false, _) => progress.iteration.max(1),
+/// The direct method begins on coarser grids, which the limit does not count.
+fn iterations_on_the_finest_grid(progress: &Progress) -> usize {
+    match progress.direct {
+        DirectProgress { level_iteration: 0, .. } => progress.iteration,
+        DirectProgress { level: 0, level_iteration, .. } => level_iteration,
+        _ => 0,
     }
 }
 
-/// `32 x 32`; the axis that a plane has not is left out.
-fn grid(direct: &DirectProgress) -> String {
-    let dims = if direct.cells[2] > 1 { 3 } else { 2 };
-    direct.cells[..dims].iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
-}
-
-/// What the method says about the iteration.
-fn detail(progress: &Progress) -> String {
-    if is_direct(progress) {
-        return format!("step {}", progress.direct.step);
+/// What the method has to say of an iteration.
+fn manner(progress: &Progress) -> String {
+    if progress.direct.level_iteration > 0 {
+        return format!("step {:.1e}", progress.direct.step);
     }
     let residual = progress.admm.nso_residuals.last().copied().unwrap_or(f64::NAN);
     format!("residual {residual:.0e}, change {:.1e}", progress.admm.density_change)
@@ -149,33 +133,23 @@ fn iteration_fields(progress: &Progress, seconds: f64) -> Value {
         "force": progress.objective.force,
         "total": progress.objective.total(),
     });
-    let own = if is_direct(progress) { direct_fields(&progress.direct) } else { admm_fields(&progress.admm) };
-    if let (Value::Object(fields), Value::Object(own)) = (&mut fields, own) {
-        fields.extend(own);
+    let direct = &progress.direct;
+    let more = if direct.level_iteration > 0 {
+        json!({ "level": cells(direct), "step": direct.step, "slope": direct.slope, "evaluations": direct.evaluations })
+    } else {
+        json!({
+            "ao_step": progress.admm.ao_step,
+            "density_change": progress.admm.density_change,
+            "nso_residuals": progress.admm.nso_residuals.as_slice(),
+            "kkt": progress.admm.kkt,
+            "ao_residual": progress.admm.ao_residual,
+            "gap": progress.admm.gap,
+            "data_of_star": progress.admm.data_of_star,
+            "held": progress.admm.held,
+        })
+    };
+    if let (Value::Object(fields), Value::Object(more)) = (&mut fields, more) {
+        fields.extend(more);
     }
     fields
-}
-
-fn direct_fields(direct: &DirectProgress) -> Value {
-    json!({
-        "cells": direct.cells,
-        "level": direct.level,
-        "level_iteration": direct.level_iteration,
-        "step": direct.step,
-        "slope": direct.slope,
-        "evaluations": direct.evaluations,
-    })
-}
-
-fn admm_fields(admm: &AdmmProgress) -> Value {
-    json!({
-        "ao_step": admm.ao_step,
-        "density_change": admm.density_change,
-        "nso_residuals": admm.nso_residuals.as_slice(),
-        "kkt": admm.kkt,
-        "ao_residual": admm.ao_residual,
-        "gap": admm.gap,
-        "data_of_star": admm.data_of_star,
-        "held": admm.held,
-    })
 }

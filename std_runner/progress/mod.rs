@@ -8,12 +8,12 @@ pub use display::{Display, Mode};
 
 use crate::interrupt::Interrupt;
 use core::ops::ControlFlow;
-use thurible_core::{Event, Observer, Progress};
+use thurible_core::{DirectProgress, Event, Observer, Progress};
 
 /// One outer iteration, for the report.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Seconds since the first iteration began.
+    /// Seconds since the solve began.
     pub seconds: f64,
     /// What the core said.
     pub progress: Progress,
@@ -21,6 +21,16 @@ pub struct Row {
 
 /// Rows that the history has room for from the start, so that it need not grow while the solve runs.
 const ROWS: usize = 1024;
+
+/// Bytes of the history's rows for a solve of at most `limit` iterations.
+pub fn history_bytes(limit: usize) -> usize {
+    limit.min(ROWS) * size_of::<Row>()
+}
+
+/// Cells of the grid that an iteration of the direct method worked on.
+pub fn cells(direct: &DirectProgress) -> Vec<usize> {
+    direct.cells.into_iter().filter(|&count| count > 1).collect()
+}
 
 /// The runner's [`Observer`]: times phases, moves the bar, keeps the history, passes on Ctrl-C.
 pub struct Watch {
@@ -31,26 +41,42 @@ pub struct Watch {
     /// All iterations so far.
     pub history: Vec<Row>,
     interrupt: Interrupt,
+    /// Whether the user has heard that the solve stops.
+    told: bool,
 }
 
 impl Watch {
     /// Watches a solve of at most `limit` iterations; `clock` has run since the program began.
     pub fn new(clock: Clock, mode: Mode, limit: usize, interrupt: Interrupt) -> Self {
-        Watch { clock, display: Display::new(mode, limit), history: Vec::with_capacity(limit.min(ROWS)), interrupt }
+        Watch { clock, display: Display::new(mode, limit), history: Vec::with_capacity(limit.min(ROWS)), interrupt, told: false }
     }
 
     /// An outer iteration is over.
     pub fn iteration(&mut self, progress: &Progress) {
         self.clock.leave();
         let seconds = self.clock.seconds();
-        self.display.iteration(progress, seconds);
+        if progress.direct.level > 0 {
+            self.clock.nested();
+        }
+        self.display.iteration(progress, seconds, self.clock.nested);
         self.history.push(Row { seconds, progress: progress.clone() });
+    }
+
+    /// Whether to stop; the user is told once.
+    fn stops(&mut self) -> bool {
+        let asked = self.interrupt.asked();
+        if asked && !self.told {
+            self.told = true;
+            self.display.note("thurible: stopping, the result so far will be written; press Ctrl-C again to end at once without it");
+        }
+        asked
     }
 }
 
 impl Observer for Watch {
     fn on(&mut self, event: Event) -> ControlFlow<()> {
         match event {
+            Event::IterationBegin { iteration: 1 } => self.clock.nested(),
             Event::AoBegin => self.clock.enter(Phase::Ao),
             Event::NsoBegin => self.clock.enter(Phase::Nso),
             Event::AoEnd | Event::NsoEnd => self.clock.leave(),
@@ -58,6 +84,6 @@ impl Observer for Watch {
             Event::NsoCycle { cycle, residual } => self.display.detail(format_args!("V-cycle {cycle}, residual {residual:.1e}")),
             _ => self.display.tick(),
         }
-        if self.interrupt.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.stops() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

@@ -20,38 +20,42 @@ pub use record::{
 pub(crate) use tables::product;
 pub(crate) use words::{bytes, number, seconds};
 
-use crate::output::{Frames, Gallery, OutputError, create_folder, write_archive, write_bytes};
+use crate::output::{Densities, Frames, Gallery, OutputError, Precision, create_folder, write_archive, write_bytes, write_whole};
 
-/// Writes a result folder: `result.npz`, `report.json`, `report.html`, and with `images` the frames and the animation.
-///
-/// Numbers are written first, so that they are there if pictures fail. Every file is whole or not there.
+/// The arrays of a result.
+pub(crate) const ARCHIVE: &str = "result.npz";
+
+/// Writes the numbers of a result, `result.npz` and `report.json`, into `folder`. Every file is whole or not there.
 ///
 /// # Errors
 /// A file that could not be written, by name.
-pub fn write(folder: &Path, frames: &dyn Frames, record: &RunRecord, images: bool) -> Result<(), OutputError> {
-    write_and_show(folder, frames, record, Parts { arrays: true, images }).map(drop)
-}
-
-/// Which of the large parts of a result folder are wanted.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Parts {
-    /// `result.npz`.
-    pub arrays: bool,
-    /// The frames and the animation.
-    pub images: bool,
-}
-
-/// As [`write`]; the answer is the pictures of the report.
-pub(crate) fn write_and_show(folder: &Path, frames: &dyn Frames, record: &RunRecord, parts: Parts) -> Result<Gallery, OutputError> {
+pub fn write_numbers(folder: &Path, frames: &dyn Frames, record: &RunRecord) -> Result<(), OutputError> {
     create_folder(folder)?;
-    if parts.arrays {
-        write_archive(&folder.join("result.npz"), frames)?;
-    }
+    write_archive(&folder.join(ARCHIVE), frames)?;
     let path = folder.join("report.json");
-    let json = serde_json::to_vec_pretty(record).map_err(OutputError::of(&path))?;
-    write_bytes(&path, &json)?;
-    let gallery = Gallery::draw(folder, frames, parts.images)?;
-    let title = folder.file_name().map_or_else(|| "result".into(), |name| name.to_string_lossy());
-    write_bytes(&folder.join("report.html"), page::page(&title, record, &gallery).as_bytes())?;
+    write_whole(&path, |file| serde_json::to_writer_pretty(file, record).map_err(OutputError::of(&path)))
+}
+
+/// Writes `report.html`, and with `images` the frames and the animation, into `folder`, all drawn from the numbers in
+/// `result`, which may be the same folder.
+///
+/// The answer is false if the system has not the memory for pictures; then the page is without any.
+///
+/// # Errors
+/// A file that could not be read or written, by name.
+pub fn write_pictures(result: &Path, folder: &Path, record: &RunRecord, images: bool) -> Result<bool, OutputError> {
+    draw(result, folder, record, images).map(|gallery| gallery.is_some())
+}
+
+/// As [`write_pictures`]; the answer is the pictures of the page, if the system has the memory for them.
+pub(crate) fn draw(result: &Path, folder: &Path, record: &RunRecord, images: bool) -> Result<Option<Gallery>, OutputError> {
+    create_folder(folder)?;
+    let precision = if record.precision == "f64" { Precision::F64 } else { Precision::F32 };
+    let keyframes = record.keyframes.iter().map(|keyframe| keyframe.step).collect();
+    let densities = Densities::open(&result.join(ARCHIVE), precision, record.cells.clone(), record.steps, keyframes)?;
+    let gallery = Gallery::has_room(&densities, images).then(|| Gallery::draw(folder, densities, images)).transpose()?;
+    let title = result.file_name().map_or_else(|| "result".into(), |name| name.to_string_lossy());
+    let page = page::page(&title, record, gallery.as_ref().unwrap_or(&Gallery::default()));
+    write_bytes(&folder.join("report.html"), page.as_bytes())?;
     Ok(gallery)
 }

@@ -107,11 +107,11 @@ pub struct IterationRecord {
 /// One iteration of the direct method.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DirectRecord {
-    /// Cells of the grid that it worked on; objectives of different grids cannot be compared.
+    /// Cells of the grid that it worked on.
     pub level: Vec<usize>,
     /// Step along the direction, 0 when none gained anything.
     pub step: f64,
-    /// Derivative of the objective along the direction.
+    /// The objective's derivative along the direction.
     pub slope: f64,
     /// Flows whose objective was computed.
     pub evaluations: usize,
@@ -132,6 +132,10 @@ pub struct AdmmRecord {
     pub ao_residual: f64,
     /// Distance between v and v*.
     pub gap: f64,
+    /// Distance of v* from the keyframes, where the objective's is that of v.
+    pub data_of_star: f64,
+    /// Whether the multipliers were held.
+    pub held: bool,
 }
 
 /// `memory`
@@ -165,6 +169,8 @@ pub struct SecondsRecord {
     pub total: f64,
     /// Reading the scene, drawing shapes, taking memory.
     pub setup: f64,
+    /// The nested start on coarser grids.
+    pub nested: f64,
     /// All advection problems.
     pub ao: f64,
     /// All Navier-Stokes problems.

@@ -37,6 +37,7 @@ pub(super) fn times(record: &RunRecord) -> String {
             ("Advection problem".to_owned(), spent.ao, Some(spent.ao_average)),
             ("Navier\u{2013}Stokes problem".to_owned(), spent.nso, Some(spent.nso_average)),
             ("Rest of the iterations".to_owned(), spent.other, None),
+            ("Nested start on coarser grids".to_owned(), spent.nested, None),
         ]
     } else {
         times_by_grid(record)
@@ -47,7 +48,7 @@ pub(super) fn times(record: &RunRecord) -> String {
         let average = average.map(|average| format!("<small>{} each</small>", seconds(average))).unwrap_or_default();
         format!("<tr><th>{name}{average}</th><td>{}</td><td class=\"wide\">{}</td></tr>", seconds(*value), bar(*value, spent.total, "c1"))
     };
-    let rows: String = rows.iter().map(row).collect();
+    let rows: String = rows.iter().filter(|(_, value, _)| *value > 0.0).map(row).collect();
     format!("<table><tbody>{rows}</tbody><tfoot><tr><th>Total</th><td>{}</td><td></td></tr></tfoot></table>", seconds(spent.total))
 }
 

@@ -143,7 +143,7 @@ fn check_weight(document: &Document, key: &str, weight: f64, scale: f64) -> Resu
         return Ok(());
     }
     let why = format!(
-        "is {weight}, which in units of dt and length is {scaled:e}, but only {:e} to {:e} is allowed there; change it, `time.dt` or `grid.length`",
+        "is {weight:?}, which in units of dt and length is {scaled:e}, but only {:e} to {:e} is allowed there; change it, `time.dt` or `grid.length`",
         WEIGHTS.start(),
         WEIGHTS.end()
     );

@@ -25,7 +25,7 @@ impl Document {
         if found.is_finite() && found > 0.0 {
             return Ok(found);
         }
-        Err(self.outside(key, found, "a finite number above 0"))
+        Err(self.outside(key, format_args!("{found:?}"), "a finite number above 0"))
     }
 
     /// A finite number above zero and below `limit`.
@@ -33,7 +33,7 @@ impl Document {
         if found > 0.0 && found < limit {
             return Ok(found);
         }
-        Err(self.outside(key, found, &format!("a number above 0 and below {limit}")))
+        Err(self.outside(key, format_args!("{found:?}"), &format!("a number above 0 and below {limit}")))
     }
 
     /// A number from zero up to, but not, one.
@@ -41,7 +41,7 @@ impl Document {
         if (0.0..1.0).contains(&found) {
             return Ok(found);
         }
-        Err(self.outside(key, found, "a number from 0 up to but not 1"))
+        Err(self.outside(key, format_args!("{found:?}"), "a number from 0 up to but not 1"))
     }
 
     /// One of a few words.

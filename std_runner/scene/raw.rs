@@ -128,19 +128,24 @@ impl Document {
         for (serde_word, word) in PLAIN_WORDS {
             plain = plain.replace(serde_word, word);
         }
+        // The name of a table's type is ours.
+        if let Some((before, _)) = plain.split_once("expected a table Raw") {
+            plain = format!("{before}expected a table");
+        }
         let at = if key.is_empty() { self.place("") } else { format!("{}: `{key}`", self.place(key)) };
         match plain.strip_prefix("unknown field ") {
             Some(rest) => {
                 let (name, allowed) = rest.split_once(", ").unwrap_or((rest, ""));
                 Failure::Input(format!("{at}: there is no key {name} here; {allowed}; correct its name or take it out"))
             }
+            None if plain.starts_with("missing field ") => Failure::Input(format!("{at}: {}; add it", plain.replacen("missing field ", "there is no ", 1))),
             None => Failure::Input(format!("{at}: {plain}; {}", remedy_of(key))),
         }
     }
 }
 
 /// serde's words for types, and what a reader of TOML calls them.
-const PLAIN_WORDS: [(&str, &str); 12] = [
+const PLAIN_WORDS: [(&str, &str); 13] = [
     ("invalid type: ", "found "),
     ("invalid value: ", "found "),
     (", expected usize", ", expected a whole number from 0"),
@@ -153,6 +158,7 @@ const PLAIN_WORDS: [(&str, &str); 12] = [
     ("expected a map", "expected a table"),
     ("found map", "found a table"),
     ("expected struct", "expected a table"),
+    ("expected path string", "expected a string"),
 ];
 
 fn remedy_of(key: &str) -> &'static str {

@@ -71,6 +71,12 @@ fn picture(smoke: &Smoke, look: impl Fn(&Camera, &Ray) -> (f32, f32, f32)) -> (u
     enlarged(&camera, pixel)
 }
 
+/// Pixels of a picture of a box of `cells`.
+pub(super) fn pixels(cells: [usize; 3]) -> usize {
+    let camera = Camera::new(cells);
+    camera.width * FACTOR * camera.height * FACTOR
+}
+
 fn enlarged(camera: &Camera, pixel: impl Fn(usize, usize) -> f32) -> (usize, usize, Vec<f32>) {
     let places = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
     let small: Vec<f32> = places.map(|(column, row)| pixel(column, row)).collect();

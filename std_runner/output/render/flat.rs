@@ -34,9 +34,19 @@ pub(super) fn chart(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
     (width, height, values.into_iter().map(|value| value.clamp(-1.0, 1.0)).collect())
 }
 
+/// Pixels of a picture of `nx` by `ny` cells.
+pub(super) fn pixels(nx: usize, ny: usize) -> usize {
+    let factor = factor(nx, ny);
+    nx * factor * ny * factor
+}
+
+fn factor(nx: usize, ny: usize) -> usize {
+    WIDTH.div_ceil(nx.max(1)).min((HEIGHT / ny.max(1)).max(1))
+}
+
 fn from_the_top(smoke: &Smoke, values: &[f32]) -> (usize, usize, Vec<f32>) {
     let [nx, _, ny] = smoke.cells;
-    let factor = WIDTH.div_ceil(nx.max(1)).min((HEIGHT / ny.max(1)).max(1));
+    let factor = factor(nx, ny);
     let turned: Vec<f32> = values.chunks_exact(nx.max(1)).rev().flatten().copied().collect();
     (nx * factor, ny * factor, enlarge(&turned, nx, factor))
 }

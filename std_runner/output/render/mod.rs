@@ -33,6 +33,15 @@ impl Smoke {
         }
     }
 
+    /// Pixels of a picture of a grid of `cells`.
+    pub fn pixels(cells: &[usize]) -> usize {
+        match *cells {
+            [nx, ny, nz] => deep::pixels([nx, ny, nz]),
+            [nx, ny] => flat::pixels(nx, ny),
+            _ => 0,
+        }
+    }
+
     /// What `self` has more than `other`, negative where it has less.
     pub fn minus(&self, other: &Self) -> Self {
         let values = self.values.iter().zip(&other.values).map(|(mine, theirs)| mine - theirs).collect();

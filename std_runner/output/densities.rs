@@ -1,0 +1,59 @@
+//! The densities of a written `result.npz`, read back one field at a time: pictures need no solver.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use zip::ZipArchive;
+
+use super::{OutputError, Precision};
+
+/// An archive that [`write_archive`](super::write_archive) wrote.
+pub(crate) struct Densities {
+    archive: ZipArchive<BufReader<File>>,
+    path: PathBuf,
+    precision: Precision,
+    /// Cells along x, y (and z).
+    pub cells: Vec<usize>,
+    /// N.
+    pub steps: usize,
+    /// The steps of the keyframes, ascending.
+    pub keyframes: Vec<usize>,
+}
+
+impl Densities {
+    /// Opens `path`, which holds densities 0 ..= `steps` and a target for each of `keyframes`, of `cells` numbers each.
+    pub fn open(path: &Path, precision: Precision, cells: Vec<usize>, steps: usize, keyframes: Vec<usize>) -> Result<Self, OutputError> {
+        let file = File::open(path).map_err(OutputError::unread(path))?;
+        let archive = ZipArchive::new(BufReader::new(file)).map_err(OutputError::unread(path))?;
+        Ok(Self { archive, path: path.to_owned(), precision, cells, steps, keyframes })
+    }
+
+    /// The density of a step, rounded to 32 bits: enough for pictures.
+    pub fn density(&mut self, step: usize) -> Result<Vec<f32>, OutputError> {
+        self.field("density.npy", step).map_err(OutputError::unread(&self.path))
+    }
+
+    /// The target of a keyframe, rounded to 32 bits.
+    pub fn keyframe(&mut self, index: usize) -> Result<Vec<f32>, OutputError> {
+        self.field("keyframe_density.npy", index).map_err(OutputError::unread(&self.path))
+    }
+
+    fn field(&mut self, name: &str, index: usize) -> io::Result<Vec<f32>> {
+        let count: usize = self.cells.iter().product();
+        let mut member = self.archive.by_name_seek(name)?;
+        let mut start = [0; 10];
+        member.read_exact(&mut start)?;
+        let head = start.len() + usize::from(u16::from_le_bytes([start[8], start[9]]));
+        let mut seek = |size: usize| member.seek(SeekFrom::Start((head + index * count * size) as u64));
+        match self.precision {
+            Precision::F32 => seek(4).and_then(|_| numbers(&mut member, count, f32::from_le_bytes)),
+            Precision::F64 => seek(8).and_then(|_| numbers(&mut member, count, |bytes| f64::from_le_bytes(bytes) as f32)),
+        }
+    }
+}
+
+fn numbers<const N: usize>(source: &mut impl Read, count: usize, number: impl Fn([u8; N]) -> f32) -> io::Result<Vec<f32>> {
+    let mut bytes = [0; N];
+    (0..count).map(|_| source.read_exact(&mut bytes).map(|()| number(bytes))).collect()
+}
