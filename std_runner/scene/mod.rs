@@ -167,6 +167,11 @@ impl Scene {
         build::free(document)
     }
 
+    /// Checks a document that is complete.
+    pub fn of(document: Document) -> Result<Self, Failure> {
+        build::scene(document)
+    }
+
     /// The grid as the shapes see it.
     pub fn canvas(&self) -> Canvas {
         Canvas {
