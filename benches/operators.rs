@@ -7,7 +7,8 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterio
 use thurible_core::exec::{RowBuffers, for_rows};
 use thurible_core::field::{Block, Vector, VectorMut};
 use thurible_core::grid::Grid;
-use thurible_core::operators::{blur, divergence, self_advection};
+use thurible_core::operators::blur::{self, Metric};
+use thurible_core::operators::{divergence, self_advection};
 use thurible_core::{Boundary, D2, D3, Exec, Space};
 
 /// Slots of the trajectories.
@@ -67,7 +68,7 @@ fn bench_blur(group: &mut BenchmarkGroup<'_, WallTime>, exec: &dyn Exec, grid: &
     let mut scratch = vec![0f32; exec.threads() * blur::scratch_per_thread(grid, filters)];
     group.throughput(Throughput::Elements(grid.cells() as u64));
     group.bench_function(format!("blur of one field, {filters} filters"), |bencher| {
-        bencher.iter(|| blur::apply(exec, grid, filters, &error, &mut out, [&mut first, &mut second], &mut scratch));
+        bencher.iter(|| blur::apply(exec, grid, Metric { filters, identity: 1.0 }, &error, &mut out, [&mut first, &mut second], &mut scratch));
     });
 }
 

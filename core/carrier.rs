@@ -7,6 +7,7 @@ use crate::exec::Exec;
 use crate::field::{Vector, rows};
 use crate::grid::Grid;
 use crate::observe::{Event, Observer};
+use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::problem::Advection;
 use crate::problem::keyframes::{DataTerm, Keyframes};
@@ -18,8 +19,8 @@ use crate::transport::{Flow, Stop, Transport};
 pub struct Setup {
     /// Slots T = N - 1.
     pub slots: usize,
-    /// Filters of the metric.
-    pub filters: usize,
+    /// The metric.
+    pub metric: Metric,
     /// The transport.
     pub advection: Advection,
     /// max rho_0.
@@ -49,7 +50,7 @@ impl<'a, T: Real> Carrier<'a, T> {
         ledger.group("transport and metric", Sharing::Together, |ledger| {
             ledger.line("mu", pooled(grid.cells()), T::BYTES);
             Transport::<T>::requirement(ledger, grid, setup.threads);
-            DataTerm::<T>::requirement(ledger, grid, setup.filters, setup.threads);
+            DataTerm::<T>::requirement(ledger, grid, setup.metric.filters, setup.threads);
         });
     }
 
@@ -60,7 +61,7 @@ impl<'a, T: Real> Carrier<'a, T> {
             slots: setup.slots,
             mu: pool.take(grid.cells()),
             transport: Transport::carve(grid, setup.advection.scheme, setup.advection.tolerance, setup.largest, setup.threads, pool),
-            data: DataTerm::carve(grid, setup.filters, setup.threads, pool),
+            data: DataTerm::carve(grid, setup.metric, setup.threads, pool),
         }
     }
 

@@ -125,7 +125,7 @@ pub use baseline::lbfgs::LbfgsParams;
 pub use direct::DirectParams;
 pub use exec::{Exec, Serial};
 pub use grid::{Boundary, D2, D3, Space};
-pub use nso::{Norm, NsoParams, colours::Colours};
+pub use nso::{Norm, NsoParams, NsoSolver, colours::Colours};
 pub use observe::{Event, Observer, Silent};
 pub use plan::{Entry, Sharing};
 pub use problem::{Advection, Problem, ProblemError, Scheme};

@@ -1,6 +1,7 @@
 //! The words of the command line; [`program`](crate::program) acts on them.
 
 use crate::bytes;
+use crate::paper::Scale;
 use crate::plan::Wishes;
 use crate::problem::Precision;
 use crate::progress::Mode;
@@ -29,6 +30,10 @@ pub enum Command {
     Simulate(SimulateArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.
     Plan(SceneArguments),
+    /// Solve a scene by several methods, one after the other, and compare them on one page.
+    Compare(CompareArguments),
+    /// Solve the scenes of Pan & Manocha's paper and put the results beside its own.
+    Paper(PaperArguments),
     /// Write a commented scene to start from.
     New(NewArguments),
 }
@@ -38,15 +43,23 @@ pub enum Command {
 pub struct SceneArguments {
     /// The scene file (TOML).
     pub scene: PathBuf,
+    /// The method: direct, admm, lbfgs or pd.
+    #[arg(long, value_name = "M")]
+    pub method: Option<String>,
+    /// The common options.
+    #[command(flatten)]
+    pub options: Options,
+}
+
+/// What every command that plans or solves takes.
+#[derive(Args, Debug)]
+pub struct Options {
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
     /// Precision of all numbers [default: f32; of `simulate`, whose forces are next to nothing: f64].
     #[arg(long, value_enum)]
     pub precision: Option<Precision>,
-    /// The method: direct, admm, lbfgs or pd.
-    #[arg(long, value_name = "M")]
-    pub method: Option<String>,
     /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].
     #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
     pub memory_limit: Option<usize>,
@@ -75,9 +88,11 @@ pub struct SolveArguments {
 /// What `simulate` takes.
 #[derive(Args, Debug)]
 pub struct SimulateArguments {
-    /// The scene and the common options.
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// The common options.
     #[command(flatten)]
-    pub common: SceneArguments,
+    pub options: Options,
     /// The result folder [default: `output.folder` of the scene with _flow at its end].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
@@ -87,6 +102,56 @@ pub struct SimulateArguments {
     /// Steps, as --set time.steps=M.
     #[arg(long, value_name = "M")]
     pub steps: Option<usize>,
+}
+
+/// The methods of `compare` and `paper`.
+#[derive(Args, Debug)]
+pub struct Contenders {
+    /// The methods, in the order in which they run.
+    #[arg(long, value_name = "M,M", value_delimiter = ',', default_value = "direct,admm")]
+    pub methods: Vec<String>,
+}
+
+/// What `compare` takes.
+#[derive(Args, Debug)]
+pub struct CompareArguments {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// By what it is solved.
+    #[command(flatten)]
+    pub contenders: Contenders,
+    /// The common options.
+    #[command(flatten)]
+    pub options: Options,
+    /// Where the page and a result folder for each method go [default: `output.folder` of the scene with _compare after it].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
+/// What `paper` takes.
+#[derive(Args, Debug)]
+pub struct PaperArguments {
+    /// Which of them; all of Table 2 if none is named. --list shows the names.
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+    /// Print the names and what they are, and solve nothing.
+    #[arg(long)]
+    pub list: bool,
+    /// The paper's cells along each axis times this: 1, 1/2, 1/4 or 1/8; the steps stay.
+    #[arg(long, value_name = "S", default_value = "1", value_parser = Scale::parse)]
+    pub scale: Scale,
+    /// By what they are solved.
+    #[command(flatten)]
+    pub contenders: Contenders,
+    /// Keep result.npz of every solve too; at full size they are gigabytes.
+    #[arg(long)]
+    pub arrays: bool,
+    /// The common options.
+    #[command(flatten)]
+    pub options: Options,
+    /// Where the page and the result folders go.
+    #[arg(short, long, value_name = "DIR", default_value = "out/paper")]
+    pub output: PathBuf,
 }
 
 /// What `new` takes.
@@ -99,7 +164,7 @@ pub struct NewArguments {
     pub quiet: bool,
 }
 
-impl SceneArguments {
+impl Options {
     /// What they say about the plan.
     pub fn wishes(&self) -> Wishes {
         Wishes { precision: self.precision.unwrap_or(Precision::F32), threads: self.threads, limit: self.memory_limit }

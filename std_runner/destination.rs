@@ -19,6 +19,11 @@ pub struct Destination {
 impl Destination {
     /// Refuses a path that is a file, a folder of something else, or one that cannot be written.
     pub fn check(folder: &Path) -> Result<Self, Failure> {
+        Self::check_for(folder, "report.json")
+    }
+
+    /// As [`Self::check`], where the JSON file `mark` tells that a folder holds a result.
+    pub fn check_for(folder: &Path, mark: &str) -> Result<Self, Failure> {
         let shown = folder.display();
         let cannot = |error: io::Error| Failure::File(format!("cannot write the result folder {shown}: {error}; choose another one with -o DIR"));
         let exists = match fs::metadata(folder) {
@@ -27,7 +32,7 @@ impl Destination {
             Err(error) if error.kind() == io::ErrorKind::NotFound => false,
             Err(error) => return Err(cannot(error)),
         };
-        if exists && !is_empty(folder).map_err(cannot)? && !is_result(folder) {
+        if exists && !is_empty(folder).map_err(cannot)? && !is_result(folder, mark) {
             let why = "is not empty and holds no result of thurible, so it is not overwritten; empty it or choose another one with -o DIR";
             return Err(Failure::File(format!("the folder {shown} {why}")));
         }
@@ -98,7 +103,7 @@ fn is_empty(folder: &Path) -> io::Result<bool> {
     Ok(fs::read_dir(folder)?.next().is_none())
 }
 
-fn is_result(folder: &Path) -> bool {
-    let report = fs::read_to_string(folder.join("report.json")).unwrap_or_default();
+fn is_result(folder: &Path, mark: &str) -> bool {
+    let report = fs::read_to_string(folder.join(mark)).unwrap_or_default();
     serde_json::from_str::<serde_json::Value>(&report).is_ok_and(|report| report.get("format").is_some())
 }

@@ -1,8 +1,10 @@
 //! Everything about one solve but the solver itself.
 
+use crate::interrupt::Interrupt;
 use crate::plan::Planned;
 use crate::progress::Mode;
 use crate::scene::Scene;
+use crate::solve::Parts;
 use std::path::PathBuf;
 
 /// A solve that is ready to run.
@@ -19,4 +21,8 @@ pub struct Job {
     pub footprint: usize,
     /// How progress is shown.
     pub mode: Mode,
+    /// What is written beside the report.
+    pub(crate) parts: Parts,
+    /// Who listens for Ctrl-C already, if somebody does.
+    pub interrupt: Option<Interrupt>,
 }

@@ -3,7 +3,7 @@
 //! The path of the data is the order of the modules: the command line ([`cli`], acted on by [`program`]) names a [`scene`], its shapes become
 //! densities ([`keyframes`]), its numbers become a [`problem`], whose [`plan`] says how many bytes the one block
 //! ([`region`]) must have; [`solve`] runs the core in it on a pool of [`threads`], watched by [`progress`], and
-//! [`output`] and [`report`] write the folder.
+//! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper.
 //!
 //! Everything here needs the feature `std` (on by default). Without it the library only hands on the core.
 #![cfg_attr(not(feature = "std"), no_std)]
@@ -14,6 +14,8 @@ pub use thurible_core;
 pub mod bytes;
 #[cfg(feature = "std")]
 pub mod cli;
+#[cfg(feature = "std")]
+pub mod compare;
 #[cfg(feature = "std")]
 pub mod console;
 #[cfg(feature = "std")]
@@ -36,6 +38,8 @@ pub mod new_command;
 pub mod outcome;
 #[cfg(feature = "std")]
 pub mod output;
+#[cfg(feature = "std")]
+pub mod paper;
 #[cfg(feature = "std")]
 pub mod plan;
 #[cfg(feature = "std")]

@@ -13,14 +13,14 @@ use thurible_core::Plan;
 
 /// Runs `plan`.
 pub fn run(arguments: &SceneArguments) -> Result<u8, Failure> {
-    let scene = Scene::load(&arguments.scene, &arguments.set, arguments.method.as_deref())?;
-    let wishes = arguments.wishes();
+    let scene = Scene::load(&arguments.scene, &arguments.options.set, arguments.method.as_deref())?;
+    let wishes = arguments.options.wishes();
     let planned = match wishes.limit {
         Some(_) => plan::choose(&scene, &wishes)?,
         None => plan::make(&scene, &wishes)?,
     };
     let others = others(&planned);
-    match arguments.mode() {
+    match arguments.options.mode() {
         Mode::Human => print_plan(&scene, &planned, &others),
         Mode::Json => {
             let mut fields = plan_fields(&planned);

@@ -1,6 +1,6 @@
 //! `thurible solve SCENE`: plan, allocate once, solve, make feasible, write.
 
-use crate::cli::{SceneArguments, SolveArguments};
+use crate::cli::SolveArguments;
 use crate::console;
 use crate::destination::Destination;
 use crate::exit::{Failure, code_of, status_name};
@@ -8,16 +8,17 @@ use crate::frames::SolverFrames;
 use crate::inputs::{hand_on, hand_over, solver_refusal};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
-use crate::output::Sample;
-use crate::plan::{self, Planned, plan_fields, size_in_words};
+use crate::output::{Gallery, Sample};
+use crate::plan::{self, Wishes, plan_fields, size_in_words};
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, Mode, Watch, history_bytes, in_words};
 use crate::region::Region;
 use crate::report::RunRecord;
-use crate::scene::Scene;
+use crate::scene::{Scene, method_name};
 use crate::{bytes, outcome, report, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
+use std::fs;
 use std::path::{Path, PathBuf};
 use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
 
@@ -33,19 +34,63 @@ const FIELDS: usize = 2;
 pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     let clock = Clock::start();
-    let scene = Scene::load(&common.scene, &common.set, common.method.as_deref())?;
-    let planned = plan::choose(&scene, &common.wishes())?;
+    let scene = Scene::load(&common.scene, &common.options.set, common.method.as_deref())?;
+    let parts = Parts { arrays: true, images: scene.output.frames };
+    let order = Order { wishes: common.options.wishes(), mode: common.options.mode(), parts };
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
-    carry_out(common, clock, scene, planned, None, folder)
+    order.solve(scene, folder, clock, Start::default()).map(|finished| code_of(finished.status))
 }
 
-/// Solves what was planned, from the end of another result perhaps, and writes the result to `folder`.
-pub fn carry_out(common: &SceneArguments, clock: Clock, scene: Scene, planned: Planned, from: Option<PathBuf>, folder: PathBuf) -> Result<u8, Failure> {
-    let bytes = planned.plan.bytes();
-    let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + 2 * history_bytes(planned.params.iterations);
-    let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
-    let job = Job { scene, planned, from, folder, footprint: region.footprint(), mode: common.mode() };
-    threads::with(job.planned.params.threads, |exec| job.run(exec, region, clock))?
+/// How scenes are to be solved.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Order {
+    /// Precision, threads and ceiling.
+    pub wishes: Wishes,
+    /// How progress is shown.
+    pub mode: Mode,
+    /// What stays in the result folder beside the report.
+    pub parts: Parts,
+}
+
+/// Which of the large parts of a result folder are wanted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parts {
+    /// `result.npz`.
+    pub arrays: bool,
+    /// The frames and the animation.
+    pub images: bool,
+}
+
+/// What a solve finds when it begins.
+#[derive(Default)]
+pub(crate) struct Start {
+    /// A result from whose last step it goes on, in the place of the scene's source.
+    pub from: Option<PathBuf>,
+    /// Who listens for Ctrl-C already, if somebody does.
+    pub interrupt: Option<Interrupt>,
+}
+
+/// What came of a solve, beside its folder.
+pub(crate) struct Finished {
+    /// How it ended.
+    pub status: Status,
+    /// What `report.json` holds.
+    pub record: RunRecord,
+    /// The pictures of `report.html`, none if the system had not the memory.
+    pub gallery: Gallery,
+}
+
+impl Order {
+    /// Solves `scene` into `folder`; `clock` has run since the scene was read.
+    pub fn solve(&self, scene: Scene, folder: PathBuf, clock: Clock, start: Start) -> Result<Finished, Failure> {
+        let planned = plan::choose(&scene, &self.wishes)?;
+        let bytes = planned.plan.bytes();
+        let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + 2 * history_bytes(planned.params.iterations);
+        let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
+        let Start { from, interrupt } = start;
+        let job = Job { scene, planned, from, folder, footprint: region.footprint(), mode: self.mode, parts: self.parts, interrupt };
+        threads::with(job.planned.params.threads, |exec| job.run(exec, region, clock))?
+    }
 }
 
 /// A solve that is over, its numbers written.
@@ -66,28 +111,34 @@ fn no_memory(bytes: usize) -> Failure {
 
 impl Job {
     /// Solves in `region`, and draws pictures when it has been given back.
-    fn run(&self, exec: &dyn Exec, mut region: Region, clock: Clock) -> Result<u8, Failure> {
+    fn run(&self, exec: &dyn Exec, mut region: Region, clock: Clock) -> Result<Finished, Failure> {
         let bytes = self.planned.plan.bytes();
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
         let solved = self.dispatch(exec, block, clock)?;
         drop(region);
-        let draw = |folder: &Path| report::write_pictures(&self.folder, folder, &solved.record, self.scene.output.frames);
+        let draw = |folder: &Path| report::draw(&self.folder, folder, &solved.record, self.parts.images);
         let left = |error| Failure::File(format!("{error}; result.npz and report.json are in {}", self.folder.display()));
         let drawn = solved.destination.add(|folder| draw(folder).map_err(left));
         solved.watch.display.close();
-        if !drawn? {
+        let gallery = drawn?;
+        if gallery.is_none() {
             solved.watch.display.warning("the system has not the memory to draw pictures, so there are none; result.npz, report.json and the page are there");
         }
+        if !self.parts.arrays {
+            let path = self.folder.join(report::ARCHIVE);
+            fs::remove_file(&path).map_err(|error| Failure::File(format!("cannot remove {}: {error}; remove it yourself", path.display())))?;
+        }
         self.tell(&solved);
-        Ok(code_of(solved.status))
+        Ok(Finished { status: solved.status, record: solved.record, gallery: gallery.unwrap_or_default() })
     }
 
     fn announce(&self, display: &Display) {
         let planned = &self.planned;
         display.event("plan", plan_fields(planned));
         display.note(&format!(
-            "{}: {} cells, {} steps, {} bytes ({}) in {}, {} threads",
+            "{} by {}: {} cells, {} steps, {} bytes ({}) in {}, {} threads",
             self.scene.document.path().display(),
+            method_name(planned.params.method),
             size_in_words(&planned.problem.cells),
             planned.problem.steps,
             bytes::grouped(planned.plan.bytes()),
@@ -114,7 +165,7 @@ impl Job {
             None => hand_over(&self.scene, &mut solver)?,
         };
         let destination = Destination::check(&self.folder)?;
-        let mut watch = Watch::new(clock, self.mode, self.planned.params.iterations, Interrupt::listen()?);
+        let mut watch = Watch::new(clock, self.mode, self.planned.params.iterations, self.interrupt.clone().map_or_else(Interrupt::listen, Ok)?);
         self.announce(&watch.display);
         self.prepare(&mut solver, exec, &watch)?;
         watch.clock.begin();

@@ -9,7 +9,8 @@ use fields::random::Random;
 use fields::{Components, add_scaled_all, assert_close, cast, dot, dot_all, flow, gap, grid, slot, slot_of_all, view, view_mut, with_threads, zeros};
 use thurible_core::field::Block;
 use thurible_core::grid::Grid;
-use thurible_core::operators::{blur, divergence, self_advection};
+use thurible_core::operators::blur::{self, Metric};
+use thurible_core::operators::{divergence, self_advection};
 use thurible_core::{D2, D3, Real, Scheme, Serial, Space};
 
 const GRIDS: [(&[usize], &str); 8] =
@@ -116,10 +117,10 @@ fn self_advection_keeps_energy_and_is_exactly_quadratic() {
     self_advection_agrees::<f32>();
 }
 
-fn blurred<T: Real>(grid: &Grid, filters: usize, e: &[T]) -> Vec<T> {
+fn blurred<T: Real>(grid: &Grid, metric: Metric, e: &[T]) -> Vec<T> {
     let (mut out, mut first, mut second) = (e.to_vec(), e.to_vec(), e.to_vec());
-    let mut scratch = vec![T::ZERO; 3 * blur::scratch_per_thread(grid, filters)];
-    with_threads(3, |exec| blur::apply(exec, grid, filters, e, &mut out, [&mut first, &mut second], &mut scratch));
+    let mut scratch = vec![T::ZERO; 3 * blur::scratch_per_thread(grid, metric.filters)];
+    with_threads(3, |exec| blur::apply(exec, grid, metric, e, &mut out, [&mut first, &mut second], &mut scratch));
     out
 }
 
@@ -129,11 +130,15 @@ fn metric_agrees<T: Real>() {
         let grid = grid(cells, ends);
         for filters in [0, 1, 2, 4] {
             let (e, f): (Vec<T>, Vec<T>) = (random.cells(&grid, 1), random.cells(&grid, 1));
-            let (ce, cf) = (blurred(&grid, filters, &e), blurred(&grid, filters, &f));
+            let whole = Metric { filters, identity: 1.0 };
+            let (ce, cf) = (blurred(&grid, whole, &e), blurred(&grid, whole, &f));
             assert_close("C is symmetric", dot(&ce, &f), dot(&e, &cf), dot(&e, &e), 10.0 * T::EPSILON);
             assert!(dot(&e, &ce) >= dot(&e, &e) * (1.0 - 1e-6), "C is at least the identity");
             let expected = Naive::new(&grid).metric(filters, &cast(&e));
             assert!(gap(&cast(&ce), &expected) <= 20.0 * T::EPSILON, "{cells:?} {ends}, {filters} filters");
+            let lighter: Vec<f64> = cast(&blurred(&grid, Metric { filters, identity: 0.25 }, &e));
+            let missing: Vec<f64> = expected.iter().zip(cast::<T, f64>(&e)).map(|(ce, e)| ce - 0.75 * e).collect();
+            assert!(gap(&lighter, &missing) <= 20.0 * T::EPSILON, "e weighs 1/4 on {cells:?} {ends}, {filters} filters");
         }
     }
 }
@@ -173,6 +178,6 @@ fn threads_do_not_change_the_metric() {
     let e: Vec<f64> = Random::new(5).cells(&grid, 1);
     let (mut out, mut first, mut second) = (e.clone(), e.clone(), e.clone());
     let mut scratch = vec![0.0; blur::scratch_per_thread(&grid, 2)];
-    blur::apply(&Serial, &grid, 2, &e, &mut out, [&mut first, &mut second], &mut scratch);
-    assert_eq!(out, blurred(&grid, 2, &e));
+    blur::apply(&Serial, &grid, Metric { filters: 2, identity: 1.0 }, &e, &mut out, [&mut first, &mut second], &mut scratch);
+    assert_eq!(out, blurred(&grid, Metric { filters: 2, identity: 1.0 }, &e));
 }

@@ -8,7 +8,7 @@ use fields::Memory;
 use fields::cases::{Scene, admm};
 use fields::random::Random;
 use thurible_core::nso::colours::Colours;
-use thurible_core::{D2, D3, Entry, Method, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver, SolverError, Space};
+use thurible_core::{D2, D3, Entry, Method, NsoSolver, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver, SolverError, Space};
 
 const METHODS: [Method; 5] = [Method::Admm, Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate];
 
@@ -33,6 +33,7 @@ fn random_scene(random: &mut Random, dims: usize) -> Scene {
     scene.params.direct.history = random.pick(&[None, None, Some(1), Some(8)]);
     scene.params.direct.nested = random.coin();
     scene.params.admm.relaxation = random.pick(&[1.0, 1.5]);
+    scene.params.admm.nso.solver = random.pick(&[NsoSolver::Stfas, NsoSolver::Stfas, NsoSolver::NewtonCg]);
     scene.params.admm.nso.colours = random.pick(&[Colours::RedBlack, Colours::PowerOfTwo]);
     scene
 }

@@ -32,7 +32,7 @@ impl Settings {
     fn coarsened(self, grid: Grid, threads: usize, shape: Shape) -> Self {
         let mut settings = self.in_space(grid, threads, shape);
         settings.dimensions.filters = self.dimensions.filters.saturating_sub(1);
-        settings.setup.carrier.filters = settings.dimensions.filters;
+        settings.setup.carrier.metric.filters = settings.dimensions.filters;
         settings.iterations = ITERATIONS;
         settings
     }

@@ -11,7 +11,7 @@
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, sums};
 use crate::grid::{Grid, Side};
-use crate::operators::blur;
+use crate::operators::blur::{self, Metric};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::problem::ProblemError;
 use crate::real::Real;
@@ -62,7 +62,7 @@ impl PdParams {
 /// Blurred densities and what they drive.
 pub struct Drive<'a, T> {
     grid: &'a Grid,
-    filters: usize,
+    metric: Metric,
     smoke: &'a mut [T],
     target: &'a mut [T],
     work: [&'a mut [T]; blur::WORK_FIELDS],
@@ -83,23 +83,23 @@ impl<'a, T: Real> Drive<'a, T> {
     }
 
     /// Takes its numbers.
-    pub fn carve(grid: &'a Grid, filters: usize, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(grid: &'a Grid, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
         let len = grid.cells();
         Self {
             grid,
-            filters,
+            metric,
             smoke: pool.take(len),
             target: pool.take(len),
             work: [pool.take(len), pool.take(len)],
-            scratch: pool.take(Self::scratch_len(grid, filters, threads)),
+            scratch: pool.take(Self::scratch_len(grid, metric.filters, threads)),
         }
     }
 
     /// Blurs the smoke and its target.
     pub fn load(&mut self, exec: &dyn Exec, rho: &[T], target: &[T]) {
-        let Self { grid, filters, smoke, target: blurred, work: [first, second], scratch } = self;
-        blur::apply(exec, grid, *filters, rho, smoke, [first, second], scratch);
-        blur::apply(exec, grid, *filters, target, blurred, [first, second], scratch);
+        let Self { grid, metric, smoke, target: blurred, work: [first, second], scratch } = self;
+        blur::apply(exec, grid, *metric, rho, smoke, [first, second], scratch);
+        blur::apply(exec, grid, *metric, target, blurred, [first, second], scratch);
     }
 
     /// Slot `slot` of the trajectory `out` = `s` rho~ grad(rho*~) / rho*~.
@@ -107,7 +107,7 @@ impl<'a, T: Real> Drive<'a, T> {
         let (grid, smoke, target) = (self.grid, &*self.smoke, &*self.target);
         let n = grid.n[0];
         let largest = sums::largest(exec, grid, sums, |row| rows::max_abs(&target[row * n..(row + 1) * n]));
-        let s = s / (self.filters + 1) as f64;
+        let s = s / (self.metric.filters + 1) as f64;
         at_faces(exec, grid, out, slot, |axis, low, high| {
             let [near, far] = [low, high].map(|cell| target[cell].to_f64());
             let middle = (0.5 * (near + far)).max(FLOOR * largest);
@@ -124,7 +124,7 @@ impl<'a, T: Real> Drive<'a, T> {
         let (grid, target) = (self.grid, &*self.target);
         let n = grid.n[0];
         let top = |field: &[T], sums: &mut [f64]| sums::largest(exec, grid, sums, |row| rows::max_abs(&field[row * n..(row + 1) * n]));
-        let s = s / (self.filters + 1) as f64;
+        let s = s / (self.metric.filters + 1) as f64;
         let stiffness: f64 = (0..grid.dims).map(|a| 4.0 / (grid.h[a] * grid.h[a])).sum();
         let rate = s * stiffness * top(rho, sums) * top(target, sums);
         if !(rate <= MOST_SUBSTEPS) {

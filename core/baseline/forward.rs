@@ -15,6 +15,7 @@ use crate::field::{Vector, VectorMut, sums, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer, Silent};
+use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing};
 use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
@@ -83,7 +84,7 @@ impl Settings {
         let (slots, filters) = (problem.slots(), problem.filters());
         Self {
             grid: problem.grid(),
-            carrier: carrier::Setup { slots, filters, advection: problem.advection, largest: 1.0, threads },
+            carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, advection: problem.advection, largest: 1.0, threads },
             projection_tolerance: problem.projection_tolerance,
             force_weight: problem.scaled_force_weight(),
             tolerance: params.tolerance,
@@ -136,7 +137,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
             Evaluation::<T>::requirement(ledger, &grid, &carrier);
             Step::<T>::requirement(ledger, &grid, carrier.threads);
             if let Push::Target(_) = settings.push {
-                Drive::<T>::requirement(ledger, &grid, carrier.filters, carrier.threads);
+                Drive::<T>::requirement(ledger, &grid, carrier.metric.filters, carrier.threads);
             }
         });
     }
@@ -242,7 +243,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
             }
             Push::Target(pd) => {
                 let (target, steps) = next_target(keyframes, k, grid.cells());
-                let mut drive = Drive::carve(grid, settings.carrier.filters, settings.carrier.threads, &mut Pool::new(region));
+                let mut drive = Drive::carve(grid, settings.carrier.metric, settings.carrier.threads, &mut Pool::new(region));
                 drive.load(exec, rho, target);
                 let [kept, impulse] = pd.step(steps);
                 drive.force(exec, impulse, w, k - 1, sums);
@@ -262,7 +263,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
         {
             let rho = &mut rho[(step + 1) * grid.cells()..][..grid.cells()];
             let (target, steps) = next_target(keyframes, step + 1, grid.cells());
-            let mut drive = Drive::carve(grid, settings.carrier.filters, settings.carrier.threads, &mut Pool::new(region));
+            let mut drive = Drive::carve(grid, settings.carrier.metric, settings.carrier.threads, &mut Pool::new(region));
             drive.load(exec, rho, target);
             drive.gather(exec, pd.gathering / steps as f64, rho, target, sums)?;
         }

@@ -8,6 +8,7 @@ use crate::force::time_line::TimeLine;
 use crate::grid::levels::{self, Levels, MAX_LEVELS};
 use crate::grid::{Grid, Space};
 use crate::nested;
+use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::problem::keyframes::Keyframes;
 use crate::quasi_newton::{self, Fields, Initial, Shape};
@@ -46,7 +47,7 @@ impl<T: Real> Sizes<T> {
 
     /// The ledger lines of `rest`.
     pub fn requirement(ledger: &mut Ledger, settings: &Settings, level: usize, threads: usize) {
-        let (grid, setup) = (grid_of(settings, level), carrier_setup(settings, level, threads));
+        let (grid, setup) = (grid_of(settings, level), carrier_setup(settings, level, 0, threads));
         ledger.group("quasi-Newton", Sharing::Together, |ledger| {
             ledger.line("gradients, directions and pairs", quasi_newton::numbers(&grid, setup.slots, settings.history), T::BYTES);
             Evaluation::<T>::requirement(ledger, &grid, &setup);
@@ -58,9 +59,15 @@ fn grid_of(settings: &Settings, level: usize) -> Grid {
     levels::hierarchy(&settings.grid)[level]
 }
 
-/// Transport and metric on grid `level`.
-fn carrier_setup(settings: &Settings, level: usize, threads: usize) -> carrier::Setup {
-    carrier::Setup { filters: settings.carrier.filters.saturating_sub(level), threads, ..settings.carrier }
+/// Weight of e in the metric on the grids between the coarsest and the finest. What those grids cannot resolve would make them
+/// tear the smoke's edge, and the finest grid would inherit it; the coarsest needs the whole metric, to move far smoke at all.
+const IDENTITY_BETWEEN: f64 = 0.25;
+
+/// Transport and metric on grid `level` of `levels`.
+fn carrier_setup(settings: &Settings, level: usize, levels: usize, threads: usize) -> carrier::Setup {
+    let between = (1..levels.saturating_sub(1)).contains(&level);
+    let metric = Metric { filters: settings.carrier.metric.filters.saturating_sub(level), identity: if between { IDENTITY_BETWEEN } else { 1.0 } };
+    carrier::Setup { metric, threads, ..settings.carrier }
 }
 
 /// Threads on each grid that takes part, finest first.
@@ -168,7 +175,8 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
 
     /// Grid `level`, to iterate on.
     pub(super) fn work<'a>(&'a mut self, level: usize, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
-        let (slots, history, threads) = (self.settings.carrier.slots, self.settings.history, self.threads.on(level));
+        let (slots, history) = (self.settings.carrier.slots, self.settings.history);
+        let (count, threads) = (self.threads.len(), self.threads.on(level));
         let Self { levels, v, initial, rho, rest, pivots, sums, settings, .. } = self;
         let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
         let finest = LevelMut { initial: reborrow(initial), rho, v: reborrow(v), keyframes, rest };
@@ -176,7 +184,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         let mut pool = Pool::new(rest);
         let fields = quasi_newton::take(&levels.grids[level], slots, history, &mut pool);
         let (initial, region) = ([&*x, &*y, &*z], pool.into_rest());
-        let (carrier, force_weight) = (carrier_setup(settings, level, threads), settings.force_weight);
+        let (carrier, force_weight) = (carrier_setup(settings, level, count, threads), settings.force_weight);
         let setup = evaluate::Setup { carrier, force_weight, projection_tolerance: settings.projection_tolerance };
         let evaluation = Evaluation { levels, level, setup, initial, rho, keyframes, region, sums };
         Work { evaluation, v, fields, line: TimeLine::factored(pivots) }

@@ -1,4 +1,4 @@
-//! The metric of the objective (paper eq. 5, mathematics section 4): C e = e + sum over j of G_j (G_j e).
+//! The metric of the objective (paper eq. 5, mathematics section 4): C e = e + sum over j of G_j (G_j e); e itself may weigh less.
 //!
 //! G_j is a separable Gaussian of sigma = 2^(j-1) cells, taps cut at ceil(3 sigma) and normalised, mirrored at walls
 //! (half-sample) and wrapped on periodic axes. Symmetric, so its own adjoint.
@@ -27,11 +27,20 @@ pub fn scratch_per_thread(grid: &Grid, filters: usize) -> usize {
     grid.n[0] + 2 * if filters == 0 { 0 } else { radius(filters) }
 }
 
-/// `out = C e`, `m` filters.
-pub fn apply<T: Real>(exec: &dyn Exec, grid: &Grid, filters: usize, e: &[T], out: &mut [T], work: [&mut [T]; WORK_FIELDS], scratch: &mut [T]) {
-    out.copy_from_slice(e);
+/// What a metric is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metric {
+    /// Filters m.
+    pub filters: usize,
+    /// Weight of e itself: 1 in the objective.
+    pub identity: f64,
+}
+
+/// `out = C e`.
+pub fn apply<T: Real>(exec: &dyn Exec, grid: &Grid, metric: Metric, e: &[T], out: &mut [T], work: [&mut [T]; WORK_FIELDS], scratch: &mut [T]) {
+    rows::scale(out, T::from_f64(metric.identity), e);
     let [mut blurred, mut next] = work;
-    for j in 1..=filters {
+    for j in 1..=metric.filters {
         blurred.copy_from_slice(e);
         for _ in 0..2 {
             for axis in 0..grid.dims {

@@ -3,7 +3,7 @@
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows;
 use crate::grid::Grid;
-use crate::operators::blur;
+use crate::operators::blur::{self, Metric};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::real::Real;
 
@@ -34,7 +34,7 @@ impl<'a, T> Keyframes<'a, T> {
 #[derive(Debug)]
 pub struct DataTerm<'a, T> {
     grid: &'a Grid,
-    filters: usize,
+    metric: Metric,
     error: &'a mut [T],
     image: &'a mut [T],
     work: [&'a mut [T]; blur::WORK_FIELDS],
@@ -55,15 +55,15 @@ impl<'a, T: Real> DataTerm<'a, T> {
     }
 
     /// Takes its numbers from the shared pool.
-    pub fn carve(grid: &'a Grid, filters: usize, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(grid: &'a Grid, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
         let len = grid.cells();
         Self {
             grid,
-            filters,
+            metric,
             error: pool.take(len),
             image: pool.take(len),
             work: [pool.take(len), pool.take(len)],
-            scratch: pool.take(Self::scratch_len(grid, filters, threads)),
+            scratch: pool.take(Self::scratch_len(grid, metric.filters, threads)),
         }
     }
 
@@ -77,7 +77,7 @@ impl<'a, T: Real> DataTerm<'a, T> {
             rows::sub(error, &target[span]);
         });
         let [first, second] = &mut self.work;
-        blur::apply(exec, grid, self.filters, self.error, self.image, [first, second], self.scratch);
+        blur::apply(exec, grid, self.metric, self.error, self.image, [first, second], self.scratch);
         let (error, image) = (&*self.error, &*self.image);
         let sums = &mut sums[..grid.rows()];
         for_rows::<T, 0, _>(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch: &mut [] }, |task| {

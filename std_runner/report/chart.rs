@@ -10,19 +10,21 @@ const TOP: f64 = 12.0;
 const BOTTOM: f64 = 46.0;
 /// Curves of more points are drawn without dots.
 const MOST_DOTS: usize = 60;
+/// Colours of a figure outside the page.
+const FILE_STYLE: &str = include_str!("chart.css");
 
 /// A named curve, in pieces where it is interrupted.
-pub(super) struct Curve {
-    pub name: &'static str,
-    /// 1 ..= 3: which of the page's colours.
+pub(crate) struct Curve {
+    pub name: String,
+    /// 1 ..= 4: which of the page's colours.
     pub colour: usize,
     pub pieces: Vec<Vec<(f64, f64)>>,
 }
 
 impl Curve {
     /// An uninterrupted curve.
-    pub fn new(name: &'static str, colour: usize, points: impl Iterator<Item = (f64, f64)>) -> Self {
-        Self { name, colour, pieces: vec![points.collect()] }
+    pub fn new(name: impl Into<String>, colour: usize, points: impl Iterator<Item = (f64, f64)>) -> Self {
+        Self { name: name.into(), colour, pieces: vec![points.collect()] }
     }
 
     fn last(&self) -> Option<f64> {
@@ -30,35 +32,56 @@ impl Curve {
     }
 }
 
-/// Curves over iterations; the vertical axis is logarithmic.
-pub(super) struct Chart {
+/// What the horizontal axis counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Scale {
+    /// Whole numbers, evenly.
+    Counts,
+    /// Powers of ten.
+    Logarithmic,
+}
+
+/// Curves; the vertical axis is logarithmic.
+pub(crate) struct Chart {
     pub title: &'static str,
     pub note: &'static str,
     pub across: &'static str,
+    pub scale: Scale,
     pub curves: Vec<Curve>,
 }
 
 /// Where values go.
 struct Axes {
+    scale: Scale,
+    /// Powers of ten where the scale is logarithmic.
     x: (f64, f64),
     /// Powers of ten.
     y: (f64, f64),
 }
 
 impl Axes {
-    fn of(points: &[(f64, f64)]) -> Option<Self> {
-        let first = points.first()?;
-        let wider = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
-        let mut x = points.iter().fold((first.0, first.0), |range, point| wider(range, point.0));
-        let low_and_high = points.iter().fold((first.1.log10(), first.1.log10()), |range, point| wider(range, point.1.log10()));
-        if x.1 - x.0 < 1.0 {
-            x = (x.0 - 0.5, x.1 + 0.5);
+    fn of(points: &[(f64, f64)], scale: Scale) -> Option<Self> {
+        let range = |values: &mut dyn Iterator<Item = f64>| values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let widened = |(low, high): (f64, f64)| {
+            let room = (0.06 * (high - low)).max(0.1);
+            (low - room, high + room)
+        };
+        if points.is_empty() {
+            return None;
         }
-        let room = (0.06 * (low_and_high.1 - low_and_high.0)).max(0.1);
-        Some(Self { x, y: (low_and_high.0 - room, low_and_high.1 + room) })
+        let y = widened(range(&mut points.iter().map(|point| point.1.log10())));
+        let x = match scale {
+            Scale::Logarithmic => widened(range(&mut points.iter().map(|point| point.0.log10()))),
+            Scale::Counts => {
+                let (low, high) = range(&mut points.iter().map(|point| point.0));
+                if high - low < 1.0 { (low - 0.5, high + 0.5) } else { (low, high) }
+            }
+        };
+        Some(Self { scale, x, y })
     }
 
     fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        let x = if self.scale == Scale::Logarithmic { x.log10() } else { x };
         let across = (x - self.x.0) / (self.x.1 - self.x.0);
         let above = (y.log10() - self.y.0) / (self.y.1 - self.y.0);
         (LEFT + across * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - above * (HEIGHT - TOP - BOTTOM))
@@ -77,43 +100,73 @@ impl Chart {
         )
     }
 
+    /// The figure as a file of its own, with its legend and colours in it.
+    pub fn to_svg(&self) -> String {
+        let mut legend = String::new();
+        let mut x = LEFT;
+        for curve in &self.curves {
+            let text = format!("{} {}", curve.name, curve.last().map(number).unwrap_or_default());
+            let (line, words) = (x + 18.0, x + 24.0);
+            legend.push_str(&format!("<polyline class=\"c{}\" points=\"{x:.0},-14 {line:.0},-14\"/>", curve.colour));
+            legend.push_str(&format!("<text x=\"{words:.0}\" y=\"-10\">{}</text>", escape(&text)));
+            x = words + 7.5 * text.chars().count() as f64 + 16.0;
+        }
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 -30 {WIDTH} {}\" font-family=\"sans-serif\"><style>{FILE_STYLE}</style>\
+             <rect x=\"0\" y=\"-30\" width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>{legend}{}</svg>\n",
+            HEIGHT + 30.0,
+            self.drawing().unwrap_or_default()
+        )
+    }
+
     fn svg(&self) -> String {
-        let drawable = |point: &&(f64, f64)| point.0.is_finite() && point.1.is_finite() && point.1 > 0.0;
-        let points: Vec<(f64, f64)> = self.curves.iter().flat_map(|curve| curve.pieces.iter().flatten()).filter(drawable).copied().collect();
-        let Some(axes) = Axes::of(&points) else {
-            return "<p class=\"nothing\">There is nothing to draw yet.</p>".into();
-        };
-        let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">", escape(self.title));
-        svg.push_str(&grid(&axes));
+        match self.drawing() {
+            Some(drawing) => format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">{drawing}</svg>", escape(self.title)),
+            None => "<p class=\"nothing\">There is nothing to draw yet.</p>".into(),
+        }
+    }
+
+    /// Axes and curves, if there is anything to draw.
+    fn drawing(&self) -> Option<String> {
+        let points: Vec<(f64, f64)> =
+            self.curves.iter().flat_map(|curve| curve.pieces.iter().flatten()).filter(|point| self.drawable(point)).copied().collect();
+        let axes = Axes::of(&points, self.scale)?;
+        let mut svg = grid(&axes);
         for curve in &self.curves {
             let dots = curve.pieces.iter().map(Vec::len).sum::<usize>() <= MOST_DOTS;
             for piece in &curve.pieces {
-                svg.push_str(&line(&axes, piece, curve.colour, dots || piece.len() == 1));
+                for part in piece.split(|point| !self.drawable(point)) {
+                    svg.push_str(&line(&axes, part, curve.colour, dots || piece.len() == 1));
+                }
             }
         }
         let middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT);
-        svg.push_str(&format!("<text class=\"axis\" x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text></svg>", HEIGHT - 8.0, escape(self.across)));
-        svg
+        svg.push_str(&format!("<text class=\"axis\" x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>", HEIGHT - 8.0, escape(self.across)));
+        Some(svg)
+    }
+
+    /// Whether the axes have a place for `point`.
+    fn drawable(&self, point: &(f64, f64)) -> bool {
+        let across = point.0.is_finite() && (self.scale == Scale::Counts || point.0 > 0.0);
+        across && point.1.is_finite() && point.1 > 0.0
     }
 }
 
 fn legend_entry(curve: &Curve) -> String {
     let last = curve.last().map(number).unwrap_or_default();
-    format!("<li class=\"c{}\">{} <b>{last}</b></li>", curve.colour, escape(curve.name))
+    format!("<li class=\"c{}\">{} <b>{last}</b></li>", curve.colour, escape(&curve.name))
 }
 
-/// A curve, in pieces where it cannot be drawn on a logarithmic axis.
+/// A piece of a curve all of whose points can be drawn.
 fn line(axes: &Axes, points: &[(f64, f64)], colour: usize, dots: bool) -> String {
     let mut svg = String::new();
-    for piece in points.split(|point| !(point.1.is_finite() && point.1 > 0.0)) {
-        let places: Vec<(f64, f64)> = piece.iter().map(|&point| axes.place(point)).collect();
-        let path: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-        if places.len() > 1 {
-            svg.push_str(&format!("<polyline class=\"c{colour}\" points=\"{}\"/>", path.join(" ")));
-        }
-        if dots {
-            svg.extend(places.iter().map(|(x, y)| format!("<circle class=\"c{colour}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\"/>")));
-        }
+    let places: Vec<(f64, f64)> = points.iter().map(|&point| axes.place(point)).collect();
+    let path: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+    if places.len() > 1 {
+        svg.push_str(&format!("<polyline class=\"c{colour}\" points=\"{}\"/>", path.join(" ")));
+    }
+    if dots {
+        svg.extend(places.iter().map(|(x, y)| format!("<circle class=\"c{colour}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\"/>")));
     }
     svg
 }
@@ -122,14 +175,18 @@ fn grid(axes: &Axes) -> String {
     let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
     let mut svg = String::new();
     for (value, label) in levels(axes.y) {
-        let (_, y) = axes.place((axes.x.0, value));
+        let (_, y) = axes.place((1.0, value));
         svg.push_str(&format!("<line class=\"grid\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>"));
         svg.push_str(&format!("<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>", LEFT - 8.0, y + 4.0));
     }
-    for value in whole_numbers(axes.x) {
+    let marks = match axes.scale {
+        Scale::Logarithmic => levels(axes.x),
+        Scale::Counts => whole_numbers(axes.x).into_iter().map(|value| (value, value.to_string())).collect(),
+    };
+    for (value, label) in marks {
         let (x, _) = axes.place((value, 1.0));
         svg.push_str(&format!("<line class=\"tick\" x1=\"{x:.1}\" y1=\"{bottom}\" x2=\"{x:.1}\" y2=\"{}\"/>", bottom + 5.0));
-        svg.push_str(&format!("<text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{value}</text>", bottom + 18.0));
+        svg.push_str(&format!("<text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{label}</text>", bottom + 18.0));
     }
     svg.push_str(&format!("<line class=\"frame\" x1=\"{LEFT}\" y1=\"{bottom}\" x2=\"{right}\" y2=\"{bottom}\"/>"));
     svg

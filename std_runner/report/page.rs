@@ -23,10 +23,14 @@ pub(super) fn page(title: &str, record: &RunRecord, gallery: &Gallery) -> String
         section("Time", "time", &tables::times(record)),
         scene(record),
     ];
+    shell(&title, &sections.concat())
+}
+
+/// A page of its own around `body`; `title` is HTML.
+pub(super) fn shell(title: &str, body: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title} \u{b7} thurible</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}</main>\n</body>\n</html>\n",
-        sections.concat()
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title} \u{b7} thurible</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n"
     )
 }
 
@@ -35,7 +39,7 @@ fn section(title: &str, class: &str, body: &str) -> String {
 }
 
 fn head(title: &str, record: &RunRecord) -> String {
-    let (word, kind, sentence) = outcome(&record.status, record.history.len());
+    let (word, kind, sentence) = outcome(record);
     format!("<header><p class=\"brand\">thurible</p><h1>{title} <span class=\"badge {kind}\">{word}</span></h1><p class=\"lead\">{sentence}</p></header>\n")
 }
 
@@ -100,6 +104,6 @@ fn scene(record: &RunRecord) -> String {
     )
 }
 
-fn image(png: &[u8], about: &str) -> String {
+pub(super) fn image(png: &[u8], about: &str) -> String {
     format!("<img src=\"data:image/png;base64,{}\" alt=\"{}\">", STANDARD.encode(png), escape(about))
 }

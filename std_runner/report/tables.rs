@@ -1,7 +1,8 @@
 //! Tables of the report: parameters, memory, time.
 
-use super::record::{LedgerLine, RunRecord};
-use super::words::{bytes, escape, grouped, number, seconds};
+use super::charts::by_grid;
+use super::record::{IterationRecord, LedgerLine, RunRecord};
+use super::words::{bytes, count, escape, grouped, number, seconds};
 
 /// Lines of a list of names and values; values are HTML.
 fn list(rows: &[(&str, String)]) -> String {
@@ -11,13 +12,11 @@ fn list(rows: &[(&str, String)]) -> String {
 
 /// What was solved, and with what.
 pub(super) fn parameters(record: &RunRecord) -> String {
-    let join = |words: &[String], between: &str| words.join(between);
-    let cells: Vec<String> = record.cells.iter().map(usize::to_string).collect();
     let mut boundary = record.boundary.clone();
     boundary.dedup();
     list(&[
-        ("Grid", escape(&join(&cells, " \u{d7} "))),
-        ("Boundary", escape(&join(if boundary.len() == 1 { &boundary } else { &record.boundary }, ", "))),
+        ("Grid", product(&record.cells)),
+        ("Boundary", escape(&if boundary.len() == 1 { &boundary } else { &record.boundary }.join(", "))),
         ("Length of the box", number(record.length)),
         ("Time", format!("{} steps of {}", record.steps, number(record.dt))),
         ("Force weight r", number(record.force_weight)),
@@ -33,20 +32,45 @@ pub(super) fn parameters(record: &RunRecord) -> String {
 /// Where the time went, as bars.
 pub(super) fn times(record: &RunRecord) -> String {
     let spent = record.seconds;
-    let rows = [
-        ("Advection problem", spent.ao, Some(spent.ao_average)),
-        ("Navier\u{2013}Stokes problem", spent.nso, Some(spent.nso_average)),
-        ("Rest of the iterations", spent.other, None),
-        ("Nested start on coarser grids", spent.nested, None),
-        ("Making the result feasible", spent.finish, None),
-        ("Reading, drawing, planning", spent.setup, None),
-    ];
-    let row = |&(name, value, average): &(&str, f64, Option<f64>)| {
+    let mut rows = if spent.ao + spent.nso > 0.0 {
+        vec![
+            ("Advection problem".to_owned(), spent.ao, Some(spent.ao_average)),
+            ("Navier\u{2013}Stokes problem".to_owned(), spent.nso, Some(spent.nso_average)),
+            ("Rest of the iterations".to_owned(), spent.other, None),
+            ("Nested start on coarser grids".to_owned(), spent.nested, None),
+        ]
+    } else {
+        times_by_grid(record)
+    };
+    rows.push(("Making the result feasible".to_owned(), spent.finish, None));
+    rows.push(("Reading, drawing, planning".to_owned(), spent.setup, None));
+    let row = |(name, value, average): &(String, f64, Option<f64>)| {
         let average = average.map(|average| format!("<small>{} each</small>", seconds(average))).unwrap_or_default();
-        format!("<tr><th>{name}{average}</th><td>{}</td><td class=\"wide\">{}</td></tr>", seconds(value), bar(value, spent.total, "c1"))
+        format!("<tr><th>{name}{average}</th><td>{}</td><td class=\"wide\">{}</td></tr>", seconds(*value), bar(*value, spent.total, "c1"))
     };
     let rows: String = rows.iter().filter(|(_, value, _)| *value > 0.0).map(row).collect();
     format!("<table><tbody>{rows}</tbody><tfoot><tr><th>Total</th><td>{}</td><td></td></tr></tfoot></table>", seconds(spent.total))
+}
+
+/// The iterations of each grid with their seconds, in all and each.
+fn times_by_grid(record: &RunRecord) -> Vec<(String, f64, Option<f64>)> {
+    let mut before = 0.0;
+    let row = |piece: &[IterationRecord]| {
+        let until = piece.last().map_or(before, |entry| entry.seconds);
+        let spent = until - before;
+        before = until;
+        let cells = piece.first().and_then(|entry| entry.direct.as_ref()).map_or(&record.cells, |direct| &direct.level);
+        let evaluations: usize = piece.iter().filter_map(|entry| Some(entry.direct.as_ref()?.evaluations)).sum();
+        let counted = if evaluations > 0 { format!(", {}", count(evaluations, "evaluation")) } else { String::new() };
+        let name = format!("{} on {} cells{counted}", count(piece.len(), "iteration"), product(cells));
+        (name, spent, Some(spent / piece.len().max(1) as f64))
+    };
+    by_grid(&record.history).map(row).collect()
+}
+
+/// "128 x 128" as on a page.
+pub(crate) fn product(cells: &[usize]) -> String {
+    cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" \u{d7} ")
 }
 
 /// The ledger, each line with its part of the whole.

@@ -1,12 +1,14 @@
 //! Numbers, sizes, times and outcomes as people read them.
 
+use super::record::RunRecord;
+
 /// Text that is safe between tags and in attributes.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// About four digits: 0.0123, 123.4, 1.23e-7.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     if !value.is_finite() {
         return "not finite".into();
     }
@@ -25,7 +27,7 @@ pub(super) fn number(value: f64) -> String {
 }
 
 /// 1150437668 as "1.07 GiB".
-pub(super) fn bytes(count: usize) -> String {
+pub(crate) fn bytes(count: usize) -> String {
     const UNITS: [(&str, f64); 4] = [("GiB", 1073741824.0), ("MiB", 1048576.0), ("KiB", 1024.0), ("bytes", 1.0)];
     let value = count as f64;
     let (unit, size) = UNITS.into_iter().find(|(_, size)| value >= *size).unwrap_or(("bytes", 1.0));
@@ -41,7 +43,7 @@ pub(super) fn bytes(count: usize) -> String {
 }
 
 /// 1150437668 as "1 150 437 668", with narrow spaces.
-pub(super) fn grouped(count: usize) -> String {
+pub(crate) fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
@@ -54,7 +56,7 @@ pub(super) fn grouped(count: usize) -> String {
 }
 
 /// 95.3 as "1 min 35 s".
-pub(super) fn seconds(value: f64) -> String {
+pub(crate) fn seconds(value: f64) -> String {
     match value {
         value if !value.is_finite() => "unknown".into(),
         value if value < 0.0995 => format!("{:.1} ms", value * 1000.0),
@@ -68,15 +70,21 @@ pub(super) fn seconds(value: f64) -> String {
 }
 
 /// A count with its noun.
-pub(super) fn count(number: usize, noun: &str) -> String {
+pub(crate) fn count(number: usize, noun: &str) -> String {
     if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }
 
 /// How it ended: a word for the badge, its kind for the colour, and a sentence.
-pub(super) fn outcome(status: &str, iterations: usize) -> (&'static str, &'static str, String) {
-    let after = format!("after {}", count(iterations, "iteration"));
-    match status {
-        "converged" => ("converged", "good", format!("Converged {after}: the last one changed the density by less than the tolerance.")),
+pub(crate) fn outcome(record: &RunRecord) -> (&'static str, &'static str, String) {
+    let finest = record.history.iter().filter(|entry| entry.direct.as_ref().is_none_or(|direct| direct.level == record.cells)).count();
+    let coarser = match record.history.len() - finest {
+        0 => String::new(),
+        coarser => format!(", and {coarser} on coarser grids before"),
+    };
+    let after = format!("after {}{coarser}", count(finest, "iteration"));
+    let little = if record.method == "admm" { "changed the density" } else { "lowered the objective" };
+    match record.status.as_str() {
+        "converged" => ("converged", "good", format!("Converged {after}: the last one {little} by less than the tolerance.")),
         "max_iterations" => ("ran its iterations", "fair", format!("Stopped {after}, as many as were allowed; more may still improve it.")),
         "stalled" => ("stalled", "fair", format!("Stalled {after}: it could not improve any more before it reached its tolerance.")),
         "not_finite" => ("not finite", "bad", format!("Failed {after}: the numbers stopped being finite. What is shown is the last state.")),

@@ -6,13 +6,14 @@ use crate::scene::document::Document;
 use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawDirect, RawGrid, RawLbfgs, RawMethod, RawPd, RawScene, RawSimulation, RawTime, read};
 use crate::scene::{Admm, AdvectionSection, Control, Grid, MethodSection, Output, Scene, Time, method_name, shapes};
 use std::path::PathBuf;
-use thurible_core::{Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, PdParams, Scheme, SimulationParams};
+use thurible_core::{Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoSolver, PdParams, Scheme, SimulationParams};
 use toml::Value;
 
 const BOUNDARIES: [(&str, Boundary); 2] = [("wall", Boundary::Wall), ("periodic", Boundary::Periodic)];
 const SCHEMES: [(&str, Scheme); 3] = [("quick", Scheme::Quick), ("central", Scheme::Central), ("semi_lagrangian", Scheme::SemiLagrangian)];
 const METHODS: [(&str, Method); 4] = [("direct", Method::Direct), ("admm", Method::Admm), ("lbfgs", Method::Lbfgs), ("pd", Method::Pd)];
 const NORMS: [(&str, Norm); 2] = [("scaled", Norm::Scaled), ("plain", Norm::Plain)];
+const NSO_SOLVERS: [(&str, NsoSolver); 2] = [("stfas", NsoSolver::Stfas), ("newton_cg", NsoSolver::NewtonCg)];
 const COLOURS: [(&str, Colours); 2] = [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)];
 
 /// What the core allows.
@@ -213,6 +214,7 @@ fn admm(document: &Document, raw: RawAdmm) -> Result<Admm, Failure> {
         ao_iterations: document.whole(&key("ao_iterations"), raw.ao_iterations.unwrap_or(2), 1..=100)?,
         ao_momentum: document.fraction(&key("ao_momentum"), raw.ao_momentum.unwrap_or(0.0))?,
         nested: raw.nested.unwrap_or(true),
+        nso: document.word(&key("nso"), raw.nso.as_deref().unwrap_or("stfas"), &NSO_SOLVERS)?,
         nso_tolerance: document.between(&key("nso_tolerance"), raw.nso_tolerance.unwrap_or(1e-5), 1.0)?,
         nso_norm: document.word(&key("nso_norm"), raw.nso_norm.as_deref().unwrap_or("scaled"), &NORMS)?,
         density_tolerance: document.between(&key("density_tolerance"), raw.density_tolerance.unwrap_or(0.01), 1.0)?,

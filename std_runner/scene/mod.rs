@@ -12,7 +12,7 @@ pub use document::Document;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, ShapeSpec};
 use std::path::{Path, PathBuf};
-use thurible_core::{Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, PdParams, Scheme, SimulationParams};
+use thurible_core::{Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoSolver, PdParams, Scheme, SimulationParams};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -124,6 +124,8 @@ pub struct Admm {
     pub ao_momentum: f64,
     /// Whether the start is a solve at half the resolution.
     pub nested: bool,
+    /// What solves NSO.
+    pub nso: NsoSolver,
     /// Where NSO stops.
     pub nso_tolerance: f64,
     /// How NSO's residual counts divergences.
@@ -163,6 +165,11 @@ impl Scene {
             document.set(assignment)?;
         }
         build::free(document)
+    }
+
+    /// Checks a document that is complete.
+    pub fn of(document: Document) -> Result<Self, Failure> {
+        build::scene(document)
     }
 
     /// The grid as the shapes see it.

@@ -82,6 +82,7 @@ pub(super) struct RawAdmm {
     pub ao_iterations: Option<i64>,
     pub ao_momentum: Option<f64>,
     pub nested: Option<bool>,
+    pub nso: Option<String>,
     pub nso_tolerance: Option<f64>,
     pub density_tolerance: Option<f64>,
     pub nso_norm: Option<String>,

@@ -9,6 +9,7 @@ use thurible_core::carrier;
 use thurible_core::direct::evaluate::{self, Evaluation};
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::operators::blur::Metric;
 use thurible_core::plan::Ledger;
 use thurible_core::problem::keyframes::Keyframes;
 use thurible_core::{Advection, Event, Objective, Observer, Real, Serial, Silent, Space};
@@ -72,7 +73,8 @@ impl<T: Real> Control<'_, T> {
     }
 
     fn carrier(&self) -> carrier::Setup {
-        carrier::Setup { slots: self.steps - 1, filters: self.filters, advection: self.advection, largest: 1.0, threads: 1 }
+        let metric = Metric { filters: self.filters, identity: 1.0 };
+        carrier::Setup { slots: self.steps - 1, metric, advection: self.advection, largest: 1.0, threads: 1 }
     }
 
     /// The objective of the direct method at v with force weight r, and its gradient.

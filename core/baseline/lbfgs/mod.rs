@@ -13,6 +13,7 @@ use crate::field::{Vector, VectorMut, reborrow, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer};
+use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing};
 use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
@@ -83,7 +84,7 @@ impl Settings {
         Self {
             grid: problem.grid(),
             keyframes: problem.keyframes.len(),
-            carrier: carrier::Setup { slots, filters, advection: problem.advection, largest: 1.0, threads },
+            carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, advection: problem.advection, largest: 1.0, threads },
             projection_tolerance: problem.projection_tolerance,
             force_weight: problem.scaled_force_weight(),
             step_tolerance,

@@ -39,7 +39,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         let (fine, coarse) = (self.levels.grids.first()?, self.levels.grids.get(1)?);
         let on = |threads: usize| {
             let mut settings = Settings { grid: *coarse, iterations: COARSE_ITERATIONS, ..self.settings };
-            settings.carrier.filters = settings.carrier.filters.saturating_sub(1);
+            settings.carrier.metric.filters = settings.carrier.metric.filters.saturating_sub(1);
             settings.carrier.threads = threads;
             settings
         };

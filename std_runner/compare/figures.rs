@@ -1,0 +1,113 @@
+//! What a run of one method comes down to in a comparison, taken from its record alone.
+
+use crate::report::{IterationRecord, ObjectiveRecord, RunRecord, by_grid};
+use serde::Serialize;
+
+/// How close to the best objective counts as there.
+pub const NEAR: f64 = 1.01;
+
+/// One row of the table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Figures {
+    /// The method.
+    pub method: String,
+    /// How it ended.
+    pub status: String,
+    /// Threads that it used.
+    pub threads: usize,
+    /// Iterations on the finest grid.
+    pub iterations: usize,
+    /// Iterations on coarser grids before.
+    pub coarser_iterations: usize,
+    /// Seconds from the first iteration, whatever its grid, until the method stopped by itself.
+    pub seconds: f64,
+    /// Seconds until the objective was within 1 % of the best that any method found; absent if it never was.
+    pub seconds_to_best: Option<f64>,
+    /// Seconds until the objective was no more than that at which the worst method ended: all methods come there.
+    pub seconds_to_worst: Option<f64>,
+    /// Seconds of an iteration on the finest grid, on average.
+    pub iteration_average: f64,
+    /// Seconds of an advection problem, on average; ADMM only.
+    pub ao_average: Option<f64>,
+    /// Seconds of a Navier-Stokes problem, on average; ADMM only.
+    pub nso_average: Option<f64>,
+    /// Of the feasible result.
+    pub objective: ObjectiveRecord,
+    /// The largest relative distance from a keyframe.
+    pub keyframe_error: f64,
+    /// The block of memory.
+    pub planned_bytes: usize,
+    /// The paper's bound M for ADMM, in numbers of this precision.
+    pub paper_bound_bytes: usize,
+}
+
+impl Figures {
+    /// Those of `record`, where the best method came down to `best` and the worst to `worst`.
+    pub fn of(record: &RunRecord, (best, worst): (f64, f64)) -> Self {
+        let finest = finest(record);
+        let coarser = record.history.len() - finest.len();
+        let seconds = record.history.last().map_or(0.0, |entry| entry.seconds);
+        let only_admm = |value: f64| (record.method == "admm").then_some(value);
+        Self {
+            method: record.method.clone(),
+            status: record.status.clone(),
+            threads: record.threads,
+            iterations: finest.len(),
+            coarser_iterations: coarser,
+            seconds,
+            seconds_to_best: reached(finest, record.objective.total(), NEAR * best),
+            seconds_to_worst: reached(finest, record.objective.total(), worst),
+            iteration_average: (seconds - record.seconds.nested) / finest.len().max(1) as f64,
+            ao_average: only_admm(record.seconds.ao_average),
+            nso_average: only_admm(record.seconds.nso_average),
+            objective: record.objective,
+            keyframe_error: record.keyframes.iter().map(|keyframe| keyframe.relative_l2).fold(0.0, f64::max),
+            planned_bytes: record.memory.planned_bytes,
+            paper_bound_bytes: record.memory.paper_bound_bytes,
+        }
+    }
+}
+
+/// The iterations on the grid of the scene itself: objectives of coarser grids cannot be compared.
+pub fn finest(record: &RunRecord) -> &[IterationRecord] {
+    let on_finest = |piece: &&[IterationRecord]| piece.first().is_some_and(|entry| entry.direct.as_ref().is_none_or(|direct| direct.level == record.cells));
+    by_grid(&record.history).last().filter(on_finest).unwrap_or_default()
+}
+
+/// Seconds until the objective was at most `target`. Only who ends there has reached it: an objective on the way may be that of a
+/// flow that is not feasible yet.
+fn reached(history: &[IterationRecord], end: f64, target: f64) -> Option<f64> {
+    let last = history.last()?;
+    let entry = history.iter().find(|entry| entry.objective.total() <= target && entry.objective.total() > 0.0);
+    (end <= target).then(|| entry.unwrap_or(last).seconds)
+}
+
+/// The least and the largest objective of the results.
+pub fn ends<'a>(records: impl Iterator<Item = &'a RunRecord>) -> (f64, f64) {
+    let widened = |(least, largest): (f64, f64), total: f64| (least.min(total), largest.max(total));
+    records.map(|record| record.objective.total()).fold((f64::INFINITY, f64::NEG_INFINITY), widened)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn history(totals: &[f64]) -> Vec<IterationRecord> {
+        let entry = |(index, &data): (usize, &f64)| IterationRecord {
+            iteration: index + 1,
+            seconds: index as f64 + 1.0,
+            objective: ObjectiveRecord { data, force: 0.0 },
+            admm: None,
+            direct: None,
+        };
+        totals.iter().enumerate().map(entry).collect()
+    }
+
+    #[test]
+    fn the_target_counts_only_for_who_ends_there() {
+        assert_eq!(reached(&history(&[9.0, 2.0, 1.0]), 1.0, 2.0), Some(2.0));
+        assert_eq!(reached(&history(&[9.0, 2.0, 3.0]), 3.0, 2.0), None);
+        assert_eq!(reached(&history(&[9.0, 0.0, 3.0]), 2.0, 2.0), Some(3.0));
+        assert_eq!(reached(&[], 1.0, 2.0), None);
+    }
+}

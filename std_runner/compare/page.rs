@@ -1,0 +1,236 @@
+//! The page of a comparison, in parts that the page of the paper's scenes uses too.
+
+use super::contest::Contest;
+use super::figures::{Figures, finest};
+use crate::report::{Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, bytes, number, product, seconds};
+
+/// The page about one scene.
+pub(crate) fn page(name: &str, contest: &Contest) -> Document {
+    let methods: Vec<&str> = contest.records().map(|record| record.method.as_str()).collect();
+    let mut blocks = contest.records().next().map(conditions).into_iter().flatten().collect::<Vec<_>>();
+    blocks.push(Block::Table(table(&contest.figures())));
+    blocks.extend(notes(contest));
+    blocks.push(Block::Heading("Curves".into()));
+    blocks.push(Block::Charts(vec![by_seconds(contest), by_iteration(contest)]));
+    blocks.push(Block::Heading("The last keyframe".into()));
+    blocks.extend(last_keyframe(contest));
+    blocks.push(Block::Heading("On the way".into()));
+    for solved in &contest.solved {
+        blocks.push(Block::Part(solved.record.method.clone()));
+        blocks.push(strip(&solved.gallery.strip));
+    }
+    if let Some(record) = contest.records().next() {
+        blocks.push(Block::Heading("The command and the scene".into()));
+        blocks.push(Block::Code(record.command.clone()));
+        blocks.push(Block::Code(record.scene.trim_end().into()));
+    }
+    Document { title: format!("{name}, compared"), lead: format!("The same scene solved by {}, one after the other in one process.", listed(&methods)), blocks }
+}
+
+/// "a, b and c"
+pub(crate) fn listed(words: &[&str]) -> String {
+    match words {
+        [] => "no method".into(),
+        [one] => (*one).into(),
+        [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
+    }
+}
+
+/// What was measured, on what.
+fn conditions(record: &RunRecord) -> Vec<Block> {
+    let scene = format!(
+        "{} cells, {} steps of {}, force weight r = {}, {} transport, keyframes at step {}.",
+        product(&record.cells),
+        record.steps,
+        number(record.dt),
+        number(record.force_weight),
+        record.advection.scheme,
+        listed(&record.keyframes.iter().map(|keyframe| keyframe.step.to_string()).collect::<Vec<_>>().iter().map(String::as_str).collect::<Vec<_>>())
+    );
+    vec![Block::Text(scene), Block::Text(measured(record))]
+}
+
+/// By what program on what machine, and what the columns mean.
+pub(crate) fn measured(record: &RunRecord) -> String {
+    let build = if cfg!(debug_assertions) { ", a debug build, whose times say little" } else { "" };
+    format!(
+        "All figures but those marked as the paper's own were produced by this one run: thurible {}{build}, in {} on {} of {} ({}). Seconds count from the first \
+         iteration on, coarser grids and ADMM's nested start included, and leave out reading, drawing and writing. \"To 1 %\" is when the objective first came within 1 % of the least that \
+         any method of this run ended with; \"to worst end\" is when it came to where the worst of them ended, so that every method has such a time. Objectives on coarser grids are not comparable and not shown.",
+        record.version,
+        record.precision,
+        if record.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", record.threads) },
+        crate::threads::available(),
+        processor()
+    )
+}
+
+/// The processor's name, where the system tells.
+fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    name.map_or_else(|| "processor unknown".into(), |(_, name)| name.trim().to_owned())
+}
+
+/// Names of the columns after those that say which run it is.
+pub(crate) const COLUMNS: [&str; 14] = [
+    "ended",
+    "iterations",
+    "on coarser grids",
+    "s to 1 %",
+    "s to worst end",
+    "s to own stop",
+    "s per iteration",
+    "s per AO",
+    "s per NSO",
+    "objective",
+    "keyframe part",
+    "force part",
+    "worst keyframe",
+    "memory (paper's M)",
+];
+
+/// The cells of [`COLUMNS`].
+pub(crate) fn cells(figures: &Figures) -> Vec<String> {
+    let or_dash = |value: Option<f64>| value.map_or_else(|| "\u{2013}".into(), seconds_alone);
+    vec![
+        status(&figures.status).into(),
+        figures.iterations.to_string(),
+        figures.coarser_iterations.to_string(),
+        figures.seconds_to_best.map_or_else(|| "not reached".into(), seconds_alone),
+        or_dash(figures.seconds_to_worst),
+        seconds_alone(figures.seconds),
+        seconds_alone(figures.iteration_average),
+        or_dash(figures.ao_average),
+        or_dash(figures.nso_average),
+        number(figures.objective.total()),
+        number(figures.objective.data),
+        number(figures.objective.force),
+        format!("{:.1} %", 100.0 * figures.keyframe_error),
+        format!("{} ({})", bytes(figures.planned_bytes), bytes(figures.paper_bound_bytes)),
+    ]
+}
+
+/// Iterations, seconds per AO, per NSO and in all, and memory.
+pub(crate) fn in_brief(figures: &Figures) -> [String; 5] {
+    let or_dash = |value: Option<f64>| value.map_or_else(|| "\u{2013}".into(), seconds_alone);
+    let iterations = figures.iterations.to_string();
+    [iterations, or_dash(figures.ao_average), or_dash(figures.nso_average), seconds_alone(figures.seconds), bytes(figures.planned_bytes)]
+}
+
+/// Seconds to three digits, without a unit.
+fn seconds_alone(value: f64) -> String {
+    let decimals = if value >= 100.0 {
+        0
+    } else if value >= 10.0 {
+        1
+    } else if value >= 1.0 {
+        2
+    } else {
+        3
+    };
+    format!("{value:.decimals$}")
+}
+
+fn status(name: &str) -> &str {
+    match name {
+        "max_iterations" => "at its limit",
+        "cancelled" => "interrupted",
+        other => other,
+    }
+}
+
+fn table(rows: &[Figures]) -> Table {
+    let mut head = vec!["method"];
+    head.extend(COLUMNS);
+    let row = |figures: &Figures| {
+        let mut row = vec![figures.method.clone()];
+        row.extend(cells(figures));
+        row
+    };
+    Table { names: 1, ours: head.len(), head, rows: rows.iter().map(row).collect() }
+}
+
+/// What is to be said below the table.
+fn notes(contest: &Contest) -> Vec<Block> {
+    let mut notes: Vec<Block> = race(&contest.figures()).map(Block::Text).into_iter().collect();
+    notes.extend(contest.failed.iter().map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))));
+    notes.push(Block::Text(MEMORY.into()));
+    notes
+}
+
+/// Who came first to where the worst method ended.
+fn race(rows: &[Figures]) -> Option<String> {
+    let worst = rows.iter().max_by(|one, other| one.objective.total().total_cmp(&other.objective.total()))?;
+    let mut times: Vec<(&str, f64)> = rows.iter().filter_map(|row| Some((row.method.as_str(), row.seconds_to_worst?))).collect();
+    times.sort_by(|one, other| one.1.total_cmp(&other.1));
+    let [(first, least), rest @ ..] = times.as_slice() else { return None };
+    let rest: Vec<String> = rest.iter().map(|(name, time)| format!("{name} after {} ({:.1} times as long)", seconds(*time), time / least)).collect();
+    let others = if rest.is_empty() { return None } else { rest.join(", ") };
+    Some(format!(
+        "The objective {}, at which {} ended, was reached by {first} after {}, {others}.",
+        number(worst.objective.total()),
+        worst.method,
+        seconds(*least)
+    ))
+}
+
+/// About the last column.
+pub(crate) const MEMORY: &str = "Memory is the one block that a solve takes, source and keyframes included. The paper's M = 4 (1 + d) N prod(n) / (1 - 2^-d) \
+     numbers bounds its own method, ADMM, without source and keyframes; it is given here in the precision of this run.";
+
+/// Curves of the objective over `across`, one for each method.
+fn objective(contest: &Contest, across: fn(&IterationRecord, usize) -> f64) -> Vec<Curve> {
+    let curve = |(index, record): (usize, &RunRecord)| {
+        let points = finest(record).iter().enumerate().map(|(place, entry)| (across(entry, place), entry.objective.total()));
+        Curve::new(record.method.clone(), index % 4 + 1, points)
+    };
+    contest.records().enumerate().map(curve).collect()
+}
+
+/// The objective against seconds.
+pub(crate) fn by_seconds(contest: &Contest) -> Chart {
+    Chart {
+        title: "Objective against time",
+        note: "On the scene's own grid; what a method spends on coarser grids before shows as a later beginning.",
+        across: "seconds",
+        scale: Scale::Logarithmic,
+        curves: objective(contest, |entry, _| entry.seconds),
+    }
+}
+
+fn by_iteration(contest: &Contest) -> Chart {
+    Chart {
+        title: "Objective by iteration",
+        note: "On the scene's own grid.",
+        across: "iteration on the finest grid",
+        scale: Scale::Counts,
+        curves: objective(contest, |_, place| place as f64 + 1.0),
+    }
+}
+
+/// The last keyframe, what each method made of it, and by how much that is off.
+pub(crate) fn last_keyframe(contest: &Contest) -> Vec<Block> {
+    let mut shots = Vec::new();
+    let mut differences = Vec::new();
+    for solved in &contest.solved {
+        let (Some(pictures), Some(facts)) = (solved.gallery.keyframes.last(), solved.record.keyframes.last()) else { continue };
+        if shots.is_empty() {
+            shots.push(Shot { caption: format!("keyframe, step {}", pictures.step), png: pictures.target.clone() });
+        }
+        shots.push(Shot { caption: solved.record.method.clone(), png: pictures.reached.clone() });
+        differences.push(Shot { caption: format!("{}: off by {:.1} %", solved.record.method, 100.0 * facts.relative_l2), png: pictures.difference.clone() });
+    }
+    shots.extend(differences);
+    vec![Block::Pictures(shots)]
+}
+
+/// Some steps from first to last.
+pub(crate) fn strip(pictures: &[(usize, Vec<u8>)]) -> Block {
+    Block::Strip(pictures.iter().map(|(step, png)| Shot { caption: format!("step {step}"), png: png.clone() }).collect())
+}
+
+/// The table of the page in Markdown, for the terminal.
+pub(crate) fn summary(contest: &Contest) -> String {
+    table(&contest.figures()).markdown()
+}

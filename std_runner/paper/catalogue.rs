@@ -1,0 +1,269 @@
+//! The scenes of the paper, and what its own table says of them.
+//!
+//! The paper is Z. Pan and D. Manocha, "Efficient Optimal Control of Smoke using Spacetime Multigrid" (arXiv 1608.01102). Where it
+//! uses meshes and motion capture, shapes of balls and capsules stand in; places and sizes of shapes are ours.
+
+/// A scene, and by what it may be solved.
+pub(super) struct Entry {
+    /// On the command line and of its folder.
+    pub name: &'static str,
+    /// In the table.
+    pub about: &'static str,
+    /// The scene file that it comes from.
+    pub text: &'static str,
+    /// What it says otherwise than that file: keys and their values in TOML.
+    pub sets: &'static [(&'static str, &'static str)],
+    /// The only methods that it is about; all, if none is named.
+    pub only: &'static [&'static str],
+    /// Its row in the paper's Table 2.
+    pub quoted: Option<Quoted>,
+}
+
+/// Figures of the paper's Table 2, empty where none was found.
+#[derive(Clone, Copy)]
+pub(super) struct Quoted {
+    /// ADMM iterations.
+    pub loops: &'static str,
+    /// Average seconds per AO.
+    pub ao: &'static str,
+    /// Average seconds per NSO.
+    pub nso: &'static str,
+    /// Time in all.
+    pub total: &'static str,
+    /// Memory.
+    pub memory: &'static str,
+}
+
+/// Where the figures of [`Quoted`] come from.
+pub(super) const QUOTED_FROM: &str = "The columns \"paper\" quote Table 2 of Z. Pan and D. Manocha, \"Efficient Optimal Control of Smoke using \
+     Spacetime Multigrid\" (arXiv 1608.01102), measured by its authors with their own program on an i7-4790, as far as this project's notes \
+     have them (measurements.md, section B5; memory found there by grid and steps). A dash is a figure that was not found. The paper's bound for the memory of LBFGS was not \
+     found either.";
+
+/// A part of the page: a row of Table 2 in its variants, or a figure.
+pub(super) struct Sheet {
+    /// On the command line.
+    pub name: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// What to look for.
+    pub text: &'static str,
+    /// Names of its entries.
+    pub entries: &'static [&'static str],
+    /// What it shows beside the table.
+    pub show: Show,
+}
+
+/// What a sheet shows of its entries.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Show {
+    /// The objective against time, and the last keyframe.
+    Results,
+    /// The same, and some steps on the way.
+    Steps,
+    /// The residual of the first Navier-Stokes problem by V-cycle.
+    Cycles,
+    /// The residuals of ADMM's optimality conditions.
+    Optimality,
+}
+
+/// Words for several sheets at once.
+pub(super) const GROUPS: [(&str, &[&str]); 4] = [
+    ("table2", &["fluid", "rabbit", "abc", "animals", "genus", "figure", "sphere"]),
+    ("2d", &["fluid", "rabbit", "abc"]),
+    ("figures", &["fig4", "fig6", "fig7", "fig8", "fig13", "fig14", "fig15", "dt"]),
+    ("all", &["fluid", "rabbit", "abc", "animals", "genus", "figure", "sphere", "fig4", "fig6", "fig7", "fig8", "fig13", "fig14", "fig15", "dt"]),
+];
+
+const FLUID: &str = include_str!("fluid.toml");
+const RABBIT: &str = include_str!("../../examples/two_circles_rabbit.toml");
+const ABC: &str = include_str!("../../examples/abc.toml");
+const ANIMALS: &str = include_str!("animals.toml");
+const GENUS: &str = include_str!("../../examples/genus.toml");
+const FIGURE: &str = include_str!("figure.toml");
+const SPHERE: &str = include_str!("../../examples/moving_sphere.toml");
+
+/// What stands where no figure was found.
+pub(super) const NOT_FOUND: &str = "\u{2013}";
+
+/// A row of which the memory alone was found.
+const fn memory(memory: &'static str) -> Option<Quoted> {
+    Some(Quoted { loops: NOT_FOUND, ao: NOT_FOUND, nso: NOT_FOUND, total: NOT_FOUND, memory })
+}
+
+/// A scene as its file has it.
+const fn plain(name: &'static str, about: &'static str, text: &'static str) -> Entry {
+    Entry { name, about, text, sets: &[], only: &[], quoted: None }
+}
+
+impl Entry {
+    const fn with(mut self, sets: &'static [(&'static str, &'static str)]) -> Self {
+        self.sets = sets;
+        self
+    }
+
+    const fn only(mut self, methods: &'static [&'static str]) -> Self {
+        self.only = methods;
+        self
+    }
+
+    const fn quoting(mut self, row: Option<Quoted>) -> Self {
+        self.quoted = row;
+        self
+    }
+}
+
+const R: &str = "control.force_weight";
+const LETTER: &str = "keyframe[0].text";
+/// Smoke cannot be compressed, so the circle is as large as the letter.
+const RADIUS: &str = "source.circle.radius";
+
+pub(super) const ENTRIES: &[Entry] = &[
+    plain("fluid_f", "FLUID: circle to F", FLUID),
+    plain("fluid_l", "FLUID: circle to L", FLUID).with(&[(LETTER, "\"L\""), (RADIUS, "0.1660")]),
+    plain("fluid_u", "FLUID: circle to U", FLUID).with(&[(LETTER, "\"U\""), (RADIUS, "0.2080")]),
+    plain("fluid_i", "FLUID: circle to I", FLUID).with(&[(LETTER, "\"I\""), (RADIUS, "0.1433")]),
+    plain("fluid_d", "FLUID: circle to D", FLUID).with(&[(LETTER, "\"D\""), (RADIUS, "0.2214")]),
+    plain("rabbit_1e2", "circle, two circles, rabbit, r = 1e2", RABBIT).with(&[(R, "1e2")]),
+    plain("rabbit_1e3", "circle, two circles, rabbit, r = 1e3", RABBIT).with(&[(R, "1e3")]),
+    plain("rabbit_1e4", "circle, two circles, rabbit, r = 1e4", RABBIT).with(&[(R, "1e4")]),
+    plain("abc", "A, B, C", ABC),
+    plain("animals", "ball, dog, duck", ANIMALS).quoting(memory("1.34 GB")),
+    plain("genus", "varying genus", GENUS).quoting(memory("0.67 GB")),
+    plain("figure", "walking and punching figure", FIGURE).quoting(memory("4.0 GB")),
+    plain("sphere_1e2", "moving sphere, r = 1e2", SPHERE).with(&[(R, "1e2")]).quoting(Some(Quoted {
+        loops: "17",
+        ao: NOT_FOUND,
+        nso: "1792",
+        total: NOT_FOUND,
+        memory: "2.2 GB",
+    })),
+    plain("sphere_1e3", "moving sphere, r = 1e3", SPHERE).with(&[(R, "1e3")]).quoting(Some(Quoted {
+        loops: "22",
+        ao: "630",
+        nso: "1978",
+        total: "15.93 h",
+        memory: "2.2 GB",
+    })),
+    plain("sphere_1e4", "moving sphere, r = 1e4", SPHERE).with(&[(R, "1e4")]),
+    plain("quick", "circle to F, quick", FLUID).with(&[("advection.scheme", "\"quick\"")]),
+    plain("central", "circle to F, central", FLUID).with(&[("advection.scheme", "\"central\"")]),
+    plain("semi_lagrangian", "circle to F, semi-Lagrangian", FLUID).with(&[("advection.scheme", "\"semi_lagrangian\"")]),
+    plain("coarse_20", "coarse grid, 20 steps", FLUID).with(COARSE_20).only(NSO),
+    plain("coarse_40", "coarse grid, 40 steps", FLUID).with(COARSE_40).only(NSO),
+    plain("fine_20", "fine grid, 20 steps", FLUID).with(FINE_20).only(NSO),
+    plain("fine_40", "fine grid, 40 steps", FLUID).with(FINE_40).only(NSO),
+    plain("optimality", "circle to F", FLUID).only(&["admm"]),
+    plain("damped_1e4", "circle to F, r = 1e4", FLUID).with(&[(R, "1e4")]),
+    plain("damped_1e5", "circle to F, r = 1e5", FLUID).with(&[(R, "1e5")]),
+    plain("pd", "driven, without gathering", FLUID).with(&[("method.pd.gathering", "0.0")]).only(PD),
+    plain("pd_gathering", "driven, with gathering", FLUID).with(&[("method.pd.gathering", "0.01")]).only(PD),
+    plain("pd_strong", "driven too strongly", FLUID).with(&[("method.pd.drive", "100.0")]).only(PD),
+    plain("pd_weak", "driven too weakly", FLUID).with(&[("method.pd.drive", "1.0")]).only(PD),
+    plain("dt_0.4", "circle to F, dt = 0.4", FLUID).with(&[("time.dt", "0.4")]),
+    plain("dt_1", "circle to F, dt = 1", FLUID),
+    plain("dt_2", "circle to F, dt = 2", FLUID).with(&[("time.dt", "2.0")]),
+];
+
+const NSO: &[&str] = &["admm", "lbfgs"];
+const PD: &[&str] = &["pd"];
+
+/// Figure 6 is about the first Navier-Stokes problem alone, from rest, in the paper's own norm of the residual.
+const COARSE_20: &[(&str, &str)] = &[CELLS_64, ("time.steps", "20"), ("keyframe[0].step", "20"), FEW, FROM_REST, NORM, FAR];
+const COARSE_40: &[(&str, &str)] = &[CELLS_64, FEW, FROM_REST, NORM, FAR];
+const FINE_20: &[(&str, &str)] = &[("time.steps", "20"), ("keyframe[0].step", "20"), FEW, FROM_REST, NORM, FAR];
+const FINE_40: &[(&str, &str)] = &[FEW, FROM_REST, NORM, FAR];
+const CELLS_64: (&str, &str) = ("grid.cells", "[64, 64]");
+const FEW: (&str, &str) = ("method.iterations", "5");
+const FROM_REST: (&str, &str) = ("method.admm.nested", "false");
+/// Far enough to see the rate.
+const FAR: (&str, &str) = ("method.admm.nso_tolerance", "1e-7");
+const NORM: (&str, &str) = ("method.admm.nso_norm", "\"plain\"");
+
+const fn sheet(name: &'static str, title: &'static str, text: &'static str, entries: &'static [&'static str], show: Show) -> Sheet {
+    Sheet { name, title, text, entries, show }
+}
+
+pub(super) const SHEETS: &[Sheet] = &[
+    sheet(
+        "fluid",
+        "FLUID",
+        "A circle of smoke becomes each of five letters; each is a solve of its own.",
+        &["fluid_f", "fluid_l", "fluid_u", "fluid_i", "fluid_d"],
+        Show::Results,
+    ),
+    sheet(
+        "rabbit",
+        "Circle, two circles, rabbit",
+        "One circle splits into two, and the two become a rabbit, at three weights of the force.",
+        &["rabbit_1e2", "rabbit_1e3", "rabbit_1e4"],
+        Show::Steps,
+    ),
+    sheet("abc", "ABC", "A chain of three letters in one solve.", &["abc"], Show::Steps),
+    sheet("animals", "Ball, dog, duck", "In 3D; animals of balls and capsules stand for the paper's meshes.", &["animals"], Show::Steps),
+    sheet("genus", "Varying genus", "A ball opens to a ring and the ring to a figure eight, in a box that repeats along all axes.", &["genus"], Show::Steps),
+    sheet(
+        "figure",
+        "A figure that walks and punches",
+        "30 keyframes, one at every second step, in a box that repeats; joint angles stand for the paper's motion capture.",
+        &["figure"],
+        Show::Steps,
+    ),
+    sheet("sphere", "Moving sphere", "A ball travels through three places, at two weights of the force.", &["sphere_1e2", "sphere_1e3"], Show::Steps),
+    sheet(
+        "fig4",
+        "Figure 4: advection operators",
+        "The same scene with three ways to carry the density.",
+        &["quick", "central", "semi_lagrangian"],
+        Show::Steps,
+    ),
+    sheet(
+        "fig6",
+        "Figure 6: convergence on two grids and two lengths",
+        "The residual of the first Navier-Stokes problem by V-cycle of STFAS, in the paper's plain norm: the rate should depend neither on the grid nor on the number of steps. With lbfgs among the methods, its objective stands in the charts against time.",
+        &["coarse_20", "coarse_40", "fine_20", "fine_40"],
+        Show::Cycles,
+    ),
+    sheet(
+        "fig7",
+        "Figure 7: optimality",
+        "The residual of the whole problem's optimality conditions by iteration of ADMM, and that of the advection problem at the end of each iteration's fixed-point steps.",
+        &["optimality"],
+        Show::Optimality,
+    ),
+    sheet(
+        "fig8",
+        "Figure 8: more wake as r grows, 2D",
+        "The dearer the force, the more the smoke is left to its own flow.",
+        &["rabbit_1e2", "rabbit_1e3", "rabbit_1e4"],
+        Show::Steps,
+    ),
+    sheet(
+        "fig13",
+        "Figure 13: more wake as r grows, 3D",
+        "The dearer the force, the more the smoke is left to its own flow.",
+        &["sphere_1e2", "sphere_1e3", "sphere_1e4"],
+        Show::Steps,
+    ),
+    sheet(
+        "fig14",
+        "Figure 14: large r",
+        "Where the force is very dear, the Navier-Stokes problem needs Levenberg-Marquardt damping. The curves are the residual of the first such problem.",
+        &["damped_1e4", "damped_1e5"],
+        Show::Cycles,
+    ),
+    sheet(
+        "fig15",
+        "Figure 15: driven smoke",
+        "Target-driven smoke (Fattal and Lischinski) without and with the gathering term, too strong and too weak.",
+        &["pd", "pd_gathering", "pd_strong", "pd_weak"],
+        Show::Steps,
+    ),
+    sheet(
+        "dt",
+        "The length of a step",
+        "The same scene at dt = 0.4, 1 and 2, with the same weights: convergence should not depend on it.",
+        &["dt_0.4", "dt_1", "dt_2"],
+        Show::Results,
+    ),
+];

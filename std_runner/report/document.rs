@@ -1,0 +1,164 @@
+//! A page of tables, curves and pictures, written twice: as HTML that needs nothing else, and as Markdown with its pictures
+//! beside it.
+
+use super::chart::Chart;
+use super::page::{image, shell};
+use super::words::escape;
+use crate::output::{OutputError, create_folder, write_bytes};
+use std::path::Path;
+
+/// A page.
+pub(crate) struct Document {
+    /// Its title.
+    pub title: String,
+    /// A sentence below the title.
+    pub lead: String,
+    /// What follows.
+    pub blocks: Vec<Block>,
+}
+
+/// A part of a page.
+pub(crate) enum Block {
+    /// A title within the page.
+    Heading(String),
+    /// A title below that.
+    Part(String),
+    /// A paragraph.
+    Text(String),
+    /// Text as a machine reads it.
+    Code(String),
+    /// Numbers.
+    Table(Table),
+    /// Curves.
+    Charts(Vec<Chart>),
+    /// Pictures side by side.
+    Pictures(Vec<Shot>),
+    /// Many small pictures side by side.
+    Strip(Vec<Shot>),
+}
+
+/// Rows below a head: names stand left, figures right.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Table {
+    /// Names of the columns.
+    pub head: Vec<&'static str>,
+    /// So many columns from the left hold names.
+    pub names: usize,
+    /// So many columns from the left are ours, the rest is quoted from the paper.
+    pub ours: usize,
+    /// The rows.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A picture with a line below it.
+pub(crate) struct Shot {
+    /// The line.
+    pub caption: String,
+    /// The bytes of a PNG file.
+    pub png: Vec<u8>,
+}
+
+impl Document {
+    /// Writes `STEM.html`, `STEM.md` and the pictures of the latter below `folder`.
+    pub fn write(&self, folder: &Path, stem: &str) -> Result<(), OutputError> {
+        create_folder(folder)?;
+        write_bytes(&folder.join(format!("{stem}.html")), self.html().as_bytes())?;
+        let mut pictures = Pictures { folder, stem, count: 0 };
+        let text = self.blocks.iter().map(|block| markdown(block, &mut pictures)).collect::<Result<String, _>>()?;
+        write_bytes(&folder.join(format!("{stem}.md")), format!("# {}\n\n{}\n\n{text}", self.title, self.lead).as_bytes())
+    }
+
+    fn html(&self) -> String {
+        let title = escape(&self.title);
+        let head = format!("<header><p class=\"brand\">thurible</p><h1>{title}</h1><p class=\"lead\">{}</p></header>\n", escape(&self.lead));
+        shell(&title, &(head + &self.blocks.iter().map(html).collect::<String>()))
+    }
+}
+
+fn html(block: &Block) -> String {
+    match block {
+        Block::Heading(text) => format!("<h2>{}</h2>\n", escape(text)),
+        Block::Part(text) => format!("<h3 class=\"part\">{}</h3>\n", escape(text)),
+        Block::Text(text) => format!("<p class=\"text\">{}</p>\n", escape(text)),
+        Block::Code(text) => format!("<pre>{}</pre>\n", escape(text)),
+        Block::Table(table) => table.html(),
+        Block::Charts(charts) => format!("<div class=\"charts\">{}</div>\n", charts.iter().map(Chart::to_html).collect::<String>()),
+        Block::Pictures(shots) => format!("<div class=\"side\">{}</div>\n", figures(shots)),
+        Block::Strip(shots) => format!("<div class=\"side small\">{}</div>\n", figures(shots)),
+    }
+}
+
+fn figures(shots: &[Shot]) -> String {
+    shots.iter().map(|shot| format!("<figure>{}<figcaption>{}</figcaption></figure>", image(&shot.png, &shot.caption), escape(&shot.caption))).collect()
+}
+
+impl Table {
+    fn html(&self) -> String {
+        let cells = |row: &mut dyn Iterator<Item = &str>| {
+            let cell = |(column, text): (usize, &str)| match column {
+                column if column < self.names => format!("<th>{}</th>", escape(text)),
+                column if column < self.ours => format!("<td>{}</td>", escape(text)),
+                _ => format!("<td class=\"paper\">{}</td>", escape(text)),
+            };
+            row.enumerate().map(cell).collect::<String>()
+        };
+        let row = |row: &Vec<String>| {
+            let class = if row.first().is_some_and(|name| !name.is_empty()) { " class=\"first\"" } else { "" };
+            format!("<tr{class}>{}</tr>", cells(&mut row.iter().map(String::as_str)))
+        };
+        format!(
+            "<div class=\"scroll\"><table class=\"figures\"><thead><tr>{}</tr></thead><tbody>{}</tbody></table></div>\n",
+            cells(&mut self.head.iter().copied()),
+            self.rows.iter().map(row).collect::<String>()
+        )
+    }
+
+    /// The table in Markdown.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &mut dyn Iterator<Item = &str>| format!("| {} |\n", cells.map(|cell| cell.replace('|', "\\|")).collect::<Vec<_>>().join(" | "));
+        let rule = |column: usize| if column < self.names { "---" } else { "---:" };
+        let rows: String = self.rows.iter().map(|row| line(&mut row.iter().map(String::as_str))).collect();
+        line(&mut self.head.iter().copied()) + &line(&mut (0..self.head.len()).map(rule)) + &rows
+    }
+}
+
+/// Where the pictures of the Markdown page go.
+struct Pictures<'a> {
+    folder: &'a Path,
+    stem: &'a str,
+    count: usize,
+}
+
+impl Pictures<'_> {
+    /// Writes a picture and returns the Markdown that shows it.
+    fn show(&mut self, caption: &str, kind: &str, bytes: &[u8]) -> Result<String, OutputError> {
+        self.count += 1;
+        let folder = format!("{}_pictures", self.stem);
+        create_folder(&self.folder.join(&folder))?;
+        let name = format!("{folder}/{:03}.{kind}", self.count);
+        write_bytes(&self.folder.join(&name), bytes)?;
+        let width = if kind == "svg" { 480 } else { 160 };
+        Ok(format!("<img src=\"{name}\" width=\"{width}\" alt=\"{0}\" title=\"{0}\">", escape(caption)))
+    }
+}
+
+fn markdown(block: &Block, pictures: &mut Pictures<'_>) -> Result<String, OutputError> {
+    Ok(match block {
+        Block::Heading(text) => format!("## {text}\n\n"),
+        Block::Part(text) => format!("### {text}\n\n"),
+        Block::Text(text) => format!("{text}\n\n"),
+        Block::Code(text) => format!("```\n{text}\n```\n\n"),
+        Block::Table(table) => table.markdown() + "\n",
+        Block::Charts(charts) => {
+            let shown = charts
+                .iter()
+                .map(|chart| Ok(format!("{}: {}\n\n{}\n\n", chart.title, chart.note, pictures.show(chart.title, "svg", chart.to_svg().as_bytes())?)));
+            shown.collect::<Result<String, OutputError>>()?
+        }
+        Block::Pictures(shots) | Block::Strip(shots) => {
+            let shown = shots.iter().map(|shot| pictures.show(&shot.caption, "png", &shot.png)).collect::<Result<Vec<_>, _>>()?;
+            let captions: Vec<&str> = shots.iter().map(|shot| shot.caption.as_str()).collect();
+            format!("{}\n\n*{}*\n\n", shown.join("\n"), captions.join(", "))
+        }
+    })
+}
