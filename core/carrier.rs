@@ -88,6 +88,27 @@ impl<'a, T: Real> Carrier<'a, T> {
         Ok(self.data.total(exec, rho, keyframes, sums))
     }
 
+    /// Transports the density of `step` to the next one.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn carry_step(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        flow: &Flow<'_, T>,
+        rho: &mut [T],
+        step: usize,
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
+        self.transport.step(exec, observer, flow, self.slots, step, rho, sums)
+    }
+
+    /// The data term of densities that were carried.
+    pub fn data(&mut self, exec: &dyn Exec, rho: &[T], keyframes: &Keyframes<'_, T>, sums: &mut [f64]) -> f64 {
+        self.data.total(exec, rho, keyframes, sums)
+    }
+
     /// Backwards through the flow that carried `rho`: `each` receives every slot, last first, and A_v^T mu at its faces,
     /// minus the derivative of the data term.
     ///

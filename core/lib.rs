@@ -37,6 +37,8 @@
 //! | the paper | [`ao`] | the advection problem: bend the flow so that the density meets the keyframes |
 //! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near that one, by STFAS |
 //! | | [`admm`] | alternates the two until they agree |
+//! | without splitting | [`direct`] | the objective as a function of the flow alone |
+//! | rivals | [`baseline`] | simulation: free, driven to the keyframes, searched by its adjoint |
 //! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
 //!
 //! # Example
@@ -94,7 +96,9 @@
 pub mod admm;
 pub mod ao;
 pub mod arena;
+pub mod baseline;
 pub mod carrier;
+pub mod descent;
 pub mod direct;
 pub mod exec;
 pub mod field;
@@ -115,10 +119,13 @@ pub mod solver;
 pub mod transport;
 
 pub use admm::AdmmParams;
+pub use baseline::drive::PdParams;
+pub use baseline::forward::SimulationParams;
+pub use baseline::lbfgs::LbfgsParams;
 pub use direct::DirectParams;
 pub use exec::{Exec, Serial};
 pub use grid::{Boundary, D2, D3, Space};
-pub use nso::{Norm, NsoParams, colours::Colours};
+pub use nso::{Norm, NsoParams, NsoSolver, colours::Colours};
 pub use observe::{Event, Observer, Silent};
 pub use plan::{Entry, Sharing};
 pub use problem::{Advection, Problem, ProblemError, Scheme};

@@ -8,8 +8,10 @@ use crate::field::transfer::{Move, Place};
 use crate::field::{Block, Vector, VectorMut};
 use crate::grid::levels::{Levels, Transfer};
 use crate::grid::{Grid, Space};
+use crate::observe::{Event, Observer};
 use crate::problem::keyframes::Keyframes;
 use crate::real::Real;
+use core::ops::ControlFlow;
 
 /// Offers fewer threads than there are.
 pub struct Fewer<'a> {
@@ -31,6 +33,15 @@ impl Exec for Fewer<'_> {
 
     fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
         self.exec.run(tasks, task);
+    }
+}
+
+/// Hears only that work is done, since a coarse solve's iterations are not the caller's.
+pub struct Muffled<'a>(pub &'a mut dyn Observer);
+
+impl Observer for Muffled<'_> {
+    fn on(&mut self, _event: Event) -> ControlFlow<()> {
+        self.0.on(Event::Work)
     }
 }
 

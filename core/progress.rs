@@ -45,11 +45,11 @@ pub struct Progress {
     pub objective: Objective,
     /// How ADMM went.
     pub admm: AdmmProgress,
-    /// How the direct method went.
+    /// How the direct method went, or L-BFGS over the forces.
     pub direct: DirectProgress,
 }
 
-/// How the direct method went in one iteration.
+/// How the direct method, or L-BFGS over the forces, went in one iteration.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DirectProgress {
     /// Cells of the grid that it worked on.
@@ -62,7 +62,7 @@ pub struct DirectProgress {
     pub step: f64,
     /// <gradient, direction>: the objective's derivative along the direction.
     pub slope: f64,
-    /// Flows whose objective was computed.
+    /// Flows, or forces, whose objective was computed.
     pub evaluations: usize,
 }
 

@@ -67,11 +67,11 @@ pub struct Borrowed {
     pub gradient: usize,
 }
 
-/// The inverse Hessian to begin with: (K + r S)^-1, as a factored kappa + S with kappa = K / r.
+/// The inverse Hessian to begin with: (K + r S)^-1, as a factored kappa + S with kappa = K / r, or 1 / r alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Initial<'a> {
     /// kappa + S.
-    pub line: TimeLine<'a>,
+    pub line: Option<TimeLine<'a>>,
     /// 1 / r.
     pub scale: f64,
 }
@@ -208,7 +208,7 @@ pub fn add<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T
 }
 
 /// `out = s out`.
-fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, s: f64) {
+pub fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, s: f64) {
     if s == 1.0 {
         return;
     }
@@ -218,13 +218,15 @@ fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>,
     });
 }
 
-/// `out = s (K + r S)^-1 out`.
+/// `out = s P out`, P the first inverse Hessian.
 fn precondition<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, s: f64, initial: &Initial<'_>) {
     let grid = shape.grid;
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
         for out in task.fields.into_iter().take(grid.dims) {
             rows::scale_in_place(out, T::from_f64(s * initial.scale));
-            initial.line.solve(out, grid.n[0]);
+            if let Some(line) = &initial.line {
+                line.solve(out, grid.n[0]);
+            }
         }
     });
 }

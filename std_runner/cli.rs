@@ -26,6 +26,8 @@ pub struct Cli {
 pub enum Command {
     /// Solve a scene and write the result folder.
     Solve(SolveArguments),
+    /// Simulate the flow of a scene without control; its keyframes and method are left out.
+    Simulate(SimulateArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.
     Plan(SceneArguments),
     /// Solve a scene by several methods, one after the other, and compare them on one page.
@@ -41,7 +43,7 @@ pub enum Command {
 pub struct SceneArguments {
     /// The scene file (TOML).
     pub scene: PathBuf,
-    /// The method: direct or admm.
+    /// The method: direct, admm, lbfgs or pd.
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
     /// The common options.
@@ -55,9 +57,9 @@ pub struct Options {
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
-    /// Precision of all numbers.
-    #[arg(long, value_enum, default_value = "f32")]
-    pub precision: Precision,
+    /// Precision of all numbers [default: f32; of `simulate`, whose forces are next to nothing: f64].
+    #[arg(long, value_enum)]
+    pub precision: Option<Precision>,
     /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].
     #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
     pub memory_limit: Option<usize>,
@@ -81,6 +83,25 @@ pub struct SolveArguments {
     /// The result folder [default: `output.folder` of the scene].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+}
+
+/// What `simulate` takes.
+#[derive(Args, Debug)]
+pub struct SimulateArguments {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// The common options.
+    #[command(flatten)]
+    pub options: Options,
+    /// The result folder [default: `output.folder` of the scene with _flow at its end].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Go on from the last density and velocity of a result with the same cells.
+    #[arg(long, value_name = "DIR")]
+    pub from: Option<PathBuf>,
+    /// Steps, as --set time.steps=M.
+    #[arg(long, value_name = "M")]
+    pub steps: Option<usize>,
 }
 
 /// The methods of `compare` and `paper`.
@@ -146,7 +167,7 @@ pub struct NewArguments {
 impl Options {
     /// What they say about the plan.
     pub fn wishes(&self) -> Wishes {
-        Wishes { precision: self.precision, threads: self.threads, limit: self.memory_limit }
+        Wishes { precision: self.precision.unwrap_or(Precision::F32), threads: self.threads, limit: self.memory_limit }
     }
 
     /// How progress is shown.

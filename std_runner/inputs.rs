@@ -1,8 +1,9 @@
 //! What a solve starts from, drawn from the scene and handed to the solver one field at a time.
 
 use crate::exit::Failure;
-use crate::keyframes::{ShapeError, ShapeSpec, read_velocity};
+use crate::keyframes::{ShapeError, ShapeSpec, read_last_density, read_last_velocity, read_velocity};
 use crate::scene::{Keyframe, Scene};
+use std::path::Path;
 use thurible_core::{InputError, Real, Solver, SolverError, Space};
 
 /// Draws every shape of `scene`, reads the files that it names and hands everything to `solver`; the answer is the mass
@@ -28,6 +29,22 @@ pub fn hand_over<T: Real, S: Space>(scene: &Scene, solver: &mut Solver<'_, T, S>
         solver.set_keyframe(index, &density).map_err(refuse(&keyframe.key))
     };
     scene.keyframes.iter().enumerate().map(target).collect()
+}
+
+/// Hands the last density and velocity of the result in `folder` to `solver`; what little of the density is negative becomes 0.
+pub fn hand_on<T: Real, S: Space>(scene: &Scene, folder: &Path, solver: &mut Solver<'_, T, S>) -> Result<(), Failure> {
+    let unusable = |error: InputError| Failure::Input(format!("--from {}: its last step cannot be used: {error}; give another result", folder.display()));
+    let unread = |error: ShapeError| {
+        let sentence = format!("--from {}: {error}", folder.display());
+        if error.is_unreadable() { Failure::File(sentence) } else { Failure::Input(sentence) }
+    };
+    let (path, canvas) = (folder.join("result.npz"), scene.canvas());
+    let density = read_last_density(&path, &canvas).map_err(unread)?;
+    solver.set_source(&narrowed(density.into_iter().map(|value| value.max(0.0)).collect())).map_err(unusable)?;
+    (0..S::DIM).try_for_each(|axis| {
+        let faces = read_last_velocity(&path, axis, &canvas).map_err(unread)?;
+        solver.set_initial_velocity(axis, &narrowed(faces)).map_err(unusable)
+    })
 }
 
 fn drawn<T: Real>(scene: &Scene, key: &str, shape: &ShapeSpec) -> Result<Vec<T>, Failure> {

@@ -13,6 +13,8 @@ pub struct Job {
     pub scene: Scene,
     /// Problem, parameters, precision and ledger.
     pub planned: Planned,
+    /// A result from whose last step it goes on, in the place of the scene's source.
+    pub from: Option<PathBuf>,
     /// Where the result goes.
     pub folder: PathBuf,
     /// Bytes that the block really takes.

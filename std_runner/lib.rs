@@ -57,6 +57,8 @@ pub mod report;
 #[cfg(feature = "std")]
 pub mod scene;
 #[cfg(feature = "std")]
+pub mod simulate;
+#[cfg(feature = "std")]
 pub mod solve;
 #[cfg(feature = "std")]
 pub mod threads;

@@ -42,13 +42,14 @@ fn parts(objective: Objective) -> ObjectiveRecord {
 }
 
 fn iteration(row: &Row) -> IterationRecord {
-    let is_direct = row.progress.direct.level_iteration > 0;
+    let is_descent = row.progress.direct.level_iteration > 0;
+    let is_admm = !row.progress.admm.nso_residuals.is_empty();
     IterationRecord {
         iteration: row.progress.iteration,
         seconds: row.seconds,
         objective: parts(row.progress.objective),
-        admm: (!is_direct).then(|| admm(&row.progress.admm)),
-        direct: is_direct.then(|| direct(&row.progress.direct)),
+        admm: is_admm.then(|| admm(&row.progress.admm)),
+        direct: is_descent.then(|| direct(&row.progress.direct)),
     }
 }
 

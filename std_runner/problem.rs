@@ -110,7 +110,7 @@ impl OwnedProblem {
 /// The core's parameters for a scene on `threads` threads, within `ceiling` bytes if that can be.
 pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Params {
     let admm = &scene.method.admm;
-    let nso = NsoParams { tolerance: admm.nso_tolerance, norm: admm.nso_norm, colours: admm.colours, ..NsoParams::default() };
+    let nso = NsoParams { solver: admm.nso, tolerance: admm.nso_tolerance, norm: admm.nso_norm, colours: admm.colours, ..NsoParams::default() };
     Params {
         method: scene.method.name,
         iterations: scene.method.iterations,
@@ -126,6 +126,9 @@ pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Param
             nso,
         },
         direct: scene.method.direct,
+        lbfgs: scene.method.lbfgs,
+        pd: scene.method.pd,
+        simulation: scene.simulation,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::cli::{Cli, Command};
 use crate::exit::{DONE, Failure, INPUT};
-use crate::{compare, console, new_command, paper, plan_command, solve};
+use crate::{compare, console, new_command, paper, plan_command, simulate, solve};
 use clap::Parser;
 
 /// Runs the program and returns its exit code; errors are one sentence on stderr.
@@ -24,6 +24,7 @@ pub fn main() -> u8 {
 fn run(cli: &Cli) -> Result<u8, Failure> {
     match &cli.command {
         Command::Solve(arguments) => solve::run(arguments),
+        Command::Simulate(arguments) => simulate::run(arguments),
         Command::Plan(arguments) => plan_command::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),

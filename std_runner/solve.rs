@@ -5,7 +5,7 @@ use crate::console;
 use crate::destination::Destination;
 use crate::exit::{Failure, code_of, status_name};
 use crate::frames::SolverFrames;
-use crate::inputs::{hand_over, solver_refusal};
+use crate::inputs::{hand_on, hand_over, solver_refusal};
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::output::{Gallery, Sample};
@@ -38,7 +38,7 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let parts = Parts { arrays: true, images: scene.output.frames };
     let order = Order { wishes: common.options.wishes(), mode: common.options.mode(), parts };
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
-    order.solve(scene, folder, clock, None).map(|finished| code_of(finished.status))
+    order.solve(scene, folder, clock, Start::default()).map(|finished| code_of(finished.status))
 }
 
 /// How scenes are to be solved.
@@ -61,6 +61,15 @@ pub(crate) struct Parts {
     pub images: bool,
 }
 
+/// What a solve finds when it begins.
+#[derive(Default)]
+pub(crate) struct Start {
+    /// A result from whose last step it goes on, in the place of the scene's source.
+    pub from: Option<PathBuf>,
+    /// Who listens for Ctrl-C already, if somebody does.
+    pub interrupt: Option<Interrupt>,
+}
+
 /// What came of a solve, beside its folder.
 pub(crate) struct Finished {
     /// How it ended.
@@ -72,13 +81,14 @@ pub(crate) struct Finished {
 }
 
 impl Order {
-    /// Solves `scene` into `folder`; `clock` has run since the scene was read, and `interrupt` listens, if somebody does already.
-    pub fn solve(&self, scene: Scene, folder: PathBuf, clock: Clock, interrupt: Option<Interrupt>) -> Result<Finished, Failure> {
+    /// Solves `scene` into `folder`; `clock` has run since the scene was read.
+    pub fn solve(&self, scene: Scene, folder: PathBuf, clock: Clock, start: Start) -> Result<Finished, Failure> {
         let planned = plan::choose(&scene, &self.wishes)?;
         let bytes = planned.plan.bytes();
         let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + 2 * history_bytes(planned.params.iterations);
         let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
-        let job = Job { scene, planned, folder, footprint: region.footprint(), mode: self.mode, parts: self.parts, interrupt };
+        let Start { from, interrupt } = start;
+        let job = Job { scene, planned, from, folder, footprint: region.footprint(), mode: self.mode, parts: self.parts, interrupt };
         threads::with(job.planned.params.threads, |exec| job.run(exec, region, clock))?
     }
 }
@@ -150,7 +160,10 @@ impl Job {
     fn solve<T: Real + Sample, S: Space>(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], clock: Clock) -> Result<Solved, Failure> {
         let problem = self.planned.problem.problem();
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block).map_err(|error| solver_refusal(&error))?;
-        let mass_factors = hand_over(&self.scene, &mut solver)?;
+        let mass_factors = match &self.from {
+            Some(folder) => hand_on(&self.scene, folder, &mut solver).map(|()| Vec::new())?,
+            None => hand_over(&self.scene, &mut solver)?,
+        };
         let destination = Destination::check(&self.folder)?;
         let mut watch = Watch::new(clock, self.mode, self.planned.params.iterations, self.interrupt.clone().map_or_else(Interrupt::listen, Ok)?);
         self.announce(&watch.display);
@@ -230,7 +243,7 @@ fn in_sentence(status: Status) -> &'static str {
 
 fn not_finite(scene: &Scene) -> Failure {
     Failure::NotFinite(format!(
-        "{}: the solve left the finite numbers and nothing was written; try --precision f64, a larger `method.admm.penalty` or more `time.steps`",
+        "{}: the solve left the finite numbers, or a flow was too fast to follow, and nothing was written; try --precision f64, more `time.steps` or weaker control",
         scene.document.path().display()
     ))
 }

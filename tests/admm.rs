@@ -9,7 +9,7 @@ use feasible::check;
 use fields::cases::{Scene, Solved, admm};
 use fields::random::Random;
 use fields::{Components, add_scaled_all, assert_close, gap, grid, largest, largest_of, places, with_threads};
-use thurible_core::{D2, D3, Params, Real, Scheme, Silent, Space, Status};
+use thurible_core::{D2, D3, NsoSolver, Params, Real, Scheme, Silent, Space, Status};
 
 /// Solves circle to two circles on two threads: as the paper does, or with the defaults.
 fn two_circles(from_rest: bool) -> (Scene, Solved) {
@@ -121,5 +121,40 @@ fn expensive_forces() {
             assert!(*list.last().unwrap() < 1e-5, "r = {force_weight:e}, iteration {}: {list:?}", progress.iteration);
         }
         check(&scene, &solved, f64::from(f32::EPSILON));
+    }
+}
+
+/// Both solvers of NSO end at the same flow, whatever kappa = K / r.
+#[test]
+fn newton_agrees_with_stfas() {
+    for penalty in [1e4, 1e3, 1e2] {
+        let mut scene = Scene { params: Params { iterations: 3, ..admm() }, ..Scene::two_circles() };
+        (scene.params.admm.penalty, scene.params.admm.nested) = (penalty, false);
+        scene.params.admm.nso.tolerance = 1e-6;
+        let stfas = scene.solve_alone::<f64, D2>();
+        scene.params.admm.nso.solver = NsoSolver::NewtonCg;
+        let newton = scene.solve_alone::<f64, D2>();
+        check(&scene, &newton, f64::EPSILON);
+        for solved in [&stfas, &newton] {
+            for progress in &solved.history {
+                let list = &progress.admm.nso_residuals;
+                assert!(*list.last().unwrap() < 1e-6, "K = {penalty:e}, iteration {}: {list:?}", progress.iteration);
+            }
+        }
+        for (by_stfas, by_newton) in stfas.history.iter().zip(&newton.history) {
+            let (x, y) = (by_stfas.objective.total(), by_newton.objective.total());
+            assert_close("J", y, x, x, 1e-3);
+            let list = &by_newton.admm.nso_residuals;
+            assert!(list.len() < 12, "K = {penalty:e}: {list:?}");
+        }
+    }
+}
+
+#[test]
+fn newton_in_space_and_on_any_box() {
+    let mut scene = Scene::small(&[9, 8, 6], "pwp", 4);
+    scene.params.admm.nso.solver = NsoSolver::NewtonCg;
+    for progress in &scene.solve_alone::<f32, D3>().history {
+        assert!(*progress.admm.nso_residuals.last().unwrap() < 1e-5, "{:?}", progress.admm.nso_residuals);
     }
 }

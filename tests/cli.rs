@@ -282,6 +282,46 @@ fn a_result_is_replaced_and_the_users_own_files_stay() {
     assert_eq!(hidden.count(), 0);
 }
 
+#[test]
+fn the_methods_to_compare_with() {
+    verify("lbfgs", &solve_example("small_letter", "lbfgs", &["--method", "lbfgs", "--set", "method.iterations=4"]));
+    let outcome = verify("pd", &solve_example("small_letter", "pd", &["--method", "pd"]));
+    assert_eq!((outcome.report["method"].as_str(), outcome.report["history"].as_array().unwrap().len()), (Some("pd"), 1));
+}
+
+/// Runs `simulate` into a fresh folder.
+fn simulated(test: &str, more: &[&str]) -> std::path::PathBuf {
+    let folder = fresh_folder(test).join("out");
+    let mut arguments = vec!["simulate", "examples/small_central.toml", "--quiet", "--set", "output.frames=false", "-o", folder.to_str().unwrap()];
+    arguments.extend(more);
+    let ended = run(&arguments);
+    assert_eq!(ended.code, 0, "{test}: {}", ended.err);
+    folder
+}
+
+/// A controlled result goes on freely: from its last density and velocity, with next to no force.
+#[test]
+fn a_result_is_continued_freely() {
+    let controlled = solve_example("small_central", "to_continue", &["--set", "method.iterations=3"]);
+    let before = Outcome::read(&controlled);
+    let after = verify("continued", &simulated("continued", &["--from", controlled.to_str().unwrap(), "--steps", "7"]));
+    assert_eq!((after.density.len(), after.velocity.len(), after.targets.len()), (8, 7, 0));
+    let (end, start) = (before.density.last().unwrap(), &after.density[0]);
+    assert!(end.data.iter().zip(&start.data).all(|(x, y)| (x.max(0.0) - y).abs() < 1e-6), "the density does not go on");
+    let (end, start) = (before.velocity.last().unwrap(), &after.velocity[0]);
+    let fastest = end.iter().map(support::field::Field::max_abs).fold(0.0, f64::max);
+    assert!(fastest > 0.0 && end.iter().zip(start).all(|(x, y)| x.data.iter().zip(&y.data).all(|(x, y)| (x - y).abs() < 1e-4 * fastest)));
+    assert!(after.force.iter().flatten().all(|field| field.max_abs() < 1e-4 * fastest));
+}
+
+#[test]
+fn smoke_rises_without_control() {
+    let outcome = verify("buoyant", &simulated("buoyant", &["--set", "simulation.buoyancy=1e-3"]));
+    assert_eq!((outcome.report["method"].as_str(), outcome.report["status"].as_str()), (Some("simulate"), Some("converged")));
+    assert!(outcome.velocity.last().unwrap()[1].max_abs() > 1e-4);
+}
+
+/// Ctrl-C in the middle: exit code 130, and what there is is written and feasible.
 /// A solve that goes on until it is stopped, seen to iterate; and the lines of JSON that it will yet print.
 #[cfg(unix)]
 fn endless(folder: &Path) -> (Child, impl Iterator<Item = String>) {

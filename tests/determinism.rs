@@ -29,13 +29,17 @@ fn nested() -> (Scene, Scene) {
     (Scene::small(&[32, 20], "wp", 6), Scene::small(&[16, 8, 8], "www", 4))
 }
 
+const METHODS: [Method; 5] = [Method::Admm, Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate];
+
 /// The bits of two iterations of each method.
 fn bits<T: Real, S: Space>(scene: &Scene, threads: usize) -> Vec<u64> {
     let by = |method| {
-        let scene = Scene { params: Params { method, threads, iterations: 2, ..scene.params }, ..scene.clone() };
+        let mut scene = Scene { params: Params { method, threads, iterations: 2, ..scene.params }, ..scene.clone() };
+        (scene.params.simulation.buoyancy, scene.params.pd.gathering) = (1e-3, 0.01);
+        scene.params.lbfgs.nested = scene.params.direct.nested;
         with_threads(threads, |exec| scene.solve::<T, S>(exec, &mut Silent).bits())
     };
-    [by(Method::Admm), by(Method::Direct)].concat()
+    METHODS.map(by).concat()
 }
 
 fn threads_agree<T: Real, S: Space>(list: &[Scene]) {

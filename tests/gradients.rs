@@ -154,3 +154,49 @@ fn objective_of_the_direct_method() {
     direct_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 1e-3);
     direct_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 2e-5);
 }
+
+/// The objective as a function of the forces, which are simulated: of weights that make both parts count.
+fn adjoint_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, courant: f64, first: f64) {
+    let mut random = Random::new(25);
+    let (grid, steps) = (grid(cells, ends), 5);
+    let (source, targets): (Vec<f64>, Vec<f64>) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
+    let initial = flow::rough(&mut random, &grid, 1, courant);
+    let advection = Advection { scheme, tolerance: 1e-200 };
+    let control =
+        Control { grid: &grid, steps, source: &source, keyframes: &[2, 5], targets: &targets, initial: &initial, advection, filters: 2, penalty: 1.0 };
+    let u: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 0.5 * courant);
+    let d: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 1.0);
+    let (at_u, gradient, _) = control.simulated::<S>(&u, 1.0, 1e-13);
+    let force_weight = 3.0 * at_u.data / at_u.force;
+    let (_, gradient_of_both, _) = control.simulated::<S>(&u, force_weight, 1e-13);
+    for (what, weight, gradient) in [("mostly data", 1.0, &gradient), ("data and force", force_weight, &gradient_of_both)] {
+        let value = |t: f64| control.simulated::<S>(&add_scaled_all(&u, t, &d), weight, 1e-13).0.total();
+        taylor(&format!("{what} on {cells:?} {ends}, {scheme:?}"), first, dot_all(gradient, &d), value);
+    }
+}
+
+#[test]
+fn objective_of_the_forces() {
+    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 1.0, 1e-3);
+    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 5.0, 1e-3);
+    adjoint_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, 1.0, 1e-4);
+    adjoint_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 1.0, 1e-3);
+    adjoint_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 0.8, 2e-5);
+}
+
+/// A gradient takes one linear solve a step where a simulation takes several: counted in V-cycles and transport steps.
+#[test]
+fn a_gradient_costs_less_than_three_simulations() {
+    for (cells, courant) in [(32, 1.0), (64, 2.0), (48, 5.0)] {
+        let grid = grid(&[cells, cells], "ww");
+        let steps = 8;
+        let (initial, source) = (flow::swirl(&grid, 1, courant), fields::cases::balls(&grid, &[[0.4, 0.5, 0.5]], 0.2));
+        let target = fields::cases::balls(&grid, &[[0.6, 0.5, 0.5]], 0.2);
+        let advection = Advection { scheme: Scheme::Quick, tolerance: 1e-5 };
+        let control =
+            Control { grid: &grid, steps, source: &source, keyframes: &[8], targets: &target, initial: &initial, advection, filters: 3, penalty: 1.0 };
+        let (_, _, [forward, backward]) = control.simulated::<D2>(&zeros(&grid, steps - 1), 1e3, 1e-5);
+        assert!(backward < 3 * forward, "{backward} pieces of work for a gradient, {forward} for a simulation on {cells} cells at Courant {courant}");
+        println!("{cells} cells, Courant {courant}: gradient {backward}, simulation {forward}");
+    }
+}

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The path of the data. Numbers, memory and vectors of numbers know each other and count as one module.
-const ORDER: [&[&str]; 20] = [
+const ORDER: [&[&str]; 22] = [
     &["real", "arena", "simd"],
     &["exec"],
     &["observe"],
@@ -18,13 +18,15 @@ const ORDER: [&[&str]; 20] = [
     &["transport"],
     &["carrier"],
     &["force"],
+    &["quasi_newton"],
     &["ao"],
     &["nso"],
     &["progress"],
     &["nested"],
-    &["quasi_newton"],
+    &["descent"],
     &["admm"],
     &["direct"],
+    &["baseline"],
     &["solver"],
 ];
 

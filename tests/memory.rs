@@ -8,7 +8,9 @@ use fields::Memory;
 use fields::cases::{Scene, admm};
 use fields::random::Random;
 use thurible_core::nso::colours::Colours;
-use thurible_core::{D2, D3, Entry, Method, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver, SolverError, Space};
+use thurible_core::{D2, D3, Entry, Method, NsoSolver, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver, SolverError, Space};
+
+const METHODS: [Method; 5] = [Method::Admm, Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate];
 
 /// A random scene that needs at most a few megabytes.
 fn random_scene(random: &mut Random, dims: usize) -> Scene {
@@ -21,10 +23,17 @@ fn random_scene(random: &mut Random, dims: usize) -> Scene {
     scene.densities.truncate(1);
     scene.params.threads = random.pick(&[1, 1, 2, 3, 7]);
     scene.params.ceiling = random.pick(&[None, Some(0), Some(1 << 18), Some(1 << 24)]);
-    scene.params.method = random.pick(&[Method::Admm, Method::Direct]);
+    scene.params.method = random.pick(&METHODS);
+    scene.params.lbfgs.history = random.between(1, 8);
+    scene.params.lbfgs.nested = random.coin();
+    if scene.params.method == Method::Simulate && random.coin() {
+        scene.keyframes.clear();
+        scene.densities.truncate(1);
+    }
     scene.params.direct.history = random.pick(&[None, None, Some(1), Some(8)]);
     scene.params.direct.nested = random.coin();
     scene.params.admm.relaxation = random.pick(&[1.0, 1.5]);
+    scene.params.admm.nso.solver = random.pick(&[NsoSolver::Stfas, NsoSolver::Stfas, NsoSolver::NewtonCg]);
     scene.params.admm.nso.colours = random.pick(&[Colours::RedBlack, Colours::PowerOfTwo]);
     scene
 }
@@ -165,8 +174,12 @@ fn rubbish_does_not_matter<T: Real, S: Space>(scene: &Scene) {
 
 #[test]
 fn what_the_memory_held_before_does_not_matter() {
-    for method in [Method::Admm, Method::Direct] {
-        let by = |scene: Scene| Scene { params: Params { method, ..scene.params }, ..scene };
+    for method in METHODS {
+        let by = |scene: Scene| {
+            let mut scene = Scene { params: Params { method, ..scene.params }, ..scene };
+            (scene.params.lbfgs.nested, scene.params.simulation.buoyancy, scene.params.pd.gathering) = (true, 1e-3, 0.01);
+            scene
+        };
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[12, 9], "wp", 5)));
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[32, 20], "wp", 5)));
         rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[6, 5, 7], "pww", 4)));

@@ -74,7 +74,7 @@ fn descends(pairs: usize) -> f64 {
     let mut numbers = vec![f64::NAN; quasi_newton::numbers(&grid, SLOTS, pairs)];
     let mut fields = quasi_newton::take(&grid, SLOTS, pairs, &mut Pool::new(&mut numbers));
     let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
-    let initial = Initial { line: TimeLine::new(1.0, &mut pivots), scale: 1.0 };
+    let initial = Initial { line: Some(TimeLine::new(1.0, &mut pivots)), scale: 1.0 };
     let (mut newton, mut x) = (QuasiNewton::new(pairs), fields::zeros(&grid, SLOTS));
     write(&mut fields, newton.gradient, &problem.gradient(&x));
     let first = dot_all(&read(&fields, newton.gradient), &read(&fields, newton.gradient));
@@ -119,7 +119,7 @@ fn pairs_of_negative_curvature_are_left_out() {
     let mut numbers = vec![0.0; quasi_newton::numbers(&grid, SLOTS, 2)];
     let mut fields = quasi_newton::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
     let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
-    let initial = Initial { line: TimeLine::new(1.0, &mut pivots), scale: 1.0 };
+    let initial = Initial { line: Some(TimeLine::new(1.0, &mut pivots)), scale: 1.0 };
     let mut newton = QuasiNewton::new(2);
     let gradient: Components<f64> = random.faces(&grid, SLOTS);
     write(&mut fields, newton.gradient, &gradient);

@@ -39,7 +39,7 @@ impl Case {
     }
 
     fn setup<S: Space>(&self, threads: usize) -> Setup {
-        let params = NsoParams { tolerance: 0.0, cycles: 1, colours: self.colours, norm: Norm::Scaled };
+        let params = NsoParams { tolerance: 0.0, cycles: 1, colours: self.colours, norm: Norm::Scaled, ..NsoParams::default() };
         let shape = Shape { lanes: 16, together: if S::DIM == 2 { 8 } else { 1 } };
         Setup { kappa: self.kappa, slots: self.steps - 1, threads, params, shape }
     }

@@ -17,10 +17,10 @@ pub struct Ready {
 }
 
 impl Ready {
-    /// `examples/NAME.toml` with assignments as after `--set`.
+    /// `examples/NAME.toml` by ADMM, with assignments as after `--set`.
     pub fn example(name: &str, assignments: &[String], threads: usize) -> Self {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name).with_extension("toml");
-        let scene = Scene::load(&path, assignments, None).unwrap_or_else(|failure| stop(&failure.to_string()));
+        let scene = Scene::load(&path, assignments, Some("admm")).unwrap_or_else(|failure| stop(&failure.to_string()));
         let (problem, params) = (OwnedProblem::of(&scene), params_of(&scene, threads, None));
         Self { scene, problem, params }
     }

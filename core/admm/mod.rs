@@ -22,7 +22,7 @@ use crate::exec::Exec;
 use crate::field::{Vector, VectorMut, means, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
-use crate::nso::{Bases, Nso, NsoParams, Shape};
+use crate::nso::{self, Bases, Nso, NsoParams, NsoSolver, Shape};
 use crate::observe::{Event, Observer, Silent};
 use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing};
@@ -186,7 +186,10 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
         let Dimensions { grid, slots, threads, shape, .. } = settings.dimensions;
         ledger.group("used in turn", Sharing::InTurn, |ledger| {
             ao::requirement::<T>(ledger, &grid, &settings.setup);
-            Nso::<T, S>::requirement(ledger, &grid, slots, threads, shape);
+            match settings.params.nso.solver {
+                NsoSolver::Stfas => Nso::<T, S>::requirement(ledger, &grid, slots, threads, shape),
+                NsoSolver::NewtonCg => nso::newton::requirement::<T>(ledger, &grid, slots, threads),
+            }
         });
     }
 
@@ -306,5 +309,5 @@ fn levels_of(grid: &Grid) -> heapless::Vec<Grid, { crate::grid::levels::MAX_LEVE
 }
 
 fn sums_len(dimensions: &Dimensions) -> usize {
-    means::sums_len(&dimensions.grid, dimensions.slots).max(2 * dimensions.grid.rows())
+    means::sums_len(&dimensions.grid, dimensions.slots).max(2 * dimensions.grid.rows() + dimensions.slots)
 }

@@ -8,27 +8,17 @@ use crate::arena::Arena;
 use crate::exec::Exec;
 use crate::field::{reborrow, view};
 use crate::grid::{Grid, Space};
-use crate::nested::{self, Fewer};
+use crate::nested::{self, Fewer, Muffled};
 use crate::nso::Shape;
-use crate::observe::{Event, Observer};
+use crate::observe::Observer;
 use crate::plan::{Ledger, Pool};
 use crate::poisson::Projection;
 use crate::problem::keyframes::Keyframes;
 use crate::progress::Status;
 use crate::real::Real;
-use core::ops::ControlFlow;
 
 /// Outer iterations of a coarse solve at most.
 const ITERATIONS: usize = 20;
-
-/// Hears only that work is done, since the coarse solve's iterations are not the caller's.
-struct Muffled<'a>(&'a mut dyn Observer);
-
-impl Observer for Muffled<'_> {
-    fn on(&mut self, _event: Event) -> ControlFlow<()> {
-        self.0.on(Event::Work)
-    }
-}
 
 impl Settings {
     /// The same solve with other scratch.

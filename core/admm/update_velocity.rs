@@ -1,12 +1,12 @@
 //! The second half of an iteration: NSO with targets t = v* - lambda/K.
 
-use super::Admm;
+use super::{Admm, Dimensions};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, sums, view};
 use crate::force::{self, time_line::TimeLine};
 use crate::grid::Space;
 use crate::nso::level::State;
-use crate::nso::{self, Ended, Finest, Nso};
+use crate::nso::{self, Ended, Finest, Info, Nso, NsoParams, NsoSolver, newton};
 use crate::observe::{Event, Observer};
 use crate::plan::Pool;
 use crate::poisson::Projection;
@@ -22,17 +22,10 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let kappa = self.settings.setup.penalty / self.settings.force_weight;
         self.predict(exec, kappa);
         self.consistent_force(exec, observer)?;
-        let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
-        let setup = nso::Setup { kappa, slots, threads, params: self.settings.params.nso, shape: self.settings.dimensions.shape };
-        let spare = if self.spare[0].is_empty() { &mut self.multiplier } else { &mut self.spare };
-        let finest = Finest {
-            state: State { v: reborrow(&mut self.v), w: reborrow(&mut self.w), p: self.p, pbar: self.pbar },
-            v0: reborrow(&mut self.initial),
-            target: reborrow(&mut self.target),
-            spare: reborrow(spare),
+        let info = match self.settings.params.nso.solver {
+            NsoSolver::Stfas => self.by_stfas(exec, observer, kappa),
+            NsoSolver::NewtonCg => self.by_newton(exec, observer, kappa),
         };
-        let mut pool = Pool::new(&mut *self.region);
-        let info = Nso::<T, S>::new(&self.levels, &self.bases, finest, &setup, &mut pool, self.sums).solve(exec, observer);
         self.history.damped = info.damped;
         progress.admm.nso_residuals = info.residuals;
         if observer.on(Event::NsoEnd).is_break() {
@@ -43,6 +36,29 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             Ended::NotFinite => Err(Status::NotFinite),
             Ended::Converged | Ended::Cycles => Ok(()),
         }
+    }
+
+    fn by_stfas(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
+        let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
+        let setup = nso::Setup { kappa, slots, threads, params: self.settings.params.nso, shape: self.settings.dimensions.shape };
+        let spare = if self.spare[0].is_empty() { &mut self.multiplier } else { &mut self.spare };
+        let finest = Finest {
+            state: State { v: reborrow(&mut self.v), w: reborrow(&mut self.w), p: self.p, pbar: self.pbar },
+            v0: reborrow(&mut self.initial),
+            target: reborrow(&mut self.target),
+            spare: reborrow(spare),
+        };
+        let mut pool = Pool::new(&mut *self.region);
+        Nso::<T, S>::new(&self.levels, &self.bases, finest, &setup, &mut pool, self.sums).solve(exec, observer)
+    }
+
+    fn by_newton(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
+        let Dimensions { slots, threads, .. } = self.settings.dimensions;
+        let NsoParams { tolerance, cycles: steps, .. } = self.settings.params.nso;
+        let projection_tolerance = self.settings.setup.projection_tolerance;
+        let setup = newton::Setup { kappa, slots, threads, tolerance, steps, projection_tolerance };
+        let problem = newton::Problem { v: reborrow(&mut self.v), w: reborrow(&mut self.w), v0: view(&self.initial), target: view(&self.target) };
+        newton::solve::<T, S>(exec, observer, &self.levels, &setup, problem, Pool::new(&mut *self.region), self.sums)
     }
 
     /// t = v* - lambda/K in place of v*, and v moved to where the new targets would take it if the flow were at rest.

@@ -6,11 +6,11 @@ use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
-use crate::observe::Observer;
+use crate::observe::{Observer, Silent};
 use crate::plan::{Ledger, Pool, Sharing};
 use crate::poisson::Projection;
 use crate::problem::keyframes::Keyframes;
-use crate::progress::Objective;
+use crate::progress::{Objective, Status};
 use crate::real::Real;
 use crate::transport::{Flow, Stop};
 
@@ -73,17 +73,23 @@ impl<T: Real> Evaluation<'_, '_, T> {
         w: &mut VectorMut<'_, T>,
         bound: f64,
     ) -> Result<Objective, Stop> {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
         let flow = Flow { initial: self.initial, v, along: None };
-        let mut carrier = Carrier::carve(grid, &self.setup.carrier, &mut Pool::new(&mut *self.region));
+        let mut carrier = Carrier::carve(&self.levels.grids[self.level], &self.setup.carrier, &mut Pool::new(&mut *self.region));
         let data = carrier.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
-        if data > bound {
-            return Ok(Objective { data, force: 0.0 });
-        }
+        let force = if data > bound { 0.0 } else { self.force::<S>(exec, observer, v, w)? };
+        Ok(Objective { data, force })
+    }
+
+    /// The force that produces v, and its part of the objective.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn force<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, v: Vector<'_, T>, w: &mut VectorMut<'_, T>) -> Result<f64, Stop> {
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
         let scratch = &mut self.region[..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)];
         force::from_velocity::<T, S>(exec, grid, slots, v, self.initial, &[], reborrow(w), scratch);
         self.project(exec, observer, w)?;
-        Ok(Objective { data, force: 0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums) })
+        Ok(0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums))
     }
 
     /// The gradient at v, Q[r (w_k - w_{k+1} + J(v_k)^T w_k) - A_v^T mu_k], from the densities and the force of [`Self::value`].
@@ -125,5 +131,18 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let mut projection = Projection::carve(self.levels, self.level, slots, threads, &mut Pool::new(&mut *self.region));
         let projected = projection.project(exec, observer, slots, field, None, self.setup.projection_tolerance, self.sums);
         if projected.is_break() { Err(Stop::Cancelled) } else { Ok(()) }
+    }
+
+    /// Makes a flow feasible (mathematics section 5): projects v, takes its force, transports rho_0 by it.
+    ///
+    /// # Errors
+    /// [`Status::NotFinite`].
+    pub fn finish<S: Space>(&mut self, exec: &dyn Exec, v: &mut VectorMut<'_, T>, w: &mut VectorMut<'_, T>) -> Result<Objective, Status> {
+        let projected = self.project(exec, &mut Silent, v);
+        match projected.and_then(|()| self.value::<S>(exec, &mut Silent, view(v), w, f64::INFINITY)) {
+            Ok(objective) if objective.total().is_finite() => Ok(objective),
+            Ok(_) | Err(Stop::TooFast) => Err(Status::NotFinite),
+            Err(Stop::Cancelled) => Err(Status::Cancelled),
+        }
     }
 }

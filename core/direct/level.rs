@@ -155,7 +155,7 @@ impl<'a, T> Work<'a, '_, T> {
 
     /// The first inverse Hessian (K + r S)^-1.
     pub fn initial(&self) -> Initial<'a> {
-        Initial { line: self.line, scale: 1.0 / self.evaluation.setup.force_weight }
+        Initial { line: Some(self.line), scale: 1.0 / self.evaluation.setup.force_weight }
     }
 }
 

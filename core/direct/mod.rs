@@ -16,6 +16,7 @@ mod start;
 
 use crate::arena::{Arena, TooSmall};
 use crate::carrier::{self, densities};
+use crate::descent::{Descent, Outcome};
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut};
 use crate::force::time_line::TimeLine;
@@ -31,7 +32,6 @@ use crate::progress::{Progress, Status};
 use crate::quasi_newton::MAX_PAIRS;
 use crate::real::Real;
 use core::marker::PhantomData;
-use descend::{Descent, Outcome};
 use level::Sizes;
 
 /// Scale K of the first inverse Hessian (K + r S)^-1, in scaled numbers.

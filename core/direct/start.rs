@@ -1,8 +1,8 @@
 //! Down to the coarsest grid before the first iteration, up grid by grid, and the end.
 
 use super::Direct;
-use super::descend::Descent;
 use super::level::{self, NextMut};
+use crate::descent::Descent;
 use crate::exec::Exec;
 use crate::field::{reborrow, view};
 use crate::grid::Space;
@@ -11,7 +11,6 @@ use crate::observe::{Observer, Silent};
 use crate::problem::keyframes::Keyframes;
 use crate::progress::{Objective, Status};
 use crate::real::Real;
-use crate::transport::Stop;
 
 impl<T: Real, S: Space> Direct<'_, T, S> {
     /// Passes the scene down to the coarsest grid that takes part, where the flow begins as v_0 in all slots; that grid.
@@ -60,12 +59,6 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         self.descent = Descent::new(self.settings.history);
         let force = self.descent.newton.direction;
         let mut work = self.work(0, keyframes);
-        let projected = work.evaluation.project(exec, &mut Silent, &mut work.v);
-        let evaluated = projected.and_then(|()| work.value::<S>(exec, &mut Silent, force, f64::INFINITY));
-        match evaluated {
-            Ok(objective) if objective.total().is_finite() => Ok(objective),
-            Ok(_) | Err(Stop::TooFast) => Err(Status::NotFinite),
-            Err(Stop::Cancelled) => Err(Status::Cancelled),
-        }
+        work.evaluation.finish::<S>(exec, &mut work.v, &mut work.fields[force])
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod means;
 pub mod rows;
+pub mod slot;
 pub mod sums;
 pub mod transfer;
 
@@ -92,12 +93,14 @@ impl<'g> Block<'g> {
     }
 }
 
-/// `out -= v` one slot earlier; before the first stands the given `v0`.
+/// `out -= v` one slot earlier; before the first stands the given `v0`, 0 where that is empty.
 pub fn subtract_previous<T: Real>(block: &Block<'_>, row: usize, v: &[T], v0: &[T], out: &mut [T]) {
     let nx = block.grid.n[0];
     let span = block.span(row);
     if block.first == 0 {
-        rows::sub(&mut out[..nx], &v0[row * nx..(row + 1) * nx]);
+        if !v0.is_empty() {
+            rows::sub(&mut out[..nx], &v0[row * nx..(row + 1) * nx]);
+        }
         rows::sub(&mut out[nx..], &v[span.start..span.end - nx]);
     } else {
         rows::sub(out, &v[span.start - nx..span.end - nx]);

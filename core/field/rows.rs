@@ -93,6 +93,23 @@ multiversion! {
 }
 
 multiversion! {
+    /// The sum of (x - y)^2.
+    pub fn sum_square_gaps[T: Real](x: &[T], y: &[T]) -> f64 {
+        let mut sums = [0.0; LANES];
+        let (xs, ys) = (x.chunks_exact(LANES), y.chunks_exact(LANES));
+        for (l, (&x, &y)) in xs.remainder().iter().zip(ys.remainder()).enumerate() {
+            sums[l] += (x - y).to_f64() * (x - y).to_f64();
+        }
+        for (x, y) in xs.zip(ys) {
+            for l in 0..LANES {
+                sums[l] += (x[l] - y[l]).to_f64() * (x[l] - y[l]).to_f64();
+            }
+        }
+        sums.iter().sum()
+    }
+}
+
+multiversion! {
     /// The sum of products.
     pub fn dot[T: Real](x: &[T], y: &[T]) -> f64 {
         let mut sums = [0.0; LANES];

@@ -5,6 +5,7 @@
 pub mod colours;
 pub mod level;
 pub mod local;
+pub mod newton;
 pub mod residual;
 pub mod smoother;
 pub mod solve;
@@ -36,12 +37,24 @@ pub enum Norm {
     Plain,
 }
 
+/// How Navier-Stokes problems are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NsoSolver {
+    /// The paper's multigrid in space and time.
+    #[default]
+    Stfas,
+    /// Newton's method with conjugate gradients, preconditioned in time: see [`newton`]. It has memory of its own.
+    NewtonCg,
+}
+
 /// What a caller chooses for NSO.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NsoParams {
+    /// The solver.
+    pub solver: NsoSolver,
     /// Stop at max |f| below this, in scaled accelerations.
     pub tolerance: f64,
-    /// V-cycles at most.
+    /// V-cycles, or Newton steps, at most.
     pub cycles: usize,
     /// The smoother's colours.
     pub colours: Colours,
@@ -51,7 +64,7 @@ pub struct NsoParams {
 
 impl Default for NsoParams {
     fn default() -> Self {
-        Self { tolerance: 1e-5, cycles: 30, colours: Colours::RedBlack, norm: Norm::Scaled }
+        Self { solver: NsoSolver::Stfas, tolerance: 1e-5, cycles: 30, colours: Colours::RedBlack, norm: Norm::Scaled }
     }
 }
 

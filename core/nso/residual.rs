@@ -9,7 +9,7 @@
 
 use super::level::{LevelMut, System, Weights};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, Vector, rows, subtract_previous};
+use crate::field::{Block, Vector, rows, subtract_next, subtract_previous};
 use crate::grid::{Grid, Space};
 use crate::operators::divergence::{add_divergence, add_gradient};
 use crate::operators::plaquette::{self, Adjoint, Advection, accumulate};
@@ -108,15 +108,6 @@ pub fn of_block<T: Real, S: Space>(system: &System<'_, T>, block: &Block<'_>, ro
 
 fn target<'a, T>(rhs: Vector<'a, T>, axis: usize, block: &Block<'_>, row: usize) -> &'a [T] {
     if rhs[axis].is_empty() { &[] } else { block.of(rhs[axis], row) }
-}
-
-/// `out -= w` one slot later; there is none after the last.
-fn subtract_next<T: Real>(block: &Block<'_>, row: usize, w: &[T], out: &mut [T]) {
-    let nx = block.grid.n[0];
-    let span = block.span(row);
-    let end = (row + 1) * block.slots * nx;
-    let next = &w[span.start + nx..(span.end + nx).min(end)];
-    rows::sub(&mut out[..next.len()], next);
 }
 
 /// max |f| over all equations, cells and slots, b and d counted times `unit` (h / dt: then all are accelerations).

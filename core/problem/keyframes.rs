@@ -97,6 +97,6 @@ impl<'a, T: Real> DataTerm<'a, T> {
     pub fn total(&mut self, exec: &dyn Exec, rho: &[T], keyframes: &Keyframes<'_, T>, sums: &mut [f64]) -> f64 {
         let cells = self.grid.cells();
         let steps = keyframes.steps.iter().enumerate();
-        steps.map(|(index, &step)| self.evaluate(exec, &rho[step as usize * cells..][..cells], keyframes.density(index, cells), sums)).sum()
+        steps.fold(0.0, |sum, (index, &step)| sum + self.evaluate(exec, &rho[step as usize * cells..][..cells], keyframes.density(index, cells), sums))
     }
 }

@@ -45,7 +45,7 @@ pub struct Problem<'a> {
     pub dt: f64,
     /// Steps N, at least 2.
     pub steps: usize,
-    /// Steps of the keyframes, ascending, from 2 to N.
+    /// Steps of the keyframes, ascending, from 2 to N; a free flow needs none.
     pub keyframes: &'a [usize],
     /// Weight r of the force.
     pub force_weight: f64,
@@ -108,6 +108,20 @@ pub enum ProblemError {
         /// The value.
         given: f64,
     },
+    /// A number is negative or not finite.
+    Negative {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
+    /// A number is not finite.
+    NotFinite {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
     /// `admm.ao_momentum` is not at least 0 and below 1.
     Momentum {
         /// The value.
@@ -131,6 +145,8 @@ impl fmt::Display for ProblemError {
             Self::Keyframe { step, steps } => write!(f, "a keyframe is at step {step}; it must be from 2 to steps = {steps}"),
             Self::Order { step } => write!(f, "the keyframe at step {step} is not after the one before it"),
             Self::NotPositive { field, given } => write!(f, "{field} is {given}; it must be positive and finite"),
+            Self::Negative { field, given } => write!(f, "{field} is {given}; it must be at least 0 and finite"),
+            Self::NotFinite { field, given } => write!(f, "{field} is {given}; it must be finite"),
             Self::Momentum { given } => write!(f, "admm.ao_momentum is {given}; it must be at least 0 and below 1"),
             Self::Filters { given } => write!(f, "filters is {given}; it must be at most 12"),
         }
@@ -147,7 +163,7 @@ pub const MAX_STEPS: usize = 100_000;
 pub const MAX_FILTERS: usize = 12;
 
 impl Problem<'_> {
-    /// Checks every field but the number of axes.
+    /// Checks every field but the number of axes and whether there are keyframes.
     ///
     /// # Errors
     /// [`ProblemError`] names the first field that is wrong.
@@ -182,9 +198,6 @@ impl Problem<'_> {
     }
 
     fn check_keyframes(&self) -> Result<(), ProblemError> {
-        if self.keyframes.is_empty() {
-            return Err(ProblemError::NoKeyframe);
-        }
         if let Some(&step) = self.keyframes.iter().find(|step| !(2..=self.steps).contains(step)) {
             return Err(ProblemError::Keyframe { step, steps: self.steps });
         }
@@ -232,6 +245,14 @@ impl Problem<'_> {
 /// [`ProblemError::NotPositive`].
 pub fn positive(field: &'static str, given: f64) -> Result<(), ProblemError> {
     if given > 0.0 && given.is_finite() { Ok(()) } else { Err(ProblemError::NotPositive { field, given }) }
+}
+
+/// Refuses what is negative or not finite.
+///
+/// # Errors
+/// [`ProblemError::Negative`].
+pub fn not_negative(field: &'static str, given: f64) -> Result<(), ProblemError> {
+    if given >= 0.0 && given.is_finite() { Ok(()) } else { Err(ProblemError::Negative { field, given }) }
 }
 
 /// The scene's units, in scaled ones.

@@ -1,9 +1,11 @@
 //! The methods behind one face.
 
-use super::plan::{Choice, admm_settings, direct_settings};
+use super::plan::{Choice, admm_settings, direct_settings, forward_settings, lbfgs_settings};
 use super::{Method, Params};
 use crate::admm::Admm;
 use crate::arena::{Arena, TooSmall};
+use crate::baseline::forward::Forward;
+use crate::baseline::lbfgs::Lbfgs;
 use crate::direct::Direct;
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut};
@@ -20,6 +22,8 @@ use crate::real::Real;
 pub(super) enum Engine<'m, T, S> {
     Admm(Admm<'m, T, S>),
     Direct(Direct<'m, T, S>),
+    Forward(Forward<'m, T, S>),
+    Lbfgs(Lbfgs<'m, T, S>),
 }
 
 /// Calls the same method of whichever it is.
@@ -28,6 +32,8 @@ macro_rules! each {
         match $engine {
             Engine::Admm($inner) => $call,
             Engine::Direct($inner) => $call,
+            Engine::Forward($inner) => $call,
+            Engine::Lbfgs($inner) => $call,
         }
     };
 }
@@ -37,6 +43,8 @@ impl<'m, T: Real, S: Space> Engine<'m, T, S> {
         match params.method {
             Method::Admm => Admm::<T, S>::requirement(ledger, &admm_settings(problem, params, choice)),
             Method::Direct => Direct::<T, S>::requirement(ledger, &direct_settings(problem, params, choice)),
+            Method::Lbfgs => Lbfgs::<T, S>::requirement(ledger, &lbfgs_settings(problem, params)),
+            Method::Pd | Method::Simulate => Forward::<T, S>::requirement(ledger, &forward_settings(problem, params)),
         }
     }
 
@@ -44,6 +52,8 @@ impl<'m, T: Real, S: Space> Engine<'m, T, S> {
         Ok(match params.method {
             Method::Admm => Self::Admm(Admm::carve(arena, &admm_settings(problem, params, choice))?),
             Method::Direct => Self::Direct(Direct::carve(arena, &direct_settings(problem, params, choice))?),
+            Method::Lbfgs => Self::Lbfgs(Lbfgs::carve(arena, &lbfgs_settings(problem, params))?),
+            Method::Pd | Method::Simulate => Self::Forward(Forward::carve(arena, &forward_settings(problem, params))?),
         })
     }
 

@@ -3,6 +3,9 @@
 use super::engine::Engine;
 use crate::admm::{self, AdmmParams, Dimensions};
 use crate::arena::ALIGN;
+use crate::baseline::drive::PdParams;
+use crate::baseline::forward::{self, SimulationParams};
+use crate::baseline::lbfgs::{self, LbfgsParams};
 use crate::direct::{self, DirectParams};
 use crate::grid::Space;
 use crate::nso::Shape;
@@ -19,6 +22,12 @@ pub enum Method {
     Direct,
     /// The paper's: ADMM over an advection and a Navier-Stokes problem.
     Admm,
+    /// A baseline: L-BFGS over the forces by the adjoint of a simulation.
+    Lbfgs,
+    /// A baseline: smoke driven to the next keyframe while it is simulated.
+    Pd,
+    /// No control: the flow alone. Keyframes may be missing.
+    Simulate,
 }
 
 /// What a caller chooses besides the problem.
@@ -36,11 +45,27 @@ pub struct Params {
     pub admm: AdmmParams,
     /// Choices of the direct method.
     pub direct: DirectParams,
+    /// Choices of L-BFGS over the forces.
+    pub lbfgs: LbfgsParams,
+    /// Choices of target-driven smoke.
+    pub pd: PdParams,
+    /// Choices of every simulation: of `Simulate`, and but for buoyancy of `Lbfgs` and `Pd`.
+    pub simulation: SimulationParams,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { method: Method::Direct, iterations: 60, threads: 1, ceiling: None, admm: AdmmParams::default(), direct: DirectParams::default() }
+        Self {
+            method: Method::Direct,
+            iterations: 60,
+            threads: 1,
+            ceiling: None,
+            admm: AdmmParams::default(),
+            direct: DirectParams::default(),
+            lbfgs: LbfgsParams::default(),
+            pd: PdParams::default(),
+            simulation: SimulationParams::default(),
+        }
     }
 }
 
@@ -116,6 +141,9 @@ impl Plan {
         match params.method {
             Method::Admm => Self::of_admm::<T, S>(problem, params),
             Method::Direct => Self::of_direct::<T, S>(problem, params),
+            Method::Lbfgs | Method::Pd | Method::Simulate => {
+                Self::with::<T, S>(problem, params, Choice { shape: Shape { lanes: 1, together: 1 }, history: params.lbfgs.history })
+            }
         }
     }
 
@@ -200,13 +228,20 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
         return Err(ProblemError::Dimensions { expected: S::DIM, given: problem.cells.len() }.into());
     }
     problem.check()?;
+    if problem.keyframes.is_empty() && params.method != Method::Simulate {
+        return Err(ProblemError::NoKeyframe.into());
+    }
     params.admm.check()?;
     params.direct.check()?;
+    params.lbfgs.check()?;
+    params.pd.check()?;
+    params.simulation.check()?;
     let ranges = [
         ("iterations", params.iterations, 1_000_000),
         ("threads", params.threads, MAX_THREADS),
         ("admm.ao_iterations", params.admm.ao_iterations, 1000),
         ("direct.history", params.direct.history.unwrap_or(1), DirectParams::MOST),
+        ("lbfgs.history", params.lbfgs.history, LbfgsParams::MOST),
         ("admm.nso_cycles", params.admm.nso.cycles, crate::nso::solve::MAX_CYCLES - 1),
     ];
     for (field, given, most) in ranges {
@@ -238,4 +273,13 @@ pub(super) fn admm_settings(problem: &Problem<'_>, params: &Params, choice: Choi
 
 pub(super) fn direct_settings(problem: &Problem<'_>, params: &Params, choice: Choice) -> direct::Settings {
     direct::Settings::new(problem, &params.direct, choice.history, params.threads, params.iterations)
+}
+
+pub(super) fn lbfgs_settings(problem: &Problem<'_>, params: &Params) -> lbfgs::Settings {
+    lbfgs::Settings::new(problem, &params.lbfgs, params.simulation.tolerance, params.threads, params.iterations)
+}
+
+pub(super) fn forward_settings(problem: &Problem<'_>, params: &Params) -> forward::Settings {
+    let target = (params.method == Method::Pd).then_some(params.pd);
+    forward::Settings::new(problem, &params.simulation, target, params.threads)
 }

@@ -226,15 +226,27 @@ impl<'a, T: Real> Transport<'a, T> {
     /// # Errors
     /// [`Stop`].
     pub fn run(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, flow: &Flow<'_, T>, slots: usize, rho: &mut [T], sums: &mut [f64]) -> Result<(), Stop> {
+        (0..=slots).try_for_each(|step| self.step(exec, observer, flow, slots, step, rho, sums))
+    }
+
+    /// Transports field `step` of `rho` to the next.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn step(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        flow: &Flow<'_, T>,
+        slots: usize,
+        step: usize,
+        rho: &mut [T],
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
         let len = self.grid.cells();
-        for step in 0..=slots {
-            self.load(exec, flow, slots, step, sums).map_err(|TooFast| Stop::TooFast)?;
-            let (before, after) = rho.split_at_mut((step + 1) * len);
-            self.forward(exec, &before[step * len..], &mut after[..len], sums);
-            if observer.on(Event::Work) == ControlFlow::Break(()) {
-                return Err(Stop::Cancelled);
-            }
-        }
-        Ok(())
+        self.load(exec, flow, slots, step, sums).map_err(|TooFast| Stop::TooFast)?;
+        let (before, after) = rho.split_at_mut((step + 1) * len);
+        self.forward(exec, &before[step * len..], &mut after[..len], sums);
+        if observer.on(Event::Work) == ControlFlow::Break(()) { Err(Stop::Cancelled) } else { Ok(()) }
     }
 }

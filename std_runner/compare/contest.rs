@@ -8,7 +8,7 @@ use crate::plan;
 use crate::progress::{Clock, Mode};
 use crate::report::RunRecord;
 use crate::scene::{Document, Scene};
-use crate::solve::{Finished, Order};
+use crate::solve::{Finished, Order, Start};
 use std::path::Path;
 
 /// The same scene once for each method, checked and planned: what would be refused is refused before anything is solved.
@@ -43,7 +43,7 @@ impl Contest {
             if interrupt.asked() {
                 break;
             }
-            match order.solve(scene, folder.join(method), Clock::start(), Some(interrupt.clone())) {
+            match order.solve(scene, folder.join(method), Clock::start(), Start { interrupt: Some(interrupt.clone()), ..Start::default() }) {
                 Ok(solved) => contest.solved.push(solved),
                 Err(Failure::NotFinite(why)) => {
                     if order.mode != Mode::Quiet {

@@ -24,4 +24,4 @@ mod velocity;
 pub use canvas::Canvas;
 pub use error::ShapeError;
 pub use spec::ShapeSpec;
-pub use velocity::read_velocity;
+pub use velocity::{read_last_density, read_last_velocity, read_velocity};

@@ -48,6 +48,24 @@ impl Array {
 /// Reads one array, as `.npy` files and members of `.npz` files hold it.
 pub(super) fn read_array(reader: &mut dyn Read) -> Result<Array, Fault> {
     let header = Header::parse(&header_text(reader)?)?;
+    read_values(reader, header)
+}
+
+/// Reads the last entry along the first axis of an array, and no more of the others than it takes to pass them.
+pub(super) fn read_last(reader: &mut dyn Read) -> Result<Array, Fault> {
+    let mut header = Header::parse(&header_text(reader)?)?;
+    let steps = if header.shape.is_empty() { 0 } else { header.shape.remove(0) };
+    if steps == 0 || header.columns_first {
+        return Err(Fault::content("has an array without steps, or with its axes reversed", "give a result as thurible writes it"));
+    }
+    let step = header.shape.iter().try_fold(header.kind.bytes, |product, &side| product.checked_mul(side)).unwrap_or(usize::MAX);
+    let before = (steps as u64 - 1).saturating_mul(step as u64);
+    std::io::copy(&mut reader.take(before), &mut std::io::sink())?;
+    read_values(reader, header)
+}
+
+/// The values after a header.
+fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
     let count = header.shape.iter().try_fold(1_usize, |product, &side| product.checked_mul(side));
     let Some(count) = count.filter(|&count| count <= MOST_VALUES) else {
         return Err(Fault::content(format!("has {} values", in_words(&header.shape)), "that is too many"));

@@ -1,13 +1,13 @@
 //! Array files by their extension: one array in a `.npy`, named ones in a `.npz` (a zip archive).
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read};
 use std::path::Path;
 
 use zip::ZipArchive;
 
 use super::error::Fault;
-use super::npy::{Array, read_array};
+use super::npy::{self, Array, read_array};
 
 /// Reads a `.npy` file, or the array `name` of a `.npz` file.
 pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Array, Fault> {
@@ -16,7 +16,7 @@ pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Array, Fault> {
     match (extension.as_str(), name) {
         ("npy", None) => read_array(&mut file),
         ("npy", Some(_)) => Err(Fault::content("is one array, and `name` is given", "remove `name`")),
-        ("npz", Some(name)) => read_member(file, name),
+        ("npz", Some(name)) => read_member(file, name, read_array),
         ("npz", None) => {
             let held = names(&archive(file)?);
             Err(Fault::content("holds several arrays", format!("say which by `name`; there are: {held}")))
@@ -24,6 +24,11 @@ pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Array, Fault> {
         ("vdb", _) => Err(Fault::content("is an OpenVDB volume, which cannot be read yet", "convert it to .npy")),
         _ => Err(Fault::content("has an unknown extension", "files are .npy or .npz")),
     }
+}
+
+/// Reads the last entry of the array `name` of a `.npz` file.
+pub(super) fn read_last(path: &Path, name: &str) -> Result<Array, Fault> {
+    read_member(BufReader::new(File::open(path)?), name, npy::read_last)
 }
 
 fn archive(file: BufReader<File>) -> Result<ZipArchive<BufReader<File>>, Fault> {
@@ -37,7 +42,7 @@ fn names(archive: &ZipArchive<BufReader<File>>) -> String {
     names.join(", ")
 }
 
-fn read_member(file: BufReader<File>, name: &str) -> Result<Array, Fault> {
+fn read_member(file: BufReader<File>, name: &str, read: fn(&mut dyn Read) -> Result<Array, Fault>) -> Result<Array, Fault> {
     let mut archive = archive(file)?;
     let held = names(&archive);
     let Some(index) = archive.index_for_name(&format!("{name}.npy")) else {
@@ -45,5 +50,5 @@ fn read_member(file: BufReader<File>, name: &str) -> Result<Array, Fault> {
     };
     let broken = |error| Fault::content(format!("has a broken array `{name}` ({error})"), "save it again");
     let mut member = archive.by_index(index).map_err(broken)?;
-    read_array(&mut member)
+    read(&mut member)
 }

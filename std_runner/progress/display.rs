@@ -121,8 +121,10 @@ fn manner(progress: &Progress) -> String {
     if progress.direct.level_iteration > 0 {
         return format!("step {:.1e}", progress.direct.step);
     }
-    let residual = progress.admm.nso_residuals.last().copied().unwrap_or(f64::NAN);
-    format!("residual {residual:.0e}, change {:.1e}", progress.admm.density_change)
+    match progress.admm.nso_residuals.last() {
+        Some(residual) => format!("residual {residual:.0e}, change {:.1e}", progress.admm.density_change),
+        None => "one pass".into(),
+    }
 }
 
 fn iteration_fields(progress: &Progress, seconds: f64) -> Value {
@@ -136,6 +138,8 @@ fn iteration_fields(progress: &Progress, seconds: f64) -> Value {
     let direct = &progress.direct;
     let more = if direct.level_iteration > 0 {
         json!({ "level": cells(direct), "step": direct.step, "slope": direct.slope, "evaluations": direct.evaluations })
+    } else if progress.admm.nso_residuals.is_empty() {
+        json!({})
     } else {
         json!({
             "ao_step": progress.admm.ao_step,

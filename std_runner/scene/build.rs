@@ -3,16 +3,17 @@
 use crate::exit::Failure;
 use crate::scene::check::shown;
 use crate::scene::document::Document;
-use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawDirect, RawGrid, RawMethod, RawScene, RawTime, read};
+use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawDirect, RawGrid, RawLbfgs, RawMethod, RawPd, RawScene, RawSimulation, RawTime, read};
 use crate::scene::{Admm, AdvectionSection, Control, Grid, MethodSection, Output, Scene, Time, method_name, shapes};
 use std::path::PathBuf;
-use thurible_core::{Boundary, Colours, DirectParams, Method, Norm, Scheme};
+use thurible_core::{Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoSolver, PdParams, Scheme, SimulationParams};
 use toml::Value;
 
 const BOUNDARIES: [(&str, Boundary); 2] = [("wall", Boundary::Wall), ("periodic", Boundary::Periodic)];
 const SCHEMES: [(&str, Scheme); 3] = [("quick", Scheme::Quick), ("central", Scheme::Central), ("semi_lagrangian", Scheme::SemiLagrangian)];
-const METHODS: [(&str, Method); 2] = [("direct", Method::Direct), ("admm", Method::Admm)];
+const METHODS: [(&str, Method); 4] = [("direct", Method::Direct), ("admm", Method::Admm), ("lbfgs", Method::Lbfgs), ("pd", Method::Pd)];
 const NORMS: [(&str, Norm); 2] = [("scaled", Norm::Scaled), ("plain", Norm::Plain)];
+const NSO_SOLVERS: [(&str, NsoSolver); 2] = [("stfas", NsoSolver::Stfas), ("newton_cg", NsoSolver::NewtonCg)];
 const COLOURS: [(&str, Colours); 2] = [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)];
 
 /// What the core allows.
@@ -24,7 +25,23 @@ const MOST_ITERATIONS: i64 = 1_000_000;
 const WEIGHTS: core::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
 pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
+    let mut raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
+    let tables = raw.keyframe.take();
+    let mut scene = build(document, raw)?;
+    scene.keyframes = shapes::keyframes(&scene.document, tables, scene.time.steps)?;
+    Ok(scene)
+}
+
+/// A scene whose flow is free: without keyframes.
+pub(super) fn free(document: Document) -> Result<Scene, Failure> {
     let raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
+    let mut scene = build(document, raw)?;
+    scene.method.name = Method::Simulate;
+    Ok(scene)
+}
+
+/// All but the keyframes.
+fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
     let grid = grid(&document, raw.grid)?;
     let time = time(&document, raw.time)?;
     let control = control(&document, raw.control)?;
@@ -34,13 +51,13 @@ pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
     check_weight(&document, "control.force_weight", control.force_weight, (unit / time.dt).powi(2))?;
     check_weight(&document, "method.admm.penalty", method.admm.penalty, unit.powi(2))?;
     let source = shapes::source(&document, raw.source)?;
-    let keyframes = shapes::keyframes(&document, raw.keyframe, time.steps)?;
+    let simulation = simulation(&document, raw.simulation)?;
     let folder = raw.output.folder.unwrap_or_else(|| "out".into());
     if folder.is_empty() {
         return Err(document.refuse("output.folder", "is empty; write the name of a folder"));
     }
     let output = Output { folder: document.folder().join(folder), frames: raw.output.frames.unwrap_or(true) };
-    Ok(Scene { document, grid, time, source, keyframes, control, advection, method, output })
+    Ok(Scene { document, grid, time, source, keyframes: Vec::new(), control, advection, method, simulation, output })
 }
 
 fn grid(document: &Document, raw: Option<RawGrid>) -> Result<Grid, Failure> {
@@ -120,18 +137,14 @@ fn advection(document: &Document, raw: RawAdvection) -> Result<AdvectionSection,
 }
 
 fn method(document: &Document, raw: RawMethod) -> Result<MethodSection, Failure> {
-    for (name, table) in [("lbfgs", &raw.lbfgs), ("pd", &raw.pd)] {
-        if table.is_some() {
-            let key = format!("method.{name}");
-            return Err(document.refuse(&key, "is for a method that is not there yet; take it out, the methods for now are \"direct\" and \"admm\""));
-        }
-    }
     let projection = raw.projection.tolerance.unwrap_or(1e-5);
     Ok(MethodSection {
-        name: method_of(document, raw.name.as_deref().unwrap_or(method_name(Method::default())))?,
+        name: document.word("method.name", raw.name.as_deref().unwrap_or(method_name(Method::default())), &METHODS)?,
         iterations: document.whole("method.iterations", raw.iterations.unwrap_or(60), 1..=MOST_ITERATIONS)?,
         direct: direct(document, raw.direct)?,
         admm: admm(document, raw.admm)?,
+        lbfgs: lbfgs(document, raw.lbfgs)?,
+        pd: pd(document, raw.pd)?,
         projection_tolerance: document.between("method.projection.tolerance", projection, 1.0)?,
     })
 }
@@ -150,12 +163,31 @@ fn check_weight(document: &Document, key: &str, weight: f64, scale: f64) -> Resu
     Err(document.refuse(key, why))
 }
 
-fn method_of(document: &Document, name: &str) -> Result<Method, Failure> {
-    let key = "method.name";
-    match name {
-        "lbfgs" | "pd" => Err(document.refuse(key, format!("is \"{name}\", which is not there yet; use \"direct\" or \"admm\""))),
-        other => document.word(key, other, &METHODS),
-    }
+fn lbfgs(document: &Document, raw: RawLbfgs) -> Result<LbfgsParams, Failure> {
+    let standard = LbfgsParams::default();
+    let history = raw.history.map(|count| document.whole("method.lbfgs.history", count, 1..=LbfgsParams::MOST as i64)).transpose()?;
+    Ok(LbfgsParams {
+        history: history.unwrap_or(standard.history),
+        tolerance: document.between("method.lbfgs.tolerance", raw.tolerance.unwrap_or(standard.tolerance), 1.0)?,
+        nested: raw.nested.unwrap_or(standard.nested),
+    })
+}
+
+fn pd(document: &Document, raw: RawPd) -> Result<PdParams, Failure> {
+    let standard = PdParams::default();
+    Ok(PdParams {
+        drive: document.not_negative("method.pd.drive", raw.drive.unwrap_or(standard.drive))?,
+        attenuation: document.not_negative("method.pd.attenuation", raw.attenuation.unwrap_or(standard.attenuation))?,
+        gathering: document.not_negative("method.pd.gathering", raw.gathering.unwrap_or(standard.gathering))?,
+    })
+}
+
+fn simulation(document: &Document, raw: RawSimulation) -> Result<SimulationParams, Failure> {
+    let standard = SimulationParams::default();
+    Ok(SimulationParams {
+        buoyancy: document.finite("simulation.buoyancy", raw.buoyancy.unwrap_or(standard.buoyancy))?,
+        tolerance: document.between("simulation.tolerance", raw.tolerance.unwrap_or(standard.tolerance), 1.0)?,
+    })
 }
 
 fn direct(document: &Document, raw: RawDirect) -> Result<DirectParams, Failure> {
@@ -182,6 +214,7 @@ fn admm(document: &Document, raw: RawAdmm) -> Result<Admm, Failure> {
         ao_iterations: document.whole(&key("ao_iterations"), raw.ao_iterations.unwrap_or(2), 1..=100)?,
         ao_momentum: document.fraction(&key("ao_momentum"), raw.ao_momentum.unwrap_or(0.0))?,
         nested: raw.nested.unwrap_or(true),
+        nso: document.word(&key("nso"), raw.nso.as_deref().unwrap_or("stfas"), &NSO_SOLVERS)?,
         nso_tolerance: document.between(&key("nso_tolerance"), raw.nso_tolerance.unwrap_or(1e-5), 1.0)?,
         nso_norm: document.word(&key("nso_norm"), raw.nso_norm.as_deref().unwrap_or("scaled"), &NORMS)?,
         density_tolerance: document.between(&key("density_tolerance"), raw.density_tolerance.unwrap_or(0.01), 1.0)?,

@@ -28,6 +28,19 @@ impl Document {
         Err(self.outside(key, format_args!("{found:?}"), "a finite number above 0"))
     }
 
+    /// A finite number from zero.
+    pub(super) fn not_negative(&self, key: &str, found: f64) -> Result<f64, Failure> {
+        if found.is_finite() && found >= 0.0 {
+            return Ok(found);
+        }
+        Err(self.outside(key, found, "a finite number from 0"))
+    }
+
+    /// A finite number.
+    pub(super) fn finite(&self, key: &str, found: f64) -> Result<f64, Failure> {
+        if found.is_finite() { Ok(found) } else { Err(self.outside(key, found, "a finite number")) }
+    }
+
     /// A finite number above zero and below `limit`.
     pub(super) fn between(&self, key: &str, found: f64, limit: f64) -> Result<f64, Failure> {
         if found > 0.0 && found < limit {

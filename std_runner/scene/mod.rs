@@ -12,7 +12,7 @@ pub use document::Document;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, ShapeSpec};
 use std::path::{Path, PathBuf};
-use thurible_core::{Boundary, Colours, DirectParams, Method, Norm, Scheme};
+use thurible_core::{Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoSolver, PdParams, Scheme, SimulationParams};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -33,6 +33,8 @@ pub struct Scene {
     pub advection: AdvectionSection,
     /// How it is solved.
     pub method: MethodSection,
+    /// How the flow is simulated, where it is.
+    pub simulation: SimulationParams,
     /// What is written, and where.
     pub output: Output,
 }
@@ -101,6 +103,10 @@ pub struct MethodSection {
     pub direct: DirectParams,
     /// `[method.admm]`
     pub admm: Admm,
+    /// `[method.lbfgs]`
+    pub lbfgs: LbfgsParams,
+    /// `[method.pd]`
+    pub pd: PdParams,
     /// `[method.projection] tolerance`
     pub projection_tolerance: f64,
 }
@@ -118,6 +124,8 @@ pub struct Admm {
     pub ao_momentum: f64,
     /// Whether the start is a solve at half the resolution.
     pub nested: bool,
+    /// What solves NSO.
+    pub nso: NsoSolver,
     /// Where NSO stops.
     pub nso_tolerance: f64,
     /// How NSO's residual counts divergences.
@@ -150,6 +158,15 @@ impl Scene {
         build::scene(document)
     }
 
+    /// As [`Self::load`], for the flow alone: the keyframes and the method of the file are left out.
+    pub fn load_free(path: &Path, assignments: &[String]) -> Result<Self, Failure> {
+        let mut document = Document::read(path)?;
+        for assignment in assignments {
+            document.set(assignment)?;
+        }
+        build::free(document)
+    }
+
     /// Checks a document that is complete.
     pub fn of(document: Document) -> Result<Self, Failure> {
         build::scene(document)
@@ -178,6 +195,9 @@ pub fn method_name(method: Method) -> &'static str {
     match method {
         Method::Direct => "direct",
         Method::Admm => "admm",
+        Method::Lbfgs => "lbfgs",
+        Method::Pd => "pd",
+        Method::Simulate => "simulate",
     }
 }
 

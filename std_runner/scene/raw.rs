@@ -21,6 +21,8 @@ pub(super) struct RawScene {
     #[serde(default)]
     pub method: RawMethod,
     #[serde(default)]
+    pub simulation: RawSimulation,
+    #[serde(default)]
     pub output: RawOutput,
 }
 
@@ -64,8 +66,10 @@ pub(super) struct RawMethod {
     pub admm: RawAdmm,
     #[serde(default)]
     pub direct: RawDirect,
-    pub lbfgs: Option<Value>,
-    pub pd: Option<Value>,
+    #[serde(default)]
+    pub lbfgs: RawLbfgs,
+    #[serde(default)]
+    pub pd: RawPd,
     #[serde(default)]
     pub projection: RawProjection,
 }
@@ -78,6 +82,7 @@ pub(super) struct RawAdmm {
     pub ao_iterations: Option<i64>,
     pub ao_momentum: Option<f64>,
     pub nested: Option<bool>,
+    pub nso: Option<String>,
     pub nso_tolerance: Option<f64>,
     pub density_tolerance: Option<f64>,
     pub nso_norm: Option<String>,
@@ -90,6 +95,29 @@ pub(super) struct RawDirect {
     pub history: Option<Value>,
     pub tolerance: Option<f64>,
     pub nested: Option<bool>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLbfgs {
+    pub history: Option<i64>,
+    pub tolerance: Option<f64>,
+    pub nested: Option<bool>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPd {
+    pub drive: Option<f64>,
+    pub attenuation: Option<f64>,
+    pub gathering: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawSimulation {
+    pub buoyancy: Option<f64>,
+    pub tolerance: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]

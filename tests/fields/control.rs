@@ -1,8 +1,10 @@
 //! One call of AO by the core on a trajectory: the data term of the flow, and its gradient.
 
 use crate::fields::{Components, Memory, view, view_mut, zeros};
+use core::ops::ControlFlow;
 use thurible_core::ao::{self, Fields, Setup};
 use thurible_core::arena::Arena;
+use thurible_core::baseline::lbfgs::evaluate::{Simulated, Warm};
 use thurible_core::carrier;
 use thurible_core::direct::evaluate::{self, Evaluation};
 use thurible_core::grid::Grid;
@@ -10,7 +12,7 @@ use thurible_core::grid::levels::Levels;
 use thurible_core::operators::blur::Metric;
 use thurible_core::plan::Ledger;
 use thurible_core::problem::keyframes::Keyframes;
-use thurible_core::{Advection, Objective, Real, Serial, Silent, Space};
+use thurible_core::{Advection, Event, Objective, Observer, Real, Serial, Silent, Space};
 
 /// A flow that should carry `source` to the targets.
 pub struct Control<'a, T> {
@@ -96,5 +98,41 @@ impl<T: Real> Control<'_, T> {
         let value = evaluation.value::<S>(&Serial, &mut Silent, view(v), &mut view_mut(&mut w), f64::INFINITY).unwrap();
         evaluation.gradient::<S>(&Serial, &mut Silent, view(v), view(&w), &mut view_mut(&mut gradient)).unwrap();
         (value, gradient)
+    }
+
+    /// The objective of the forces u with force weight r, and its gradient, with steps solved to `tolerance`; the work of both.
+    pub fn simulated<S: Space>(&self, u: &Components<T>, force_weight: f64, tolerance: f64) -> (Objective, Components<T>, [usize; 2]) {
+        let (grid, slots) = (self.grid, self.steps - 1);
+        let mut ledger = Ledger::new();
+        Simulated::<T>::requirement(&mut ledger, grid, &self.carrier());
+        let mut memory = Memory::new(1 << 20);
+        let levels = Levels::carve(&mut Arena::new(memory.block()), grid).unwrap();
+        let evaluation = Evaluation {
+            levels: &levels,
+            level: 0,
+            setup: evaluate::Setup { carrier: self.carrier(), force_weight, projection_tolerance: 1e-13 },
+            initial: view(self.initial),
+            rho: &mut self.source.repeat(self.steps + 1),
+            keyframes: Keyframes { steps: self.keyframes, densities: self.targets },
+            region: &mut vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES],
+            sums: &mut vec![0.0; 2 * grid.rows()],
+        };
+        let mut simulated = Simulated { evaluation, tolerance };
+        let (rest, mut v, mut gradient) = (zeros(grid, slots), zeros(grid, slots), zeros(grid, slots));
+        let warm = Warm { v: view(&rest), change: (view(&rest), 0.0) };
+        let mut work = [Work(0), Work(0)];
+        let value = simulated.value::<S>(&Serial, &mut work[0], view(u), warm, &mut view_mut(&mut v), f64::INFINITY).unwrap();
+        simulated.gradient::<S>(&Serial, &mut work[1], view(u), view(&v), &mut view_mut(&mut gradient)).unwrap();
+        (value, gradient, work.map(|work| work.0))
+    }
+}
+
+/// Counts pieces of work.
+struct Work(usize);
+
+impl Observer for Work {
+    fn on(&mut self, event: Event) -> ControlFlow<()> {
+        self.0 += usize::from(event == Event::Work);
+        ControlFlow::Continue(())
     }
 }

@@ -1,0 +1,102 @@
+//! Where the forces begin: at 0, or as those of the same scene on a coarser grid, solved first in the bytes of `rest`.
+
+use super::{Lbfgs, Settings};
+use crate::arena::Arena;
+use crate::descent::Descent;
+use crate::direct::evaluate::{self as flow, Evaluation};
+use crate::exec::Exec;
+use crate::field::slot::put_everywhere;
+use crate::field::{reborrow, view};
+use crate::grid::Space;
+use crate::nested::{self, Fewer, Muffled};
+use crate::observe::Observer;
+use crate::plan::Ledger;
+use crate::problem::keyframes::Keyframes;
+use crate::progress::Status;
+use crate::real::Real;
+
+/// Iterations of a coarse solve at most.
+const COARSE_ITERATIONS: usize = 40;
+
+impl<T: Real, S: Space> Lbfgs<'_, T, S> {
+    /// The first flow and forces.
+    pub(super) fn begin(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
+        let slots = self.settings.carrier.slots;
+        self.u.iter_mut().for_each(|component| component.fill(T::ZERO));
+        put_everywhere(exec, &self.levels.grids[0], view(&self.initial), &mut self.v, slots);
+        if let Some(settings) = self.coarse_settings() {
+            self.begin_coarse(exec, observer, &settings, keyframes)?;
+        }
+        self.descent = Descent::new(self.settings.params.history);
+        self.begun = true;
+        Ok(())
+    }
+
+    /// The settings of the coarse solve on as many threads as its bytes allow, or `None` when there is to be none.
+    ///
+    /// Whether there is one follows from the problem alone, never from the threads that memory was planned for.
+    fn coarse_settings(&self) -> Option<Settings> {
+        let (fine, coarse) = (self.levels.grids.first()?, self.levels.grids.get(1)?);
+        let on = |threads: usize| {
+            let mut settings = Settings { grid: *coarse, iterations: COARSE_ITERATIONS, ..self.settings };
+            settings.carrier.metric.filters = settings.carrier.metric.filters.saturating_sub(1);
+            settings.carrier.threads = threads;
+            settings
+        };
+        let room = |threads: usize| {
+            let (mut settings, mut ledger) = (self.settings, Ledger::new());
+            settings.carrier.threads = threads;
+            Self::rest(&mut ledger, &settings);
+            ledger.bytes().unwrap_or(0) / T::BYTES
+        };
+        let threads = self.settings.carrier.threads;
+        if !(self.settings.params.nested && nested::begins_on::<S>(fine, coarse) && self.coarse_numbers(&on(1)) <= room(1)) {
+            return None;
+        }
+        let fewer = core::iter::successors(Some(threads), |&threads| (threads > 1).then_some(threads / 2));
+        fewer.map(on).find(|settings| self.coarse_numbers(settings) <= room(threads))
+    }
+
+    /// Numbers that the coarse solve and the way to it take.
+    fn coarse_numbers(&self, settings: &Settings) -> usize {
+        let mut ledger = Ledger::new();
+        Self::requirement(&mut ledger, settings);
+        ledger.line("keyframe densities", settings.keyframes * settings.grid.cells(), T::BYTES);
+        let scratch = settings.carrier.threads * nested::scratch_per_thread(&self.settings.grid, settings.carrier.slots);
+        ledger.bytes().map_or(usize::MAX, |bytes| (bytes / T::BYTES).saturating_add(scratch))
+    }
+
+    /// Solves the coarse scene, prolongs its forces and its flow, and projects both.
+    fn begin_coarse(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, settings: &Settings, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
+        let Self { levels, rest, rho, initial, v, u, settings: fine, sums, .. } = self;
+        let (cells, coarse, slots) = (fine.grid.cells(), settings.grid.cells(), fine.carrier.slots);
+        let fewer = &Fewer::new(exec, settings.carrier.threads);
+        let scratch = settings.carrier.threads * nested::scratch_per_thread(&fine.grid, slots);
+        let (memory, scratch) = rest.split_at_mut(rest.len() - scratch);
+        let mut arena = Arena::over(memory);
+        let full = |_| Status::NotFinite;
+        let mut solver = Lbfgs::<T, S>::carve(&mut arena, settings).map_err(full)?;
+        let densities = arena.take(settings.keyframes * coarse).map_err(full)?;
+        let scene = nested::Scene { source: &rho[..cells], initial: view(initial), keyframes };
+        let coarser = nested::SceneMut { source: &mut solver.rho[..coarse], initial: reborrow(&mut solver.initial), densities: &mut *densities };
+        nested::restrict(fewer, levels, 0, &scene, coarser, scratch);
+        let coarse_keyframes = Keyframes { steps: keyframes.steps, densities };
+        let status = loop {
+            if let Some(status) = solver.step(fewer, &mut Muffled(observer), &coarse_keyframes).status {
+                break status;
+            }
+        };
+        match status {
+            Status::Cancelled => return Err(status),
+            Status::NotFinite => return Ok(()),
+            _ => {}
+        }
+        nested::prolong(fewer, levels, 0, slots, view(&solver.v), reborrow(v), scratch);
+        nested::prolong(fewer, levels, 0, slots, view(&solver.u), reborrow(u), scratch);
+        drop(solver);
+        let setup = flow::Setup { carrier: fine.carrier, force_weight: fine.force_weight, projection_tolerance: fine.projection_tolerance };
+        let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
+        let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region: rest, sums };
+        [v, u].into_iter().try_for_each(|field| evaluation.project(exec, observer, field)).map_err(|_| Status::Cancelled)
+    }
+}
