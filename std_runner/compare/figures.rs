@@ -23,7 +23,7 @@ pub struct Figures {
     pub seconds: f64,
     /// Seconds until the objective was within 1 % of the best that any method found; absent if it never was.
     pub seconds_to_best: Option<f64>,
-    /// Seconds until the objective was no more than that at which the worst method ended: all methods come there.
+    /// Seconds until the objective was no more than that at which the worst method ended, of those that descend.
     pub seconds_to_worst: Option<f64>,
     /// Seconds of an iteration on the finest grid, on average.
     pub iteration_average: f64,
@@ -42,7 +42,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Those of `record`, where the best method came down to `best` and the worst to `worst`.
+    /// Those of `record`, where the best method came down to `best` and the worst of those that descend to `worst`.
     pub fn of(record: &RunRecord, (best, worst): (f64, f64)) -> Self {
         let finest = finest(record);
         let coarser = record.history.len() - finest.len();
@@ -82,10 +82,18 @@ fn reached(history: &[IterationRecord], end: f64, target: f64) -> Option<f64> {
     (end <= target).then(|| entry.unwrap_or(last).seconds)
 }
 
-/// The least and the largest objective of the results.
+/// Whether the method went down step by step: one that makes a single pass has no way to show.
+pub fn descends(record: &RunRecord) -> bool {
+    finest(record).len() > 1
+}
+
+/// The least objective of the results, and the largest of those that descend.
 pub fn ends<'a>(records: impl Iterator<Item = &'a RunRecord>) -> (f64, f64) {
-    let widened = |(least, largest): (f64, f64), total: f64| (least.min(total), largest.max(total));
-    records.map(|record| record.objective.total()).fold((f64::INFINITY, f64::NEG_INFINITY), widened)
+    let widened = |(least, largest): (f64, f64), record: &RunRecord| {
+        let total = record.objective.total();
+        (least.min(total), if descends(record) { largest.max(total) } else { largest })
+    };
+    records.fold((f64::INFINITY, f64::NEG_INFINITY), widened)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The page of a comparison, in parts that the page of the paper's scenes uses too.
 
 use super::contest::Contest;
-use super::figures::{Figures, finest};
+use super::figures::{Figures, descends, finest};
 use crate::report::{Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, bytes, number, product, seconds};
 
 /// The page about one scene.
@@ -10,8 +10,10 @@ pub(crate) fn page(name: &str, contest: &Contest) -> Document {
     let mut blocks = contest.records().next().map(conditions).into_iter().flatten().collect::<Vec<_>>();
     blocks.push(Block::Table(table(&contest.figures())));
     blocks.extend(notes(contest));
-    blocks.push(Block::Heading("Curves".into()));
-    blocks.push(Block::Charts(vec![by_seconds(contest), by_iteration(contest)]));
+    if let Some(chart) = by_seconds(contest) {
+        blocks.push(Block::Heading("Curves".into()));
+        blocks.push(Block::Charts(vec![chart, by_iteration(contest)]));
+    }
     blocks.push(Block::Heading("The last keyframe".into()));
     blocks.extend(last_keyframe(contest));
     blocks.push(Block::Heading("On the way".into()));
@@ -56,7 +58,7 @@ pub(crate) fn measured(record: &RunRecord) -> String {
     format!(
         "All figures but those marked as the paper's own were produced by this one run: thurible {}{build}, in {} on {} of {} ({}). Seconds count from the first \
          iteration on, coarser grids and ADMM's nested start included, and leave out reading, drawing and writing. \"To 1 %\" is when the objective first came within 1 % of the least that \
-         any method of this run ended with; \"to worst end\" is when it came to where the worst of them ended, so that every method has such a time. Objectives on coarser grids are not comparable and not shown.",
+         any method of this run ended with; \"to worst end\" is when it came to where the worst of them ended, single passes aside, so that every method that descends has such a time. Objectives on coarser grids are not comparable and not shown.",
         record.version,
         record.precision,
         if record.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", record.threads) },
@@ -161,7 +163,8 @@ fn notes(contest: &Contest) -> Vec<Block> {
 
 /// Who came first to where the worst method ended.
 fn race(rows: &[Figures]) -> Option<String> {
-    let worst = rows.iter().max_by(|one, other| one.objective.total().total_cmp(&other.objective.total()))?;
+    let descending = rows.iter().filter(|row| row.iterations > 1);
+    let worst = descending.max_by(|one, other| one.objective.total().total_cmp(&other.objective.total()))?;
     let mut times: Vec<(&str, f64)> = rows.iter().filter_map(|row| Some((row.method.as_str(), row.seconds_to_worst?))).collect();
     times.sort_by(|one, other| one.1.total_cmp(&other.1));
     let [(first, least), rest @ ..] = times.as_slice() else { return None };
@@ -188,15 +191,15 @@ fn objective(contest: &Contest, across: fn(&IterationRecord, usize) -> f64) -> V
     contest.records().enumerate().map(curve).collect()
 }
 
-/// The objective against seconds.
-pub(crate) fn by_seconds(contest: &Contest) -> Chart {
-    Chart {
+/// The objective against seconds, if a method has a way to show.
+pub(crate) fn by_seconds(contest: &Contest) -> Option<Chart> {
+    contest.records().any(descends).then(|| Chart {
         title: "Objective against time",
         note: "On the scene's own grid; what a method spends on coarser grids before shows as a later beginning.",
         across: "seconds",
         scale: Scale::Logarithmic,
         curves: objective(contest, |entry, _| entry.seconds),
-    }
+    })
 }
 
 fn by_iteration(contest: &Contest) -> Chart {
@@ -221,8 +224,7 @@ pub(crate) fn last_keyframe(contest: &Contest) -> Vec<Block> {
         shots.push(Shot { caption: solved.record.method.clone(), png: pictures.reached.clone() });
         differences.push(Shot { caption: format!("{}: off by {:.1} %", solved.record.method, 100.0 * facts.relative_l2), png: pictures.difference.clone() });
     }
-    shots.extend(differences);
-    vec![Block::Pictures(shots)]
+    vec![Block::Pictures(shots), Block::Pictures(differences)]
 }
 
 /// Some steps from first to last.

@@ -106,13 +106,11 @@ fn quoted_from(scale: Scale) -> String {
 
 fn section(sheet: &Sheet, shown: &[&Shown]) -> Vec<Block> {
     let mut charts = match sheet.show {
-        Show::Cycles => vec![cycles(shown)],
+        Show::Cycles => cycles(shown).into_iter().collect(),
         Show::Optimality => shown.iter().flat_map(|shown| shown.contest.records()).map(optimality).collect(),
         Show::Results | Show::Steps => Vec::new(),
     };
-    charts.extend(
-        shown.iter().filter(|shown| !shown.contest.solved.is_empty()).map(|shown| Chart { title: shown.entry.about, ..compare::by_seconds(&shown.contest) }),
-    );
+    charts.extend(shown.iter().filter_map(|shown| Some(Chart { title: shown.entry.about, ..compare::by_seconds(&shown.contest)? })));
     let mut blocks = vec![Block::Charts(charts)];
     for shown in shown {
         blocks.push(Block::Part(shown.entry.about.into()));
@@ -128,20 +126,20 @@ fn section(sheet: &Sheet, shown: &[&Shown]) -> Vec<Block> {
     blocks
 }
 
-/// Residuals of the first Navier-Stokes problem of each entry.
-fn cycles(shown: &[&Shown]) -> Chart {
+/// Residuals of the first Navier-Stokes problem of each entry, if ADMM has solved any.
+fn cycles(shown: &[&Shown]) -> Option<Chart> {
     let first = |record: &RunRecord| Some(record.history.first()?.admm.as_ref()?.nso_residuals.clone());
-    let residuals = shown.iter().filter_map(|shown| Some((shown.entry.about, shown.contest.records().find_map(first)?)));
+    let residuals: Vec<_> = shown.iter().filter_map(|shown| Some((shown.entry.about, shown.contest.records().find_map(first)?))).collect();
     let curve = |(index, (name, residuals)): (usize, (&str, Vec<f64>))| {
         Curve::new(name, index % 4 + 1, residuals.into_iter().enumerate().map(|(cycle, residual)| (cycle as f64, residual)))
     };
-    Chart {
+    (!residuals.is_empty()).then(|| Chart {
         title: "First Navier\u{2013}Stokes problem",
         note: "Residual max |f| before the first V-cycle and after each.",
         across: "V-cycle",
         scale: crate::report::Scale::Counts,
-        curves: residuals.enumerate().map(curve).collect(),
-    }
+        curves: residuals.into_iter().enumerate().map(curve).collect(),
+    })
 }
 
 /// The paper's Figure 7.

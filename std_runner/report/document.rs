@@ -82,6 +82,7 @@ fn html(block: &Block) -> String {
         Block::Text(text) => format!("<p class=\"text\">{}</p>\n", escape(text)),
         Block::Code(text) => format!("<pre>{}</pre>\n", escape(text)),
         Block::Table(table) => table.html(),
+        Block::Charts(charts) if charts.is_empty() => String::new(),
         Block::Charts(charts) => format!("<div class=\"charts\">{}</div>\n", charts.iter().map(Chart::to_html).collect::<String>()),
         Block::Pictures(shots) => format!("<div class=\"side\">{}</div>\n", figures(shots)),
         Block::Strip(shots) => format!("<div class=\"side small\">{}</div>\n", figures(shots)),
