@@ -17,7 +17,10 @@ const PATIENCE: usize = 2;
 /// A function of a trajectory of faces, at a point that can be moved.
 pub trait Function<T: Real, S> {
     /// Writes the direction's field; <gradient, direction>.
-    fn direction(&mut self, exec: &dyn Exec, newton: &QuasiNewton) -> f64;
+    ///
+    /// # Errors
+    /// [`Stop`].
+    fn direction(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, newton: &QuasiNewton) -> Result<f64, Stop>;
     /// Moves the point by `s` times field `direction`.
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64);
     /// The value, with what the gradient needs of it in field `work`; perhaps not all of it where a part is above `bound`.
@@ -89,10 +92,10 @@ impl Descent {
         };
         self.iterations += 1;
         progress.level_iteration = self.iterations;
-        let mut slope = function.direction(exec, newton);
+        let mut slope = function.direction(exec, observer, newton)?;
         if !(slope < 0.0) && newton.has_pairs() {
             newton.forget();
-            slope = function.direction(exec, newton);
+            slope = function.direction(exec, observer, newton)?;
         }
         progress.slope = slope;
         if !before.total().is_finite() || !slope.is_finite() {

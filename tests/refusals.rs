@@ -213,7 +213,7 @@ const COMMANDS: &[(&[&str], i32, &[&str])] = &[
     (&["solve", "SCENE", "--precision", "f16"], 2, &["f16", "f32", "f64"]),
     (&["solve", "SCENE", "--method", "simulate"], 2, &["--method simulate", "admm"]),
     (&["solve", "SCENE", "--method", "magic"], 2, &["--method magic", "\"magic\"", "admm"]),
-    (&["simulate", "SCENE", "--method", "admm"], 2, &["--method admm", "thurible solve"]),
+    (&["simulate", "SCENE", "--method", "admm"], 2, &["unexpected argument '--method'"]),
     (&["simulate", "SCENE", "--from", "no_such_folder"], 4, &["--from no_such_folder", "result.npz"]),
     (&["simulate", "SCENE", "--steps", "1"], 2, &["--set time.steps=1", "`time.steps` is 1", "from 2"]),
     (&["solve", "SCENE", "--memory-limit", "lots"], 2, &["--memory-limit", "lots", "GiB"]),

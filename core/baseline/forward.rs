@@ -287,7 +287,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
             objective = evaluation.finish::<S>(exec, v, w)?;
         }
         // Where hardly any force acts the first projection leaves more than there is.
-        evaluation.project(exec, &mut Silent, w).map_err(|_| Status::Cancelled)?;
+        evaluation.project(exec, &mut Silent, w, evaluation.setup.projection_tolerance).map_err(|_| Status::Cancelled)?;
         objective.force = 0.5 * force_weight * sums::sum_squares(exec, grid, carrier.slots, view(w), evaluation.sums);
         Ok(objective)
     }

@@ -42,10 +42,16 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
     }
 }
 
+/// Part of its divergence that a direction, made of projected gradients, may keep.
+const DIRECTION_TOLERANCE: f64 = 0.02;
+
 impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
-    fn direction(&mut self, exec: &dyn Exec, newton: &QuasiNewton) -> f64 {
+    fn direction(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, newton: &QuasiNewton) -> Result<f64, Stop> {
         let initial = self.initial();
-        newton.descend(exec, self.shape(), &mut self.fields, &initial, self.evaluation.sums)
+        let slope = newton.descend(exec, self.shape(), &mut self.fields, &initial, self.evaluation.sums);
+        // What projections of gradients leave of divergence would add up, and the descent would make use of it.
+        self.evaluation.project(exec, observer, &mut self.fields[newton.direction], DIRECTION_TOLERANCE)?;
+        Ok(slope)
     }
 
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64) {

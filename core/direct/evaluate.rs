@@ -88,7 +88,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
         let scratch = &mut self.region[..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)];
         force::from_velocity::<T, S>(exec, grid, slots, v, self.initial, &[], reborrow(w), scratch);
-        self.project(exec, observer, w)?;
+        self.project(exec, observer, w, self.setup.projection_tolerance)?;
         Ok(0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums))
     }
 
@@ -119,17 +119,17 @@ impl<T: Real> Evaluation<'_, '_, T> {
                 }
             });
         })?;
-        self.project(exec, observer, out)
+        self.project(exec, observer, out, self.setup.projection_tolerance)
     }
 
-    /// Projects every slot.
+    /// Projects every slot, to a part `tolerance` of the divergence that it has.
     ///
     /// # Errors
     /// [`Stop::Cancelled`].
-    pub fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, field: &mut VectorMut<'_, T>) -> Result<(), Stop> {
+    pub fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, field: &mut VectorMut<'_, T>, tolerance: f64) -> Result<(), Stop> {
         let carrier::Setup { slots, threads, .. } = self.setup.carrier;
         let mut projection = Projection::carve(self.levels, self.level, slots, threads, &mut Pool::new(&mut *self.region));
-        let projected = projection.project(exec, observer, slots, field, None, self.setup.projection_tolerance, self.sums);
+        let projected = projection.project(exec, observer, slots, field, None, tolerance, self.sums);
         if projected.is_break() { Err(Stop::Cancelled) } else { Ok(()) }
     }
 
@@ -138,7 +138,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
     /// # Errors
     /// [`Status::NotFinite`].
     pub fn finish<S: Space>(&mut self, exec: &dyn Exec, v: &mut VectorMut<'_, T>, w: &mut VectorMut<'_, T>) -> Result<Objective, Status> {
-        let projected = self.project(exec, &mut Silent, v);
+        let projected = self.project(exec, &mut Silent, v, self.setup.projection_tolerance);
         match projected.and_then(|()| self.value::<S>(exec, &mut Silent, view(v), w, f64::INFINITY)) {
             Ok(objective) if objective.total().is_finite() => Ok(objective),
             Ok(_) | Err(Stop::TooFast) => Err(Status::NotFinite),

@@ -45,7 +45,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         self.descent = Descent::new(self.settings.history);
         let mut work = self.work(fine, keyframes);
         let exec = &Fewer::new(exec, work.evaluation.setup.carrier.threads);
-        work.evaluation.project(exec, observer, &mut work.v).map_err(|_| Status::Cancelled)
+        work.evaluation.project(exec, observer, &mut work.v, work.evaluation.setup.projection_tolerance).map_err(|_| Status::Cancelled)
     }
 
     /// Up to the finest grid, v projected, its densities, and its force in the field of the direction; the objective.

@@ -275,9 +275,9 @@ impl<'a, T> Work<'a, '_, T> {
 }
 
 impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
-    fn direction(&mut self, exec: &dyn Exec, newton: &QuasiNewton) -> f64 {
+    fn direction(&mut self, exec: &dyn Exec, _observer: &mut dyn Observer, newton: &QuasiNewton) -> Result<f64, Stop> {
         let initial = self.initial();
-        newton.descend(exec, self.shape(), &mut self.fields, &initial, self.simulated.evaluation.sums)
+        Ok(newton.descend(exec, self.shape(), &mut self.fields, &initial, self.simulated.evaluation.sums))
     }
 
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64) {

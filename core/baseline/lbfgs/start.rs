@@ -97,6 +97,6 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         let setup = flow::Setup { carrier: fine.carrier, force_weight: fine.force_weight, projection_tolerance: fine.projection_tolerance };
         let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
         let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region: rest, sums };
-        [v, u].into_iter().try_for_each(|field| evaluation.project(exec, observer, field)).map_err(|_| Status::Cancelled)
+        [v, u].into_iter().try_for_each(|field| evaluation.project(exec, observer, field, setup.projection_tolerance)).map_err(|_| Status::Cancelled)
     }
 }
