@@ -77,6 +77,9 @@ pub struct RowBuffers<'a, T, const K: usize> {
     pub scratch: &'a mut [T],
 }
 
+/// Numbers to write below which a second thread costs more than it brings.
+const WORTH_A_THREAD: usize = 1 << 16;
+
 /// Calls `task` for every row of `range`, each with its own chunk of every field; `rows` is the number of chunks in all.
 ///
 /// Rows are taken in order by whichever thread is free. Reductions go through `sums`, added up by the caller in row order.
@@ -86,7 +89,9 @@ where
     F: Fn(RowTask<'_, T, K>) + Sync,
 {
     debug_assert!(range.end <= rows);
-    let workers = exec.threads().max(1).min(range.len());
+    let numbers: usize = buffers.fields.iter().map(|field| field.len()).sum();
+    let small = (1..WORTH_A_THREAD).contains(&(numbers / rows.max(1) * range.len()));
+    let workers = if small { 1 } else { exec.threads().max(1).min(range.len()) };
     let fields = buffers.fields.map(|field| Chunks::new(field, rows));
     let sums = Chunks::new(buffers.sums, rows);
     let scratch = Chunks::new(buffers.scratch, exec.threads().max(1));
