@@ -9,8 +9,9 @@
 //!             (v_{k+1} - v_k)/dt + (curl v_{k+1}) x v_{k+1} = u_k - grad p_{k+1},   div v = 0       (eqs. 1 to 3)
 //! ```
 //!
-//! with C a sum of Gaussian blurs. The method is that of Pan & Manocha, *Efficient Optimal Control of Smoke using Spacetime
-//! Multigrid* (arXiv 1608.01102): ADMM, with a multigrid for all time steps of the flow at once.
+//! with C a sum of Gaussian blurs. The problem is that of Pan & Manocha, *Efficient Optimal Control of Smoke using Spacetime
+//! Multigrid* (arXiv 1608.01102); their method, ADMM with a multigrid for all time steps of the flow at once, is one of several
+//! ([`Method`]).
 //!
 //! No `alloc`, no `std`: [`Plan`] computes every byte from the problem, the caller brings the memory, [`Solver`] carves it
 //! once. Threads are a value too ([`Exec`]), and any number of them gives the same bits.
@@ -33,9 +34,12 @@
 //! | pieces | [`operators`] | divergence, gradient, self-advection and its adjoint, blur |
 //! | | [`poisson`] | the projection onto div v = 0, by multigrid |
 //! | | [`transport`] | A\[rho, v\] and its exact adjoint |
+//! | | [`carrier`] | the data term of a flow and its gradient, by one sweep forward and one back |
 //! | | [`force`] | the force that a given flow needs |
+//! | | [`quasi_newton`], [`descent`] | L-BFGS over trajectories, line search |
+//! | | [`nested`] | scene and flow between a grid and the next coarser one |
 //! | the paper | [`ao`] | the advection problem: bend the flow so that the density meets the keyframes |
-//! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near that one, by STFAS |
+//! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near that one, by STFAS or Newton-CG |
 //! | | [`admm`] | alternates the two until they agree |
 //! | without splitting | [`direct`] | the objective as a function of the flow alone |
 //! | rivals | [`baseline`] | simulation: free, driven to the keyframes, searched by its adjoint |
@@ -63,8 +67,7 @@
 //!     advection: Advection::default(),
 //!     projection_tolerance: 1e-5,
 //! };
-//! let mut params = Params { iterations: 20, ..Params::default() };
-//! params.admm.penalty = 10.0;
+//! let params = Params::default();
 //! assert!(Plan::new::<f64, D2>(&problem, &params)?.bytes() <= 1 << 18);
 //!
 //! #[repr(align(64))]
