@@ -45,6 +45,11 @@ impl Observer for Muffled<'_> {
     }
 }
 
+/// `threads`, then ever half as many, down to 1: what a coarse solve tries to run on.
+pub fn halvings(threads: usize) -> impl Iterator<Item = usize> + Clone {
+    core::iter::successors(Some(threads), |&threads| (threads > 1).then_some(threads / 2))
+}
+
 /// The smallest grid of a nested start has this many cells along its longest axis at least.
 const fn smallest<S: Space>() -> usize {
     if S::DIM == 2 { 16 } else { 8 }

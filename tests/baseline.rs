@@ -5,9 +5,8 @@
 mod feasible;
 mod fields;
 
-use core::ops::ControlFlow;
 use feasible::{check, check_flow, faces};
-use fields::cases::{Scene, Solved};
+use fields::cases::{Scene, Solved, StopAt};
 use fields::naive::Naive;
 use fields::random::Random;
 use fields::{Components, Memory, add_scaled_all, assert_close, dot_all, flow, grid, largest, largest_of, with_threads};
@@ -17,7 +16,7 @@ use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::plan::{Ledger, Pool};
 use thurible_core::transport::Stop;
-use thurible_core::{D2, D3, Event, Method, Observer, Params, Real, Scheme, Serial, Silent, Space, Status};
+use thurible_core::{D2, D3, Method, Params, Real, Scheme, Serial, Silent, Space, Status};
 
 /// Calls `work` with the workspace of a step.
 fn with_step<T: Real, R>(grid: &Grid, tolerance: f64, work: impl FnOnce(&mut Step<'_, T>, &mut [f64]) -> R) -> R {
@@ -422,19 +421,6 @@ fn not_finite_when_the_given_flow_is_too_fast() {
             solver.solve(&Serial, &mut Silent, &mut |_| {})
         });
         assert_eq!(status, Status::NotFinite, "{method:?}");
-    }
-}
-
-/// Says stop at event `at`.
-struct StopAt {
-    at: usize,
-    seen: usize,
-}
-
-impl Observer for StopAt {
-    fn on(&mut self, _event: Event) -> ControlFlow<()> {
-        self.seen += 1;
-        if self.seen > self.at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 

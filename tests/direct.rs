@@ -5,11 +5,10 @@
 mod feasible;
 mod fields;
 
-use core::ops::ControlFlow;
 use feasible::check;
-use fields::cases::{Scene, Solved};
+use fields::cases::{Scene, Solved, StopAt};
 use fields::{assert_close, gap, largest, with_threads};
-use thurible_core::{D2, D3, Event, Method, Observer, Params, Real, Scheme, Serial, Silent, Space, Status};
+use thurible_core::{D2, D3, Method, Params, Real, Scheme, Serial, Silent, Space, Status};
 
 /// The scene by the direct method.
 fn direct(scene: Scene) -> Scene {
@@ -145,19 +144,6 @@ fn not_finite_when_the_given_flow_is_too_fast() {
         solver.solve(&Serial, &mut Silent, &mut |_| {})
     });
     assert_eq!(status, Status::NotFinite);
-}
-
-/// Says stop at event `at`.
-struct StopAt {
-    at: usize,
-    seen: usize,
-}
-
-impl Observer for StopAt {
-    fn on(&mut self, _event: Event) -> ControlFlow<()> {
-        self.seen += 1;
-        if self.seen > self.at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
 }
 
 #[test]

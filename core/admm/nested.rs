@@ -70,7 +70,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             return None;
         }
         let shapes = [16, 8, 4, 1].into_iter().flat_map(|lanes| [8, 1].map(|together| Shape { lanes, together }));
-        let fewer = core::iter::successors(Some(threads), |&threads| (threads > 1).then_some(threads / 2));
+        let fewer = nested::halvings(threads);
         let all = fewer.flat_map(|threads| shapes.clone().map(move |shape| (threads, shape)));
         let fits = |settings: &Settings| Self::coarse_bytes(settings, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES);
         all.map(|(threads, shape)| self.settings.coarsened(*coarse, threads, shape)).find(fits)

@@ -276,7 +276,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
         let Self { levels, v, initial, rho, w, region, sums, settings, .. } = self;
         let Settings { carrier, force_weight, projection_tolerance, .. } = *settings;
         let (grid, setup) = (&levels.grids[0], evaluate::Setup { carrier, force_weight, projection_tolerance });
-        let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
+        let keyframes = *keyframes;
         let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region, sums };
         let mut objective = Objective::default();
         if gathered {

@@ -55,12 +55,6 @@ impl<T: Real> Evaluation<'_, '_, T> {
         });
     }
 
-    /// The grid.
-    #[must_use]
-    pub fn grid(&self) -> &Grid {
-        &self.levels.grids[self.level]
-    }
-
     /// F(v), with rho carried by v and its force in `w`; without the force where the data term alone is above `bound`.
     ///
     /// # Errors

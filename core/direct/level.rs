@@ -86,7 +86,7 @@ impl Threads {
                 break;
             }
             let room = Sizes::<T>::new(settings, level, list[level]).rest;
-            let fewer = core::iter::successors(Some(list[level]), |&threads| (threads > 1).then_some(threads / 2));
+            let fewer = nested::halvings(list[level]);
             let threads = fewer.into_iter().find(|&threads| Sizes::<T>::new(settings, level + 1, threads).all() <= room).unwrap_or(1);
             let _ = list.push(threads);
         }
@@ -168,7 +168,7 @@ pub(super) fn down<'a, T: Real>(levels: &Levels<'_, T>, slots: usize, finest: Le
 impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     /// The hierarchy, and the finest grid with everything else in its rest.
     pub(super) fn finest<'a>(&'a mut self, keyframes: &Keyframes<'a, T>) -> (&'a Levels<'m, T>, LevelMut<'a, T>) {
-        let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
+        let keyframes = *keyframes;
         let at = LevelMut { initial: reborrow(&mut self.initial), rho: self.rho, v: reborrow(&mut self.v), keyframes, rest: self.rest };
         (&self.levels, at)
     }
@@ -178,7 +178,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         let (slots, history) = (self.settings.carrier.slots, self.settings.history);
         let (count, threads) = (self.threads.len(), self.threads.on(level));
         let Self { levels, v, initial, rho, rest, pivots, sums, settings, .. } = self;
-        let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
+        let keyframes = *keyframes;
         let finest = LevelMut { initial: reborrow(initial), rho, v: reborrow(v), keyframes, rest };
         let LevelMut { initial: [x, y, z], rho, v, keyframes, rest } = down(levels, slots, finest, level);
         let mut pool = Pool::new(rest);

@@ -3,18 +3,15 @@
 
 pub mod time_line;
 
-use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, Vector, VectorMut, rows, subtract_next, subtract_previous};
+pub use crate::operators::self_advection::scratch_per_thread;
+
+use crate::exec::Exec;
+use crate::field::{Vector, VectorMut, rows, subtract_next, subtract_previous};
 use crate::grid::{Grid, Space};
 use crate::operators::divergence::add_gradient;
-use crate::operators::plaquette::{self, Adjoint, Advection, Derivative, accumulate};
+use crate::operators::plaquette::{Adjoint, Advection, Derivative};
+use crate::operators::self_advection::{Start, for_blocks};
 use crate::real::Real;
-
-/// Numbers of scratch a thread needs for [`from_velocity`].
-#[must_use]
-pub fn scratch_per_thread(grid: &Grid, slots: usize) -> usize {
-    plaquette::SCRATCH_ROWS * Block::largest(grid.n[0], slots)
-}
 
 /// `w_k = v_k - v_{k-1} + Adv(v_k) + grad p_k` in every slot; without the gradient where `p` is empty.
 pub fn from_velocity<T: Real, S: Space>(
@@ -27,17 +24,12 @@ pub fn from_velocity<T: Real, S: Space>(
     w: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: w, sums: &mut [], scratch }, |task| {
-        let (row, mut w) = (task.row, task.fields);
-        for block in Block::all(grid, slots) {
-            let mut parts = parts_of(&mut w, &block);
-            accumulate::<T, S, _>(&block, row, Advection, v, [&[]; 3], &mut parts, task.scratch);
-            for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
-                rows::add(part, block.of(v[axis], row));
-                subtract_previous(&block, row, v[axis], v0[axis], part);
-                if !p.is_empty() {
-                    add_gradient(&block, row, axis, T::ONE, p, part, &mut task.scratch[..block.len()]);
-                }
+    for_blocks::<T, S, _, _>(exec, grid, slots, (Advection, v, [&[]; 3]), (Start::Zero, w), scratch, |block, row, parts, scratch| {
+        for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
+            rows::add(part, block.of(v[axis], row));
+            subtract_previous(block, row, v[axis], v0[axis], part);
+            if !p.is_empty() {
+                add_gradient(block, row, axis, T::ONE, p, part, &mut scratch[..block.len()]);
             }
         }
     });
@@ -53,15 +45,10 @@ pub fn apply_derivative<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: out, sums: &mut [], scratch }, |task| {
-        let (row, mut out) = (task.row, task.fields);
-        for block in Block::all(grid, slots) {
-            let mut parts = parts_of(&mut out, &block);
-            accumulate::<T, S, _>(&block, row, Derivative, v, d, &mut parts, task.scratch);
-            for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
-                rows::add(part, block.of(d[axis], row));
-                subtract_previous(&block, row, d[axis], &[], part);
-            }
+    for_blocks::<T, S, _, _>(exec, grid, slots, (Derivative, v, d), (Start::Zero, out), scratch, |block, row, parts, _| {
+        for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
+            rows::add(part, block.of(d[axis], row));
+            subtract_previous(block, row, d[axis], &[], part);
         }
     });
 }
@@ -78,15 +65,10 @@ pub fn apply_adjoint<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: out, sums: &mut [], scratch }, |task| {
-        let (row, mut out) = (task.row, task.fields);
-        for block in Block::all(grid, slots) {
-            let mut parts = parts_of(&mut out, &block);
-            accumulate::<T, S, _>(&block, row, Adjoint, v, w, &mut parts, task.scratch);
-            for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
-                rows::add(part, block.of(w[axis], row));
-                subtract_next(&block, row, w[axis], part);
-            }
+    for_blocks::<T, S, _, _>(exec, grid, slots, (Adjoint, v, w), (Start::Zero, out), scratch, |block, row, parts, _| {
+        for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
+            rows::add(part, block.of(w[axis], row));
+            subtract_next(block, row, w[axis], part);
         }
     });
 }
@@ -102,20 +84,5 @@ pub fn add_curvature<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: out, sums: &mut [], scratch }, |task| {
-        let mut out = task.fields;
-        for block in Block::all(grid, slots) {
-            let span = block.span_in_row();
-            let mut parts = out.each_mut().map(|out| if out.is_empty() { &mut [][..] } else { &mut out[span.clone()] });
-            accumulate::<T, S, _>(&block, task.row, Adjoint, d, w, &mut parts, task.scratch);
-        }
-    });
-}
-
-/// The block's part of a row of each component, filled with 0.
-fn parts_of<'a, T: Real>(fields: &'a mut [&mut [T]; 3], block: &Block<'_>) -> [&'a mut [T]; 3] {
-    let span = block.span_in_row();
-    let mut parts = fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[span.clone()] });
-    parts.iter_mut().for_each(|part| part.fill(T::ZERO));
-    parts
+    for_blocks::<T, S, _, _>(exec, grid, slots, (Adjoint, d, w), (Start::Kept, out), scratch, |_, _, _, _| {});
 }

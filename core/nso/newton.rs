@@ -154,7 +154,7 @@ enum Force {
 
 /// Which field an operation overwrites.
 #[derive(Clone, Copy)]
-enum Into {
+enum Output {
     Residual,
     Image,
     Work,
@@ -166,7 +166,7 @@ impl<T: Real> Newton<'_, '_, T> {
         let (grid, slots) = (&self.levels.grids[0], self.setup.slots);
         let Problem { v, w, .. } = &self.problem;
         force::apply_adjoint::<T, S>(exec, grid, slots, view(v), view(w), reborrow(&mut self.residual), self.region);
-        self.project(exec, observer, Into::Residual)?;
+        self.project(exec, observer, Output::Residual)?;
         let (v, target, kappa) = (view(&self.problem.v), self.problem.target, T::from_f64(self.setup.kappa));
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(&mut self.residual), sums: &mut [], scratch: &mut [] }, |task| {
             for (axis, out) in task.fields.into_iter().enumerate().take(S::DIM) {
@@ -193,12 +193,12 @@ impl<T: Real> Newton<'_, '_, T> {
     }
 
     /// Projects a field; `None` when it was stopped.
-    fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, into: Into) -> Option<()> {
+    fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, into: Output) -> Option<()> {
         let Setup { slots, threads, projection_tolerance, .. } = *self.setup;
         let field = match into {
-            Into::Residual => &mut self.residual,
-            Into::Image => &mut self.image,
-            Into::Work => &mut self.work,
+            Output::Residual => &mut self.residual,
+            Output::Image => &mut self.image,
+            Output::Work => &mut self.work,
         };
         let mut projection = Projection::carve(self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
         projection.project(exec, observer, slots, field, None, projection_tolerance, self.sums).is_continue().then_some(())
@@ -209,11 +209,11 @@ impl<T: Real> Newton<'_, '_, T> {
         let (grid, slots) = (&self.levels.grids[0], self.setup.slots);
         let Problem { v, .. } = &self.problem;
         force::apply_derivative::<T, S>(exec, grid, slots, view(v), view(&self.direction), reborrow(&mut self.work), self.region);
-        self.project(exec, observer, Into::Work)?;
+        self.project(exec, observer, Output::Work)?;
         let Problem { v, .. } = &self.problem;
         force::apply_adjoint::<T, S>(exec, grid, slots, view(v), view(&self.work), reborrow(&mut self.image), self.region);
         force::add_curvature::<T, S>(exec, grid, slots, view(&self.direction), view(&self.problem.w), reborrow(&mut self.image), self.region);
-        self.project(exec, observer, Into::Image)?;
+        self.project(exec, observer, Output::Image)?;
         quasi_newton::add(exec, Shape { grid, slots }, &mut self.image, 1.0, self.setup.kappa, view(&self.direction));
         Some(())
     }
@@ -292,6 +292,6 @@ impl<T: Real> Newton<'_, '_, T> {
         let (grid, slots) = (&self.levels.grids[0], self.setup.slots);
         let Problem { v, v0, .. } = &self.problem;
         force::from_velocity::<T, S>(exec, grid, slots, view(v), *v0, &[], reborrow(&mut self.work), self.region);
-        self.project(exec, observer, Into::Work)
+        self.project(exec, observer, Output::Work)
     }
 }

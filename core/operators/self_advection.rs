@@ -55,12 +55,37 @@ fn apply_rule<T: Real, S: Space, R: Rule<T> + Sync>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
+    for_blocks::<T, S, R, _>(exec, grid, slots, (rule, v, second), (Start::Zero, out), scratch, |_, _, _, _| {});
+}
+
+/// What plaquettes are added to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Start {
+    /// 0.
+    Zero,
+    /// What is there.
+    Kept,
+}
+
+/// Adds what all plaquettes do by `rule` at v and `second` to `out`, in every slot, and hands every block of a row to `then`.
+pub(crate) fn for_blocks<T: Real, S: Space, R: Rule<T> + Sync, F: Fn(&Block<'_>, usize, &mut [&mut [T]; 3], &mut [T]) + Sync>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    slots: usize,
+    (rule, v, second): (R, Vector<'_, T>, Vector<'_, T>),
+    (start, out): (Start, VectorMut<'_, T>),
+    scratch: &mut [T],
+    then: F,
+) {
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: out, sums: &mut [], scratch }, |task| {
         let mut fields = task.fields;
         for block in Block::all(grid, slots) {
             let mut parts = fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[block.span_in_row()] });
-            parts.iter_mut().for_each(|part| part.fill(T::ZERO));
+            if start == Start::Zero {
+                parts.iter_mut().for_each(|part| part.fill(T::ZERO));
+            }
             accumulate::<T, S, R>(&block, task.row, rule, v, second, &mut parts, task.scratch);
+            then(&block, task.row, &mut parts, task.scratch);
         }
     });
 }

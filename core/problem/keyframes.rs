@@ -8,7 +8,7 @@ use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::real::Real;
 
 /// Targets rho*_i with their steps i.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Keyframes<'a, T> {
     /// Steps, ascending.
     pub steps: &'a [u32],

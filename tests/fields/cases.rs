@@ -1,8 +1,9 @@
 //! Control problems for the whole solver.
 
 use super::{Memory, boundaries, grid, places};
+use core::ops::ControlFlow;
 use thurible_core::grid::Grid;
-use thurible_core::{Advection, Boundary, Exec, Method, Observer, Params, Plan, Problem, Progress, Real, Scheme, Serial, Silent, Solver, Space, Status};
+use thurible_core::{Advection, Boundary, Event, Exec, Method, Observer, Params, Plan, Problem, Progress, Real, Scheme, Serial, Silent, Solver, Space, Status};
 
 /// A problem with its densities.
 #[derive(Clone, Debug)]
@@ -175,5 +176,20 @@ impl Solved {
     pub fn bits(&self) -> Vec<u64> {
         let faces = self.velocity.iter().chain(&self.force).flatten().flatten();
         self.density.iter().flatten().chain(faces).chain(&self.objective).map(|x| x.to_bits()).collect()
+    }
+}
+
+/// Says stop at event `at`.
+pub struct StopAt {
+    /// Events before the stop.
+    pub at: usize,
+    /// Events so far.
+    pub seen: usize,
+}
+
+impl Observer for StopAt {
+    fn on(&mut self, _event: Event) -> ControlFlow<()> {
+        self.seen += 1;
+        if self.seen > self.at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

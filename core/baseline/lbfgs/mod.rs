@@ -229,7 +229,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         let mut pool = Pool::new(&mut *self.rest);
         let fields = quasi_newton::take(&grid, carrier.slots, params.history, &mut pool);
         let setup = flow::Setup { carrier, force_weight, projection_tolerance };
-        let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
+        let keyframes = *keyframes;
         let evaluation = Evaluation {
             levels: &self.levels,
             level: 0,

@@ -53,7 +53,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         if !(self.settings.params.nested && nested::begins_on::<S>(fine, coarse) && self.coarse_numbers(&on(1)) <= room(1)) {
             return None;
         }
-        let fewer = core::iter::successors(Some(threads), |&threads| (threads > 1).then_some(threads / 2));
+        let fewer = nested::halvings(threads);
         fewer.map(on).find(|settings| self.coarse_numbers(settings) <= room(threads))
     }
 
@@ -95,7 +95,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         nested::prolong(fewer, levels, 0, slots, view(&solver.u), reborrow(u), scratch);
         drop(solver);
         let setup = flow::Setup { carrier: fine.carrier, force_weight: fine.force_weight, projection_tolerance: fine.projection_tolerance };
-        let keyframes = Keyframes { steps: keyframes.steps, densities: keyframes.densities };
+        let keyframes = *keyframes;
         let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region: rest, sums };
         [v, u].into_iter().try_for_each(|field| evaluation.project(exec, observer, field, setup.projection_tolerance)).map_err(|_| Status::Cancelled)
     }
