@@ -6,6 +6,7 @@
 //! ones: mean of two; injection and mean of two along a face's own axis; 3/4 and 1/4 across it.
 
 use super::Grid;
+use super::spectrum::Spectrum;
 use crate::arena::{Arena, TooSmall};
 use crate::plan::Ledger;
 use crate::real::Real;
@@ -201,6 +202,8 @@ pub struct Levels<'m, T> {
     pub grids: heapless::Vec<Grid, MAX_LEVELS>,
     /// The weights between grid l and grid l + 1.
     pub tables: heapless::Vec<Tables<'m, T>, MAX_LEVELS>,
+    /// The eigenvectors of every grid whose axes are not too long for that.
+    pub spectra: heapless::Vec<Option<Spectrum<'m, T>>, MAX_LEVELS>,
 }
 
 impl<'m, T: Real> Levels<'m, T> {
@@ -209,6 +212,7 @@ impl<'m, T: Real> Levels<'m, T> {
         let taps = Self::taps(&hierarchy(finest));
         ledger.line("transfer positions", taps, 2);
         ledger.line("transfer weights", taps, T::BYTES);
+        ledger.line("eigenvectors", hierarchy(finest).iter().map(Spectrum::<T>::len).sum(), T::BYTES);
     }
 
     fn taps(grids: &[Grid]) -> usize {
@@ -232,6 +236,13 @@ impl<'m, T: Real> Levels<'m, T> {
             let pushed = tables.push(Tables::new(&pair[0], &pair[1], these_index, these_weight));
             debug_assert!(pushed.is_ok());
         }
-        Ok(Self { grids, tables })
+        let mut numbers = arena.take::<T>(grids.iter().map(Spectrum::<T>::len).sum())?;
+        let spectrum = |grid: &Grid| {
+            let (these, rest) = core::mem::take(&mut numbers).split_at_mut(Spectrum::<T>::len(grid));
+            numbers = rest;
+            Spectrum::<T>::exists(grid).then(|| Spectrum::new(grid, these))
+        };
+        let spectra = grids.iter().map(spectrum).collect();
+        Ok(Self { grids, tables, spectra })
     }
 }
