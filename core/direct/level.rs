@@ -70,6 +70,17 @@ fn carrier_setup(settings: &Settings, level: usize, levels: usize, threads: usiz
     carrier::Setup { metric, threads, ..settings.carrier }
 }
 
+/// Numbers of the finest grid's rest in which one iteration finds what another left, on whichever grid: the data of the grids down
+/// to that one and quasi-Newton's fields there. Behind them is work.
+pub(super) fn live<T: Real, S: Space>(settings: &Settings) -> usize {
+    let fields = |level: usize| quasi_newton::numbers(&grid_of(settings, level), settings.carrier.slots, settings.history);
+    let coarser = (1..Threads::new::<T, S>(settings).len()).scan(0, |above, level| {
+        *above += Sizes::<T>::new(settings, level, 1).data;
+        Some(*above + fields(level))
+    });
+    coarser.fold(fields(0), usize::max)
+}
+
 /// Threads on each grid that takes part, finest first.
 #[derive(Clone, Debug)]
 pub(super) struct Threads(heapless::Vec<usize, MAX_LEVELS>);

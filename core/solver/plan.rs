@@ -6,6 +6,7 @@ use crate::arena::ALIGN;
 use crate::baseline::drive::PdParams;
 use crate::baseline::forward::{self, SimulationParams};
 use crate::baseline::lbfgs::{self, LbfgsParams};
+use crate::checkpoint;
 use crate::direct::{self, DirectParams};
 use crate::grid::Space;
 use crate::nso::Shape;
@@ -115,7 +116,7 @@ pub(super) struct Choice {
     /// ADMM: how the smoother uses its memory.
     shape: Shape,
     /// The direct method: pairs of L-BFGS.
-    history: usize,
+    pub(super) history: usize,
 }
 
 /// Every buffer of a solve, to the byte.
@@ -125,6 +126,7 @@ pub struct Plan {
     bytes: usize,
     method_bytes: usize,
     paper_bound: usize,
+    saved_bytes: usize,
     pub(super) choice: Choice,
 }
 
@@ -195,7 +197,10 @@ impl Plan {
         ledger.line("keyframe densities", keyframes * cells, T::BYTES);
         let bytes = ledger.bytes().ok_or(PlanError::TooLarge)?;
         let method_bytes = ledger.entries().first().map_or(0, |entry| entry.bytes);
-        Ok(Self { ledger, bytes, method_bytes, paper_bound: paper_bound::<T, S>(problem), choice })
+        // No more numbers than the block has.
+        let numbers = Engine::<T, S>::live(problem, params, choice) + keyframes * cells;
+        let saved_bytes = (numbers * T::BYTES).checked_add(checkpoint::HEAD).ok_or(PlanError::TooLarge)?;
+        Ok(Self { ledger, bytes, method_bytes, paper_bound: paper_bound::<T, S>(problem), saved_bytes, choice })
     }
 
     /// Bytes of the whole block.
@@ -214,6 +219,12 @@ impl Plan {
     #[must_use]
     pub fn paper_bound(&self) -> usize {
         self.paper_bound
+    }
+
+    /// Bytes of a checkpoint: see [`Solver::save`](super::Solver::save).
+    #[must_use]
+    pub fn saved_bytes(&self) -> usize {
+        self.saved_bytes
     }
 
     /// The ledger, groups before their children.
