@@ -8,6 +8,7 @@ use thurible_core::exec::{RowBuffers, for_rows};
 use thurible_core::field::{Block, Vector, VectorMut};
 use thurible_core::grid::Grid;
 use thurible_core::operators::blur::{self, Metric};
+use thurible_core::operators::self_advection::Fluid;
 use thurible_core::operators::{divergence, self_advection};
 use thurible_core::{Boundary, D2, D3, Exec, Space};
 
@@ -52,11 +53,12 @@ fn bench_divergence(group: &mut BenchmarkGroup<'_, WallTime>, exec: &dyn Exec, g
 fn bench_self_advection<S: Space>(group: &mut BenchmarkGroup<'_, WallTime>, exec: &dyn Exec, grid: &Grid, v: Vector<'_, f32>) {
     let mut out: [Vec<f32>; 3] = core::array::from_fn(|axis| vec![0.0; v[axis].len()]);
     let mut scratch = vec![0f32; exec.threads() * self_advection::scratch_per_thread(grid, SLOTS)];
+    let fluid = Fluid { grid, slots: SLOTS, viscosity: 0.0 };
     group.bench_function("self-advection", |bencher| {
-        bencher.iter(|| self_advection::apply::<f32, S>(exec, grid, SLOTS, v, writable(&mut out), &mut scratch));
+        bencher.iter(|| self_advection::apply::<f32, S>(exec, fluid, v, writable(&mut out), &mut scratch));
     });
     group.bench_function("its adjoint", |bencher| {
-        bencher.iter(|| self_advection::apply_adjoint::<f32, S>(exec, grid, SLOTS, v, v, writable(&mut out), &mut scratch));
+        bencher.iter(|| self_advection::apply_adjoint::<f32, S>(exec, fluid, v, v, writable(&mut out), &mut scratch));
     });
 }
 

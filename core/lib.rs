@@ -62,6 +62,7 @@
 //!     dt: 1.0,
 //!     steps: 4,
 //!     keyframes: &[4],
+//!     viscosity: 0.0,
 //!     force_weight: 1.0,
 //!     filters: None,
 //!     match_mass: true,

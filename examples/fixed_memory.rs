@@ -45,6 +45,7 @@ fn problem() -> Problem<'static> {
         dt: 1.0,
         steps: STEPS,
         keyframes: &[STEPS],
+        viscosity: 0.0,
         force_weight: 1e3,
         filters: None,
         match_mass: true,

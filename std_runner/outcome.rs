@@ -19,6 +19,7 @@ pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: S
         length: problem.length,
         dt: problem.dt,
         steps: problem.steps,
+        viscosity: problem.viscosity,
         force_weight: problem.force_weight,
         filters: problem.problem().filters(),
         advection: AdvectionRecord { scheme: scheme_name(problem.advection.scheme).into(), tolerance: problem.advection.tolerance },

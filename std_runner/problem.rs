@@ -38,6 +38,8 @@ pub struct OwnedProblem {
     pub length: f64,
     /// Length of a step.
     pub dt: f64,
+    /// nu.
+    pub viscosity: f64,
     /// r.
     pub force_weight: f64,
     /// m, or `None` for the default.
@@ -60,6 +62,7 @@ impl OwnedProblem {
             steps: scene.time.steps,
             length: scene.grid.length,
             dt: scene.time.dt,
+            viscosity: scene.flow.viscosity,
             force_weight: scene.control.force_weight,
             filters: scene.control.filters,
             match_mass: scene.control.match_mass,
@@ -87,6 +90,7 @@ impl OwnedProblem {
             dt: self.dt,
             steps: self.steps,
             keyframes: &self.keyframes,
+            viscosity: self.viscosity,
             force_weight: self.force_weight,
             filters: self.filters,
             match_mass: self.match_mass,

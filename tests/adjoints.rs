@@ -10,6 +10,7 @@ use fields::{Components, add_scaled_all, assert_close, cast, dot, dot_all, flow,
 use thurible_core::field::Block;
 use thurible_core::grid::Grid;
 use thurible_core::operators::blur::{self, Metric};
+use thurible_core::operators::self_advection::Fluid;
 use thurible_core::operators::{divergence, self_advection};
 use thurible_core::{D2, D3, Real, Scheme, Serial, Space};
 
@@ -39,19 +40,20 @@ fn grad<T: Real>(grid: &Grid, p: &[T]) -> Components<T> {
     out
 }
 
-/// Adv[v], J(v) d or J(v)^T d by the core on two threads.
-fn advected<T: Real>(grid: &Grid, v: &Components<T>, d: Option<&Components<T>>, transposed: bool) -> Components<T> {
-    fn of<T: Real, S: Space>(grid: &Grid, v: &Components<T>, d: Option<&Components<T>>, transposed: bool) -> Components<T> {
-        let mut out = zeros(grid, SLOTS);
-        let mut scratch = vec![T::ZERO; 2 * self_advection::scratch_per_thread(grid, SLOTS)];
+/// Adv[v], J(v) d or J(v)^T d, with viscosity, by the core on two threads.
+fn advected<T: Real>(grid: &Grid, viscosity: f64, v: &Components<T>, d: Option<&Components<T>>, transposed: bool) -> Components<T> {
+    fn of<T: Real, S: Space>(fluid: Fluid<'_>, v: &Components<T>, d: Option<&Components<T>>, transposed: bool) -> Components<T> {
+        let mut out = zeros(fluid.grid, SLOTS);
+        let mut scratch = vec![T::ZERO; 2 * self_advection::scratch_per_thread(fluid.grid, SLOTS)];
         with_threads(2, |exec| match (d, transposed) {
-            (None, _) => self_advection::apply::<T, S>(exec, grid, SLOTS, view(v), view_mut(&mut out), &mut scratch),
-            (Some(d), false) => self_advection::apply_derivative::<T, S>(exec, grid, SLOTS, view(v), view(d), view_mut(&mut out), &mut scratch),
-            (Some(d), true) => self_advection::apply_adjoint::<T, S>(exec, grid, SLOTS, view(v), view(d), view_mut(&mut out), &mut scratch),
+            (None, _) => self_advection::apply::<T, S>(exec, fluid, view(v), view_mut(&mut out), &mut scratch),
+            (Some(d), false) => self_advection::apply_derivative::<T, S>(exec, fluid, view(v), view(d), view_mut(&mut out), &mut scratch),
+            (Some(d), true) => self_advection::apply_adjoint::<T, S>(exec, fluid, view(v), view(d), view_mut(&mut out), &mut scratch),
         });
         out
     }
-    if grid.dims == 2 { of::<T, D2>(grid, v, d, transposed) } else { of::<T, D3>(grid, v, d, transposed) }
+    let fluid = Fluid { grid, slots: SLOTS, viscosity };
+    if grid.dims == 2 { of::<T, D2>(fluid, v, d, transposed) } else { of::<T, D3>(fluid, v, d, transposed) }
 }
 
 /// The norm of a vector field.
@@ -85,15 +87,17 @@ fn gradient_and_divergence() {
 
 fn self_advection_agrees<T: Real>() {
     let mut random = Random::new(2);
-    for (cells, ends) in GRIDS {
+    for ((cells, ends), share) in GRIDS.into_iter().flat_map(|grid| [(grid, 0.0), (grid, 0.1)]) {
         let grid = grid(cells, ends);
+        let viscosity = share * grid.h[0];
         let [v, d, m]: [Components<T>; 3] = core::array::from_fn(|_| random.faces(&grid, SLOTS));
         let unit = T::EPSILON / grid.h[0];
-        let (jd, jm) = (advected(&grid, &v, Some(&d), false), advected(&grid, &v, Some(&m), true));
+        let (jd, jm) = (advected(&grid, viscosity, &v, Some(&d), false), advected(&grid, viscosity, &v, Some(&m), true));
         assert_close("J and its adjoint", dot_all(&jd, &m), dot_all(&d, &jm), norm(&jd) * norm(&m), 10.0 * T::EPSILON);
-        let adv = advected(&grid, &v, None, false);
-        assert_close("energy", dot_all(&v, &adv), 0.0, norm(&v) * norm(&adv), 10.0 * T::EPSILON);
-        let naive = Naive::new(&grid);
+        let (adv, alone) = (advected(&grid, viscosity, &v, None, false), advected(&grid, 0.0, &v, None, false));
+        assert_close("energy", dot_all(&v, &alone), 0.0, norm(&v) * norm(&alone), 10.0 * T::EPSILON);
+        assert!(viscosity == 0.0 || dot_all(&v, &adv) > 0.0, "viscosity takes no energy");
+        let naive = Naive { viscosity, ..Naive::new(&grid) };
         for k in 0..SLOTS {
             let (v, m) = (slot_of_all(&grid, SLOTS, k, &v), slot_of_all(&grid, SLOTS, k, &m));
             for (found, expected) in [(&adv, naive.advection(&v)), (&jm, naive.adjoint(&v, &m))] {
@@ -101,9 +105,9 @@ fn self_advection_agrees<T: Real>() {
                 found.iter().zip(&expected).for_each(|(x, y)| assert!(gap(x, y) <= 40.0 * unit, "{cells:?} {ends}: {:e}", gap(x, y)));
             }
         }
-        let adv_d = advected(&grid, &d, None, false);
+        let adv_d = advected(&grid, 0.0, &d, None, false);
         for t in [1.0, -0.5, 8.0] {
-            let moved = advected(&grid, &add_scaled_all(&v, t, &d), None, false);
+            let moved = advected(&grid, viscosity, &add_scaled_all(&v, t, &d), None, false);
             let expected = add_scaled_all(&add_scaled_all(&adv, t, &jd), t * t, &adv_d);
             let scale = unit * (1.0 + t.abs()) * (1.0 + t.abs());
             moved.iter().zip(&expected).for_each(|(x, y)| assert!(gap(&cast(x), &cast(y)) <= 60.0 * scale, "not quadratic on {cells:?} {ends} at {t}"));

@@ -19,13 +19,13 @@ use thurible_core::transport::Stop;
 use thurible_core::{D2, D3, Method, Params, Real, Scheme, Serial, Silent, Space, Status};
 
 /// Calls `work` with the workspace of a step.
-fn with_step<T: Real, R>(grid: &Grid, tolerance: f64, work: impl FnOnce(&mut Step<'_, T>, &mut [f64]) -> R) -> R {
+fn with_step<T: Real, R>(grid: &Grid, viscosity: f64, tolerance: f64, work: impl FnOnce(&mut Step<'_, T>, &mut [f64]) -> R) -> R {
     let mut ledger = Ledger::new();
     Step::<T>::requirement(&mut ledger, grid, 1);
     let mut numbers = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
     let mut memory = Memory::new(1 << 20);
     let levels = Levels::carve(&mut Arena::new(memory.block()), grid).unwrap();
-    let mut step = Step::carve(&levels, 0, Setup { tolerance, threads: 1 }, &mut Pool::new(&mut numbers));
+    let mut step = Step::carve(&levels, 0, Setup { viscosity, tolerance, threads: 1 }, &mut Pool::new(&mut numbers));
     work(&mut step, &mut vec![0.0; 2 * grid.rows()])
 }
 
@@ -34,8 +34,8 @@ fn write<T: Real>(out: &mut [&mut [T]; 3], values: &Components<T>) {
 }
 
 /// The flow one step after `v` pushed by `u`, from the guess v.
-fn advance<T: Real, S: Space>(grid: &Grid, tolerance: f64, v: &Components<T>, u: &Components<T>) -> Result<Components<T>, Stop> {
-    with_step(grid, tolerance, |step: &mut Step<'_, T>, sums| {
+fn advance<T: Real, S: Space>(grid: &Grid, viscosity: f64, tolerance: f64, v: &Components<T>, u: &Components<T>) -> Result<Components<T>, Stop> {
+    with_step(grid, viscosity, tolerance, |step: &mut Step<'_, T>, sums| {
         write(&mut step.given, &add_scaled_all(v, 1.0, u));
         write(&mut step.v, v);
         step.advance::<S>(&Serial, &mut Silent, sums)?;
@@ -51,18 +51,21 @@ fn not_a_gradient(naive: &Naive, x: &Components<f64>) -> f64 {
     largest(means.chain([naive.largest_curl(x) * grid.h[0]]))
 }
 
-fn step_is_solved<T: Real, S: Space>(cells: &[usize], ends: &str, courant: f64, tolerance: f64) {
+fn step_is_solved<T: Real, S: Space>(cells: &[usize], ends: &str, courant: f64, viscosity: f64, tolerance: f64) {
     let (mut random, grid) = (Random::new(71), grid(cells, ends));
-    let naive = Naive::new(&grid);
+    let viscosity = viscosity * grid.h[0] * grid.h[0];
+    let naive = Naive { viscosity, ..Naive::new(&grid) };
     let v: Components<T> = flow::swirl(&grid, 1, courant);
     let speed = largest_of(&v);
     // Forces that are not free of divergence, a tenth of the flow.
     let u: Components<T> = random.faces(&grid, 1).map(|c: Vec<T>| c.iter().map(|x| T::from_f64(0.1 * speed * x.to_f64())).collect());
-    let after = fields::cast_all(&advance::<T, S>(&grid, tolerance, &v, &u).unwrap_or_else(|stop| panic!("{cells:?} {ends} at Courant {courant}: {stop:?}")));
+    let after = fields::cast_all(
+        &advance::<T, S>(&grid, viscosity, tolerance, &v, &u).unwrap_or_else(|stop| panic!("{cells:?} {ends} at Courant {courant}: {stop:?}")),
+    );
     let given = fields::cast_all(&add_scaled_all(&v, 1.0, &u));
     let left = add_scaled_all(&add_scaled_all(&after, -1.0, &given), 1.0, &naive.advection(&after));
     let fastest = largest_of(&after).max(largest_of(&given));
-    let allowed = 8.0 * (tolerance + 16.0 * T::EPSILON * (1.0 + fastest / grid.h[0])) * fastest;
+    let allowed = 8.0 * (tolerance + 16.0 * T::EPSILON * (1.0 + fastest / grid.h[0] + viscosity / (grid.h[0] * grid.h[0]))) * fastest;
     let what = format!("{cells:?} {ends} at Courant {courant} in {}", T::NAME);
     assert_close(&format!("momentum on {what}"), not_a_gradient(&naive, &left), 0.0, allowed, 1.0);
     assert_close(&format!("div v on {what}"), largest(naive.divergence(&after)) * grid.h[0], 0.0, allowed, 1.0);
@@ -71,12 +74,12 @@ fn step_is_solved<T: Real, S: Space>(cells: &[usize], ends: &str, courant: f64, 
 
 #[test]
 fn steps_are_solved_up_to_courant_five() {
-    for courant in [0.5, 2.0, 5.0] {
-        step_is_solved::<f64, D2>(&[24, 20], "ww", courant, 1e-5);
-        step_is_solved::<f64, D2>(&[33, 17], "pw", courant, 1e-10);
-        step_is_solved::<f32, D2>(&[32, 32], "pp", courant, 1e-5);
-        step_is_solved::<f32, D3>(&[12, 10, 14], "www", courant, 1e-5);
-        step_is_solved::<f64, D3>(&[9, 12, 8], "wpp", courant, 1e-8);
+    for (courant, viscosity) in [(0.5, 0.0), (2.0, 0.0), (2.0, 3.0), (5.0, 0.0), (5.0, 0.1)] {
+        step_is_solved::<f64, D2>(&[24, 20], "ww", courant, viscosity, 1e-5);
+        step_is_solved::<f64, D2>(&[33, 17], "pw", courant, viscosity, 1e-10);
+        step_is_solved::<f32, D2>(&[32, 32], "pp", courant, viscosity, 1e-5);
+        step_is_solved::<f32, D3>(&[12, 10, 14], "www", courant, viscosity, 1e-5);
+        step_is_solved::<f64, D3>(&[9, 12, 8], "wpp", courant, viscosity, 1e-8);
     }
 }
 
@@ -87,16 +90,17 @@ fn a_step_that_cannot_be_solved_is_too_fast() {
         let v = fields::zeros::<f64>(&grid, 1);
         let mut u = v.clone();
         u[0][37] = speed;
-        assert_eq!(advance::<f64, D2>(&grid, 1e-5, &v, &u).map(|_| ()), Err(Stop::TooFast), "{speed}");
+        assert_eq!(advance::<f64, D2>(&grid, 0.0, 1e-5, &v, &u).map(|_| ()), Err(Stop::TooFast), "{speed}");
     }
 }
 
 /// <z, (I + Q J) d> = <b, d> for every d free of divergence.
-fn adjoint_is_solved<S: Space>(cells: &[usize], ends: &str, courant: f64) {
+fn adjoint_is_solved<S: Space>(cells: &[usize], ends: &str, courant: f64, viscosity: f64) {
     let (mut random, grid) = (Random::new(72), grid(cells, ends));
-    let naive = Naive::new(&grid);
+    let viscosity = viscosity * grid.h[0] * grid.h[0];
+    let naive = Naive { viscosity, ..Naive::new(&grid) };
     let (v, b): (Components<f64>, Components<f64>) = (flow::rough(&mut random, &grid, 1, courant), random.faces(&grid, 1));
-    let z = with_step(&grid, 1e-12, |step: &mut Step<'_, f64>, sums| {
+    let z = with_step(&grid, viscosity, 1e-12, |step: &mut Step<'_, f64>, sums| {
         write(&mut step.given, &b);
         write(&mut step.v, &v);
         write(&mut step.adjoint, &flow::rough(&mut random, &grid, 1, 1.0));
@@ -116,10 +120,10 @@ fn adjoint_is_solved<S: Space>(cells: &[usize], ends: &str, courant: f64) {
 
 #[test]
 fn adjoints_are_solved_up_to_courant_five() {
-    for courant in [0.5, 5.0] {
-        adjoint_is_solved::<D2>(&[14, 10], "ww", courant);
-        adjoint_is_solved::<D2>(&[9, 12], "pw", courant);
-        adjoint_is_solved::<D3>(&[6, 5, 7], "wpw", courant);
+    for (courant, viscosity) in [(0.5, 0.0), (5.0, 0.0), (5.0, 1.0)] {
+        adjoint_is_solved::<D2>(&[14, 10], "ww", courant, viscosity);
+        adjoint_is_solved::<D2>(&[9, 12], "pw", courant, viscosity);
+        adjoint_is_solved::<D3>(&[6, 5, 7], "wpw", courant, viscosity);
     }
 }
 
@@ -317,12 +321,14 @@ fn the_nested_start_of_adjoint_control_is_ahead() {
 #[test]
 fn other_units_give_the_same_iterates() {
     for method in [Method::Lbfgs, Method::Pd] {
-        let mut scene = by(method, Scene { scheme: Scheme::Quick, ..Scene::small(&[14, 12], "ww", 6) });
+        let mut scene = by(method, Scene { scheme: Scheme::Quick, viscosity: 2e-3, ..Scene::small(&[14, 12], "ww", 6) });
         scene.params.pd.gathering = 0.02;
         let solved = scene.solve_alone::<f64, D2>();
         let mut other = Scene { dt: 1.0 / 16.0, length: 8.0, ..scene.clone() };
         other.force_weight = scene.force_weight * (other.dt * other.dt / other.length).powi(2);
+        other.viscosity = scene.viscosity * other.length * other.length / other.dt;
         let found = other.solve_alone::<f64, D2>();
+        check_flow(&other, &found, f64::EPSILON);
         assert!(solved.density == found.density && largest(solved.density[6].iter().zip(&solved.density[0]).map(|(x, y)| x - y)) > 0.1, "{method:?}");
         assert_eq!(solved.objective, found.objective, "{method:?}");
     }

@@ -100,6 +100,8 @@ fn other_units_make_the_same_iterates() {
         "--set",
         "control.force_weight=1000",
         "--set",
+        "flow.viscosity=1e-4",
+        "--set",
         "method.admm.penalty=1000",
         "--set",
         "source.circle={center=[0.4,0.45],radius=0.2}",
@@ -316,7 +318,8 @@ fn a_result_is_continued_freely() {
 
 #[test]
 fn smoke_rises_without_control() {
-    let outcome = verify("buoyant", &simulated("buoyant", &["--set", "simulation.buoyancy=1e-3"]));
+    let outcome = verify("buoyant", &simulated("buoyant", &["--set", "simulation.buoyancy=1e-3", "--set", "flow.viscosity=1e-3"]));
+    assert_eq!(outcome.report["viscosity"].as_f64(), Some(1e-3));
     assert_eq!((outcome.report["method"].as_str(), outcome.report["status"].as_str()), (Some("simulate"), Some("converged")));
     assert!(outcome.velocity.last().unwrap()[1].max_abs() > 1e-4);
 }

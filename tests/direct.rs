@@ -78,12 +78,13 @@ fn results_are_feasible() {
 
 #[test]
 fn other_units_give_the_same_iterates() {
-    let scene = direct(Scene { scheme: Scheme::Quick, ..Scene::small(&[14, 12], "ww", 6) });
+    let scene = direct(Scene { scheme: Scheme::Quick, viscosity: 2e-3, ..Scene::small(&[14, 12], "ww", 6) });
     let solved = scene.solve_alone::<f64, D2>();
     for (dt, length, exact) in [(1.0 / 16.0, 8.0, true), (1.0 / 24.0, 10.0, false)] {
         let mut other = scene.clone();
         (other.dt, other.length) = (dt, length);
         other.force_weight = scene.force_weight * (dt * dt / length).powi(2);
+        other.viscosity = scene.viscosity * length * length / dt;
         let found = other.solve_alone::<f64, D2>();
         check(&other, &found, f64::EPSILON);
         let (tolerance, ratio) = (if exact { 0.0 } else { 1e-9 }, length / dt);

@@ -92,8 +92,18 @@ fn trajectory_gradient(cells: &[usize], ends: &str, scheme: Scheme, first: f64) 
     let (source, targets): (Vec<f64>, Vec<f64>) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
     let initial = flow::rough(&mut random, &grid, 1, 0.8);
     let advection = Advection { scheme, tolerance: 1e-200 };
-    let control =
-        Control { grid: &grid, steps, source: &source, keyframes: &[2, 5], targets: &targets, initial: &initial, advection, filters: 2, penalty: 10.0 };
+    let control = Control {
+        grid: &grid,
+        steps,
+        source: &source,
+        keyframes: &[2, 5],
+        targets: &targets,
+        initial: &initial,
+        advection,
+        filters: 2,
+        penalty: 10.0,
+        viscosity: 0.0,
+    };
     let v: Components<f64> = flow::rough(&mut random, &grid, slots, 1.6);
     let d: Components<f64> = flow::rough(&mut random, &grid, slots, 1.0);
     let multiplier: Components<f64> = flow::rough(&mut random, &grid, slots, 0.5);
@@ -128,14 +138,24 @@ fn data_term_of_a_trajectory() {
 }
 
 /// The objective as a function of the flow, of weights that make both parts count.
-fn direct_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, first: f64) {
+fn direct_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, viscosity: f64, first: f64) {
     let mut random = Random::new(24);
     let (grid, steps) = (grid(cells, ends), 5);
     let (source, targets): (Vec<f64>, Vec<f64>) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
     let initial = flow::rough(&mut random, &grid, 1, 0.8);
     let advection = Advection { scheme, tolerance: 1e-200 };
-    let control =
-        Control { grid: &grid, steps, source: &source, keyframes: &[2, 5], targets: &targets, initial: &initial, advection, filters: 2, penalty: 1.0 };
+    let control = Control {
+        grid: &grid,
+        steps,
+        source: &source,
+        keyframes: &[2, 5],
+        targets: &targets,
+        initial: &initial,
+        advection,
+        filters: 2,
+        penalty: 1.0,
+        viscosity,
+    };
     let v: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 1.6);
     let d: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 1.0);
     let (at_v, gradient) = control.direct::<S>(&v, 1.0);
@@ -149,21 +169,32 @@ fn direct_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, first:
 
 #[test]
 fn objective_of_the_direct_method() {
-    direct_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 1e-3);
-    direct_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, 1e-4);
-    direct_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 1e-3);
-    direct_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 2e-5);
+    direct_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 0.0, 1e-3);
+    direct_gradient::<D2>(&[8, 10], "wp", Scheme::Central, 1e-3, 1e-3);
+    direct_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, 0.0, 1e-4);
+    direct_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 0.01, 1e-3);
+    direct_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 0.0, 2e-5);
 }
 
 /// The objective as a function of the forces, which are simulated: of weights that make both parts count.
-fn adjoint_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, courant: f64, first: f64) {
+fn adjoint_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, courant: f64, viscosity: f64, first: f64) {
     let mut random = Random::new(25);
     let (grid, steps) = (grid(cells, ends), 5);
     let (source, targets): (Vec<f64>, Vec<f64>) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
     let initial = flow::rough(&mut random, &grid, 1, courant);
     let advection = Advection { scheme, tolerance: 1e-200 };
-    let control =
-        Control { grid: &grid, steps, source: &source, keyframes: &[2, 5], targets: &targets, initial: &initial, advection, filters: 2, penalty: 1.0 };
+    let control = Control {
+        grid: &grid,
+        steps,
+        source: &source,
+        keyframes: &[2, 5],
+        targets: &targets,
+        initial: &initial,
+        advection,
+        filters: 2,
+        penalty: 1.0,
+        viscosity,
+    };
     let u: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 0.5 * courant);
     let d: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 1.0);
     let (at_u, gradient, _) = control.simulated::<S>(&u, 1.0, 1e-13);
@@ -177,11 +208,11 @@ fn adjoint_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, coura
 
 #[test]
 fn objective_of_the_forces() {
-    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 1.0, 1e-3);
-    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 5.0, 1e-3);
-    adjoint_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, 1.0, 1e-4);
-    adjoint_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 1.0, 1e-3);
-    adjoint_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 0.8, 2e-5);
+    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 1.0, 0.0, 1e-3);
+    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 5.0, 1e-3, 2e-4);
+    adjoint_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, 1.0, 0.0, 1e-4);
+    adjoint_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 1.0, 0.01, 1e-3);
+    adjoint_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 0.8, 0.0, 2e-5);
 }
 
 /// A gradient takes one linear solve a step where a simulation takes several: counted in V-cycles and transport steps.
@@ -193,8 +224,18 @@ fn a_gradient_costs_less_than_three_simulations() {
         let (initial, source) = (flow::swirl(&grid, 1, courant), fields::cases::balls(&grid, &[[0.4, 0.5, 0.5]], 0.2));
         let target = fields::cases::balls(&grid, &[[0.6, 0.5, 0.5]], 0.2);
         let advection = Advection { scheme: Scheme::Quick, tolerance: 1e-5 };
-        let control =
-            Control { grid: &grid, steps, source: &source, keyframes: &[8], targets: &target, initial: &initial, advection, filters: 3, penalty: 1.0 };
+        let control = Control {
+            grid: &grid,
+            steps,
+            source: &source,
+            keyframes: &[8],
+            targets: &target,
+            initial: &initial,
+            advection,
+            filters: 3,
+            penalty: 1.0,
+            viscosity: 0.0,
+        };
         let (_, _, [forward, backward]) = control.simulated::<D2>(&zeros(&grid, steps - 1), 1e3, 1e-5);
         assert!(backward < 3 * forward, "{backward} pieces of work for a gradient, {forward} for a simulation on {cells} cells at Courant {courant}");
         println!("{cells} cells, Courant {courant}: gradient {backward}, simulation {forward}");

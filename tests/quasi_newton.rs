@@ -13,16 +13,14 @@ use thurible_core::quasi_newton::{self, Fields, Initial, QuasiNewton, Shape};
 
 const SLOTS: usize = 5;
 
-/// (kappa + S) x along time, S = tridiag(-1, 2, -1) with last diagonal entry 1, for trajectories stored row by row.
-fn hessian(grid: &Grid, kappa: f64, x: &[f64]) -> Vec<f64> {
+/// (kappa + S) x along time, S = (D + c)^T (D + c) with D x = x_k - x_{k-1}, for trajectories stored row by row.
+fn hessian(grid: &Grid, kappa: f64, drag: f64, x: &[f64]) -> Vec<f64> {
     let n = grid.n[0];
     let at = |row: usize, slot: usize, i: usize| x[(row * SLOTS + slot) * n + i];
     let number = |index: usize| {
         let (row, slot, i) = (index / (SLOTS * n), index / n % SLOTS, index % n);
-        let before = if slot > 0 { at(row, slot - 1, i) } else { 0.0 };
-        let after = if slot + 1 < SLOTS { at(row, slot + 1, i) } else { 0.0 };
-        let diagonal = if slot + 1 == SLOTS { kappa + 1.0 } else { kappa + 2.0 };
-        diagonal * x[index] - before - after
+        let force = |slot: usize| (1.0 + drag) * at(row, slot, i) - if slot > 0 { at(row, slot - 1, i) } else { 0.0 };
+        kappa * x[index] + (1.0 + drag) * force(slot) - if slot + 1 < SLOTS { force(slot + 1) } else { 0.0 }
     };
     (0..x.len()).map(number).collect()
 }
@@ -30,14 +28,14 @@ fn hessian(grid: &Grid, kappa: f64, x: &[f64]) -> Vec<f64> {
 #[test]
 fn the_time_line_is_solved_exactly() {
     let (grid, mut random) = (grid(&[7, 5], "wp"), Random::new(91));
-    for kappa in [1e-3, 1.0, 50.0] {
+    for (kappa, drag) in [(1e-3, 0.0), (1.0, 0.0), (50.0, 0.0), (1e-3, 0.3), (1.0, 20.0)] {
         let x: Vec<f64> = random.cells(&grid, SLOTS);
-        let mut found = hessian(&grid, kappa, &x);
+        let mut found = hessian(&grid, kappa, drag, &x);
         let mut pivots = [0.0; SLOTS];
-        let line = TimeLine::new(kappa, &mut pivots);
+        let line = TimeLine::new(kappa, drag, &mut pivots);
         found.chunks_exact_mut(SLOTS * grid.n[0]).for_each(|row| line.solve(row, grid.n[0]));
         let error = largest(found.iter().zip(&x).map(|(x, y)| x - y));
-        assert!(error < 1e-12 / kappa.min(1.0), "kappa {kappa}: {error:e}");
+        assert!(error < 1e-12 / kappa.min(1.0), "kappa {kappa}, drag {drag}: {error:e}");
     }
 }
 
@@ -51,7 +49,7 @@ struct Quadratic {
 impl Quadratic {
     fn gradient(&self, x: &Components<f64>) -> Components<f64> {
         core::array::from_fn(|a| {
-            let stiff = hessian(&self.grid, 0.0, &x[a]);
+            let stiff = hessian(&self.grid, 0.0, 0.0, &x[a]);
             stiff.iter().zip(&x[a]).zip(self.weight[a].iter().zip(&self.linear[a])).map(|((s, x), (w, b))| s + w * x - b).collect()
         })
     }
@@ -74,7 +72,7 @@ fn descends(pairs: usize) -> f64 {
     let mut numbers = vec![f64::NAN; quasi_newton::numbers(&grid, SLOTS, pairs)];
     let mut fields = quasi_newton::take(&grid, SLOTS, pairs, &mut Pool::new(&mut numbers));
     let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
-    let initial = Initial { line: Some(TimeLine::new(1.0, &mut pivots)), scale: 1.0 };
+    let initial = Initial { line: Some(TimeLine::new(1.0, 0.0, &mut pivots)), scale: 1.0 };
     let (mut newton, mut x) = (QuasiNewton::new(pairs), fields::zeros(&grid, SLOTS));
     write(&mut fields, newton.gradient, &problem.gradient(&x));
     let first = dot_all(&read(&fields, newton.gradient), &read(&fields, newton.gradient));
@@ -119,7 +117,7 @@ fn pairs_of_negative_curvature_are_left_out() {
     let mut numbers = vec![0.0; quasi_newton::numbers(&grid, SLOTS, 2)];
     let mut fields = quasi_newton::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
     let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
-    let initial = Initial { line: Some(TimeLine::new(1.0, &mut pivots)), scale: 1.0 };
+    let initial = Initial { line: Some(TimeLine::new(1.0, 0.0, &mut pivots)), scale: 1.0 };
     let mut newton = QuasiNewton::new(2);
     let gradient: Components<f64> = random.faces(&grid, SLOTS);
     write(&mut fields, newton.gradient, &gradient);

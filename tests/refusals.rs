@@ -98,6 +98,8 @@ const SCENES: &[Spoiled] = &[
     spoiled(STEP, "step = 1\n", &["`keyframe[0].step` is 1", "2 to 4"]),
     spoiled(METHOD, "iterations = 0", &["`method.iterations` is 0"]),
     spoiled(OUTPUT, "folder = \"\"", &["`output.folder` is empty"]),
+    spoiled(METHOD, "[flow]\nviscosity = -1e-3", &["`flow.viscosity` is -0.001", "from 0"]),
+    spoiled(METHOD, "[flow]\nviscosity = 1e30", &["`flow.viscosity` is 1e30", "smaller"]),
     spoiled(OUTPUT, "frames = false\n[control]\nforce_weight = -1.0", &["scene.toml:15", "`control.force_weight` is -1"]),
     spoiled(OUTPUT, "frames = false\n[control]\nforce_weight = 0", &["`control.force_weight` is 0", "above 0"]),
     spoiled(OUTPUT, "frames = false\n[control]\nfilters = \"all\"", &["`control.filters` is \"all\"", "\"auto\""]),

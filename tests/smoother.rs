@@ -46,9 +46,9 @@ struct Both<T> {
 
 impl<T: Real> Both<T> {
     /// With right-hand sides as on a coarse grid, or with a target alone as on the finest.
-    fn new<S: Space>(random: &mut Random, grid: &Grid, kappa: f64, speed: f64, coarse: bool) -> Self {
+    fn new<S: Space>(random: &mut Random, grid: &Grid, kappa: f64, speed: f64, viscosity: f64, coarse: bool) -> Self {
         let case = Case::<T>::random(random, grid, SLOTS, speed * grid.h[0]);
-        let mut equations = case.equations(kappa);
+        let mut equations = case.equations(kappa, viscosity);
         let mut rhs = None;
         if coarse {
             let r = right_hand_sides(random, grid);
@@ -71,6 +71,7 @@ impl<T: Real> Both<T> {
             grid: &case.grid,
             slots: SLOTS,
             kappa,
+            viscosity: T::from_f64(self.equations.naive.viscosity),
             outside: T::from_f64(outside),
             v: view(&case.v),
             w: view(&case.w),
@@ -103,7 +104,8 @@ fn found<T: Real, S: Space>(system: &System<'_, T>) -> [Vec<T>; 8] {
 fn residual_agrees<T: Real, S: Space>(list: &[(&[usize], &str)]) {
     let mut random = Random::new(61);
     for (grid, coarse) in list.iter().flat_map(|(cells, ends)| grids(cells, ends)).flat_map(|grid| [(grid, false), (grid, true)]) {
-        let both = Both::<T>::new::<S>(&mut random, &grid, 0.7, 2.0, coarse);
+        let viscosity = if coarse { 0.2 * grid.h[0] * grid.h[0] } else { 0.0 };
+        let both = Both::<T>::new::<S>(&mut random, &grid, 0.7, 2.0, viscosity, coarse);
         let (found, expected) = (found::<T, S>(&both.system(2.0)), both.equations.residual());
         let [a, c]: [Components<f64>; 2] = [&expected.a, &expected.c].map(|x| trajectories(&grid, x));
         let list = a.iter().chain(&c).cloned().chain([trajectory(&grid, &expected.b), trajectory(&grid, &expected.d)]);
@@ -129,7 +131,7 @@ fn norm_counts_all_four_equations() {
     for ((cells, ends), norm) in IN_2D.into_iter().flat_map(|g| [(g, Norm::Scaled), (g, Norm::Plain)]) {
         let grid = grid(cells, ends);
         let mut case = Case::<f64>::random(&mut random, &grid, SLOTS, 0.5 * grid.h[0]);
-        let expected = case.equations(0.3).residual().norm(if norm == Norm::Plain { 1.0 } else { grid.h[0] });
+        let expected = case.equations(0.3, 0.0).residual().norm(if norm == Norm::Plain { 1.0 } else { grid.h[0] });
         let setup = Setup { params: NsoParams { norm, ..NsoParams::default() }, ..setup(0.3, SLOTS) };
         let found = case.run::<D2, _>(&setup, |nso| nso.residual(&Serial));
         assert!((found - expected).abs() <= 1e-12 * expected, "{norm:?} on {cells:?} {ends}: {found} against {expected}");
@@ -140,8 +142,8 @@ fn norm_counts_all_four_equations() {
 fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
     let mut random = Random::new(63);
     for (n, (grid, coarse)) in list.iter().flat_map(|(cells, ends)| grids(cells, ends)).flat_map(|grid| [(grid, false), (grid, true)]).enumerate() {
-        let (kappa, outside) = ([1.0, 0.05][n % 2], [2.0, 0.0, 3.0][n % 3]);
-        let both = Both::<T>::new::<S>(&mut random, &grid, kappa, 1.5, coarse);
+        let (kappa, outside, viscosity) = ([1.0, 0.05][n % 2], [2.0, 0.0, 3.0][n % 3], [0.0, 0.0, 0.2][n % 5 % 3] * grid.h[0] * grid.h[0]);
+        let both = Both::<T>::new::<S>(&mut random, &grid, kappa, 1.5, viscosity, coarse);
         let (system, residual) = (both.system(outside), both.equations.residual());
         for row in 0..grid.rows() {
             let [y, z] = grid.row_at(row);
@@ -205,11 +207,11 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
         let grid = grid(cells, ends);
         let mut case = Case::<f64>::towards(&grid, SLOTS, random.faces::<f64>(&grid, SLOTS).map(|c| c.iter().map(|x| 1e-9 * x).collect()));
         case.v = zeros(&grid, SLOTS);
-        let before = case.equations(0.6).residual().norm(grid.h[0]);
+        let before = case.equations(0.6, 0.0).residual().norm(grid.h[0]);
         let (mut ring, mut scratch) = (vec![f64::NAN; ring_len::<S>(&grid, SLOTS, 1)], vec![f64::NAN; scratch_len::<S>(SLOTS, 8)]);
         let mut table = vec![0.0; table_len::<S>()];
         fill_table::<f64, S>(grid.h, &mut table);
-        let weights = thurible_core::nso::level::Weights { slots: SLOTS, kappa: 0.6, outside: 0.0 };
+        let weights = thurible_core::nso::level::Weights { slots: SLOTS, kappa: 0.6, viscosity: 0.0, outside: 0.0 };
         let mut level = thurible_core::nso::level::LevelMut {
             grid: &grid,
             state: thurible_core::nso::level::State {
@@ -227,7 +229,7 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
             table: &table,
         };
         sweep::<f64, S>(&Serial, &mut level, &weights, colours, &mut Workspace { ring: &mut ring, scratch: &mut scratch, lanes: 8 });
-        let after = case.equations(0.6).residual();
+        let after = case.equations(0.6, 0.0).residual();
         let worst = largest(last_cells(&grid, colours).flat_map(|at| of_cell(&grid, &after, at)));
         assert!(worst < 1e-7 * before, "{cells:?} {ends} {colours:?}: {worst:e} is left of {before:e}");
     }

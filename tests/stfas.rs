@@ -20,12 +20,14 @@ struct Scene<'a> {
     courant: f64,
     kappa: f64,
     colours: Colours,
+    /// nu / h^2.
+    viscosity: f64,
 }
 
 impl<'a> Scene<'a> {
-    /// Courant number 1, kappa 1, red-black.
+    /// Courant number 1, kappa 1, red-black, no viscosity.
     fn new(cells: &'a [usize], ends: &'a str, slots: usize) -> Self {
-        Scene { cells, ends, slots, courant: 1.0, kappa: 1.0, colours: Colours::RedBlack }
+        Scene { cells, ends, slots, courant: 1.0, kappa: 1.0, colours: Colours::RedBlack, viscosity: 0.0 }
     }
 
     fn case<T: Real>(&self) -> Case<T> {
@@ -34,15 +36,17 @@ impl<'a> Scene<'a> {
     }
 
     fn setup(&self) -> Setup {
-        Setup { params: NsoParams { tolerance: 0.0, colours: self.colours, ..NsoParams::default() }, ..setup(self.kappa, self.slots) }
+        let h = grid(self.cells, self.ends).h[0];
+        let params = NsoParams { tolerance: 0.0, colours: self.colours, ..NsoParams::default() };
+        Setup { params, viscosity: self.viscosity * h * h, ..setup(self.kappa, self.slots) }
     }
 
     /// What a V-cycle leaves of the residual: the mean of the last three of six.
     fn factor<S: Space>(&self) -> f64 {
         let list = self.case::<f64>().residuals::<S>(&Serial, &self.setup(), 6);
         let factor = (list[6] / list[3]).cbrt();
-        let Scene { cells, ends, slots, courant, kappa, colours } = self;
-        println!("STFAS on {cells:?} {ends} x {slots}, Courant {courant}, kappa {kappa}, {colours:?}: {factor:.3} a cycle");
+        let Scene { cells, ends, slots, courant, kappa, colours, viscosity } = self;
+        println!("STFAS on {cells:?} {ends} x {slots}, Courant {courant}, kappa {kappa}, viscosity {viscosity}, {colours:?}: {factor:.3} a cycle");
         factor
     }
 
@@ -70,6 +74,16 @@ fn sizes_that_do_not_halve() {
     }
     for (cells, ends) in [([33, 47], "wp"), ([33, 47], "pp"), ([5, 5], "pp"), ([47, 10], "pw")] {
         Scene::new(&cells, ends, 11).converges_by::<D2>(0.15);
+    }
+}
+
+#[test]
+fn viscous_flows() {
+    for viscosity in [0.01, 0.1, 1.0, 10.0, 100.0] {
+        Scene { viscosity, ..Scene::new(&[32, 32], "ww", 15) }.converges_by::<D2>(0.25);
+        Scene { viscosity, ..Scene::new(&[24, 40], "wp", 15) }.converges_by::<D2>(0.25);
+        Scene { viscosity, ..Scene::new(&[16, 16, 16], "www", 9) }.converges_by::<D3>(0.35);
+        Scene { viscosity, colours: Colours::PowerOfTwo, ..Scene::new(&[32, 32], "ww", 15) }.converges_by::<D2>(0.25);
     }
 }
 
@@ -150,9 +164,9 @@ fn a_solution_stays_where_it_is() {
     let moved = |x: &Components<f64>, y: &Components<f64>| largest_of(&add_scaled_all(x, -1.0, y));
     assert!(moved(&case.v, &solved.v) < 1e-13 && moved(&case.w, &solved.w) < 1e-13);
     // The coarse grids must not pull a solution away even where they see other equations.
-    let norm = solved.equations(1.0).residual().norm(solved.grid.h[0]);
+    let norm = solved.equations(1.0, 0.0).residual().norm(solved.grid.h[0]);
     assert!(norm < 1e-13 * list[0], "the second implementation sees {norm:e}");
-    let means = case.equations(1.0).p.iter().chain(&case.equations(1.0).pbar).map(|p| p.iter().sum::<f64>().abs()).fold(0.0, f64::max);
+    let means = case.equations(1.0, 0.0).p.iter().chain(&case.equations(1.0, 0.0).pbar).map(|p| p.iter().sum::<f64>().abs()).fold(0.0, f64::max);
     assert!(means < 1e-10, "pressures have means up to {means:e}");
 }
 
@@ -214,9 +228,9 @@ fn a_stop_within_a_cycle_leaves_a_better_state() {
     let scene = Scene::new(&[20, 20], "ww", 9);
     for after in [1, 3, 7, 12, 17] {
         let mut case = scene.case::<f64>();
-        let before = case.equations(1.0).residual().norm(case.grid.h[0]);
+        let before = case.equations(1.0, 0.0).residual().norm(case.grid.h[0]);
         let ended = case.run::<D2, _>(&scene.setup(), |nso| nso.solve(&Serial, &mut Stop(after)).ended);
-        let left = case.equations(1.0).residual().norm(case.grid.h[0]);
+        let left = case.equations(1.0, 0.0).residual().norm(case.grid.h[0]);
         assert_eq!(ended, Ended::Cancelled);
         assert!(left < 2.0 * before, "stopped at {after}: {before:e} became {left:e}");
     }

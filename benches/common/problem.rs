@@ -41,7 +41,7 @@ impl Case {
     fn setup<S: Space>(&self, threads: usize) -> Setup {
         let params = NsoParams { tolerance: 0.0, cycles: 1, colours: self.colours, norm: Norm::Scaled, ..NsoParams::default() };
         let shape = Shape { lanes: 16, together: if S::DIM == 2 { 8 } else { 1 } };
-        Setup { kappa: self.kappa, slots: self.steps - 1, threads, params, shape }
+        Setup { kappa: self.kappa, viscosity: 0.0, slots: self.steps - 1, threads, params, shape }
     }
 
     /// Bytes of the unknowns v, w, p, pbar of the finest level.

@@ -102,6 +102,8 @@ pub struct Settings {
     pub params: AdmmParams,
     /// AO's numbers; max rho_0 is set with the source.
     pub setup: ao::Setup,
+    /// nu in scaled numbers.
+    pub viscosity: f64,
     /// r.
     pub force_weight: f64,
     /// Outer iterations at most.
@@ -126,7 +128,8 @@ impl Settings {
                 threads: dimensions.threads,
             },
         };
-        Self { dimensions, params: *params, setup, force_weight: problem.scaled_force_weight(), iterations }
+        let (viscosity, force_weight) = (problem.scaled_viscosity(), problem.scaled_force_weight());
+        Self { dimensions, params: *params, setup, viscosity, force_weight, iterations }
     }
 }
 

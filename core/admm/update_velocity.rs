@@ -3,11 +3,13 @@
 use super::{Admm, Dimensions};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, sums, view};
-use crate::force::{self, time_line::TimeLine};
+use crate::force;
+use crate::force::time_line::{TimeLine, drag};
 use crate::grid::Space;
 use crate::nso::level::State;
 use crate::nso::{self, Ended, Finest, Info, Nso, NsoParams, NsoSolver, newton};
 use crate::observe::{Event, Observer};
+use crate::operators::self_advection::Fluid;
 use crate::plan::Pool;
 use crate::poisson::Projection;
 use crate::progress::{Progress, Status};
@@ -40,7 +42,8 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
 
     fn by_stfas(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
         let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
-        let setup = nso::Setup { kappa, slots, threads, params: self.settings.params.nso, shape: self.settings.dimensions.shape };
+        let setup =
+            nso::Setup { kappa, viscosity: self.settings.viscosity, slots, threads, params: self.settings.params.nso, shape: self.settings.dimensions.shape };
         let spare = if self.spare[0].is_empty() { &mut self.multiplier } else { &mut self.spare };
         let finest = Finest {
             state: State { v: reborrow(&mut self.v), w: reborrow(&mut self.w), p: self.p, pbar: self.pbar },
@@ -56,7 +59,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let Dimensions { slots, threads, .. } = self.settings.dimensions;
         let NsoParams { tolerance, cycles: steps, .. } = self.settings.params.nso;
         let projection_tolerance = self.settings.setup.projection_tolerance;
-        let setup = newton::Setup { kappa, slots, threads, tolerance, steps, projection_tolerance };
+        let setup = newton::Setup { kappa, viscosity: self.settings.viscosity, slots, threads, tolerance, steps, projection_tolerance };
         let problem = newton::Problem { v: reborrow(&mut self.v), w: reborrow(&mut self.w), v0: view(&self.initial), target: view(&self.target) };
         newton::solve::<T, S>(exec, observer, &self.levels, &setup, problem, Pool::new(&mut *self.region), self.sums)
     }
@@ -68,7 +71,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     fn predict(&mut self, exec: &dyn Exec, kappa: f64) {
         let (grid, slots) = (&self.levels.grids[0], self.settings.dimensions.slots);
         let nx = grid.n[0];
-        let line = TimeLine::new(kappa, &mut self.sums[..slots]);
+        let line = TimeLine::new(kappa, drag(grid, self.settings.viscosity), &mut self.sums[..slots]);
         let (first, kappa) = (self.iteration == 1, T::from_f64(kappa));
         for axis in 0..S::DIM {
             let fields = [&mut *self.v[axis], &mut *self.w[axis], &mut *self.target[axis]];
@@ -89,11 +92,12 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
     }
 
-    /// w = P[v_k - v_{k-1} + Adv(v_k)] with its pressure, so that equations b, c and d hold before the first cycle.
+    /// w = P[v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k] with its pressure, so that equations b, c and d hold before the first cycle.
     pub(crate) fn consistent_force(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Status> {
         let (grid, slots, threads) = (&self.levels.grids[0], self.settings.dimensions.slots, self.settings.dimensions.threads);
         let scratch = &mut self.region[..threads * force::scratch_per_thread(grid, slots)];
-        force::from_velocity::<T, S>(exec, grid, slots, view(&self.v), view(&self.initial), self.p, reborrow(&mut self.w), scratch);
+        let fluid = Fluid { grid, slots, viscosity: self.settings.viscosity };
+        force::from_velocity::<T, S>(exec, fluid, view(&self.v), view(&self.initial), self.p, reborrow(&mut self.w), scratch);
         let mut projection = Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
         let w: &mut VectorMut<'_, T> = &mut self.w;
         let projected = projection.project(exec, observer, slots, w, Some(self.p), self.settings.setup.projection_tolerance, self.sums);

@@ -70,6 +70,8 @@ pub struct Settings {
     pub carrier: carrier::Setup,
     /// Relative tolerance of projections.
     pub projection_tolerance: f64,
+    /// nu in scaled numbers.
+    pub viscosity: f64,
     /// r.
     pub force_weight: f64,
     /// Relative tolerance of a step.
@@ -87,6 +89,7 @@ impl Settings {
             grid: problem.grid(),
             carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, advection: problem.advection, largest: 1.0, threads },
             projection_tolerance: problem.projection_tolerance,
+            viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),
             tolerance: params.tolerance,
             push: target.map_or(Push::Buoyancy(params.buoyancy / problem.units().force), Push::Target),
@@ -95,7 +98,7 @@ impl Settings {
 
     /// The settings of a step.
     fn step(&self) -> step::Setup {
-        step::Setup { tolerance: self.tolerance, threads: self.carrier.threads }
+        step::Setup { viscosity: self.viscosity, tolerance: self.tolerance, threads: self.carrier.threads }
     }
 }
 
@@ -293,8 +296,8 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     pub(crate) fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
         let gathered = matches!(self.settings.push, Push::Target(pd) if pd.gathering > 0.0) && self.marched;
         let Self { levels, v, initial, rho, w, region, sums, settings, .. } = self;
-        let Settings { carrier, force_weight, projection_tolerance, .. } = *settings;
-        let (grid, setup) = (&levels.grids[0], evaluate::Setup { carrier, force_weight, projection_tolerance });
+        let Settings { carrier, viscosity, force_weight, projection_tolerance, .. } = *settings;
+        let (grid, setup) = (&levels.grids[0], evaluate::Setup { carrier, viscosity, force_weight, projection_tolerance });
         let keyframes = *keyframes;
         let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region, sums };
         let mut objective = Objective::default();

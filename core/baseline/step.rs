@@ -1,6 +1,6 @@
-//! One implicit step of the flow, v + Adv(v) + grad p = a, div v = 0 with a = v_{k-1} + u_{k-1}, and its adjoint.
+//! One implicit step of the flow, v + Adv(v) + nu C^T C v + grad p = a, div v = 0 with a = v_{k-1} + u_{k-1}, and its adjoint.
 //!
-//! Both are solved as equations without pressure, v = Q(a - Adv(v)), whose residual also heals what divergence v has:
+//! Adv stands for Adv + nu C^T C below, J for its derivative. Both are solved as equations without pressure, v = Q(a - Adv(v)), whose residual also heals what divergence v has:
 //! Newton's method, each correction (I + Q J(v)) d = residual by GMRES; the adjoint z = Q(b - J(v)^T z) by GMRES alone.
 
 use super::krylov::Krylov;
@@ -10,7 +10,7 @@ use crate::field::{Vector, VectorMut, reborrow, sums, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::observe::Observer;
-use crate::operators::self_advection;
+use crate::operators::self_advection::{self, Fluid};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::poisson::Projection;
 use crate::quasi_newton::{Shape, add, dot};
@@ -35,6 +35,8 @@ const MOST_ROUNDING: f64 = 1e-3;
 /// What does not change from step to step.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
+    /// nu in scaled numbers.
+    pub viscosity: f64,
     /// max |residual| at which a step is solved, relative to max |v|.
     pub tolerance: f64,
     /// Threads that scratch was planned for.
@@ -93,6 +95,10 @@ impl<'a, T: Real> Step<'a, T> {
         slot::combine(exec, self.grid, terms, &mut self.v);
     }
 
+    fn fluid(&self) -> Fluid<'a> {
+        Fluid { grid: self.grid, slots: 1, viscosity: self.setup.viscosity }
+    }
+
     fn shape(&self) -> Shape<'a> {
         Shape { grid: self.grid, slots: 1 }
     }
@@ -101,9 +107,10 @@ impl<'a, T: Real> Step<'a, T> {
         sums::max_abs(exec, self.grid, 1, x, sums)
     }
 
-    /// Rounding errors of Adv and what surrounds it, in parts of the speed.
+    /// Rounding errors of Adv + nu C^T C and what surrounds it, in parts of the speed.
     fn rounding(&self, speed: f64) -> f64 {
-        (ROUNDING * T::EPSILON * (1.0 + speed / self.grid.h[0])).min(MOST_ROUNDING)
+        let h = self.grid.h[0];
+        (ROUNDING * T::EPSILON * (1.0 + speed / h + self.setup.viscosity / (h * h))).min(MOST_ROUNDING)
     }
 
     /// Solves v + Adv(v) + grad p = given, div v = 0, from the guess in v.
@@ -164,14 +171,14 @@ impl<'a, T: Real> Step<'a, T> {
 
     /// residual = Q(given - Adv(v)) - v, or Q(given - J(v)^T z) - z.
     fn residual<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, law: Law, sums: &mut [f64]) -> Result<(), Stop> {
-        let (grid, shape, out) = (self.grid, self.shape(), &mut self.residual);
+        let (fluid, shape, out) = (self.fluid(), self.shape(), &mut self.residual);
         let x = match law {
             Law::Flow => {
-                self_advection::apply::<T, S>(exec, grid, 1, view(&self.v), reborrow(out), self.scratch);
+                self_advection::apply::<T, S>(exec, fluid, view(&self.v), reborrow(out), self.scratch);
                 view(&self.v)
             }
             Law::Adjoint => {
-                self_advection::apply_adjoint::<T, S>(exec, grid, 1, view(&self.v), view(&self.adjoint), reborrow(out), self.scratch);
+                self_advection::apply_adjoint::<T, S>(exec, fluid, view(&self.v), view(&self.adjoint), reborrow(out), self.scratch);
                 view(&self.adjoint)
             }
         };
@@ -183,12 +190,12 @@ impl<'a, T: Real> Step<'a, T> {
 
     /// correction = d with d + Q J(v) d, or d + Q J(v)^T d, nearer to the residual than `left`.
     fn correct<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, law: Law, left: f64, sums: &mut [f64]) -> Result<(), Stop> {
-        let (grid, shape) = (self.grid, self.shape());
+        let (grid, fluid, shape) = (self.grid, self.fluid(), self.shape());
         let Self { projection, v, residual, correction, krylov, scratch, .. } = self;
         krylov.correct(exec, grid, view(residual), left, correction, sums, &mut |d, out, accuracy, sums| {
             match law {
-                Law::Flow => self_advection::apply_derivative::<T, S>(exec, grid, 1, view(v), d, reborrow(out), scratch),
-                Law::Adjoint => self_advection::apply_adjoint::<T, S>(exec, grid, 1, view(v), d, reborrow(out), scratch),
+                Law::Flow => self_advection::apply_derivative::<T, S>(exec, fluid, view(v), d, reborrow(out), scratch),
+                Law::Adjoint => self_advection::apply_adjoint::<T, S>(exec, fluid, view(v), d, reborrow(out), scratch),
             }
             project(projection, exec, observer, out, accuracy, sums)?;
             add(exec, shape, out, 1.0, 1.0, d);

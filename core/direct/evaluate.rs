@@ -7,6 +7,7 @@ use crate::force;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::observe::{Observer, Silent};
+use crate::operators::self_advection::Fluid;
 use crate::plan::{Ledger, Pool, Sharing};
 use crate::poisson::Projection;
 use crate::problem::keyframes::Keyframes;
@@ -19,6 +20,8 @@ use crate::transport::{Flow, Stop};
 pub struct Setup {
     /// Transport and metric.
     pub carrier: carrier::Setup,
+    /// nu in scaled numbers.
+    pub viscosity: f64,
     /// r in scaled numbers.
     pub force_weight: f64,
     /// Relative tolerance of projections.
@@ -81,12 +84,12 @@ impl<T: Real> Evaluation<'_, '_, T> {
     pub fn force<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, v: Vector<'_, T>, w: &mut VectorMut<'_, T>) -> Result<f64, Stop> {
         let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
         let scratch = &mut self.region[..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)];
-        force::from_velocity::<T, S>(exec, grid, slots, v, self.initial, &[], reborrow(w), scratch);
+        force::from_velocity::<T, S>(exec, Fluid { grid, slots, viscosity: self.setup.viscosity }, v, self.initial, &[], reborrow(w), scratch);
         self.project(exec, observer, w, self.setup.projection_tolerance)?;
         Ok(0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums))
     }
 
-    /// The gradient at v, Q[r (w_k - w_{k+1} + J(v_k)^T w_k) - A_v^T mu_k], from the densities and the force of [`Self::value`].
+    /// The gradient at v, Q[r (w_k - w_{k+1} + (J(v_k)^T + nu C^T C) w_k) - A_v^T mu_k], from the densities and the force of [`Self::value`].
     ///
     /// # Errors
     /// [`Stop`].
@@ -101,7 +104,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
         let (n, weight) = (grid.n[0], T::from_f64(self.setup.force_weight));
         let scratch = &mut self.region[..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)];
-        force::apply_adjoint::<T, S>(exec, grid, slots, v, w, reborrow(out), scratch);
+        force::apply_adjoint::<T, S>(exec, Fluid { grid, slots, viscosity: self.setup.viscosity }, v, w, reborrow(out), scratch);
         let flow = Flow { initial: self.initial, v, along: None };
         let mut carrier = Carrier::carve(grid, &self.setup.carrier, &mut Pool::new(&mut *self.region));
         carrier.sweep_back(exec, observer, &flow, self.rho, &self.keyframes, self.sums, &mut |slot, of_data| {

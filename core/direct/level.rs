@@ -4,7 +4,7 @@ use super::evaluate::{self, Evaluation};
 use super::{Direct, Settings};
 use crate::carrier::{self, densities};
 use crate::field::{VectorMut, reborrow};
-use crate::force::time_line::TimeLine;
+use crate::force::time_line::{TimeLine, drag};
 use crate::grid::levels::{self, Levels, MAX_LEVELS};
 use crate::grid::{Grid, Space};
 use crate::nested;
@@ -195,9 +195,10 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         let mut pool = Pool::new(rest);
         let fields = quasi_newton::take(&levels.grids[level], slots, history, &mut pool);
         let (initial, region) = ([&*x, &*y, &*z], pool.into_rest());
-        let (carrier, force_weight) = (carrier_setup(settings, level, count, threads), settings.force_weight);
-        let setup = evaluate::Setup { carrier, force_weight, projection_tolerance: settings.projection_tolerance };
+        let Settings { viscosity, force_weight, projection_tolerance, .. } = *settings;
+        let setup = evaluate::Setup { carrier: carrier_setup(settings, level, count, threads), viscosity, force_weight, projection_tolerance };
         let evaluation = Evaluation { levels, level, setup, initial, rho, keyframes, region, sums };
-        Work { evaluation, v, fields, line: TimeLine::factored(pivots) }
+        let line = TimeLine::new(super::STIFFNESS / force_weight, drag(&levels.grids[level], viscosity), pivots);
+        Work { evaluation, v, fields, line }
     }
 }

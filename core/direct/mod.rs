@@ -20,7 +20,6 @@ use crate::checkpoint::{Damaged, MANY, Record};
 use crate::descent::{Descent, Outcome};
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut};
-use crate::force::time_line::TimeLine;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer};
@@ -86,6 +85,8 @@ pub struct Settings {
     pub carrier: carrier::Setup,
     /// Relative tolerance of projections.
     pub projection_tolerance: f64,
+    /// nu in scaled numbers.
+    pub viscosity: f64,
     /// r.
     pub force_weight: f64,
     /// Iterations on the finest grid at most.
@@ -105,6 +106,7 @@ impl Settings {
             keyframes: problem.keyframes.len(),
             carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, advection: problem.advection, largest: 1.0, threads },
             projection_tolerance: problem.projection_tolerance,
+            viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),
             iterations,
             params: *params,
@@ -172,7 +174,6 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         let initial = arena.take_vector(S::DIM, grid.cells())?;
         let sums = arena.take(2 * grid.rows())?;
         let pivots = arena.take(slots)?;
-        TimeLine::new(STIFFNESS / settings.force_weight, pivots);
         let mut ledger = Ledger::new();
         Self::in_turn(&mut ledger, settings);
         let rest = arena.take(ledger.bytes().unwrap_or(usize::MAX) / T::BYTES)?;

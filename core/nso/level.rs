@@ -40,6 +40,8 @@ pub struct System<'a, T> {
     pub slots: usize,
     /// K / r.
     pub kappa: T,
+    /// nu.
+    pub viscosity: T,
     /// Weight of the outside-face term of the smoother.
     pub outside: T,
     /// Velocities.
@@ -88,6 +90,8 @@ pub struct Weights<T> {
     pub slots: usize,
     /// K / r.
     pub kappa: T,
+    /// nu.
+    pub viscosity: T,
     /// Weight of the outside-face term.
     pub outside: T,
 }
@@ -99,6 +103,7 @@ impl<T: Copy> LevelMut<'_, T> {
             grid: self.grid,
             slots: weights.slots,
             kappa: weights.kappa,
+            viscosity: weights.viscosity,
             outside: weights.outside,
             v: view(&self.state.v),
             w: view(&self.state.w),

@@ -1,7 +1,7 @@
 //! One cell in all slots at once: the time-line SCGS step (mathematics section 5, paper section 4.2).
 //!
 //! The unknowns are the changes of the cell's 2d faces and two pressures in every slot. With g = outward sign / h of each
-//! free face (0 on a wall), B an orthonormal basis of the vectors orthogonal to g, J the local Jacobian of Adv:
+//! free face (0 on a wall), B an orthonormal basis of the vectors orthogonal to g, J the local Jacobian of Adv + nu C^T C:
 //!
 //! ```text
 //! dv_k = g rb_k/|g|^2 + B y_k        dw_k = g rd_k/|g|^2 + B q_k        M_k = B^T (1 + J_k) B
@@ -388,7 +388,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
     #[inline(always)]
     fn residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize) -> (Residuals<V>, Jacobian<V>) {
         let system = self.system;
-        let (slots, zero, half) = (system.slots, V::splat(T::ZERO), V::splat(T::HALF));
+        let (slots, zero, half, viscosity) = (system.slots, V::splat(T::ZERO), V::splat(T::HALF), V::splat(system.viscosity));
         let mut r = self.linear_residuals::<S, V>(header, k);
         let mut j = Jacobian { inside: [[zero; 6]; 6], outside: [[zero; 6]; 6] };
         for e in 0..S::EDGES {
@@ -397,23 +397,29 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             let (va, vb): ([V; 2], [V; 2]) = self.quad(&system.v, slots, k, edge);
             let (wa, wb): ([V; 2], [V; 2]) = self.quad(&system.w, slots, k, edge);
             let (inverse_a, inverse_b): (V, V) = (at(header, Header::<S>::EDGES + 2 * e), at(header, Header::<S>::EDGES + 2 * e + 1));
-            let p = Plaquette::new(va, vb, [inverse_a, inverse_b], half);
-            let half_omega = p.omega * half;
-            r.c[fa] = r.c[fa] + half_omega * p.bbar;
-            r.c[fb] = r.c[fb] - half_omega * p.abar;
+            let inverse = [inverse_a, inverse_b];
+            let (p, m) = (Plaquette::new(va, vb, inverse, half), Plaquette::new(wa, wb, inverse, half));
+            // The derivatives of omega by the cell's own a- and b-face.
             let sigma_a = if edge.side_b == 1 { inverse_b } else { -inverse_b };
             let sigma_b = if edge.side_a == 1 { -inverse_a } else { inverse_a };
-            let (ma, mb) = (-(half * (wa[0] + wa[1])), half * (wb[0] + wb[1]));
-            let g = ma * p.bbar + mb * p.abar;
-            r.a[fa] = r.a[fa] - (mb * half_omega + sigma_a * g);
-            r.a[fb] = r.a[fb] - (ma * half_omega + sigma_b * g);
+            let (half_omega, drag) = (p.omega * half, viscosity * p.omega);
+            r.c[fa] = r.c[fa] + half_omega * p.bbar - sigma_a * drag;
+            r.c[fb] = r.c[fb] - half_omega * p.abar - sigma_b * drag;
+            let g = m.bbar * p.abar - m.abar * p.bbar + viscosity * m.omega;
+            r.a[fa] = r.a[fa] - (m.bbar * half_omega + sigma_a * g);
+            r.a[fb] = r.a[fb] + (m.abar * half_omega - sigma_b * g);
             let (half_sigma_a, half_sigma_b, quarter) = (half * sigma_a, half * sigma_b, half * half_omega);
+            // Rows of the Jacobian at the a- and b-faces of the edge, by the cell's own a- and b-face: what advection does, which
+            // is the same at both faces of a component, and what viscosity does at the cell's own face, the opposite outside.
             let (aa, ab) = (-(half_sigma_a * p.bbar), -(half_sigma_b * p.bbar + quarter));
             let (ba, bb) = (half_sigma_a * p.abar + quarter, half_sigma_b * p.abar);
-            j.inside[fa][fa] = j.inside[fa][fa] + aa;
-            j.inside[fa][fb] = j.inside[fa][fb] + ab;
-            j.inside[fb][fa] = j.inside[fb][fa] + ba;
-            j.inside[fb][fb] = j.inside[fb][fb] + bb;
+            let (drag_a, drag_b) = (viscosity * sigma_a, viscosity * sigma_b);
+            let (drag_aa, drag_ab, drag_bb) = (drag_a * sigma_a, drag_a * sigma_b, drag_b * sigma_b);
+            j.inside[fa][fa] = j.inside[fa][fa] + (aa + drag_aa);
+            j.inside[fa][fb] = j.inside[fa][fb] + (ab + drag_ab);
+            j.inside[fb][fa] = j.inside[fb][fa] + (ba + drag_ab);
+            j.inside[fb][fb] = j.inside[fb][fb] + (bb + drag_bb);
+            let (aa, ab, ba, bb) = (aa - drag_aa, ab - drag_ab, ba - drag_ab, bb - drag_bb);
             j.outside[fa][fa] = j.outside[fa][fa] + (aa * aa + ba * ba);
             j.outside[fb][fb] = j.outside[fb][fb] + (ab * ab + bb * bb);
             let across = aa * ab + ba * bb;

@@ -122,6 +122,8 @@ pub struct Finest<'a, T> {
 pub struct Setup {
     /// K / r in scaled numbers.
     pub kappa: f64,
+    /// nu in scaled numbers.
+    pub viscosity: f64,
     /// Slots T.
     pub slots: usize,
     /// Threads that scratch was planned for.
@@ -235,7 +237,12 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             debug_assert!(pushed.is_ok());
         }
         let sizes = Sizes::new::<S>(&hierarchy.grids[0], slots, setup.threads, setup.shape);
-        let weights = Weights { slots, kappa: T::from_f64(setup.kappa), outside: T::from_f64(outside_weight::<S>(setup.params.colours)) };
+        let weights = Weights {
+            slots,
+            kappa: T::from_f64(setup.kappa),
+            viscosity: T::from_f64(setup.viscosity),
+            outside: T::from_f64(outside_weight::<S>(setup.params.colours)),
+        };
         let scratch = pool.take((sizes.ring + sizes.lines).max(sizes.transfer));
         Self { levels, tables: hierarchy.tables.iter().collect(), weights, setup: *setup, sizes, scratch, sums, spare: finest.spare, space: PhantomData }
     }

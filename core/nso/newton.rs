@@ -13,10 +13,11 @@ use super::solve::{Ended, Info};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force;
-use crate::force::time_line::TimeLine;
+use crate::force::time_line::{TimeLine, drag};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer};
+use crate::operators::self_advection::Fluid;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::poisson::Projection;
 use crate::quasi_newton::{self, Shape};
@@ -38,6 +39,8 @@ const HALVINGS: usize = 20;
 pub struct Setup {
     /// K / r in scaled numbers.
     pub kappa: f64,
+    /// nu in scaled numbers.
+    pub viscosity: f64,
     /// Slots T.
     pub slots: usize,
     /// Threads that scratch was planned for.
@@ -90,7 +93,7 @@ pub fn solve<T: Real, S: Space>(
     let mut take = || pool.take_vector(S::DIM, grid.cells() * setup.slots);
     let (step, residual, direction, image, work) = (take(), take(), take(), take(), take());
     let region = pool.into_rest();
-    let line = TimeLine::new(setup.kappa, pivots);
+    let line = TimeLine::new(setup.kappa, drag(grid, setup.viscosity), pivots);
     let mut newton = Newton { levels, setup, problem, step, residual, direction, image, work, region, sums, line };
     for count in 0..=setup.steps {
         let (Some(gradient), phi) = (newton.gradient::<S>(exec, observer), newton.phi(exec, Force::Accepted)) else {
@@ -160,12 +163,16 @@ enum Output {
     Work,
 }
 
-impl<T: Real> Newton<'_, '_, T> {
+impl<'a, T: Real> Newton<'a, '_, T> {
+    fn fluid(&self) -> Fluid<'a> {
+        Fluid { grid: &self.levels.grids[0], slots: self.setup.slots, viscosity: self.setup.viscosity }
+    }
+
     /// residual = -g; max |g|, or `None` when it was stopped.
     fn gradient<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<f64> {
         let (grid, slots) = (&self.levels.grids[0], self.setup.slots);
         let Problem { v, w, .. } = &self.problem;
-        force::apply_adjoint::<T, S>(exec, grid, slots, view(v), view(w), reborrow(&mut self.residual), self.region);
+        force::apply_adjoint::<T, S>(exec, self.fluid(), view(v), view(w), reborrow(&mut self.residual), self.region);
         self.project(exec, observer, Output::Residual)?;
         let (v, target, kappa) = (view(&self.problem.v), self.problem.target, T::from_f64(self.setup.kappa));
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(&mut self.residual), sums: &mut [], scratch: &mut [] }, |task| {
@@ -208,11 +215,11 @@ impl<T: Real> Newton<'_, '_, T> {
     fn apply<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<()> {
         let (grid, slots) = (&self.levels.grids[0], self.setup.slots);
         let Problem { v, .. } = &self.problem;
-        force::apply_derivative::<T, S>(exec, grid, slots, view(v), view(&self.direction), reborrow(&mut self.work), self.region);
+        force::apply_derivative::<T, S>(exec, self.fluid(), view(v), view(&self.direction), reborrow(&mut self.work), self.region);
         self.project(exec, observer, Output::Work)?;
         let Problem { v, .. } = &self.problem;
-        force::apply_adjoint::<T, S>(exec, grid, slots, view(v), view(&self.work), reborrow(&mut self.image), self.region);
-        force::add_curvature::<T, S>(exec, grid, slots, view(&self.direction), view(&self.problem.w), reborrow(&mut self.image), self.region);
+        force::apply_adjoint::<T, S>(exec, self.fluid(), view(v), view(&self.work), reborrow(&mut self.image), self.region);
+        force::add_curvature::<T, S>(exec, self.fluid(), view(&self.direction), view(&self.problem.w), reborrow(&mut self.image), self.region);
         self.project(exec, observer, Output::Image)?;
         quasi_newton::add(exec, Shape { grid, slots }, &mut self.image, 1.0, self.setup.kappa, view(&self.direction));
         Some(())
@@ -289,9 +296,8 @@ impl<T: Real> Newton<'_, '_, T> {
 
     /// work = the force of v.
     fn force<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<()> {
-        let (grid, slots) = (&self.levels.grids[0], self.setup.slots);
         let Problem { v, v0, .. } = &self.problem;
-        force::from_velocity::<T, S>(exec, grid, slots, view(v), *v0, &[], reborrow(&mut self.work), self.region);
+        force::from_velocity::<T, S>(exec, self.fluid(), view(v), *v0, &[], reborrow(&mut self.work), self.region);
         self.project(exec, observer, Output::Work)
     }
 }

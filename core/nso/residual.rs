@@ -1,10 +1,10 @@
 //! The residual f of the Navier-Stokes problem (paper eq. 13, mathematics section 5): right-hand side minus left-hand side.
 //!
 //! ```text
-//! a:  kappa v_k - w_{k+1} + (1 + J(v_k)^T) w_k + grad pbar_k = ra_k      at faces
-//! b:  div v_k = rb_k                                                      at cells
-//! c:  v_k - v_{k-1} + Adv(v_k) - w_k + grad p_k = rc_k                    at faces
-//! d:  div w_k = rd_k                                                      at cells
+//! a:  kappa v_k - w_{k+1} + (1 + J(v_k)^T + nu C^T C) w_k + grad pbar_k = ra_k      at faces
+//! b:  div v_k = rb_k                                                                 at cells
+//! c:  v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k - w_k + grad p_k = rc_k                at faces
+//! d:  div w_k = rd_k                                                                 at cells
 //! ```
 
 use super::level::{LevelMut, System, Weights};
@@ -72,8 +72,8 @@ pub fn of_block<T: Real, S: Space>(system: &System<'_, T>, block: &Block<'_>, ro
     let minus = -T::ONE;
     // Left-hand sides of the nonlinear parts first, with their sign turned at once.
     out.list().into_iter().for_each(|row| row.fill(T::ZERO));
-    accumulate::<T, S, _>(block, row, Adjoint, system.v, system.w, &mut out.a.each_mut().map(|c| &mut **c), work);
-    accumulate::<T, S, _>(block, row, Advection, system.v, [&[]; 3], &mut out.c.each_mut().map(|c| &mut **c), work);
+    accumulate::<T, S, _>(block, row, Adjoint { viscosity: system.viscosity }, system.v, system.w, &mut out.a.each_mut().map(|c| &mut **c), work);
+    accumulate::<T, S, _>(block, row, Advection { viscosity: system.viscosity }, system.v, [&[]; 3], &mut out.c.each_mut().map(|c| &mut **c), work);
     for axis in 0..S::DIM {
         let (v, w) = (block.of(system.v[axis], row), block.of(system.w[axis], row));
         let a = &mut *out.a[axis];

@@ -9,6 +9,7 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Space;
 use crate::observe::{Event, Observer};
+use crate::operators::self_advection::Fluid;
 use crate::real::Real;
 
 /// V-cycles whose residuals an [`Info`] holds.
@@ -167,8 +168,7 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
         level.state.pbar.fill(T::ZERO);
         crate::force::from_velocity::<T, S>(
             exec,
-            level.grid,
-            self.weights.slots,
+            Fluid { grid: level.grid, slots: self.weights.slots, viscosity: self.setup.viscosity },
             view(&level.state.v),
             view(&level.v0),
             &[],

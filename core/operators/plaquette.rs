@@ -37,39 +37,46 @@ pub trait Rule<T>: Copy {
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]);
 }
 
-/// Adv(v): A gets -omega bbar / 2, B gets +omega abar / 2.
+/// Adv(v) + nu C^T C v: A gets -omega bbar / 2, B gets +omega abar / 2, and nu omega / h on A- and B+, minus that on A+ and B-.
 #[derive(Clone, Copy, Debug)]
-pub struct Advection;
+pub struct Advection<T> {
+    /// nu.
+    pub viscosity: T,
+}
 
 multiversion! {
-    fn advection[T: Real](v: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+    fn advection[T: Real](viscosity: T, v: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
         let [am_out, ap_out, bm_out, bp_out] = out;
         let n = am_out.len();
         let (ap_out, bm_out, bp_out) = (&mut ap_out[..n], &mut bm_out[..n], &mut bp_out[..n]);
         let [am, ap, bm, bp] = v.map(|row| &row[..n]);
         for i in 0..n {
             let p = Plaquette::new([am[i], ap[i]], [bm[i], bp[i]], inverse, T::HALF);
-            let half = p.omega * T::HALF;
-            am_out[i] = -(half * p.bbar);
-            ap_out[i] = am_out[i];
-            bm_out[i] = half * p.abar;
-            bp_out[i] = bm_out[i];
+            let (half, drag) = (p.omega * T::HALF, viscosity * p.omega);
+            let (on_a, on_b) = (-(half * p.bbar), half * p.abar);
+            am_out[i] = on_a + drag * inverse[1];
+            ap_out[i] = on_a - drag * inverse[1];
+            bm_out[i] = on_b - drag * inverse[0];
+            bp_out[i] = on_b + drag * inverse[0];
         }
     }
 }
 
-impl<T: Real> Rule<T> for Advection {
+impl<T: Real> Rule<T> for Advection<T> {
     fn contribute(self, velocity: Quad<'_, T>, _second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
-        advection(velocity, inverse, out);
+        advection(self.viscosity, velocity, inverse, out);
     }
 }
 
-/// J(v) d: the derivative of Adv at v along the second field d.
+/// J(v) d + nu C^T C d: the derivative of [`Advection`] at v along the second field d.
 #[derive(Clone, Copy, Debug)]
-pub struct Derivative;
+pub struct Derivative<T> {
+    /// nu.
+    pub viscosity: T,
+}
 
 multiversion! {
-    fn derivative[T: Real](v: Quad<'_, T>, d: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+    fn derivative[T: Real](viscosity: T, v: Quad<'_, T>, d: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
         let [am_out, ap_out, bm_out, bp_out] = out;
         let n = am_out.len();
         let (ap_out, bm_out, bp_out) = (&mut ap_out[..n], &mut bm_out[..n], &mut bp_out[..n]);
@@ -78,26 +85,31 @@ multiversion! {
         for i in 0..n {
             let p = Plaquette::new([am[i], ap[i]], [bm[i], bp[i]], inverse, T::HALF);
             let dp = Plaquette::new([dam[i], dap[i]], [dbm[i], dbp[i]], inverse, T::HALF);
-            am_out[i] = -(T::HALF * (dp.omega * p.bbar + p.omega * dp.bbar));
-            ap_out[i] = am_out[i];
-            bm_out[i] = T::HALF * (dp.omega * p.abar + p.omega * dp.abar);
-            bp_out[i] = bm_out[i];
+            let drag = viscosity * dp.omega;
+            let (on_a, on_b) = (-(T::HALF * (dp.omega * p.bbar + p.omega * dp.bbar)), T::HALF * (dp.omega * p.abar + p.omega * dp.abar));
+            am_out[i] = on_a + drag * inverse[1];
+            ap_out[i] = on_a - drag * inverse[1];
+            bm_out[i] = on_b - drag * inverse[0];
+            bp_out[i] = on_b + drag * inverse[0];
         }
     }
 }
 
-impl<T: Real> Rule<T> for Derivative {
+impl<T: Real> Rule<T> for Derivative<T> {
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
-        derivative(velocity, second, inverse, out);
+        derivative(self.viscosity, velocity, second, inverse, out);
     }
 }
 
-/// J(v)^T m for the second field m.
+/// J(v)^T m + nu C^T C m for the second field m: the adjoint of [`Derivative`].
 #[derive(Clone, Copy, Debug)]
-pub struct Adjoint;
+pub struct Adjoint<T> {
+    /// nu.
+    pub viscosity: T,
+}
 
 multiversion! {
-    fn adjoint[T: Real](v: Quad<'_, T>, m: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+    fn adjoint[T: Real](viscosity: T, v: Quad<'_, T>, m: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
         let [am_out, ap_out, bm_out, bp_out] = out;
         let n = am_out.len();
         let (ap_out, bm_out, bp_out) = (&mut ap_out[..n], &mut bm_out[..n], &mut bp_out[..n]);
@@ -105,9 +117,9 @@ multiversion! {
         let [mam, map, mbm, mbp] = m.map(|row| &row[..n]);
         for i in 0..n {
             let p = Plaquette::new([am[i], ap[i]], [bm[i], bp[i]], inverse, T::HALF);
-            let ma = -(T::HALF * (mam[i] + map[i]));
-            let mb = T::HALF * (mbm[i] + mbp[i]);
-            let g = ma * p.bbar + mb * p.abar;
+            let mp = Plaquette::new([mam[i], map[i]], [mbm[i], mbp[i]], inverse, T::HALF);
+            let (ma, mb) = (-mp.abar, mp.bbar);
+            let g = ma * p.bbar + mb * p.abar + viscosity * mp.omega;
             let (spread_a, spread_b) = (mb * p.omega * T::HALF, ma * p.omega * T::HALF);
             am_out[i] = spread_a + g * inverse[1];
             ap_out[i] = spread_a - g * inverse[1];
@@ -117,9 +129,9 @@ multiversion! {
     }
 }
 
-impl<T: Real> Rule<T> for Adjoint {
+impl<T: Real> Rule<T> for Adjoint<T> {
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
-        adjoint(velocity, second, inverse, out);
+        adjoint(self.viscosity, velocity, second, inverse, out);
     }
 }
 

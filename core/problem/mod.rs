@@ -47,6 +47,8 @@ pub struct Problem<'a> {
     pub steps: usize,
     /// Steps of the keyframes, ascending, from 2 to N; a free flow needs none.
     pub keyframes: &'a [usize],
+    /// Viscosity nu of the flow, 0 or more, in length^2 / time: a term nu C^T C v of the momentum equation.
+    pub viscosity: f64,
     /// Weight r of the force.
     pub force_weight: f64,
     /// Filters m of the metric; by default the largest with 2^(m-1) <= max(n) / 4.
@@ -191,6 +193,7 @@ impl Problem<'_> {
         for (field, given) in numbers {
             positive(field, given)?;
         }
+        not_negative("viscosity", self.viscosity)?;
         match self.filters {
             Some(given) if given > MAX_FILTERS => Err(ProblemError::Filters { given }),
             _ => Ok(()),
@@ -230,6 +233,12 @@ impl Problem<'_> {
     #[must_use]
     pub fn units(&self) -> Units {
         Units { velocity: self.length / self.dt, force: self.length / (self.dt * self.dt) }
+    }
+
+    /// The viscosity in scaled numbers, nu dt / length^2.
+    #[must_use]
+    pub fn scaled_viscosity(&self) -> f64 {
+        self.viscosity * self.dt / (self.length * self.length)
     }
 
     /// The weight r in scaled numbers, r length^2 / dt^4.

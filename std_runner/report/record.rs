@@ -17,6 +17,8 @@ pub struct RunRecord {
     pub dt: f64,
     /// N.
     pub steps: usize,
+    /// nu.
+    pub viscosity: f64,
     /// r.
     pub force_weight: f64,
     /// m, resolved.

@@ -19,6 +19,7 @@ pub(super) fn parameters(record: &RunRecord) -> String {
         ("Boundary", escape(&if boundary.len() == 1 { &boundary } else { &record.boundary }.join(", "))),
         ("Length of the box", number(record.length)),
         ("Time", format!("{} steps of {}", record.steps, number(record.dt))),
+        ("Viscosity", number(record.viscosity)),
         ("Force weight r", number(record.force_weight)),
         ("Filters m", record.filters.to_string()),
         ("Transport", format!("{}, tolerance {}", escape(&record.advection.scheme), number(record.advection.tolerance))),

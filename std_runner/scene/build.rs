@@ -3,8 +3,8 @@
 use crate::exit::Failure;
 use crate::scene::check::shown;
 use crate::scene::document::Document;
-use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawDirect, RawGrid, RawLbfgs, RawMethod, RawPd, RawScene, RawSimulation, RawTime, read};
-use crate::scene::{Admm, AdvectionSection, Control, Grid, MethodSection, Output, Scene, Time, method_name, shapes};
+use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawDirect, RawFlow, RawGrid, RawLbfgs, RawMethod, RawPd, RawScene, RawSimulation, RawTime, read};
+use crate::scene::{Admm, AdvectionSection, Control, Flow, Grid, MethodSection, Output, Scene, Time, method_name, shapes};
 use std::path::PathBuf;
 use thurible_core::{Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoSolver, PdParams, Scheme, SimulationParams};
 use toml::Value;
@@ -21,6 +21,8 @@ const MOST_STEPS: i64 = 100_000;
 const MOST_FILTERS: i64 = 16;
 /// More than any run needs.
 const MOST_ITERATIONS: i64 = 1_000_000;
+/// In scaled numbers: it spreads motion over the whole box in a step.
+const MOST_VISCOSITY: f64 = 1.0;
 /// Weights in scaled numbers (dt = length = 1) within which single precision keeps its digits.
 const WEIGHTS: core::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
@@ -44,6 +46,7 @@ pub(super) fn free(document: Document) -> Result<Scene, Failure> {
 fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
     let grid = grid(&document, raw.grid)?;
     let time = time(&document, raw.time)?;
+    let flow = flow(&document, raw.flow, &grid, time)?;
     let control = control(&document, raw.control)?;
     let advection = advection(&document, raw.advection)?;
     let method = method(&document, raw.method)?;
@@ -57,7 +60,7 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         return Err(document.refuse("output.folder", "is empty; write the name of a folder"));
     }
     let output = Output { folder: document.folder().join(folder), frames: raw.output.frames.unwrap_or(true) };
-    Ok(Scene { document, grid, time, source, keyframes: Vec::new(), control, advection, method, simulation, output })
+    Ok(Scene { document, grid, time, source, keyframes: Vec::new(), flow, control, advection, method, simulation, output })
 }
 
 fn grid(document: &Document, raw: Option<RawGrid>) -> Result<Grid, Failure> {
@@ -97,6 +100,17 @@ fn time(document: &Document, raw: Option<RawTime>) -> Result<Time, Failure> {
     let raw = document.required("time", raw, "write [time] with steps = 40")?;
     let steps = document.required("time.steps", raw.steps, "write the number of steps, as in steps = 40")?;
     Ok(Time { steps: document.whole("time.steps", steps, 2..=MOST_STEPS)?, dt: document.positive("time.dt", raw.dt.unwrap_or(1.0))? })
+}
+
+fn flow(document: &Document, raw: RawFlow, grid: &Grid, time: Time) -> Result<Flow, Failure> {
+    let key = "flow.viscosity";
+    let viscosity = document.not_negative(key, raw.viscosity.unwrap_or(0.0))?;
+    let scaled = viscosity * time.dt / (grid.length * grid.length);
+    if scaled > MOST_VISCOSITY {
+        let why = format!("is {viscosity:?}, which in units of dt and length is {scaled:e}, but at most {MOST_VISCOSITY} flows at all; make it smaller");
+        return Err(document.refuse(key, why));
+    }
+    Ok(Flow { viscosity })
 }
 
 fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {

@@ -27,6 +27,8 @@ pub struct Scene {
     pub source: ShapeSpec,
     /// The targets, by ascending step.
     pub keyframes: Vec<Keyframe>,
+    /// The fluid.
+    pub flow: Flow,
     /// What is minimised.
     pub control: Control,
     /// How density is carried.
@@ -68,6 +70,13 @@ pub struct Keyframe {
     pub shape: ShapeSpec,
     /// Its key in the file, `keyframe[i]`, for errors found later.
     pub key: String,
+}
+
+/// `[flow]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flow {
+    /// nu, in the scene's units.
+    pub viscosity: f64,
 }
 
 /// `[control]`

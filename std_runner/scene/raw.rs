@@ -15,6 +15,8 @@ pub(super) struct RawScene {
     pub source: Option<Table>,
     pub keyframe: Option<Vec<Table>>,
     #[serde(default)]
+    pub flow: RawFlow,
+    #[serde(default)]
     pub control: RawControl,
     #[serde(default)]
     pub advection: RawAdvection,
@@ -39,6 +41,12 @@ pub(super) struct RawGrid {
 pub(super) struct RawTime {
     pub steps: Option<i64>,
     pub dt: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawFlow {
+    pub viscosity: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]

@@ -20,6 +20,8 @@ pub struct Scene {
     pub steps: usize,
     /// Steps of the keyframes.
     pub keyframes: Vec<usize>,
+    /// nu.
+    pub viscosity: f64,
     /// r.
     pub force_weight: f64,
     /// The transport.
@@ -60,6 +62,7 @@ impl Scene {
             dt: 1.0,
             steps,
             keyframes: vec![steps],
+            viscosity: 0.0,
             force_weight: 1e2,
             scheme: Scheme::Quick,
             params: Params { iterations: 3, ..admm() },
@@ -84,6 +87,7 @@ impl Scene {
             dt: self.dt,
             steps: self.steps,
             keyframes: &self.keyframes,
+            viscosity: self.viscosity,
             force_weight: self.force_weight,
             filters: None,
             match_mass: true,

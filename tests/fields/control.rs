@@ -34,6 +34,8 @@ pub struct Control<'a, T> {
     pub filters: usize,
     /// Penalty K.
     pub penalty: f64,
+    /// nu.
+    pub viscosity: f64,
 }
 
 /// What a call found.
@@ -87,7 +89,7 @@ impl<T: Real> Control<'_, T> {
         let mut evaluation = Evaluation {
             levels: &levels,
             level: 0,
-            setup: evaluate::Setup { carrier: self.carrier(), force_weight, projection_tolerance: 1e-13 },
+            setup: evaluate::Setup { carrier: self.carrier(), viscosity: self.viscosity, force_weight, projection_tolerance: 1e-13 },
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
             keyframes: Keyframes { steps: self.keyframes, densities: self.targets },
@@ -110,7 +112,7 @@ impl<T: Real> Control<'_, T> {
         let evaluation = Evaluation {
             levels: &levels,
             level: 0,
-            setup: evaluate::Setup { carrier: self.carrier(), force_weight, projection_tolerance: 1e-13 },
+            setup: evaluate::Setup { carrier: self.carrier(), viscosity: self.viscosity, force_weight, projection_tolerance: 1e-13 },
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
             keyframes: Keyframes { steps: self.keyframes, densities: self.targets },

@@ -32,7 +32,7 @@ pub fn check(scene: &Scene, solved: &Solved, epsilon: f64) {
 /// That the flow is free of divergence and made by its forces; the flow.
 pub fn check_flow(scene: &Scene, solved: &Solved, epsilon: f64) -> Vec<Components<f64>> {
     let grid = scene.problem().grid();
-    let naive = Naive::new(&grid);
+    let naive = Naive { viscosity: scene.problem().scaled_viscosity(), ..Naive::new(&grid) };
     let (speed, force) = (scene.length / scene.dt, scene.length / (scene.dt * scene.dt));
     let scaled = |list: &[Vec<Vec<f64>>], unit: f64| -> Vec<Components<f64>> {
         list.iter().map(|v| faces(&grid, v).map(|c| c.iter().map(|x| x / unit).collect())).collect()
@@ -50,7 +50,7 @@ pub fn check_flow(scene: &Scene, solved: &Solved, epsilon: f64) -> Vec<Component
         // What is left of the momentum equation must be a gradient: no curl anywhere, no mean along periodic axes.
         let produced = add_scaled_all(&add_scaled_all(&v[k + 1], -1.0, &v[k]), 1.0, &naive.advection(&v[k + 1]));
         let left = add_scaled_all(u, -1.0, &produced);
-        let unit = 60.0 * epsilon * (strongest + fastest + fastest * fastest / grid.h[0]);
+        let unit = 60.0 * epsilon * (strongest + fastest + (fastest + naive.viscosity / grid.h[0]) * fastest / grid.h[0]);
         assert!(naive.largest_curl(&left) <= unit / grid.h[0], "momentum at step {k}: {:e}", naive.largest_curl(&left));
         for a in (0..grid.dims).filter(|&a| grid.periodic[a]) {
             assert_close("mean force", left[a].iter().sum::<f64>() / grid.cells() as f64, 0.0, unit, 1.0);

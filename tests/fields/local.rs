@@ -51,9 +51,9 @@ fn outside(problem: &Equations, k: usize, faces: &[Face]) -> Vec<Vec<f64>> {
         }
         let force = |moved: Option<usize>, by: f64| {
             let value = |i: usize| v[[a, a, b, b][i]][naive.id(at[i])] + if moved.is_some() && own[i] == moved { by } else { 0.0 };
-            let [am, ap, bm, bp] = [0, 1, 2, 3].map(value);
-            let omega = (bp - bm) / naive.grid.h[a] - (ap - am) / naive.grid.h[b];
-            [-omega * (bm + bp) / 4.0, omega * (am + ap) / 4.0]
+            let at_all = naive.at_plaquette((a, b), [0, 1, 2, 3].map(value));
+            let mut others = (0..4).filter(|&i| own[i].is_none()).map(|i| at_all[i]);
+            [others.next().unwrap(), others.next().unwrap()]
         };
         let mut rows = [vec![0.0; faces.len()], vec![0.0; faces.len()]];
         for face in own.into_iter().flatten() {

@@ -10,12 +10,14 @@ use thurible_core::grid::Grid;
 pub struct Naive {
     /// The grid.
     pub grid: Grid,
+    /// nu.
+    pub viscosity: f64,
 }
 
 impl Naive {
-    /// On `grid`.
+    /// On `grid`, without viscosity.
     pub fn new(grid: &Grid) -> Self {
-        Naive { grid: *grid }
+        Naive { grid: *grid, viscosity: 0.0 }
     }
 
     /// The place `by` further along `axis`, or `None` beyond a wall. `faces` counts the high wall face as inside.
@@ -98,25 +100,30 @@ impl Naive {
         }
     }
 
-    /// Adv[v].
+    /// Adv[v] + nu C^T C v.
     pub fn advection(&self, v: &Components<f64>) -> Components<f64> {
         let mut out = self.at_faces(|_, _| 0.0);
-        self.each_plaquette(|pair, faces| {
-            let [omega, abar, bbar] = self.plaquette(v, pair, faces);
-            let (to_a, to_b) = (-omega * bbar / 2.0, omega * abar / 2.0);
-            self.spread(pair, faces, [to_a, to_a, to_b, to_b], &mut out);
-        });
+        self.each_plaquette(|pair, faces| self.spread(pair, faces, self.at_plaquette(pair, self.values(v, pair, faces)), &mut out));
         out
     }
 
-    /// J(v)^T m, plaquette by plaquette.
+    /// What a plaquette does to its faces A-, A+, B-, B+ by the velocities there.
+    pub fn at_plaquette(&self, (a, b): (usize, usize), [am, ap, bm, bp]: [f64; 4]) -> [f64; 4] {
+        let (ha, hb) = (self.grid.h[a], self.grid.h[b]);
+        let omega = (bp - bm) / ha - (ap - am) / hb;
+        let (to_a, to_b) = (-omega * (bm + bp) / 4.0, omega * (am + ap) / 4.0);
+        let drag = self.viscosity * omega;
+        [to_a + drag / hb, to_a - drag / hb, to_b - drag / ha, to_b + drag / ha]
+    }
+
+    /// J(v)^T m + nu C^T C m, plaquette by plaquette.
     pub fn adjoint(&self, v: &Components<f64>, m: &Components<f64>) -> Components<f64> {
         let mut out = self.at_faces(|_, _| 0.0);
         self.each_plaquette(|pair, faces| {
             let [omega, abar, bbar] = self.plaquette(v, pair, faces);
             let [mam, map, mbm, mbp] = self.values(m, pair, faces);
             let (ma, mb) = (-(mam + map) / 2.0, (mbm + mbp) / 2.0);
-            let g = ma * bbar + mb * abar;
+            let g = ma * bbar + mb * abar + self.viscosity * self.plaquette(m, pair, faces)[0];
             let (ga, gb) = (g / self.grid.h[pair.1], g / self.grid.h[pair.0]);
             let by = [ga + mb * omega / 2.0, -ga + mb * omega / 2.0, -gb + ma * omega / 2.0, gb + ma * omega / 2.0];
             self.spread(pair, faces, by, &mut out);

@@ -34,7 +34,7 @@ pub struct Case<T> {
 
 /// One thread, all lanes, a few planes at a time; tolerance 0, so that only the cap on cycles ends a solve.
 pub fn setup(kappa: f64, slots: usize) -> Setup {
-    Setup { kappa, slots, threads: 1, params: NsoParams { tolerance: 0.0, ..NsoParams::default() }, shape: Shape { lanes: 16, together: 2 } }
+    Setup { kappa, viscosity: 0.0, slots, threads: 1, params: NsoParams { tolerance: 0.0, ..NsoParams::default() }, shape: Shape { lanes: 16, together: 2 } }
 }
 
 impl<T: Real> Case<T> {
@@ -87,7 +87,7 @@ impl<T: Real> Case<T> {
     }
 
     /// Slot by slot, in double precision.
-    pub fn equations(&self, kappa: f64) -> Equations {
+    pub fn equations(&self, kappa: f64, viscosity: f64) -> Equations {
         let (grid, slots) = (&self.grid, self.slots);
         let vectors = |v: &Components<T>| (0..slots).map(|k| slot_of_all(grid, slots, k, v)).collect::<Vec<_>>();
         let scalars = |p: &[T]| (0..slots).map(|k| slot(grid, slots, k, p)).collect::<Vec<_>>();
@@ -102,7 +102,7 @@ impl<T: Real> Case<T> {
             d: vec![vec![0.0; grid.cells()]; slots],
         };
         Equations {
-            naive: Naive::new(grid),
+            naive: Naive { viscosity, ..Naive::new(grid) },
             kappa,
             v: vectors(&self.v),
             w: vectors(&self.w),

@@ -127,6 +127,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         length: 1.0,
         dt: 1.0,
         steps: frames.steps(),
+        viscosity: 0.0,
         force_weight: 1e3,
         filters: 5,
         advection: AdvectionRecord { scheme: "quick".into(), tolerance: 1e-5 },

@@ -123,6 +123,18 @@ impl Grid {
         out
     }
 
+    /// C^T C v, C the curl at the plaquettes.
+    pub fn curl_curl(&self, v: &[Field]) -> Vec<Field> {
+        let mut out: Vec<Field> = v.iter().map(|component| Field::zeros(component.size)).collect();
+        for &(a, b) in self.pairs() {
+            self.plaquettes(v, a, b, |p| {
+                p.a.iter().zip([1.0, -1.0]).for_each(|(&face, sign)| out[a].add(face, sign * p.omega / self.h));
+                p.b.iter().zip([-1.0, 1.0]).for_each(|(&face, sign)| out[b].add(face, sign * p.omega / self.h));
+            });
+        }
+        out
+    }
+
     /// The largest |omega|.
     pub fn curl_max(&self, v: &[Field]) -> f64 {
         let mut max = 0.0_f64;

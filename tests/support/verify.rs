@@ -109,7 +109,7 @@ fn incompressible(outcome: &Outcome, check: Check<'_>) {
     }
 }
 
-/// (v' - v)/dt + Adv[v'] - u is a pure gradient.
+/// (v' - v)/dt + Adv[v'] + nu C^T C v' - u is a pure gradient.
 fn momentum(outcome: &Outcome, check: Check<'_>) {
     let (grid, dt) = (&outcome.grid, outcome.number("/dt"));
     let scale = largest(outcome.force.iter().flatten());
@@ -117,8 +117,10 @@ fn momentum(outcome: &Outcome, check: Check<'_>) {
     for (step, force) in outcome.force.iter().enumerate() {
         let (before, after) = (&outcome.velocity[step], &outcome.velocity[step + 1]);
         let mut residual = grid.self_advection(after);
+        let viscous = grid.curl_curl(after);
         for (axis, field) in residual.iter_mut().enumerate() {
             for (index, value) in field.data.iter_mut().enumerate() {
+                *value += outcome.number("/viscosity") * viscous[axis].data[index];
                 *value += (after[axis].data[index] - before[axis].data[index]) / dt - force[axis].data[index];
             }
             if grid.periodic[axis] {

@@ -8,7 +8,7 @@
 
 use crate::baseline::step::{self, Step};
 use crate::carrier::{self, Carrier};
-use crate::direct::evaluate::Evaluation;
+use crate::direct::evaluate::{self, Evaluation};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::slot::{self, Slot, put};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
@@ -47,7 +47,8 @@ impl<T: Real> Simulated<'_, '_, T> {
     }
 
     fn step_setup(&self) -> step::Setup {
-        step::Setup { tolerance: self.tolerance, threads: self.evaluation.setup.carrier.threads }
+        let evaluate::Setup { carrier, viscosity, .. } = self.evaluation.setup;
+        step::Setup { viscosity, tolerance: self.tolerance, threads: carrier.threads }
     }
 
     /// J(u), with the flow in `v` and rho carried by it; the force's part alone where that is above `bound`.

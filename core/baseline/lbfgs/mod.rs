@@ -67,6 +67,8 @@ pub struct Settings {
     pub carrier: carrier::Setup,
     /// Relative tolerance of projections.
     pub projection_tolerance: f64,
+    /// nu in scaled numbers.
+    pub viscosity: f64,
     /// r.
     pub force_weight: f64,
     /// Relative tolerance of a step.
@@ -87,6 +89,7 @@ impl Settings {
             keyframes: problem.keyframes.len(),
             carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, advection: problem.advection, largest: 1.0, threads },
             projection_tolerance: problem.projection_tolerance,
+            viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),
             step_tolerance,
             iterations,
@@ -252,10 +255,10 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     }
 
     fn work<'a>(&'a mut self, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
-        let Settings { grid, carrier, force_weight, projection_tolerance, step_tolerance, params, .. } = self.settings;
+        let Settings { grid, carrier, viscosity, force_weight, projection_tolerance, step_tolerance, params, .. } = self.settings;
         let mut pool = Pool::new(&mut *self.rest);
         let fields = quasi_newton::take(&grid, carrier.slots, params.history, &mut pool);
-        let setup = flow::Setup { carrier, force_weight, projection_tolerance };
+        let setup = flow::Setup { carrier, viscosity, force_weight, projection_tolerance };
         let keyframes = *keyframes;
         let evaluation = Evaluation {
             levels: &self.levels,

@@ -94,7 +94,8 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         nested::prolong(fewer, levels, 0, slots, view(&solver.v), reborrow(v), scratch);
         nested::prolong(fewer, levels, 0, slots, view(&solver.u), reborrow(u), scratch);
         drop(solver);
-        let setup = flow::Setup { carrier: fine.carrier, force_weight: fine.force_weight, projection_tolerance: fine.projection_tolerance };
+        let Settings { carrier, viscosity, force_weight, projection_tolerance, .. } = *fine;
+        let setup = flow::Setup { carrier, viscosity, force_weight, projection_tolerance };
         let keyframes = *keyframes;
         let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region: rest, sums };
         [v, u].into_iter().try_for_each(|field| evaluation.project(exec, observer, field, setup.projection_tolerance)).map_err(|_| Status::Cancelled)
