@@ -96,6 +96,9 @@ fn choices_with_state_of_their_own_go_on() {
     goes_on::<f32, D2>(&newton);
     // So large a weight of the force that STFAS damps.
     goes_on::<f64, D2>(&Scene { force_weight: 1e7, ..by(Method::Admm, Scene::small(&[12, 12], "ww", 6)) });
+    for method in METHODS {
+        goes_on::<f32, D2>(&Scene { viscosity: 1e-3, ..by(method, Scene::small(&[32, 16], "ww", 4)) });
+    }
     // More iterations than pairs, so that all fields change their parts.
     let mut long = by(Method::Direct, Scene::small(&[16, 16], "ww", 4));
     (long.params.iterations, long.params.direct.tolerance) = (12, 1e-12);
@@ -247,6 +250,7 @@ fn bytes_of_another_solve_are_refused() {
     refuses("steps", &|scene| scene.steps = 5);
     refuses("keyframes", &|scene| scene.keyframes = vec![3]);
     refuses("force_weight", &|scene| scene.force_weight = 99.0);
+    refuses("viscosity", &|scene| scene.viscosity = 1e-3);
     refuses("scheme", &|scene| scene.scheme = thurible_core::Scheme::Central);
     refuses("method", &|scene| scene.params.method = Method::Lbfgs);
     refuses("history", &|scene| scene.params.direct.history = Some(4));

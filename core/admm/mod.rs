@@ -201,6 +201,7 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
     ///
     /// # Errors
     /// [`TooSmall`].
+    #[inline(never)]
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let Dimensions { grid, slots, .. } = settings.dimensions;
         let (cells, len) = (grid.cells(), grid.cells() * slots);

@@ -150,6 +150,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     ///
     /// # Errors
     /// [`TooSmall`].
+    #[inline(never)]
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         let rho = arena.take(densities(&grid, slots))?;

@@ -27,6 +27,7 @@ pub(super) struct Sizes<T> {
 
 impl<T: Real> Sizes<T> {
     /// Those of grid `level` on so many threads.
+    #[inline(never)]
     pub fn new(settings: &Settings, level: usize, threads: usize) -> Self {
         let grid = grid_of(settings, level);
         let (cells, slots) = (grid.cells(), settings.carrier.slots);

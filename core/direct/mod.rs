@@ -166,6 +166,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     ///
     /// # Errors
     /// [`TooSmall`].
+    #[inline(never)]
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         let rho = arena.take(densities(&grid, slots))?;

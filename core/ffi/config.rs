@@ -119,6 +119,8 @@ pub struct ThuribleConfig {
     pub keyframe_count: usize,
     /// Weight r of the force.
     pub force_weight: f64,
+    /// Kinematic viscosity, in squared lengths per time; 0 for none.
+    pub viscosity: f64,
     /// Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
     pub filters: u32,
     /// Whether keyframes are scaled to the mass of the source: 0 or 1.
@@ -269,6 +271,7 @@ impl Default for ThuribleConfig {
             keyframes: core::ptr::null(),
             keyframe_count: 0,
             force_weight: 1e3,
+            viscosity: 0.0,
             filters: THURIBLE_AUTOMATIC,
             match_mass: 1,
             scheme: ThuribleScheme::Quick as u32,
@@ -363,6 +366,7 @@ impl ThuribleConfig {
             // SAFETY: the caller's promise.
             keyframes: unsafe { self.keyframe_steps() }?,
             force_weight: self.force_weight,
+            viscosity: self.viscosity,
             filters: (filters != THURIBLE_AUTOMATIC).then(|| wide(filters)),
             match_mass: flag("match_mass", self.match_mass)?,
             advection: Advection {

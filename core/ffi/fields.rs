@@ -87,9 +87,10 @@ impl Place {
     }
 
     fn copy<T: Real, S: Space>(self, solver: &Solver<'_, T, S>, out: &mut [T]) {
+        let cells = |out: &mut [T], density: &[T]| out.iter_mut().zip(density).for_each(|(out, &density)| *out = density);
         match self.field {
-            ThuribleField::Density => out.copy_from_slice(solver.density(self.step)),
-            ThuribleField::Keyframe => out.copy_from_slice(solver.keyframe(self.step)),
+            ThuribleField::Density => cells(out, solver.density(self.step)),
+            ThuribleField::Keyframe => cells(out, solver.keyframe(self.step)),
             ThuribleField::Velocity => solver.velocity(self.step, self.axis, out),
             ThuribleField::Force => solver.force(self.step, self.axis, out),
         }

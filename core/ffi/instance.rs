@@ -9,7 +9,7 @@ use core::cell::UnsafeCell;
 use core::fmt;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use thurible_core::{D2, D3, Exec, InputError, Objective, Observer, Plan, Progress, SavedError, Solver};
+use thurible_core::{D2, D3, Exec, InputError, Objective, Observer, Params, Plan, Problem, Progress, Real, SavedError, Solver, Space, Status};
 
 /// A solver of either precision in either dimension.
 #[derive(Debug)]
@@ -169,12 +169,12 @@ pub struct Body {
 impl Body {
     /// One iteration.
     pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) {
-        self.progress = each!(&mut self.solver, solver => ThuribleProgress::from(&solver.step(exec, observer)));
+        self.progress = each!(&mut self.solver, solver => step_of(solver, exec, observer));
     }
 
     /// Makes the result feasible.
     pub fn finish(&mut self, exec: &dyn Exec) {
-        match each!(&mut self.solver, solver => solver.finish(exec)) {
+        match each!(&mut self.solver, solver => finish_of(solver, exec)) {
             Ok(Objective { data, force }) => (self.progress.data, self.progress.force) = (data, force),
             Err(status) => self.progress.status = Some(status).into(),
         }
@@ -226,15 +226,22 @@ pub struct Planned {
 /// `config.keyframes` points to `keyframe_count` numbers.
 pub unsafe fn plan(config: &ThuribleConfig) -> Result<Planned, ConfigError> {
     // SAFETY: the caller's promise.
-    let plan = unsafe {
+    let planned = unsafe {
         config.with(|problem, params| match choose(config)? {
-            (ThuriblePrecision::F32, 2) => Ok(Plan::new::<f32, D2>(problem, params)?),
-            (ThuriblePrecision::F64, 2) => Ok(Plan::new::<f64, D2>(problem, params)?),
-            (ThuriblePrecision::F32, _) => Ok(Plan::new::<f32, D3>(problem, params)?),
-            (ThuriblePrecision::F64, _) => Ok(Plan::new::<f64, D3>(problem, params)?),
+            (ThuriblePrecision::F32, 2) => sizes_of::<f32, D2>(problem, params),
+            (ThuriblePrecision::F64, 2) => sizes_of::<f64, D2>(problem, params),
+            (ThuriblePrecision::F32, _) => sizes_of::<f32, D3>(problem, params),
+            (ThuriblePrecision::F64, _) => sizes_of::<f64, D3>(problem, params),
         })
     };
-    let plan: Plan = plan.flatten()?;
+    planned.flatten()
+}
+
+// Functions of one kind of solver are not inlined where the kind is chosen, so that the stack of one call serves them in turn.
+
+#[inline(never)]
+fn sizes_of<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Planned, ConfigError> {
+    let plan = Plan::new::<T, S>(problem, params)?;
     let bytes = plan.bytes().checked_add(BLOCK).ok_or(ConfigError::Result(ThuribleResult::TooLarge))?;
     Ok(Planned { bytes, saved: plan.saved_bytes() })
 }
@@ -271,18 +278,6 @@ pub unsafe fn make(memory: *mut u8, bytes: usize, config: &ThuribleConfig) -> Re
     // SAFETY: `needed` bytes are there and no more than the address space, the instance takes `BLOCK` of them, and the rest is the
     // solver's alone: nothing else of this library points there.
     let block: &'static mut [MaybeUninit<u8>] = unsafe { core::slice::from_raw_parts_mut(memory.add(BLOCK).cast(), needed - BLOCK) };
-    // SAFETY: the caller's promise.
-    let solver = unsafe {
-        config.with(|problem, params| {
-            Ok::<_, ThuribleResult>(match choose(config).map_err(ConfigError::result)? {
-                (ThuriblePrecision::F32, 2) => AnySolver::Plane32(Solver::new(problem, params, block)?),
-                (ThuriblePrecision::F64, 2) => AnySolver::Plane64(Solver::new(problem, params, block)?),
-                (ThuriblePrecision::F32, _) => AnySolver::Space32(Solver::new(problem, params, block)?),
-                (ThuriblePrecision::F64, _) => AnySolver::Space64(Solver::new(problem, params, block)?),
-            })
-        })
-    };
-    let solver = solver.map_err(ConfigError::result)??;
     let dims = if config.dimensions == 2 { 2 } else { 3 };
     let sizes = Sizes {
         steps: config.steps,
@@ -292,11 +287,50 @@ pub unsafe fn make(memory: *mut u8, bytes: usize, config: &ThuribleConfig) -> Re
         precision: if config.precision == 4 { 4 } else { 8 },
         threads: config.threads,
     };
-    let body = Body { solver, sizes, progress: ThuribleProgress::default(), refusal: ThuribleResult::Ok.into() };
     let instance: *mut Thurible = memory.cast();
-    // SAFETY: aligned, and the bytes before the solver's block are the instance's.
-    unsafe { instance.write(Thurible { mark: AtomicUsize::new(mark(instance)), busy: AtomicBool::new(false), body: UnsafeCell::new(body) }) };
+    // SAFETY: the caller's promise; `instance` is aligned, and the bytes before the solver's block are its own.
+    let made = unsafe {
+        config.with(|problem, params| match choose(config).map_err(ConfigError::result)? {
+            (ThuriblePrecision::F32, 2) => place(instance, sizes, problem, params, block, AnySolver::Plane32),
+            (ThuriblePrecision::F64, 2) => place(instance, sizes, problem, params, block, AnySolver::Plane64),
+            (ThuriblePrecision::F32, _) => place(instance, sizes, problem, params, block, AnySolver::Space32),
+            (ThuriblePrecision::F64, _) => place(instance, sizes, problem, params, block, AnySolver::Space64),
+        })
+    };
+    made.map_err(ConfigError::result)??;
     Ok(instance)
+}
+
+/// Makes a solver of one kind in `block` and the instance where it belongs.
+///
+/// # Safety
+/// `instance` is aligned and points to the bytes of an instance.
+#[inline(never)]
+unsafe fn place<T: Real, S: Space>(
+    instance: *mut Thurible,
+    sizes: Sizes,
+    problem: &Problem<'_>,
+    params: &Params,
+    block: &'static mut [MaybeUninit<u8>],
+    wrap: fn(Solver<'static, T, S>) -> AnySolver<'static>,
+) -> Result<(), ThuribleResult> {
+    let solver = wrap(Solver::new(problem, params, block)?);
+    let body = Body { solver, sizes, progress: ThuribleProgress::default(), refusal: ThuribleResult::Ok.into() };
+    // SAFETY: the caller's promise.
+    unsafe { instance.write(Thurible { mark: AtomicUsize::new(mark(instance)), busy: AtomicBool::new(false), body: UnsafeCell::new(body) }) };
+    Ok(())
+}
+
+/// One iteration of one kind.
+#[inline(never)]
+fn step_of<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, observer: &mut dyn Observer) -> ThuribleProgress {
+    ThuribleProgress::from(&solver.step(exec, observer))
+}
+
+/// The end of one kind.
+#[inline(never)]
+fn finish_of<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Result<Objective, Status> {
+    solver.finish(exec)
 }
 
 /// Enters an instance: one call at a time.

@@ -1,7 +1,7 @@
 #ifndef THURIBLE_H
 #define THURIBLE_H
 
-/* Made by core/ffi/header from the sources beside this file: change those. See docs/integrators.md. */
+/* Made by core/ffi/tools from the sources beside this file: change those. See docs/integrators.md. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -208,6 +208,8 @@ typedef struct {
     size_t keyframe_count;
     // Weight r of the force.
     double force_weight;
+    // Kinematic viscosity, in squared lengths per time; 0 for none.
+    double viscosity;
     // Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
     uint32_t filters;
     // Whether keyframes are scaled to the mass of the source: 0 or 1.

@@ -1,18 +1,22 @@
 //! The end of a panic: there is nobody to unwind to.
 
+#[cfg(feature = "host_panic")]
+use core::ffi::c_char;
 use core::panic::PanicInfo;
 
 #[cfg(feature = "host_panic")]
 unsafe extern "C" {
-    fn thurible_panicked() -> !;
+    /// Ends the program, or at least never returns: `length` bytes of the name of a source file and a line say where it happened.
+    fn thurible_panicked(file: *const c_char, length: usize, line: u32) -> !;
 }
 
 #[panic_handler]
 fn panic(_info: &PanicInfo<'_>) -> ! {
     #[cfg(feature = "host_panic")]
-    // SAFETY: the host defines it and it does not return.
-    unsafe {
-        thurible_panicked()
+    {
+        let (file, line) = _info.location().map_or(("", 0), |place| (place.file(), place.line()));
+        // SAFETY: the host defines it and it does not return; the text lives for ever.
+        unsafe { thurible_panicked(file.as_ptr().cast(), file.len(), line) }
     }
     #[cfg(not(feature = "host_panic"))]
     trap()

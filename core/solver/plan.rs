@@ -150,31 +150,33 @@ impl Plan {
     }
 
     /// The fastest shape of the smoother's memory within the ceiling and the paper's bound, the fastest of all if there is none.
+    #[inline(never)]
     fn of_admm<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
         let together: &[usize] = if S::DIM == 2 { &[8, 4, 2, 1] } else { &[1] };
         let shapes = [16, 8, 4, 1].into_iter().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
-        let mut fastest = None;
-        let mut smallest: Option<Self> = None;
-        let mut within_ceiling = None;
+        let with = |shape: Shape| Self::with::<T, S>(problem, params, Choice { shape, history: 0 });
+        let (mut fastest, mut within_ceiling) = (None, None);
+        let mut smallest: Option<(usize, Shape)> = None;
         for shape in shapes {
-            let plan = Self::with::<T, S>(problem, params, Choice { shape, history: 0 })?;
+            let plan = with(shape)?;
             let fits = params.ceiling.is_none_or(|ceiling| plan.bytes <= ceiling);
             if fits && plan.method_bytes <= plan.paper_bound {
                 return Ok(plan);
             }
             if fits && within_ceiling.is_none() {
-                within_ceiling = Some(plan.clone());
+                within_ceiling = Some(shape);
             }
-            if smallest.as_ref().is_none_or(|smallest| plan.bytes < smallest.bytes) {
-                smallest = Some(plan.clone());
+            if smallest.is_none_or(|(bytes, _)| plan.bytes < bytes) {
+                smallest = Some((plan.bytes, shape));
             }
-            fastest = fastest.or(Some(plan));
+            fastest = fastest.or(Some(shape));
         }
-        let chosen = if params.ceiling.is_some() { within_ceiling.or(smallest) } else { fastest };
-        chosen.ok_or(PlanError::TooLarge)
+        let chosen = if params.ceiling.is_some() { within_ceiling.or(smallest.map(|(_, shape)| shape)) } else { fastest };
+        with(chosen.ok_or(PlanError::TooLarge)?)
     }
 
     /// As many pairs as are asked for, or as many as the ceiling allows one thread, so that results do not depend on threads.
+    #[inline(never)]
     fn of_direct<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
         let shape = Shape { lanes: 1, together: 1 };
         let with = |history: usize, threads: usize| Self::with::<T, S>(problem, &Params { threads, ..*params }, Choice { shape, history });
@@ -189,6 +191,7 @@ impl Plan {
         with(least, params.threads)
     }
 
+    #[inline(never)]
     fn with<T: Real, S: Space>(problem: &Problem<'_>, params: &Params, choice: Choice) -> Result<Self, PlanError> {
         let mut ledger = Ledger::new();
         let (keyframes, cells) = (problem.keyframes.len(), problem.grid().cells());

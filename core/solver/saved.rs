@@ -109,7 +109,7 @@ pub(super) fn fingerprint<T: Real, S: Space>(problem: &Problem<'_>, params: &Par
 
 fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     // Every field by name: a new one does not compile until it is mixed in.
-    let Problem { cells, boundary, length, dt, steps, keyframes, force_weight, filters: _, match_mass, advection, projection_tolerance } = problem;
+    let Problem { cells, boundary, length, dt, steps, keyframes, force_weight, viscosity, filters: _, match_mass, advection, projection_tolerance } = problem;
     cells.iter().for_each(|&n| mix.word(n as u64));
     boundary.iter().for_each(|&end| mix.word(u64::from(end == Boundary::Periodic)));
     mix.word(*steps as u64);
@@ -119,7 +119,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     mix.word(u64::from(*match_mass));
     let Advection { scheme, tolerance } = advection;
     mix.word(*scheme as u64);
-    [length, dt, force_weight, tolerance, projection_tolerance].into_iter().for_each(|&number| mix.real(number));
+    [length, dt, force_weight, viscosity, tolerance, projection_tolerance].into_iter().for_each(|&number| mix.real(number));
 }
 
 fn mix_admm(mix: &mut Mix, admm: &AdmmParams) {

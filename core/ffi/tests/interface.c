@@ -68,6 +68,7 @@ static void make_scene(Scene *scene, uint32_t precision, uint32_t dimensions, si
     config->keyframes = scene->keyframes;
     config->keyframe_count = 2;
     config->force_weight = 10.0;
+    config->viscosity = 1e-3;
     config->length = 2.0;
     config->dt = 0.5;
     config->method = method;
@@ -192,6 +193,7 @@ static void configurations(void) {
     WRONG(keyframes = (const size_t *)((const char *)scene.keyframes + 1), "misaligned");
     WRONG(steps = 3, "keyframe is at step 4");
     WRONG(force_weight = (double)NAN, "force_weight is NaN");
+    WRONG(viscosity = -1.0, "viscosity is -1");
     WRONG(filters = 13, "filters is 13");
     WRONG(match_mass = 2, "match_mass is 2");
     WRONG(scheme = 3, "scheme is 3");

@@ -1,5 +1,6 @@
 /* How much stack the library uses: every method, precision and dimension is planned, made, filled, solved, saved and restored on a
- * thread whose stack was painted, and the deepest byte that lost its paint counts. With an argument, fails above that many bytes. */
+ * thread whose stack was painted, and the deepest byte that lost its paint counts. The last column begins on one coarser grid more than the
+ * others. With an argument, fails above that many bytes in the others. */
 #ifndef _POSIX_C_SOURCE
 #define _POSIX_C_SOURCE 200809L
 #endif
@@ -56,54 +57,64 @@ static size_t used(Job *job) {
     return STACK - clean;
 }
 
+/* Bytes that a solve by this method takes on cells of this many a side. */
+static size_t solves(uint32_t method, uint32_t dimensions, uint32_t precision, size_t side, size_t idle) {
+    const size_t keyframe = 6, cells = side * side * (dimensions == 3 ? side : 1);
+    Job job;
+    memset(&job, 0, sizeof job);
+    if (thurible_defaults(&job.config, sizeof job.config)) exit(99);
+    for (int axis = 0; axis < 3; axis++) job.config.cells[axis] = side;
+    job.config.precision = precision;
+    job.config.dimensions = dimensions;
+    job.config.method = method;
+    job.config.steps = keyframe;
+    job.config.keyframes = &keyframe;
+    job.config.keyframe_count = 1;
+    job.config.iterations = 2;
+    job.config.lbfgs_nested = 1;
+    if (thurible_plan(&job.config, &job.bytes, NULL, &job.saved_bytes)) exit(99);
+    job.field_bytes = cells * precision;
+    job.memory = aligned(job.bytes);
+    job.saved = aligned(job.saved_bytes);
+    job.source = aligned(job.field_bytes);
+    job.target = aligned(job.field_bytes);
+    for (size_t cell = 0; cell < cells; cell++) { /* patches all over the box, hard to match */
+        double from = cell / 16 % 3 == 0, to = cell / 16 % 4 == 0;
+        if (precision == 4) ((float *)job.source)[cell] = (float)from, ((float *)job.target)[cell] = (float)to;
+        else ((double *)job.source)[cell] = from, ((double *)job.target)[cell] = to;
+    }
+    const size_t bytes = used(&job) - idle;
+    if (job.failed) {
+        printf("\nmethod %u was refused\n", (unsigned)method);
+        exit(1);
+    }
+    free(job.memory), free(job.saved), free(job.source), free(job.target);
+    return bytes;
+}
+
 int main(int count, char **arguments) {
     const char *methods[] = {"direct", "admm", "lbfgs", "pd", "simulate"};
-    Job job = {0};
+    Job job;
+    memset(&job, 0, sizeof job);
     job.idle = 1;
     const size_t idle = used(&job); /* what a thread itself takes */
     size_t most = 0;
-    printf("stack in bytes, of the thread itself (%zu) subtracted:\n%-9s %8s %8s %8s %8s\n", idle, "method", "2D f32", "2D f64", "3D f32", "3D f64");
+    printf("stack in bytes, that of the thread itself (%zu) subtracted:\n", idle);
+    const uint32_t columns[][3] = {{2, 4, 32}, {2, 8, 32}, {3, 4, 16}, {3, 8, 16}, {2, 4, 64}};
+    printf("%-9s", "method");
+    for (size_t column = 0; column < 5; column++) printf(" %uD f%u %4u", (unsigned)columns[column][0], (unsigned)columns[column][1] * 8, (unsigned)columns[column][2]);
+    printf("\n");
     for (uint32_t method = 0; method < 5; method++) {
         printf("%-9s", methods[method]);
-        for (uint32_t dimensions = 2; dimensions <= 3; dimensions++)
-            for (uint32_t precision = 4; precision <= 8; precision += 4) {
-                const size_t keyframe = 6;
-                memset(&job, 0, sizeof job);
-                if (thurible_defaults(&job.config, sizeof job.config)) exit(99);
-                for (int axis = 0; axis < 3; axis++) job.config.cells[axis] = dimensions == 2 ? 32 : 16;
-                job.config.precision = precision;
-                job.config.dimensions = dimensions;
-                job.config.method = method;
-                job.config.steps = keyframe;
-                job.config.keyframes = &keyframe;
-                job.config.keyframe_count = 1;
-                job.config.iterations = 2;
-                job.config.lbfgs_nested = 1;
-                if (thurible_plan(&job.config, &job.bytes, NULL, &job.saved_bytes)) exit(99);
-                const size_t cells = dimensions == 2 ? 32 * 32 : 16 * 16 * 16;
-                job.field_bytes = cells * precision;
-                job.memory = aligned(job.bytes);
-                job.saved = aligned(job.saved_bytes);
-                job.source = aligned(job.field_bytes);
-                job.target = aligned(job.field_bytes);
-                for (size_t cell = 0; cell < cells; cell++) {
-                    double from = cell / 16 % 3 == 0, to = cell / 16 % 4 == 0;
-                    if (precision == 4) ((float *)job.source)[cell] = (float)from, ((float *)job.target)[cell] = (float)to;
-                    else ((double *)job.source)[cell] = from, ((double *)job.target)[cell] = to;
-                }
-                const size_t bytes = used(&job) - idle;
-                if (job.failed) {
-                    printf("\n%s was refused\n", methods[method]);
-                    return 1;
-                }
-                if (bytes > most) most = bytes;
-                printf(" %8zu", bytes);
-                free(job.memory), free(job.saved), free(job.source), free(job.target);
-            }
+        for (size_t column = 0; column < 5; column++) {
+            const size_t bytes = solves(method, columns[column][0], columns[column][1], columns[column][2], idle);
+            if (column < 4 && bytes > most) most = bytes;
+            printf(" %11zu", bytes);
+        }
         printf("\n");
     }
     const size_t ceiling = count > 1 ? strtoul(arguments[1], NULL, 10) : SIZE_MAX;
-    printf("most: %zu\n", most);
+    printf("most but for the last column: %zu\n", most);
     if (most > ceiling) printf("that is more than %zu\n", ceiling);
     return most > ceiling;
 }

@@ -1,6 +1,6 @@
 //! Makes `core/ffi/thurible.h` from the C interface. With `--check` it writes nothing and fails where the file is not current.
 //!
-//! `cargo run --manifest-path core/ffi/header/Cargo.toml [-- --check]`
+//! `cargo run --manifest-path core/ffi/tools/Cargo.toml --bin header [-- --check]`
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -10,7 +10,7 @@ fn main() -> ExitCode {
     match header(check) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("thurible-header: {error}");
+            eprintln!("header: {error}");
             ExitCode::FAILURE
         }
     }
