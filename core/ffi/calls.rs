@@ -23,19 +23,19 @@ unsafe fn numbers<'a, T: Real>(values: *const c_void, bytes: usize) -> Result<&'
     }
 }
 
-/// Writes to a place of the caller that may be null.
+/// Refuses a place that may be null but is misaligned, before anything is done.
+fn writable<V>(place: *mut V) -> Result<(), ThuribleResult> {
+    if place.is_null() || place.is_aligned() { Ok(()) } else { Err(ThuribleResult::Misaligned) }
+}
+
+/// Writes to a place of the caller that is null or [`writable`].
 ///
 /// # Safety
-/// `place` is null or may be written.
-unsafe fn put<V>(place: *mut V, value: V) -> Result<(), ThuribleResult> {
-    match () {
-        () if place.is_null() => Ok(()),
-        () if !place.is_aligned() => Err(ThuribleResult::Misaligned),
-        () => {
-            // SAFETY: not null, aligned, and the caller promises the rest.
-            unsafe { place.write(value) };
-            Ok(())
-        }
+/// `place` is null, or aligned and may be written.
+unsafe fn put<V>(place: *mut V, value: V) {
+    if !place.is_null() {
+        // SAFETY: not null, and the caller promises the rest.
+        unsafe { place.write(value) };
     }
 }
 
@@ -46,15 +46,18 @@ unsafe fn put<V>(place: *mut V, value: V) -> Result<(), ThuribleResult> {
 /// `config` is null or points to a configuration whose `keyframes` are there; the others are null or may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn thurible_plan(config: *const ThuribleConfig, bytes: *mut usize, alignment: *mut usize, saved_bytes: *mut usize) -> ThuribleResult {
-    // SAFETY: the caller's promises.
-    let done = unsafe {
-        ThuribleConfig::read(config).and_then(|config| instance::plan(&config)).map_err(ConfigError::result).and_then(|Planned { bytes: needed, saved }| {
-            put(bytes, needed)?;
-            put(alignment, ALIGN)?;
-            put(saved_bytes, saved)
-        })
+    let plan = || {
+        [bytes, alignment, saved_bytes].into_iter().try_for_each(writable)?;
+        // SAFETY: the caller's promises; the places were checked.
+        unsafe {
+            let Planned { bytes: needed, saved } = ThuribleConfig::read(config).and_then(|config| instance::plan(&config)).map_err(ConfigError::result)?;
+            put(bytes, needed);
+            put(alignment, ALIGN);
+            put(saved_bytes, saved);
+        }
+        Ok(())
     };
-    done.err().unwrap_or(ThuribleResult::Ok)
+    plan().err().unwrap_or(ThuribleResult::Ok)
 }
 
 /// Makes an instance in `memory` of `bytes` bytes, as many as `thurible_plan` says or more, and writes its handle to `out`. The
@@ -64,17 +67,21 @@ pub unsafe extern "C" fn thurible_plan(config: *const ThuribleConfig, bytes: *mu
 /// `memory` is null or points to `bytes` bytes that nobody else uses; `config` as in `thurible_plan`; `out` is null or may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn thurible_init(memory: *mut c_void, bytes: usize, config: *const ThuribleConfig, out: *mut *mut Thurible) -> ThuribleResult {
-    if out.is_null() {
-        return ThuribleResult::Null;
+    if out.is_null() || !out.is_aligned() {
+        return if out.is_null() { ThuribleResult::Null } else { ThuribleResult::Misaligned };
     }
-    // SAFETY: the caller's promises.
-    let made = unsafe {
-        put(out, core::ptr::null_mut()).and_then(|()| {
-            let config = ThuribleConfig::read(config).map_err(ConfigError::result)?;
-            put(out, instance::make(memory.cast(), bytes, &config)?)
-        })
-    };
-    made.err().unwrap_or(ThuribleResult::Ok)
+    // SAFETY: the caller's promises; `out` was checked.
+    unsafe {
+        put(out, core::ptr::null_mut());
+        let made = ThuribleConfig::read(config).map_err(ConfigError::result).and_then(|config| instance::make(memory.cast(), bytes, &config));
+        match made {
+            Ok(instance) => {
+                put(out, instance);
+                ThuribleResult::Ok
+            }
+            Err(result) => result,
+        }
+    }
 }
 
 /// Ends an instance: its memory is the caller's again and the handle is refused from now on.
@@ -123,8 +130,9 @@ pub unsafe extern "C" fn thurible_set_keyframe(
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
-            let scaled = each!(&mut body.solver, solver => solver.set_keyframe(index, numbers(density, bytes)?))?;
-            Ok(put(factor, scaled)?)
+            writable(factor)?;
+            put(factor, each!(&mut body.solver, solver => solver.set_keyframe(index, numbers(density, bytes)?))?);
+            Ok(())
         })
     }
 }
@@ -153,11 +161,13 @@ unsafe fn run(
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
+            writable(progress)?;
             let threads = Threads::new(executor, body.sizes.threads).ok_or(ThuribleResult::Executor)?;
             let mut observer = host::observer(observer).ok_or(ThuribleResult::Misaligned)?;
             body.prepare(&threads)?;
             work(body, &threads, &mut observer);
-            Ok(put(progress, body.progress)?)
+            put(progress, body.progress);
+            Ok(())
         })
     }
 }
@@ -219,7 +229,13 @@ pub unsafe extern "C" fn thurible_solve(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn thurible_progress(instance: *const Thurible, progress: *mut ThuribleProgress) -> ThuribleResult {
     // SAFETY: the caller's promises.
-    unsafe { instance::enter(instance, |body| Ok(put(progress, body.progress)?)) }
+    unsafe {
+        instance::enter(instance, |body| {
+            writable(progress)?;
+            put(progress, body.progress);
+            Ok(())
+        })
+    }
 }
 
 /// Saves the whole state, densities included, into `bytes` of `size` bytes, `saved_bytes` of `thurible_plan` or more: plain bytes, the

@@ -340,6 +340,17 @@ static void inputs(void) {
     IS(thurible_save(solver, field, 8), LENGTH);
     IS(thurible_restore(solver, NULL, 8), NULL);
     IS(thurible_restore(solver, field, 8), LENGTH);
+    /* A place that cannot be written is refused before anything is done. */
+    OK(thurible_set_keyframe(solver, 0, scene.target, bytes, NULL));
+    ThuribleProgress places[2], before, after;
+    OK(thurible_step(solver, NULL, NULL, &before));
+    IS(thurible_step(solver, NULL, NULL, (ThuribleProgress *)((char *)places + 1)), MISALIGNED);
+    IS(thurible_set_keyframe(solver, 0, scene.source, bytes, (double *)((char *)places + 1)), MISALIGNED);
+    IS(thurible_plan(&scene.config, (size_t *)((char *)places + 1), NULL, NULL), MISALIGNED);
+    OK(thurible_progress(solver, &after));
+    CHECK(after.iteration == before.iteration);
+    OK(thurible_copy(solver, THURIBLE_FIELD_KEYFRAME, 0, 0, field, bytes));
+    CHECK(fabs(field[10] / ((double *)scene.target)[10] - field[50] / ((double *)scene.target)[50]) < 1e-12);
     drop(solver);
     free(field);
     drop_scene(&scene);
