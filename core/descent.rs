@@ -1,5 +1,6 @@
 //! Descent by quasi-Newton directions: a line search, a gradient, a pair, until there is nothing to gain.
 
+use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::observe::Observer;
 use crate::progress::{DirectProgress, Objective};
@@ -65,6 +66,17 @@ impl Descent {
     #[must_use]
     pub fn new(history: usize) -> Self {
         Self { newton: QuasiNewton::new(history), objective: None, iterations: 0, slow: 0 }
+    }
+
+    /// Its state in a checkpoint, the fields' numbers aside.
+    ///
+    /// # Errors
+    /// [`Damaged`].
+    pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        record.option(&mut self.objective, |record, objective| objective.record(record))?;
+        record.count(&mut self.iterations, MANY)?;
+        record.count(&mut self.slow, MANY)?;
+        self.newton.record(record)
     }
 
     /// One iteration. It converges where the value falls by less than `tolerance` times itself twice in a row.

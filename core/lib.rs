@@ -28,6 +28,7 @@
 //! | | [`exec`] | threads: rows of a field as tasks |
 //! | | [`observe`] | what a host can watch and stop |
 //! | | [`plan`] | the ledger of named buffers, together and in turn |
+//! | | [`checkpoint`] | the state of a solve as plain bytes |
 //! | what is solved | [`problem`] | box, time, weights; checked once. Its keyframes and data term |
 //! | | [`grid`] | the staggered grid, coarser grids and the weights between them |
 //! | | [`field`] | views of trajectories, loops over rows, sums in a fixed order |
@@ -102,6 +103,7 @@ pub mod ao;
 pub mod arena;
 pub mod baseline;
 pub mod carrier;
+pub mod checkpoint;
 pub mod descent;
 pub mod direct;
 pub mod exec;
@@ -135,7 +137,7 @@ pub use plan::{Entry, Sharing};
 pub use problem::{Advection, Problem, ProblemError, Scheme};
 pub use progress::{AdmmProgress, DirectProgress, Objective, Progress, Status};
 pub use real::Real;
-pub use solver::{InputError, Method, Params, Plan, PlanError, Solver, SolverError};
+pub use solver::{InputError, Method, Params, Plan, PlanError, SavedError, Solver, SolverError};
 
 /// The example of the README.
 #[cfg(doctest)]

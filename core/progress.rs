@@ -1,5 +1,7 @@
 //! What an outer iteration reports, and how a solve ends: data, not errors.
 
+use crate::checkpoint::{Damaged, Record};
+
 /// Data and force terms of the objective J (paper eq. 5).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Objective {
@@ -10,6 +12,15 @@ pub struct Objective {
 }
 
 impl Objective {
+    /// Both terms in a checkpoint.
+    ///
+    /// # Errors
+    /// [`Damaged`].
+    pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        record.real(&mut self.data)?;
+        record.real(&mut self.force)
+    }
+
     /// J.
     #[must_use]
     pub fn total(&self) -> f64 {

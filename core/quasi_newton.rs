@@ -3,6 +3,7 @@
 //! Fields change their parts instead of their numbers: the direction that was taken becomes s of the newest pair, the gradient
 //! before becomes y, and the oldest pair's fields are free for what a trial needs. m pairs ask for 2 m + 2 fields.
 
+use crate::checkpoint::{Damaged, Record};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force::time_line::TimeLine;
@@ -36,7 +37,7 @@ pub fn take<'a, T: Real>(grid: &Grid, slots: usize, pairs: usize, pool: &mut Poo
 }
 
 /// A step s and the change y of the gradient along it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Pair {
     s: usize,
     y: usize,
@@ -179,6 +180,35 @@ impl QuasiNewton {
             let _ = (self.free.push(s), self.free.push(y));
         }
         debug_assert!(self.pairs.len() <= self.most);
+    }
+
+    /// Its state in a checkpoint, the fields' numbers aside.
+    ///
+    /// # Errors
+    /// [`Damaged`] where not every field plays one part.
+    pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        let (mut read, last) = (self.clone(), fields(self.most) - 1);
+        record.real(&mut read.scale)?;
+        record.count(&mut read.direction, last)?;
+        record.count(&mut read.gradient, last)?;
+        let (mut pairs, mut free) = (read.pairs.len(), read.free.len());
+        record.count(&mut pairs, self.most)?;
+        record.count(&mut free, MAX_FIELDS)?;
+        read.pairs.resize(pairs, Pair::default()).map_err(|_| Damaged)?;
+        read.free.resize(free, 0).map_err(|_| Damaged)?;
+        for pair in &mut read.pairs {
+            record.count(&mut pair.s, last)?;
+            record.count(&mut pair.y, last)?;
+            record.real(&mut pair.curvature)?;
+        }
+        read.free.iter_mut().try_for_each(|field| record.count(field, last))?;
+        let parts = read.pairs.iter().flat_map(|pair| [pair.s, pair.y]).chain(read.free.iter().copied()).chain([read.direction, read.gradient]);
+        let (count, seen) = parts.fold((0, 0u32), |(count, seen), field| (count + 1, seen | 1 << field));
+        if (count, seen.count_ones() as usize) != (last + 1, last + 1) {
+            return Err(Damaged);
+        }
+        *self = read;
+        Ok(())
     }
 }
 

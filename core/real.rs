@@ -59,6 +59,11 @@ pub trait Real:
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
 
+    /// Its bytes, little-endian, into [`Self::BYTES`] of them.
+    fn write(self, bytes: &mut [u8]);
+    /// From [`Self::BYTES`] little-endian bytes.
+    fn read(bytes: &[u8]) -> Self;
+
     /// A count as a number.
     #[inline(always)]
     fn from_usize(x: usize) -> Self {
@@ -98,6 +103,16 @@ macro_rules! real {
             #[inline(always)]
             fn is_finite(self) -> bool {
                 $t::is_finite(self)
+            }
+            #[inline(always)]
+            fn write(self, bytes: &mut [u8]) {
+                bytes.iter_mut().zip(self.to_le_bytes()).for_each(|(to, from)| *to = from);
+            }
+            #[inline(always)]
+            fn read(bytes: &[u8]) -> Self {
+                let mut own = [0; $bytes];
+                own.iter_mut().zip(bytes).for_each(|(to, &from)| *to = from);
+                Self::from_le_bytes(own)
             }
         }
     };

@@ -196,6 +196,7 @@ macro_rules! single {
 single!(f32, libm::sqrtf);
 single!(f64, libm::sqrt);
 
+#[cfg(target_arch = "x86_64")]
 macro_rules! vector {
     ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $sqrt:expr, $even:expr, $max:expr, $min:expr, $positive:expr) => {
         /// A [`Vector`].

@@ -1,4 +1,4 @@
-//! Nothing is allocated between `Solver::new` and the end of `solve`.
+//! Nothing is allocated between `Solver::new` and the end of `solve`, saving and restoring included.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
@@ -50,10 +50,13 @@ fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
     let densities: Vec<Vec<T>> = scene.densities.iter().map(|density| cast(density)).collect();
     let problem = scene.problem();
     let block = memory.block();
+    let mut saved = vec![0; scene.plan::<T, S>().saved_bytes()];
     let before = count();
     let mut solver = Solver::<T, S>::new(&problem, &scene.params, block).unwrap();
     solver.set_source(&densities[0]).unwrap();
     solver.set_keyframe(0, &densities[1]).unwrap();
+    solver.save(&mut saved).unwrap();
+    solver.restore(&saved).unwrap();
     let status = solver.solve(&Serial, &mut Silent, &mut |_| {});
     let after = count();
     let one_pass = matches!(scene.params.method, Method::Pd | Method::Simulate);

@@ -5,11 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The path of the data. Numbers, memory and vectors of numbers know each other and count as one module.
-const ORDER: [&[&str]; 22] = [
+const ORDER: [&[&str]; 23] = [
     &["real", "arena", "simd"],
     &["exec"],
     &["observe"],
     &["plan"],
+    &["checkpoint"],
     &["grid"],
     &["field"],
     &["operators"],

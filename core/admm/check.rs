@@ -2,6 +2,7 @@
 
 use super::Admm;
 use crate::carrier::{Carrier, densities};
+use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::{sums, view};
 use crate::grid::Space;
@@ -34,6 +35,14 @@ pub(super) struct History {
 }
 
 impl History {
+    /// Itself in a checkpoint.
+    pub(super) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        record.flag(&mut self.damped)?;
+        record.real(&mut self.gap)?;
+        record.count(&mut self.growths, MANY)?;
+        record.count(&mut self.still, MANY)
+    }
+
     /// Whether to hold the multipliers: v and v* have drifted apart several times in a row. Held, the iteration alternates
     /// AO and NSO at fixed multipliers, the plain augmented Lagrangian, until they come closer again.
     pub(super) fn hold(&mut self, gap: f64) -> bool {

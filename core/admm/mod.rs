@@ -18,6 +18,7 @@ mod update_velocity;
 use crate::ao;
 use crate::arena::{Arena, TooSmall};
 use crate::carrier::{self, densities};
+use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut, means, view};
 use crate::grid::levels::Levels;
@@ -200,6 +201,7 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
     ///
     /// # Errors
     /// [`TooSmall`].
+    #[inline(never)]
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let Dimensions { grid, slots, .. } = settings.dimensions;
         let (cells, len) = (grid.cells(), grid.cells() * slots);
@@ -304,6 +306,31 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
         self.rho.copy_from_slice(&self.region[..self.rho.len()]);
         Ok(objective)
+    }
+}
+
+impl<T: Real, S: Space> Admm<'_, T, S> {
+    /// Numbers that [`Self::record`] passes over.
+    pub(crate) fn live(settings: &Settings) -> usize {
+        let Dimensions { grid, slots, .. } = settings.dimensions;
+        let vectors = if settings.params.relaxation != 1.0 { 5 } else { 4 };
+        densities(&grid, slots) + (vectors * S::DIM + 2) * grid.cells() * slots + S::DIM * grid.cells()
+    }
+
+    /// The state in a checkpoint: what iterations in turn overwrite is left out, and what follows from the problem.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        let (mut step, mut iteration, mut history, mut largest) = (self.step, self.iteration, self.history, self.settings.setup.carrier.largest);
+        record.real(&mut step)?;
+        record.count(&mut iteration, MANY)?;
+        record.real(&mut largest)?;
+        history.record(record)?;
+        (self.step, self.iteration, self.history, self.settings.setup.carrier.largest) = (step, iteration, history, largest);
+        record.numbers(self.rho);
+        let Self { v, w, target, multiplier, spare, initial, .. } = self;
+        [v, w, target, multiplier, spare, initial].into_iter().flatten().for_each(|field| record.numbers(field));
+        record.numbers(self.p);
+        record.numbers(self.pbar);
+        Ok(())
     }
 }
 

@@ -8,6 +8,7 @@ use super::drive::{Drive, PdParams, buoyancy};
 use super::step::{self, Step};
 use crate::arena::{Arena, TooSmall};
 use crate::carrier::{self, Carrier, densities};
+use crate::checkpoint::{Damaged, Record};
 use crate::direct::evaluate::{self, Evaluation};
 use crate::exec::Exec;
 use crate::field::slot::{Slot, put, put_everywhere};
@@ -149,6 +150,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     ///
     /// # Errors
     /// [`TooSmall`].
+    #[inline(never)]
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         let rho = arena.take(densities(&grid, slots))?;
@@ -177,6 +179,24 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     pub(crate) fn set_source(&mut self, density: &[T], largest: f64) {
         self.rho[..density.len()].copy_from_slice(density);
         self.settings.carrier.largest = largest;
+    }
+
+    /// Numbers that [`Self::record`] passes over.
+    pub(crate) fn live(settings: &Settings) -> usize {
+        let (grid, slots) = (settings.grid, settings.carrier.slots);
+        densities(&grid, slots) + S::DIM * grid.cells() * (2 * slots + 1)
+    }
+
+    /// The state in a checkpoint.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        let (mut marched, mut largest) = (self.marched, self.settings.carrier.largest);
+        record.flag(&mut marched)?;
+        record.real(&mut largest)?;
+        (self.marched, self.settings.carrier.largest) = (marched, largest);
+        record.numbers(self.rho);
+        let Self { v, w, initial, .. } = self;
+        [v, w, initial].into_iter().flatten().for_each(|field| record.numbers(field));
+        Ok(())
     }
 
     /// Projects v_0; the change relative to max |v_0|.

@@ -27,6 +27,7 @@ pub(super) struct Sizes<T> {
 
 impl<T: Real> Sizes<T> {
     /// Those of grid `level` on so many threads.
+    #[inline(never)]
     pub fn new(settings: &Settings, level: usize, threads: usize) -> Self {
         let grid = grid_of(settings, level);
         let (cells, slots) = (grid.cells(), settings.carrier.slots);
@@ -68,6 +69,17 @@ fn carrier_setup(settings: &Settings, level: usize, levels: usize, threads: usiz
     let between = (1..levels.saturating_sub(1)).contains(&level);
     let metric = Metric { filters: settings.carrier.metric.filters.saturating_sub(level), identity: if between { IDENTITY_BETWEEN } else { 1.0 } };
     carrier::Setup { metric, threads, ..settings.carrier }
+}
+
+/// Numbers of the finest grid's rest in which one iteration finds what another left, on whichever grid: the data of the grids down
+/// to that one and quasi-Newton's fields there. Behind them is work.
+pub(super) fn live<T: Real, S: Space>(settings: &Settings) -> usize {
+    let fields = |level: usize| quasi_newton::numbers(&grid_of(settings, level), settings.carrier.slots, settings.history);
+    let coarser = (1..Threads::new::<T, S>(settings).len()).scan(0, |above, level| {
+        *above += Sizes::<T>::new(settings, level, 1).data;
+        Some(*above + fields(level))
+    });
+    coarser.fold(fields(0), usize::max)
 }
 
 /// Threads on each grid that takes part, finest first.

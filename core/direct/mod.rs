@@ -16,6 +16,7 @@ mod start;
 
 use crate::arena::{Arena, TooSmall};
 use crate::carrier::{self, densities};
+use crate::checkpoint::{Damaged, MANY, Record};
 use crate::descent::{Descent, Outcome};
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut};
@@ -165,6 +166,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     ///
     /// # Errors
     /// [`TooSmall`].
+    #[inline(never)]
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         let rho = arena.take(densities(&grid, slots))?;
@@ -207,6 +209,28 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     /// Slots T.
     pub(crate) fn slots(&self) -> usize {
         self.settings.carrier.slots
+    }
+
+    /// Numbers that [`Self::record`] passes over.
+    pub(crate) fn live(settings: &Settings) -> usize {
+        let (grid, slots) = (settings.grid, settings.carrier.slots);
+        densities(&grid, slots) + S::DIM * grid.cells() * (slots + 1) + level::live::<T, S>(settings)
+    }
+
+    /// The state in a checkpoint.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        let (mut level, mut descent, mut iteration, mut largest) = (self.level, self.descent.clone(), self.iteration, self.settings.carrier.largest);
+        let coarsest = self.threads.len() - 1;
+        record.option(&mut level, |record, level| record.count(level, coarsest))?;
+        record.count(&mut iteration, MANY)?;
+        record.real(&mut largest)?;
+        descent.record(record)?;
+        (self.level, self.descent, self.iteration, self.settings.carrier.largest) = (level, descent, iteration, largest);
+        record.numbers(self.rho);
+        let Self { v, initial, .. } = self;
+        [v, initial].into_iter().flatten().for_each(|field| record.numbers(field));
+        record.numbers(&mut self.rest[..level::live::<T, S>(&self.settings)]);
+        Ok(())
     }
 
     /// Projects v_0; the change relative to max |v_0|.

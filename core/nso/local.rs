@@ -16,7 +16,9 @@ use super::level::System;
 use crate::grid::Space;
 use crate::operators::plaquette::Plaquette;
 use crate::real::Real;
-use crate::simd::{self, Level, Vector};
+use crate::simd::Vector;
+#[cfg(target_arch = "x86_64")]
+use crate::simd::{self, Level};
 
 /// Most lanes of a vector.
 const MAX_LANES: usize = 16;

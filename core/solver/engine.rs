@@ -6,6 +6,7 @@ use crate::admm::Admm;
 use crate::arena::{Arena, TooSmall};
 use crate::baseline::forward::Forward;
 use crate::baseline::lbfgs::Lbfgs;
+use crate::checkpoint::{Damaged, Record};
 use crate::direct::Direct;
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut};
@@ -55,6 +56,20 @@ impl<'m, T: Real, S: Space> Engine<'m, T, S> {
             Method::Lbfgs => Self::Lbfgs(Lbfgs::carve(arena, &lbfgs_settings(problem, params))?),
             Method::Pd | Method::Simulate => Self::Forward(Forward::carve(arena, &forward_settings(problem, params))?),
         })
+    }
+
+    /// Numbers that [`Self::record`] passes over.
+    pub fn live(problem: &Problem<'_>, params: &Params, choice: Choice) -> usize {
+        match params.method {
+            Method::Admm => Admm::<T, S>::live(&admm_settings(problem, params, choice)),
+            Method::Direct => Direct::<T, S>::live(&direct_settings(problem, params, choice)),
+            Method::Lbfgs => Lbfgs::<T, S>::live(&lbfgs_settings(problem, params)),
+            Method::Pd | Method::Simulate => Forward::<T, S>::live(&forward_settings(problem, params)),
+        }
+    }
+
+    pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        each!(self, inner => inner.record(record))
     }
 
     pub fn grid(&self) -> &Grid {

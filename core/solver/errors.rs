@@ -1,4 +1,4 @@
-//! Why memory or a field is refused.
+//! Why memory, a field or saved bytes are refused.
 
 use super::plan::PlanError;
 use crate::arena::ALIGN;
@@ -93,3 +93,41 @@ impl fmt::Display for InputError {
 }
 
 impl core::error::Error for InputError {}
+
+/// Why saved bytes are refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SavedError {
+    /// There are more or fewer than this solver saves.
+    Length {
+        /// Bytes expected.
+        expected: usize,
+        /// Bytes given.
+        given: usize,
+    },
+    /// They are no saved solver.
+    NotSaved,
+    /// They are in a format that is not read.
+    Format {
+        /// Its number.
+        given: u64,
+    },
+    /// They belong to another problem, precision, method or choice.
+    OtherSolve,
+    /// They are not what was written.
+    Damaged,
+}
+
+impl fmt::Display for SavedError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length { expected, given } => write!(f, "{given} bytes were given where {expected} are needed"),
+            Self::NotSaved => write!(f, "these bytes are no saved solver"),
+            Self::Format { given } => write!(f, "the saved solver is in format {given}; only {} is read", crate::checkpoint::FORMAT),
+            Self::OtherSolve => write!(f, "the saved solver is of another problem, precision, method or choice of it"),
+            Self::Damaged => write!(f, "the saved solver is damaged"),
+        }
+    }
+}
+
+impl core::error::Error for SavedError {}

@@ -1,4 +1,4 @@
-//! The layout of a velocity or force in a file.
+//! The layout of a velocity or force in memory and in a file.
 
 use crate::grid::Grid;
 
@@ -35,5 +35,28 @@ impl FileLayout {
                 visit(z * self.n[1] + y, (z * self.extent(1) + y) * self.extent(0), wall);
             }
         }
+    }
+}
+
+/// A field as it lies in memory, to be read without copying. Number (x, y, z) is `numbers[x + y strides[1] + z strides[2]]` times
+/// `unit` in the scene's units. Of a component of a velocity or force it is the one on the low face of cell (x, y, z) along the
+/// component's axis; the last faces of a wall axis are not stored, since nothing flows there.
+#[derive(Clone, Copy, Debug)]
+pub struct Strided<'a, T> {
+    /// The numbers from the first on.
+    pub numbers: &'a [T],
+    /// How many there are along each axis.
+    pub extent: [usize; 3],
+    /// Numbers from one to the next along each axis.
+    pub strides: [usize; 3],
+    /// The scene's unit.
+    pub unit: f64,
+}
+
+impl<'a, T> Strided<'a, T> {
+    /// Slot `slot` of a trajectory of `slots`.
+    pub(super) fn slot(grid: &Grid, field: &'a [T], slots: usize, slot: usize, unit: f64) -> Self {
+        let n = grid.n;
+        Self { numbers: field.get(slot * n[0]..).unwrap_or_default(), extent: n, strides: [1, slots * n[0], slots * n[0] * n[1]], unit }
     }
 }

@@ -4,8 +4,10 @@ mod engine;
 mod errors;
 mod layout;
 mod plan;
+mod saved;
 
-pub use errors::{InputError, SolverError};
+pub use errors::{InputError, SavedError, SolverError};
+pub use layout::Strided;
 pub use plan::{MAX_THREADS, Method, Params, Plan, PlanError};
 
 use crate::arena::{ALIGN, Arena, TooSmall};
@@ -32,6 +34,9 @@ pub struct Solver<'m, T, S> {
     missing: usize,
     prepared: Option<f64>,
     objective: Objective,
+    finished: bool,
+    fingerprint: u64,
+    saved_bytes: usize,
 }
 
 impl<'m, T: Real, S: Space> Solver<'m, T, S> {
@@ -64,6 +69,9 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             missing: count,
             prepared: None,
             objective: Objective::default(),
+            finished: false,
+            fingerprint: saved::fingerprint::<T, S>(problem, params, plan.choice),
+            saved_bytes: plan.saved_bytes(),
         })
     }
 
@@ -77,6 +85,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         let largest = density.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
         self.engine.set_source(density, largest);
         self.mass = mass;
+        self.finished = false;
         Ok(())
     }
 
@@ -95,7 +104,8 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         let mass = mass(density, cells)?;
         let factor = if self.match_mass { self.mass / mass } else { 1.0 };
         let target = &mut self.targets[index * cells..(index + 1) * cells];
-        self.missing -= usize::from(target.iter().all(|&x| x == T::ZERO));
+        self.missing = self.missing.saturating_sub(usize::from(target.iter().all(|&x| x == T::ZERO)));
+        self.finished = false;
         target.iter_mut().zip(density).for_each(|(target, &x)| *target = T::from_f64(x.to_f64() * factor));
         Ok(factor)
     }
@@ -124,7 +134,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
                 *value = if wall || layout.wall_face(x) { T::ZERO } else { faces[file + x] * scale };
             }
         });
-        self.prepared = None;
+        (self.prepared, self.finished) = (None, false);
         Ok(())
     }
 
@@ -153,6 +163,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             return Progress { status: Some(Status::NotReady), ..Progress::default() };
         }
         let keyframes = Keyframes { steps: self.keyframe_steps, densities: self.targets };
+        self.finished = false;
         self.engine.step(exec, observer, &keyframes)
     }
 
@@ -173,8 +184,16 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// [`Status::NotFinite`] when a number is not finite or the flow is too fast to be transported.
     pub fn finish(&mut self, exec: &dyn Exec) -> Result<Objective, Status> {
         let keyframes = Keyframes { steps: self.keyframe_steps, densities: self.targets };
+        self.finished = false;
         self.objective = self.engine.make_feasible(exec, &keyframes)?;
+        self.finished = true;
         Ok(self.objective)
+    }
+
+    /// Whether densities, velocities and forces are those of the last [`Self::finish`]: nothing was changed since.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.finished
     }
 
     /// The objective of the result, after [`Self::finish`].
@@ -195,6 +214,28 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     pub fn keyframe(&self, index: usize) -> &[T] {
         let cells = self.engine.grid().cells();
         &self.targets[index * cells..(index + 1) * cells]
+    }
+
+    /// Density `step` as it lies in memory.
+    #[must_use]
+    pub fn density_in_place(&self, step: usize) -> Strided<'_, T> {
+        Strided::slot(self.engine.grid(), self.density(step), 1, 0, 1.0)
+    }
+
+    /// Component `axis` of v_step (step 0 .. N-1) as it lies in memory.
+    #[must_use]
+    pub fn velocity_in_place(&self, step: usize, axis: usize) -> Strided<'_, T> {
+        let (grid, unit) = (self.engine.grid(), self.units.velocity);
+        match step.checked_sub(1) {
+            None => Strided::slot(grid, self.engine.initial()[axis], 1, 0, unit),
+            Some(slot) => Strided::slot(grid, self.engine.velocity()[axis], self.engine.slots(), slot, unit),
+        }
+    }
+
+    /// Component `axis` of the force u_step (step 0 .. N-2) as it lies in memory.
+    #[must_use]
+    pub fn force_in_place(&self, step: usize, axis: usize) -> Strided<'_, T> {
+        Strided::slot(self.engine.grid(), self.engine.force()[axis], self.engine.slots(), step, self.units.force)
     }
 
     /// Faces of a component of a velocity or force in the layout of a file.

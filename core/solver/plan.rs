@@ -6,6 +6,7 @@ use crate::arena::ALIGN;
 use crate::baseline::drive::PdParams;
 use crate::baseline::forward::{self, SimulationParams};
 use crate::baseline::lbfgs::{self, LbfgsParams};
+use crate::checkpoint;
 use crate::direct::{self, DirectParams};
 use crate::grid::Space;
 use crate::nso::Shape;
@@ -115,7 +116,7 @@ pub(super) struct Choice {
     /// ADMM: how the smoother uses its memory.
     shape: Shape,
     /// The direct method: pairs of L-BFGS.
-    history: usize,
+    pub(super) history: usize,
 }
 
 /// Every buffer of a solve, to the byte.
@@ -125,6 +126,7 @@ pub struct Plan {
     bytes: usize,
     method_bytes: usize,
     paper_bound: usize,
+    saved_bytes: usize,
     pub(super) choice: Choice,
 }
 
@@ -148,31 +150,33 @@ impl Plan {
     }
 
     /// The fastest shape of the smoother's memory within the ceiling and the paper's bound, the fastest of all if there is none.
+    #[inline(never)]
     fn of_admm<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
         let together: &[usize] = if S::DIM == 2 { &[8, 4, 2, 1] } else { &[1] };
         let shapes = [16, 8, 4, 1].into_iter().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
-        let mut fastest = None;
-        let mut smallest: Option<Self> = None;
-        let mut within_ceiling = None;
+        let with = |shape: Shape| Self::with::<T, S>(problem, params, Choice { shape, history: 0 });
+        let (mut fastest, mut within_ceiling) = (None, None);
+        let mut smallest: Option<(usize, Shape)> = None;
         for shape in shapes {
-            let plan = Self::with::<T, S>(problem, params, Choice { shape, history: 0 })?;
+            let plan = with(shape)?;
             let fits = params.ceiling.is_none_or(|ceiling| plan.bytes <= ceiling);
             if fits && plan.method_bytes <= plan.paper_bound {
                 return Ok(plan);
             }
             if fits && within_ceiling.is_none() {
-                within_ceiling = Some(plan.clone());
+                within_ceiling = Some(shape);
             }
-            if smallest.as_ref().is_none_or(|smallest| plan.bytes < smallest.bytes) {
-                smallest = Some(plan.clone());
+            if smallest.is_none_or(|(bytes, _)| plan.bytes < bytes) {
+                smallest = Some((plan.bytes, shape));
             }
-            fastest = fastest.or(Some(plan));
+            fastest = fastest.or(Some(shape));
         }
-        let chosen = if params.ceiling.is_some() { within_ceiling.or(smallest) } else { fastest };
-        chosen.ok_or(PlanError::TooLarge)
+        let chosen = if params.ceiling.is_some() { within_ceiling.or(smallest.map(|(_, shape)| shape)) } else { fastest };
+        with(chosen.ok_or(PlanError::TooLarge)?)
     }
 
     /// As many pairs as are asked for, or as many as the ceiling allows one thread, so that results do not depend on threads.
+    #[inline(never)]
     fn of_direct<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
         let shape = Shape { lanes: 1, together: 1 };
         let with = |history: usize, threads: usize| Self::with::<T, S>(problem, &Params { threads, ..*params }, Choice { shape, history });
@@ -187,6 +191,7 @@ impl Plan {
         with(least, params.threads)
     }
 
+    #[inline(never)]
     fn with<T: Real, S: Space>(problem: &Problem<'_>, params: &Params, choice: Choice) -> Result<Self, PlanError> {
         let mut ledger = Ledger::new();
         let (keyframes, cells) = (problem.keyframes.len(), problem.grid().cells());
@@ -195,7 +200,10 @@ impl Plan {
         ledger.line("keyframe densities", keyframes * cells, T::BYTES);
         let bytes = ledger.bytes().ok_or(PlanError::TooLarge)?;
         let method_bytes = ledger.entries().first().map_or(0, |entry| entry.bytes);
-        Ok(Self { ledger, bytes, method_bytes, paper_bound: paper_bound::<T, S>(problem), choice })
+        // No more numbers than the block has.
+        let numbers = Engine::<T, S>::live(problem, params, choice) + keyframes * cells;
+        let saved_bytes = (numbers * T::BYTES).checked_add(checkpoint::HEAD).ok_or(PlanError::TooLarge)?;
+        Ok(Self { ledger, bytes, method_bytes, paper_bound: paper_bound::<T, S>(problem), saved_bytes, choice })
     }
 
     /// Bytes of the whole block.
@@ -214,6 +222,12 @@ impl Plan {
     #[must_use]
     pub fn paper_bound(&self) -> usize {
         self.paper_bound
+    }
+
+    /// Bytes of a checkpoint: see [`Solver::save`](super::Solver::save).
+    #[must_use]
+    pub fn saved_bytes(&self) -> usize {
+        self.saved_bytes
     }
 
     /// The ledger, groups before their children.

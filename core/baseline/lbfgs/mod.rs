@@ -6,6 +6,7 @@ mod start;
 
 use crate::arena::{Arena, TooSmall};
 use crate::carrier::{self, densities};
+use crate::checkpoint::{Damaged, MANY, Record};
 use crate::descent::{Descent, Function, Outcome};
 use crate::direct::evaluate::{self as flow, Evaluation};
 use crate::exec::Exec;
@@ -145,6 +146,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     ///
     /// # Errors
     /// [`TooSmall`].
+    #[inline(never)]
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         let rho = arena.take(densities(&grid, slots))?;
@@ -174,6 +176,32 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     pub(crate) fn set_source(&mut self, density: &[T], largest: f64) {
         self.rho[..density.len()].copy_from_slice(density);
         self.settings.carrier.largest = largest;
+    }
+
+    /// Numbers of quasi-Newton's fields, which are the first of `rest`: the rest of it is work.
+    fn pairs(settings: &Settings) -> usize {
+        quasi_newton::numbers(&settings.grid, settings.carrier.slots, settings.params.history)
+    }
+
+    /// Numbers that [`Self::record`] passes over.
+    pub(crate) fn live(settings: &Settings) -> usize {
+        let (grid, slots) = (settings.grid, settings.carrier.slots);
+        densities(&grid, slots) + S::DIM * grid.cells() * (2 * slots + 1) + Self::pairs(settings)
+    }
+
+    /// The state in a checkpoint.
+    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        let (mut descent, mut begun, mut iteration, mut largest) = (self.descent.clone(), self.begun, self.iteration, self.settings.carrier.largest);
+        record.flag(&mut begun)?;
+        record.count(&mut iteration, MANY)?;
+        record.real(&mut largest)?;
+        descent.record(record)?;
+        (self.descent, self.begun, self.iteration, self.settings.carrier.largest) = (descent, begun, iteration, largest);
+        record.numbers(self.rho);
+        let Self { v, u, initial, .. } = self;
+        [v, u, initial].into_iter().flatten().for_each(|field| record.numbers(field));
+        record.numbers(&mut self.rest[..Self::pairs(&self.settings)]);
+        Ok(())
     }
 
     /// Projects v_0; the change relative to max |v_0|.

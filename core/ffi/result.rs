@@ -1,0 +1,213 @@
+//! What calls return, and how a solve ended.
+
+use core::ffi::{CStr, c_char};
+use thurible_core::{InputError, PlanError, SavedError, SolverError, Status};
+
+/// The version of this library: major * 65536 + minor * 256 + patch.
+pub const THURIBLE_VERSION: u32 = 256;
+
+/// What a call returns: 0, or why it was refused. What is refused changes nothing.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ThuribleResult {
+    /// Done.
+    Ok = 0,
+    /// A pointer that must not be null is.
+    Null = 1,
+    /// A pointer is not aligned for what it points to.
+    Misaligned = 2,
+    /// The handle points to no instance: never made, closed, overwritten, or moved to another address.
+    NoInstance = 3,
+    /// The instance is in another call: of another thread, or of the callback that made this one.
+    Busy = 4,
+    /// The size of the configuration is that of no version this library knows.
+    ConfigSize = 5,
+    /// A field of the configuration is wrong; `thurible_explain` says which.
+    Config = 6,
+    /// The sizes do not fit this machine's addresses.
+    TooLarge = 7,
+    /// The memory has fewer bytes than planned.
+    TooSmall = 8,
+    /// An array has the wrong number of bytes.
+    Length = 9,
+    /// There is no such keyframe, axis, step or field.
+    Index = 10,
+    /// A value is NaN or infinite.
+    NotFinite = 11,
+    /// A density is negative.
+    Negative = 12,
+    /// A density has no mass.
+    Empty = 13,
+    /// The source must be set first.
+    NoSource = 14,
+    /// A keyframe was not set.
+    NoKeyframe = 15,
+    /// There is no result: the solve was not finished, or went on since.
+    NoResult = 16,
+    /// The executor has no function, no thread, or more threads than were planned for.
+    Executor = 17,
+    /// The bytes are no saved instance.
+    NotSaved = 18,
+    /// The saved instance is in a format that this library does not read.
+    SavedFormat = 19,
+    /// The saved instance is of another scene, precision, method or choice.
+    SavedOther = 20,
+    /// The saved instance is damaged.
+    SavedDamaged = 21,
+    /// The library's fault: a refusal that this interface has no word for.
+    Unknown = 22,
+}
+
+impl ThuribleResult {
+    const ALL: [(Self, &'static CStr); 23] = [
+        (Self::Ok, c"done"),
+        (Self::Null, c"a pointer that must not be null is"),
+        (Self::Misaligned, c"a pointer is not aligned"),
+        (Self::NoInstance, c"the handle points to no instance: never made, closed, overwritten or moved"),
+        (Self::Busy, c"the instance is in another call"),
+        (Self::ConfigSize, c"the size of the configuration is that of no known version"),
+        (Self::Config, c"a field of the configuration is wrong"),
+        (Self::TooLarge, c"the sizes do not fit this machine's addresses"),
+        (Self::TooSmall, c"the memory has fewer bytes than planned"),
+        (Self::Length, c"an array has the wrong number of bytes"),
+        (Self::Index, c"there is no such keyframe, axis, step or field"),
+        (Self::NotFinite, c"a value is not finite"),
+        (Self::Negative, c"a density is negative"),
+        (Self::Empty, c"a density has no mass"),
+        (Self::NoSource, c"the source must be set first"),
+        (Self::NoKeyframe, c"a keyframe was not set"),
+        (Self::NoResult, c"there is no result: the solve was not finished, or went on since"),
+        (Self::Executor, c"the executor has no function, no thread, or more threads than were planned for"),
+        (Self::NotSaved, c"the bytes are no saved instance"),
+        (Self::SavedFormat, c"the saved instance is in a format that is not read"),
+        (Self::SavedOther, c"the saved instance is of another scene, precision, method or choice"),
+        (Self::SavedDamaged, c"the saved instance is damaged"),
+        (Self::Unknown, c"a refusal that this interface has no word for"),
+    ];
+}
+
+impl ThuribleResult {
+    /// A few words for it.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        let found = Self::ALL.iter().find(|(code, _)| *code == self);
+        found.and_then(|(_, text)| text.to_str().ok()).unwrap_or_default()
+    }
+}
+
+impl From<InputError> for ThuribleResult {
+    fn from(error: InputError) -> Self {
+        match error {
+            InputError::Length { .. } => Self::Length,
+            InputError::NotFinite { .. } => Self::NotFinite,
+            InputError::Negative { .. } => Self::Negative,
+            InputError::Empty => Self::Empty,
+            InputError::Index { .. } => Self::Index,
+            InputError::NoSource => Self::NoSource,
+            InputError::NoKeyframe { .. } => Self::NoKeyframe,
+            _ => Self::Unknown,
+        }
+    }
+}
+
+impl From<SavedError> for ThuribleResult {
+    fn from(error: SavedError) -> Self {
+        match error {
+            SavedError::Length { .. } => Self::Length,
+            SavedError::NotSaved => Self::NotSaved,
+            SavedError::Format { .. } => Self::SavedFormat,
+            SavedError::OtherSolve => Self::SavedOther,
+            SavedError::Damaged => Self::SavedDamaged,
+            _ => Self::Unknown,
+        }
+    }
+}
+
+impl From<PlanError> for ThuribleResult {
+    fn from(error: PlanError) -> Self {
+        match error {
+            PlanError::TooLarge => Self::TooLarge,
+            _ => Self::Config,
+        }
+    }
+}
+
+impl From<SolverError> for ThuribleResult {
+    fn from(error: SolverError) -> Self {
+        match error {
+            SolverError::Plan(error) => error.into(),
+            SolverError::TooSmall { .. } => Self::TooSmall,
+            SolverError::Misaligned => Self::Misaligned,
+            _ => Self::Unknown,
+        }
+    }
+}
+
+/// How a solve ended. Data, not an error.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ThuribleStatus {
+    /// It did not end: there is more to do.
+    #[default]
+    Goes = 0,
+    /// The method's own rule says so.
+    Converged = 1,
+    /// The iterations were used up.
+    MaxIterations = 2,
+    /// It no longer moves, but does not satisfy the rule of convergence.
+    Stalled = 3,
+    /// A number is not finite, or a flow is too fast to be transported.
+    NotFinite = 4,
+    /// The observer said stop.
+    Cancelled = 5,
+    /// The source or a keyframe is missing.
+    NotReady = 6,
+}
+
+impl ThuribleStatus {
+    const ALL: [(Self, &'static CStr); 7] = [
+        (Self::Goes, c"goes on"),
+        (Self::Converged, c"converged"),
+        (Self::MaxIterations, c"ran its iterations"),
+        (Self::Stalled, c"stalled"),
+        (Self::NotFinite, c"left the finite numbers"),
+        (Self::Cancelled, c"cancelled"),
+        (Self::NotReady, c"not ready"),
+    ];
+}
+
+impl From<Option<Status>> for ThuribleStatus {
+    fn from(status: Option<Status>) -> Self {
+        match status {
+            None => Self::Goes,
+            Some(Status::Converged) => Self::Converged,
+            Some(Status::MaxIterations) => Self::MaxIterations,
+            Some(Status::Stalled) => Self::Stalled,
+            Some(Status::NotFinite) => Self::NotFinite,
+            Some(Status::Cancelled) => Self::Cancelled,
+            Some(Status::NotReady) => Self::NotReady,
+        }
+    }
+}
+
+fn word(found: Option<&'static CStr>) -> *const c_char {
+    found.unwrap_or(c"no such code").as_ptr()
+}
+
+/// A few words for a `ThuribleResult`, in static memory.
+#[unsafe(no_mangle)]
+pub extern "C" fn thurible_result_text(result: u32) -> *const c_char {
+    word(ThuribleResult::ALL.iter().find(|(code, _)| *code as u32 == result).map(|(_, text)| *text))
+}
+
+/// A few words for a `ThuribleStatus`, in static memory.
+#[unsafe(no_mangle)]
+pub extern "C" fn thurible_status_text(status: u32) -> *const c_char {
+    word(ThuribleStatus::ALL.iter().find(|(code, _)| *code as u32 == status).map(|(_, text)| *text))
+}
+
+/// The version of the library that is linked: compare it with `THURIBLE_VERSION` of the header.
+#[unsafe(no_mangle)]
+pub extern "C" fn thurible_version() -> u32 {
+    THURIBLE_VERSION
+}

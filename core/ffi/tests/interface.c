@@ -1,0 +1,636 @@
+/* The whole of thurible.h, as C11 and as C++17. Ends with 0 when every check holds; says which does not. */
+#ifndef _POSIX_C_SOURCE
+#define _POSIX_C_SOURCE 200809L
+#endif
+#include "thurible.h"
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int failures = 0;
+
+#define CHECK(what) \
+    do { \
+        if (!(what)) { \
+            failures++; \
+            fprintf(stderr, "%s:%d: %s\n", __FILE__, __LINE__, #what); \
+        } \
+    } while (0)
+#define IS(call, result) check_result(__LINE__, #call, (call), THURIBLE_RESULT_##result)
+#define OK(call) IS(call, OK)
+
+static void check_result(int line, const char *call, ThuribleResult found, ThuribleResult wanted) {
+    if (found != wanted) {
+        failures++;
+        fprintf(stderr, "%s:%d: %s: %s, but should be: %s\n", __FILE__, line, call, thurible_result_text(found), thurible_result_text(wanted));
+    }
+}
+
+/* A scene with its densities, in either precision. */
+typedef struct {
+    ThuribleConfig config;
+    size_t keyframes[2];
+    size_t cells, number, bytes, saved;
+    void *source, *target;
+} Scene;
+
+static void *aligned(size_t bytes) {
+    void *memory = NULL;
+    if (posix_memalign(&memory, 64, bytes ? bytes : 64) != 0) exit(99);
+    memset(memory, 0xA5, bytes);
+    return memory;
+}
+
+static void put(void *field, size_t number, size_t index, double value) {
+    if (number == 4) ((float *)field)[index] = (float)value;
+    else ((double *)field)[index] = value;
+}
+
+static double get(const void *field, size_t number, size_t index) {
+    return number == 4 ? ((const float *)field)[index] : ((const double *)field)[index];
+}
+
+/* The caller's config.keyframes must stay where it is, so scenes are filled in place. */
+static void make_scene(Scene *scene, uint32_t precision, uint32_t dimensions, size_t side, size_t steps, uint32_t method) {
+    memset(scene, 0, sizeof *scene);
+    OK(thurible_defaults(&scene->config, sizeof scene->config));
+    ThuribleConfig *config = &scene->config;
+    scene->keyframes[0] = steps / 2;
+    scene->keyframes[1] = steps;
+    config->precision = precision;
+    config->dimensions = dimensions;
+    config->cells[0] = side + 2;
+    config->cells[1] = config->cells[2] = side;
+    config->boundary[1] = THURIBLE_BOUNDARY_PERIODIC;
+    config->steps = steps;
+    config->keyframes = scene->keyframes;
+    config->keyframe_count = 2;
+    config->force_weight = 10.0;
+    config->viscosity = 1e-3;
+    config->length = 2.0;
+    config->dt = 0.5;
+    config->method = method;
+    config->iterations = 3;
+    scene->number = precision;
+    scene->cells = (side + 2) * side * (dimensions == 3 ? side : 1);
+    scene->source = aligned(scene->cells * scene->number);
+    scene->target = aligned(scene->cells * scene->number);
+    for (size_t cell = 0; cell < scene->cells; cell++) {
+        double x = (double)(cell % (side + 2)), y = (double)(cell / (side + 2) % side), r = 0.08 * (double)side;
+        double z = dimensions == 3 ? (double)(cell / (side + 2) / side) - 0.5 * (double)side : 0.0;
+        double a = x - 0.4 * (double)side, b = x - 0.6 * (double)side, c = y - 0.5 * (double)side;
+        put(scene->source, scene->number, cell, exp(-(a * a + c * c + z * z) / (r * r + 2.0)));
+        put(scene->target, scene->number, cell, exp(-(b * b + c * c + z * z) / (r * r + 2.0)));
+    }
+    size_t alignment = 0;
+    OK(thurible_plan(config, &scene->bytes, &alignment, &scene->saved));
+    CHECK(alignment == 64 && scene->bytes > 0 && scene->saved > 0);
+}
+
+static void drop_scene(Scene *scene) {
+    free(scene->source);
+    free(scene->target);
+}
+
+/* An instance without densities, and with them. */
+static Thurible *empty(const Scene *scene) {
+    Thurible *solver = NULL;
+    OK(thurible_init(aligned(scene->bytes), scene->bytes, &scene->config, &solver));
+    return solver;
+}
+
+static Thurible *full(const Scene *scene) {
+    Thurible *solver = empty(scene);
+    double factor = 0.0;
+    OK(thurible_set_source(solver, scene->source, scene->cells * scene->number));
+    OK(thurible_set_keyframe(solver, 0, scene->target, scene->cells * scene->number, NULL));
+    OK(thurible_set_keyframe(solver, 1, scene->target, scene->cells * scene->number, &factor));
+    CHECK(factor > 0.5 && factor < 2.0);
+    return solver;
+}
+
+/* The handle is where the memory began. */
+static void drop(Thurible *solver) {
+    OK(thurible_close(solver));
+    free((void *)solver);
+}
+
+/* All numbers of the result one after the other. */
+static unsigned char *result(const Scene *scene, const Thurible *solver, size_t *bytes) {
+    unsigned char *all = NULL;
+    *bytes = 0;
+    const uint32_t fields[] = {THURIBLE_FIELD_DENSITY, THURIBLE_FIELD_KEYFRAME, THURIBLE_FIELD_VELOCITY, THURIBLE_FIELD_FORCE};
+    const size_t counts[] = {scene->config.steps + 1, 2, scene->config.steps, scene->config.steps - 1};
+    for (int f = 0; f < 4; f++)
+        for (size_t step = 0; step < counts[f]; step++)
+            for (size_t axis = 0; axis < (f < 2 ? 1 : scene->config.dimensions); axis++) {
+                size_t more = 0;
+                OK(thurible_copy_bytes(solver, fields[f], axis, &more));
+                all = (unsigned char *)realloc(all, *bytes + more);
+                if (!all) exit(99);
+                void *field = aligned(more); /* aligned for its numbers */
+                OK(thurible_copy(solver, fields[f], step, axis, field, more));
+                memcpy(all + *bytes, field, more);
+                free(field);
+                *bytes += more;
+            }
+    return all;
+}
+
+static void same(const char *what, const unsigned char *left, size_t left_bytes, const unsigned char *right, size_t right_bytes) {
+    if (left_bytes != right_bytes || memcmp(left, right, left_bytes) != 0) {
+        failures++;
+        fprintf(stderr, "%s: other bits\n", what);
+    }
+}
+
+static void versions_and_texts(void) {
+    CHECK(thurible_version() == THURIBLE_VERSION);
+    for (uint32_t code = THURIBLE_RESULT_OK; code <= THURIBLE_RESULT_UNKNOWN; code++) CHECK(strcmp(thurible_result_text(code), "no such code") != 0);
+    CHECK(strcmp(thurible_result_text(THURIBLE_RESULT_UNKNOWN + 1), "no such code") == 0);
+    CHECK(strcmp(thurible_status_text(THURIBLE_STATUS_CONVERGED), "converged") == 0);
+    CHECK(strcmp(thurible_status_text(99), "no such code") == 0);
+}
+
+/* Refused by both, with these words. */
+static void refused(const ThuribleConfig *config, ThuribleResult result, const char *words) {
+    char text[200];
+    size_t bytes = 1, length = thurible_explain(config, text, sizeof text);
+    check_result(__LINE__, words, thurible_plan(config, &bytes, NULL, NULL), result);
+    CHECK(bytes == 1);
+    if (!strstr(text, words) || length != strlen(text)) {
+        failures++;
+        fprintf(stderr, "\"%s\" does not say \"%s\"\n", text, words);
+    }
+}
+
+static void configurations(void) {
+    Scene scene;
+    make_scene(&scene, THURIBLE_PRECISION_F32, 2, 8, 4, THURIBLE_METHOD_DIRECT);
+    const ThuribleConfig good = scene.config;
+    char text[16];
+    CHECK(thurible_explain(&good, text, sizeof text) == 0 && text[0] == 0);
+    IS(thurible_plan(NULL, NULL, NULL, NULL), NULL);
+    OK(thurible_plan(&good, NULL, NULL, NULL));
+    IS(thurible_defaults(NULL, sizeof good), NULL);
+    ThuribleConfig config = good;
+    IS(thurible_defaults(&config, sizeof config - 1), CONFIG_SIZE);
+#define WRONG(change, words) config = good, config.change, refused(&config, THURIBLE_RESULT_CONFIG, words)
+    WRONG(cells[1] = 3, "cells[1] is 3");
+    WRONG(cells[0] = 5000, "cells[0] is 5000");
+    WRONG(precision = 16, "precision is 16");
+    WRONG(dimensions = 4, "dimensions is 4");
+    WRONG(boundary[0] = 2, "boundary is 2");
+    WRONG(method = 5, "method is 5");
+    WRONG(length = -1.0, "length is -1");
+    WRONG(dt = 0.0, "dt is 0");
+    WRONG(steps = 1, "steps is 1");
+    WRONG(keyframe_count = 0, "no keyframe");
+    WRONG(keyframe_count = 200000, "keyframe_count is 200000");
+    WRONG(keyframes = NULL, "keyframes is null");
+    WRONG(keyframes = (const size_t *)((const char *)scene.keyframes + 1), "misaligned");
+    WRONG(steps = 3, "keyframe is at step 4");
+    WRONG(force_weight = (double)NAN, "force_weight is NaN");
+    WRONG(viscosity = -1.0, "viscosity is -1");
+    WRONG(filters = 13, "filters is 13");
+    WRONG(match_mass = 2, "match_mass is 2");
+    WRONG(scheme = 3, "scheme is 3");
+    WRONG(advection_tolerance = 0.0, "advection.tolerance");
+    WRONG(projection_tolerance = (double)INFINITY, "projection.tolerance");
+    WRONG(iterations = 0, "iterations is 0");
+    WRONG(threads = 1025, "threads is 1025");
+    WRONG(direct_history = 9, "direct.history is 9");
+    WRONG(direct_nested = 7, "direct_nested is 7");
+    WRONG(admm_ao_momentum = 1.0, "ao_momentum is 1");
+    WRONG(nso_solver = 2, "nso_solver is 2");
+    WRONG(nso_colours = 2, "nso_colours is 2");
+    WRONG(nso_norm = 2, "nso_norm is 2");
+    WRONG(nso_cycles = 64, "nso_cycles is 64");
+    WRONG(lbfgs_history = 0, "lbfgs.history is 0");
+    WRONG(pd_drive = -1.0, "pd.drive is -1");
+    WRONG(simulation_buoyancy = (double)NAN, "simulation.buoyancy is NaN");
+    WRONG(reserved = 1, "reserved is 1");
+    config = good;
+    config.size -= 1;
+    refused(&config, THURIBLE_RESULT_CONFIG_SIZE, "no known version");
+    refused(NULL, THURIBLE_RESULT_NULL, "null");
+    CHECK(thurible_explain(&config, text, sizeof text) > sizeof text && strlen(text) == sizeof text - 1);
+    CHECK(thurible_explain(&config, NULL, 0) > 0);
+    /* A program of a later version: what it added is accepted as long as it is nothing. */
+    struct {
+        ThuribleConfig config;
+        double added;
+    } later;
+    OK(thurible_defaults(&later.config, sizeof later));
+    CHECK(later.config.size == sizeof later && later.added == 0.0);
+    later.config = good;
+    later.config.size = sizeof later;
+    OK(thurible_plan(&later.config, NULL, NULL, NULL));
+    later.added = 1.0;
+    refused(&later.config, THURIBLE_RESULT_CONFIG_SIZE, "no known version");
+    drop_scene(&scene);
+}
+
+static void handles(void) {
+    Scene scene;
+    make_scene(&scene, THURIBLE_PRECISION_F32, 2, 8, 4, THURIBLE_METHOD_DIRECT);
+    unsigned char *memory = (unsigned char *)aligned(scene.bytes + 64);
+    Thurible *solver = (Thurible *)memory;
+    IS(thurible_init(memory, scene.bytes, &scene.config, NULL), NULL);
+    IS(thurible_init(NULL, scene.bytes, &scene.config, &solver), NULL);
+    CHECK(solver == NULL);
+    IS(thurible_init(memory + 8, scene.bytes, &scene.config, &solver), MISALIGNED);
+    IS(thurible_init(memory, scene.bytes - 1, &scene.config, &solver), TOO_SMALL);
+    IS(thurible_init(memory, 0, &scene.config, &solver), TOO_SMALL);
+    IS(thurible_init(memory, scene.bytes, NULL, &solver), NULL);
+    ThuribleProgress progress;
+    IS(thurible_progress((Thurible *)memory, &progress), NO_INSTANCE);
+    OK(thurible_init(memory, scene.bytes, &scene.config, &solver));
+    CHECK((void *)solver == (void *)memory);
+    OK(thurible_progress(solver, &progress));
+    CHECK(progress.status == THURIBLE_STATUS_GOES && progress.iteration == 0);
+    IS(thurible_progress(NULL, &progress), NULL);
+    IS(thurible_progress((Thurible *)(memory + 8), &progress), MISALIGNED);
+    unsigned char *copy = (unsigned char *)aligned(scene.bytes);
+    memcpy(copy, memory, scene.bytes);
+    IS(thurible_progress((Thurible *)copy, &progress), NO_INSTANCE);
+    OK(thurible_close(solver));
+    IS(thurible_close(solver), NO_INSTANCE);
+    IS(thurible_step(solver, NULL, NULL, NULL), NO_INSTANCE);
+    /* The same memory again. */
+    OK(thurible_init(memory, scene.bytes + 64, &scene.config, &solver));
+    OK(thurible_close(solver));
+    free(copy);
+    free(memory);
+    drop_scene(&scene);
+}
+
+static void says(const Thurible *solver, const char *words) {
+    char text[200];
+    size_t length = thurible_message(solver, text, sizeof text);
+    if (!strstr(text, words) || length != strlen(text)) {
+        failures++;
+        fprintf(stderr, "\"%s\" does not say \"%s\"\n", text, words);
+    }
+}
+
+static void inputs(void) {
+    Scene scene;
+    make_scene(&scene, THURIBLE_PRECISION_F64, 2, 8, 4, THURIBLE_METHOD_DIRECT);
+    Thurible *solver = empty(&scene);
+    double *field = (double *)aligned(scene.cells * 8);
+    memcpy(field, scene.source, scene.cells * 8);
+    size_t bytes = scene.cells * 8;
+    IS(thurible_step(solver, NULL, NULL, NULL), NO_SOURCE);
+    says(solver, "the source must be set");
+    IS(thurible_set_keyframe(solver, 0, field, bytes, NULL), NO_SOURCE);
+    IS(thurible_set_source(solver, NULL, bytes), NULL);
+    IS(thurible_set_source(solver, (char *)field + 4, bytes), MISALIGNED);
+    IS(thurible_set_source(solver, field, bytes - 1), LENGTH);
+    IS(thurible_set_source(solver, field, bytes / 2), LENGTH); /* as floats */
+    says(solver, "40 values where 80 are needed");
+    IS(thurible_set_source(solver, field, SIZE_MAX), LENGTH);
+    field[3] = -1.0;
+    IS(thurible_set_source(solver, field, bytes), NEGATIVE);
+    says(solver, "value 3 is negative");
+    field[3] = (double)NAN;
+    IS(thurible_set_source(solver, field, bytes), NOT_FINITE);
+    memset(field, 0, bytes);
+    IS(thurible_set_source(solver, field, bytes), EMPTY);
+    OK(thurible_set_source(solver, scene.source, bytes));
+    says(solver, "");
+    OK(thurible_set_keyframe(solver, 1, scene.target, bytes, NULL));
+    IS(thurible_set_keyframe(solver, 2, scene.target, bytes, NULL), INDEX);
+    IS(thurible_solve(solver, NULL, NULL, NULL), NO_KEYFRAME);
+    says(solver, "keyframe 0 was not set");
+    IS(thurible_finish(solver, NULL, NULL), NO_KEYFRAME);
+    IS(thurible_set_initial_velocity(solver, 2, field, bytes), INDEX);
+    IS(thurible_set_initial_velocity(solver, 0, field, bytes), LENGTH);
+    size_t faces = 0;
+    OK(thurible_copy_bytes(solver, THURIBLE_FIELD_VELOCITY, 0, &faces));
+    CHECK(faces == 11 * 8 * 8);
+    OK(thurible_copy_bytes(solver, THURIBLE_FIELD_FORCE, 1, &faces));
+    CHECK(faces == 10 * 8 * 8);
+    IS(thurible_copy_bytes(solver, THURIBLE_FIELD_DENSITY, 1, &faces), INDEX);
+    IS(thurible_copy_bytes(solver, 4, 0, &faces), INDEX);
+    IS(thurible_copy_bytes(solver, 0, 0, NULL), NULL);
+    for (size_t face = 0; face < 80; face++) field[face] = 0.25;
+    OK(thurible_set_initial_velocity(solver, 1, field, bytes)); /* a uniform wind along the periodic axis */
+    ThuribleView view;
+    OK(thurible_view(solver, THURIBLE_FIELD_VELOCITY, 0, 1, &view));
+    CHECK(fabs(((const double *)view.data)[0] * view.unit - 0.25) < 1e-15 && view.bytes_per_number == 8);
+    IS(thurible_view(solver, THURIBLE_FIELD_VELOCITY, 1, 1, &view), NO_RESULT);
+    IS(thurible_view(solver, THURIBLE_FIELD_FORCE, 0, 0, &view), NO_RESULT);
+    IS(thurible_copy(solver, THURIBLE_FIELD_DENSITY, 1, 0, field, bytes), NO_RESULT);
+    OK(thurible_copy(solver, THURIBLE_FIELD_DENSITY, 0, 0, field, bytes));
+    CHECK(memcmp(field, scene.source, bytes) == 0);
+    IS(thurible_view(solver, THURIBLE_FIELD_VELOCITY, 0, 1, NULL), NULL);
+    IS(thurible_copy(solver, THURIBLE_FIELD_DENSITY, 0, 0, NULL, bytes), NULL);
+    IS(thurible_copy(solver, THURIBLE_FIELD_DENSITY, 0, 0, (char *)field + 1, bytes), MISALIGNED);
+    IS(thurible_copy(solver, THURIBLE_FIELD_DENSITY, 0, 0, field, bytes - 8), LENGTH);
+    IS(thurible_copy(solver, THURIBLE_FIELD_DENSITY, 5, 0, field, bytes), INDEX);
+    IS(thurible_copy(solver, THURIBLE_FIELD_VELOCITY, 4, 0, field, bytes), INDEX);
+    IS(thurible_copy(solver, THURIBLE_FIELD_FORCE, 3, 0, field, bytes), INDEX);
+    IS(thurible_copy(solver, THURIBLE_FIELD_KEYFRAME, 2, 0, field, bytes), INDEX);
+    IS(thurible_copy(solver, THURIBLE_FIELD_VELOCITY, 0, 2, field, bytes), INDEX);
+    IS(thurible_copy(solver, 9, 0, 0, field, bytes), INDEX);
+    IS(thurible_save(solver, NULL, scene.saved), NULL);
+    IS(thurible_save(solver, field, 8), LENGTH);
+    IS(thurible_restore(solver, NULL, 8), NULL);
+    IS(thurible_restore(solver, field, 8), LENGTH);
+    /* A place that cannot be written is refused before anything is done. */
+    OK(thurible_set_keyframe(solver, 0, scene.target, bytes, NULL));
+    ThuribleProgress places[2], before, after;
+    OK(thurible_step(solver, NULL, NULL, &before));
+    IS(thurible_step(solver, NULL, NULL, (ThuribleProgress *)((char *)places + 1)), MISALIGNED);
+    IS(thurible_set_keyframe(solver, 0, scene.source, bytes, (double *)((char *)places + 1)), MISALIGNED);
+    IS(thurible_plan(&scene.config, (size_t *)((char *)places + 1), NULL, NULL), MISALIGNED);
+    OK(thurible_progress(solver, &after));
+    CHECK(after.iteration == before.iteration);
+    OK(thurible_copy(solver, THURIBLE_FIELD_KEYFRAME, 0, 0, field, bytes));
+    CHECK(fabs(field[10] / ((double *)scene.target)[10] - field[50] / ((double *)scene.target)[50]) < 1e-12);
+    drop(solver);
+    free(field);
+    drop_scene(&scene);
+}
+
+/* Solves to the end step by step, saving after each, and goes on from each of them elsewhere. */
+static void saves_and_goes_on(uint32_t precision, uint32_t dimensions, size_t side, uint32_t method) {
+    Scene scene;
+    make_scene(&scene, precision, dimensions, side, 6, method);
+    Thurible *solver = full(&scene);
+    unsigned char *saved[16];
+    size_t count = 0, bytes = 0;
+    ThuribleProgress progress;
+    progress.status = THURIBLE_STATUS_GOES;
+    while (progress.status == THURIBLE_STATUS_GOES && count < 16) {
+        saved[count] = (unsigned char *)aligned(scene.saved);
+        OK(thurible_save(solver, saved[count++], scene.saved));
+        OK(thurible_step(solver, NULL, NULL, &progress));
+    }
+    CHECK(progress.status != THURIBLE_STATUS_GOES && progress.status != THURIBLE_STATUS_NOT_FINITE);
+    OK(thurible_finish(solver, NULL, &progress));
+    unsigned char *whole = result(&scene, solver, &bytes);
+    for (size_t step = 0; step < count; step++) {
+        Thurible *other = empty(&scene);
+        OK(thurible_restore(other, saved[step], scene.saved));
+        ThuribleProgress end;
+        OK(thurible_solve(other, NULL, NULL, &end));
+        CHECK(end.status == progress.status && end.data == progress.data && end.force == progress.force && end.iteration == progress.iteration);
+        size_t other_bytes = 0;
+        unsigned char *again = result(&scene, other, &other_bytes);
+        same("restored", whole, bytes, again, other_bytes);
+        free(again);
+        drop(other);
+    }
+    Thurible *other = empty(&scene);
+    for (size_t place = 0; place < scene.saved; place += 1 + place / 8) {
+        saved[0][place] ^= 0x10;
+        ThuribleResult found = thurible_restore(other, saved[0], scene.saved);
+        CHECK(found == THURIBLE_RESULT_SAVED_DAMAGED || found == THURIBLE_RESULT_SAVED_OTHER || found == THURIBLE_RESULT_SAVED_FORMAT ||
+              found == THURIBLE_RESULT_NOT_SAVED || found == THURIBLE_RESULT_LENGTH);
+        saved[0][place] ^= 0x10;
+    }
+    IS(thurible_restore(other, saved[0], scene.saved - 1), LENGTH);
+    IS(thurible_step(other, NULL, NULL, NULL), NO_SOURCE);
+    drop(other);
+    scene.config.force_weight = 11.0;
+    other = empty(&scene);
+    IS(thurible_restore(other, saved[0], scene.saved), SAVED_OTHER);
+    says(other, "another problem");
+    drop(other);
+    while (count > 0) free(saved[--count]);
+    free(whole);
+    drop(solver);
+    drop_scene(&scene);
+}
+
+/* Two instances of different kinds, step by step in turn, find what they find alone. */
+static void side_by_side(void) {
+    Scene scenes[2];
+    make_scene(&scenes[0], THURIBLE_PRECISION_F32, 2, 16, 6, THURIBLE_METHOD_DIRECT);
+    make_scene(&scenes[1], THURIBLE_PRECISION_F64, 3, 6, 4, THURIBLE_METHOD_ADMM);
+    unsigned char *alone[2];
+    size_t bytes[2];
+    for (int i = 0; i < 2; i++) {
+        Thurible *solver = full(&scenes[i]);
+        OK(thurible_solve(solver, NULL, NULL, NULL));
+        alone[i] = result(&scenes[i], solver, &bytes[i]);
+        drop(solver);
+    }
+    Thurible *both[2] = {full(&scenes[0]), full(&scenes[1])};
+    ThuribleProgress progress[2];
+    progress[0].status = progress[1].status = THURIBLE_STATUS_GOES;
+    while (progress[0].status == THURIBLE_STATUS_GOES || progress[1].status == THURIBLE_STATUS_GOES)
+        for (int i = 0; i < 2; i++)
+            if (progress[i].status == THURIBLE_STATUS_GOES) OK(thurible_step(both[i], NULL, NULL, &progress[i]));
+    for (int i = 0; i < 2; i++) {
+        OK(thurible_finish(both[i], NULL, NULL));
+        size_t found_bytes = 0;
+        unsigned char *found = result(&scenes[i], both[i], &found_bytes);
+        same("side by side", alone[i], bytes[i], found, found_bytes);
+        free(found);
+        free(alone[i]);
+        drop(both[i]);
+        drop_scene(&scenes[i]);
+    }
+}
+
+/* Views show what copies hold. */
+static void views(void) {
+    Scene scene;
+    make_scene(&scene, THURIBLE_PRECISION_F32, 3, 6, 4, THURIBLE_METHOD_DIRECT);
+    Thurible *solver = full(&scene);
+    OK(thurible_solve(solver, NULL, NULL, NULL));
+    const uint32_t fields[] = {THURIBLE_FIELD_DENSITY, THURIBLE_FIELD_KEYFRAME, THURIBLE_FIELD_VELOCITY, THURIBLE_FIELD_FORCE};
+    const size_t counts[] = {5, 2, 4, 3};
+    double largest[4] = {0};
+    for (int f = 0; f < 4; f++)
+        for (size_t step = 0; step < counts[f]; step++)
+            for (size_t axis = 0; axis < (f < 2 ? 1u : 3u); axis++) {
+                ThuribleView view;
+                size_t bytes = 0;
+                OK(thurible_view(solver, fields[f], step, axis, &view));
+                OK(thurible_copy_bytes(solver, fields[f], axis, &bytes));
+                float *copy = (float *)aligned(bytes);
+                OK(thurible_copy(solver, fields[f], step, axis, copy, bytes));
+                CHECK(view.extent[0] == 8 && view.extent[1] == 6 && view.extent[2] == 6 && view.bytes_per_number == 4);
+                /* Files have one more along x and z, whose axes end in walls. */
+                size_t nx = 8 + (f >= 2 && axis == 0), ny = 6;
+                for (size_t z = 0; z < 6; z++)
+                    for (size_t y = 0; y < 6; y++)
+                        for (size_t x = 0; x < 8; x++) {
+                            float seen = ((const float *)view.data)[x * view.strides[0] + y * view.strides[1] + z * view.strides[2]];
+                            float held = copy[(z * ny + y) * nx + x];
+                            CHECK(seen * (float)view.unit == held);
+                            if (fabs(held) > largest[f]) largest[f] = fabs(held);
+                        }
+                free(copy);
+            }
+    for (int f = 0; f < 4; f++) CHECK(largest[f] > 0.0);
+    OK(thurible_step(solver, NULL, NULL, NULL));
+    ThuribleView view;
+    IS(thurible_view(solver, THURIBLE_FIELD_DENSITY, 1, 0, &view), NO_RESULT);
+    drop(solver);
+    drop_scene(&scene);
+}
+
+/* Threads of the host. */
+typedef struct {
+    ThuribleTask task;
+    void *argument;
+    size_t index;
+} Job;
+
+static void *work(void *job_) {
+    Job *job = (Job *)job_;
+    job->task(job->argument, job->index);
+    return NULL;
+}
+
+static size_t parallel = 0;
+
+static void on_threads(void *context, size_t tasks, ThuribleTask task, void *argument) {
+    pthread_t threads[8];
+    Job jobs[8];
+    CHECK(context == (void *)&parallel && tasks >= 2 && tasks <= 3);
+    parallel++;
+    for (size_t i = 1; i < tasks; i++) {
+        jobs[i].task = task;
+        jobs[i].argument = argument;
+        jobs[i].index = i;
+        if (pthread_create(&threads[i], NULL, work, &jobs[i]) != 0) exit(99);
+    }
+    task(argument, 0);
+    for (size_t i = 1; i < tasks; i++) pthread_join(threads[i], NULL);
+}
+
+/* Hosts that do not keep to the contract: nothing, everything twice and more than there is. */
+static void lazy(void *context, size_t tasks, ThuribleTask task, void *argument) {
+    (void)context, (void)tasks, (void)task, (void)argument;
+}
+
+static void eager(void *context, size_t tasks, ThuribleTask task, void *argument) {
+    (void)context;
+    for (size_t i = tasks + 2; i-- > 0;) task(argument, i);
+    for (size_t i = 0; i < tasks; i++) task(argument, i);
+    task(argument, SIZE_MAX);
+}
+
+static void executors(void) {
+    Scene scene;
+    make_scene(&scene, THURIBLE_PRECISION_F32, 2, 72, 24, THURIBLE_METHOD_DIRECT);
+    scene.config.iterations = 2;
+    scene.config.threads = 3;
+    OK(thurible_plan(&scene.config, &scene.bytes, NULL, &scene.saved));
+    Thurible *solver = full(&scene);
+    size_t bytes = 0;
+    OK(thurible_solve(solver, NULL, NULL, NULL));
+    unsigned char *alone = result(&scene, solver, &bytes);
+    drop(solver);
+    const ThuribleRun runs[] = {on_threads, lazy, eager};
+    for (int i = 0; i < 3; i++) {
+        ThuribleExecutor executor = {3, runs[i], &parallel};
+        solver = full(&scene);
+        OK(thurible_solve(solver, &executor, NULL, NULL));
+        size_t found_bytes = 0;
+        unsigned char *found = result(&scene, solver, &found_bytes);
+        same("threads", alone, bytes, found, found_bytes);
+        free(found);
+        executor.threads = 4;
+        IS(thurible_step(solver, &executor, NULL, NULL), EXECUTOR);
+        executor.threads = 0;
+        IS(thurible_step(solver, &executor, NULL, NULL), EXECUTOR);
+        executor.threads = 3;
+        executor.run = NULL;
+        IS(thurible_step(solver, &executor, NULL, NULL), EXECUTOR);
+        drop(solver);
+    }
+    CHECK(parallel > 10);
+    free(alone);
+    drop_scene(&scene);
+}
+
+typedef struct {
+    Thurible *solver;
+    size_t events, iterations, stop_at;
+    ThuribleResult inside;
+} Watch;
+
+static int32_t watch(void *context, const ThuribleEvent *event) {
+    Watch *seen = (Watch *)context;
+    seen->events++;
+    if (event->kind == THURIBLE_EVENT_KIND_ITERATION) CHECK(event->iteration == ++seen->iterations);
+    ThuribleProgress progress;
+    seen->inside = thurible_progress(seen->solver, &progress);
+    return seen->events >= seen->stop_at;
+}
+
+static void observers(void) {
+    Scene scene;
+    make_scene(&scene, THURIBLE_PRECISION_F64, 2, 12, 4, THURIBLE_METHOD_ADMM);
+    Watch seen = {full(&scene), 0, 0, SIZE_MAX, THURIBLE_RESULT_OK};
+    ThuribleObserver observer = {watch, &seen};
+    ThuribleProgress progress;
+    OK(thurible_solve(seen.solver, NULL, &observer, &progress));
+    CHECK(seen.iterations == progress.iteration && seen.events > 20 && seen.inside == THURIBLE_RESULT_BUSY);
+    CHECK(progress.status == THURIBLE_STATUS_MAX_ITERATIONS && progress.gap > 0.0 && progress.step > 0.0);
+    drop(seen.solver);
+    seen.solver = full(&scene);
+    seen.stop_at = seen.events / 2;
+    seen.events = seen.iterations = 0;
+    OK(thurible_solve(seen.solver, NULL, &observer, &progress));
+    CHECK(progress.status == THURIBLE_STATUS_CANCELLED && seen.events >= seen.stop_at && seen.events <= seen.stop_at + 1);
+    ThuribleView view;
+    OK(thurible_view(seen.solver, THURIBLE_FIELD_FORCE, 0, 0, &view)); /* finished all the same */
+    observer.on = NULL;
+    OK(thurible_step(seen.solver, NULL, &observer, &progress));
+    CHECK(progress.status != THURIBLE_STATUS_CANCELLED);
+    drop(seen.solver);
+    drop_scene(&scene);
+}
+
+/* No keyframes, smoke that rises. */
+static void free_flow(void) {
+    Scene scene;
+    make_scene(&scene, THURIBLE_PRECISION_F64, 2, 12, 6, THURIBLE_METHOD_SIMULATE);
+    scene.config.keyframe_count = 0;
+    scene.config.keyframes = NULL;
+    scene.config.simulation_buoyancy = 0.2;
+    OK(thurible_plan(&scene.config, &scene.bytes, NULL, NULL));
+    Thurible *solver = empty(&scene);
+    OK(thurible_set_source(solver, scene.source, scene.cells * 8));
+    ThuribleProgress progress;
+    OK(thurible_solve(solver, NULL, NULL, &progress));
+    CHECK(progress.status == THURIBLE_STATUS_CONVERGED);
+    ThuribleView view;
+    OK(thurible_view(solver, THURIBLE_FIELD_VELOCITY, 5, 1, &view));
+    double fastest = 0.0;
+    for (size_t y = 0; y < view.extent[1]; y++)
+        for (size_t x = 0; x < view.extent[0]; x++) fastest = fmax(fastest, get(view.data, 8, x * view.strides[0] + y * view.strides[1]) * view.unit);
+    CHECK(fastest > 0.01);
+    drop(solver);
+    drop_scene(&scene);
+}
+
+int main(void) {
+    versions_and_texts();
+    configurations();
+    handles();
+    inputs();
+    views();
+    side_by_side();
+    for (uint32_t method = THURIBLE_METHOD_DIRECT; method <= THURIBLE_METHOD_SIMULATE; method++) {
+        saves_and_goes_on(THURIBLE_PRECISION_F32, 2, 16, method);
+        saves_and_goes_on(THURIBLE_PRECISION_F64, 2, 9, method);
+        saves_and_goes_on(THURIBLE_PRECISION_F32, 3, 6, method);
+        saves_and_goes_on(THURIBLE_PRECISION_F64, 3, 8, method);
+    }
+    executors();
+    observers();
+    free_flow();
+    if (failures) fprintf(stderr, "%d checks failed\n", failures);
+    return failures != 0;
+}

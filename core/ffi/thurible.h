@@ -1,0 +1,493 @@
+#ifndef THURIBLE_H
+#define THURIBLE_H
+
+/* Made by core/ffi/tools from the sources beside this file: change those. See docs/integrators.md. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+// The version of this library: major * 65536 + minor * 256 + patch.
+#define THURIBLE_VERSION 256
+
+// What a number of the configuration holds to leave the choice to the library.
+#define THURIBLE_AUTOMATIC UINT32_MAX
+
+// What a call returns: 0, or why it was refused. What is refused changes nothing.
+typedef enum {
+    // Done.
+    THURIBLE_RESULT_OK = 0,
+    // A pointer that must not be null is.
+    THURIBLE_RESULT_NULL = 1,
+    // A pointer is not aligned for what it points to.
+    THURIBLE_RESULT_MISALIGNED = 2,
+    // The handle points to no instance: never made, closed, overwritten, or moved to another address.
+    THURIBLE_RESULT_NO_INSTANCE = 3,
+    // The instance is in another call: of another thread, or of the callback that made this one.
+    THURIBLE_RESULT_BUSY = 4,
+    // The size of the configuration is that of no version this library knows.
+    THURIBLE_RESULT_CONFIG_SIZE = 5,
+    // A field of the configuration is wrong; `thurible_explain` says which.
+    THURIBLE_RESULT_CONFIG = 6,
+    // The sizes do not fit this machine's addresses.
+    THURIBLE_RESULT_TOO_LARGE = 7,
+    // The memory has fewer bytes than planned.
+    THURIBLE_RESULT_TOO_SMALL = 8,
+    // An array has the wrong number of bytes.
+    THURIBLE_RESULT_LENGTH = 9,
+    // There is no such keyframe, axis, step or field.
+    THURIBLE_RESULT_INDEX = 10,
+    // A value is NaN or infinite.
+    THURIBLE_RESULT_NOT_FINITE = 11,
+    // A density is negative.
+    THURIBLE_RESULT_NEGATIVE = 12,
+    // A density has no mass.
+    THURIBLE_RESULT_EMPTY = 13,
+    // The source must be set first.
+    THURIBLE_RESULT_NO_SOURCE = 14,
+    // A keyframe was not set.
+    THURIBLE_RESULT_NO_KEYFRAME = 15,
+    // There is no result: the solve was not finished, or went on since.
+    THURIBLE_RESULT_NO_RESULT = 16,
+    // The executor has no function, no thread, or more threads than were planned for.
+    THURIBLE_RESULT_EXECUTOR = 17,
+    // The bytes are no saved instance.
+    THURIBLE_RESULT_NOT_SAVED = 18,
+    // The saved instance is in a format that this library does not read.
+    THURIBLE_RESULT_SAVED_FORMAT = 19,
+    // The saved instance is of another scene, precision, method or choice.
+    THURIBLE_RESULT_SAVED_OTHER = 20,
+    // The saved instance is damaged.
+    THURIBLE_RESULT_SAVED_DAMAGED = 21,
+    // The library's fault: a refusal that this interface has no word for.
+    THURIBLE_RESULT_UNKNOWN = 22,
+} ThuribleResult;
+
+// What an event is about.
+typedef enum {
+    // An iteration begins: `iteration`.
+    THURIBLE_EVENT_KIND_ITERATION = 0,
+    // The advection problem of ADMM begins.
+    THURIBLE_EVENT_KIND_AO_BEGIN = 1,
+    // An iteration of it is over: `value` is its objective, `step` its blending step.
+    THURIBLE_EVENT_KIND_AO_ITERATION = 2,
+    // It ends.
+    THURIBLE_EVENT_KIND_AO_END = 3,
+    // The Navier-Stokes problem of ADMM begins.
+    THURIBLE_EVENT_KIND_NSO_BEGIN = 4,
+    // A cycle of it is over: `iteration` is its number, `value` the residual.
+    THURIBLE_EVENT_KIND_NSO_CYCLE = 5,
+    // It ends.
+    THURIBLE_EVENT_KIND_NSO_END = 6,
+    // A piece of work well below a second at ordinary sizes is over.
+    THURIBLE_EVENT_KIND_WORK = 7,
+} ThuribleEventKind;
+
+// How a solve ended. Data, not an error.
+typedef enum {
+    // It did not end: there is more to do.
+    THURIBLE_STATUS_GOES = 0,
+    // The method's own rule says so.
+    THURIBLE_STATUS_CONVERGED = 1,
+    // The iterations were used up.
+    THURIBLE_STATUS_MAX_ITERATIONS = 2,
+    // It no longer moves, but does not satisfy the rule of convergence.
+    THURIBLE_STATUS_STALLED = 3,
+    // A number is not finite, or a flow is too fast to be transported.
+    THURIBLE_STATUS_NOT_FINITE = 4,
+    // The observer said stop.
+    THURIBLE_STATUS_CANCELLED = 5,
+    // The source or a keyframe is missing.
+    THURIBLE_STATUS_NOT_READY = 6,
+} ThuribleStatus;
+
+// Precision of all numbers: their bytes.
+typedef enum {
+    // `float`.
+    THURIBLE_PRECISION_F32 = 4,
+    // `double`.
+    THURIBLE_PRECISION_F64 = 8,
+} ThuriblePrecision;
+
+// How an axis ends.
+typedef enum {
+    // Closed, free slip.
+    THURIBLE_BOUNDARY_WALL = 0,
+    // Wraps around.
+    THURIBLE_BOUNDARY_PERIODIC = 1,
+} ThuribleBoundary;
+
+// How density is carried.
+typedef enum {
+    // Third-order upwind interpolation to faces, mass preserving.
+    THURIBLE_SCHEME_QUICK = 0,
+    // Central interpolation.
+    THURIBLE_SCHEME_CENTRAL = 1,
+    // Back-tracing with linear interpolation.
+    THURIBLE_SCHEME_SEMI_LAGRANGIAN = 2,
+} ThuribleScheme;
+
+// How a scene is solved.
+typedef enum {
+    // Force elimination and quasi-Newton.
+    THURIBLE_METHOD_DIRECT = 0,
+    // ADMM over an advection and a Navier-Stokes problem.
+    THURIBLE_METHOD_ADMM = 1,
+    // L-BFGS over the forces by the adjoint of a simulation.
+    THURIBLE_METHOD_LBFGS = 2,
+    // Smoke driven to the next keyframe while it is simulated.
+    THURIBLE_METHOD_PD = 3,
+    // No control: the flow alone. There may be no keyframes.
+    THURIBLE_METHOD_SIMULATE = 4,
+} ThuribleMethod;
+
+// How ADMM solves its Navier-Stokes problems.
+typedef enum {
+    // Multigrid in space and time.
+    THURIBLE_NSO_SOLVER_STFAS = 0,
+    // Newton's method with conjugate gradients.
+    THURIBLE_NSO_SOLVER_NEWTON_CG = 1,
+} ThuribleNsoSolver;
+
+// The colours of the smoother of STFAS.
+typedef enum {
+    // Two, by the parity of x + y (+ z).
+    THURIBLE_COLOURS_RED_BLACK = 0,
+    // 2^d, by the parity of each coordinate.
+    THURIBLE_COLOURS_POWER_OF_TWO = 1,
+} ThuribleColours;
+
+// In which units divergences count in the residual of STFAS.
+typedef enum {
+    // As accelerations.
+    THURIBLE_NORM_SCALED = 0,
+    // As they are.
+    THURIBLE_NORM_PLAIN = 1,
+} ThuribleNorm;
+
+// A field of the result.
+typedef enum {
+    // Density at step 0 .. N, one number for each cell.
+    THURIBLE_FIELD_DENSITY = 0,
+    // The target of keyframe 0 .., in place of a step, as it was scaled.
+    THURIBLE_FIELD_KEYFRAME = 1,
+    // A component of the velocity at step 0 .. N-1.
+    THURIBLE_FIELD_VELOCITY = 2,
+    // A component of the force at step 0 .. N-2, which turns the velocity of that step into the next one.
+    THURIBLE_FIELD_FORCE = 3,
+} ThuribleField;
+
+// A solve in memory of the caller: a handle, whose inside is the library's.
+typedef struct Thurible Thurible;
+
+// A scene without its densities, and the choices of the solve: begin with `thurible_defaults`, then set what is to differ. Fields
+// that hold one of several codes are `uint32_t`, so that any number may arrive and be refused.
+//
+// Later versions add fields at the end; `size` tells which version a program was compiled for.
+typedef struct {
+    // `sizeof(ThuribleConfig)`, as `thurible_defaults` writes it.
+    size_t size;
+    // A `ThuriblePrecision`; `THURIBLE_PRECISION_F32` by default.
+    uint32_t precision;
+    // 2 or 3; 2 by default.
+    uint32_t dimensions;
+    // Cells along x, y and z, each from 4 to 4096; z is ignored in 2D. To be set.
+    size_t cells[3];
+    // A `ThuribleBoundary` for each axis; walls by default.
+    uint32_t boundary[3];
+    // A `ThuribleMethod`; direct by default.
+    uint32_t method;
+    // Longest side of the box.
+    double length;
+    // Time step.
+    double dt;
+    // Steps N, at least 2. To be set.
+    size_t steps;
+    // Steps of the keyframes, ascending, from 2 to N; read only while a call that takes the configuration lasts.
+    const size_t *keyframes;
+    // How many.
+    size_t keyframe_count;
+    // Weight r of the force.
+    double force_weight;
+    // Kinematic viscosity, in squared lengths per time; 0 for none.
+    double viscosity;
+    // Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
+    uint32_t filters;
+    // Whether keyframes are scaled to the mass of the source: 0 or 1.
+    uint32_t match_mass;
+    // A `ThuribleScheme`; quick by default.
+    uint32_t scheme;
+    // The smoother's colours, of ADMM: a `ThuribleColours`.
+    uint32_t nso_colours;
+    // The series of a transport step is cut at the first term below this times the largest density.
+    double advection_tolerance;
+    // Relative tolerance of projections.
+    double projection_tolerance;
+    // Iterations at most.
+    size_t iterations;
+    // Threads that memory is planned for, from 1 to 1024; an executor must not have more.
+    size_t threads;
+    // Bytes that the plan should stay within if it can; 0 for none.
+    size_t memory_ceiling;
+    // Direct: pairs of L-BFGS from 1 to 8, or `THURIBLE_AUTOMATIC`.
+    uint32_t direct_history;
+    // Direct: whether to begin on coarser grids: 0 or 1.
+    uint32_t direct_nested;
+    // Direct: stop when the objective falls by less than this times itself, twice in a row.
+    double direct_tolerance;
+    // ADMM: penalty K.
+    double admm_penalty;
+    // ADMM: relaxation beta.
+    double admm_relaxation;
+    // ADMM: momentum of the advection problem, at least 0 and below 1.
+    double admm_ao_momentum;
+    // ADMM: stop when densities change less than this times the largest.
+    double admm_density_tolerance;
+    // ADMM: iterations of the advection problem in each iteration.
+    uint32_t admm_ao_iterations;
+    // ADMM: whether to begin on coarser grids: 0 or 1.
+    uint32_t admm_nested;
+    // ADMM: a `ThuribleNsoSolver`.
+    uint32_t nso_solver;
+    // ADMM: V-cycles or Newton steps of a Navier-Stokes problem at most, from 1 to 63.
+    uint32_t nso_cycles;
+    // ADMM: stop a Navier-Stokes problem at a residual below this.
+    double nso_tolerance;
+    // ADMM: a `ThuribleNorm`.
+    uint32_t nso_norm;
+    // L-BFGS over forces: pairs from 1 to 8.
+    uint32_t lbfgs_history;
+    // L-BFGS over forces: stop as `direct_tolerance`.
+    double lbfgs_tolerance;
+    // L-BFGS over forces: whether to begin on a coarser grid: 0 or 1.
+    uint32_t lbfgs_nested;
+    // Nothing: 0.
+    uint32_t reserved;
+    // Target-driven smoke: weight of the driving force.
+    double pd_drive;
+    // Target-driven smoke: rate at which momentum is lost.
+    double pd_attenuation;
+    // Target-driven smoke: weight of the gathering term.
+    double pd_gathering;
+    // Simulations: upward acceleration where the density is 1.
+    double simulation_buoyancy;
+    // Simulations, L-BFGS over forces and target-driven smoke: relative residual of an implicit step.
+    double simulation_tolerance;
+} ThuribleConfig;
+
+// A piece of work: call it with the `argument` that came with it and an index below the number of tasks.
+typedef void (*ThuribleTask)(void *argument, size_t index);
+
+// Runs `task(argument, i)` once for every `i < tasks`, on any threads and in any order, and returns when all are done. Neither
+// `task` nor `argument` may be used afterwards. An index that is called twice is ignored the second time; one that is not called
+// at all is run on the calling thread when this returns.
+typedef void (*ThuribleRun)(void *context, size_t tasks, ThuribleTask task, void *argument);
+
+// The host's threads. Results do not depend on them.
+typedef struct {
+    // How many tasks there may be at the same time, at most `threads` of the configuration.
+    size_t threads;
+    // Runs them.
+    ThuribleRun run;
+    // Handed to `run`.
+    void *context;
+} ThuribleExecutor;
+
+// A point of the solve.
+typedef struct {
+    // What it is about.
+    ThuribleEventKind kind;
+    // A count from 1, or 0.
+    size_t iteration;
+    // A number, or 0.
+    double value;
+    // A step, or 0.
+    double step;
+} ThuribleEvent;
+
+// Hears of an event; anything but 0 stops the solve within one sweep.
+typedef int32_t (*ThuribleOn)(void *context, const ThuribleEvent *event);
+
+// What the host watches and stops.
+typedef struct {
+    // Called at every event, on the thread that called the library; null hears nothing.
+    ThuribleOn on;
+    // Handed to `on`.
+    void *context;
+} ThuribleObserver;
+
+// How a solve goes.
+typedef struct {
+    // How the solve ended, or that it goes on.
+    ThuribleStatus status;
+    // Iterations so far.
+    size_t iteration;
+    // Data term of the objective.
+    double data;
+    // Force term of the objective.
+    double force;
+    // Cells of the grid that the direct method or L-BFGS worked on.
+    size_t cells[3];
+    // That grid, 0 for the finest.
+    size_t level;
+    // Iteration on that grid.
+    size_t level_iteration;
+    // Step along the direction, of the direct method or L-BFGS; blending step of ADMM.
+    double step;
+    // Objectives computed in the iteration, of the direct method or L-BFGS.
+    size_t evaluations;
+    // ADMM: change of the densities over the largest.
+    double density_change;
+    // ADMM: max |v - v*| over max |v|.
+    double gap;
+    // ADMM: the largest violation of the conditions of an optimum.
+    double kkt;
+} ThuribleProgress;
+
+// A field as it lies in the instance. Number (x, y, z) is at `data` plus x `strides[0]` + y `strides[1]` + z `strides[2]` numbers of the
+// instance's precision; times `unit` it is in the scene's units.
+typedef struct {
+    // Number (0, 0, 0).
+    const void *data;
+    // Numbers along x, y and z. A component of a velocity or force has the low face of every cell along its axis; on a wall axis the
+    // first is on the wall, where nothing flows, and the last wall is left out.
+    size_t extent[3];
+    // Numbers from one to the next along x, y and z.
+    size_t strides[3];
+    // The scene's unit of these numbers.
+    double unit;
+    // Bytes of a number: 4 for `float`, 8 for `double`.
+    size_t bytes_per_number;
+} ThuribleView;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+// A few words for a `ThuribleResult`, in static memory.
+const char *thurible_result_text(uint32_t result);
+
+// A few words for a `ThuribleStatus`, in static memory.
+const char *thurible_status_text(uint32_t status);
+
+// The version of the library that is linked: compare it with `THURIBLE_VERSION` of the header.
+uint32_t thurible_version(void);
+
+// Fills a configuration of `size` bytes, `sizeof(ThuribleConfig)` of the program that calls, with the defaults.
+// Safety: `config` is null or points to `size` bytes to write.
+ThuribleResult thurible_defaults(ThuribleConfig *config, size_t size);
+
+// Writes why a configuration is refused, or nothing where it is not, into `buffer` of `size` bytes, cut where it does not fit and
+// always ended by a zero byte; bytes of the whole text. A null `buffer` only counts.
+// Safety: `config` is null or points to a configuration whose `keyframes` are there; `buffer` is null or points to `size` bytes.
+size_t thurible_explain(const ThuribleConfig *config, char *buffer, size_t size);
+
+// How many bytes an instance takes, on which multiple of bytes they must begin, and how many bytes a saved one has. Nothing is
+// allocated or kept. Each pointer but `config` may be null.
+// Safety: `config` is null or points to a configuration whose `keyframes` are there; the others are null or may be written.
+ThuribleResult thurible_plan(const ThuribleConfig *config, size_t *bytes, size_t *alignment, size_t *saved_bytes);
+
+// Makes an instance in `memory` of `bytes` bytes, as many as `thurible_plan` says or more, and writes its handle to `out`. The
+// memory is the instance's until it is closed; it must not be moved. Nothing else is needed: no global state, no allocation.
+// Safety: `memory` is null or points to `bytes` bytes that nobody else uses; `config` as in `thurible_plan`; `out` is null or may be written.
+ThuribleResult thurible_init(void *memory,
+                             size_t bytes,
+                             const ThuribleConfig *config,
+                             Thurible **out);
+
+// Ends an instance: its memory is the caller's again and the handle is refused from now on.
+// Safety: `instance` is null or points to memory of an instance's size.
+ThuribleResult thurible_close(Thurible *instance);
+
+// Writes why the last call with this instance was refused, or nothing where it was not, as `thurible_explain` does.
+// Safety: `instance` as in `thurible_close`; `buffer` is null or points to `size` bytes.
+size_t thurible_message(const Thurible *instance, char *buffer, size_t size);
+
+// Sets the density of step 0: one number of the instance's precision for each cell, x fastest; `bytes` of all.
+// Safety: `instance` as in `thurible_close`; `density` is null or points to `bytes` bytes.
+ThuribleResult thurible_set_source(Thurible *instance, const void *density, size_t bytes);
+
+// Sets the target of keyframe `index`, as `thurible_set_source`, which comes first. Where keyframes are scaled to the source's mass,
+// `factor` is by how much; it may be null.
+// Safety: As `thurible_set_source`; `factor` is null or may be written.
+ThuribleResult thurible_set_keyframe(Thurible *instance,
+                                     size_t index,
+                                     const void *density,
+                                     size_t bytes,
+                                     double *factor);
+
+// Sets component `axis` of the velocity at step 0, in the layout of `thurible_copy` and the scene's units; 0 where it is not set.
+// Safety: As `thurible_set_source`.
+ThuribleResult thurible_set_initial_velocity(Thurible *instance, size_t axis, const void *faces, size_t bytes);
+
+// One iteration. `executor`, `observer` and `progress` may be null: one thread, nobody who watches, and see `thurible_progress`. How
+// a solve ends is in the progress; this returns only refusals.
+// Safety: `instance` as in `thurible_close`; `executor` and `observer` are null or keep to their contracts; `progress` is null or may be
+// written.
+ThuribleResult thurible_step(Thurible *instance,
+                             const ThuribleExecutor *executor,
+                             const ThuribleObserver *observer,
+                             ThuribleProgress *progress);
+
+// Makes the result feasible: the flow free of divergence, the forces those that make it, the densities those that it carries. Results
+// can be read afterwards, until the next step. The progress holds the objective of the result.
+// Safety: As `thurible_step`.
+ThuribleResult thurible_finish(Thurible *instance,
+                               const ThuribleExecutor *executor,
+                               ThuribleProgress *progress);
+
+// Steps to the end and finishes. `progress` says how it ended.
+// Safety: As `thurible_step`.
+ThuribleResult thurible_solve(Thurible *instance,
+                              const ThuribleExecutor *executor,
+                              const ThuribleObserver *observer,
+                              ThuribleProgress *progress);
+
+// How far the instance is: what the last step or finish said.
+// Safety: `instance` as in `thurible_close`; `progress` is null or may be written.
+ThuribleResult thurible_progress(const Thurible *instance, ThuribleProgress *progress);
+
+// Saves the whole state, densities included, into `bytes` of `size` bytes, `saved_bytes` of `thurible_plan` or more: plain bytes, the
+// same on every machine.
+// Safety: `instance` as in `thurible_close`; `bytes` is null or points to `size` bytes to write.
+ThuribleResult thurible_save(Thurible *instance,
+                             void *bytes,
+                             size_t size);
+
+// Goes on from what `thurible_save` wrote, of exactly `saved_bytes`, here or in another instance, process or machine, whose
+// configuration may differ in threads, ceiling and iterations alone: every later step gives the same bits. Damaged bytes and those of
+// another configuration are refused and change nothing.
+// Safety: `instance` as in `thurible_close`; `bytes` is null or points to `size` bytes.
+ThuribleResult thurible_restore(Thurible *instance,
+                                const void *bytes,
+                                size_t size);
+
+// Where a `ThuribleField` of the result lies, without copying: after `thurible_finish` or `thurible_solve`, and until the next call
+// that changes the instance; what was given, step 0 of densities and velocities and the keyframes, at any time. `axis` is 0 for
+// densities and keyframes.
+// Safety: `instance` as in `thurible_close`; `view` is null or may be written.
+ThuribleResult thurible_view(const Thurible *instance,
+                             uint32_t field,
+                             size_t step,
+                             size_t axis,
+                             ThuribleView *view);
+
+// Bytes that `thurible_copy` writes for a `ThuribleField`.
+// Safety: `instance` as in `thurible_close`; `bytes` is null or may be written.
+ThuribleResult thurible_copy_bytes(const Thurible *instance, uint32_t field, size_t axis, size_t *bytes);
+
+// Copies a `ThuribleField` of the result into `out` of exactly `bytes` bytes, as files have it: z, y, x with x fastest; a component of a
+// velocity or force one more along its own axis than there are cells where that ends in walls; in the scene's units and the
+// instance's precision. When it can be had, see `thurible_view`.
+// Safety: `instance` as in `thurible_close`; `out` is null or points to `bytes` bytes to write.
+ThuribleResult thurible_copy(const Thurible *instance,
+                             uint32_t field,
+                             size_t step,
+                             size_t axis,
+                             void *out,
+                             size_t bytes);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* THURIBLE_H */

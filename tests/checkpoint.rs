@@ -1,0 +1,284 @@
+//! Checkpoints: what is saved after any step goes on elsewhere with the same bits, and what is not what was saved is refused.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
+mod fields;
+
+use fields::Memory;
+use fields::cases::{Scene, Solved, StopAt};
+use fields::with_threads;
+use thurible_core::checkpoint::HEAD;
+use thurible_core::{D2, D3, InputError, Method, NsoSolver, Params, Progress, Real, SavedError, Serial, Silent, Solver, Space, Status};
+
+const METHODS: [Method; 5] = [Method::Admm, Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate];
+
+fn by(method: Method, scene: Scene) -> Scene {
+    let mut scene = Scene { params: Params { method, iterations: 4, ..scene.params }, ..scene };
+    (scene.params.lbfgs.nested, scene.params.simulation.buoyancy, scene.params.pd.gathering) = (true, 1e-3, 0.01);
+    scene
+}
+
+/// Calls `work` with a solver that has nothing yet.
+fn with_empty<T: Real, S: Space, R>(scene: &Scene, fill: u8, work: impl FnOnce(&mut Solver<'_, T, S>) -> R) -> R {
+    let mut memory = Memory::filled(scene.plan::<T, S>().bytes(), fill);
+    work(&mut Solver::<T, S>::new(&scene.problem(), &scene.params, memory.block()).unwrap())
+}
+
+fn save<T: Real, S: Space>(solver: &mut Solver<'_, T, S>) -> Vec<u8> {
+    let mut bytes = vec![0xEE; solver.saved_bytes() + 3];
+    solver.save(&mut bytes).unwrap();
+    assert_eq!(bytes.split_off(solver.saved_bytes()), [0xEE; 3], "more was written than was said");
+    bytes
+}
+
+/// What a solver still does: every iteration and the result, bit by bit.
+fn rest_of<T: Real, S: Space>(scene: &Scene, solver: &mut Solver<'_, T, S>) -> (Vec<String>, Status, Vec<u64>) {
+    let solved = Solved::run(scene, solver, &Serial, &mut Silent);
+    (solved.history.iter().map(|progress| format!("{progress:?}")).collect(), solved.status, solved.bits())
+}
+
+/// Saves after every step, and goes on from each of the bytes in another block that was planned for other threads.
+fn goes_on<T: Real, S: Space>(scene: &Scene) {
+    let mut saved: Vec<Vec<u8>> = Vec::new();
+    let mut history: Vec<Progress> = Vec::new();
+    let what = format!("{:?} in {} on {:?}", scene.params.method, T::NAME, scene.cells);
+    let (whole, end) = scene.with::<T, S, _>(|solver| {
+        assert_eq!(solver.saved_bytes(), scene.plan::<T, S>().saved_bytes());
+        loop {
+            saved.push(save(solver));
+            history.push(solver.step(&Serial, &mut Silent));
+            if history.last().is_some_and(|progress| progress.status.is_some()) {
+                break;
+            }
+        }
+        solver.finish(&Serial).unwrap();
+        let status = history.last().and_then(|progress| progress.status).unwrap();
+        (Solved::read(scene, solver, status, history.clone()), save(solver))
+    });
+    let said: Vec<String> = history.iter().map(|progress| format!("{progress:?}")).collect();
+    let mut elsewhere = scene.clone();
+    elsewhere.params.threads = 3;
+    elsewhere.params.direct.history = Some(5);
+    for (step, bytes) in saved.iter().enumerate() {
+        let (rest, status, bits) = with_empty::<T, S, _>(&elsewhere, 0x5A, |solver| {
+            solver.restore(bytes).unwrap();
+            assert_eq!(save(solver), *bytes, "{what}: what was restored after {step} steps is saved as something else");
+            rest_of(scene, solver)
+        });
+        assert_eq!(rest, said[step..], "{what}: iterations after {step} steps");
+        assert_eq!(status, whole.status);
+        assert!(bits == whole.bits(), "{what}: going on after {step} steps gives other bits");
+    }
+    with_empty::<T, S, _>(scene, 0xFF, |solver| {
+        assert!(!solver.is_finished());
+        solver.restore(&end).unwrap();
+        assert!(solver.is_finished());
+        assert!(Solved::read(scene, solver, whole.status, Vec::new()).bits() == whole.bits(), "{what}: the result is not what was saved");
+    });
+}
+
+#[test]
+fn every_method_goes_on_with_the_same_bits() {
+    for method in METHODS {
+        goes_on::<f32, D2>(&by(method, Scene::small(&[14, 9], "wp", 5)));
+        goes_on::<f64, D2>(&by(method, Scene::small(&[32, 20], "wp", 5)));
+        goes_on::<f32, D3>(&by(method, Scene::small(&[16, 8, 8], "www", 4)));
+        goes_on::<f64, D3>(&by(method, Scene::small(&[6, 5, 7], "pww", 4)));
+    }
+}
+
+#[test]
+fn choices_with_state_of_their_own_go_on() {
+    let mut relaxed = by(Method::Admm, Scene::small(&[12, 12], "ww", 4));
+    (relaxed.params.admm.relaxation, relaxed.params.admm.ao_momentum) = (1.3, 0.3);
+    goes_on::<f64, D2>(&relaxed);
+    let mut newton = by(Method::Admm, Scene::small(&[12, 12], "ww", 4));
+    newton.params.admm.nso.solver = NsoSolver::NewtonCg;
+    goes_on::<f32, D2>(&newton);
+    // So large a weight of the force that STFAS damps.
+    goes_on::<f64, D2>(&Scene { force_weight: 1e7, ..by(Method::Admm, Scene::small(&[12, 12], "ww", 6)) });
+    for method in METHODS {
+        goes_on::<f32, D2>(&Scene { viscosity: 1e-3, ..by(method, Scene::small(&[32, 16], "ww", 4)) });
+    }
+    // More iterations than pairs, so that all fields change their parts.
+    let mut long = by(Method::Direct, Scene::small(&[16, 16], "ww", 4));
+    (long.params.iterations, long.params.direct.tolerance) = (12, 1e-12);
+    goes_on::<f32, D2>(&long);
+    long.params.method = Method::Lbfgs;
+    (long.params.lbfgs.history, long.params.lbfgs.tolerance) = (2, 1e-12);
+    goes_on::<f64, D2>(&long);
+}
+
+/// The direct method saves on coarser grids too.
+#[test]
+fn the_scene_above_begins_on_a_coarser_grid() {
+    let scene = by(Method::Direct, Scene::small(&[32, 20], "wp", 5));
+    let solved = scene.solve_alone::<f64, D2>();
+    assert!(solved.history[0].direct.level > 0 && solved.history.last().unwrap().direct.level == 0);
+}
+
+#[test]
+fn a_cancelled_solve_goes_on() {
+    for method in METHODS {
+        let scene = by(method, Scene::small(&[32, 20], "wp", 5));
+        for at in [1, 40, 90] {
+            let mut stop = StopAt { at, seen: 0 };
+            let (bytes, here) = scene.with::<f32, D2, _>(|solver| {
+                while solver.step(&Serial, &mut stop).status.is_none() {}
+                (save(solver), rest_of(&scene, solver))
+            });
+            let there = with_empty::<f32, D2, _>(&scene, 0x33, |solver| {
+                solver.restore(&bytes).unwrap();
+                rest_of(&scene, solver)
+            });
+            assert!(here == there, "{method:?} cancelled at event {at} goes on with other bits");
+        }
+    }
+}
+
+#[test]
+fn threads_may_change_between() {
+    for method in METHODS {
+        let scene = by(method, Scene::small(&[32, 20], "wp", 5));
+        let mut threaded = scene.clone();
+        (threaded.params.threads, threaded.params.direct.history) = (2, Some(5));
+        let bytes = with_threads(2, |exec| {
+            threaded.with::<f32, D2, _>(|solver| {
+                solver.step(exec, &mut Silent);
+                save(solver)
+            })
+        });
+        let whole = scene.solve_alone::<f32, D2>();
+        let (_, _, bits) = with_empty::<f32, D2, _>(&scene, 0x11, |solver| {
+            solver.restore(&bytes).unwrap();
+            rest_of(&scene, solver)
+        });
+        assert!(bits == whole.bits(), "{method:?}");
+    }
+}
+
+#[test]
+fn every_changed_byte_is_found() {
+    let scene = by(Method::Direct, Scene::small(&[6, 5], "wp", 3));
+    let bytes = scene.with::<f32, D2, _>(|solver| {
+        solver.step(&Serial, &mut Silent);
+        save(solver)
+    });
+    with_empty::<f32, D2, _>(&scene, 0, |solver| {
+        let before = save(solver);
+        for place in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 1 << (place % 8);
+            let expected = match place {
+                0..8 => SavedError::NotSaved,
+                8..16 => SavedError::Format { given: u64::from_le_bytes(damaged[8..16].try_into().unwrap()) },
+                16..24 => SavedError::Length { expected: bytes.len(), given: bytes.len() },
+                24..32 => SavedError::OtherSolve,
+                _ => SavedError::Damaged,
+            };
+            assert_eq!(solver.restore(&damaged), Err(expected), "byte {place}");
+        }
+        for length in [0, 1, 7, 40, HEAD - 1, HEAD, bytes.len() - 1] {
+            assert_eq!(solver.restore(&bytes[..length]), Err(SavedError::Length { expected: bytes.len(), given: length }));
+        }
+        let longer = [&bytes[..], &[0]].concat();
+        assert_eq!(solver.restore(&longer), Err(SavedError::Length { expected: bytes.len(), given: longer.len() }));
+        assert!(save(solver) == before, "refused bytes changed the solver");
+        assert_eq!(solver.prepare(&Serial), Err(InputError::NoSource));
+        let mut few = vec![0; bytes.len() - 1];
+        assert_eq!(solver.save(&mut few), Err(SavedError::Length { expected: bytes.len(), given: few.len() }));
+        solver.restore(&bytes).unwrap();
+    });
+}
+
+/// Scalars that no solver would write are refused even where the checksum is right, and change nothing.
+#[test]
+fn scalars_out_of_range_are_refused() {
+    for method in METHODS {
+        let scene = by(method, Scene::small(&[6, 5], "wp", 3));
+        let (bytes, whole) = scene.with::<f32, D2, _>(|solver| {
+            solver.step(&Serial, &mut Silent);
+            (save(solver), rest_of(&scene, solver))
+        });
+        let mut refused = 0;
+        for word in 5..HEAD / 8 {
+            for value in [9u64, 1 << 40, u64::MAX] {
+                let mut forged = bytes.clone();
+                forged[word * 8..word * 8 + 8].copy_from_slice(&value.to_le_bytes());
+                fields::seal(&mut forged);
+                with_empty::<f32, D2, _>(&scene, 0, |solver| {
+                    let before = save(solver);
+                    match solver.restore(&forged) {
+                        Ok(()) => {
+                            // A number or count like any other: it may end anywhere, but in order.
+                            let _ = solver.step(&Serial, &mut Silent);
+                            let _ = solver.finish(&Serial);
+                        }
+                        Err(error) => {
+                            refused += 1;
+                            assert_eq!(error, SavedError::Damaged);
+                            assert!(save(solver) == before, "{method:?}: word {word} was refused and yet changed the solver");
+                        }
+                    }
+                });
+            }
+        }
+        assert!(refused >= 6, "{method:?}: {refused} refusals");
+        with_empty::<f32, D2, _>(&scene, 0, |solver| {
+            let mut sealed = bytes.clone();
+            fields::seal(&mut sealed);
+            assert!(sealed == bytes, "the test's own seal is wrong");
+            solver.restore(&sealed).unwrap();
+            assert!(rest_of(&scene, solver) == whole);
+        });
+    }
+}
+
+#[test]
+fn bytes_of_another_solve_are_refused() {
+    let scene = by(Method::Direct, Scene::small(&[8, 8], "wp", 4));
+    let bytes = scene.with::<f32, D2, _>(save);
+    let refuses = |what: &str, change: &dyn Fn(&mut Scene)| {
+        let mut other = scene.clone();
+        change(&mut other);
+        let found = with_empty::<f32, D2, _>(&other, 0, |solver| solver.restore(&bytes));
+        assert_eq!(found, Err(SavedError::OtherSolve), "{what}");
+    };
+    refuses("cells", &|scene| scene.cells = vec![8, 9]);
+    refuses("boundary", &|scene| scene.boundary = fields::boundaries("pw"));
+    refuses("length", &|scene| scene.length = 2.0);
+    refuses("dt", &|scene| scene.dt = 0.5);
+    refuses("steps", &|scene| scene.steps = 5);
+    refuses("keyframes", &|scene| scene.keyframes = vec![3]);
+    refuses("force_weight", &|scene| scene.force_weight = 99.0);
+    refuses("viscosity", &|scene| scene.viscosity = 1e-3);
+    refuses("scheme", &|scene| scene.scheme = thurible_core::Scheme::Central);
+    refuses("method", &|scene| scene.params.method = Method::Lbfgs);
+    refuses("history", &|scene| scene.params.direct.history = Some(4));
+    refuses("tolerance", &|scene| scene.params.direct.tolerance = 1e-3);
+    refuses("nested", &|scene| scene.params.direct.nested = false);
+    assert_eq!(with_empty::<f64, D2, _>(&scene, 0, |solver| solver.restore(&bytes)), Err(SavedError::OtherSolve));
+    let admm = by(Method::Admm, scene.clone());
+    let bytes = admm.with::<f32, D2, _>(save);
+    let changes: [fn(&mut Params); 11] = [
+        |params| params.admm.penalty = 2e3,
+        |params| params.admm.relaxation = 1.5,
+        |params| params.admm.ao_iterations = 3,
+        |params| params.admm.ao_momentum = 0.5,
+        |params| params.admm.density_tolerance = 0.1,
+        |params| params.admm.nested = false,
+        |params| params.admm.nso.solver = NsoSolver::NewtonCg,
+        |params| params.admm.nso.tolerance = 1e-4,
+        |params| params.admm.nso.cycles = 20,
+        |params| params.admm.nso.colours = thurible_core::Colours::PowerOfTwo,
+        |params| params.admm.nso.norm = thurible_core::Norm::Plain,
+    ];
+    for change in changes {
+        let mut other = admm.clone();
+        change(&mut other.params);
+        assert_eq!(with_empty::<f32, D2, _>(&other, 0, |solver| solver.restore(&bytes)), Err(SavedError::OtherSolve), "{:?}", other.params.admm);
+    }
+    // What changes no bit is no other solve.
+    let mut more = admm.clone();
+    (more.params.iterations, more.params.threads, more.params.ceiling, more.params.direct.tolerance) = (99, 4, Some(1), 0.5);
+    assert_eq!(with_empty::<f32, D2, _>(&more, 0, |solver| solver.restore(&bytes)), Ok(()));
+}
