@@ -32,6 +32,7 @@ pub struct Projection<'a, T> {
 
 /// What solves Poisson's problem.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is no allocator, and one of it lives at a time")]
 enum Solver<'a, T> {
     Spectral(Spectral<'a, T>),
     Multigrid(Multigrid<'a, T>),

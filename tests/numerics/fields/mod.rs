@@ -4,6 +4,8 @@
 
 pub mod carry;
 pub mod cases;
+pub mod control;
+pub mod feasible;
 pub mod flow;
 pub mod local;
 pub mod naive;

@@ -1,12 +1,12 @@
 //! The projection Q onto flows without divergence.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
+use crate::fields;
+use crate::fields::naive::Naive;
+use crate::fields::random::Random;
+use crate::fields::{
+    Components, Memory, add_scaled_all, assert_close, dot_all, flow, gap, grid, largest, largest_of, slot, slot_of_all, view_mut, with_threads,
+};
 use core::ops::ControlFlow;
-use fields::naive::Naive;
-use fields::random::Random;
-use fields::{Components, Memory, add_scaled_all, assert_close, dot_all, flow, gap, grid, largest, largest_of, slot, slot_of_all, view_mut, with_threads};
 use thurible_core::arena::Arena;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
