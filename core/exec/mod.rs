@@ -1,8 +1,11 @@
 //! Threads as a value: the caller passes an [`Exec`], the core cuts its work into tasks that write disjoint chunks.
 #![allow(unsafe_code)]
 
+// Machines with fewer bits in an atomic number hardly have threads to lend.
+#[cfg(target_has_atomic = "64")]
 mod team;
 
+#[cfg(target_has_atomic = "64")]
 pub use team::Team;
 
 use core::marker::PhantomData;

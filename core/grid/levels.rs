@@ -202,8 +202,8 @@ pub struct Levels<'m, T> {
     pub grids: heapless::Vec<Grid, MAX_LEVELS>,
     /// The weights between grid l and grid l + 1.
     pub tables: heapless::Vec<Tables<'m, T>, MAX_LEVELS>,
-    /// The eigenvectors of every grid whose axes are not too long for that.
-    pub spectra: heapless::Vec<Option<Spectrum<'m, T>>, MAX_LEVELS>,
+    /// The eigenvectors of every grid that has them, see [`Self::spectrum`].
+    pub eigenvectors: &'m [T],
 }
 
 impl<'m, T: Real> Levels<'m, T> {
@@ -236,13 +236,21 @@ impl<'m, T: Real> Levels<'m, T> {
             let pushed = tables.push(Tables::new(&pair[0], &pair[1], these_index, these_weight));
             debug_assert!(pushed.is_ok());
         }
-        let mut numbers = arena.take::<T>(grids.iter().map(Spectrum::<T>::len).sum())?;
-        let spectrum = |grid: &Grid| {
-            let (these, rest) = core::mem::take(&mut numbers).split_at_mut(Spectrum::<T>::len(grid));
-            numbers = rest;
-            Spectrum::<T>::exists(grid).then(|| Spectrum::new(grid, these))
-        };
-        let spectra = grids.iter().map(spectrum).collect();
-        Ok(Self { grids, tables, spectra })
+        let eigenvectors = arena.take::<T>(grids.iter().map(Spectrum::<T>::len).sum())?;
+        let mut rest = &mut *eigenvectors;
+        for grid in &grids {
+            let (these, after) = rest.split_at_mut(Spectrum::<T>::len(grid));
+            Spectrum::fill(grid, these);
+            rest = after;
+        }
+        Ok(Self { grids, tables, eigenvectors })
+    }
+
+    /// The eigenvectors of grid `level`, if it has any.
+    #[must_use]
+    pub fn spectrum(&self, level: usize) -> Option<Spectrum<'_, T>> {
+        let start = self.grids[..level].iter().map(Spectrum::<T>::len).sum();
+        let numbers = self.eigenvectors.get(start..).filter(|numbers| !numbers.is_empty())?;
+        Spectrum::<T>::exists(&self.grids[level]).then(|| Spectrum::view(&self.grids[level], numbers))
     }
 }

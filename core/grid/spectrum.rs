@@ -57,7 +57,7 @@ fn eigenvector(n: usize, periodic: bool, parity: Parity, k: usize, i: usize) -> 
 }
 
 /// The eigenvectors of an axis.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Axis<'m, T> {
     n: usize,
     first: bool,
@@ -76,34 +76,34 @@ fn matrices_len(n: usize, first: bool) -> usize {
     PARITIES.iter().map(|parity| 2 * matrix_len(parity.count(n), first)).sum()
 }
 
-impl<'m, T: Real> Axis<'m, T> {
-    fn new(grid: &Grid, axis: usize, numbers: &'m mut [T]) -> Self {
-        let (n, first) = (grid.n[axis], axis == 0);
-        let (matrices, eigenvalues) = numbers.split_at_mut(matrices_len(n, first));
-        matrices.fill(T::ZERO);
-        let (mut matrix, mut number) = (0, 0);
-        for parity in PARITIES {
-            let count = parity.count(n);
-            let len = matrix_len(count, first);
-            for k in 0..count {
-                for i in 0..count {
-                    let (value, eigenvalue) = eigenvector(n, grid.periodic[axis], parity, k, i);
-                    let value = T::from_f64(value);
-                    let place = |row: usize, column: usize| match first {
-                        true => row * count.next_multiple_of(COLUMNS) + column,
-                        false => (row / TOGETHER * count + column) * TOGETHER + row % TOGETHER,
-                    };
-                    // Along the first axis fields stand left of the matrix.
-                    let [analysis, synthesis] = if first { [place(i, k), place(k, i)] } else { [place(k, i), place(i, k)] };
-                    (matrices[matrix + analysis], matrices[matrix + len + synthesis]) = (value, value);
-                    eigenvalues[number + k] = T::from_f64(eigenvalue / (grid.h[axis] * grid.h[axis]));
-                }
+/// Fills the numbers of an axis: its matrices, then its eigenvalues.
+fn fill_axis<T: Real>(grid: &Grid, axis: usize, numbers: &mut [T]) {
+    let (n, first) = (grid.n[axis], axis == 0);
+    let (matrices, eigenvalues) = numbers.split_at_mut(matrices_len(n, first));
+    matrices.fill(T::ZERO);
+    let (mut matrix, mut number) = (0, 0);
+    for parity in PARITIES {
+        let count = parity.count(n);
+        let len = matrix_len(count, first);
+        for k in 0..count {
+            for i in 0..count {
+                let (value, eigenvalue) = eigenvector(n, grid.periodic[axis], parity, k, i);
+                let value = T::from_f64(value);
+                let place = |row: usize, column: usize| match first {
+                    true => row * count.next_multiple_of(COLUMNS) + column,
+                    false => (row / TOGETHER * count + column) * TOGETHER + row % TOGETHER,
+                };
+                // Along the first axis fields stand left of the matrix.
+                let [analysis, synthesis] = if first { [place(i, k), place(k, i)] } else { [place(k, i), place(i, k)] };
+                (matrices[matrix + analysis], matrices[matrix + len + synthesis]) = (value, value);
+                eigenvalues[number + k] = T::from_f64(eigenvalue / (grid.h[axis] * grid.h[axis]));
             }
-            (matrix, number) = (matrix + 2 * len, number + count);
         }
-        Self { n, first, matrices, eigenvalues }
+        (matrix, number) = (matrix + 2 * len, number + count);
     }
+}
 
+impl<T: Real> Axis<'_, T> {
     /// From half an axis to its coefficients: `first` by rows, for a field times the matrix; else [`TOGETHER`] rows side by side.
     #[must_use]
     pub fn analysis(&self, parity: Parity) -> &[T] {
@@ -124,7 +124,7 @@ impl<'m, T: Real> Axis<'m, T> {
 }
 
 /// The eigenvectors of all axes.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Spectrum<'m, T> {
     /// Axis by axis.
     pub axes: heapless::Vec<Axis<'m, T>, 3>,
@@ -140,20 +140,35 @@ impl<'m, T: Real> Spectrum<'m, T> {
     /// Its numbers, 0 if there is none.
     #[must_use]
     pub fn len(grid: &Grid) -> usize {
-        let of = |axis: usize| matrices_len(grid.n[axis], axis == 0) + grid.n[axis];
-        if Self::exists(grid) { (0..grid.dims).map(of).sum() } else { 0 }
+        if Self::exists(grid) { (0..grid.dims).map(|axis| Self::len_of(grid, axis)).sum() } else { 0 }
     }
 
-    /// Fills [`Self::len`] numbers.
+    /// Fills [`Self::len`] numbers for [`Self::view`].
+    pub fn fill(grid: &Grid, numbers: &mut [T]) {
+        let mut rest = numbers;
+        for axis in 0..if Self::exists(grid) { grid.dims } else { 0 } {
+            let (these, after) = rest.split_at_mut(Self::len_of(grid, axis));
+            fill_axis(grid, axis, these);
+            rest = after;
+        }
+    }
+
+    /// The eigenvectors that [`Self::fill`] wrote.
     #[must_use]
-    pub fn new(grid: &Grid, mut numbers: &'m mut [T]) -> Self {
+    pub fn view(grid: &Grid, mut numbers: &'m [T]) -> Self {
         let mut axes = heapless::Vec::new();
         for axis in 0..grid.dims {
-            let (these, rest) = core::mem::take(&mut numbers).split_at_mut(matrices_len(grid.n[axis], axis == 0) + grid.n[axis]);
-            numbers = rest;
-            let pushed = axes.push(Axis::new(grid, axis, these));
+            let (these, after) = numbers.split_at(Self::len_of(grid, axis));
+            let (n, first) = (grid.n[axis], axis == 0);
+            let (matrices, eigenvalues) = these.split_at(matrices_len(n, first));
+            let pushed = axes.push(Axis { n, first, matrices, eigenvalues });
             debug_assert!(pushed.is_ok());
+            numbers = after;
         }
         Self { axes }
+    }
+
+    fn len_of(grid: &Grid, axis: usize) -> usize {
+        matrices_len(grid.n[axis], axis == 0) + grid.n[axis]
     }
 }

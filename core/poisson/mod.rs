@@ -77,7 +77,7 @@ impl<'a, T: Real> Projection<'a, T> {
         let grid = &hierarchy.grids[level];
         let batch = batch_of(grid, slots);
         let scratch = scratch_len::<T>(grid, batch, threads);
-        let solver = match &hierarchy.spectra[level] {
+        let solver = match hierarchy.spectrum(level) {
             Some(spectrum) => Solver::Spectral(Spectral::carve(grid, spectrum, batch, scratch, pool)),
             None => Solver::Multigrid(Multigrid::carve(hierarchy, level, batch, scratch, pool)),
         };

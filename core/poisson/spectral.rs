@@ -34,14 +34,14 @@ fn padded(n: usize) -> usize {
 #[derive(Debug)]
 pub struct Spectral<'a, T> {
     grid: &'a Grid,
-    spectrum: &'a Spectrum<'a, T>,
+    spectrum: Spectrum<'a, T>,
     q: &'a mut [T],
     scratch: &'a mut [T],
 }
 
 impl<'a, T: Real> Spectral<'a, T> {
     /// Takes its numbers.
-    pub fn carve(grid: &'a Grid, spectrum: &'a Spectrum<'a, T>, batch: usize, scratch: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(grid: &'a Grid, spectrum: Spectrum<'a, T>, batch: usize, scratch: usize, pool: &mut Pool<'a, T>) -> Self {
         Self { grid, spectrum, q: pool.take(grid.cells() * batch), scratch: pool.take(scratch) }
     }
 
@@ -68,7 +68,7 @@ impl<'a, T: Real> Spectral<'a, T> {
 
     /// q with div grad q = the right-hand side.
     pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, batch: Batch, _divergence: f64, _goal: f64, _sums: &mut [f64]) -> ControlFlow<()> {
-        let (grid, spectrum) = (self.grid, self.spectrum);
+        let (grid, spectrum) = (self.grid, &self.spectrum);
         let q = &mut self.q[..grid.cells() * batch.count];
         for_rows(exec, batch.count, 0..batch.count, RowBuffers { fields: [q], sums: &mut [], scratch: &mut *self.scratch }, |task| {
             let [q] = task.fields;

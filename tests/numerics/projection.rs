@@ -68,7 +68,7 @@ fn project_by<T: Real>(by: By, grid: &Grid, slots: usize, v: &mut Components<T>,
     let mut memory = Memory::new(1 << 21);
     let mut levels = Levels::<T>::carve(&mut Arena::new(memory.block()), grid).unwrap();
     if by == By::Multigrid {
-        levels.spectra.fill_with(|| None);
+        levels.eigenvectors = &[];
     }
     let (flow, cycles) = with_threads(2, |exec| {
         let mut projection = Projection::carve(&levels, 0, slots, 2, &mut Pool::new(&mut numbers));
