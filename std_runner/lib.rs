@@ -5,12 +5,13 @@
 //! ([`region`]) must have; [`solve`] runs the core in it on a pool of [`threads`], watched by [`progress`], and
 //! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper.
 //!
-//! Everything here needs the feature `std` (on by default). Without it the library only hands on the core.
-#![cfg_attr(not(feature = "std"), no_std)]
+//! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`] and [`exit`] alone are the feature `embed`. Without
+//! either the library only hands on the core.
+#![cfg_attr(not(feature = "embed"), no_std)]
 
 pub use thurible_core;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "embed")]
 pub mod bytes;
 #[cfg(feature = "std")]
 pub mod cli;
@@ -20,7 +21,7 @@ pub mod compare;
 pub mod console;
 #[cfg(feature = "std")]
 pub mod destination;
-#[cfg(feature = "std")]
+#[cfg(feature = "embed")]
 pub mod exit;
 #[cfg(feature = "std")]
 pub mod frames;
@@ -60,5 +61,5 @@ pub mod scene;
 pub mod simulate;
 #[cfg(feature = "std")]
 pub mod solve;
-#[cfg(feature = "std")]
+#[cfg(feature = "embed")]
 pub mod threads;
