@@ -38,7 +38,8 @@ pub struct Team {
     taken: AtomicU64,
     /// The next of the others.
     next: AtomicUsize,
-    served: AtomicUsize,
+    /// Threads that came to serve: their numbers, from 1.
+    enlisted: AtomicUsize,
     region: UnsafeCell<Region<'static>>,
     dismissed: AtomicBool,
     busy: AtomicBool,
@@ -61,7 +62,7 @@ impl Team {
             state: AtomicU64::new(0),
             taken: AtomicU64::new(0),
             next: AtomicUsize::new(MARKED),
-            served: AtomicUsize::new(0),
+            enlisted: AtomicUsize::new(0),
             region,
             dismissed: AtomicBool::new(false),
             busy: AtomicBool::new(false),
@@ -70,7 +71,7 @@ impl Team {
 
     /// Works at every region until [`Self::dismiss`].
     pub fn serve(&self) {
-        let own = 1 + self.served.fetch_add(1, Ordering::Relaxed);
+        let own = 1 + self.enlisted.fetch_add(1, Ordering::Relaxed);
         let (mut served, mut waited) = (0, 0);
         while !self.dismissed.load(Ordering::Acquire) {
             let state = self.state.load(Ordering::Relaxed);

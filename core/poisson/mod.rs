@@ -6,14 +6,15 @@ pub mod multigrid;
 pub mod spectral;
 
 use crate::exec::Exec;
-use crate::field::{Block, VectorMut, rows, sums, view};
+use crate::field::{Block, Vector, VectorMut, rows, sums, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
 use crate::observe::{Observer, Silent};
+use crate::operators::divergence::{add_divergence, add_gradient};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::real::Real;
-use core::ops::ControlFlow;
+use core::ops::{ControlFlow, Range};
 use multigrid::Multigrid;
 use spectral::Spectral;
 
@@ -124,7 +125,10 @@ impl<'a, T: Real> Projection<'a, T> {
             if pass == PASSES || !(divergence > goal) {
                 return ControlFlow::Continue(divergence);
             }
-            each!(&mut self.solver, solver => solver.solve(exec, observer, batch, divergence, goal, sums)?);
+            match &mut self.solver {
+                Solver::Spectral(solver) => solver.solve(exec, observer, batch)?,
+                Solver::Multigrid(solver) => solver.solve(exec, observer, batch, divergence, goal, sums)?,
+            }
             each!(&mut self.solver, solver => solver.subtract_gradient(exec, batch, v, potential.as_deref_mut()));
         }
         ControlFlow::Continue(f64::NAN)
@@ -153,6 +157,25 @@ impl Batch {
     /// The same block in the batch.
     fn compact<'g>(self, block: &Block<'g>) -> Block<'g> {
         Block { slots: self.count, first: block.first - self.first, ..*block }
+    }
+}
+
+/// `out` = div v at a block's part of a row, and max |div v| and max |v| of it and of what `maxima` tell.
+fn divergence_in_row<T: Real>(block: &Block<'_>, row: usize, v: Vector<'_, T>, out: &mut [T], scratch: &mut [T], maxima: [f64; 2]) -> [f64; 2] {
+    out.fill(T::ZERO);
+    add_divergence(block, row, T::ONE, v, out, &mut scratch[..block.len()]);
+    let speeds = (0..block.grid.dims).map(|a| rows::max_abs(block.of(v[a], row)));
+    [rows::largest([maxima[0], rows::max_abs(out)]), rows::largest([maxima[1]].into_iter().chain(speeds))]
+}
+
+/// v -= grad q and, where there is a p, p -= q at `span` of a row of `fields`, v by components and p. `block` is how q is stored.
+fn subtract_gradient_in_row<T: Real>(block: &Block<'_>, row: usize, q: &[T], span: Range<usize>, fields: &mut [&mut [T]; 4], scratch: &mut [T]) {
+    let [v0, v1, v2, p] = fields;
+    for (axis, v) in [v0, v1, v2].into_iter().enumerate().take(block.grid.dims) {
+        add_gradient(block, row, axis, -T::ONE, q, &mut v[span.clone()], &mut scratch[..block.len()]);
+    }
+    if !p.is_empty() {
+        rows::sub(&mut p[span], block.of(q, row));
     }
 }
 

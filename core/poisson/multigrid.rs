@@ -3,14 +3,13 @@
 //! The smoother is Richardson's with the Chebyshev parameters of the upper part of the spectrum: flat loops that need no
 //! colours, on any box.
 
-use super::Batch;
+use super::{Batch, divergence_in_row, subtract_gradient_in_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::transfer::{Move, Place};
 use crate::field::{Block, VectorMut, rows, view};
 use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables, Transfer};
 use crate::grid::{Grid, Side};
 use crate::observe::{Event, Observer};
-use crate::operators::divergence::{add_divergence, add_gradient};
 use crate::plan::{Pool, pooled};
 use crate::real::Real;
 use crate::simd::multiversion;
@@ -92,10 +91,7 @@ impl<'a, T: Real> Multigrid<'a, T> {
             let mut maxima = [0.0; 2];
             for block in batch.blocks(grid) {
                 let out = &mut rhs[batch.compact(&block).span_in_row()];
-                out.fill(T::ZERO);
-                add_divergence(&block, task.row, T::ONE, v, out, &mut task.scratch[..block.len()]);
-                maxima[0] = rows::largest([maxima[0], rows::max_abs(out)]);
-                maxima[1] = rows::largest([maxima[1]].into_iter().chain((0..grid.dims).map(|a| rows::max_abs(block.of(v[a], task.row)))));
+                maxima = divergence_in_row(&block, task.row, v, out, task.scratch, maxima);
             }
             task.sums.copy_from_slice(&maxima);
         });
@@ -110,15 +106,9 @@ impl<'a, T: Real> Multigrid<'a, T> {
         let [v0, v1, v2] = v.each_mut().map(|component| &mut **component);
         let fields = [v0, v1, v2, potential.unwrap_or_default()];
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut [], scratch: &mut *self.scratch }, |task| {
-            let [v0, v1, v2, p] = task.fields;
+            let mut fields = task.fields;
             for block in batch.blocks(grid) {
-                let (span, compact) = (block.span_in_row(), batch.compact(&block));
-                for (axis, v) in [&mut *v0, &mut *v1, &mut *v2].into_iter().enumerate().take(grid.dims) {
-                    add_gradient(&compact, task.row, axis, -T::ONE, q, &mut v[span.clone()], &mut task.scratch[..block.len()]);
-                }
-                if !p.is_empty() {
-                    rows::sub(&mut p[span], compact.of(q, task.row));
-                }
+                subtract_gradient_in_row(&batch.compact(&block), task.row, q, block.span_in_row(), &mut fields, task.scratch);
             }
         });
     }

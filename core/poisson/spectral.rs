@@ -3,13 +3,12 @@
 //! Axes but the first are transformed in panels of columns, the first in groups of rows; both are products of small matrices
 //! that stay in the nearest cache. See [`spectrum`](crate::grid::spectrum) for the eigenvectors.
 
-use super::Batch;
+use super::{Batch, divergence_in_row, subtract_gradient_in_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, VectorMut, rows, view};
 use crate::grid::Grid;
 use crate::grid::spectrum::{Axis, COLUMNS, PARITIES, Parity, Spectrum, TOGETHER};
 use crate::observe::{Event, Observer};
-use crate::operators::divergence::{add_divergence, add_gradient};
 use crate::plan::Pool;
 use crate::real::Real;
 use crate::simd::{Vector, vectorised};
@@ -55,10 +54,7 @@ impl<'a, T: Real> Spectral<'a, T> {
             let block = batch.slot(grid, task.row);
             let mut maxima = [0.0; 2];
             for (row, q) in q.chunks_exact_mut(grid.n[0]).enumerate() {
-                q.fill(T::ZERO);
-                add_divergence(&block, row, T::ONE, v, q, &mut task.scratch[..grid.n[0]]);
-                maxima[0] = rows::largest([maxima[0], rows::max_abs(q)]);
-                maxima[1] = rows::largest([maxima[1]].into_iter().chain((0..grid.dims).map(|a| rows::max_abs(block.of(v[a], row)))));
+                maxima = divergence_in_row(&block, row, v, q, task.scratch, maxima);
             }
             task.sums.copy_from_slice(&maxima);
         });
@@ -67,7 +63,7 @@ impl<'a, T: Real> Spectral<'a, T> {
     }
 
     /// q with div grad q = the right-hand side.
-    pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, batch: Batch, _divergence: f64, _goal: f64, _sums: &mut [f64]) -> ControlFlow<()> {
+    pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, batch: Batch) -> ControlFlow<()> {
         let (grid, spectrum) = (self.grid, &self.spectrum);
         let q = &mut self.q[..grid.cells() * batch.count];
         for_rows(exec, batch.count, 0..batch.count, RowBuffers { fields: [q], sums: &mut [], scratch: &mut *self.scratch }, |task| {
@@ -79,20 +75,14 @@ impl<'a, T: Real> Spectral<'a, T> {
 
     /// v -= grad q, and p -= q.
     pub fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, v: &mut VectorMut<'_, T>, potential: Option<&mut [T]>) {
-        let (grid, n, q) = (self.grid, self.grid.n[0], &*self.q);
+        let (grid, q) = (self.grid, &*self.q);
         let [v0, v1, v2] = v.each_mut().map(|component| &mut **component);
         let fields = [v0, v1, v2, potential.unwrap_or_default()];
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut [], scratch: &mut *self.scratch }, |task| {
-            let [v0, v1, v2, p] = task.fields;
+            let mut fields = task.fields;
             let alone = Block { grid, slots: 1, first: 0, count: 1 };
             for (index, q) in q.chunks_exact(grid.cells()).take(batch.count).enumerate() {
-                let span = batch.slot(grid, index).span_in_row();
-                for (axis, v) in [&mut *v0, &mut *v1, &mut *v2].into_iter().enumerate().take(grid.dims) {
-                    add_gradient(&alone, task.row, axis, -T::ONE, q, &mut v[span.clone()], &mut task.scratch[..n]);
-                }
-                if !p.is_empty() {
-                    rows::sub(&mut p[span], alone.of(q, task.row));
-                }
+                subtract_gradient_in_row(&alone, task.row, q, batch.slot(grid, index).span_in_row(), &mut fields, task.scratch);
             }
         });
     }
