@@ -35,7 +35,7 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
     Projection::<f32>::requirement(&mut ledger, &grid, SLOTS, exec.threads());
     let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
     let mut projection = Projection::carve(&levels, 0, SLOTS, exec.threads(), &mut Pool::new(&mut memory));
-    let mut sums = vec![0.0; 2 * grid.rows()];
+    let mut sums = vec![0.0; grid.rows()];
     let start = divergent::<S>(&grid);
     let mut group = criterion.benchmark_group(format!("projection {}, {SLOTS} slots", size(cells)));
     group.sample_size(10).throughput(Throughput::Elements((grid.cells() * SLOTS) as u64));

@@ -21,7 +21,7 @@ pub trait Function<T: Real, S> {
     ///
     /// # Errors
     /// [`Stop`].
-    fn direction(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, newton: &QuasiNewton) -> Result<f64, Stop>;
+    fn direction(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, newton: &mut QuasiNewton) -> Result<f64, Stop>;
     /// Moves the point by `s` times field `direction`.
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64);
     /// The value, with what the gradient needs of it in field `work`; perhaps not all of it where a part is above `bound`.
@@ -34,8 +34,8 @@ pub trait Function<T: Real, S> {
     /// # Errors
     /// [`Stop`].
     fn gradient(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, work: usize, into: usize) -> Result<(), Stop>;
-    /// Calls [`QuasiNewton::remember`] with its fields.
-    fn remember(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, length: f64);
+    /// Calls [`QuasiNewton::arrive`] with its fields.
+    fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>);
 }
 
 /// How an iteration ended.
@@ -95,9 +95,10 @@ impl Descent {
         let before = match self.objective {
             Some(objective) => objective,
             None => {
-                let (work, gradient) = (newton.direction, newton.gradient);
-                let objective = function.value(exec, observer, work, f64::INFINITY)?;
-                function.gradient(exec, observer, work, gradient)?;
+                let first = newton.first();
+                let objective = function.value(exec, observer, first.work, f64::INFINITY)?;
+                function.gradient(exec, observer, first.work, first.gradient)?;
+                function.arrive(exec, newton, first, None);
                 progress.evaluations += 1;
                 *self.objective.insert(objective)
             }
@@ -124,7 +125,7 @@ impl Descent {
             return Ok((if again { Outcome::Goes } else { Outcome::Stalled }, before));
         };
         function.gradient(exec, observer, borrowed.work, borrowed.gradient)?;
-        function.remember(exec, newton, borrowed, length);
+        function.arrive(exec, newton, borrowed, Some(length));
         self.objective = Some(after);
         progress.step = length;
         let slow = before.total() - after.total() < tolerance * after.total();

@@ -1,15 +1,17 @@
 //! L-BFGS over trajectories of faces (Nocedal & Wright, Numerical Optimization, 2nd ed., algorithm 7.4), its fields by number.
 //!
-//! Fields change their parts instead of their numbers: the direction that was taken becomes s of the newest pair, the gradient
-//! before becomes y, and the oldest pair's fields are free for what a trial needs. m pairs ask for 2 m + 2 fields.
+//! With the first inverse Hessian P, what is kept of a pair is s and z = P y, so no gradient is kept at all but P g; the two loops
+//! need inner products alone. Fields change their parts instead of their numbers: the direction that was taken becomes s of the
+//! newest pair, P g before becomes z, and the oldest pair's fields are free for what a trial needs. m pairs ask for 2 m + 2 fields.
 
 use crate::checkpoint::{Damaged, Record};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
+use crate::field::{Vector, VectorMut, reborrow, rows, sums};
 use crate::force::time_line::TimeLine;
 use crate::grid::Grid;
 use crate::plan::{Pool, pooled};
 use crate::real::Real;
+use core::cmp::Ordering;
 
 /// Most pairs.
 pub const MAX_PAIRS: usize = 8;
@@ -20,6 +22,12 @@ const MAX_FIELDS: usize = 2 * MAX_PAIRS + 2;
 #[must_use]
 pub const fn fields(pairs: usize) -> usize {
     2 * pairs + 2
+}
+
+/// Sums for each row of the grid.
+#[must_use]
+pub const fn sums_per_row(pairs: usize) -> usize {
+    2 * pairs + 1
 }
 
 /// Numbers of them in a [`Pool`].
@@ -36,33 +44,49 @@ pub fn take<'a, T: Real>(grid: &Grid, slots: usize, pairs: usize, pool: &mut Poo
     (0..fields(pairs)).map(|_| pool.take_vector(grid.dims, grid.cells() * slots)).collect()
 }
 
-/// A step s and the change y of the gradient along it.
+/// Inner products of a pair's s and z = P y with some covector.
 #[derive(Clone, Copy, Debug, Default)]
+struct Products {
+    s: f64,
+    z: f64,
+}
+
+/// A step s and z = P y, y the change of the gradient along it.
+#[derive(Clone, Debug, Default)]
 struct Pair {
     s: usize,
-    y: usize,
-    /// <s, y> > 0.
-    curvature: f64,
+    z: usize,
+    /// With its own y: <s, y> > 0 and <z, y>.
+    own: Products,
+    /// With the gradient at the current point.
+    gradient: Products,
+    /// Those of all older pairs, oldest first, with this one's y.
+    older: heapless::Vec<Products, MAX_PAIRS>,
 }
 
 /// Which field plays which part.
 #[derive(Clone, Debug)]
 pub struct QuasiNewton {
+    /// Oldest first.
     pairs: heapless::Vec<Pair, MAX_PAIRS>,
     /// Factor of the first inverse Hessian P: <s, y> / <y, P y> of the newest pair (Nocedal & Wright eq. 7.20, in the norm of P).
     scale: f64,
+    /// <g, P g> of the current gradient g.
+    norm: f64,
+    /// <g, d> of the newest direction d.
+    slope: f64,
     most: usize,
     free: heapless::Vec<usize, MAX_FIELDS>,
     /// The direction, to be written by [`Self::descend`].
     pub direction: usize,
-    /// The gradient at the current point.
-    pub gradient: usize,
+    /// P g at the current point.
+    pub preconditioned: usize,
 }
 
 /// Two fields for a trial: one for the caller's use, one for the gradient at the new point.
 #[derive(Clone, Copy, Debug)]
 pub struct Borrowed {
-    /// The caller's.
+    /// The caller's, until P times the gradient goes there.
     pub work: usize,
     /// The next gradient.
     pub gradient: usize,
@@ -91,7 +115,8 @@ impl QuasiNewton {
     #[must_use]
     pub fn new(most: usize) -> Self {
         let most = most.clamp(1, MAX_PAIRS);
-        Self { pairs: heapless::Vec::new(), scale: 1.0, most, free: (2..fields(most)).collect(), direction: 0, gradient: 1 }
+        let free = (2..fields(most)).collect();
+        Self { pairs: heapless::Vec::new(), scale: 1.0, norm: 0.0, slope: 0.0, most, free, direction: 0, preconditioned: 1 }
     }
 
     /// Whether there are pairs.
@@ -110,31 +135,58 @@ impl QuasiNewton {
         if self.pairs.is_empty() {
             return false;
         }
-        let Pair { s, y, .. } = self.pairs.remove(0);
-        let _ = (self.free.push(s), self.free.push(y));
+        let Pair { s, z, .. } = self.pairs.remove(0);
+        let _ = (self.free.push(s), self.free.push(z));
+        for pair in &mut self.pairs {
+            pair.older.remove(0);
+        }
         true
     }
 
-    /// direction = -H gradient; <gradient, direction>.
-    pub fn descend<T: Real>(&self, exec: &dyn Exec, shape: Shape<'_>, fields: &mut Fields<'_, T>, initial: &Initial<'_>, sums: &mut [f64]) -> f64 {
+    /// direction = -H g; <g, direction>.
+    ///
+    /// The two loops of algorithm 7.4 run over the inner products alone, so that all fields are read once: with q = g - sum a_j y_j
+    /// and z = P y, H g = scale (P g - sum a_j z_j) + sum (a_i - b_i) s_i.
+    pub fn descend<T: Real>(&mut self, exec: &dyn Exec, shape: Shape<'_>, fields: &mut Fields<'_, T>) -> f64 {
+        let (pairs, scale) = (&self.pairs, self.scale);
+        let mut away = [0.0; MAX_PAIRS];
+        for (i, pair) in pairs.iter().enumerate().rev() {
+            let newer: f64 = pairs[i + 1..].iter().zip(&away[i + 1..]).map(|(newer, a)| a * newer.older[i].s).sum();
+            away[i] = (pair.gradient.s - newer) / pair.own.s;
+        }
+        let mut along = [0.0; MAX_PAIRS];
+        for (i, pair) in pairs.iter().enumerate() {
+            let image = |j: usize| match j.cmp(&i) {
+                Ordering::Less => pair.older[j].z,
+                Ordering::Equal => pair.own.z,
+                Ordering::Greater => pairs[j].older[i].z,
+            };
+            let images: f64 = (0..pairs.len()).map(|j| away[j] * image(j)).sum();
+            let older: f64 = pair.older.iter().zip(&along).map(|(older, c)| c * older.s).sum();
+            along[i] = away[i] - (scale * (pair.gradient.z - images) + older) / pair.own.s;
+        }
+        let weights: heapless::Vec<_, MAX_PAIRS> = pairs.iter().zip(away.iter().zip(&along)).map(|(pair, (a, c))| (pair, -c, scale * a)).collect();
+        self.slope = weights.iter().fold(-scale * self.norm, |sum, (pair, s, z)| sum + s * pair.gradient.s + z * pair.gradient.z);
         let mut direction = core::mem::take(&mut fields[self.direction]);
-        let gradient = view(&fields[self.gradient]);
-        add(exec, shape, &mut direction, 0.0, 1.0, gradient);
-        let mut weights: heapless::Vec<f64, MAX_PAIRS> = heapless::Vec::new();
-        for pair in self.pairs.iter().rev() {
-            let weight = dot(exec, shape, view(&fields[pair.s]), view(&direction), sums) / pair.curvature;
-            add(exec, shape, &mut direction, 1.0, -weight, view(&fields[pair.y]));
-            let _ = weights.push(weight);
-        }
-        precondition(exec, shape, &mut direction, self.scale, initial);
-        for (pair, weight) in self.pairs.iter().zip(weights.iter().rev()) {
-            let other = dot(exec, shape, view(&fields[pair.y]), view(&direction), sums) / pair.curvature;
-            add(exec, shape, &mut direction, 1.0, weight - other, view(&fields[pair.s]));
-        }
-        let slope = -dot(exec, shape, gradient, view(&direction), sums);
-        scale(exec, shape, &mut direction, -1.0);
+        let Shape { grid, slots } = shape;
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(&mut direction), sums: &mut [], scratch: &mut [] }, |task| {
+            let row = |field: usize, axis: usize| sums::row(grid, slots, &*fields[field][axis], task.row);
+            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                rows::scale(out, T::from_f64(-scale), row(self.preconditioned, axis));
+                for &(pair, s, z) in &weights {
+                    rows::add_scaled(out, T::from_f64(s), row(pair.s, axis));
+                    rows::add_scaled(out, T::from_f64(z), row(pair.z, axis));
+                }
+            }
+        });
         fields[self.direction] = direction;
-        slope
+        self.slope
+    }
+
+    /// The fields of the first evaluation: those of the preconditioned gradient and of the direction.
+    #[must_use]
+    pub fn first(&self) -> Borrowed {
+        Borrowed { work: self.preconditioned, gradient: self.direction }
     }
 
     /// Two free fields; the oldest pair is dropped for them where there are as many pairs as there may be.
@@ -150,36 +202,88 @@ impl QuasiNewton {
         let _ = (self.free.push(borrowed.work), self.free.push(borrowed.gradient));
     }
 
-    /// Remembers the step `length` times the direction to a point with the gradient in `borrowed.gradient`, which becomes the
-    /// current one. Pairs without positive curvature are left out.
-    pub fn remember<T: Real>(
+    /// Moves to a point with the gradient in `borrowed.gradient`, which is overwritten later: P times it goes to `borrowed.work`.
+    /// `step` is how many times the direction leads there, or `None` for the first point. The pair is left out where it has no
+    /// positive curvature.
+    pub fn arrive<T: Real>(
         &mut self,
         exec: &dyn Exec,
         shape: Shape<'_>,
         fields: &mut Fields<'_, T>,
         borrowed: Borrowed,
-        length: f64,
+        step: Option<f64>,
         initial: &Initial<'_>,
         sums: &mut [f64],
     ) {
-        let (s, y) = (self.direction, self.gradient);
-        let mut step = core::mem::take(&mut fields[s]);
-        let mut change = core::mem::take(&mut fields[y]);
-        let mut work = core::mem::take(&mut fields[borrowed.work]);
-        scale(exec, shape, &mut step, length);
-        add(exec, shape, &mut change, -1.0, 1.0, view(&fields[borrowed.gradient]));
-        let curvature = dot(exec, shape, view(&step), view(&change), sums);
-        add(exec, shape, &mut work, 0.0, 1.0, view(&change));
-        precondition(exec, shape, &mut work, 1.0, initial);
-        let norm = dot(exec, shape, view(&work), view(&change), sums);
-        (fields[s], fields[y], fields[borrowed.work]) = (step, change, work);
-        (self.direction, self.gradient) = (borrowed.work, borrowed.gradient);
-        if curvature > 0.0 && self.pairs.push(Pair { s, y, curvature }).is_ok() {
-            self.scale = curvature / norm;
+        let (s, z) = (self.direction, self.preconditioned);
+        let old = self.pairs.len();
+        let products = self.products(exec, shape, fields, borrowed, step, initial, sums);
+        let [norm, with_s, with_z] = core::array::from_fn(|which| products[2 * old + which]);
+        let mut older = heapless::Vec::new();
+        for (pair, now) in self.pairs.iter_mut().zip(products.chunks_exact(2)) {
+            let now = Products { s: now[0], z: now[1] };
+            let _ = older.push(Products { s: now.s - pair.gradient.s, z: now.z - pair.gradient.z });
+            pair.gradient = now;
+        }
+        let Some(length) = step else {
+            self.norm = norm;
+            return;
+        };
+        let own = Products { s: with_s - length * self.slope, z: norm - 2.0 * with_z + self.norm };
+        (self.norm, self.direction, self.preconditioned) = (norm, borrowed.gradient, borrowed.work);
+        let pair = Pair { s, z, own, gradient: Products { s: with_s, z: norm - with_z }, older };
+        if own.s > 0.0 && own.z > 0.0 && self.pairs.push(pair).is_ok() {
+            self.scale = own.s / own.z;
         } else {
-            let _ = (self.free.push(s), self.free.push(y));
+            let _ = (self.free.push(s), self.free.push(z));
         }
         debug_assert!(self.pairs.len() <= self.most);
+    }
+
+    /// The new gradient's inner products with s and z of every pair, with P times itself, with the step, which becomes s, and with the
+    /// preconditioned gradient before, which becomes z; the last two only with a step.
+    fn products<T: Real>(
+        &self,
+        exec: &dyn Exec,
+        shape: Shape<'_>,
+        fields: &mut Fields<'_, T>,
+        borrowed: Borrowed,
+        step: Option<f64>,
+        initial: &Initial<'_>,
+        sums: &mut [f64],
+    ) -> heapless::Vec<f64, { 2 * MAX_PAIRS + 3 }> {
+        let Shape { grid, slots } = shape;
+        let (rows, count) = (grid.rows(), 2 * self.pairs.len() + 3);
+        let sums = &mut sums[..count * rows];
+        let mut image = core::mem::take(&mut fields[borrowed.work]);
+        let [mut s, mut z] = match step {
+            Some(_) => [self.direction, self.preconditioned].map(|field| core::mem::take(&mut fields[field])),
+            None => Default::default(),
+        };
+        let ([i0, i1, i2], [s0, s1, s2], [z0, z1, z2]) = (reborrow(&mut image), reborrow(&mut s), reborrow(&mut z));
+        let buffers = RowBuffers { fields: [i0, i1, i2, s0, s1, s2, z0, z1, z2], sums: &mut *sums, scratch: &mut [] };
+        for_rows(exec, rows, 0..rows, buffers, |task| {
+            let row = |field: usize, axis: usize| sums::row(grid, slots, &*fields[field][axis], task.row);
+            let [i0, i1, i2, s0, s1, s2, z0, z1, z2] = task.fields;
+            task.sums.fill(0.0);
+            for (axis, (image, s, z)) in [(i0, s0, z0), (i1, s1, z1), (i2, s2, z2)].into_iter().enumerate().take(grid.dims) {
+                let gradient = row(borrowed.gradient, axis);
+                rows::scale(image, T::from_f64(initial.scale), gradient);
+                if let Some(line) = &initial.line {
+                    line.solve(image, grid.n[0]);
+                }
+                rows::scale_in_place(s, T::from_f64(step.unwrap_or_default()));
+                let of_pairs = self.pairs.iter().flat_map(|pair| [pair.s, pair.z]).map(|field| rows::dot(row(field, axis), gradient));
+                let others = [rows::dot(image, gradient), rows::dot(s, gradient), rows::dot(z, gradient)];
+                task.sums.iter_mut().zip(of_pairs.chain(others)).for_each(|(sum, product)| *sum += product);
+                rows::combine(z, -T::ONE, image);
+            }
+        });
+        fields[borrowed.work] = image;
+        if step.is_some() {
+            (fields[self.direction], fields[self.preconditioned]) = (s, z);
+        }
+        (0..count).map(|which| sums.iter().skip(which).step_by(count).sum()).collect()
     }
 
     /// Its state in a checkpoint, the fields' numbers aside.
@@ -188,21 +292,25 @@ impl QuasiNewton {
     /// [`Damaged`] where not every field plays one part.
     pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         let (mut read, last) = (self.clone(), fields(self.most) - 1);
-        record.real(&mut read.scale)?;
+        [&mut read.scale, &mut read.norm, &mut read.slope].into_iter().try_for_each(|number| record.real(number))?;
         record.count(&mut read.direction, last)?;
-        record.count(&mut read.gradient, last)?;
+        record.count(&mut read.preconditioned, last)?;
         let (mut pairs, mut free) = (read.pairs.len(), read.free.len());
         record.count(&mut pairs, self.most)?;
         record.count(&mut free, MAX_FIELDS)?;
         read.pairs.resize(pairs, Pair::default()).map_err(|_| Damaged)?;
         read.free.resize(free, 0).map_err(|_| Damaged)?;
-        for pair in &mut read.pairs {
+        for (index, pair) in read.pairs.iter_mut().enumerate() {
             record.count(&mut pair.s, last)?;
-            record.count(&mut pair.y, last)?;
-            record.real(&mut pair.curvature)?;
+            record.count(&mut pair.z, last)?;
+            pair.older.resize(index, Products::default()).map_err(|_| Damaged)?;
+            for products in [&mut pair.own, &mut pair.gradient].into_iter().chain(&mut pair.older) {
+                record.real(&mut products.s)?;
+                record.real(&mut products.z)?;
+            }
         }
         read.free.iter_mut().try_for_each(|field| record.count(field, last))?;
-        let parts = read.pairs.iter().flat_map(|pair| [pair.s, pair.y]).chain(read.free.iter().copied()).chain([read.direction, read.gradient]);
+        let parts = read.pairs.iter().flat_map(|pair| [pair.s, pair.z]).chain(read.free.iter().copied()).chain([read.direction, read.preconditioned]);
         let (count, seen) = parts.fold((0, 0u32), |(count, seen), field| (count + 1, seen | 1 << field));
         if (count, seen.count_ones() as usize) != (last + 1, last + 1) {
             return Err(Damaged);
@@ -245,18 +353,5 @@ pub fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_,
     let grid = shape.grid;
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
         task.fields.into_iter().take(grid.dims).for_each(|out| rows::scale_in_place(out, T::from_f64(s)));
-    });
-}
-
-/// `out = s P out`, P the first inverse Hessian.
-fn precondition<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, s: f64, initial: &Initial<'_>) {
-    let grid = shape.grid;
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
-        for out in task.fields.into_iter().take(grid.dims) {
-            rows::scale_in_place(out, T::from_f64(s * initial.scale));
-            if let Some(line) = &initial.line {
-                line.solve(out, grid.n[0]);
-            }
-        }
     });
 }

@@ -114,8 +114,8 @@ pub trait Vector: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = 
     fn max(self, other: Self) -> Self;
     /// The smaller of each pair; that of `other` where this one is NaN.
     fn min(self, other: Self) -> Self;
-    /// 1 where a number is above 0, else 0.
-    fn positive(self) -> Self;
+    /// The number of `yes` where this one is above 0, else that of `no`.
+    fn select(self, yes: Self, no: Self) -> Self;
 }
 
 /// Compiles a kernel once for every [`Level`], with the vectors of that level as its type parameter `V`.
@@ -187,8 +187,8 @@ macro_rules! single {
                 if self < other { self } else { other }
             }
             #[inline(always)]
-            fn positive(self) -> Self {
-                if self > 0.0 { 1.0 } else { 0.0 }
+            fn select(self, yes: Self, no: Self) -> Self {
+                if self > 0.0 { yes } else { no }
             }
         }
     };
@@ -198,7 +198,7 @@ single!(f64, libm::sqrt);
 
 #[cfg(target_arch = "x86_64")]
 macro_rules! vector {
-    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $sqrt:expr, $even:expr, $max:expr, $min:expr, $positive:expr) => {
+    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $sqrt:expr, $even:expr, $max:expr, $min:expr, $select:expr) => {
         /// A [`Vector`].
         #[derive(Clone, Copy, Debug)]
         pub struct $name($raw);
@@ -276,9 +276,9 @@ macro_rules! vector {
                 Self(unsafe { $min(self.0, other.0) })
             }
             #[inline(always)]
-            fn positive(self) -> Self {
+            fn select(self, yes: Self, no: Self) -> Self {
                 // SAFETY: as in `add`.
-                Self(unsafe { $positive(self.0) })
+                Self(unsafe { $select(self.0, yes.0, no.0) })
             }
         }
     };
@@ -317,24 +317,24 @@ mod x86 {
     }
 
     #[inline(always)]
-    unsafe fn positive_ps512(a: __m512) -> __m512 {
+    unsafe fn select_ps512(a: __m512, yes: __m512, no: __m512) -> __m512 {
         // SAFETY: the caller has AVX-512.
-        unsafe { _mm512_maskz_mov_ps(_mm512_cmp_ps_mask::<_CMP_GT_OQ>(a, _mm512_setzero_ps()), _mm512_set1_ps(1.0)) }
+        unsafe { _mm512_mask_blend_ps(_mm512_cmp_ps_mask::<_CMP_GT_OQ>(a, _mm512_setzero_ps()), no, yes) }
     }
     #[inline(always)]
-    unsafe fn positive_pd512(a: __m512d) -> __m512d {
+    unsafe fn select_pd512(a: __m512d, yes: __m512d, no: __m512d) -> __m512d {
         // SAFETY: the caller has AVX-512.
-        unsafe { _mm512_maskz_mov_pd(_mm512_cmp_pd_mask::<_CMP_GT_OQ>(a, _mm512_setzero_pd()), _mm512_set1_pd(1.0)) }
+        unsafe { _mm512_mask_blend_pd(_mm512_cmp_pd_mask::<_CMP_GT_OQ>(a, _mm512_setzero_pd()), no, yes) }
     }
     #[inline(always)]
-    unsafe fn positive_ps256(a: __m256) -> __m256 {
+    unsafe fn select_ps256(a: __m256, yes: __m256, no: __m256) -> __m256 {
         // SAFETY: the caller has AVX2.
-        unsafe { _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(a, _mm256_setzero_ps()), _mm256_set1_ps(1.0)) }
+        unsafe { _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_GT_OQ>(a, _mm256_setzero_ps())) }
     }
     #[inline(always)]
-    unsafe fn positive_pd256(a: __m256d) -> __m256d {
+    unsafe fn select_pd256(a: __m256d, yes: __m256d, no: __m256d) -> __m256d {
         // SAFETY: the caller has AVX2.
-        unsafe { _mm256_and_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(a, _mm256_setzero_pd()), _mm256_set1_pd(1.0)) }
+        unsafe { _mm256_blendv_pd(no, yes, _mm256_cmp_pd::<_CMP_GT_OQ>(a, _mm256_setzero_pd())) }
     }
 
     vector!(
@@ -353,7 +353,7 @@ mod x86 {
         even_ps512,
         _mm512_max_ps,
         _mm512_min_ps,
-        positive_ps512
+        select_ps512
     );
     vector!(
         F64Wide,
@@ -371,7 +371,7 @@ mod x86 {
         even_pd512,
         _mm512_max_pd,
         _mm512_min_pd,
-        positive_pd512
+        select_pd512
     );
     vector!(
         F32Medium,
@@ -389,7 +389,7 @@ mod x86 {
         even_ps256,
         _mm256_max_ps,
         _mm256_min_ps,
-        positive_ps256
+        select_ps256
     );
     vector!(
         F64Medium,
@@ -407,7 +407,7 @@ mod x86 {
         even_pd256,
         _mm256_max_pd,
         _mm256_min_pd,
-        positive_pd256
+        select_pd256
     );
 }
 #[cfg(target_arch = "x86_64")]
@@ -491,8 +491,9 @@ macro_rules! plain {
                 self.zip(other, |a, b| if a < b { a } else { b })
             }
             #[inline(always)]
-            fn positive(self) -> Self {
-                self.zip(self, |a, _| if a > 0.0 { 1.0 } else { 0.0 })
+            fn select(self, yes: Self, no: Self) -> Self {
+                let (yes, no) = (yes.0, no.0);
+                Self(core::array::from_fn(|lane| if self.0[lane] > 0.0 { yes[lane] } else { no[lane] }))
             }
         }
     };

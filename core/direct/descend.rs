@@ -42,15 +42,10 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
     }
 }
 
-/// Part of its divergence that a direction, made of projected gradients, may keep.
-const DIRECTION_TOLERANCE: f64 = 0.02;
-
 impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
-    fn direction(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, newton: &QuasiNewton) -> Result<f64, Stop> {
-        let initial = self.initial();
-        let slope = newton.descend(exec, self.shape(), &mut self.fields, &initial, self.evaluation.sums);
-        // What projections of gradients leave of divergence would add up, and the descent would make use of it.
-        self.evaluation.project(exec, observer, &mut self.fields[newton.direction], DIRECTION_TOLERANCE)?;
+    fn direction(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, newton: &mut QuasiNewton) -> Result<f64, Stop> {
+        let slope = newton.descend(exec, self.shape(), &mut self.fields);
+        self.evaluation.clean(exec, observer, &mut self.fields[newton.direction])?;
         Ok(slope)
     }
 
@@ -70,8 +65,8 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
         done
     }
 
-    fn remember(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, length: f64) {
+    fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
         let initial = self.initial();
-        newton.remember(exec, self.shape(), &mut self.fields, borrowed, length, &initial, self.evaluation.sums);
+        newton.arrive(exec, self.shape(), &mut self.fields, borrowed, step, &initial, self.evaluation.sums);
     }
 }

@@ -15,6 +15,11 @@ use crate::progress::{Objective, Status};
 use crate::real::Real;
 use crate::transport::{Flow, Stop};
 
+/// max |div d| h_x / max |d| that a direction d may have.
+const CLEAN: f64 = 2e-5;
+/// Part of its divergence that a projected direction may keep.
+const DIRECTION_TOLERANCE: f64 = 0.02;
+
 /// What does not change from flow to flow.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
@@ -44,7 +49,7 @@ pub struct Evaluation<'a, 'm, T> {
     pub keyframes: Keyframes<'a, T>,
     /// What the parts of an evaluation use in turn.
     pub region: &'a mut [T],
-    /// Two numbers a row.
+    /// See [`sums_per_row`](crate::quasi_newton::sums_per_row).
     pub sums: &'a mut [f64],
 }
 
@@ -128,6 +133,19 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let mut projection = Projection::carve(self.levels, self.level, slots, threads, &mut Pool::new(&mut *self.region));
         let projected = projection.project(exec, observer, slots, field, None, tolerance, self.sums);
         if projected.is_break() { Err(Stop::Cancelled) } else { Ok(()) }
+    }
+
+    /// Projects a direction, made of projected gradients, if it needs that: what projections leave of divergence would add up,
+    /// and the descent would make use of it.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn clean(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, direction: &mut VectorMut<'_, T>) -> Result<(), Stop> {
+        let carrier::Setup { slots, threads, .. } = self.setup.carrier;
+        let mut projection = Projection::carve(self.levels, self.level, slots, threads, &mut Pool::new(&mut *self.region));
+        let divergence = projection.relative_divergence(exec, slots, direction, self.sums);
+        drop(projection);
+        if divergence <= CLEAN { Ok(()) } else { self.project(exec, observer, direction, DIRECTION_TOLERANCE) }
     }
 
     /// Makes a flow feasible (mathematics section 5): projects v, takes its force, transports rho_0 by it.

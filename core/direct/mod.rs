@@ -29,7 +29,7 @@ use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
 use crate::problem::{Problem, ProblemError, positive};
 use crate::progress::{Progress, Status};
-use crate::quasi_newton::MAX_PAIRS;
+use crate::quasi_newton::{self, MAX_PAIRS};
 use crate::real::Real;
 use core::marker::PhantomData;
 use level::Sizes;
@@ -147,7 +147,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         Levels::<T>::requirement(ledger, &grid);
         ledger.vector("velocity v", S::DIM, len, T::BYTES);
         ledger.vector("given velocity v_0", S::DIM, cells, T::BYTES);
-        ledger.line("sums of rows", 2 * grid.rows(), 8);
+        ledger.line("sums of rows", quasi_newton::sums_per_row(settings.history) * grid.rows(), 8);
         ledger.line("pivots in time", slots, 8);
         Self::in_turn(ledger, settings);
     }
@@ -173,7 +173,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         let levels = Levels::carve(arena, &grid)?;
         let v = arena.take_vector(S::DIM, grid.cells() * slots)?;
         let initial = arena.take_vector(S::DIM, grid.cells())?;
-        let sums = arena.take(2 * grid.rows())?;
+        let sums = arena.take(quasi_newton::sums_per_row(settings.history) * grid.rows())?;
         let pivots = arena.take(slots)?;
         let mut ledger = Ledger::new();
         Self::in_turn(&mut ledger, settings);

@@ -85,10 +85,20 @@ impl<'a, T: Real> Projection<'a, T> {
         Self { grid, batch, solver }
     }
 
+    /// max |div v| h_x / max |v|, the largest of all batches of slots of the trajectory `v`.
+    pub fn relative_divergence(&mut self, exec: &dyn Exec, slots: usize, v: &VectorMut<'_, T>, sums: &mut [f64]) -> f64 {
+        let h = self.grid.h[0];
+        rows::largest(Batch::all(slots, self.batch).map(|batch| {
+            let speed = batch.speed(exec, self.grid, view(v), sums);
+            let divergence = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
+            if divergence > 0.0 { divergence * h / speed } else { divergence }
+        }))
+    }
+
     /// Projects every slot of the trajectory `v`, to max |div v| at most `tolerance` times what it was, or the rounding floor
     /// of `v`. With `potential`, a trajectory of cells p for which v holds + grad p, p changes along. Returns max |div v| after.
     ///
-    /// `sums` holds two numbers a row.
+    /// `sums` holds a number a row.
     pub fn project(
         &mut self,
         exec: &dyn Exec,
@@ -100,8 +110,7 @@ impl<'a, T: Real> Projection<'a, T> {
         sums: &mut [f64],
     ) -> ControlFlow<(), f64> {
         let mut worst: f64 = 0.0;
-        for first in (0..slots).step_by(self.batch) {
-            let batch = Batch { slots, first, count: self.batch.min(slots - first) };
+        for batch in Batch::all(slots, self.batch) {
             worst = rows::largest([worst, self.project_batch(exec, observer, batch, v, potential.as_deref_mut(), tolerance, sums)?]);
         }
         ControlFlow::Continue(worst)
@@ -117,10 +126,10 @@ impl<'a, T: Real> Projection<'a, T> {
         tolerance: f64,
         sums: &mut [f64],
     ) -> ControlFlow<(), f64> {
+        let floor = 4.0 * T::EPSILON * batch.speed(exec, self.grid, view(v), sums) / self.grid.h[0];
         let mut goal = None;
         for pass in 0.. {
-            let (divergence, speed) = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
-            let floor = 4.0 * T::EPSILON * speed / self.grid.h[0];
+            let divergence = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
             let goal = *goal.get_or_insert((tolerance * divergence).max(floor));
             if pass == PASSES || !(divergence > goal) {
                 return ControlFlow::Continue(divergence);
@@ -144,6 +153,17 @@ pub struct Batch {
 }
 
 impl Batch {
+    /// Batches of up to `count` slots that cover all.
+    fn all(slots: usize, count: usize) -> impl Iterator<Item = Self> {
+        (0..slots).step_by(count).map(move |first| Self { slots, first, count: count.min(slots - first) })
+    }
+
+    /// max |v| of the batch.
+    fn speed<T: Real>(self, exec: &dyn Exec, grid: &Grid, v: Vector<'_, T>, sums: &mut [f64]) -> f64 {
+        let block = Block { grid, slots: self.slots, first: self.first, count: self.count };
+        sums::largest(exec, grid, sums, |row| rows::largest((0..grid.dims).map(|axis| rows::max_abs(block.of(v[axis], row)))))
+    }
+
     /// One slot of it.
     fn slot(self, grid: &Grid, index: usize) -> Block<'_> {
         Block { grid, slots: self.slots, first: self.first + index, count: 1 }
@@ -160,12 +180,10 @@ impl Batch {
     }
 }
 
-/// `out` = div v at a block's part of a row, and max |div v| and max |v| of it and of what `maxima` tell.
-fn divergence_in_row<T: Real>(block: &Block<'_>, row: usize, v: Vector<'_, T>, out: &mut [T], scratch: &mut [T], maxima: [f64; 2]) -> [f64; 2] {
+/// `out` = div v at a block's part of a row.
+fn divergence_in_row<T: Real>(block: &Block<'_>, row: usize, v: Vector<'_, T>, out: &mut [T], scratch: &mut [T]) {
     out.fill(T::ZERO);
     add_divergence(block, row, T::ONE, v, out, &mut scratch[..block.len()]);
-    let speeds = (0..block.grid.dims).map(|a| rows::max_abs(block.of(v[a], row)));
-    [rows::largest([maxima[0], rows::max_abs(out)]), rows::largest([maxima[1]].into_iter().chain(speeds))]
 }
 
 /// v -= grad q and, where there is a p, p -= q at `span` of a row of `fields`, v by components and p. `block` is how q is stored.

@@ -80,23 +80,20 @@ impl<'a, T: Real> Multigrid<'a, T> {
         ControlFlow::Continue(())
     }
 
-    /// The right-hand side div v, and max |div v| and max |v|.
-    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> (f64, f64) {
+    /// The right-hand side div v; max |div v|.
+    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> f64 {
         let LevelMut { grid, rhs, .. } = &mut self.levels[0];
         let (grid, v) = (*grid, view(v));
-        let sums = &mut sums[..2 * grid.rows()];
+        let sums = &mut sums[..grid.rows()];
         let rhs = &mut rhs[..grid.cells() * batch.count];
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [rhs], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
             let [rhs] = task.fields;
-            let mut maxima = [0.0; 2];
             for block in batch.blocks(grid) {
-                let out = &mut rhs[batch.compact(&block).span_in_row()];
-                maxima = divergence_in_row(&block, task.row, v, out, task.scratch, maxima);
+                divergence_in_row(&block, task.row, v, &mut rhs[batch.compact(&block).span_in_row()], task.scratch);
             }
-            task.sums.copy_from_slice(&maxima);
+            task.sums[0] = rows::max_abs(rhs);
         });
-        let of = |which: usize| rows::largest(sums.iter().skip(which).step_by(2).copied());
-        (of(0), of(1))
+        rows::largest(sums.iter().copied())
     }
 
     /// v -= grad q, and p -= q.

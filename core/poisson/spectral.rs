@@ -44,22 +44,20 @@ impl<'a, T: Real> Spectral<'a, T> {
         Self { grid, spectrum, q: pool.take(grid.cells() * batch), scratch: pool.take(scratch) }
     }
 
-    /// The right-hand side div v, and max |div v| and max |v|.
-    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> (f64, f64) {
+    /// The right-hand side div v; max |div v|.
+    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> f64 {
         let (grid, v) = (self.grid, view(v));
-        let sums = &mut sums[..2 * batch.count];
+        let sums = &mut sums[..batch.count];
         let q = &mut self.q[..grid.cells() * batch.count];
         for_rows(exec, batch.count, 0..batch.count, RowBuffers { fields: [q], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
             let [q] = task.fields;
             let block = batch.slot(grid, task.row);
-            let mut maxima = [0.0; 2];
             for (row, q) in q.chunks_exact_mut(grid.n[0]).enumerate() {
-                maxima = divergence_in_row(&block, row, v, q, task.scratch, maxima);
+                divergence_in_row(&block, row, v, q, task.scratch);
             }
-            task.sums.copy_from_slice(&maxima);
+            task.sums[0] = rows::max_abs(q);
         });
-        let of = |which: usize| rows::largest(sums.iter().skip(which).step_by(2).copied());
-        (of(0), of(1))
+        rows::largest(sums.iter().copied())
     }
 
     /// q with div grad q = the right-hand side.

@@ -47,7 +47,7 @@ pub enum Stop {
     Cancelled,
 }
 
-/// One step's workspace.
+/// One step's workspace. The `sums` of its methods hold two numbers a row.
 #[derive(Debug)]
 pub struct Transport<'a, T> {
     grid: &'a Grid,

@@ -1,7 +1,7 @@
 //! The Taylor series of exp(tau L(v)) and its adjoint, term by term.
 
 use super::MAX_TERMS;
-use super::flux::{AllCells, Cells, Faces, HALO, SCRATCH_ROWS, cells, faces};
+use super::flux::{AllCells, Around, Cells, Faces, HALO, SCRATCH_ROWS, cells, faces};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, rows};
 use crate::grid::Grid;
@@ -26,26 +26,35 @@ pub struct Series<'a, T> {
     pub cut: f64,
 }
 
-/// `total` += all terms after the first, which `terms` holds at 0; term k is left at `k stride`. Returns the last k.
+/// `total` += all terms after the first, which `terms` holds at 0; term k is left at `k stride`. Returns the last k. `sums` holds
+/// two numbers a row.
 pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, terms: &mut [T], stride: usize, total: &mut [T], scratch: &mut [T], sums: &mut [f64]) -> usize {
     let grid = series.grid;
     let (n, len) = (grid.n[0], grid.cells());
-    let sums = &mut sums[..grid.rows()];
+    let (mut largest, mut previous) = sums[..2 * grid.rows()].split_at_mut(grid.rows());
+    previous.fill(1.0);
     let negligible = T::from_f64(series.cut * NEGLIGIBLE);
     for k in 1..MAX_TERMS {
         let (before, after) = terms.split_at_mut(k * stride);
         let (from, to) = (&before[(k - 1) * stride..][..len], &mut after[..len]);
         let scales = grid.h.map(|h| T::from_f64(series.tau / k as f64 / h));
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to, &mut *total], sums: &mut *sums, scratch: &mut *scratch }, |task| {
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to, &mut *total], sums: &mut *largest, scratch: &mut *scratch }, |task| {
             let [to, total] = task.fields;
+            let around = Around::new(grid, task.row);
+            if !around.any(|row| previous[row] != 0.0) {
+                to.fill(T::ZERO);
+                task.sums[0] = 0.0;
+                return;
+            }
             let Halos { cells: halo, faces: faces_halo, zeros, .. } = Halos::new(n, task.scratch);
-            let from = cells(grid, task.row, from, halo);
-            let faces = faces(grid, task.row, series.velocity, faces_halo, zeros);
+            let from = cells(grid, &around, from, halo);
+            let faces = faces(grid, &around, series.velocity, faces_halo, zeros);
             task.sums[0] = term(to, total, &from, &faces, series.weights, &scales[..grid.dims], negligible);
         });
-        if !(rows::largest(sums.iter().copied()) >= series.cut) {
+        if !(rows::largest(largest.iter().copied()) >= series.cut) {
             return k;
         }
+        core::mem::swap(&mut largest, &mut previous);
     }
     MAX_TERMS - 1
 }
@@ -131,14 +140,14 @@ fn term_at<T: Real, V: simd::Vector<Elem = T>>(
     for (axis, &scale) in scales.iter().enumerate() {
         let (a, b, c, d, e) = five_at(i, &from[axis]);
         let (low, high) = (V::load(&faces[axis][1][i..]), V::load(&faces[axis][2][i..]));
-        let flux_low = low.max(zero) * (near * c + upstream * b - next * a) + low.min(zero) * (near * b + upstream * c - next * d);
-        let flux_high = high.max(zero) * (near * d + upstream * c - next * b) + high.min(zero) * (near * c + upstream * d - next * e);
-        sum = sum + V::splat(scale) * (flux_low - flux_high);
+        let below = low * (near * low.select(c, b) + upstream * low.select(b, c) - next * low.select(a, d));
+        let above = high * (near * high.select(d, c) + upstream * high.select(c, d) - next * high.select(b, e));
+        sum = sum + V::splat(scale) * (below - above);
     }
     let size = sum.max(-sum);
     extremes[0] = size.max(extremes[0]);
     extremes[1] = extremes[1] + sum * zero;
-    let sum = sum * (size - V::splat(negligible)).positive();
+    let sum = (V::splat(negligible) - size).select(zero, sum);
     sum.store(&mut to[i..]);
     (V::load(&total[i..]) + sum).store(&mut total[i..]);
 }
@@ -167,12 +176,13 @@ pub fn adjoint<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, terms: &[T], st
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *next, g0, g1, g2], sums: &mut [], scratch: &mut *scratch }, |task| {
             let ([next, g0, g1, g2], row) = (task.fields, task.row);
             let halos = Halos::new(n, task.scratch);
-            let faces = faces(grid, row, series.velocity, halos.faces, halos.zeros);
-            let z = cells(grid, row, z_now, halos.cells);
-            let y = cells(grid, row, y, halos.second);
+            let around = Around::new(grid, row);
+            let faces = faces(grid, &around, series.velocity, halos.faces, halos.zeros);
+            let z = cells(grid, &around, z_now, halos.cells);
+            let y = cells(grid, &around, y, halos.second);
             next.copy_from_slice(&mu_now[row * n..(row + 1) * n]);
             transposed(next, &z, &faces, series.weights, &scales[..grid.dims]);
-            fold_at_walls(grid, row, next, &z, &faces, series.weights[2], scales);
+            fold_at_walls(grid, &around, next, &z, &faces, series.weights[2], scales);
             for (axis, gradient) in [g0, g1, g2].into_iter().enumerate().take(grid.dims) {
                 face_gradient(gradient, &y[axis], &z[axis], faces[axis][1], series.weights, scales[axis]);
             }
@@ -199,8 +209,8 @@ fn transposed_at<T: Real, V: simd::Vector<Elem = T>>(i: usize, out: &mut [T], z:
         let (a, b, c, d, e) = five_at::<T, V>(i, &z[axis]);
         let (before, low) = (V::load(&faces[axis][0][i..]), V::load(&faces[axis][1][i..]));
         let (high, after) = (V::load(&faces[axis][2][i..]), V::load(&faces[axis][3][i..]));
-        let at_low = (near * low.max(zero) + upstream * low.min(zero)) * (c - b);
-        let at_high = (upstream * high.max(zero) + near * high.min(zero)) * (d - c);
+        let at_low = low * low.select(near, upstream) * (c - b);
+        let at_high = high * high.select(upstream, near) * (d - c);
         let beyond = after.max(zero) * (e - d) + before.min(zero) * (b - a);
         sum = sum + V::splat(scale) * (at_low + at_high - next * beyond);
     }
@@ -208,19 +218,18 @@ fn transposed_at<T: Real, V: simd::Vector<Elem = T>>(i: usize, out: &mut [T], z:
 }
 
 /// At a wall the last cell stands in for the missing one next upstream, and so takes its share too.
-fn fold_at_walls<T: Real>(grid: &Grid, row: usize, out: &mut [T], z: &AllCells<'_, T>, faces: &[Faces<'_, T>; 3], w: T, scales: [T; 3]) {
-    let at = grid.row_at(row);
+fn fold_at_walls<T: Real>(grid: &Grid, around: &Around<'_>, out: &mut [T], z: &AllCells<'_, T>, faces: &[Faces<'_, T>; 3], w: T, scales: [T; 3]) {
     for axis in (0..grid.dims).filter(|&axis| !grid.periodic[axis]) {
         let n = out.len();
         let all = if axis == 0 { [0..1, n - 1..n] } else { [0..n, 0..n] };
-        let here = |last: usize| axis == 0 || at[axis - 1] == last;
+        let here = |side: isize| axis == 0 || around.beside(axis, side).is_none();
         let ([_, b, c, d, _], [_, low, high, _]) = (z[axis], faces[axis]);
-        if here(0) {
+        if here(-1) {
             for i in all[0].clone() {
                 out[i] -= scales[axis] * w * high[i].max(T::ZERO) * (d[i] - c[i]);
             }
         }
-        if here(grid.n[axis] - 1) {
+        if here(1) {
             for i in all[1].clone() {
                 out[i] -= scales[axis] * w * low[i].min(T::ZERO) * (c[i] - b[i]);
             }
@@ -242,8 +251,7 @@ fn face_gradient_at<T: Real, V: simd::Vector<Elem = T>>(i: usize, out: &mut [T],
     let upward = near * c + upstream * b - next * a;
     let downward = near * b + upstream * c - next * d;
     let (v, half) = (V::load(&v[i..]), V::splat(T::HALF));
-    let share = half * (v.positive() - (-v).positive()) + half;
-    let rho = downward + share * (upward - downward);
+    let rho = v.select(upward, (-v).select(downward, half * (upward + downward)));
     let difference = V::load(&z[2][i..]) - V::load(&z[1][i..]);
     (V::load(&out[i..]) + V::splat(s) * rho * difference).store(&mut out[i..]);
 }

@@ -61,41 +61,63 @@ fn read(fields: &Fields<'_, f64>, index: usize) -> Components<f64> {
     core::array::from_fn(|a| fields[index][a].to_vec())
 }
 
-/// Runs ten steps with exact line searches, checking after each that the newest pair is a secant: H y = s.
-fn descends(pairs: usize) -> f64 {
+/// -H g by the two loops of Nocedal & Wright, algorithm 7.4, over pairs (s, y) with the newest last.
+fn two_loops(grid: &Grid, line: &TimeLine<'_>, pairs: &[(Components<f64>, Components<f64>)], gradient: &Components<f64>) -> Components<f64> {
+    let precondition = |x: &mut Components<f64>| x.iter_mut().flat_map(|c| c.chunks_exact_mut(SLOTS * grid.n[0])).for_each(|row| line.solve(row, grid.n[0]));
+    let mut direction = gradient.clone();
+    let mut weights = Vec::new();
+    for (s, y) in pairs.iter().rev() {
+        weights.push(dot_all(s, &direction) / dot_all(s, y));
+        direction = fields::add_scaled_all(&direction, -weights[weights.len() - 1], y);
+    }
+    precondition(&mut direction);
+    if let Some((s, y)) = pairs.last() {
+        let mut image = y.clone();
+        precondition(&mut image);
+        let scale = dot_all(s, y) / dot_all(y, &image);
+        direction.iter_mut().flatten().for_each(|x| *x *= scale);
+    }
+    for ((s, y), weight) in pairs.iter().zip(weights.iter().rev()) {
+        direction = fields::add_scaled_all(&direction, weight - dot_all(y, &direction) / dot_all(s, y), s);
+    }
+    direction.map(|c| c.iter().map(|x| -x).collect())
+}
+
+/// Runs ten steps with exact line searches, every direction compared with that of the two loops over whole fields.
+fn descends(most: usize) -> f64 {
     let (grid, mut random) = (grid(&[6, 4], "ww"), Random::new(92));
     let shape = Shape { grid: &grid, slots: SLOTS };
     let weight: Components<f64> = random.faces(&grid, SLOTS).map(|c: Vec<f64>| c.iter().map(|x| 1.5 + x).collect());
     let problem = Quadratic { grid, weight, linear: random.faces(&grid, SLOTS) };
-    let mut numbers = vec![f64::NAN; quasi_newton::numbers(&grid, SLOTS, pairs)];
-    let mut fields = quasi_newton::take(&grid, SLOTS, pairs, &mut Pool::new(&mut numbers));
-    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
+    let mut numbers = vec![f64::NAN; quasi_newton::numbers(&grid, SLOTS, most)];
+    let mut fields = quasi_newton::take(&grid, SLOTS, most, &mut Pool::new(&mut numbers));
+    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; quasi_newton::sums_per_row(most) * grid.rows()]);
     let initial = Initial { line: Some(TimeLine::new(1.0, 0.0, &mut pivots)), scale: 1.0 };
-    let (mut newton, mut x) = (QuasiNewton::new(pairs), fields::zeros(&grid, SLOTS));
-    write(&mut fields, newton.gradient, &problem.gradient(&x));
-    let first = dot_all(&read(&fields, newton.gradient), &read(&fields, newton.gradient));
-    for _ in 0..10 {
-        let slope = newton.descend(&Serial, shape, &mut fields, &initial, &mut sums);
-        let (g, d) = (read(&fields, newton.gradient), read(&fields, newton.direction));
-        assert_close("slope", slope, dot_all(&g, &d), slope.abs(), 1e-12);
+    let (mut newton, mut x, mut pairs) = (QuasiNewton::new(most), fields::zeros(&grid, SLOTS), Vec::new());
+    let mut gradient = problem.gradient(&x);
+    let before = dot_all(&gradient, &gradient);
+    write(&mut fields, newton.first().gradient, &gradient);
+    newton.arrive(&Serial, shape, &mut fields, newton.first(), None, &initial, &mut sums);
+    for step in 0..10 {
+        let slope = newton.descend(&Serial, shape, &mut fields);
+        let direction = read(&fields, newton.direction);
+        let expected = two_loops(&grid, &initial.line.unwrap(), &pairs[pairs.len().saturating_sub(most)..], &gradient);
+        let off = largest(fields::add_scaled_all(&direction, -1.0, &expected).into_iter().flatten());
+        assert!(off < 1e-9 * largest(expected.iter().flatten().copied()), "direction {step} of {most} pairs is off by {off:e}");
+        assert_close("slope", slope, dot_all(&gradient, &direction), slope.abs(), 1e-9);
         assert!(slope < 0.0);
-        let curvature = dot_all(&d, &problem.gradient(&d)) + dot_all(&d, &problem.linear);
+        let curvature = dot_all(&direction, &problem.gradient(&direction)) + dot_all(&direction, &problem.linear);
         let length = -slope / curvature;
-        x = fields::add_scaled_all(&x, length, &d);
+        x = fields::add_scaled_all(&x, length, &direction);
         let borrowed = newton.borrow().unwrap();
         let after = problem.gradient(&x);
         write(&mut fields, borrowed.gradient, &after);
-        newton.remember(&Serial, shape, &mut fields, borrowed, length, &initial, &mut sums);
+        newton.arrive(&Serial, shape, &mut fields, borrowed, Some(length), &initial, &mut sums);
         assert!(newton.has_pairs());
-        // The secant equation: for the gradient y the direction is -s.
-        let (y, s) = (fields::add_scaled_all(&after, -1.0, &g), d.map(|c| c.iter().map(|x| x * length).collect::<Vec<f64>>()));
-        write(&mut fields, newton.gradient, &y);
-        newton.descend(&Serial, shape, &mut fields, &initial, &mut sums);
-        let off = fields::add_scaled_all(&read(&fields, newton.direction), 1.0, &s);
-        assert!(largest(off.iter().flatten().copied()) < 1e-9 * largest(s.iter().flatten().copied()), "H y is not s with {pairs} pairs");
-        write(&mut fields, newton.gradient, &after);
+        pairs.push((direction.map(|c| c.iter().map(|x| x * length).collect()), fields::add_scaled_all(&after, -1.0, &gradient)));
+        gradient = after;
     }
-    dot_all(&read(&fields, newton.gradient), &read(&fields, newton.gradient)) / first
+    dot_all(&gradient, &gradient) / before
 }
 
 /// On a quadratic with exact line searches L-BFGS is the method of conjugate gradients, whatever the number of pairs.
@@ -114,16 +136,17 @@ fn pairs_of_negative_curvature_are_left_out() {
     let shape = Shape { grid: &grid, slots: SLOTS };
     let mut numbers = vec![0.0; quasi_newton::numbers(&grid, SLOTS, 2)];
     let mut fields = quasi_newton::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
-    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; grid.rows()]);
+    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; quasi_newton::sums_per_row(2) * grid.rows()]);
     let initial = Initial { line: Some(TimeLine::new(1.0, 0.0, &mut pivots)), scale: 1.0 };
     let mut newton = QuasiNewton::new(2);
     let gradient: Components<f64> = random.faces(&grid, SLOTS);
-    write(&mut fields, newton.gradient, &gradient);
-    newton.descend(&Serial, shape, &mut fields, &initial, &mut sums);
+    write(&mut fields, newton.first().gradient, &gradient);
+    newton.arrive(&Serial, shape, &mut fields, newton.first(), None, &initial, &mut sums);
+    newton.descend(&Serial, shape, &mut fields);
     let borrowed = newton.borrow().unwrap();
     // The gradient grew along the direction of descent: <s, y> < 0.
     write(&mut fields, borrowed.gradient, &gradient.map(|c| c.iter().map(|x| 2.0 * x).collect()));
-    newton.remember(&Serial, shape, &mut fields, borrowed, 1.0, &initial, &mut sums);
+    newton.arrive(&Serial, shape, &mut fields, borrowed, Some(1.0), &initial, &mut sums);
     assert!(!newton.has_pairs());
     assert!(newton.borrow().is_some() && newton.borrow().is_some(), "its fields are free again");
 }

@@ -129,7 +129,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         ledger.vector("velocity v", S::DIM, grid.cells() * slots, T::BYTES);
         ledger.vector("force u", S::DIM, grid.cells() * slots, T::BYTES);
         ledger.vector("given velocity v_0", S::DIM, grid.cells(), T::BYTES);
-        ledger.line("sums of rows", 2 * grid.rows(), 8);
+        ledger.line("sums of rows", quasi_newton::sums_per_row(settings.params.history) * grid.rows(), 8);
         Self::rest(ledger, settings);
     }
 
@@ -154,7 +154,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         let v = arena.take_vector(S::DIM, grid.cells() * slots)?;
         let u = arena.take_vector(S::DIM, grid.cells() * slots)?;
         let initial = arena.take_vector(S::DIM, grid.cells())?;
-        let sums = arena.take(2 * grid.rows())?;
+        let sums = arena.take(quasi_newton::sums_per_row(settings.params.history) * grid.rows())?;
         let mut ledger = Ledger::new();
         Self::rest(&mut ledger, settings);
         let rest = arena.take(ledger.bytes().unwrap_or(usize::MAX) / T::BYTES)?;
@@ -306,9 +306,8 @@ impl<'a, T> Work<'a, '_, T> {
 }
 
 impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
-    fn direction(&mut self, exec: &dyn Exec, _observer: &mut dyn Observer, newton: &QuasiNewton) -> Result<f64, Stop> {
-        let initial = self.initial();
-        Ok(newton.descend(exec, self.shape(), &mut self.fields, &initial, self.simulated.evaluation.sums))
+    fn direction(&mut self, exec: &dyn Exec, _observer: &mut dyn Observer, newton: &mut QuasiNewton) -> Result<f64, Stop> {
+        Ok(newton.descend(exec, self.shape(), &mut self.fields))
     }
 
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64) {
@@ -331,8 +330,8 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
         self.simulated.gradient::<S>(exec, observer, view(&self.u), view(&self.v), &mut self.fields[into])
     }
 
-    fn remember(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, length: f64) {
+    fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
         let initial = self.initial();
-        newton.remember(exec, self.shape(), &mut self.fields, borrowed, length, &initial, self.simulated.evaluation.sums);
+        newton.arrive(exec, self.shape(), &mut self.fields, borrowed, step, &initial, self.simulated.evaluation.sums);
     }
 }

@@ -23,7 +23,7 @@ impl Carry<'_> {
         let mut ledger = Ledger::new();
         Transport::<T>::requirement(&mut ledger, self.grid, 1);
         let mut numbers = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
-        let mut sums = vec![0.0; self.grid.rows()];
+        let mut sums = vec![0.0; 2 * self.grid.rows()];
         let mut transport = Transport::carve(self.grid, self.scheme, self.tolerance, 1.0, 1, &mut Pool::new(&mut numbers));
         let flow = Flow { initial: view(v), v: view(v), along: None };
         transport.load(&Serial, &flow, 1, 0, &mut sums)?;
