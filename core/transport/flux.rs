@@ -7,8 +7,8 @@ use crate::real::Real;
 
 /// Extra numbers of a row with its neighbours along x.
 pub const HALO: usize = 4;
-/// Rows of scratch of a task: two fields of cells and the faces along x with their neighbours, and a row of zeros.
-pub const SCRATCH_ROWS: usize = 4;
+/// Rows of scratch of a task: two fields of cells and the faces along x with their neighbours.
+pub const SCRATCH_ROWS: usize = 3;
 
 /// Interpolation to a face from upstream, rho_f = w[0] downstream + w[1] upstream - w[2] next upstream (Leonard 1979).
 #[must_use]
@@ -20,76 +20,97 @@ pub fn weights<T: Real>(scheme: Scheme) -> [T; 3] {
     .map(T::from_f64)
 }
 
-/// A row of cells and the two next ones on either side along an axis: offsets -2 .. 2.
-pub type Cells<'a, T> = [&'a [T]; 5];
+/// A row and the rows around it.
+#[derive(Clone, Copy, Debug)]
+pub struct Rows<'a, T> {
+    /// The row with its neighbours along x.
+    pub x: &'a [T],
+    /// The rows beside it along y and z.
+    pub beside: [[&'a [T]; 4]; 2],
+}
 
-/// The rows of a field along all axes.
-pub type AllCells<'a, T> = [Cells<'a, T>; 3];
+impl<'a, T> Rows<'a, T> {
+    /// Exactly `n` numbers of the rows beside it along y or z: compilers then know how far they go.
+    #[inline(always)]
+    pub fn along(&self, axis: usize, n: usize) -> [&'a [T]; 4] {
+        let [a, b, c, d] = self.beside[axis - 1];
+        [&a[..n], &b[..n], &c[..n], &d[..n]]
+    }
+}
 
-/// The faces -1, 0, 1, 2 along an axis: face 0 is the low and face 1 the high face of the row's cells.
-pub type Faces<'a, T> = [&'a [T]; 4];
-
-/// A row and those at offsets -2 .. 2 from it along y and z.
+/// A row and those at offsets -2, -1, 1, 2 from it along y and z; at a wall the last row stands for those beyond.
 #[derive(Clone, Copy, Debug)]
 pub struct Around<'g> {
     grid: &'g Grid,
-    /// The row itself.
-    pub row: usize,
+    row: usize,
     at: [usize; 2],
+    beside: [[usize; 4]; 2],
 }
 
 impl<'g> Around<'g> {
     /// Those around `row`.
     #[inline]
     pub fn new(grid: &'g Grid, row: usize) -> Self {
-        Self { grid, row, at: grid.row_at(row) }
+        let at = grid.row_at(row);
+        let along = |axis: usize| {
+            let beside = |offset: isize| place(grid, axis, at[axis - 1], offset).unwrap_or(if offset < 0 { 0 } else { grid.n[axis] - 1 });
+            [-2, -1, 1, 2].map(|offset| row_at(grid, axis, at, beside(offset)))
+        };
+        Self { grid, row, at, beside: [along(1), along(2)] }
     }
 
-    /// The row at an offset along y or z, or `None` beyond a wall.
+    /// Whether there is a wall on the side of `offset` along y or z.
     #[inline]
-    pub fn beside(&self, axis: usize, offset: isize) -> Option<usize> {
-        let (n, place) = (self.grid.n[axis] as isize, self.at[axis - 1] as isize + offset);
-        let around = if place < 0 { n } else { -n * isize::from(place >= n) };
-        let stride = if axis == 1 { 1 } else { self.grid.n[1] as isize };
-        (around == 0 || self.grid.periodic[axis]).then(|| self.row.wrapping_add_signed((offset + around) * stride))
-    }
-
-    /// The same, but at a wall the last row stands for those beyond.
-    #[inline]
-    fn nearest(&self, axis: usize, offset: isize) -> usize {
-        self.beside(axis, offset).or(self.beside(axis, offset.signum())).unwrap_or(self.row)
+    pub fn at_wall(&self, axis: usize, offset: isize) -> bool {
+        place(self.grid, axis, self.at[axis - 1], offset).is_none()
     }
 
     /// Whether `of` holds for the row or for one beside it.
     #[inline]
     pub fn any(&self, of: impl Fn(usize) -> bool) -> bool {
-        of(self.row) || (1..self.grid.dims).any(|axis| [-2, -1, 1, 2].into_iter().any(|offset| self.beside(axis, offset).is_some_and(&of)))
+        of(self.row) || self.beside.iter().take(self.grid.dims - 1).flatten().any(|&row| of(row))
     }
 }
 
-/// The rows of `field` around one; `halo` receives the row with its neighbours along x.
-pub fn cells<'a, T: Real>(grid: &Grid, around: &Around<'_>, field: &'a [T], halo: &'a mut [T]) -> AllCells<'a, T> {
-    let n = grid.n[0];
-    let of = |row: usize| &field[row * n..(row + 1) * n];
-    let here = of(around.row);
+/// Where an offset from place `at` leads along an axis, or `None` beyond a wall.
+#[inline]
+fn place(grid: &Grid, axis: usize, at: usize, offset: isize) -> Option<usize> {
+    let n = grid.n[axis];
+    match at.wrapping_add_signed(offset) {
+        to if to < n => Some(to),
+        _ if !grid.periodic[axis] => None,
+        _ if offset < 0 => Some((at + n).wrapping_add_signed(offset)),
+        to => Some(to - n),
+    }
+}
+
+/// The row at `at` but for one axis, y or z, along which it is at `to`.
+#[inline]
+fn row_at(grid: &Grid, axis: usize, at: [usize; 2], to: usize) -> usize {
+    if axis == 1 { grid.row(to, at[1]) } else { grid.row(at[0], to) }
+}
+
+/// The cells of `field` around a row: along x offsets -2 .. 2, which `halo` receives, along y and z offsets -2, -1, 1, 2.
+#[inline]
+pub fn cells<'a, T: Real>(around: &Around<'_>, field: &'a [T], halo: &'a mut [T]) -> Rows<'a, T> {
+    let (n, periodic) = (around.grid.n[0], around.grid.periodic[0]);
+    let start = around.row * n;
+    let here = &field[start..start + n];
     halo[2..n + 2].copy_from_slice(here);
     for (at, from) in [(0, n - 2), (1, n - 1)] {
-        halo[at] = if grid.periodic[0] { here[from] } else { here[0] };
-        halo[n + 2 + at] = if grid.periodic[0] { here[at] } else { here[n - 1] };
+        halo[at] = if periodic { here[from] } else { here[0] };
+        halo[n + 2 + at] = if periodic { here[at] } else { here[n - 1] };
     }
-    let halo = &*halo;
-    let along = |axis: usize| -> Cells<'a, T> {
-        if axis >= grid.dims {
-            return [here; 5];
-        }
-        let of = |offset: isize| of(around.nearest(axis, offset));
-        [of(-2), of(-1), here, of(1), of(2)]
-    };
-    [[&halo[..n], &halo[1..n + 1], &halo[2..n + 2], &halo[3..n + 3], &halo[4..n + 4]], along(1), along(2)]
+    let of = |row: usize| &field[row * n..(row + 1) * n];
+    let [y, z] = around.beside;
+    Rows { x: &halo[..n + 4], beside: [[of(y[0]), of(y[1]), of(y[2]), of(y[3])], [of(z[0]), of(z[1]), of(z[2]), of(z[3])]] }
 }
 
-/// The faces around a row along all axes; `halo` receives those along x, `zeros` stands for walls.
-pub fn faces<'a, T: Real>(grid: &Grid, around: &Around<'_>, v: Vector<'a, T>, halo: &'a mut [T], zeros: &'a [T]) -> [Faces<'a, T>; 3] {
+/// The faces -1, 0, 1, 2 around a row, face 0 the low and face 1 the high one of its cells; `halo` receives those along x. Beyond a
+/// wall the faces of the low wall stand, which nothing goes through either.
+#[inline]
+pub fn faces<'a, T: Real>(around: &Around<'_>, v: Vector<'a, T>, halo: &'a mut [T]) -> Rows<'a, T> {
+    let grid = around.grid;
     let n = grid.n[0];
     let here = &v[0][around.row * n..(around.row + 1) * n];
     let wrap = |x: T| if grid.periodic[0] { x } else { T::ZERO };
@@ -97,13 +118,17 @@ pub fn faces<'a, T: Real>(grid: &Grid, around: &Around<'_>, v: Vector<'a, T>, ha
     halo[1..=n].copy_from_slice(here);
     halo[n + 1] = wrap(here[0]);
     halo[n + 2] = wrap(here[1]);
-    let halo = &*halo;
-    let along = |axis: usize| -> Faces<'a, T> {
+    let along = |axis: usize| -> [&'a [T]; 4] {
         if axis >= grid.dims {
-            return [zeros; 4];
+            return [&[]; 4];
         }
-        let of = |offset: isize| around.beside(axis, offset).map_or(zeros, |row| &v[axis][row * n..(row + 1) * n]);
-        [of(-1), of(0), of(1), of(2)]
+        let of = |place: usize| {
+            let start = row_at(grid, axis, around.at, place) * n;
+            &v[axis][start..start + n]
+        };
+        let at = around.at[axis - 1];
+        let beyond = |offset: isize| of(place(grid, axis, at, offset).unwrap_or(0));
+        [beyond(-1), of(at), beyond(1), beyond(2)]
     };
-    [[&halo[..n], &halo[1..n + 1], &halo[2..n + 2], &halo[3..n + 3]], along(1), along(2)]
+    Rows { x: &halo[..n + 3], beside: [along(1), along(2)] }
 }

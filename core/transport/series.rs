@@ -1,7 +1,7 @@
 //! The Taylor series of exp(tau L(v)) and its adjoint, term by term.
 
 use super::MAX_TERMS;
-use super::flux::{AllCells, Around, Cells, Faces, HALO, SCRATCH_ROWS, cells, faces};
+use super::flux::{Around, HALO, Rows, cells, faces};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, rows};
 use crate::grid::Grid;
@@ -46,9 +46,9 @@ pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, terms: &mut [T], st
                 task.sums[0] = 0.0;
                 return;
             }
-            let Halos { cells: halo, faces: faces_halo, zeros, .. } = Halos::new(n, task.scratch);
-            let from = cells(grid, &around, from, halo);
-            let faces = faces(grid, &around, series.velocity, faces_halo, zeros);
+            let halos = Halos::new(n, task.scratch);
+            let from = cells(&around, from, halos.cells);
+            let faces = faces(&around, series.velocity, halos.faces);
             task.sums[0] = term(to, total, &from, &faces, series.weights, &scales[..grid.dims], negligible);
         });
         if !(rows::largest(largest.iter().copied()) >= series.cut) {
@@ -64,49 +64,24 @@ struct Halos<'a, T> {
     cells: &'a mut [T],
     second: &'a mut [T],
     faces: &'a mut [T],
-    zeros: &'a [T],
 }
 
 impl<'a, T: Real> Halos<'a, T> {
     fn new(n: usize, scratch: &'a mut [T]) -> Self {
-        debug_assert!(scratch.len() >= SCRATCH_ROWS * (n + HALO));
         let (cells, rest) = scratch.split_at_mut(n + HALO);
-        let (second, rest) = rest.split_at_mut(n + HALO);
-        let (faces, zeros) = rest.split_at_mut(n + HALO);
-        let zeros = &mut zeros[..n];
-        zeros.fill(T::ZERO);
-        Self { cells, second, faces, zeros }
+        let (second, faces) = rest.split_at_mut(n + HALO);
+        Self { cells, second, faces }
     }
-}
-
-/// Applies `$kernel` to whole vectors of `0..$n` and to the rest one by one.
-macro_rules! along_row {
-    ($n:expr, $v:ident, $t:ident, $kernel:ident($($arg:expr),*)) => {{
-        let mut i = 0;
-        while i + <$v as simd::Vector>::LANES <= $n {
-            $kernel::<$t, $v>(i, $($arg),*);
-            i += <$v as simd::Vector>::LANES;
-        }
-        while i < $n {
-            $kernel::<$t, $t>(i, $($arg),*);
-            i += 1;
-        }
-    }};
 }
 
 vectorised! {
     /// One row of `to = s L from`, what is negligible set to 0, and `total += to`; max |to|, NaN when any number is not finite.
-    fn term[T, V](to: &mut [T], total: &mut [T], from: &AllCells<'_, T>, faces: &[Faces<'_, T>; 3], w: [T; 3], scales: &[T], negligible: T) -> f64 {
+    fn term[T, V](to: &mut [T], total: &mut [T], from: &Rows<'_, T>, faces: &Rows<'_, T>, w: [T; 3], scales: &[T], negligible: T) -> f64 {
+        let n = to.len();
         let mut extremes = [V::splat(T::ZERO); 2];
         let mut rest = [T::ZERO; 2];
-        let n = to.len();
-        let whole = n - n % <V as simd::Vector>::LANES;
-        for i in (0..whole).step_by(<V as simd::Vector>::LANES) {
-            term_at::<T, V>(i, to, total, from, faces, w, scales, negligible, &mut extremes);
-        }
-        for i in whole..n {
-            term_at::<T, T>(i, to, total, from, faces, w, scales, negligible, &mut rest);
-        }
+        let i = term_from::<T, V>(0, n, to, total, from, faces, w, scales, negligible, &mut extremes);
+        term_from::<T, T>(i, n, to, total, from, faces, w, scales, negligible, &mut rest);
         let mut lanes = [[T::ZERO; 16]; 2];
         extremes[0].store(&mut lanes[0]);
         extremes[1].store(&mut lanes[1]);
@@ -116,40 +91,55 @@ vectorised! {
     }
 }
 
-/// The numbers at `i` of the five rows along an axis.
+/// The inflow through the faces of cell c along an axis, `low` and `high`, the cells being a b c d e.
 #[inline(always)]
-fn five_at<T: Real, V: simd::Vector<Elem = T>>(i: usize, rows: &Cells<'_, T>) -> (V, V, V, V, V) {
-    (V::load(&rows[0][i..]), V::load(&rows[1][i..]), V::load(&rows[2][i..]), V::load(&rows[3][i..]), V::load(&rows[4][i..]))
+fn inflow<T: Real, V: simd::Vector<Elem = T>>([a, b, c, d, e]: [V; 5], [low, high]: [V; 2], [near, upstream, next]: [V; 3]) -> V {
+    let below = low * (near * low.select(c, b) + upstream * low.select(b, c) - next * low.select(a, d));
+    let above = high * (near * high.select(d, c) + upstream * high.select(c, d) - next * high.select(b, e));
+    below - above
 }
 
+/// The kernel of [`term`] from `i` as far as whole vectors go; where it ended.
 #[inline(always)]
-fn term_at<T: Real, V: simd::Vector<Elem = T>>(
-    i: usize,
+fn term_from<T: Real, V: simd::Vector<Elem = T>>(
+    mut i: usize,
+    n: usize,
     to: &mut [T],
     total: &mut [T],
-    from: &AllCells<'_, T>,
-    faces: &[Faces<'_, T>; 3],
+    from: &Rows<'_, T>,
+    faces: &Rows<'_, T>,
     w: [T; 3],
     scales: &[T],
     negligible: T,
     extremes: &mut [V; 2],
-) {
-    let zero = V::splat(T::ZERO);
-    let (near, upstream, next) = (V::splat(w[0]), V::splat(w[1]), V::splat(w[2]));
-    let mut sum = zero;
-    for (axis, &scale) in scales.iter().enumerate() {
-        let (a, b, c, d, e) = five_at(i, &from[axis]);
-        let (low, high) = (V::load(&faces[axis][1][i..]), V::load(&faces[axis][2][i..]));
-        let below = low * (near * low.select(c, b) + upstream * low.select(b, c) - next * low.select(a, d));
-        let above = high * (near * high.select(d, c) + upstream * high.select(c, d) - next * high.select(b, e));
-        sum = sum + V::splat(scale) * (below - above);
+) -> usize {
+    let (to, total) = (&mut to[..n], &mut total[..n]);
+    let (x, faces_x) = (&from.x[..n + 4], &faces.x[..n + 3]);
+    let (y, faces_y) = (from.along(1, n), faces.along(1, n));
+    let deep = scales.len() > 2;
+    let (z, faces_z) = if deep { (from.along(2, n), faces.along(2, n)) } else { (y, faces_y) };
+    let (zero, negligible) = (V::splat(T::ZERO), V::splat(negligible));
+    let w = [V::splat(w[0]), V::splat(w[1]), V::splat(w[2])];
+    let scales = [V::splat(scales[0]), V::splat(scales[1]), V::splat(if deep { scales[2] } else { T::ZERO })];
+    while i + V::LANES <= n {
+        let c = V::load(&x[i + 2..]);
+        let along_x = [V::load(&x[i..]), V::load(&x[i + 1..]), c, V::load(&x[i + 3..]), V::load(&x[i + 4..])];
+        let mut sum = scales[0] * inflow(along_x, [V::load(&faces_x[i + 1..]), V::load(&faces_x[i + 2..])], w);
+        let along_y = [V::load(&y[0][i..]), V::load(&y[1][i..]), c, V::load(&y[2][i..]), V::load(&y[3][i..])];
+        sum = sum + scales[1] * inflow(along_y, [V::load(&faces_y[1][i..]), V::load(&faces_y[2][i..])], w);
+        if deep {
+            let along_z = [V::load(&z[0][i..]), V::load(&z[1][i..]), c, V::load(&z[2][i..]), V::load(&z[3][i..])];
+            sum = sum + scales[2] * inflow(along_z, [V::load(&faces_z[1][i..]), V::load(&faces_z[2][i..])], w);
+        }
+        let size = sum.max(-sum);
+        extremes[0] = size.max(extremes[0]);
+        extremes[1] = extremes[1] + sum * zero;
+        let sum = (negligible - size).select(zero, sum);
+        sum.store(&mut to[i..]);
+        (V::load(&total[i..]) + sum).store(&mut total[i..]);
+        i += V::LANES;
     }
-    let size = sum.max(-sum);
-    extremes[0] = size.max(extremes[0]);
-    extremes[1] = extremes[1] + sum * zero;
-    let sum = (V::splat(negligible) - size).select(zero, sum);
-    sum.store(&mut to[i..]);
-    (V::load(&total[i..]) + sum).store(&mut total[i..]);
+    i
 }
 
 /// What the backward sweep of a sub-step changes.
@@ -177,14 +167,18 @@ pub fn adjoint<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, terms: &[T], st
             let ([next, g0, g1, g2], row) = (task.fields, task.row);
             let halos = Halos::new(n, task.scratch);
             let around = Around::new(grid, row);
-            let faces = faces(grid, &around, series.velocity, halos.faces, halos.zeros);
-            let z = cells(grid, &around, z_now, halos.cells);
-            let y = cells(grid, &around, y, halos.second);
+            let faces = faces(&around, series.velocity, halos.faces);
+            let z = cells(&around, z_now, halos.cells);
+            let y = cells(&around, y, halos.second);
             next.copy_from_slice(&mu_now[row * n..(row + 1) * n]);
             transposed(next, &z, &faces, series.weights, &scales[..grid.dims]);
             fold_at_walls(grid, &around, next, &z, &faces, series.weights[2], scales);
             for (axis, gradient) in [g0, g1, g2].into_iter().enumerate().take(grid.dims) {
-                face_gradient(gradient, &y[axis], &z[axis], faces[axis][1], series.weights, scales[axis]);
+                let (y, [z_low, z_high], v) = match axis {
+                    0 => ([&y.x[..n], &y.x[1..], &y.x[2..], &y.x[3..]], [&z.x[1..], &z.x[2..]], &faces.x[1..]),
+                    _ => ([y.beside[axis - 1][0], y.beside[axis - 1][1], &y.x[2..], y.beside[axis - 1][2]], [z.beside[axis - 1][1], &z.x[2..]], faces.beside[axis - 1][1]),
+                };
+                face_gradient(gradient, y, [z_low, z_high], v, series.weights, scales[axis]);
             }
         });
         core::mem::swap(&mut z, &mut next);
@@ -195,35 +189,71 @@ pub fn adjoint<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, terms: &[T], st
 vectorised! {
     /// One row of `out += s L^T z`, walls left out: a cell is R of its low face, L of its high face, and the next one
     /// upstream of the faces beyond.
-    fn transposed[T, V](out: &mut [T], z: &AllCells<'_, T>, faces: &[Faces<'_, T>; 3], w: [T; 3], scales: &[T]) {
-        along_row!(out.len(), V, T, transposed_at(out, z, faces, w, scales));
+    fn transposed[T, V](out: &mut [T], z: &Rows<'_, T>, faces: &Rows<'_, T>, w: [T; 3], scales: &[T]) {
+        let i = transposed_from::<T, V>(0, out.len(), out, z, faces, w, scales);
+        transposed_from::<T, T>(i, out.len(), out, z, faces, w, scales);
     }
 }
 
+/// The share of cell c, among a b c d e, in the changes that flow through the faces around it: those before, below, above and after.
 #[inline(always)]
-fn transposed_at<T: Real, V: simd::Vector<Elem = T>>(i: usize, out: &mut [T], z: &AllCells<'_, T>, faces: &[Faces<'_, T>; 3], w: [T; 3], scales: &[T]) {
+fn outflow<T: Real, V: simd::Vector<Elem = T>>([a, b, c, d, e]: [V; 5], faces: [V; 4], [near, upstream, next]: [V; 3], zero: V) -> V {
+    let [before, low, high, after] = faces;
+    let at_low = low * low.select(near, upstream) * (c - b);
+    let at_high = high * high.select(upstream, near) * (d - c);
+    let beyond = after.max(zero) * (e - d) + before.min(zero) * (b - a);
+    at_low + at_high - next * beyond
+}
+
+/// The kernel of [`transposed`] from `i` as far as whole vectors go; where it ended.
+#[inline(always)]
+fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
+    mut i: usize,
+    n: usize,
+    out: &mut [T],
+    z: &Rows<'_, T>,
+    faces: &Rows<'_, T>,
+    w: [T; 3],
+    scales: &[T],
+) -> usize {
+    let out = &mut out[..n];
+    let (x, faces_x) = (&z.x[..n + 4], &faces.x[..n + 3]);
+    let (y, faces_y) = (z.along(1, n), faces.along(1, n));
+    let deep = scales.len() > 2;
+    let (z, faces_z) = if deep { (z.along(2, n), faces.along(2, n)) } else { (y, faces_y) };
     let zero = V::splat(T::ZERO);
-    let (near, upstream, next) = (V::splat(w[0]), V::splat(w[1]), V::splat(w[2]));
-    let mut sum = V::load(&out[i..]);
-    for (axis, &scale) in scales.iter().enumerate() {
-        let (a, b, c, d, e) = five_at::<T, V>(i, &z[axis]);
-        let (before, low) = (V::load(&faces[axis][0][i..]), V::load(&faces[axis][1][i..]));
-        let (high, after) = (V::load(&faces[axis][2][i..]), V::load(&faces[axis][3][i..]));
-        let at_low = low * low.select(near, upstream) * (c - b);
-        let at_high = high * high.select(upstream, near) * (d - c);
-        let beyond = after.max(zero) * (e - d) + before.min(zero) * (b - a);
-        sum = sum + V::splat(scale) * (at_low + at_high - next * beyond);
+    let w = [V::splat(w[0]), V::splat(w[1]), V::splat(w[2])];
+    let scales = [V::splat(scales[0]), V::splat(scales[1]), V::splat(if deep { scales[2] } else { T::ZERO })];
+    while i + V::LANES <= n {
+        let c = V::load(&x[i + 2..]);
+        let along_x = [V::load(&x[i..]), V::load(&x[i + 1..]), c, V::load(&x[i + 3..]), V::load(&x[i + 4..])];
+        let through = [V::load(&faces_x[i..]), V::load(&faces_x[i + 1..]), V::load(&faces_x[i + 2..]), V::load(&faces_x[i + 3..])];
+        let mut sum = V::load(&out[i..]) + scales[0] * outflow(along_x, through, w, zero);
+        let along_y = [V::load(&y[0][i..]), V::load(&y[1][i..]), c, V::load(&y[2][i..]), V::load(&y[3][i..])];
+        let through = [V::load(&faces_y[0][i..]), V::load(&faces_y[1][i..]), V::load(&faces_y[2][i..]), V::load(&faces_y[3][i..])];
+        sum = sum + scales[1] * outflow(along_y, through, w, zero);
+        if deep {
+            let along_z = [V::load(&z[0][i..]), V::load(&z[1][i..]), c, V::load(&z[2][i..]), V::load(&z[3][i..])];
+            let through = [V::load(&faces_z[0][i..]), V::load(&faces_z[1][i..]), V::load(&faces_z[2][i..]), V::load(&faces_z[3][i..])];
+            sum = sum + scales[2] * outflow(along_z, through, w, zero);
+        }
+        sum.store(&mut out[i..]);
+        i += V::LANES;
     }
-    sum.store(&mut out[i..]);
+    i
 }
 
 /// At a wall the last cell stands in for the missing one next upstream, and so takes its share too.
-fn fold_at_walls<T: Real>(grid: &Grid, around: &Around<'_>, out: &mut [T], z: &AllCells<'_, T>, faces: &[Faces<'_, T>; 3], w: T, scales: [T; 3]) {
+fn fold_at_walls<T: Real>(grid: &Grid, around: &Around<'_>, out: &mut [T], z: &Rows<'_, T>, faces: &Rows<'_, T>, w: T, scales: [T; 3]) {
     for axis in (0..grid.dims).filter(|&axis| !grid.periodic[axis]) {
         let n = out.len();
         let all = if axis == 0 { [0..1, n - 1..n] } else { [0..n, 0..n] };
-        let here = |side: isize| axis == 0 || around.beside(axis, side).is_none();
-        let ([_, b, c, d, _], [_, low, high, _]) = (z[axis], faces[axis]);
+        let here = |side: isize| axis == 0 || around.at_wall(axis, side);
+        let c = &z.x[2..];
+        let ([b, d], [low, high]) = match axis {
+            0 => ([&z.x[1..], &z.x[3..]], [&faces.x[1..], &faces.x[2..]]),
+            _ => ([z.beside[axis - 1][1], z.beside[axis - 1][2]], [faces.beside[axis - 1][1], faces.beside[axis - 1][2]]),
+        };
         if here(-1) {
             for i in all[0].clone() {
                 out[i] -= scales[axis] * w * high[i].max(T::ZERO) * (d[i] - c[i]);
@@ -239,19 +269,28 @@ fn fold_at_walls<T: Real>(grid: &Grid, around: &Around<'_>, out: &mut [T], z: &A
 
 vectorised! {
     /// `out += s rho_f(y) (z[R] - z[L])` at the low faces of a row; where v is exactly 0, rho_f is the mean of both sides'.
-    fn face_gradient[T, V](out: &mut [T], y: &Cells<'_, T>, z: &Cells<'_, T>, v: &[T], w: [T; 3], s: T) {
-        along_row!(out.len(), V, T, face_gradient_at(out, y, z, v, w, s));
+    fn face_gradient[T, V](out: &mut [T], y: [&[T]; 4], z: [&[T]; 2], v: &[T], w: [T; 3], s: T) {
+        let i = face_gradient_from::<T, V>(0, out.len(), out, y, z, v, w, s);
+        face_gradient_from::<T, T>(i, out.len(), out, y, z, v, w, s);
     }
 }
 
+/// The kernel of [`face_gradient`] from `i` as far as whole vectors go; where it ended.
 #[inline(always)]
-fn face_gradient_at<T: Real, V: simd::Vector<Elem = T>>(i: usize, out: &mut [T], y: &Cells<'_, T>, z: &Cells<'_, T>, v: &[T], w: [T; 3], s: T) {
+fn face_gradient_from<T: Real, V: simd::Vector<Elem = T>>(mut i: usize, n: usize, out: &mut [T], y: [&[T]; 4], z: [&[T]; 2], v: &[T], w: [T; 3], s: T) -> usize {
+    let (out, v, z_low, z_high) = (&mut out[..n], &v[..n], &z[0][..n], &z[1][..n]);
+    let (y0, y1, y2, y3) = (&y[0][..n], &y[1][..n], &y[2][..n], &y[3][..n]);
     let (near, upstream, next) = (V::splat(w[0]), V::splat(w[1]), V::splat(w[2]));
-    let (a, b, c, d, _) = five_at(i, y);
-    let upward = near * c + upstream * b - next * a;
-    let downward = near * b + upstream * c - next * d;
-    let (v, half) = (V::load(&v[i..]), V::splat(T::HALF));
-    let rho = v.select(upward, (-v).select(downward, half * (upward + downward)));
-    let difference = V::load(&z[2][i..]) - V::load(&z[1][i..]);
-    (V::load(&out[i..]) + V::splat(s) * rho * difference).store(&mut out[i..]);
+    let (half, s) = (V::splat(T::HALF), V::splat(s));
+    while i + V::LANES <= n {
+        let (a, b, c, d) = (V::load(&y0[i..]), V::load(&y1[i..]), V::load(&y2[i..]), V::load(&y3[i..]));
+        let upward = near * c + upstream * b - next * a;
+        let downward = near * b + upstream * c - next * d;
+        let v = V::load(&v[i..]);
+        let rho = v.select(upward, (-v).select(downward, half * (upward + downward)));
+        let difference = V::load(&z_high[i..]) - V::load(&z_low[i..]);
+        (V::load(&out[i..]) + s * rho * difference).store(&mut out[i..]);
+        i += V::LANES;
+    }
+    i
 }
