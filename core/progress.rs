@@ -86,8 +86,9 @@ pub struct AdmmProgress {
     pub density_change: f64,
     /// max |f| of NSO before its first V-cycle and after each.
     pub nso_residuals: heapless::Vec<f64, { crate::nso::solve::MAX_CYCLES }>,
-    /// max of AO's direction, over dt: the residual of its fixed point as an acceleration (the paper's Figure 7).
-    pub ao_residual: f64,
+    /// max of AO's direction, over dt, in each of its iterations: the residual of its fixed point as an acceleration (the paper's
+    /// Figure 7). Of more than [`MAX_RESIDUALS`](crate::ao::MAX_RESIDUALS) the last stands for all that came later.
+    pub ao_residuals: heapless::Vec<f64, { crate::ao::MAX_RESIDUALS }>,
     /// The largest violation of the optimality conditions: of AO's, NSO's, and max |v - v*| over dt (the paper's Figure 7).
     pub kkt: f64,
     /// max |v - v*| over max |v|.

@@ -60,7 +60,7 @@ fn admm(progress: &AdmmProgress) -> AdmmRecord {
         density_change: progress.density_change,
         nso_residuals: progress.nso_residuals.iter().copied().collect(),
         kkt: progress.kkt,
-        ao_residual: progress.ao_residual,
+        ao_residuals: progress.ao_residuals.iter().copied().collect(),
         gap: progress.gap,
         data_of_star: progress.data_of_star,
         held: progress.held,

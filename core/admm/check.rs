@@ -62,7 +62,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             return Err(Status::NotFinite);
         }
         let still = self.iteration > 1 && admm.density_change < self.settings.params.density_tolerance;
-        let trusted = admm.ao_step >= TRUSTED_STEP || admm.ao_residual == 0.0;
+        let trusted = admm.ao_step >= TRUSTED_STEP || admm.ao_residuals.last() == Some(&0.0);
         if still && trusted && admm.gap <= GAP && agree {
             return Err(Status::Converged);
         }

@@ -42,7 +42,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         match solved {
             Ok(info) => {
                 let admm = &mut progress.admm;
-                (admm.ao_step, admm.ao_residual, admm.data_of_star) = (info.step, info.residual, info.data);
+                (admm.ao_step, admm.ao_residuals, admm.data_of_star) = (info.step, info.residuals, info.data);
                 admm.density_change = info.density_change / self.settings.setup.carrier.largest;
                 if info.data.is_finite() { Ok(()) } else { Err(Status::NotFinite) }
             }

@@ -32,7 +32,8 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             });
         }
         let residual = progress.admm.nso_residuals.last().copied().unwrap_or(f64::NAN);
-        progress.admm.kkt = rows::largest([gap, progress.admm.ao_residual, residual]);
+        let of_density = progress.admm.ao_residuals.last().copied().unwrap_or(f64::NAN);
+        progress.admm.kkt = rows::largest([gap, of_density, residual]);
         if speed.is_finite() { Ok(()) } else { Err(Status::NotFinite) }
     }
 }

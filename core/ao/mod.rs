@@ -58,8 +58,11 @@ pub struct Fields<'a, T> {
     pub keyframes: &'a Keyframes<'a, T>,
 }
 
+/// Residuals that a call tells of.
+pub const MAX_RESIDUALS: usize = 16;
+
 /// What a call did.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Info {
     /// The blending step of the last iteration.
     pub step: f64,
@@ -69,8 +72,8 @@ pub struct Info {
     pub data: f64,
     /// AO objective after it.
     pub objective: f64,
-    /// max |direction| of the last blend: without momentum the residual of the fixed point.
-    pub residual: f64,
+    /// max |direction| of each blend: without momentum the residual of the fixed point.
+    pub residuals: heapless::Vec<f64, MAX_RESIDUALS>,
     /// max over cells and steps of the change of rho since the last call.
     pub density_change: f64,
 }
@@ -168,7 +171,10 @@ pub fn solve<T: Real>(
         let before = info.objective;
         trial.sweep_back(exec, observer, setup, &mut fields, if info.step > 0.0 { setup.momentum } else { 0.0 }, sums)?;
         project(exec, observer, levels, setup, &mut fields.direction, region, sums)?;
-        info.residual = sums::max_abs(exec, grid, slots, view(&fields.direction), sums);
+        let residual = sums::max_abs(exec, grid, slots, view(&fields.direction), sums);
+        if let (Err(_), Some(last)) = (info.residuals.push(residual), info.residuals.last_mut()) {
+            *last = residual;
+        }
         blend(exec, observer, grid, setup, &mut fields, step, before, region, sums, &mut info)?;
         if observer.on(Event::AoIteration { objective: info.objective, step: info.step }).is_break() {
             return Err(Stop::Cancelled);

@@ -176,7 +176,11 @@ pub fn adjoint<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, terms: &[T], st
             for (axis, gradient) in [g0, g1, g2].into_iter().enumerate().take(grid.dims) {
                 let (y, [z_low, z_high], v) = match axis {
                     0 => ([&y.x[..n], &y.x[1..], &y.x[2..], &y.x[3..]], [&z.x[1..], &z.x[2..]], &faces.x[1..]),
-                    _ => ([y.beside[axis - 1][0], y.beside[axis - 1][1], &y.x[2..], y.beside[axis - 1][2]], [z.beside[axis - 1][1], &z.x[2..]], faces.beside[axis - 1][1]),
+                    _ => (
+                        [y.beside[axis - 1][0], y.beside[axis - 1][1], &y.x[2..], y.beside[axis - 1][2]],
+                        [z.beside[axis - 1][1], &z.x[2..]],
+                        faces.beside[axis - 1][1],
+                    ),
                 };
                 face_gradient(gradient, y, [z_low, z_high], v, series.weights, scales[axis]);
             }
@@ -277,7 +281,16 @@ vectorised! {
 
 /// The kernel of [`face_gradient`] from `i` as far as whole vectors go; where it ended.
 #[inline(always)]
-fn face_gradient_from<T: Real, V: simd::Vector<Elem = T>>(mut i: usize, n: usize, out: &mut [T], y: [&[T]; 4], z: [&[T]; 2], v: &[T], w: [T; 3], s: T) -> usize {
+fn face_gradient_from<T: Real, V: simd::Vector<Elem = T>>(
+    mut i: usize,
+    n: usize,
+    out: &mut [T],
+    y: [&[T]; 4],
+    z: [&[T]; 2],
+    v: &[T],
+    w: [T; 3],
+    s: T,
+) -> usize {
     let (out, v, z_low, z_high) = (&mut out[..n], &v[..n], &z[0][..n], &z[1][..n]);
     let (y0, y1, y2, y3) = (&y[0][..n], &y[1][..n], &y[2][..n], &y[3][..n]);
     let (near, upstream, next) = (V::splat(w[0]), V::splat(w[1]), V::splat(w[2]));

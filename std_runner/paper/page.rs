@@ -3,7 +3,7 @@
 use super::catalogue::{Entry, GROUPS, NOT_FOUND, QUOTED_FROM, SHEETS, Sheet, Show};
 use super::{Scale, Shown};
 use crate::compare::{self, COLUMNS, Contest, Figures};
-use crate::report::{Block, Chart, Curve, Document, IterationRecord, RunRecord, Table, product};
+use crate::report::{AdmmRecord, Block, Chart, Curve, Document, RunRecord, Table, product};
 
 /// Names of the columns that quote the paper.
 const QUOTED: [&str; 5] = ["paper: iterations", "paper: s per AO", "paper: s per NSO", "paper: in all", "paper: memory"];
@@ -107,7 +107,7 @@ fn quoted_from(scale: Scale) -> String {
 fn section(sheet: &Sheet, shown: &[&Shown]) -> Vec<Block> {
     let mut charts = match sheet.show {
         Show::Cycles => cycles(shown).into_iter().collect(),
-        Show::Optimality => shown.iter().flat_map(|shown| shown.contest.records()).map(optimality).collect(),
+        Show::Optimality => shown.iter().flat_map(|shown| shown.contest.records()).flat_map(|record| [optimality(record), fixed_point(record)]).collect(),
         Show::Results | Show::Steps => Vec::new(),
     };
     charts.extend(shown.iter().filter_map(|shown| Some(Chart { title: shown.entry.about, ..compare::by_seconds(&shown.contest)? })));
@@ -142,16 +142,32 @@ fn cycles(shown: &[&Shown]) -> Option<Chart> {
     })
 }
 
-/// The paper's Figure 7.
+/// The paper's Figure 7, left: the whole problem by iteration of ADMM.
 fn optimality(record: &RunRecord) -> Chart {
-    let curve = |name: &str, colour, value: fn(&IterationRecord) -> Option<f64>| {
-        Curve::new(name, colour, record.history.iter().filter_map(|entry| Some((entry.iteration as f64, value(entry)?))))
+    let curve = |name: &str, colour, value: fn(&AdmmRecord) -> Option<f64>| {
+        let points = record.history.iter().filter_map(|entry| Some((entry.iteration as f64, value(entry.admm.as_ref()?)?)));
+        Curve::new(name, colour, points)
     };
     Chart {
         title: "Optimality",
         note: "Largest violation of the optimality conditions, and the residual of the advection problem's fixed point.",
         across: "iteration of ADMM",
         scale: crate::report::Scale::Counts,
-        curves: vec![curve("KKT", 3, |entry| Some(entry.admm.as_ref()?.kkt)), curve("advection problem", 1, |entry| Some(entry.admm.as_ref()?.ao_residual))],
+        curves: vec![curve("KKT", 3, |admm| Some(admm.kkt)), curve("advection problem", 1, |admm| admm.ao_residuals.last().copied())],
+    }
+}
+
+/// The paper's Figure 7, right: the advection problem by fixed-point iteration, in the first iterations of ADMM.
+fn fixed_point(record: &RunRecord) -> Chart {
+    let curve = |(index, admm): (usize, &AdmmRecord)| {
+        let points = admm.ao_residuals.iter().enumerate().map(|(iteration, &residual)| ((iteration + 1) as f64, residual));
+        Curve::new(format!("in iteration {} of ADMM", index + 1), index % 4 + 1, points)
+    };
+    Chart {
+        title: "The advection problem",
+        note: "Residual of its fixed point in each of its iterations.",
+        across: "fixed-point iteration",
+        scale: crate::report::Scale::Counts,
+        curves: record.history.iter().filter_map(|entry| entry.admm.as_ref()).take(3).enumerate().map(curve).collect(),
     }
 }

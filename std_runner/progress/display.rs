@@ -146,7 +146,7 @@ fn iteration_fields(progress: &Progress, seconds: f64) -> Value {
             "density_change": progress.admm.density_change,
             "nso_residuals": progress.admm.nso_residuals.as_slice(),
             "kkt": progress.admm.kkt,
-            "ao_residual": progress.admm.ao_residual,
+            "ao_residuals": progress.admm.ao_residuals.as_slice(),
             "gap": progress.admm.gap,
             "data_of_star": progress.admm.data_of_star,
             "held": progress.admm.held,

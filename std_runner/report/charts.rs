@@ -95,7 +95,7 @@ fn optimality(history: &[IterationRecord]) -> Chart {
         scale: Scale::Counts,
         curves: vec![
             curve_of("KKT", 3, history, |admm| admm.kkt),
-            curve_of("advection", 1, history, |admm| admm.ao_residual),
+            curve_of("advection", 1, history, |admm| admm.ao_residuals.last().copied().unwrap_or(f64::NAN)),
             curve_of("gap", 2, history, |admm| admm.gap),
         ],
     }

@@ -130,8 +130,8 @@ pub struct AdmmRecord {
     pub nso_residuals: Vec<f64>,
     /// Residual of the optimality conditions of the whole problem (the paper's Figure 7).
     pub kkt: f64,
-    /// Residual of the advection problem (the paper's Figure 7).
-    pub ao_residual: f64,
+    /// Residual of the advection problem in each of its fixed-point iterations (the paper's Figure 7).
+    pub ao_residuals: Vec<f64>,
     /// Distance between v and v*.
     pub gap: f64,
     /// Distance of v* from the keyframes, where the objective's is that of v.

@@ -173,7 +173,7 @@ fn entry(iteration: usize) -> IterationRecord {
             density_change: 0.9 * (-0.13 * late).exp() * wobble,
             nso_residuals: (0..5).map(|cycle| 0.02 * (-0.1 * late).exp() * 0.17_f64.powi(cycle)).collect(),
             kkt: 0.6 * (-0.11 * late).exp() * wobble,
-            ao_residual: 0.2 * (-0.08 * late).exp(),
+            ao_residuals: vec![0.2 * (-0.08 * late).exp(); 2],
             gap: 0.05 * (-0.15 * late).exp(),
             data_of_star: 2400.0 * (-0.3 * late).exp() + 35.0,
             held: iteration % 3 == 1,
