@@ -92,6 +92,22 @@ macro_rules! multiversion {
 }
 pub(crate) use multiversion;
 
+/// Asks for `count` numbers of `from` from `index` on, which will be read soon; places beyond the slice are harmless.
+#[inline(always)]
+pub fn prefetch<T>(from: &[T], index: usize, count: usize) {
+    #[cfg(target_arch = "x86_64")]
+    for number in (index..index + count).step_by(CACHE_LINE / size_of::<T>()) {
+        // SAFETY: a prefetch never faults, whatever the address.
+        unsafe { core::arch::x86_64::_mm_prefetch::<{ core::arch::x86_64::_MM_HINT_T0 }>(from.as_ptr().wrapping_add(number).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (from, index, count);
+}
+
+/// Bytes.
+#[cfg(target_arch = "x86_64")]
+const CACHE_LINE: usize = 64;
+
 /// A few numbers side by side, one cell a lane.
 ///
 /// A type wider than the processor must not be used; [`level`] says which may.

@@ -55,6 +55,7 @@ impl<'a, T> Chunks<'a, T> {
 
     /// # Safety
     /// No chunk may be taken twice while an earlier taking lives.
+    #[inline(always)]
     unsafe fn get(&self, index: usize) -> &'a mut [T] {
         assert!(index < self.count);
         // SAFETY: `index < count`, so the chunk lies in the slice; the caller keeps chunks disjoint.

@@ -16,9 +16,12 @@ use super::level::System;
 use crate::grid::Space;
 use crate::operators::plaquette::Plaquette;
 use crate::real::Real;
-use crate::simd::Vector;
+use crate::simd::{Vector, prefetch};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{self, Level};
+
+/// Slots between the one that is assembled and the one that is asked for.
+const AHEAD: usize = 2;
 
 /// Most lanes of a vector.
 const MAX_LANES: usize = 16;
@@ -330,6 +333,9 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         for k in 0..slots {
             let (before, now) = kept.split_at_mut(k * size);
             let now = &mut now[..size];
+            if k + AHEAD < slots {
+                self.prefetch::<S>(k + AHEAD, 2 * V::LANES);
+            }
             self.assemble::<S, V>(header, k, now);
             if k > 0 {
                 let (earlier, last) = before.split_at_mut((k - 1) * size);
@@ -340,6 +346,30 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         let (before, last) = kept.split_at_mut((slots - 1) * size);
         let earlier = if slots > 1 { &before[(slots - 2) * size..] } else { &[] };
         eliminate::<T, S, V>(earlier, &mut last[..size], None);
+    }
+
+    /// Asks for what slot `k` will read at `count` cells: more streams than processors follow by themselves.
+    #[inline(always)]
+    fn prefetch<S: Space>(&self, k: usize, count: usize) {
+        let System { grid, slots, v, w, p, pbar, rhs, .. } = self.system;
+        for (place, row) in self.rows.iter().enumerate() {
+            let Some(row) = row else { continue };
+            let (y, z) = (place % 3, place / 3);
+            let index = (row * slots + k) * grid.n[0] + self.x;
+            let (own, cross) = (y == 1 && z == 1, y == 1 || z == 1);
+            let reaches = [cross, y > 0, z > 0];
+            for axis in (0..S::DIM).filter(|&axis| reaches[axis]) {
+                prefetch(v[axis], index, count);
+                prefetch(w[axis], index, count);
+                if own || (axis > 0 && [y, z][axis - 1] == 2 && [z, y][axis - 1] == 1) {
+                    prefetch(rhs.a[axis], index, count);
+                }
+            }
+            if cross {
+                prefetch(p, index, count);
+                prefetch(pbar, index, count);
+            }
+        }
     }
 
     /// Residuals, Jacobian and from them a, c, M and the diagonal block of slot `k`.

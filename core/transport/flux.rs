@@ -53,8 +53,11 @@ impl<'g> Around<'g> {
     pub fn new(grid: &'g Grid, row: usize) -> Self {
         let at = grid.row_at(row);
         let along = |axis: usize| {
-            let beside = |offset: isize| place(grid, axis, at[axis - 1], offset).unwrap_or(if offset < 0 { 0 } else { grid.n[axis] - 1 });
-            [-2, -1, 1, 2].map(|offset| row_at(grid, axis, at, beside(offset)))
+            let beside = |offset: isize| {
+                let to = place(grid, axis, at[axis - 1], offset).unwrap_or(if offset < 0 { 0 } else { grid.n[axis] - 1 });
+                row_at(grid, axis, at, to)
+            };
+            [beside(-2), beside(-1), beside(1), beside(2)]
         };
         Self { grid, row, at, beside: [along(1), along(2)] }
     }
