@@ -12,6 +12,8 @@ use crate::transport::Stop;
 const ENOUGH: f64 = 1e-4;
 /// The smallest step that is tried.
 const SMALLEST_STEP: f64 = 1.0 / (1 << 20) as f64;
+/// Part of a step that is tried next when it is too long, at least and at most.
+const SHRINK: [f64; 2] = [0.1, 0.5];
 /// Iterations in a row that may gain less than the tolerance.
 const PATIENCE: usize = 2;
 
@@ -134,8 +136,8 @@ impl Descent {
     }
 }
 
-/// Moves the point along the direction by the first of 1, 1/2, 1/4, .. with which the value falls enough; the step and the value
-/// there. Leaves the point where it was if there is none.
+/// Moves the point along the direction by the first step, 1 or shorter, with which the value falls enough; the step and the value
+/// there (Nocedal & Wright, section 3.5). Leaves the point where it was if there is none.
 fn search<T: Real, S>(
     exec: &dyn Exec,
     observer: &mut dyn Observer,
@@ -154,7 +156,12 @@ fn search<T: Real, S>(
         progress.evaluations += 1;
         match function.value(exec, observer, borrowed.work, bound) {
             Ok(after) if after.total() <= bound => return Ok(Some((length, after))),
-            Ok(_) | Err(Stop::TooFast) => length *= 0.5,
+            // Where the parabola through the value and the slope before and the value here is lowest.
+            Ok(after) => {
+                let lowest = -0.5 * slope * length * length / (after.total() - before - slope * length);
+                length = if lowest.is_finite() { lowest.clamp(SHRINK[0] * length, SHRINK[1] * length) } else { SHRINK[1] * length };
+            }
+            Err(Stop::TooFast) => length *= SHRINK[1],
             Err(Stop::Cancelled) => return Err(Stop::Cancelled),
         }
     }
