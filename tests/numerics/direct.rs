@@ -146,7 +146,7 @@ fn not_finite_when_the_given_flow_is_too_fast() {
 #[test]
 fn a_stop_at_any_time_leaves_a_feasible_flow() {
     let mut scene = direct(Scene::small(&[32, 20], "wp", 4));
-    scene.params.iterations = 2;
+    scene.params.iterations = 3;
     let mut counter = StopAt { at: usize::MAX, seen: 0 };
     scene.solve::<f64, D2>(&Serial, &mut counter);
     assert!(counter.seen > 200, "{} events", counter.seen);
