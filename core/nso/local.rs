@@ -16,9 +16,9 @@ use super::level::System;
 use crate::grid::Space;
 use crate::operators::plaquette::Plaquette;
 use crate::real::Real;
-use crate::simd::{Vector, prefetch};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{self, Level};
+use crate::simd::{Vector, prefetch};
 
 /// Slots between the one that is assembled and the one that is asked for.
 const AHEAD: usize = 2;
