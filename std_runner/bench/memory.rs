@@ -15,11 +15,12 @@ use crate::problem::{OwnedProblem, Precision};
 use crate::region::Region;
 use crate::scene::method_name;
 use core::ops::ControlFlow;
+use core::time::Duration;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use thurible_core::{Advection, Boundary, D2, D3, Event, Method, Observer, Params, Real, Serial, Solver, Space};
 
 /// Sizes of the table, smallest first in each dimension; `--quick` takes the first of each.
