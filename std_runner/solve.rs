@@ -90,7 +90,7 @@ impl Order {
         address_space::check(planned.params.threads)?;
         let Start { from, interrupt } = start;
         let job = Job { scene, planned, from, folder, footprint: region.footprint(), mode: self.mode, parts: self.parts, interrupt };
-        threads::with(job.planned.params.threads, |exec| job.run(exec, region, clock))?
+        threads::with(job.planned.params.threads, || job.run(region, clock))?
     }
 }
 
@@ -112,10 +112,10 @@ fn no_memory(bytes: usize) -> Failure {
 
 impl Job {
     /// Solves in `region`, and draws pictures when it has been given back.
-    fn run(&self, exec: &dyn Exec, mut region: Region, clock: Clock) -> Result<Finished, Failure> {
+    fn run(&self, mut region: Region, clock: Clock) -> Result<Finished, Failure> {
         let bytes = self.planned.plan.bytes();
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
-        let solved = self.dispatch(exec, block, clock)?;
+        let solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block, clock))?;
         drop(region);
         let draw = |folder: &Path| report::draw(&self.folder, folder, &solved.record, self.parts.images);
         let left = |error| Failure::File(format!("{error}; result.npz and report.json are in {}", self.folder.display()));

@@ -124,7 +124,7 @@ fn on_threads<R: Send>(count: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -
     if count == 1 {
         return Ok(work(&Serial));
     }
-    threads::with(count, work).map_err(|failure| PyMemoryError::new_err(failure.to_string()))
+    threads::with(count, || threads::together(count, work)).map_err(|failure| PyMemoryError::new_err(failure.to_string()))
 }
 
 impl Line<'_> {

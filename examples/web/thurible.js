@@ -1,0 +1,190 @@
+// The C interface of thurible (core/ffi/thurible.h) for JavaScript. Works in a page, in a worker and without a browser.
+
+// The structures, word for word as the header declares them.
+const CONFIG = layout(`
+  size_t size; uint32_t precision; uint32_t dimensions; size_t cells[3]; uint32_t boundary[3]; uint32_t method; double length; double dt;
+  size_t steps; const size_t *keyframes; size_t keyframe_count; double force_weight; double viscosity; uint32_t filters;
+  uint32_t match_mass; uint32_t scheme; uint32_t nso_colours; double advection_tolerance; double projection_tolerance; size_t iterations;
+  size_t threads; size_t memory_ceiling; uint32_t direct_history; uint32_t direct_nested; double direct_tolerance; double admm_penalty;
+  double admm_relaxation; double admm_ao_momentum; double admm_density_tolerance; uint32_t admm_ao_iterations; uint32_t admm_nested;
+  uint32_t nso_solver; uint32_t nso_cycles; double nso_tolerance; uint32_t nso_norm; uint32_t lbfgs_history; double lbfgs_tolerance;
+  uint32_t lbfgs_nested; uint32_t reserved; double pd_drive; double pd_attenuation; double pd_gathering; double simulation_buoyancy;
+  double simulation_tolerance;
+`);
+const PROGRESS = layout(`
+  ThuribleStatus status; size_t iteration; double data; double force; size_t cells[3]; size_t level; size_t level_iteration; double step;
+  size_t evaluations; double density_change; double gap; double kkt;
+`);
+
+const PAGE = 65536;
+const LINE = 64;
+const FIELD_DENSITY = 0;
+
+/** How a solve ended: `ThuribleStatus`. */
+export const STATUS = { GOES: 0, CONVERGED: 1, MAX_ITERATIONS: 2, STALLED: 3, NOT_FINITE: 4, CANCELLED: 5, NOT_READY: 6 };
+
+/** What the library or the engine refused, in words. */
+export class Refused extends Error {
+  name = 'Refused';
+}
+
+/** Where the fields of a structure lie on wasm32: a double takes eight bytes, everything else four. */
+function layout(declarations) {
+  const fields = {};
+  let bytes = 0;
+  for (const declaration of declarations.split(';').map((text) => text.trim()).filter(Boolean)) {
+    const [, type, pointer, name, count] = /^(?:const )?(\w+) (\*?)(\w+)(?:\[(\d+)\])?$/.exec(declaration);
+    const width = type === 'double' && !pointer ? 8 : 4;
+    const at = up(bytes, width);
+    fields[name] = { at, width, count: Number(count ?? 1) };
+    bytes = at + width * fields[name].count;
+  }
+  return { fields, bytes: up(bytes, 8) };
+}
+
+function up(bytes, multiple) {
+  return Math.ceil(bytes / multiple) * multiple;
+}
+
+/**
+ * One solve in two dimensions with numbers of four bytes, in a module instance of its own. Memory is taken once: the instance, room for
+ * one density, and, where `preview` is asked for, room for a saved instance.
+ */
+export class Solve {
+  /**
+   * `module` is the compiled module. `scene` holds fields of `ThuribleConfig` by name, `keyframes` as an array of steps. Throws
+   * `Refused`.
+   */
+  constructor(module, scene, { preview = false } = {}) {
+    this.library = new WebAssembly.Instance(module).exports;
+    this.end = this.library.__heap_base.value;
+    this.cells = scene.cells.reduce((product, cells) => product * cells, 1);
+    const { keyframes, ...fields } = scene;
+    const config = this.#take(CONFIG.bytes);
+    const steps = this.#take(4 * keyframes.length);
+    this.words = this.#take(1024);
+    this.out = this.#take(PROGRESS.bytes);
+    this.field = this.#take(4 * this.cells);
+
+    this.#check(this.library.thurible_defaults(config, CONFIG.bytes));
+    new Uint32Array(this.#buffer, steps, keyframes.length).set(keyframes);
+    this.#write(config, { ...fields, keyframes: steps, keyframe_count: keyframes.length });
+    const wrong = this.library.thurible_explain(config, this.words, 1024);
+    if (wrong > 0) throw new Refused(this.#text(this.words));
+
+    this.#check(this.library.thurible_plan(config, this.out, this.out + 4, this.out + 8));
+    const [bytes, , saved] = new Uint32Array(this.#buffer, this.out, 3);
+    this.bytes = bytes;
+    this.savedBytes = saved;
+    this.saved = preview ? this.#take(saved) : 0;
+    const memory = this.#take(bytes);
+    this.#check(this.library.thurible_init(memory, bytes, config, this.out));
+    this.handle = new Uint32Array(this.#buffer, this.out, 1)[0];
+  }
+
+  /** Sets the density of step 0. */
+  setSource(density) {
+    this.#fill(density);
+    this.#enter(this.library.thurible_set_source(this.handle, this.field, density.byteLength));
+  }
+
+  /** Sets the target of a keyframe. */
+  setKeyframe(index, density) {
+    this.#fill(density);
+    this.#enter(this.library.thurible_set_keyframe(this.handle, index, this.field, density.byteLength, 0));
+  }
+
+  /** One iteration. */
+  step() {
+    this.#enter(this.library.thurible_step(this.handle, 0, 0, this.out));
+    return this.#progress();
+  }
+
+  /** Makes the result feasible, so that densities can be read. */
+  finish() {
+    this.#enter(this.library.thurible_finish(this.handle, 0, this.out));
+    return this.#progress();
+  }
+
+  /** The densities of steps 0 to `steps`, one after the other. */
+  densities(steps) {
+    const all = new Float32Array((steps + 1) * this.cells);
+    for (let step = 0; step <= steps; step++) {
+      this.#enter(this.library.thurible_copy(this.handle, FIELD_DENSITY, step, 0, this.field, 4 * this.cells));
+      all.set(new Float32Array(this.#buffer, this.field, this.cells), step * this.cells);
+    }
+    return all;
+  }
+
+  /** The animation as it would be if the solve ended now; the solve then goes on as if this had not been. */
+  preview(steps) {
+    this.#enter(this.library.thurible_save(this.handle, this.saved, this.savedBytes));
+    const finite = this.finish().status !== STATUS.NOT_FINITE;
+    const densities = finite ? this.densities(steps) : null;
+    this.#enter(this.library.thurible_restore(this.handle, this.saved, this.savedBytes));
+    return densities;
+  }
+
+  /** A few words for a status. */
+  statusText(status) {
+    return this.#text(this.library.thurible_status_text(status));
+  }
+
+  get #buffer() {
+    return this.library.memory.buffer;
+  }
+
+  /** The next `bytes` bytes behind what is taken; the memory grows where it must. */
+  #take(bytes) {
+    const at = up(this.end, LINE);
+    const missing = Math.ceil((at + bytes - this.#buffer.byteLength) / PAGE);
+    if (missing > 0) {
+      try {
+        this.library.memory.grow(missing);
+      } catch {
+        const wanted = Math.ceil((at + bytes) / 2 ** 20);
+        throw new Refused(`this solve takes ${wanted} MiB, which the browser does not give; take fewer cells or steps`);
+      }
+    }
+    this.end = at + bytes;
+    return at;
+  }
+
+  #fill(density) {
+    if (density.length !== this.cells) throw new Refused(`a density has ${density.length} numbers instead of ${this.cells}`);
+    new Float32Array(this.#buffer, this.field, this.cells).set(density);
+  }
+
+  #write(config, fields) {
+    const view = new DataView(this.#buffer, config, CONFIG.bytes);
+    for (const [name, value] of Object.entries(fields)) {
+      const { at, width } = CONFIG.fields[name];
+      const put = (number, offset) => (width === 8 ? view.setFloat64(offset, number, true) : view.setUint32(offset, number, true));
+      [value].flat().forEach((number, index) => put(number, at + width * index));
+    }
+  }
+
+  #progress() {
+    const view = new DataView(this.#buffer, this.out, PROGRESS.bytes);
+    const read = ({ at, width, count }) => {
+      const all = Array.from({ length: count }, (_, i) => (width === 8 ? view.getFloat64(at + 8 * i, true) : view.getUint32(at + 4 * i, true)));
+      return count === 1 ? all[0] : all;
+    };
+    return Object.fromEntries(Object.entries(PROGRESS.fields).map(([name, field]) => [name, read(field)]));
+  }
+
+  #check(result) {
+    if (result !== 0) throw new Refused(this.#text(this.library.thurible_result_text(result)));
+  }
+
+  #enter(result) {
+    if (result === 0) return;
+    this.library.thurible_message(this.handle, this.words, 1024);
+    throw new Refused(this.#text(this.words));
+  }
+
+  #text(at) {
+    const bytes = new Uint8Array(this.#buffer, at);
+    return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
+  }
+}
