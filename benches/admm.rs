@@ -2,15 +2,15 @@
 
 mod common;
 
-use common::Joined;
 use common::exec::THREADS;
 use common::scene::Ready;
+use common::team;
 use core::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use thurible_core::{D2, Silent};
 
 fn admm(criterion: &mut Criterion) {
-    let exec = &Joined::new();
+    let exec = team();
     let ready = Ready::example("letter_f", &[], THREADS);
     let mut group = criterion.benchmark_group("admm letter_f 128x128, 40 steps");
     group.sample_size(10).warm_up_time(Duration::from_millis(1)).measurement_time(Duration::from_secs(20));

@@ -6,12 +6,12 @@ mod common;
 
 use common::exec::THREADS;
 use common::problem::Case;
-use common::{Joined, size, time};
+use common::{size, team, time};
 use thurible_core::{D2, D3, Exec, Silent, Space};
 
 fn main() {
     let quick = std::env::args().any(|argument| argument == "--quick");
-    let exec = &Joined::new();
+    let exec = team();
     let triad = time::triad(exec);
     println!("triad a = b + 3 c, f32, {THREADS} threads: {:.1} GB/s", triad / 1e9);
     println!("{:<18}{:>12}{:>20}{:>34}", "cells, N", "s/cycle", "ns per cell, slot", "unknowns read at triad speed");

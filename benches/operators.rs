@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Joined, flow, size};
+use common::{flow, size, team};
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime};
 use thurible_core::exec::{RowBuffers, for_rows};
 use thurible_core::field::{Block, Vector, VectorMut};
@@ -16,7 +16,7 @@ use thurible_core::{Boundary, D2, D3, Exec, Space};
 const SLOTS: usize = 39;
 
 fn operators(criterion: &mut Criterion) {
-    let exec = &Joined::new();
+    let exec = team();
     of_box::<D2>(criterion, exec, &[128, 128]);
     of_box::<D3>(criterion, exec, &[32, 32, 32]);
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Joined, flow, size};
+use common::{flow, size, team};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use thurible::region::Region;
 use thurible_core::arena::Arena;
@@ -18,7 +18,7 @@ const SLOTS: usize = 19;
 const TOLERANCE: f64 = 1e-5;
 
 fn projection(criterion: &mut Criterion) {
-    let exec = &Joined::new();
+    let exec = team();
     of_box::<D2>(criterion, exec, &[128, 128]);
     of_box::<D2>(criterion, exec, &[96, 60]);
     of_box::<D3>(criterion, exec, &[32, 32, 32]);

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Joined, flow, size};
+use common::{flow, size, team};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
@@ -16,7 +16,7 @@ const SLOTS: usize = 39;
 const LANES: usize = 16;
 
 fn sweeps(criterion: &mut Criterion) {
-    let exec = &Joined::new();
+    let exec = team();
     of_box::<D2>(criterion, exec, &[128, 128], 8);
     of_box::<D3>(criterion, exec, &[32, 32, 32], 1);
 }

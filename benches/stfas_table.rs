@@ -8,7 +8,7 @@ mod common;
 use common::problem::Case;
 use common::rate::{asymptotic, listed};
 use common::scene::Ready;
-use common::{Joined, size};
+use common::{size, team};
 use std::process::ExitCode;
 use std::time::Instant;
 use thurible_core::{Colours, D2, D3, Exec, Silent, Space};
@@ -45,7 +45,7 @@ impl Table {
 fn main() -> ExitCode {
     let mut table = Table { missed: 0, quick: std::env::args().any(|argument| argument == "--quick") };
     let began = Instant::now();
-    let exec = &Joined::new();
+    let exec = team();
     synthetic_2d(exec, &mut table);
     synthetic_3d(exec, &mut table);
     at_rest(exec, &mut table);

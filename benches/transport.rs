@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Joined, flow, size};
+use common::{flow, size, team};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use thurible_core::grid::Grid;
 use thurible_core::plan::{Ledger, Pool};
@@ -10,7 +10,7 @@ use thurible_core::transport::{Flow, Transport};
 use thurible_core::{Boundary, D2, D3, Exec, Scheme, Space};
 
 fn transport(criterion: &mut Criterion) {
-    let exec = &Joined::new();
+    let exec = team();
     for scheme in [Scheme::Quick, Scheme::Central, Scheme::SemiLagrangian] {
         of_box::<D2>(criterion, exec, &[128, 128], scheme);
         of_box::<D3>(criterion, exec, &[64, 64, 64], scheme);

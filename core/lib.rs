@@ -30,10 +30,10 @@
 //! | | [`plan`] | the ledger of named buffers, together and in turn |
 //! | | [`checkpoint`] | the state of a solve as plain bytes |
 //! | what is solved | [`problem`] | box, time, weights; checked once. Its keyframes and data term |
-//! | | [`grid`] | the staggered grid, coarser grids and the weights between them |
+//! | | [`grid`] | the staggered grid, coarser grids and the weights between them, eigenvectors along its axes |
 //! | | [`field`] | views of trajectories, loops over rows, sums in a fixed order |
 //! | pieces | [`operators`] | divergence, gradient, self-advection and its adjoint, blur |
-//! | | [`poisson`] | the projection onto div v = 0, by multigrid |
+//! | | [`poisson`] | the projection onto div v = 0, by eigenvectors or multigrid |
 //! | | [`transport`] | A\[rho, v\] and its exact adjoint |
 //! | | [`carrier`] | the data term of a flow and its gradient, by one sweep forward and one back |
 //! | | [`force`] | the force that a given flow needs |

@@ -3,14 +3,19 @@
 //! The path of the data is the order of the modules: the command line ([`cli`], acted on by [`program`]) names a [`scene`], its shapes become
 //! densities ([`keyframes`]), its numbers become a [`problem`], whose [`plan`] says how many bytes the one block
 //! ([`region`]) must have; [`solve`] runs the core in it on a pool of [`threads`], watched by [`progress`], and
-//! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper.
+//! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper; [`bench`] measures.
 //!
-//! Everything here needs the feature `std` (on by default). Without it the library only hands on the core.
-#![cfg_attr(not(feature = "std"), no_std)]
+//! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`] and [`exit`] alone are the feature `embed`. Without
+//! either the library only hands on the core.
+#![cfg_attr(not(feature = "embed"), no_std)]
 
 pub use thurible_core;
 
 #[cfg(feature = "std")]
+pub mod address_space;
+#[cfg(feature = "std")]
+pub mod bench;
+#[cfg(feature = "embed")]
 pub mod bytes;
 #[cfg(feature = "std")]
 pub mod cli;
@@ -20,7 +25,7 @@ pub mod compare;
 pub mod console;
 #[cfg(feature = "std")]
 pub mod destination;
-#[cfg(feature = "std")]
+#[cfg(feature = "embed")]
 pub mod exit;
 #[cfg(feature = "std")]
 pub mod frames;
@@ -41,6 +46,8 @@ pub mod output;
 #[cfg(feature = "std")]
 pub mod paper;
 #[cfg(feature = "std")]
+pub mod phases;
+#[cfg(feature = "std")]
 pub mod plan;
 #[cfg(feature = "std")]
 pub mod plan_command;
@@ -60,5 +67,5 @@ pub mod scene;
 pub mod simulate;
 #[cfg(feature = "std")]
 pub mod solve;
-#[cfg(feature = "std")]
+#[cfg(feature = "embed")]
 pub mod threads;

@@ -15,7 +15,7 @@ use crate::progress::{Clock, Display, Mode, Watch, history_bytes, in_words};
 use crate::region::Region;
 use crate::report::RunRecord;
 use crate::scene::{Scene, method_name};
-use crate::{bytes, outcome, report, threads};
+use crate::{address_space, bytes, outcome, report, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
 use std::fs;
@@ -87,9 +87,10 @@ impl Order {
         let bytes = planned.plan.bytes();
         let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + 2 * history_bytes(planned.params.iterations);
         let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
+        address_space::check(planned.params.threads)?;
         let Start { from, interrupt } = start;
         let job = Job { scene, planned, from, folder, footprint: region.footprint(), mode: self.mode, parts: self.parts, interrupt };
-        threads::with(job.planned.params.threads, |exec| job.run(exec, region, clock))?
+        threads::with(job.planned.params.threads, || job.run(region, clock))?
     }
 }
 
@@ -111,10 +112,10 @@ fn no_memory(bytes: usize) -> Failure {
 
 impl Job {
     /// Solves in `region`, and draws pictures when it has been given back.
-    fn run(&self, exec: &dyn Exec, mut region: Region, clock: Clock) -> Result<Finished, Failure> {
+    fn run(&self, mut region: Region, clock: Clock) -> Result<Finished, Failure> {
         let bytes = self.planned.plan.bytes();
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
-        let solved = self.dispatch(exec, block, clock)?;
+        let solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block, clock))?;
         drop(region);
         let draw = |folder: &Path| report::draw(&self.folder, folder, &solved.record, self.parts.images);
         let left = |error| Failure::File(format!("{error}; result.npz and report.json are in {}", self.folder.display()));

@@ -1,57 +1,71 @@
-//! The core's [`Exec`] on rayon: a tree of joins, which allocates nothing inside one `install`.
+//! Threads for the core: rayon's, kept awake as a [`Team`] while there is something to solve.
 
 use crate::exit::Failure;
 use core::num::NonZeroUsize;
-use core::ops::Range;
-use thurible_core::Exec;
+use core::time::Duration;
+use std::thread;
+use thurible_core::exec::Team;
+use thurible_core::{Exec, Serial};
 
 /// Most threads that `--threads` may ask for.
 pub const MOST: usize = 1024;
 
+/// Waits of a thread between pieces of work that are a pause of the processor, 20 microseconds in all.
+const SPINS: u32 = 1_000;
+/// Waits, in all, before a thread sleeps: a few milliseconds.
+const YIELDS: u32 = 10_000;
+/// How long it sleeps at a time.
+const SLEEP: Duration = Duration::from_micros(50);
+
 /// How many threads this machine offers.
 pub fn available() -> usize {
-    std::thread::available_parallelism().map_or(1, NonZeroUsize::get).min(MOST)
+    thread::available_parallelism().map_or(1, NonZeroUsize::get).min(MOST)
 }
 
-/// Tasks on the rayon pool that the caller is inside of.
-#[derive(Clone, Copy, Debug)]
-pub struct Pool {
-    threads: usize,
-}
-
-impl Exec for Pool {
-    fn threads(&self) -> usize {
-        self.threads
-    }
-
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
-        split(0..tasks, task);
-    }
-}
-
-/// Halves the range until one task is left; rayon steals the halves.
-fn split(range: Range<usize>, task: &(dyn Fn(usize) + Sync)) {
-    match range.len() {
-        0 => {}
-        1 => task(range.start),
-        count => {
-            let middle = range.start + count / 2;
-            rayon::join(|| split(range.start..middle, task), || split(middle..range.end, task));
-        }
-    }
-}
-
-/// Calls `work` on a pool of `threads` threads with the [`Exec`] that belongs to it; on one thread, in place.
-pub fn with<R: Send>(threads: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -> Result<R, Failure> {
+/// Calls `work` on a rayon pool of `threads` threads; on one thread, in place.
+pub fn with<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> Result<R, Failure> {
     if threads <= 1 {
         // Pictures are drawn on rayon's global pool when there is no other; it must not be wider than asked for.
         // A pool that is there already (in tests) stays.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
-        return Ok(work(&thurible_core::Serial));
+        return Ok(work());
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| Failure::Memory(format!("cannot start {threads} threads: {error}; ask for fewer with --threads")))?;
-    Ok(pool.install(|| work(&Pool { threads })))
+    Ok(pool.install(work))
+}
+
+/// Calls `work` with an [`Exec`] of the `threads` threads of the pool that the caller is inside of, none of which sleeps long.
+pub fn together<R: Send>(threads: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -> R {
+    if threads <= 1 {
+        return work(&Serial);
+    }
+    let team = Team::new(threads, relax);
+    rayon::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(|_| team.serve());
+        }
+        let _dismissal = Dismissal(&team);
+        work(&team)
+    })
+}
+
+/// Sends the team home, also when the work panics.
+struct Dismissal<'a>(&'a Team);
+
+impl Drop for Dismissal<'_> {
+    fn drop(&mut self) {
+        self.0.dismiss();
+    }
+}
+
+/// What a thread does when it has waited `count` times in a row: at first it spins, at last it sleeps.
+pub fn relax(count: u32) {
+    match count {
+        0..SPINS => core::hint::spin_loop(),
+        SPINS..YIELDS => thread::yield_now(),
+        _ => thread::sleep(SLEEP),
+    }
 }
 
 #[cfg(test)]
@@ -62,16 +76,38 @@ mod tests {
 
     #[test]
     fn every_task_runs_once() {
-        for threads in 1..=3 {
+        for threads in 1..=5 {
             let counts: Vec<AtomicUsize> = (0..101).map(|_| AtomicUsize::new(0)).collect();
-            with(threads, |exec| {
+            let solve = |exec: &dyn Exec| {
                 assert_eq!(exec.threads(), threads);
-                exec.run(counts.len(), &|i| {
-                    counts[i].fetch_add(1, Ordering::Relaxed);
-                });
-            })
-            .unwrap();
-            assert!(counts.iter().all(|count| count.load(Ordering::Relaxed) == 1));
+                for round in 1..=300 {
+                    exec.run(counts.len(), &|i| {
+                        counts[i].fetch_add(1, Ordering::Relaxed);
+                    });
+                    assert!(counts.iter().all(|count| count.load(Ordering::Relaxed) == round));
+                }
+            };
+            with(threads, || together(threads, solve)).unwrap();
         }
+    }
+
+    #[test]
+    fn tasks_may_have_tasks_of_their_own() {
+        let count = AtomicUsize::new(0);
+        let solve = |exec: &dyn Exec| {
+            exec.run(7, &|_| {
+                exec.run(5, &|_| {
+                    count.fetch_add(1, Ordering::Relaxed);
+                });
+            });
+        };
+        with(3, || together(3, solve)).unwrap();
+        assert_eq!(count.into_inner(), 35);
+    }
+
+    #[test]
+    fn a_panic_is_handed_on() {
+        let caught = std::panic::catch_unwind(|| with(2, || together(2, |exec: &dyn Exec| exec.run(100, &|i| assert!(i != 63, "task 63")))));
+        assert!(caught.is_err());
     }
 }

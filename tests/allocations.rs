@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
+#[path = "numerics/fields/mod.rs"]
 mod fields;
 
 use core::alloc::{GlobalAlloc, Layout};

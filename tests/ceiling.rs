@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 #![allow(unsafe_code, reason = "system calls")]
 
+#[path = "numerics/fields/mod.rs"]
 mod fields;
 
 use core::mem::MaybeUninit;

@@ -1,6 +1,7 @@
 //! The same bits for any number of threads and every instruction set.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
+#[path = "numerics/fields/mod.rs"]
 mod fields;
 
 use fields::cases::Scene;

@@ -9,7 +9,7 @@ pub mod rate;
 pub mod scene;
 pub mod time;
 
-pub use exec::Joined;
+pub use exec::team;
 
 /// `64x64x64`
 pub fn size(cells: &[usize]) -> String {

@@ -6,6 +6,7 @@
 //! ones: mean of two; injection and mean of two along a face's own axis; 3/4 and 1/4 across it.
 
 use super::Grid;
+use super::spectrum::Spectrum;
 use crate::arena::{Arena, TooSmall};
 use crate::plan::Ledger;
 use crate::real::Real;
@@ -201,6 +202,8 @@ pub struct Levels<'m, T> {
     pub grids: heapless::Vec<Grid, MAX_LEVELS>,
     /// The weights between grid l and grid l + 1.
     pub tables: heapless::Vec<Tables<'m, T>, MAX_LEVELS>,
+    /// The eigenvectors of every grid that has them, see [`Self::spectrum`].
+    pub eigenvectors: &'m [T],
 }
 
 impl<'m, T: Real> Levels<'m, T> {
@@ -209,6 +212,7 @@ impl<'m, T: Real> Levels<'m, T> {
         let taps = Self::taps(&hierarchy(finest));
         ledger.line("transfer positions", taps, 2);
         ledger.line("transfer weights", taps, T::BYTES);
+        ledger.line("eigenvectors", hierarchy(finest).iter().map(Spectrum::<T>::len).sum(), T::BYTES);
     }
 
     fn taps(grids: &[Grid]) -> usize {
@@ -232,6 +236,21 @@ impl<'m, T: Real> Levels<'m, T> {
             let pushed = tables.push(Tables::new(&pair[0], &pair[1], these_index, these_weight));
             debug_assert!(pushed.is_ok());
         }
-        Ok(Self { grids, tables })
+        let eigenvectors = arena.take::<T>(grids.iter().map(Spectrum::<T>::len).sum())?;
+        let mut rest = &mut *eigenvectors;
+        for grid in &grids {
+            let (these, after) = rest.split_at_mut(Spectrum::<T>::len(grid));
+            Spectrum::fill(grid, these);
+            rest = after;
+        }
+        Ok(Self { grids, tables, eigenvectors })
+    }
+
+    /// The eigenvectors of grid `level`, if it has any.
+    #[must_use]
+    pub fn spectrum(&self, level: usize) -> Option<Spectrum<'_, T>> {
+        let start = self.grids[..level].iter().map(Spectrum::<T>::len).sum();
+        let numbers = self.eigenvectors.get(start..).filter(|numbers| !numbers.is_empty())?;
+        Spectrum::<T>::exists(&self.grids[level]).then(|| Spectrum::view(&self.grids[level], numbers))
     }
 }

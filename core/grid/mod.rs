@@ -13,6 +13,7 @@
 //! treat all slots alike run over long contiguous stretches, and a block of rows is one chunk for a thread.
 
 pub mod levels;
+pub mod spectrum;
 
 mod sealed {
     pub trait Sealed {}

@@ -21,10 +21,11 @@ fn radius(j: usize) -> usize {
 /// Fields of cells that [`apply`] needs as work.
 pub const WORK_FIELDS: usize = 2;
 
-/// Numbers of scratch a thread needs: one row with its neighbours along x.
+/// Numbers of scratch a thread needs: one row with its neighbours along x, and the taps, which all share.
 #[must_use]
 pub fn scratch_per_thread(grid: &Grid, filters: usize) -> usize {
-    grid.n[0] + 2 * if filters == 0 { 0 } else { radius(filters) }
+    let radius = if filters == 0 { 0 } else { radius(filters) };
+    grid.n[0] + 2 * radius + radius + 1
 }
 
 /// What a metric is made of.
@@ -62,7 +63,9 @@ fn along<T: Real>(exec: &dyn Exec, grid: &Grid, axis: usize, j: usize, from: &[T
     let (n, radius) = (grid.n[0], radius(j) as isize);
     let weight = |offset: isize| libm::exp(-0.5 * (offset as f64 / sigma(j)) * (offset as f64 / sigma(j)));
     let total: f64 = (-radius..=radius).map(weight).sum();
-    let tap = |offset: isize| T::from_f64(weight(offset) / total);
+    let (taps, scratch) = scratch.split_at_mut(radius as usize + 1);
+    taps.iter_mut().zip(0..).for_each(|(tap, offset)| *tap = T::from_f64(weight(offset) / total));
+    let tap = |offset: isize| taps[offset.unsigned_abs()];
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch }, |task| {
         let [out] = task.fields;
         out.fill(T::ZERO);

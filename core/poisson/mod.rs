@@ -1,83 +1,88 @@
 //! The projection Q onto div v = 0 (mathematics section 1): v - grad q with div grad q = div v, for many slots at once.
 //!
-//! The Poisson problem is solved by V(2,2) cycles on the grids of the hierarchy. The smoother is Richardson's with the
-//! Chebyshev parameters of the upper part of the spectrum: flat loops that need no colours, on any box.
+//! The Poisson problem is solved by eigenvectors where no axis is too long for that, else by multigrid.
 
-use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::transfer::{Move, Place};
-use crate::field::{Block, VectorMut, rows, sums, view};
-use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables, Transfer};
-use crate::grid::{Grid, Side};
-use crate::observe::{Event, Observer, Silent};
+pub mod multigrid;
+pub mod spectral;
+
+use crate::exec::Exec;
+use crate::field::{Block, Vector, VectorMut, rows, sums, view};
+use crate::grid::Grid;
+use crate::grid::levels::Levels;
+use crate::grid::spectrum::Spectrum;
+use crate::observe::{Observer, Silent};
 use crate::operators::divergence::{add_divergence, add_gradient};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::real::Real;
-use crate::simd::multiversion;
-use core::ops::ControlFlow;
+use core::ops::{ControlFlow, Range};
+use multigrid::Multigrid;
+use spectral::Spectral;
 
 /// Slots that are projected together at most.
 const MAX_BATCH: usize = 16;
 /// Defect corrections at most: each starts from the divergence of the result, so single precision reaches its own floor.
 const PASSES: usize = 4;
-/// V-cycles of a pass at most.
-const CYCLES: usize = 12;
-/// What a pass may gain at most before the next starts from fresh residuals.
-const GAIN: f64 = 1e-4;
-/// What a smoothing may leave of the upper part of the spectrum; two steps do, unless cells are much longer than wide.
-const SMOOTHED: f64 = 0.4;
-/// What the coarsest grid may leave of everything.
-const SOLVED: f64 = 1e-4;
-/// Rows of scratch: two shifts, a residual, a sum.
-const SCRATCH_ROWS: usize = 4;
-
-/// The numbers of one level: potential, its next iterate, right-hand side.
-#[derive(Debug)]
-struct LevelMut<'a, T> {
-    grid: &'a Grid,
-    q: &'a mut [T],
-    next: &'a mut [T],
-    rhs: &'a mut [T],
-}
 
 /// The projection's workspace.
 #[derive(Debug)]
 pub struct Projection<'a, T> {
-    levels: heapless::Vec<LevelMut<'a, T>, MAX_LEVELS>,
-    tables: heapless::Vec<&'a Tables<'a, T>, MAX_LEVELS>,
+    grid: &'a Grid,
     batch: usize,
-    scratch: &'a mut [T],
+    solver: Solver<'a, T>,
 }
 
-fn batch_of(slots: usize) -> usize {
-    slots.div_ceil(slots.div_ceil(MAX_BATCH))
+/// What solves Poisson's problem.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is no allocator, and one of it lives at a time")]
+enum Solver<'a, T> {
+    Spectral(Spectral<'a, T>),
+    Multigrid(Multigrid<'a, T>),
 }
 
-fn scratch_len(finest: &Grid, batch: usize, threads: usize) -> usize {
-    pooled(threads * SCRATCH_ROWS * Block::largest(finest.n[0], batch))
+/// Calls the same method of whichever it is.
+macro_rules! each {
+    ($solver:expr, $inner:ident => $call:expr) => {
+        match $solver {
+            Solver::Spectral($inner) => $call,
+            Solver::Multigrid($inner) => $call,
+        }
+    };
+}
+
+/// As many slots in every batch, and no more than there are rows, which have sums.
+fn batch_of(grid: &Grid, slots: usize) -> usize {
+    slots.div_ceil(slots.div_ceil(MAX_BATCH.min(grid.rows())))
+}
+
+fn scratch_len<T: Real>(finest: &Grid, batch: usize, threads: usize) -> usize {
+    let a_thread = if Spectrum::<T>::exists(finest) { spectral::scratch_per_thread(finest) } else { multigrid::scratch_per_thread(finest, batch) };
+    pooled(threads * a_thread)
 }
 
 impl<'a, T: Real> Projection<'a, T> {
     /// Writes the ledger lines of [`Self::carve`].
     pub fn requirement(ledger: &mut Ledger, finest: &Grid, slots: usize, threads: usize) {
-        let batch = batch_of(slots);
-        let levels: usize = levels::hierarchy(finest).iter().map(|grid| 3 * pooled(grid.cells() * batch)).sum();
+        let batch = batch_of(finest, slots);
         ledger.group("projection", Sharing::Together, |ledger| {
-            ledger.line("potentials of a batch of slots, all levels", levels, T::BYTES);
-            ledger.line("rows of a block", scratch_len(finest, batch, threads), T::BYTES);
+            if Spectrum::<T>::exists(finest) {
+                ledger.line("potentials of a batch of slots", pooled(finest.cells() * batch), T::BYTES);
+            } else {
+                ledger.line("potentials of a batch of slots, all levels", multigrid::numbers(finest, batch), T::BYTES);
+            }
+            ledger.line("rows and panels", scratch_len::<T>(finest, batch, threads), T::BYTES);
         });
     }
 
     /// Takes its numbers from the shared pool. The grid is number `level` of the hierarchy.
     pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, slots: usize, threads: usize, pool: &mut Pool<'a, T>) -> Self {
-        let batch = batch_of(slots);
-        let grids = &hierarchy.grids[level..];
-        let level_of = |grid: &'a Grid| {
-            let len = grid.cells() * batch;
-            LevelMut { grid, q: pool.take(len), next: pool.take(len), rhs: pool.take(len) }
+        let grid = &hierarchy.grids[level];
+        let batch = batch_of(grid, slots);
+        let scratch = scratch_len::<T>(grid, batch, threads);
+        let solver = match hierarchy.spectrum(level) {
+            Some(spectrum) => Solver::Spectral(Spectral::carve(grid, spectrum, batch, scratch, pool)),
+            None => Solver::Multigrid(Multigrid::carve(hierarchy, level, batch, scratch, pool)),
         };
-        let levels = grids.iter().map(level_of).collect();
-        let scratch = pool.take(scratch_len(&grids[0], batch, threads));
-        Self { levels, tables: hierarchy.tables[level..].iter().collect(), batch, scratch }
+        Self { grid, batch, solver }
     }
 
     /// Projects every slot of the trajectory `v`, to max |div v| at most `tolerance` times what it was, or the rounding floor
@@ -114,199 +119,36 @@ impl<'a, T: Real> Projection<'a, T> {
     ) -> ControlFlow<(), f64> {
         let mut goal = None;
         for pass in 0.. {
-            let (divergence, speed) = self.divergence(exec, batch, v, sums);
-            let floor = 4.0 * T::EPSILON * speed / self.levels[0].grid.h[0];
+            let (divergence, speed) = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
+            let floor = 4.0 * T::EPSILON * speed / self.grid.h[0];
             let goal = *goal.get_or_insert((tolerance * divergence).max(floor));
             if pass == PASSES || !(divergence > goal) {
                 return ControlFlow::Continue(divergence);
             }
-            self.levels[0].q.fill(T::ZERO);
-            let enough = goal.max(GAIN * divergence);
-            for _ in 0..CYCLES {
-                self.vcycle(exec, batch.count);
-                observer.on(Event::Work)?;
-                if !(self.residual(exec, batch.count, sums) > enough) {
-                    break;
-                }
+            match &mut self.solver {
+                Solver::Spectral(solver) => solver.solve(exec, observer, batch)?,
+                Solver::Multigrid(solver) => solver.solve(exec, observer, batch, divergence, goal, sums)?,
             }
-            self.subtract_gradient(exec, batch, v, potential.as_deref_mut());
+            each!(&mut self.solver, solver => solver.subtract_gradient(exec, batch, v, potential.as_deref_mut()));
         }
         ControlFlow::Continue(f64::NAN)
     }
-
-    /// The right-hand side div v, and max |div v| and max |v|.
-    fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> (f64, f64) {
-        let LevelMut { grid, rhs, .. } = &mut self.levels[0];
-        let (grid, v) = (*grid, view(v));
-        let sums = &mut sums[..2 * grid.rows()];
-        let rhs = &mut rhs[..grid.cells() * batch.count];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [rhs], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
-            let [rhs] = task.fields;
-            let mut maxima = [0.0; 2];
-            for block in batch.blocks(grid) {
-                let out = &mut rhs[batch.compact(&block).span_in_row()];
-                out.fill(T::ZERO);
-                add_divergence(&block, task.row, T::ONE, v, out, &mut task.scratch[..block.len()]);
-                maxima[0] = rows::largest([maxima[0], rows::max_abs(out)]);
-                maxima[1] = rows::largest([maxima[1]].into_iter().chain((0..grid.dims).map(|a| rows::max_abs(block.of(v[a], task.row)))));
-            }
-            task.sums.copy_from_slice(&maxima);
-        });
-        let of = |which: usize| rows::largest(sums.iter().skip(which).step_by(2).copied());
-        (of(0), of(1))
-    }
-
-    /// v -= grad q, and p -= q.
-    fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, v: &mut VectorMut<'_, T>, potential: Option<&mut [T]>) {
-        let LevelMut { grid, q, .. } = &self.levels[0];
-        let (grid, q) = (*grid, &q[..grid.cells() * batch.count]);
-        let [v0, v1, v2] = v.each_mut().map(|component| &mut **component);
-        let fields = [v0, v1, v2, potential.unwrap_or_default()];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut [], scratch: &mut *self.scratch }, |task| {
-            let [v0, v1, v2, p] = task.fields;
-            for block in batch.blocks(grid) {
-                let (span, compact) = (block.span_in_row(), batch.compact(&block));
-                for (axis, v) in [&mut *v0, &mut *v1, &mut *v2].into_iter().enumerate().take(grid.dims) {
-                    add_gradient(&compact, task.row, axis, -T::ONE, q, &mut v[span.clone()], &mut task.scratch[..block.len()]);
-                }
-                if !p.is_empty() {
-                    rows::sub(&mut p[span], compact.of(q, task.row));
-                }
-            }
-        });
-    }
-
-    fn vcycle(&mut self, exec: &dyn Exec, slots: usize) {
-        let coarsest = self.levels.len() - 1;
-        for level in 0..coarsest {
-            self.smooth(exec, level, slots, SMOOTHED);
-            self.descend(exec, level, slots);
-        }
-        self.smooth(exec, coarsest, slots, SOLVED);
-        for level in (0..coarsest).rev() {
-            self.ascend(exec, level, slots);
-            self.smooth(exec, level, slots, SMOOTHED);
-        }
-    }
-
-    /// Richardson steps q + (div grad q - rhs) / (diagonal root), the roots Chebyshev's on the upper spectrum: from where one
-    /// axis alone oscillates, which is low on grids whose cells are longer that way, and then takes more steps.
-    fn smooth(&mut self, exec: &dyn Exec, level: usize, slots: usize, leave: f64) {
-        let LevelMut { grid, q, next, rhs } = &mut self.levels[level];
-        let len = grid.cells() * slots;
-        let (grid, rhs) = (*grid, &rhs[..len]);
-        let (mut q, mut next) = (&mut q[..len], &mut next[..len]);
-        let stiffness = |a: usize| 2.0 / (grid.h[a] * grid.h[a]);
-        let diagonal: f64 = (0..grid.dims).map(stiffness).sum();
-        let lowest = (0..grid.dims).map(stiffness).fold(diagonal, f64::min) / diagonal;
-        let degree = chebyshev_degree(lowest, leave);
-        for step in 0..degree {
-            let root = chebyshev_root(lowest, degree, step);
-            let omega = T::from_f64(1.0 / (root * diagonal));
-            let from = &*q;
-            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *next], sums: &mut [], scratch: &mut *self.scratch }, |task| {
-                let [out] = task.fields;
-                for block in Block::all(grid, slots) {
-                    let out = &mut out[block.span_in_row()];
-                    residual_row(&block, task.row, from, rhs, out, task.scratch);
-                    rows::combine(out, omega, block.of(from, task.row));
-                }
-            });
-            core::mem::swap(&mut q, &mut next);
-        }
-    }
-
-    /// The coarse right-hand side: the mean of div grad q - rhs with its sign turned, and a coarse potential of zero.
-    fn descend(&mut self, exec: &dyn Exec, level: usize, slots: usize) {
-        let tables = self.tables[level];
-        let (fine, coarse) = self.levels.split_at_mut(level + 1);
-        let (fine, coarse) = (&fine[level], &mut coarse[0]);
-        let len = coarse.grid.cells() * slots;
-        coarse.q[..len].fill(T::ZERO);
-        let (grid, fine_grid) = (coarse.grid, fine.grid);
-        let (q, rhs) = (&fine.q[..fine_grid.cells() * slots], &fine.rhs[..fine_grid.cells() * slots]);
-        let step = Move { tables, source: fine_grid, target: grid, cell: Transfer::RestrictCell, face: Transfer::RestrictCell };
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut coarse.rhs[..len]], sums: &mut [], scratch: &mut *self.scratch }, |task| {
-            let [out] = task.fields;
-            for block in Block::all(fine_grid, slots) {
-                let (shifts, rest) = task.scratch.split_at_mut(2 * block.len());
-                let (residual, sum) = rest.split_at_mut(block.len());
-                let sum = &mut sum[..block.len()];
-                sum.fill(T::ZERO);
-                step.each_source_row(Place::Cell, task.row, |row, weight| {
-                    residual_row(&block, row, q, rhs, residual, shifts);
-                    rows::add_scaled(sum, -weight, residual);
-                });
-                let out = &mut out[Block { grid, ..block }.span_in_row()];
-                out.fill(T::ZERO);
-                tables.add_along_x(Transfer::RestrictCell, sum, fine_grid.n[0], out, grid.n[0]);
-            }
-        });
-    }
-
-    /// q += P q_c.
-    fn ascend(&mut self, exec: &dyn Exec, level: usize, slots: usize) {
-        let tables = self.tables[level];
-        let (fine, coarse) = self.levels.split_at_mut(level + 1);
-        let (fine, coarse) = (&mut fine[level], &coarse[0]);
-        let step = Move { tables, source: coarse.grid, target: fine.grid, cell: Transfer::ProlongCell, face: Transfer::ProlongCell };
-        let (grid, q) = (fine.grid, &coarse.q[..coarse.grid.cells() * slots]);
-        let buffers = RowBuffers { fields: [&mut fine.q[..grid.cells() * slots]], sums: &mut [], scratch: &mut *self.scratch };
-        for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
-            let [out] = task.fields;
-            for block in Block::all(grid, slots) {
-                step.add_row(Place::Cell, q, slots, block.first, block.count, task.row, T::ONE, &mut out[block.span_in_row()], task.scratch);
-            }
-        });
-    }
-
-    /// max |rhs - div grad q| on the finest level.
-    fn residual(&mut self, exec: &dyn Exec, slots: usize, sums: &mut [f64]) -> f64 {
-        let LevelMut { grid, q, rhs, .. } = &self.levels[0];
-        let (grid, q, rhs) = (*grid, &q[..grid.cells() * slots], &rhs[..grid.cells() * slots]);
-        let sums = &mut sums[..grid.rows()];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
-            task.sums[0] = 0.0;
-            for block in Block::all(grid, slots) {
-                let (shifts, rest) = task.scratch.split_at_mut(2 * block.len());
-                let out = &mut rest[..block.len()];
-                residual_row(&block, task.row, q, rhs, out, shifts);
-                task.sums[0] = rows::largest([task.sums[0], rows::max_abs(out)]);
-            }
-        });
-        rows::largest(sums.iter().copied())
-    }
 }
 
-/// The power of two that is the least degree, from 2, of a Chebyshev polynomial that leaves `leave` of [lowest, 2].
-fn chebyshev_degree(lowest: f64, leave: f64) -> usize {
-    let (mut value, mut degree) = ((2.0 + lowest) / (2.0 - lowest), 1);
-    while degree < 2 || value * leave < 1.0 {
-        (value, degree) = (2.0 * value * value - 1.0, 2 * degree);
-    }
-    degree
-}
-
-/// Its roots in the order of Lebedev & Finogenov (1971), which keeps the partial products small.
-fn chebyshev_root(lowest: f64, degree: usize, step: usize) -> f64 {
-    let (mut number, mut count) = (1, 1);
-    for bit in (0..degree.ilog2()).rev() {
-        count *= 2;
-        number = if step >> bit & 1 == 1 { count + 1 - number } else { number };
-    }
-    let angle = core::f64::consts::PI * (2 * number - 1) as f64 / (2 * degree) as f64;
-    0.5 * (2.0 + lowest) + 0.5 * (2.0 - lowest) * libm::cos(angle)
-}
-
-/// Some slots of a trajectory, which a batch holds compactly.
-#[derive(Clone, Copy)]
-struct Batch {
+/// Some slots of a trajectory, whose potentials are held together.
+#[derive(Clone, Copy, Debug)]
+pub struct Batch {
     slots: usize,
     first: usize,
     count: usize,
 }
 
 impl Batch {
+    /// One slot of it.
+    fn slot(self, grid: &Grid, index: usize) -> Block<'_> {
+        Block { grid, slots: self.slots, first: self.first + index, count: 1 }
+    }
+
     /// The blocks of the trajectory that cover the batch.
     fn blocks(self, grid: &Grid) -> impl Iterator<Item = Block<'_>> {
         Block::all(grid, self.count).map(move |block| Block { slots: self.slots, first: self.first + block.first, ..block })
@@ -318,38 +160,22 @@ impl Batch {
     }
 }
 
-/// `out = div grad q - rhs` at the cells of `row`; `shifts` holds two rows.
-fn residual_row<T: Real>(block: &Block<'_>, row: usize, q: &[T], rhs: &[T], out: &mut [T], shifts: &mut [T]) {
-    let grid = block.grid;
-    let here = block.of(q, row);
-    let (low, high) = shifts.split_at_mut(block.len());
-    let high = &mut high[..block.len()];
-    let nx = grid.n[0];
-    rows::shift_low(low, here, nx, grid.periodic[0]);
-    rows::shift_high(high, here, nx, grid.periodic[0]);
-    if !grid.periodic[0] {
-        for start in (0..here.len()).step_by(nx) {
-            low[start] = here[start];
-            high[start + nx - 1] = here[start + nx - 1];
-        }
-    }
-    let beside = |axis: usize, side: Side| {
-        let row = if axis < grid.dims { grid.neighbour(row, axis, side) } else { None };
-        row.map_or(here, |row| block.of(q, row))
-    };
-    let weights = grid.h.map(|h| T::from_f64(1.0 / (h * h)));
-    let neighbours = [&*low, &*high, beside(1, Side::Low), beside(1, Side::High), beside(2, Side::Low), beside(2, Side::High)];
-    laplacian(out, here, block.of(rhs, row), neighbours, weights);
+/// `out` = div v at a block's part of a row, and max |div v| and max |v| of it and of what `maxima` tell.
+fn divergence_in_row<T: Real>(block: &Block<'_>, row: usize, v: Vector<'_, T>, out: &mut [T], scratch: &mut [T], maxima: [f64; 2]) -> [f64; 2] {
+    out.fill(T::ZERO);
+    add_divergence(block, row, T::ONE, v, out, &mut scratch[..block.len()]);
+    let speeds = (0..block.grid.dims).map(|a| rows::max_abs(block.of(v[a], row)));
+    [rows::largest([maxima[0], rows::max_abs(out)]), rows::largest([maxima[1]].into_iter().chain(speeds))]
 }
 
-multiversion! {
-    fn laplacian[T: Real](out: &mut [T], q: &[T], rhs: &[T], neighbours: [&[T]; 6], weights: [T; 3]) {
-        let n = out.len();
-        let (q, rhs, [xl, xh, yl, yh, zl, zh]) = (&q[..n], &rhs[..n], neighbours.map(|row| &row[..n]));
-        for i in 0..n {
-            let two = q[i] + q[i];
-            out[i] = weights[0] * (xl[i] + xh[i] - two) + weights[1] * (yl[i] + yh[i] - two) + weights[2] * (zl[i] + zh[i] - two) - rhs[i];
-        }
+/// v -= grad q and, where there is a p, p -= q at `span` of a row of `fields`, v by components and p. `block` is how q is stored.
+fn subtract_gradient_in_row<T: Real>(block: &Block<'_>, row: usize, q: &[T], span: Range<usize>, fields: &mut [&mut [T]; 4], scratch: &mut [T]) {
+    let [v0, v1, v2, p] = fields;
+    for (axis, v) in [v0, v1, v2].into_iter().enumerate().take(block.grid.dims) {
+        add_gradient(block, row, axis, -T::ONE, q, &mut v[span.clone()], &mut scratch[..block.len()]);
+    }
+    if !p.is_empty() {
+        rows::sub(&mut p[span], block.of(q, row));
     }
 }
 

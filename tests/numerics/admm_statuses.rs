@@ -1,11 +1,8 @@
 //! Every way in which a solve ends, and every input that is refused.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
+use crate::fields::Memory;
+use crate::fields::cases::{Scene, Solved, admm};
 use core::ops::ControlFlow;
-use fields::Memory;
-use fields::cases::{Scene, Solved, admm};
 use thurible_core::{D2, Event, InputError, Observer, Params, Real, Serial, Silent, Solver, Status};
 
 type Small<'m> = Solver<'m, f64, D2>;

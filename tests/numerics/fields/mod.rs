@@ -4,6 +4,8 @@
 
 pub mod carry;
 pub mod cases;
+pub mod control;
+pub mod feasible;
 pub mod flow;
 pub mod local;
 pub mod naive;
@@ -11,6 +13,7 @@ pub mod random;
 pub mod spacetime;
 
 use core::mem::MaybeUninit;
+use thurible::threads;
 use thurible_core::grid::Grid;
 use thurible_core::{Boundary, Exec, Plan, Real};
 
@@ -45,33 +48,9 @@ impl Memory {
     }
 }
 
-/// Threads on a rayon pool that the caller is inside of.
-struct Pool(usize);
-
-impl Exec for Pool {
-    fn threads(&self) -> usize {
-        self.0
-    }
-
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
-        fn split(first: usize, end: usize, task: &(dyn Fn(usize) + Sync)) {
-            match end - first {
-                0 => {}
-                1 => task(first),
-                count => {
-                    let middle = first + count / 2;
-                    rayon::join(|| split(first, middle, task), || split(middle, end, task));
-                }
-            }
-        }
-        split(0, tasks, task);
-    }
-}
-
 /// Calls `work` with an [`Exec`] of `threads` real threads.
 pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -> R {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| work(&Pool(threads)))
+    threads::with(threads, || threads::together(threads, work)).unwrap()
 }
 
 /// Gives bytes of a checkpoint the checksum that belongs to them: a second implementation of it.

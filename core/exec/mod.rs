@@ -1,6 +1,13 @@
 //! Threads as a value: the caller passes an [`Exec`], the core cuts its work into tasks that write disjoint chunks.
 #![allow(unsafe_code)]
 
+// Machines with fewer bits in an atomic number hardly have threads to lend.
+#[cfg(target_has_atomic = "64")]
+mod team;
+
+#[cfg(target_has_atomic = "64")]
+pub use team::Team;
+
 use core::marker::PhantomData;
 use core::ops::Range;
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -78,34 +85,44 @@ pub struct RowBuffers<'a, T, const K: usize> {
 }
 
 /// Numbers to write below which a second thread costs more than it brings.
-const WORTH_A_THREAD: usize = 1 << 16;
+const WORTH_A_THREAD: usize = 1 << 12;
+/// Numbers that a thread takes at a time, at least.
+const WORTH_A_TURN: usize = 1 << 10;
+
+/// Parts of a range that workers begin with, at most.
+const MOST_PARTS: usize = 32;
 
 /// Calls `task` for every row of `range`, each with its own chunk of every field; `rows` is the number of chunks in all.
 ///
-/// Rows are taken in order by whichever thread is free. Reductions go through `sums`, added up by the caller in row order.
+/// Every worker begins with the same part of the range each time, so that it finds there what it left in its cache, and then
+/// helps the others. Reductions go through `sums`, added up by the caller in row order.
 pub fn for_rows<T, const K: usize, F>(exec: &dyn Exec, rows: usize, range: Range<usize>, buffers: RowBuffers<'_, T, K>, task: F)
 where
     T: Send,
     F: Fn(RowTask<'_, T, K>) + Sync,
 {
     debug_assert!(range.end <= rows);
-    let numbers: usize = buffers.fields.iter().map(|field| field.len()).sum();
-    let small = (1..WORTH_A_THREAD).contains(&(numbers / rows.max(1) * range.len()));
+    let a_row = buffers.fields.iter().map(|field| field.len()).sum::<usize>() / rows.max(1);
+    let small = (1..WORTH_A_THREAD).contains(&(a_row * range.len()));
     let workers = if small { 1 } else { exec.threads().max(1).min(range.len()) };
     let fields = buffers.fields.map(|field| Chunks::new(field, rows));
     let sums = Chunks::new(buffers.sums, rows);
     let scratch = Chunks::new(buffers.scratch, exec.threads().max(1));
-    let next = AtomicUsize::new(range.start);
+    let turn = if a_row == 0 { 1 } else { WORTH_A_TURN.div_ceil(a_row) };
+    let parts = workers.min(MOST_PARTS);
+    let end_of = |part: usize| range.start + range.len() * (part + 1) / parts.max(1);
+    let next: [AtomicUsize; MOST_PARTS] = core::array::from_fn(|part| AtomicUsize::new(range.start + range.len() * part / parts.max(1)));
     exec.run(workers, &|worker| {
-        loop {
-            let row = next.fetch_add(1, Ordering::Relaxed);
-            if row >= range.end {
-                return;
+        for part in (0..parts).map(|ahead| (worker + ahead) % parts) {
+            while next[part].load(Ordering::Relaxed) < end_of(part) {
+                let first = next[part].fetch_add(turn, Ordering::Relaxed);
+                for row in first..(first + turn).min(end_of(part)) {
+                    // SAFETY: `next` gives every row to one worker once, and every worker number runs once, so no chunk is shared.
+                    let task_of_row =
+                        unsafe { RowTask { row, fields: core::array::from_fn(|k| fields[k].get(row)), sums: sums.get(row), scratch: scratch.get(worker) } };
+                    task(task_of_row);
+                }
             }
-            // SAFETY: `next` gives every row to one worker once, and every worker number runs once, so no chunk is shared.
-            let task_of_row =
-                unsafe { RowTask { row, fields: core::array::from_fn(|k| fields[k].get(row)), sums: sums.get(row), scratch: scratch.get(worker) } };
-            task(task_of_row);
         }
     });
 }

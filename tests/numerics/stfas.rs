@@ -1,12 +1,9 @@
 //! STFAS: how fast V-cycles converge, that they converge to a fixed point, and what a solve says of itself.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
+use crate::fields::random::Random;
+use crate::fields::spacetime::{Case, setup};
+use crate::fields::{Components, add_scaled_all, flow, grid, largest_of};
 use core::ops::ControlFlow;
-use fields::random::Random;
-use fields::spacetime::{Case, setup};
-use fields::{Components, add_scaled_all, flow, grid, largest_of};
 use thurible_core::nso::colours::Colours;
 use thurible_core::nso::{Ended, Setup, Shape};
 use thurible_core::{D2, D3, Event, NsoParams, Observer, Real, Serial, Silent, Space};

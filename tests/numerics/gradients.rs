@@ -1,15 +1,11 @@
 //! Taylor tests: what is left after the first-order prediction falls by 4 when the step is halved.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-#[path = "fields/control.rs"]
-mod control;
-mod fields;
-
-use control::Control;
-use fields::carry::Carry;
-use fields::naive::Naive;
-use fields::random::Random;
-use fields::{Components, add_scaled_all, cast, dot, dot_all, flow, grid, slot_of_all, zeros};
+use crate::fields;
+use crate::fields::carry::Carry;
+use crate::fields::control::Control;
+use crate::fields::naive::Naive;
+use crate::fields::random::Random;
+use crate::fields::{Components, add_scaled_all, cast, dot, dot_all, flow, grid, slot_of_all, zeros};
 use thurible_core::grid::Grid;
 use thurible_core::{Advection, D2, D3, Scheme, Space};
 

@@ -1,12 +1,9 @@
 //! Every operator against its adjoint, <A x, y> = <x, A* y>, and the identities of self-advection.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
-use fields::carry::Carry;
-use fields::naive::Naive;
-use fields::random::Random;
-use fields::{Components, add_scaled_all, assert_close, cast, dot, dot_all, flow, gap, grid, slot, slot_of_all, view, view_mut, with_threads, zeros};
+use crate::fields::carry::Carry;
+use crate::fields::naive::Naive;
+use crate::fields::random::Random;
+use crate::fields::{Components, add_scaled_all, assert_close, cast, dot, dot_all, flow, gap, grid, slot, slot_of_all, view, view_mut, with_threads, zeros};
 use thurible_core::field::Block;
 use thurible_core::grid::Grid;
 use thurible_core::operators::blur::{self, Metric};

@@ -1,11 +1,8 @@
 //! The grid: neighbours, the hierarchy of coarser grids, and the weights by which fields pass between two of them.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
-use fields::naive::Naive;
-use fields::random::Random;
-use fields::{Components, Memory, flow, grid, largest, largest_of, places, zeros};
+use crate::fields::naive::Naive;
+use crate::fields::random::Random;
+use crate::fields::{Components, Memory, flow, grid, largest, largest_of, places, zeros};
 use thurible_core::arena::Arena;
 use thurible_core::field::transfer::{Move, Place};
 use thurible_core::grid::levels::{Levels, MAX_LEVELS, Transfer, hierarchy, taps};

@@ -1,10 +1,8 @@
 //! L-BFGS and the exact preconditioner in time.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
-use fields::random::Random;
-use fields::{Components, assert_close, dot_all, grid, largest};
+use crate::fields;
+use crate::fields::random::Random;
+use crate::fields::{Components, assert_close, dot_all, grid, largest};
 use thurible_core::Serial;
 use thurible_core::force::time_line::TimeLine;
 use thurible_core::grid::Grid;

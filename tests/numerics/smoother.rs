@@ -1,11 +1,9 @@
 //! The residual of the Navier-Stokes problem and the smoother's step at one cell, against a plain second implementation.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
-use fields::random::Random;
-use fields::spacetime::{Case, Equations, Residual, setup, trajectories, trajectory};
-use fields::{Components, gap, grid, index, largest, local, places, view, zeros};
+use crate::fields;
+use crate::fields::random::Random;
+use crate::fields::spacetime::{Case, Equations, Residual, setup, trajectories, trajectory};
+use crate::fields::{Components, gap, grid, index, largest, local, places, view, zeros};
 use thurible_core::field::Block;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::coarsen;

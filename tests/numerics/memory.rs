@@ -1,12 +1,10 @@
 //! Memory: what is planned is what is carved, to the byte, and never more than the paper's bound.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
+use crate::fields;
+use crate::fields::Memory;
+use crate::fields::cases::{Scene, admm};
+use crate::fields::random::Random;
 use core::mem::MaybeUninit;
-use fields::Memory;
-use fields::cases::{Scene, admm};
-use fields::random::Random;
 use thurible_core::nso::colours::Colours;
 use thurible_core::{D2, D3, Entry, Method, NsoSolver, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver, SolverError, Space};
 

@@ -1,14 +1,10 @@
 //! ADMM on whole scenes: how it converges, that its result is feasible, that units do not matter.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-#[path = "fields/feasible.rs"]
-mod feasible;
-mod fields;
-
-use feasible::check;
-use fields::cases::{Scene, Solved, admm};
-use fields::random::Random;
-use fields::{Components, add_scaled_all, assert_close, gap, grid, largest, largest_of, places, with_threads};
+use crate::fields;
+use crate::fields::cases::{Scene, Solved, admm};
+use crate::fields::feasible::check;
+use crate::fields::random::Random;
+use crate::fields::{Components, add_scaled_all, assert_close, gap, grid, largest, largest_of, places, with_threads};
 use thurible_core::{D2, D3, NsoSolver, Params, Real, Scheme, Silent, Space, Status};
 
 /// Solves circle to two circles on two threads: as the paper does, or with the defaults.
@@ -104,7 +100,7 @@ fn a_given_velocity_is_projected_and_kept() {
         Solved::run(&scene, solver, &thurible_core::Serial, &mut Silent)
     });
     check(&scene, &solved, f64::EPSILON);
-    let kept = feasible::faces(&grid, &solved.velocity[0]);
+    let kept = fields::feasible::faces(&grid, &solved.velocity[0]);
     let lost = add_scaled_all(&v0, -1.0, &kept);
     assert_close("v_0 is projected", fields::dot_all(&kept, &lost), 0.0, fields::dot_all(&v0, &v0), 1e-5);
     assert!(largest_of(&kept) > 0.001);

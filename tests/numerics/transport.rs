@@ -1,13 +1,11 @@
 //! Density transport: what it keeps, how exact it is, when it is refused, and a plain second implementation beside it.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
+use crate::fields;
+use crate::fields::carry::Carry;
+use crate::fields::naive::Naive;
+use crate::fields::random::Random;
+use crate::fields::{Components, assert_close, cast, cast_all, dot, flow, gap, grid, largest, places, view, zeros};
 use core::ops::ControlFlow;
-use fields::carry::Carry;
-use fields::naive::Naive;
-use fields::random::Random;
-use fields::{Components, assert_close, cast, cast_all, dot, flow, gap, grid, largest, places, view, zeros};
 use thurible_core::plan::{Ledger, Pool};
 use thurible_core::transport::{Flow, Stop, TooFast, Transport};
 use thurible_core::{Event, Real, Scheme, Serial, Silent};

@@ -1,11 +1,9 @@
 //! Checkpoints: what is saved after any step goes on elsewhere with the same bits, and what is not what was saved is refused.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-mod fields;
-
-use fields::Memory;
-use fields::cases::{Scene, Solved, StopAt};
-use fields::with_threads;
+use crate::fields;
+use crate::fields::Memory;
+use crate::fields::cases::{Scene, Solved, StopAt};
+use crate::fields::with_threads;
 use thurible_core::checkpoint::HEAD;
 use thurible_core::{D2, D3, InputError, Method, NsoSolver, Params, Progress, Real, SavedError, Serial, Silent, Solver, Space, Status};
 

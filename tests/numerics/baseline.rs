@@ -1,15 +1,11 @@
 //! The baselines: one implicit step, the free flow, adjoint control, target-driven smoke.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 
-#[path = "fields/feasible.rs"]
-mod feasible;
-mod fields;
-
-use feasible::{check, check_flow, faces};
-use fields::cases::{Scene, Solved, StopAt};
-use fields::naive::Naive;
-use fields::random::Random;
-use fields::{Components, Memory, add_scaled_all, assert_close, dot_all, flow, grid, largest, largest_of, with_threads};
+use crate::fields;
+use crate::fields::cases::{Scene, Solved, StopAt};
+use crate::fields::feasible::{check, check_flow, faces};
+use crate::fields::naive::Naive;
+use crate::fields::random::Random;
+use crate::fields::{Components, Memory, add_scaled_all, assert_close, dot_all, flow, grid, largest, largest_of, with_threads};
 use thurible_core::arena::Arena;
 use thurible_core::baseline::step::{Setup, Step};
 use thurible_core::grid::Grid;
@@ -440,8 +436,8 @@ fn a_stop_at_any_time_leaves_a_feasible_flow() {
         scene.params.pd.gathering = 0.01;
         let mut counter = StopAt { at: usize::MAX, seen: 0 };
         scene.solve::<f64, D2>(&Serial, &mut counter);
-        assert!(counter.seen > 60, "{} events of {method:?}", counter.seen);
-        for at in (0..20).chain((20..counter.seen).step_by(counter.seen / 20)) {
+        assert!(counter.seen > 15, "{} events of {method:?}", counter.seen);
+        for at in (0..counter.seen).step_by((counter.seen / 40).max(1)) {
             let solved = scene.solve::<f64, D2>(&Serial, &mut StopAt { at, seen: 0 });
             assert_eq!(solved.status, Status::Cancelled, "{method:?} stopped at event {at}");
             if largest(solved.velocity.iter().flatten().flatten().copied()) > 0.0 {

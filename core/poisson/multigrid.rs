@@ -1,0 +1,271 @@
+//! Poisson's problem by V(2,2) cycles on the grids of a hierarchy, for a batch of slots at once.
+//!
+//! The smoother is Richardson's with the Chebyshev parameters of the upper part of the spectrum: flat loops that need no
+//! colours, on any box.
+
+use super::{Batch, divergence_in_row, subtract_gradient_in_row};
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::transfer::{Move, Place};
+use crate::field::{Block, VectorMut, rows, view};
+use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables, Transfer};
+use crate::grid::{Grid, Side};
+use crate::observe::{Event, Observer};
+use crate::plan::{Pool, pooled};
+use crate::real::Real;
+use crate::simd::multiversion;
+use core::ops::ControlFlow;
+
+/// V-cycles of a pass at most.
+const CYCLES: usize = 12;
+/// What a pass may gain at most before the next starts from fresh residuals.
+const GAIN: f64 = 1e-4;
+/// What a smoothing may leave of the upper part of the spectrum; two steps do, unless cells are much longer than wide.
+const SMOOTHED: f64 = 0.4;
+/// What the coarsest grid may leave of everything.
+const SOLVED: f64 = 1e-4;
+/// Rows of scratch: two shifts, a residual, a sum.
+const SCRATCH_ROWS: usize = 4;
+
+/// The numbers of one level: potential, its next iterate, right-hand side.
+#[derive(Debug)]
+struct LevelMut<'a, T> {
+    grid: &'a Grid,
+    q: &'a mut [T],
+    next: &'a mut [T],
+    rhs: &'a mut [T],
+}
+
+/// The workspace.
+#[derive(Debug)]
+pub struct Multigrid<'a, T> {
+    levels: heapless::Vec<LevelMut<'a, T>, MAX_LEVELS>,
+    tables: heapless::Vec<&'a Tables<'a, T>, MAX_LEVELS>,
+    scratch: &'a mut [T],
+}
+
+/// Numbers of scratch of a thread.
+#[must_use]
+pub fn scratch_per_thread(finest: &Grid, batch: usize) -> usize {
+    SCRATCH_ROWS * Block::largest(finest.n[0], batch)
+}
+
+/// Numbers of all levels.
+#[must_use]
+pub fn numbers(finest: &Grid, batch: usize) -> usize {
+    levels::hierarchy(finest).iter().map(|grid| 3 * pooled(grid.cells() * batch)).sum()
+}
+
+impl<'a, T: Real> Multigrid<'a, T> {
+    /// Takes its numbers. The grid is number `level` of the hierarchy.
+    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, batch: usize, scratch: usize, pool: &mut Pool<'a, T>) -> Self {
+        let level_of = |grid: &'a Grid| {
+            let len = grid.cells() * batch;
+            LevelMut { grid, q: pool.take(len), next: pool.take(len), rhs: pool.take(len) }
+        };
+        let levels = hierarchy.grids[level..].iter().map(level_of).collect();
+        Self { levels, tables: hierarchy.tables[level..].iter().collect(), scratch: pool.take(scratch) }
+    }
+
+    /// q with div grad q = rhs but for `goal`, or as much as a pass can gain on `divergence`.
+    pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, batch: Batch, divergence: f64, goal: f64, sums: &mut [f64]) -> ControlFlow<()> {
+        self.levels[0].q.fill(T::ZERO);
+        let enough = goal.max(GAIN * divergence);
+        for _ in 0..CYCLES {
+            self.vcycle(exec, batch.count);
+            observer.on(Event::Work)?;
+            if !(self.residual(exec, batch.count, sums) > enough) {
+                break;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// The right-hand side div v, and max |div v| and max |v|.
+    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> (f64, f64) {
+        let LevelMut { grid, rhs, .. } = &mut self.levels[0];
+        let (grid, v) = (*grid, view(v));
+        let sums = &mut sums[..2 * grid.rows()];
+        let rhs = &mut rhs[..grid.cells() * batch.count];
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [rhs], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
+            let [rhs] = task.fields;
+            let mut maxima = [0.0; 2];
+            for block in batch.blocks(grid) {
+                let out = &mut rhs[batch.compact(&block).span_in_row()];
+                maxima = divergence_in_row(&block, task.row, v, out, task.scratch, maxima);
+            }
+            task.sums.copy_from_slice(&maxima);
+        });
+        let of = |which: usize| rows::largest(sums.iter().skip(which).step_by(2).copied());
+        (of(0), of(1))
+    }
+
+    /// v -= grad q, and p -= q.
+    pub fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, v: &mut VectorMut<'_, T>, potential: Option<&mut [T]>) {
+        let LevelMut { grid, q, .. } = &self.levels[0];
+        let (grid, q) = (*grid, &q[..grid.cells() * batch.count]);
+        let [v0, v1, v2] = v.each_mut().map(|component| &mut **component);
+        let fields = [v0, v1, v2, potential.unwrap_or_default()];
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut [], scratch: &mut *self.scratch }, |task| {
+            let mut fields = task.fields;
+            for block in batch.blocks(grid) {
+                subtract_gradient_in_row(&batch.compact(&block), task.row, q, block.span_in_row(), &mut fields, task.scratch);
+            }
+        });
+    }
+
+    fn vcycle(&mut self, exec: &dyn Exec, slots: usize) {
+        let coarsest = self.levels.len() - 1;
+        for level in 0..coarsest {
+            self.smooth(exec, level, slots, SMOOTHED);
+            self.descend(exec, level, slots);
+        }
+        self.smooth(exec, coarsest, slots, SOLVED);
+        for level in (0..coarsest).rev() {
+            self.ascend(exec, level, slots);
+            self.smooth(exec, level, slots, SMOOTHED);
+        }
+    }
+
+    /// Richardson steps q + (div grad q - rhs) / (diagonal root), the roots Chebyshev's on the upper spectrum: from where one
+    /// axis alone oscillates, which is low on grids whose cells are longer that way, and then takes more steps.
+    fn smooth(&mut self, exec: &dyn Exec, level: usize, slots: usize, leave: f64) {
+        let LevelMut { grid, q, next, rhs } = &mut self.levels[level];
+        let len = grid.cells() * slots;
+        let (grid, rhs) = (*grid, &rhs[..len]);
+        let (mut q, mut next) = (&mut q[..len], &mut next[..len]);
+        let stiffness = |a: usize| 2.0 / (grid.h[a] * grid.h[a]);
+        let diagonal: f64 = (0..grid.dims).map(stiffness).sum();
+        let lowest = (0..grid.dims).map(stiffness).fold(diagonal, f64::min) / diagonal;
+        let degree = chebyshev_degree(lowest, leave);
+        for step in 0..degree {
+            let root = chebyshev_root(lowest, degree, step);
+            let omega = T::from_f64(1.0 / (root * diagonal));
+            let from = &*q;
+            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *next], sums: &mut [], scratch: &mut *self.scratch }, |task| {
+                let [out] = task.fields;
+                for block in Block::all(grid, slots) {
+                    let out = &mut out[block.span_in_row()];
+                    residual_row(&block, task.row, from, rhs, out, task.scratch);
+                    rows::combine(out, omega, block.of(from, task.row));
+                }
+            });
+            core::mem::swap(&mut q, &mut next);
+        }
+    }
+
+    /// The coarse right-hand side: the mean of div grad q - rhs with its sign turned, and a coarse potential of zero.
+    fn descend(&mut self, exec: &dyn Exec, level: usize, slots: usize) {
+        let tables = self.tables[level];
+        let (fine, coarse) = self.levels.split_at_mut(level + 1);
+        let (fine, coarse) = (&fine[level], &mut coarse[0]);
+        let len = coarse.grid.cells() * slots;
+        coarse.q[..len].fill(T::ZERO);
+        let (grid, fine_grid) = (coarse.grid, fine.grid);
+        let (q, rhs) = (&fine.q[..fine_grid.cells() * slots], &fine.rhs[..fine_grid.cells() * slots]);
+        let step = Move { tables, source: fine_grid, target: grid, cell: Transfer::RestrictCell, face: Transfer::RestrictCell };
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut coarse.rhs[..len]], sums: &mut [], scratch: &mut *self.scratch }, |task| {
+            let [out] = task.fields;
+            for block in Block::all(fine_grid, slots) {
+                let (shifts, rest) = task.scratch.split_at_mut(2 * block.len());
+                let (residual, sum) = rest.split_at_mut(block.len());
+                let sum = &mut sum[..block.len()];
+                sum.fill(T::ZERO);
+                step.each_source_row(Place::Cell, task.row, |row, weight| {
+                    residual_row(&block, row, q, rhs, residual, shifts);
+                    rows::add_scaled(sum, -weight, residual);
+                });
+                let out = &mut out[Block { grid, ..block }.span_in_row()];
+                out.fill(T::ZERO);
+                tables.add_along_x(Transfer::RestrictCell, sum, fine_grid.n[0], out, grid.n[0]);
+            }
+        });
+    }
+
+    /// q += P q_c.
+    fn ascend(&mut self, exec: &dyn Exec, level: usize, slots: usize) {
+        let tables = self.tables[level];
+        let (fine, coarse) = self.levels.split_at_mut(level + 1);
+        let (fine, coarse) = (&mut fine[level], &coarse[0]);
+        let step = Move { tables, source: coarse.grid, target: fine.grid, cell: Transfer::ProlongCell, face: Transfer::ProlongCell };
+        let (grid, q) = (fine.grid, &coarse.q[..coarse.grid.cells() * slots]);
+        let buffers = RowBuffers { fields: [&mut fine.q[..grid.cells() * slots]], sums: &mut [], scratch: &mut *self.scratch };
+        for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
+            let [out] = task.fields;
+            for block in Block::all(grid, slots) {
+                step.add_row(Place::Cell, q, slots, block.first, block.count, task.row, T::ONE, &mut out[block.span_in_row()], task.scratch);
+            }
+        });
+    }
+
+    /// max |rhs - div grad q| on the finest level.
+    fn residual(&mut self, exec: &dyn Exec, slots: usize, sums: &mut [f64]) -> f64 {
+        let LevelMut { grid, q, rhs, .. } = &self.levels[0];
+        let (grid, q, rhs) = (*grid, &q[..grid.cells() * slots], &rhs[..grid.cells() * slots]);
+        let sums = &mut sums[..grid.rows()];
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
+            task.sums[0] = 0.0;
+            for block in Block::all(grid, slots) {
+                let (shifts, rest) = task.scratch.split_at_mut(2 * block.len());
+                let out = &mut rest[..block.len()];
+                residual_row(&block, task.row, q, rhs, out, shifts);
+                task.sums[0] = rows::largest([task.sums[0], rows::max_abs(out)]);
+            }
+        });
+        rows::largest(sums.iter().copied())
+    }
+}
+
+/// The power of two that is the least degree, from 2, of a Chebyshev polynomial that leaves `leave` of [lowest, 2].
+fn chebyshev_degree(lowest: f64, leave: f64) -> usize {
+    let (mut value, mut degree) = ((2.0 + lowest) / (2.0 - lowest), 1);
+    while degree < 2 || value * leave < 1.0 {
+        (value, degree) = (2.0 * value * value - 1.0, 2 * degree);
+    }
+    degree
+}
+
+/// Its roots in the order of Lebedev & Finogenov (1971), which keeps the partial products small.
+fn chebyshev_root(lowest: f64, degree: usize, step: usize) -> f64 {
+    let (mut number, mut count) = (1, 1);
+    for bit in (0..degree.ilog2()).rev() {
+        count *= 2;
+        number = if step >> bit & 1 == 1 { count + 1 - number } else { number };
+    }
+    let angle = core::f64::consts::PI * (2 * number - 1) as f64 / (2 * degree) as f64;
+    0.5 * (2.0 + lowest) + 0.5 * (2.0 - lowest) * libm::cos(angle)
+}
+
+/// `out = div grad q - rhs` at the cells of `row`; `shifts` holds two rows.
+fn residual_row<T: Real>(block: &Block<'_>, row: usize, q: &[T], rhs: &[T], out: &mut [T], shifts: &mut [T]) {
+    let grid = block.grid;
+    let here = block.of(q, row);
+    let (low, high) = shifts.split_at_mut(block.len());
+    let high = &mut high[..block.len()];
+    let nx = grid.n[0];
+    rows::shift_low(low, here, nx, grid.periodic[0]);
+    rows::shift_high(high, here, nx, grid.periodic[0]);
+    if !grid.periodic[0] {
+        for start in (0..here.len()).step_by(nx) {
+            low[start] = here[start];
+            high[start + nx - 1] = here[start + nx - 1];
+        }
+    }
+    let beside = |axis: usize, side: Side| {
+        let row = if axis < grid.dims { grid.neighbour(row, axis, side) } else { None };
+        row.map_or(here, |row| block.of(q, row))
+    };
+    let weights = grid.h.map(|h| T::from_f64(1.0 / (h * h)));
+    let neighbours = [&*low, &*high, beside(1, Side::Low), beside(1, Side::High), beside(2, Side::Low), beside(2, Side::High)];
+    laplacian(out, here, block.of(rhs, row), neighbours, weights);
+}
+
+multiversion! {
+    fn laplacian[T: Real](out: &mut [T], q: &[T], rhs: &[T], neighbours: [&[T]; 6], weights: [T; 3]) {
+        let n = out.len();
+        let (q, rhs, [xl, xh, yl, yh, zl, zh]) = (&q[..n], &rhs[..n], neighbours.map(|row| &row[..n]));
+        for i in 0..n {
+            let two = q[i] + q[i];
+            out[i] = weights[0] * (xl[i] + xh[i] - two) + weights[1] * (yl[i] + yh[i] - two) + weights[2] * (zl[i] + zh[i] - two) - rhs[i];
+        }
+    }
+}

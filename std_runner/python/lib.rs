@@ -1,0 +1,33 @@
+//! Thurible in Python: `thurible.solve` and `thurible.plan` on NumPy's arrays.
+//!
+//! The arguments ([`choices`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; the solve runs in a [`block`] on threads of its
+//! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block.
+
+pub mod block;
+pub mod choices;
+pub mod inputs;
+pub mod place;
+pub mod plan;
+pub mod solution;
+pub mod watch;
+pub mod words;
+
+use pyo3::prelude::*;
+
+/// Steers smoke: finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
+#[pymodule]
+mod thurible {
+    #[pymodule_export]
+    use crate::plan::{Plan, plan};
+    #[pymodule_export]
+    use crate::solution::{Solution, solve};
+    #[pymodule_export]
+    use crate::watch::Iteration;
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,255 @@
+//! What was found, in memory that NumPy's arrays borrow.
+
+use crate::block::Block;
+use crate::choices::Choices;
+use crate::inputs::{self, Inputs};
+use crate::place::{Component, Number, Place, Places, Sizes};
+use crate::plan::{self, Planned, Precision};
+use crate::watch::{self, Ended, Iteration};
+use crate::words::refused;
+use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use std::sync::OnceLock;
+use thurible::bytes::grouped;
+use thurible::exit::status_name;
+use thurible_core::{D2, D3, Objective, Solver, SolverError, Space, Status};
+
+/// A result. Its arrays cannot be written to and keep it alive; copy what you want to change.
+#[pyclass(frozen, module = "thurible")]
+pub struct Solution {
+    block: Block,
+    places: Places,
+    precision: Precision,
+    velocity: [OnceLock<(Block, Place)>; 3],
+    force: [OnceLock<(Block, Place)>; 3],
+    objective: Objective,
+    ended: Ended,
+    mass_factors: Vec<f64>,
+    keyframes: Vec<usize>,
+    planned_bytes: usize,
+    threads: usize,
+}
+
+/// Calls a generic function with the number type of a solution.
+macro_rules! typed {
+    ($precision:expr, $function:ident($($argument:expr),*)) => {
+        match $precision {
+            Precision::Single => $function::<f32>($($argument),*),
+            Precision::Double => $function::<f64>($($argument),*),
+        }
+    };
+}
+
+/// Finds the smallest force that carries the smoke of `source` to `keyframes`, a dict {step: array} or pairs (step, array).
+///
+/// The dtype of `source`, float32 or float64, is the precision of the solve; its shape, (ny, nx) or (nz, ny, nx), is the grid.
+/// `progress` is called after every iteration with a Progress; it stops the solve by returning False, or by raising. Other Python
+/// threads run meanwhile. Raises ValueError or TypeError for what cannot be used, MemoryError for what does not fit in memory_limit
+/// bytes, FloatingPointError when the flow leaves the finite numbers.
+#[pyfunction]
+#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, force_weight=1000.0, filters=None, match_mass=True, advection='quick', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method='direct', options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
+pub fn solve<'py>(source: &Bound<'py, PyAny>, keyframes: &Bound<'py, PyAny>, choices: Option<&Bound<'py, PyDict>>) -> PyResult<Solution> {
+    let (shape, precision) = inputs::kind(source)?;
+    let keyframes = inputs::keyframes(keyframes)?;
+    let steps = keyframes.iter().map(|(step, _)| *step).collect();
+    let (choices, [velocity, progress]) = Choices::read(&shape, steps, choices, ["initial_velocity", "progress"])?;
+    if progress.as_ref().is_some_and(|progress| !progress.is_callable()) {
+        return Err(refused("progress", "cannot be called; give a function of one argument"));
+    }
+    let planned = plan::choose(&choices, precision)?;
+    let job = Job { shape, choices, planned, inputs: Inputs { source: source.clone(), keyframes, velocity }, progress };
+    match (job.shape.len(), precision) {
+        (2, Precision::Single) => job.solve::<f32, D2>(precision),
+        (2, Precision::Double) => job.solve::<f64, D2>(precision),
+        (_, Precision::Single) => job.solve::<f32, D3>(precision),
+        (_, Precision::Double) => job.solve::<f64, D3>(precision),
+    }
+}
+
+/// A solve that is ready to run.
+struct Job<'py> {
+    shape: Vec<usize>,
+    choices: Choices,
+    planned: Planned,
+    inputs: Inputs<'py>,
+    progress: Option<Bound<'py, PyAny>>,
+}
+
+impl Job<'_> {
+    fn solve<T: Number, S: Space>(self, precision: Precision) -> PyResult<Solution> {
+        let Self { shape, choices, planned: Planned { plan, params }, inputs, progress } = self;
+        let planned_bytes = plan.bytes();
+        let mut block = Block::new(planned_bytes).ok_or_else(|| no_memory(planned_bytes))?;
+        let start = block.address();
+        let mut solver = Solver::<T, S>::new(&choices.problem(), &params, block.bytes_mut()).map_err(solver_refused)?;
+        let periodic = choices.periodic();
+        let mass_factors = inputs.hand_over(&mut solver, &shape, &periodic)?;
+        let ended = watch::solve(inputs.source.py(), &mut solver, params.threads, progress.map(Bound::unbind))?;
+        if matches!(ended.status, Status::NotFinite | Status::NotReady) {
+            return Err(PyFloatingPointError::new_err(
+                "the solve left the finite numbers, or a flow was too fast to follow; use float64, more steps or a larger force_weight",
+            ));
+        }
+        let places = Places::of(&solver, start, &Sizes { steps: choices.steps, periodic: &periodic });
+        let objective = solver.objective();
+        drop(solver);
+        Ok(Solution {
+            places,
+            precision,
+            velocity: Default::default(),
+            force: Default::default(),
+            objective,
+            ended,
+            mass_factors,
+            keyframes: choices.keyframes,
+            planned_bytes,
+            threads: params.threads,
+            block,
+        })
+    }
+}
+
+fn no_memory(bytes: usize) -> PyErr {
+    PyMemoryError::new_err(format!("the system has not {} bytes; close other programs, or take fewer cells or steps", grouped(bytes)))
+}
+
+fn solver_refused(error: SolverError) -> PyErr {
+    PyRuntimeError::new_err(format!("the solver refused its block of memory: {error}; this is a fault of thurible, please report it"))
+}
+
+#[pymethods]
+impl Solution {
+    /// Densities, of shape (steps + 1, (nz,) ny, nx).
+    #[getter]
+    fn density<'py>(this: &Bound<'py, Self>) -> Bound<'py, PyAny> {
+        let Self { precision, places, block, .. } = this.get();
+        typed!(precision, view(this, block, &places.density))
+    }
+
+    /// Velocities along x, y (and z), of shape (steps, (nz,) ny, nx), and on a wall axis one more along it. The arrays are made when
+    /// they are first asked for, and stay.
+    #[getter]
+    fn velocity<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        filed(this, &this.get().places.velocity, &this.get().velocity)
+    }
+
+    /// Forces along x, y (and z), as velocities, of steps - 1 entries: entry k turns velocity k into velocity k + 1.
+    #[getter]
+    fn force<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        filed(this, &this.get().places.force, &this.get().force)
+    }
+
+    /// Velocities 1 .. steps - 1 as they lie in the solver's memory: nothing is copied. Each cell has its low face, so that the last
+    /// walls are left out; times velocity_unit they are in the scene's units.
+    #[getter]
+    fn velocity_in_place<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        in_place(this, &this.get().places.velocity)
+    }
+
+    /// Forces as they lie in the solver's memory, as velocity_in_place; times force_unit they are in the scene's units.
+    #[getter]
+    fn force_in_place<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        in_place(this, &this.get().places.force)
+    }
+
+    /// length / dt.
+    #[getter]
+    fn velocity_unit(&self) -> f64 {
+        self.places.velocity.first().map_or(1.0, |component| component.rest.unit)
+    }
+
+    /// length / dt^2.
+    #[getter]
+    fn force_unit(&self) -> f64 {
+        self.places.force.first().map_or(1.0, |component| component.rest.unit)
+    }
+
+    /// The objective: data_term + force_term.
+    #[getter]
+    fn objective(&self) -> f64 {
+        self.objective.total()
+    }
+
+    /// Distance from the keyframes.
+    #[getter]
+    fn data_term(&self) -> f64 {
+        self.objective.data
+    }
+
+    /// Price of the force.
+    #[getter]
+    fn force_term(&self) -> f64 {
+        self.objective.force
+    }
+
+    /// "converged", "max_iterations", "stalled" or "cancelled".
+    #[getter]
+    fn status(&self) -> &'static str {
+        status_name(self.ended.status)
+    }
+
+    /// All iterations.
+    #[getter]
+    fn history(&self) -> Vec<Iteration> {
+        self.ended.history.clone()
+    }
+
+    /// Steps of the keyframes, ascending.
+    #[getter]
+    fn keyframe_steps(&self) -> Vec<usize> {
+        self.keyframes.clone()
+    }
+
+    /// By how much each keyframe was scaled to the mass of the source.
+    #[getter]
+    fn mass_factors(&self) -> Vec<f64> {
+        self.mass_factors.clone()
+    }
+
+    /// Bytes of the one block in which it was solved, which the solution holds on to.
+    #[getter]
+    fn planned_bytes(&self) -> usize {
+        self.planned_bytes
+    }
+
+    /// Threads on which it was solved.
+    #[getter]
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    fn __repr__(&self) -> String {
+        let (status, iterations) = (self.status(), self.ended.history.len());
+        format!("<thurible.Solution: {status} after {iterations} iterations, objective {:.5e}, {} bytes>", self.objective(), grouped(self.planned_bytes))
+    }
+}
+
+/// An array over `block`, which the solution owns.
+fn view<'py, T: Number>(this: &Bound<'py, Solution>, block: &Block, place: &Place) -> Bound<'py, PyAny> {
+    place.array::<T>(block, this.as_any()).into_any()
+}
+
+fn in_place<'py>(this: &Bound<'py, Solution>, components: &[Component]) -> PyResult<Bound<'py, PyTuple>> {
+    let Solution { precision, block, .. } = this.get();
+    PyTuple::new(this.py(), components.iter().map(|component| typed!(precision, view(this, block, &component.rest))).collect::<Vec<_>>())
+}
+
+fn filed<'py>(this: &Bound<'py, Solution>, components: &[Component], files: &[OnceLock<(Block, Place)>; 3]) -> PyResult<Bound<'py, PyTuple>> {
+    let Solution { precision, block, .. } = this.get();
+    let file = |component, file| typed!(precision, file_of(component, block, file)).map(|(block, place)| typed!(precision, view(this, block, place)));
+    let arrays: Option<Vec<_>> = components.iter().zip(files).map(|(component, kept)| file(component, kept)).collect();
+    let arrays = arrays.ok_or_else(|| PyMemoryError::new_err("the system has not the memory for these arrays; use those with _in_place, which take none"))?;
+    PyTuple::new(this.py(), arrays)
+}
+
+/// The file of a component, made if nobody has asked for it before.
+fn file_of<'a, T: Number>(component: &Component, block: &Block, kept: &'a OnceLock<(Block, Place)>) -> Option<&'a (Block, Place)> {
+    match kept.get() {
+        Some(file) => Some(file),
+        None => {
+            let file = component.filed::<T>(block)?;
+            Some(kept.get_or_init(|| file))
+        }
+    }
+}

@@ -1,0 +1,375 @@
+"""What thurible does in Python, against facts that NumPy computes by itself and against the program.
+
+THURIBLE_PROGRAM names the program; without it the comparison with the program is left out.
+"""
+
+import ast
+import gc
+import inspect
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+import weakref
+
+import numpy as np
+import thurible
+
+
+def blob(shape, center, radius, dtype):
+    """Smoke around `center`, given as the axes of the array, in parts of each."""
+    axes = np.meshgrid(*[(np.arange(n) + 0.5) / n for n in shape], indexing="ij")
+    distance = np.sqrt(sum((axis - at) ** 2 for axis, at in zip(axes, center)))
+    return (0.5 - 0.5 * np.tanh((distance - radius) * max(shape))).astype(dtype)
+
+
+def move(shape, dtype, steps, **choices):
+    """Solves for smoke that moves along x, and a little along y."""
+    dims = len(shape)
+    source = blob(shape, [0.5] * (dims - 1) + [0.4], 0.2, dtype)
+    target = blob(shape, [0.5] * (dims - 2) + [0.55, 0.6], 0.2, dtype)
+    return source, target, thurible.solve(source, {steps: target}, **choices)
+
+
+def divergence(velocity):
+    """Of components with the faces of walls, times the cells along the longest side."""
+    dims = len(velocity)
+    return sum(np.diff(component, axis=dims - axis) for axis, component in enumerate(velocity))
+
+
+class Results(unittest.TestCase):
+    def test_facts(self):
+        cases = [((24, 20), np.float32, "direct"), ((24, 20), np.float64, "admm"), ((10, 12, 14), np.float32, "direct"), ((9, 10, 11), np.float64, "lbfgs")]
+        for shape, dtype, method in cases:
+            with self.subTest(shape=shape, dtype=dtype, method=method):
+                steps, dims = 8, len(shape)
+                source, target, found = move(shape, dtype, steps, method=method, iterations=20, force_weight=1.0)
+                self.assertEqual(found.density.shape, (steps + 1, *shape))
+                self.assertEqual(found.density.dtype, dtype)
+                for axis in range(dims):
+                    faces = list(shape)
+                    faces[dims - 1 - axis] += 1
+                    self.assertEqual(found.velocity[axis].shape, (steps, *faces))
+                    self.assertEqual(found.force[axis].shape, (steps - 1, *faces))
+                tolerance = 1e-4 if dtype == np.float32 else 1e-9
+                masses = found.density.astype(np.float64).sum(axis=tuple(range(1, dims + 1)))
+                np.testing.assert_allclose(masses, masses[0], rtol=tolerance)
+                np.testing.assert_array_equal(found.density[0], source)
+                speed = max(np.abs(component).max() for component in found.velocity)
+                self.assertGreater(speed, 0.01)
+                self.assertLess(np.abs(divergence(found.velocity)).max(), 1e-4 * speed)
+                before = np.linalg.norm(source - target)
+                self.assertLess(np.linalg.norm(found.density[-1] - target), 0.7 * before)
+
+    def test_objective(self):
+        _, _, found = move((24, 20), np.float64, 8, iterations=15, force_weight=1.0)
+        last = [entry.objective for entry in found.history if entry.cells == [20, 24]]
+        self.assertGreater(len(last), 3)
+        self.assertTrue(all(after <= before for before, after in zip(last, last[1:])))
+        self.assertAlmostEqual(found.objective, found.data_term + found.force_term)
+        self.assertEqual([entry.iteration for entry in found.history], list(range(1, len(found.history) + 1)))
+        # The price of the force by its definition: r/2 times the squares, each weighted by its share of the volume.
+        price = 0.5 * 1.0 * sum(float((component**2).sum()) for component in found.force)
+        ratio = found.force_term / price
+        again = thurible.solve(*self.moved(), iterations=15, force_weight=4.0)
+        price = 0.5 * 4.0 * sum(float((component**2).sum()) for component in again.force)
+        self.assertAlmostEqual(again.force_term / price, ratio, delta=1e-6 * ratio)
+
+    def moved(self):
+        return blob((24, 20), [0.5, 0.4], 0.2, np.float64), [(8, blob((24, 20), [0.55, 0.6], 0.2, np.float64))]
+
+    def test_force_of_flow(self):
+        """The projected momentum equation holds: a flow at rest stays at rest, and one without force keeps its smoke."""
+        source = blob((16, 16), [0.5, 0.5], 0.2, np.float64)
+        found = thurible.solve(source, {}, steps=4, method="simulate")
+        self.assertEqual(max(np.abs(component).max() for component in found.velocity), 0.0)
+        np.testing.assert_array_equal(found.density[-1], source)
+
+    def test_units_and_start(self):
+        rng = np.random.default_rng(1)
+        stream = rng.normal(size=(17, 13))
+        stream[[0, -1], :] = stream[:, [0, -1]] = 0
+        x, y = 0.02 * np.diff(stream, axis=0), -0.02 * np.diff(stream, axis=1)
+        source, target = blob((16, 12), [0.5, 0.4], 0.2, np.float64), blob((16, 12), [0.5, 0.6], 0.2, np.float64)
+        found = thurible.solve(source, {5: target}, initial_velocity=[x, y], dt=0.5, length=2.0, iterations=3)
+        np.testing.assert_allclose(found.velocity[0][0], x, atol=1e-4)
+        np.testing.assert_allclose(found.velocity[1][0], y, atol=1e-4)
+        self.assertEqual((found.velocity_unit, found.force_unit), (4.0, 8.0))
+        np.testing.assert_array_equal(found.velocity_in_place[0] * 4.0, found.velocity[0][1:, :, :-1])
+        np.testing.assert_array_equal(found.velocity_in_place[1] * 4.0, found.velocity[1][1:, :-1, :])
+        np.testing.assert_array_equal(found.force_in_place[1] * 8.0, found.force[1][:, :-1, :])
+        for component, axis in zip(found.velocity, (2, 1)):
+            walls = np.take(component, [0, -1], axis=axis)
+            self.assertEqual(np.abs(walls).max(), 0.0)
+
+    def test_periodic_axes_have_no_walls(self):
+        _, _, found = move((10, 12, 14), np.float32, 4, boundary=["periodic", "wall", "periodic"], iterations=2)
+        self.assertEqual([component.shape for component in found.velocity], [(4, 10, 12, 14), (4, 10, 13, 14), (4, 10, 12, 14)])
+
+    def test_any_number_of_threads_gives_the_same_bits(self):
+        for shape in [(24, 20), (8, 9, 10)]:
+            (_, _, one), (_, _, two) = (move(shape, np.float32, 6, iterations=4, threads=threads) for threads in (1, 2))
+            self.assertEqual((one.threads, two.threads), (1, 2))
+            for left, right in zip((one.density, *one.velocity, *one.force), (two.density, *two.velocity, *two.force)):
+                self.assertEqual(left.tobytes(), right.tobytes())
+
+    def test_strides_of_input_do_not_matter(self):
+        source, target = self.moved()[0], self.moved()[1][0][1]
+        plain = thurible.solve(source, {8: target}, iterations=3)
+        turned = thurible.solve(np.asfortranarray(source), {8: np.asfortranarray(target)}, iterations=3)
+        self.assertEqual(plain.density.tobytes(), turned.density.tobytes())
+
+    @unittest.skipUnless("THURIBLE_PROGRAM" in os.environ, "THURIBLE_PROGRAM is not set")
+    def test_same_bits_as_the_program(self):
+        cases = [((20, 24), "f32", "direct", ""), ((20, 24), "f64", "admm", ""), ((8, 9, 10), "f32", "direct", 'boundary = ["wall", "periodic", "wall"]')]
+        for shape, precision, method, boundary in cases:
+            with self.subTest(shape=shape, precision=precision, method=method), tempfile.TemporaryDirectory() as name:
+                folder, dtype = pathlib.Path(name), np.float32 if precision == "f32" else np.float64
+                dims = len(shape)
+                source, target = blob(shape, [0.5] * (dims - 1) + [0.4], 0.2, dtype), blob(shape, [0.5] * (dims - 1) + [0.6], 0.2, dtype)
+                np.save(folder / "source.npy", source)
+                np.save(folder / "target.npy", target)
+                cells = list(reversed(shape))
+                scene = f"""
+                    [grid]
+                    cells = {cells}
+                    length = 2.0
+                    {boundary}
+                    [time]
+                    steps = 8
+                    dt = 0.5
+                    [source]
+                    file = "source.npy"
+                    [[keyframe]]
+                    step = 8
+                    file = "target.npy"
+                    [control]
+                    force_weight = 0.5
+                    [flow]
+                    viscosity = 1e-4
+                    [method]
+                    name = "{method}"
+                    iterations = 4
+                """
+                (folder / "scene.toml").write_text("\n".join(line.strip() for line in scene.splitlines()))
+                command = [os.environ["THURIBLE_PROGRAM"], "solve", "scene.toml", "--precision", precision, "--quiet", "-o", "out", "--threads", "2"]
+                subprocess.run([*command, "--set", "output.frames=false"], cwd=folder, check=True)
+                choices = {"boundary": ["wall", "periodic", "wall"]} if boundary else {}
+                found = thurible.solve(
+                    source, {8: target}, method=method, iterations=4, dt=0.5, length=2.0, force_weight=0.5, viscosity=1e-4, threads=1, **choices
+                )
+                file = np.load(folder / "out" / "result.npz")
+                ours = {"density": found.density}
+                for axis in range(dims):
+                    ours[f"velocity_{'xyz'[axis]}"] = found.velocity[axis]
+                    ours[f"force_{'xyz'[axis]}"] = found.force[axis]
+                for key, array in ours.items():
+                    self.assertEqual((key, array.shape, array.dtype), (key, file[key].shape, file[key].dtype))
+                    self.assertEqual(array.tobytes(), file[key].tobytes(), key)
+
+
+class Memory(unittest.TestCase):
+    def test_arrays_borrow_the_solution(self):
+        _, _, found = move((24, 20), np.float32, 6, iterations=2)
+        arrays = [found.density, *found.velocity, *found.force, *found.velocity_in_place, *found.force_in_place]
+        for array in arrays:
+            self.assertIs(array.base, found)
+            self.assertFalse(array.flags.owndata)
+            self.assertFalse(array.flags.writeable)
+            with self.assertRaises(ValueError):
+                array[0] = 1
+        for first, second in [(found.density, found.density), (found.velocity[1], found.velocity[1]), (found.force[0], found.force[0])]:
+            self.assertEqual(first.ctypes.data, second.ctypes.data)
+        address = lambda array: array.ctypes.data
+        for array in (*found.velocity_in_place, *found.force_in_place):
+            self.assertLess(abs(address(array) - address(found.density)), found.planned_bytes)
+
+    def test_arrays_outlive_the_name(self):
+        _, _, found = move((24, 20), np.float64, 6, iterations=2)
+        density, velocity = found.density, found.velocity[0]
+        before = density.tobytes(), velocity.tobytes()
+        del found
+        gc.collect()
+        held = [np.full(density.shape, 7.0) for _ in range(20)]
+        self.assertEqual((density.tobytes(), velocity.tobytes()), before)
+        del held
+
+    def test_solutions_are_given_back(self):
+        def resident():
+            with open("/proc/self/statm") as statm:
+                return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+        size = move((128, 128), np.float32, 10, iterations=1)[2].planned_bytes
+        before = resident()
+        for _ in range(6):
+            move((128, 128), np.float32, 10, iterations=1)
+        self.assertLess(resident() - before, 2 * size)
+
+    def test_plan(self):
+        _, _, found = move((24, 20), np.float64, 6, iterations=2, threads=2)
+        plan = thurible.plan((24, 20), [6], dtype=np.float64, threads=2, iterations=2)
+        self.assertEqual(plan.bytes, found.planned_bytes)
+        self.assertEqual(plan.bytes, sum(size for _, size, depth in plan.ledger if depth == 0))
+        self.assertEqual(plan.method_bytes, plan.ledger[0][1])
+        self.assertEqual(plan.paper_bound, 4 * 3 * 6 * 24 * 20 * 8 * 4 // 3)
+        self.assertEqual(thurible.plan((24, 20), {6: None, 4: None}, threads=1).bytes, thurible.plan((24, 20), [4, 6], threads=1).bytes)
+        with self.assertRaisesRegex(ValueError, "dtype is int32"):
+            thurible.plan((24, 20), [6], dtype=np.int32)
+
+    def test_ceiling(self):
+        needed = thurible.plan((24, 20), [6], threads=1, options={"history": 1}).bytes
+        _, _, found = move((24, 20), np.float32, 6, iterations=2, threads=1, memory_limit=needed)
+        self.assertEqual(found.planned_bytes, needed)
+        with self.assertRaisesRegex(MemoryError, f"needs {needed:,} bytes, but memory_limit allows {needed - 1:,}; raise memory_limit"):
+            move((24, 20), np.float32, 6, threads=1, memory_limit=needed - 1)
+        with self.assertRaises(MemoryError):
+            thurible.plan((4096, 4096, 4096), [100000])
+
+
+class Watching(unittest.TestCase):
+    def test_callback_hears_every_iteration(self):
+        heard, caller = [], threading.get_ident()
+        _, _, found = move((24, 20), np.float32, 6, iterations=4, threads=2, progress=lambda entry: heard.append((entry.iteration, threading.get_ident())))
+        self.assertEqual([iteration for iteration, _ in heard], [entry.iteration for entry in found.history])
+        self.assertEqual({thread for _, thread in heard}, {caller})
+
+    def test_false_stops(self):
+        for stop in (1, 3):
+            _, _, found = move((24, 20), np.float32, 6, iterations=50, progress=lambda entry: entry.iteration < stop)
+            self.assertEqual((found.status, len(found.history)), ("cancelled", stop))
+            self.assertTrue(np.isfinite(found.density).all() and found.objective > 0)
+
+    def test_exceptions_pass_through(self):
+        class Enough(Exception):
+            pass
+
+        def progress(entry):
+            raise Enough(entry.iteration)
+
+        with self.assertRaises(Enough) as caught:
+            move((24, 20), np.float32, 6, progress=progress)
+        self.assertEqual(caught.exception.args, (1,))
+        with self.assertRaisesRegex(TypeError, "what progress returned is 'no', but must be None, True or False"):
+            move((24, 20), np.float32, 6, progress=lambda entry: "no")
+
+    def test_references_are_given_back(self):
+        class Callback:
+            def __call__(self, entry):
+                pass
+
+        callback = Callback()
+        alive = weakref.ref(callback)
+        move((24, 20), np.float32, 6, iterations=2, progress=callback)
+        del callback
+        gc.collect()
+        self.assertIsNone(alive())
+
+    def test_interrupt(self):
+        """Ctrl-C within an iteration, without a callback."""
+        timer = threading.Timer(0.4, os.kill, (os.getpid(), signal.SIGINT))
+        began = time.monotonic()
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            move((256, 256), np.float64, 60, iterations=10000, options={"tolerance": 1e-12})
+        self.assertLess(time.monotonic() - began, 20)
+
+    def test_other_threads_run(self):
+        counted, over = [0], threading.Event()
+
+        def count():
+            while not over.is_set():
+                counted[0] += 1
+                time.sleep(0.001)
+
+        beside = threading.Thread(target=count)
+        seen = []
+        beside.start()
+        move((128, 128), np.float32, 20, iterations=5, threads=1, progress=lambda entry: seen.append(counted[0]))
+        over.set()
+        beside.join()
+        # Counted between two iterations, in which no line of Python of the solving thread ran.
+        self.assertGreater(max(after - before for before, after in zip(seen, seen[1:])), 5)
+
+
+class Refusals(unittest.TestCase):
+    def setUp(self):
+        self.source = blob((12, 12), [0.5, 0.4], 0.2, np.float32)
+        self.target = blob((12, 12), [0.5, 0.6], 0.2, np.float32)
+
+    def refuse(self, kind, words, source=None, keyframes=None, **choices):
+        with self.assertRaisesRegex(kind, words):
+            thurible.solve(self.source if source is None else source, {6: self.target} if keyframes is None else keyframes, **choices)
+
+    def test_arrays(self):
+        self.refuse(TypeError, "source is a list; give a NumPy array", source=[[1.0]])
+        self.refuse(ValueError, r"source has dtype int64; .*astype", source=self.source.astype(np.int64))
+        self.refuse(ValueError, "source has 1 axes", source=self.source[0])
+        self.refuse(ValueError, "source cannot be used: value 3 is not finite", source=np.where(np.arange(144).reshape(12, 12) == 3, np.nan, self.source))
+        self.refuse(ValueError, "source cannot be used: it is empty", source=0 * self.source)
+        self.refuse(ValueError, r"keyframes\[6\] has dtype float64 where the source has float32", keyframes={6: self.target.astype(np.float64)})
+        self.refuse(ValueError, r"keyframes\[6\] has shape \[12, 11\]", keyframes={6: self.target[:, 1:]})
+        self.refuse(ValueError, r"keyframes\[6\] cannot be used: value 0 is negative", keyframes={6: self.target - 1})
+        self.refuse(ValueError, r"initial_velocity\[1\] has shape", initial_velocity=[np.zeros((12, 13), np.float32)] * 2)
+        self.refuse(ValueError, "initial_velocity has 1 entries", initial_velocity=[np.zeros((12, 13), np.float32)])
+
+    def test_keyframes(self):
+        self.refuse(ValueError, "keyframe is at step 7; it must be from 2 to steps = 6", keyframes={7: self.target}, steps=6)
+        self.refuse(ValueError, "keyframe at step 6 is not after", keyframes=[(6, self.target), (6, self.target)])
+        self.refuse(ValueError, "steps is missing", keyframes={})
+        self.refuse(ValueError, "no keyframe", keyframes={}, steps=6)
+        self.refuse(TypeError, "keyframes is 7, but must be a dict", keyframes=7)
+
+    def test_numbers(self):
+        for choices, words in [
+            ({"dt": 0.0}, "dt is 0; it must be positive"),
+            ({"dt": float("nan")}, "dt is NaN"),
+            ({"length": -1}, "length is -1"),
+            ({"force_weight": 0}, "force_weight is 0"),
+            ({"viscosity": -1e-3}, "viscosity is -0.001"),
+            ({"advection_tolerance": 0}, "advection_tolerance is 0"),
+            ({"projection_tolerance": -1}, "projection_tolerance is -1"),
+            ({"filters": 13}, "filters is 13; it must be at most 12"),
+            ({"filters": -1}, "filters is -1, but must be"),
+            ({"iterations": 0}, "iterations is 0"),
+            ({"threads": 0}, "threads is 0"),
+            ({"threads": -1}, "threads is -1, but must be"),
+            ({"boundary": "open"}, "boundary is \"open\""),
+            ({"boundary": ["wall"]}, "boundary has 1 entries"),
+            ({"advection": "upwind"}, "advection is \"upwind\", but must be \"quick\""),
+            ({"method": "newton"}, "method is \"newton\""),
+            ({"method": "admm", "options": {"penalty": -1}}, "admm.penalty is -1"),
+            ({"options": [1]}, "options is no dict"),
+            ({"progress": 3}, "progress cannot be called"),
+        ]:
+            with self.subTest(choices=choices):
+                self.refuse(ValueError, words, **choices)
+
+    def test_types(self):
+        self.refuse(TypeError, "dt is 'soon', but must be a number", dt="soon")
+        self.refuse(TypeError, "match_mass is 'yes', but must be True or False", match_mass="yes")
+        self.refuse(TypeError, "there is no argument stepz; there are steps", stepz=3)
+        self.refuse(TypeError, "there is no option of this method penalty; there are history", options={"penalty": 1.0})
+
+
+class Stubs(unittest.TestCase):
+    def test_they_say_what_is_there(self):
+        stubs = pathlib.Path(thurible.__file__).with_name("__init__.pyi")
+        self.assertTrue(stubs.with_name("py.typed").exists())
+        for node in ast.parse(stubs.read_text()).body:
+            if isinstance(node, ast.FunctionDef):
+                arguments = [argument.arg for argument in node.args.args + node.args.kwonlyargs]
+                self.assertEqual(arguments, list(inspect.signature(getattr(thurible, node.name)).parameters))
+                defaults = [ast.literal_eval(default) for default in node.args.kw_defaults]
+                signature = inspect.signature(getattr(thurible, node.name)).parameters.values()
+                self.assertEqual(defaults, [parameter.default for parameter in signature if parameter.kind is parameter.KEYWORD_ONLY])
+            elif isinstance(node, ast.ClassDef) and node.name != "Options":
+                stated = {member.name for member in node.body if isinstance(member, ast.FunctionDef)}
+                self.assertEqual(stated, {name for name in vars(getattr(thurible, node.name)) if not name.startswith("_")})
+
+
+if __name__ == "__main__":
+    unittest.main()

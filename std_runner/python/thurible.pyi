@@ -1,0 +1,212 @@
+"""Steers smoke: finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
+
+Arrays have the shape (ny, nx) or (nz, ny, nx); their dtype, float32 or float64, is the precision of the solve.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Literal, TypeAlias, TypedDict, final
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+__version__: str
+
+Numbers: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
+Boundary: TypeAlias = Literal["wall", "periodic"]
+Method: TypeAlias = Literal["direct", "admm", "lbfgs", "pd", "simulate"]
+Advection: TypeAlias = Literal["quick", "central", "semi_lagrangian"]
+
+class Options(TypedDict, total=False):
+    """Options of the method that was chosen; others are refused."""
+
+    history: int | Literal["auto"] | None
+    """direct, lbfgs: pairs that the search remembers."""
+    tolerance: float
+    """direct, lbfgs: relative decrease of the objective at which it stops; simulate: where a step stops."""
+    nested: bool
+    """direct, admm, lbfgs: whether coarser grids are solved first."""
+    penalty: float
+    relaxation: float
+    ao_iterations: int
+    ao_momentum: float
+    density_tolerance: float
+    nso: Literal["stfas", "newton_cg"]
+    nso_tolerance: float
+    nso_norm: Literal["scaled", "plain"]
+    smoother_colours: Literal["red_black", "2^d"]
+    drive: float
+    attenuation: float
+    gathering: float
+    buoyancy: float
+
+def solve(
+    source: Numbers,
+    keyframes: Mapping[int, Numbers] | Iterable[tuple[int, Numbers]],
+    *,
+    steps: int | None = None,
+    dt: float = 1.0,
+    length: float = 1.0,
+    boundary: Boundary | Sequence[Boundary] = "wall",
+    viscosity: float = 0.0,
+    force_weight: float = 1e3,
+    filters: int | Literal["auto"] | None = None,
+    match_mass: bool = True,
+    advection: Advection = "quick",
+    advection_tolerance: float = 1e-5,
+    projection_tolerance: float = 1e-5,
+    initial_velocity: Sequence[Numbers] | None = None,
+    method: Method = "direct",
+    options: Options | None = None,
+    iterations: int = 60,
+    threads: int | None = None,
+    memory_limit: int | None = None,
+    progress: Callable[[Progress], bool | None] | None = None,
+) -> Solution:
+    """Finds the smallest force that carries the smoke of `source` to `keyframes`: arrays by the step at which they stand.
+
+    `steps` is the last keyframe's unless given. `length` is the longest side of the box. `boundary` is a word, or one for each of x, y
+    (and z). `initial_velocity` are components along x, y (and z), with shapes as those of `Solution.velocity`. `threads` are as many as
+    the machine offers. `memory_limit` is in bytes, of the one block in which it is solved.
+
+    `progress` is called after every iteration; it stops the solve by returning False, or by raising. Other Python threads run
+    meanwhile.
+
+    Raises ValueError or TypeError for what cannot be used, MemoryError for what does not fit, FloatingPointError when the flow leaves
+    the finite numbers.
+    """
+
+def plan(
+    shape: Sequence[int],
+    keyframes: Iterable[int],
+    *,
+    dtype: DTypeLike = "float32",
+    steps: int | None = None,
+    dt: float = 1.0,
+    length: float = 1.0,
+    boundary: Boundary | Sequence[Boundary] = "wall",
+    viscosity: float = 0.0,
+    force_weight: float = 1e3,
+    filters: int | Literal["auto"] | None = None,
+    match_mass: bool = True,
+    advection: Advection = "quick",
+    advection_tolerance: float = 1e-5,
+    projection_tolerance: float = 1e-5,
+    method: Method = "direct",
+    options: Options | None = None,
+    iterations: int = 60,
+    threads: int | None = None,
+    memory_limit: int | None = None,
+) -> Plan:
+    """The memory of a solve, to the byte; nothing is allocated. `keyframes` are steps, or the dict that `solve` takes."""
+
+@final
+class Plan:
+    """The memory of a solve."""
+
+    @property
+    def bytes(self) -> int:
+        """Bytes of the whole block."""
+    @property
+    def method_bytes(self) -> int:
+        """Bytes of the method: all but the keyframes."""
+    @property
+    def paper_bound(self) -> int:
+        """What the paper's method may take, in bytes."""
+    @property
+    def threads(self) -> int:
+        """Threads planned for."""
+    @property
+    def ledger(self) -> list[tuple[str, int, int]]:
+        """Every buffer: its name, its bytes, its depth in the tree; groups come before what they hold."""
+
+@final
+class Progress:
+    """What one iteration did."""
+
+    @property
+    def iteration(self) -> int:
+        """From 1, iterations on coarser grids included."""
+    @property
+    def seconds(self) -> float:
+        """Since the solve began."""
+    @property
+    def objective(self) -> float:
+        """`data + force`; values of one grid cannot be compared with those of another."""
+    @property
+    def data(self) -> float:
+        """Distance from the keyframes."""
+    @property
+    def force(self) -> float:
+        """Price of the force."""
+    @property
+    def cells(self) -> list[int] | None:
+        """Cells along x, y (and z) of the grid that it worked on, where the method tells."""
+    @property
+    def step(self) -> float | None:
+        """Step along the direction, of direct and lbfgs; blending step of admm."""
+    @property
+    def density_change(self) -> float | None:
+        """admm: largest change of the densities, in parts of the source's largest."""
+    @property
+    def gap(self) -> float | None:
+        """admm: max |v - v*| over max |v|."""
+    @property
+    def kkt(self) -> float | None:
+        """admm: the largest violation of the conditions of an optimum."""
+
+@final
+class Solution:
+    """A result. Its arrays cannot be written to and keep it alive; copy what you want to change."""
+
+    @property
+    def density(self) -> NDArray[Any]:
+        """Densities, of shape (steps + 1, (nz,) ny, nx): the solver's own memory."""
+    @property
+    def velocity(self) -> tuple[NDArray[Any], ...]:
+        """Velocities along x, y (and z), of shape (steps, (nz,) ny, nx), and on a wall axis one more along it.
+
+        The arrays are made when they are first asked for, and stay."""
+    @property
+    def force(self) -> tuple[NDArray[Any], ...]:
+        """Forces, as `velocity`, of steps - 1 entries: entry k turns velocity k into velocity k + 1."""
+    @property
+    def velocity_in_place(self) -> tuple[NDArray[Any], ...]:
+        """Velocities 1 .. steps - 1 as they lie in the solver's memory: nothing is copied.
+
+        Each cell has its low face, so that the last walls are left out; times `velocity_unit` they are in the scene's units."""
+    @property
+    def force_in_place(self) -> tuple[NDArray[Any], ...]:
+        """Forces, as `velocity_in_place`; times `force_unit` they are in the scene's units."""
+    @property
+    def velocity_unit(self) -> float:
+        """length / dt."""
+    @property
+    def force_unit(self) -> float:
+        """length / dt^2."""
+    @property
+    def objective(self) -> float:
+        """`data_term + force_term`."""
+    @property
+    def data_term(self) -> float:
+        """Distance from the keyframes."""
+    @property
+    def force_term(self) -> float:
+        """Price of the force."""
+    @property
+    def status(self) -> Literal["converged", "max_iterations", "stalled", "cancelled"]:
+        """Why the solve stopped."""
+    @property
+    def history(self) -> list[Progress]:
+        """All iterations."""
+    @property
+    def keyframe_steps(self) -> list[int]:
+        """Steps of the keyframes, ascending."""
+    @property
+    def mass_factors(self) -> list[float]:
+        """By how much each keyframe was scaled to the mass of the source."""
+    @property
+    def planned_bytes(self) -> int:
+        """Bytes of the one block in which it was solved, which the solution holds on to."""
+    @property
+    def threads(self) -> int:
+        """Threads on which it was solved."""

@@ -1,0 +1,181 @@
+//! A solve on a thread of its own, while the thread that called it listens: to Python's signals, and to what its callback says.
+
+use crate::words::read;
+use core::ops::ControlFlow;
+use core::sync::atomic::{AtomicBool, Ordering};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
+use pyo3::prelude::*;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+use thurible::threads;
+use thurible_core::{Event, Exec, Observer, Progress, Real, Serial, Solver, Space, Status};
+
+/// How often signals, as that of Ctrl-C, are looked for.
+const LISTEN: Duration = Duration::from_millis(50);
+
+/// What one iteration did.
+#[pyclass(frozen, get_all, module = "thurible", name = "Progress")]
+#[derive(Clone, Debug)]
+pub struct Iteration {
+    /// Iteration, from 1, those on coarser grids included.
+    iteration: usize,
+    /// Seconds since the solve began.
+    seconds: f64,
+    /// The objective: `data + force`.
+    objective: f64,
+    /// Distance from the keyframes.
+    data: f64,
+    /// Price of the force.
+    force: f64,
+    /// Cells along x, y (and z) of the grid that it worked on, where the method tells.
+    cells: Option<Vec<usize>>,
+    /// Step along the direction, of the direct method and L-BFGS; blending step of ADMM.
+    step: Option<f64>,
+    /// ADMM: largest change of the densities, in parts of the source's largest.
+    density_change: Option<f64>,
+    /// ADMM: max |v - v*| over max |v|.
+    gap: Option<f64>,
+    /// ADMM: the largest violation of the conditions of an optimum.
+    kkt: Option<f64>,
+}
+
+impl Iteration {
+    fn new(progress: &Progress, seconds: f64) -> Self {
+        let Progress { iteration, objective, admm, direct, .. } = progress;
+        let (is_descent, is_admm) = (direct.level_iteration > 0, !admm.nso_residuals.is_empty());
+        let of_admm = |value| is_admm.then_some(value);
+        Self {
+            iteration: *iteration,
+            seconds,
+            objective: objective.total(),
+            data: objective.data,
+            force: objective.force,
+            cells: is_descent.then(|| direct.cells.into_iter().filter(|&count| count > 1).collect()),
+            step: if is_descent { Some(direct.step) } else { of_admm(admm.ao_step) },
+            density_change: of_admm(admm.density_change),
+            gap: of_admm(admm.gap),
+            kkt: of_admm(admm.kkt),
+        }
+    }
+}
+
+#[pymethods]
+impl Iteration {
+    fn __repr__(&self) -> String {
+        format!("<thurible.Progress: iteration {}, objective {:.5e} = data {:.5e} + force {:.5e}>", self.iteration, self.objective, self.data, self.force)
+    }
+}
+
+/// How a solve ended.
+pub struct Ended {
+    /// Why it stopped.
+    pub status: Status,
+    /// All its iterations.
+    pub history: Vec<Iteration>,
+}
+
+/// Stops within a sweep once asked to.
+struct Stop<'a>(&'a AtomicBool);
+
+impl Observer for Stop<'_> {
+    fn on(&mut self, _event: Event) -> ControlFlow<()> {
+        if self.0.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// What the thread that solves shares with the one that listens.
+struct Line<'a> {
+    /// Raised by a signal.
+    stop: &'a AtomicBool,
+    /// Iterations, to the listener.
+    iterations: Sender<Iteration>,
+    /// Whether to go on after each, from the listener.
+    answers: Receiver<bool>,
+}
+
+/// Solves with the interpreter released; `callback` hears every iteration on the thread of the caller, and stops by returning `False`
+/// or raising.
+pub fn solve<T: Real, S: Space>(py: Python<'_>, solver: &mut Solver<'_, T, S>, count: usize, callback: Option<Py<PyAny>>) -> PyResult<Ended> {
+    py.detach(|| {
+        let stop = AtomicBool::new(false);
+        let (iterations, heard) = channel();
+        let (answer, answers) = channel();
+        thread::scope(|scope| {
+            let line = Line { stop: &stop, iterations, answers };
+            let work = move || on_threads(count, |exec| line.iterate(solver, exec));
+            let worker = thread::Builder::new().name("thurible".into()).spawn_scoped(scope, work);
+            let worker = worker.map_err(|error| PyMemoryError::new_err(format!("cannot start a thread: {error}")))?;
+            let listened = listen(&heard, &answer, callback);
+            if listened.is_err() {
+                stop.store(true, Ordering::Relaxed);
+            }
+            // Whoever waits for an answer hears that there will be none.
+            drop(answer);
+            let status = worker.join().map_err(|_| PyRuntimeError::new_err("the solver panicked; this is a fault of thurible, please report it"))?;
+            let history = listened?;
+            Ok(Ended { status: status?, history })
+        })
+    })
+}
+
+/// Calls `work` with an [`Exec`] of `count` threads.
+fn on_threads<R: Send>(count: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -> PyResult<R> {
+    if count == 1 {
+        return Ok(work(&Serial));
+    }
+    threads::with(count, || threads::together(count, work)).map_err(|failure| PyMemoryError::new_err(failure.to_string()))
+}
+
+impl Line<'_> {
+    /// Iterates to the end and makes the result feasible.
+    fn iterate<T: Real, S: Space>(self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Status {
+        let began = Instant::now();
+        let status = loop {
+            let progress = solver.step(exec, &mut Stop(self.stop));
+            // An iteration that was cut short has no numbers yet.
+            if progress.status != Some(Status::Cancelled) {
+                let iteration = Iteration::new(&progress, began.elapsed().as_secs_f64());
+                let told = self.iterations.send(iteration).is_ok();
+                if !(told && self.answers.recv().unwrap_or(false)) {
+                    break progress.status.unwrap_or(Status::Cancelled);
+                }
+            }
+            if let Some(status) = progress.status {
+                break status;
+            }
+        };
+        let usable = !matches!(status, Status::NotFinite | Status::NotReady) && !self.stop.load(Ordering::Relaxed);
+        if usable && solver.finish(exec).is_err() { Status::NotFinite } else { status }
+    }
+}
+
+/// Answers iterations until there are no more; an error is a signal's or the callback's.
+fn listen(heard: &Receiver<Iteration>, answer: &Sender<bool>, callback: Option<Py<PyAny>>) -> PyResult<Vec<Iteration>> {
+    let (mut history, mut listened) = (Vec::new(), Instant::now());
+    loop {
+        let iteration = match heard.recv_timeout(LISTEN) {
+            Ok(iteration) => Some(iteration),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => return Ok(history),
+        };
+        if listened.elapsed() >= LISTEN {
+            Python::attach(|py| py.check_signals())?;
+            listened = Instant::now();
+        }
+        if let Some(iteration) = iteration {
+            history.push(iteration.clone());
+            let goes_on = callback.as_ref().map_or(Ok(true), |callback| ask(callback, iteration))?;
+            // Nobody waits for an answer to the last one.
+            let _ = answer.send(goes_on);
+        }
+    }
+}
+
+/// What `callback` says of an iteration: nothing, or whether to go on.
+fn ask(callback: &Py<PyAny>, iteration: Iteration) -> PyResult<bool> {
+    Python::attach(|py| {
+        let said = callback.bind(py).call1((iteration,))?;
+        if said.is_none() { Ok(true) } else { read("what progress returned", &said, "None, True or False") }
+    })
+}

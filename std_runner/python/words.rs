@@ -1,0 +1,66 @@
+//! Arguments of Python's, read one by one; what is wrong names the argument and the remedy.
+
+use core::fmt::Display;
+use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use thurible_core::PlanError;
+
+/// The refusal of an argument's value.
+pub fn refused(field: &str, why: impl Display) -> PyErr {
+    PyValueError::new_err(format!("{field} {why}"))
+}
+
+/// An argument as a `V`, which `wanted` describes.
+pub fn read<'a, 'py, V: FromPyObject<'a, 'py>>(field: &str, value: &'a Bound<'py, PyAny>, wanted: &str) -> PyResult<V> {
+    value.extract().map_err(|error: V::Error| {
+        let error: PyErr = error.into();
+        let given = value.repr().map_or_else(|_| "something".into(), |text| text.to_string());
+        let sentence = format!("{field} is {given}, but must be {wanted}; change it to that");
+        if error.is_instance_of::<PyOverflowError>(value.py()) { PyValueError::new_err(sentence) } else { PyTypeError::new_err(sentence) }
+    })
+}
+
+/// A whole number from 0.
+pub fn whole(field: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    read(field, value, "a whole number from 0")
+}
+
+/// A number.
+pub fn number(field: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    read(field, value, "a number")
+}
+
+/// A truth value.
+pub fn flag(field: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    read(field, value, "True or False")
+}
+
+/// `None`, or a whole number from 0; the word `"auto"` is `None` too.
+pub fn automatic(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
+    if value.is_none() || value.extract::<&str>().is_ok_and(|word| word == "auto") {
+        return Ok(None);
+    }
+    read(field, value, "None, \"auto\" or a whole number from 0").map(Some)
+}
+
+/// One of a few words.
+pub fn word<V: Copy, const N: usize>(field: &str, value: &Bound<'_, PyAny>, words: [(&str, V); N]) -> PyResult<V> {
+    let listed = words.map(|(word, _)| format!("\"{word}\"")).join(" or ");
+    let given: String = read(field, value, &listed)?;
+    let known = words.iter().find(|(word, _)| *word == given);
+    known.map(|&(_, meaning)| meaning).ok_or_else(|| refused(field, format!("is \"{given}\", but must be {listed}; change it to that")))
+}
+
+/// The refusal of a name that is not known.
+pub fn unknown(what: &str, given: &str, known: &[&str]) -> PyErr {
+    PyTypeError::new_err(format!("there is no {what} {given}; there are {}; correct its name or take it out", known.join(", ")))
+}
+
+/// The refusal of a plan.
+pub fn plan_refused(error: PlanError) -> PyErr {
+    match error {
+        PlanError::TooLarge => PyMemoryError::new_err(error.to_string()),
+        // The core's words for arguments that Python spells otherwise.
+        other => PyValueError::new_err(format!("{}; change it to that", other.to_string().replace("ion.tolerance", "ion_tolerance"))),
+    }
+}

@@ -1,0 +1,19 @@
+//! The core by its parts, in one program: what they share is compiled once.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
+mod fields;
+
+mod adjoints;
+mod admm;
+mod admm_statuses;
+mod baseline;
+mod checkpoint;
+mod direct;
+mod gradients;
+mod grid;
+mod memory;
+mod projection;
+mod quasi_newton;
+mod smoother;
+mod stfas;
+mod transport;
