@@ -23,21 +23,16 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The module, or nothing, once it was said why, where it cannot be built. `THURIBLE_WASM` names one that was built before.
+/// The module, or nothing, once it was said why, where it cannot be built.
 pub fn module() -> Option<&'static Module> {
     static MODULE: OnceLock<Option<Module>> = OnceLock::new();
     let module = MODULE.get_or_init(|| {
-        let path = match std::env::var_os("THURIBLE_WASM") {
-            Some(path) => PathBuf::from(path),
-            None if has_target() => build(),
-            None => {
-                // Not captured by the test harness.
-                writeln!(io::stderr(), "SKIPPED the WebAssembly module: rustup target add {TARGET}").unwrap();
-                return None;
-            }
-        };
-        let bytes = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-        Some(Module::new(&Engine::default(), bytes).unwrap())
+        if !has_target() {
+            // Not captured by the test harness.
+            writeln!(io::stderr(), "SKIPPED the WebAssembly module: rustup target add {TARGET}").unwrap();
+            return None;
+        }
+        Some(Module::new(&Engine::default(), std::fs::read(build()).unwrap()).unwrap())
     });
     module.as_ref()
 }
