@@ -34,6 +34,8 @@ pub enum Command {
     Compare(CompareArguments),
     /// Solve the scenes of Pan & Manocha's paper and put the results beside its own.
     Paper(PaperArguments),
+    /// Measure this machine: its memory.
+    Bench(BenchArguments),
     /// Write a commented scene to start from.
     New(NewArguments),
 }
@@ -152,6 +154,38 @@ pub struct PaperArguments {
     /// Where the page and the result folders go.
     #[arg(short, long, value_name = "DIR", default_value = "out/paper")]
     pub output: PathBuf,
+}
+
+/// What `bench` takes.
+#[derive(Args, Debug)]
+pub struct BenchArguments {
+    /// What is measured.
+    #[command(subcommand)]
+    pub what: Option<Benchmark>,
+}
+
+/// What can be measured.
+#[derive(Debug, Subcommand)]
+pub enum Benchmark {
+    /// Print bytes planned and touched for a table of sizes, methods and precisions, each measured in a process of its own.
+    Memory(MemoryArguments),
+}
+
+/// What `bench memory` takes.
+#[derive(Args, Debug)]
+pub struct MemoryArguments {
+    /// The smallest sizes alone.
+    #[arg(long)]
+    pub quick: bool,
+    /// Write memory.md and its figures there too.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON lines.
+    #[arg(long)]
+    pub json: bool,
+    /// Solve one row here and print what it touched: how the table's processes are called.
+    #[arg(long, hide = true)]
+    pub row: Option<usize>,
 }
 
 /// What `new` takes.

@@ -2,12 +2,13 @@
 
 use crate::bytes;
 use crate::exit::Failure;
+use crate::phases::phases;
 use crate::problem::{OwnedProblem, Precision, params_of, refusal};
 use crate::region::MARGIN;
 use crate::scene::Scene;
 use crate::threads;
 use serde_json::{Value, json};
-use thurible_core::{Entry, Params, Plan};
+use thurible_core::{Entry, Params, Plan, Sharing};
 
 /// What the command line says about a plan.
 #[derive(Clone, Copy, Debug)]
@@ -111,14 +112,25 @@ pub fn plan_fields(planned: &Planned) -> Value {
         "threads": planned.params.threads,
         "method": crate::scene::method_name(planned.params.method),
         "planned_bytes": planned.plan.bytes(),
+        "block_bytes": block_bytes(&planned.plan),
         "method_bytes": planned.plan.method_bytes(),
         "paper_bound_bytes": planned.plan.paper_bound(),
+        "saved_bytes": planned.plan.saved_bytes(),
+        "bytes_per_cell_and_step": planned.plan.bytes() as f64 / (planned.problem.cells.iter().product::<usize>() * planned.problem.steps) as f64,
+        "keyframes": planned.problem.keyframes,
+        "boundary": planned.problem.boundary.iter().map(|&boundary| crate::scene::boundary_name(boundary)).collect::<Vec<_>>(),
+        "phases": phases(planned.plan.entries(), planned.plan.bytes()),
         "ledger": planned.plan.entries().iter().map(entry_fields).collect::<Vec<_>>(),
     })
 }
 
 fn entry_fields(entry: &Entry) -> Value {
-    json!({ "name": entry.name, "bytes": entry.bytes, "depth": entry.depth })
+    let sharing = match entry.sharing {
+        Sharing::Buffer => "buffer",
+        Sharing::Together => "together",
+        Sharing::InTurn => "in_turn",
+    };
+    json!({ "name": entry.name, "bytes": entry.bytes, "depth": entry.depth, "sharing": sharing })
 }
 
 /// `128 x 128`

@@ -2,7 +2,7 @@
 
 use crate::cli::{Cli, Command};
 use crate::exit::{DONE, Failure, INPUT};
-use crate::{compare, console, new_command, paper, plan_command, simulate, solve};
+use crate::{bench, compare, console, new_command, paper, plan_command, simulate, solve};
 use clap::Parser;
 
 /// Runs the program and returns its exit code; errors are one sentence on stderr.
@@ -28,6 +28,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Plan(arguments) => plan_command::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
+        Command::Bench(arguments) => bench::run(arguments),
         Command::New(arguments) => new_command::run(arguments),
     }
 }

@@ -15,7 +15,7 @@ use crate::progress::{Clock, Display, Mode, Watch, history_bytes, in_words};
 use crate::region::Region;
 use crate::report::RunRecord;
 use crate::scene::{Scene, method_name};
-use crate::{bytes, outcome, report, threads};
+use crate::{address_space, bytes, outcome, report, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
 use std::fs;
@@ -87,6 +87,7 @@ impl Order {
         let bytes = planned.plan.bytes();
         let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + 2 * history_bytes(planned.params.iterations);
         let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
+        address_space::check(planned.params.threads)?;
         let Start { from, interrupt } = start;
         let job = Job { scene, planned, from, folder, footprint: region.footprint(), mode: self.mode, parts: self.parts, interrupt };
         threads::with(job.planned.params.threads, || job.run(region, clock))?

@@ -1,5 +1,7 @@
-//! The program under an address-space limit, on one thread: beyond its size at start and the plan it needs a few hundred KiB for
-//! the shapes as they are drawn and the buffers of files. Less is a clean error, and pictures that do not fit are left out.
+//! The program under an address-space limit: the plan and what docs/memory.md promises beside it are enough for every method,
+//! precision and dimension, and a page less than the plan is refused. On one thread the program needs a few hundred KiB beyond its
+//! size at start and the plan, for the shapes as they are drawn and the buffers of files. Less is a clean error, and pictures that do
+//! not fit are left out.
 #![cfg(all(target_os = "linux", feature = "std"))]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 #![allow(unsafe_code, reason = "a system call before the program starts")]
@@ -8,7 +10,8 @@ use serde_json::Value;
 use std::fs;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use thurible::address_space::of_threads;
 
 const MIB: u64 = 1 << 20;
 /// What is allowed beyond the plan. Measured: 0.4 MiB for this scene.
@@ -35,8 +38,8 @@ iterations = 1
 frames = false
 "#;
 
-/// Runs the program in `folder` with at most `limit` bytes of addresses.
-fn run(folder: &Path, limit: u64, arguments: &[&str]) -> Output {
+/// The program in `folder` with at most `limit` bytes of addresses.
+fn limited(folder: &Path, limit: u64, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_thurible"));
     command.current_dir(folder).args(arguments);
     // SAFETY: between fork and exec only one system call is made, on a value of its own.
@@ -46,7 +49,11 @@ fn run(folder: &Path, limit: u64, arguments: &[&str]) -> Output {
             if libc::setrlimit(libc::RLIMIT_AS, &limit) == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
         });
     }
-    command.output().unwrap()
+    command
+}
+
+fn run(folder: &Path, limit: u64, arguments: &[&str]) -> Output {
+    limited(folder, limit, arguments).output().unwrap()
 }
 
 /// The least address space, to a page, in which the program starts and says its version.
@@ -110,4 +117,148 @@ fn pictures_that_do_not_fit_are_left_out() {
         assert!(folder.join("out").join(name).exists(), "{name}");
     }
     assert!(!folder.join("out/frames").exists());
+}
+
+/// What docs/memory.md promises that a run takes beside its block, in addresses and in resident memory: code, files, stacks,
+const BESIDE: u64 = 16 * MIB;
+/// and so many bytes for each cell while shapes are drawn.
+const DRAWING: u64 = 16;
+
+/// A solve of the table.
+struct Row {
+    cells: &'static [usize],
+    steps: usize,
+    method: &'static str,
+    precision: &'static str,
+    threads: usize,
+    /// More for the scene, as `--set` takes it.
+    set: &'static str,
+}
+
+const fn row(cells: &'static [usize], steps: usize, method: &'static str, precision: &'static str, threads: usize) -> Row {
+    Row { cells, steps, method, precision, threads, set: "grid.boundary=wall" }
+}
+
+const TABLE: [Row; 20] = [
+    row(&[96, 96], 24, "direct", "f32", 1),
+    row(&[64, 48], 16, "direct", "f64", 2),
+    row(&[64, 48], 24, "admm", "f32", 2),
+    row(&[64, 48], 16, "admm", "f64", 1),
+    row(&[48, 48], 16, "lbfgs", "f32", 1),
+    row(&[40, 40], 12, "lbfgs", "f64", 2),
+    row(&[128, 96], 16, "pd", "f32", 2),
+    row(&[96, 96], 16, "pd", "f64", 1),
+    row(&[20, 18, 16], 8, "direct", "f32", 2),
+    row(&[16, 14, 12], 8, "direct", "f64", 1),
+    row(&[20, 18, 16], 8, "admm", "f32", 1),
+    row(&[16, 14, 12], 8, "admm", "f64", 2),
+    row(&[16, 14, 12], 8, "lbfgs", "f32", 2),
+    row(&[12, 14, 12], 6, "lbfgs", "f64", 1),
+    row(&[24, 24, 24], 8, "pd", "f32", 1),
+    row(&[20, 20, 20], 8, "pd", "f64", 2),
+    Row { set: "grid.boundary=periodic", ..row(&[61, 77], 20, "direct", "f32", 2) },
+    Row { set: "grid.boundary=periodic", ..row(&[61, 77], 20, "admm", "f64", 1) },
+    Row { set: "method.direct.history=1", ..row(&[19, 17, 23], 8, "direct", "f64", 2) },
+    Row { set: "method.admm.nso=newton_cg", ..row(&[16, 16, 16], 8, "admm", "f32", 2) },
+];
+
+impl Row {
+    /// A ball, or a disc, that moves.
+    fn scene(&self) -> String {
+        let (shape, rest) = if self.cells.len() == 2 { ("circle", "0.5]") } else { ("sphere", "0.5, 0.5]") };
+        let Self { cells, steps, .. } = self;
+        format!(
+            "[grid]\ncells = {cells:?}\n[time]\nsteps = {steps}\n[source]\n{shape} = {{ center = [0.4, {rest}, radius = 0.2 }}\n\
+             [[keyframe]]\nstep = {steps}\n{shape} = {{ center = [0.6, {rest}, radius = 0.2 }}\n[method]\niterations = 1\n[output]\nframes = false\n"
+        )
+    }
+
+    fn arguments<'a>(&'a self, command: &'a str, threads: &'a str) -> Vec<&'a str> {
+        vec![command, "scene.toml", "--method", self.method, "--precision", self.precision, "--threads", threads, "--set", self.set]
+    }
+}
+
+/// How a child ended, and the most memory that it had at a time.
+fn ended(mut command: Command) -> (Option<i32>, u64) {
+    let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    // SAFETY: all zeros is a value of these numbers.
+    let mut usage: libc::rusage = unsafe { core::mem::zeroed() };
+    let (mut status, child) = (0, libc::pid_t::try_from(child.id()).unwrap());
+    // SAFETY: a system call that writes to two values that live; the child is ours and nobody else waits for it.
+    assert_eq!(unsafe { libc::wait4(child, &mut status, 0, &mut usage) }, child);
+    let code = libc::WIFEXITED(status).then(|| libc::WEXITSTATUS(status));
+    // The parent's memory at the fork counts as well, which can only raise it.
+    (code, u64::try_from(usage.ru_maxrss).unwrap() * 1024)
+}
+
+#[test]
+fn every_method_keeps_what_is_promised() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ceiling_table");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let start = size_at_start(&folder);
+    for row in &TABLE {
+        let Row { cells, method, precision, threads, set, .. } = row;
+        let name = format!("{cells:?} by {method} in {precision} on {threads} threads, {set}");
+        fs::write(folder.join("scene.toml"), row.scene()).unwrap();
+        let words_of_threads = threads.to_string();
+        let plan = run(&folder, 1 << 40, &[row.arguments("plan", &words_of_threads), vec!["--json"]].concat());
+        let plan: Value = serde_json::from_slice(&plan.stdout).unwrap();
+        let (planned, block) = (plan["planned_bytes"].as_u64().unwrap(), plan["block_bytes"].as_u64().unwrap());
+        assert!(planned > 2 * MIB && planned <= block, "{name}: {planned} bytes do not show");
+        let limit = block.to_string();
+        let solve = [row.arguments("solve", &words_of_threads), vec!["--quiet", "-o", "out", "--memory-limit", &limit]].concat();
+        let promised = block + BESIDE + DRAWING * u64::try_from(cells.iter().product::<usize>()).unwrap();
+        let addresses = promised + u64::try_from(of_threads(*threads)).unwrap();
+        let (code, peak) = ended(limited(&folder, addresses, &solve));
+        assert!(matches!(code, Some(0 | 5)), "{name}: with {addresses} bytes of addresses: {code:?}");
+        assert!((planned..=promised).contains(&peak), "{name}: {peak} bytes were resident, of {planned} planned");
+        let short = run(&folder, start + planned - 4096, &solve);
+        assert_eq!(short.status.code(), Some(3), "{name}: a page less than the plan: {short:?}");
+        assert!(words(&short).trim().lines().count() == 1 && words(&short).contains("bytes"), "{name}: {}", words(&short));
+    }
+}
+
+/// A scene that is refused when its last shape has been drawn, so that nothing else takes long.
+#[test]
+fn drawing_takes_what_is_promised() {
+    let (cells, steps) = ("cells = [1024, 1024]", "steps = 2");
+    let large = SCENE.replace("cells = [96, 96]", cells).replace("steps = 24", steps).replace("step = 24", "step = 2").replace("[0.6, 0.5]", "[9.0, 9.0]");
+    let (folder, _, bytes) = prepared("ceiling_drawing", &large);
+    let solve = ["solve", "scene.toml", "--threads", "1", "--quiet", "-o", "out"];
+    let promised = bytes + BESIDE + DRAWING * 1024 * 1024;
+    assert!(words(&run(&folder, promised, &solve)).contains("puts no smoke into the box"), "with {promised} bytes of addresses");
+    let (code, peak) = ended(limited(&folder, promised, &solve));
+    assert_eq!(code, Some(2));
+    assert!((bytes..=promised).contains(&peak), "{peak} bytes were resident, of {bytes} planned");
+}
+
+#[test]
+fn a_picture_that_does_not_fit_is_refused() {
+    let (folder, start, bytes) = prepared("ceiling_picture", &SCENE.replacen("circle = { center = [0.4, 0.5], radius = 0.2 }", "image = \"large.png\"", 1));
+    let side = 2048;
+    let mut encoder = png::Encoder::new(fs::File::create(folder.join("large.png")).unwrap(), side, side);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(&vec![255; (side * side) as usize]).unwrap();
+    let needed = u64::from(side * side) * 9;
+    let solve = ["solve", "scene.toml", "--threads", "1", "--quiet", "-o", "out"];
+    let short = run(&folder, start + bytes + needed / 2, &solve);
+    assert_eq!(short.status.code(), Some(2), "{short:?}");
+    assert!(words(&short).contains("37,748,736 bytes to read"), "{}", words(&short));
+    let enough = run(&folder, start + bytes + BESIDE + needed, &solve);
+    assert!(matches!(enough.status.code(), Some(0 | 5)), "{enough:?}");
+}
+
+/// Where there is room for the block but not for the threads, threads are refused, and not started to end the program.
+#[test]
+fn threads_without_addresses_are_refused() {
+    let (folder, start, bytes) = prepared("ceiling_threads", SCENE);
+    for more in [1, 3, 8, 16, 40, 70, 100, 130, 190, 240, 300] {
+        let ended = run(&folder, start + bytes + MIB + more * MIB, &["solve", "scene.toml", "--threads", "2", "--quiet", "-o", "out"]);
+        match ended.status.code() {
+            Some(3) if more < 200 => assert!(words(&ended).contains("use --threads 1"), "{}", words(&ended)),
+            Some(0 | 5) if more > 200 => {}
+            _ => panic!("{more} MiB more: {ended:?}"),
+        }
+    }
 }

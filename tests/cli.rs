@@ -199,6 +199,9 @@ fn plan_adds_up_and_allocates_nothing() {
     let top: u64 = ledger.iter().filter(|entry| entry["depth"] == 0).map(|entry| entry["bytes"].as_u64().unwrap()).sum();
     assert_eq!(top, plan["planned_bytes"].as_u64().unwrap());
     assert_eq!(plan["paper_bound_bytes"], 1_150_437_668_u64);
+    let phases = plan["phases"].as_array().unwrap();
+    assert_eq!(phases.iter().map(|phase| phase["bytes"].as_u64().unwrap()).max(), plan["planned_bytes"].as_u64());
+    assert!(phases.iter().any(|phase| phase["name"] == "advection problem (AO): projection"), "{phases:?}");
     assert!(plan["method_bytes"].as_u64().unwrap() <= 1_150_437_668);
     let human = run(&["plan", "examples/moving_sphere.toml", "--set", "grid.cells=[4096,4096,4096]", "--set", "time.steps=1000"]);
     assert!(human.code == 0 || human.code == 3, "{}", human.err);

@@ -9,6 +9,7 @@ use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 use super::error::Fault;
 use super::resample::{Edge, resample, windows};
 use super::{Canvas, ShapeError};
+use crate::bytes::{are_free, grouped};
 
 /// Decoding may take this much memory, in bytes.
 const MEMORY: usize = 1 << 30;
@@ -63,6 +64,11 @@ fn read(path: &Path) -> Result<Picture, Fault> {
     }
     let mut reader = decoder.read_info().map_err(broken)?;
     let size = reader.output_buffer_size().ok_or_else(|| Fault::content("is too large", "make it smaller"))?;
+    let needed = size + size_of::<f64>() * width as usize * height as usize;
+    if !are_free(needed) {
+        let remedy = "make it smaller: the size of the grid is enough";
+        return Err(Fault::content(format!("takes {} bytes to read, and the system has not so many", grouped(needed)), remedy));
+    }
     let mut bytes = vec![0; size];
     let frame = reader.next_frame(&mut bytes).map_err(broken)?;
     if frame.bit_depth != BitDepth::Eight {

@@ -45,6 +45,9 @@ impl Array {
     }
 }
 
+/// Bytes that are read at a time: whole numbers of any kind.
+const PIECE: usize = 1 << 13;
+
 /// Reads one array, as `.npy` files and members of `.npz` files hold it.
 pub(super) fn read_array(reader: &mut dyn Read) -> Result<Array, Fault> {
     let header = Header::parse(&header_text(reader)?)?;
@@ -70,16 +73,22 @@ fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
     let Some(count) = count.filter(|&count| count <= MOST_VALUES) else {
         return Err(Fault::content(format!("has {} values", in_words(&header.shape)), "that is too many"));
     };
-    let kind = header.kind;
-    let mut bytes = Vec::new();
-    let expected = count * kind.bytes;
-    let read = reader.take(expected as u64).read_to_end(&mut bytes);
-    read.map_err(|error| Fault::content(format!("breaks off ({error})"), "save it again"))?;
-    if bytes.len() != expected {
-        let found = format!("holds {} bytes of data where its header promises {expected}", bytes.len());
-        return Err(Fault::content(found, "it was cut off: save it again"));
+    let Header { kind, .. } = header;
+    let mut values = Vec::new();
+    let room = values.try_reserve_exact(count);
+    room.map_err(|_| Fault::content(format!("has {} values", in_words(&header.shape)), "the system has not the memory for so many"))?;
+    let (mut piece, mut read) = (Vec::with_capacity(PIECE), 0);
+    while values.len() < count {
+        piece.clear();
+        let wanted = PIECE.min((count - values.len()) * kind.bytes);
+        let taken = reader.take(wanted as u64).read_to_end(&mut piece);
+        read += taken.map_err(|error| Fault::content(format!("breaks off ({error})"), "save it again"))?;
+        if piece.len() < wanted {
+            let found = format!("holds {read} bytes of data where its header promises {}", count * kind.bytes);
+            return Err(Fault::content(found, "it was cut off: save it again"));
+        }
+        values.extend(piece.chunks_exact(kind.bytes).map(|bytes| kind.value(bytes)));
     }
-    let mut values: Vec<f64> = bytes.chunks_exact(kind.bytes).map(|bytes| kind.value(bytes)).collect();
     if header.columns_first {
         values = rows_first(&values, &header.shape);
     }

@@ -16,7 +16,7 @@ const FILE_STYLE: &str = include_str!("chart.css");
 /// A named curve, in pieces where it is interrupted.
 pub(crate) struct Curve {
     pub name: String,
-    /// 1 ..= 4: which of the page's colours.
+    /// 1 ..= 4: which of the page's colours; 5, for a bound, is dashed and only in files.
     pub colour: usize,
     pub pieces: Vec<Vec<(f64, f64)>>,
 }

@@ -1,0 +1,270 @@
+//! `thurible bench memory`: bytes planned and bytes touched for a table of sizes, methods and precisions.
+//!
+//! Each row is solved in a process of its own, so that nothing an earlier one left behind is counted: it notes how much of it is
+//! resident, takes the block, solves, and asks the system for the most that ever was (`VmHWM`).
+
+use super::page;
+use crate::bytes::{grouped, rounded};
+use crate::cli::MemoryArguments;
+use crate::console::print;
+use crate::exit::{DONE, Failure};
+use crate::inputs::solver_refusal;
+use crate::phases::{Phase, phases};
+use crate::plan::{block_bytes, size_in_words};
+use crate::problem::{OwnedProblem, Precision};
+use crate::region::Region;
+use crate::scene::method_name;
+use core::ops::ControlFlow;
+use core::time::Duration;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::Instant;
+use thurible_core::{Advection, Boundary, D2, D3, Event, Method, Observer, Params, Real, Serial, Solver, Space};
+
+/// Sizes of the table, smallest first in each dimension; `--quick` takes the first of each.
+const SIZES: [(&[usize], usize); 6] = [(&[64, 64], 20), (&[128, 128], 40), (&[256, 256], 40), (&[16, 16, 16], 16), (&[32, 32, 32], 30), (&[40, 40, 40], 30)];
+const METHODS: [Method; 4] = [Method::Direct, Method::Admm, Method::Lbfgs, Method::Pd];
+const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F64];
+/// A row is solved for no longer than this: the whole block is touched before the first iteration.
+const LONGEST: Duration = Duration::from_millis(700);
+
+/// What is solved in a row.
+pub(super) struct Row {
+    /// Cells, steps and a keyframe at the last of them.
+    pub problem: OwnedProblem,
+    /// The method, on one thread, with its defaults.
+    pub params: Params,
+    /// f32 or f64.
+    pub precision: Precision,
+}
+
+/// A row that has been measured.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Measured {
+    /// Cells along each axis.
+    pub cells: Vec<usize>,
+    /// N.
+    pub steps: usize,
+    /// The method.
+    pub method: &'static str,
+    /// f32 or f64.
+    pub precision: &'static str,
+    /// Bytes of the block by its plan.
+    pub planned_bytes: usize,
+    /// Bytes of it for the method: all but the keyframe.
+    pub method_bytes: usize,
+    /// Bytes that the process touched beyond those it had before, if the system tells.
+    pub touched_bytes: Option<usize>,
+    /// The paper's bound M for the method.
+    pub paper_bound_bytes: usize,
+    /// Planned bytes for each cell and step.
+    pub bytes_per_cell_and_step: f64,
+    /// High-water marks.
+    pub phases: Vec<Phase>,
+}
+
+/// What the process of a row says.
+#[derive(Deserialize, Serialize)]
+struct Touched {
+    touched_bytes: Option<usize>,
+}
+
+/// All rows, or those of the smallest sizes.
+fn rows(quick: bool) -> Vec<Row> {
+    let sizes = SIZES.iter().enumerate().filter(|(index, _)| !quick || index % 3 == 0).map(|(_, size)| size);
+    let mut rows = Vec::new();
+    for (cells, steps) in sizes {
+        for method in METHODS {
+            rows.extend(PRECISIONS.map(|precision| Row { problem: problem(cells, *steps), params: Params { method, ..Params::default() }, precision }));
+        }
+    }
+    rows
+}
+
+fn problem(cells: &[usize], steps: usize) -> OwnedProblem {
+    OwnedProblem {
+        cells: cells.to_vec(),
+        boundary: vec![Boundary::Wall; cells.len()],
+        keyframes: vec![steps],
+        steps,
+        length: 1.0,
+        dt: 1.0,
+        viscosity: 0.0,
+        force_weight: 1e3,
+        filters: None,
+        match_mass: true,
+        advection: Advection::default(),
+        projection_tolerance: 1e-5,
+    }
+}
+
+/// Runs `bench memory`.
+pub fn run(arguments: &MemoryArguments) -> Result<u8, Failure> {
+    let rows = rows(arguments.quick);
+    if let Some(index) = arguments.row {
+        let row = rows.get(index).ok_or_else(|| Failure::Input(format!("there is no row {index}; there are {}", rows.len())))?;
+        print(&serde_json::json!(Touched { touched_bytes: row.touch()? }).to_string());
+        return Ok(DONE);
+    }
+    if let Some(folder) = &arguments.out {
+        page::check(folder)?;
+    }
+    if !arguments.json {
+        print(&heading());
+    }
+    let mut table = Vec::with_capacity(rows.len());
+    for (index, row) in rows.iter().enumerate() {
+        let measured = row.measure(index, arguments.quick)?;
+        print(&if arguments.json { serde_json::json!(measured).to_string() } else { line(&measured) });
+        table.push(measured);
+    }
+    if !arguments.json {
+        print_phases(&table);
+    }
+    if let Some(folder) = &arguments.out {
+        page::write(folder, &table, arguments.quick)?;
+    }
+    Ok(DONE)
+}
+
+fn heading() -> String {
+    format!(
+        "{:>14}{:>6}  {:<7}{:<5}{:>15}{:>15}{:>11}{:>15}{:>9}{:>10}",
+        "cells", "steps", "method", "", "planned", "touched", "of plan", "bound M", "of M", "B/cell/step"
+    )
+}
+
+fn line(row: &Measured) -> String {
+    let [touched, part] = match row.touched_bytes {
+        Some(touched) => [grouped(touched), format!("{:.2} %", 100.0 * touched as f64 / row.planned_bytes as f64)],
+        None => ["-".into(), "-".into()],
+    };
+    format!(
+        "{:>14}{:>6}  {:<7}{:<5}{:>15}{touched:>15}{part:>11}{:>15}{:>7.1} %{:>10.1}",
+        size_in_words(&row.cells),
+        row.steps,
+        row.method,
+        row.precision,
+        grouped(row.planned_bytes),
+        grouped(row.paper_bound_bytes),
+        row.part_of_bound(),
+        row.bytes_per_cell_and_step
+    )
+}
+
+/// High-water marks of the last single-precision row of each method and dimension.
+fn print_phases(table: &[Measured]) {
+    for row in representatives(table) {
+        print(&format!("\n{} by {} in {}, in use at most:", size_in_words(&row.cells), row.method, row.precision));
+        for Phase { name, bytes } in &row.phases {
+            print(&format!("{:>15}  {name}", grouped(*bytes)));
+        }
+    }
+}
+
+/// The largest single-precision row of each method and dimension.
+pub(super) fn representatives(table: &[Measured]) -> impl Iterator<Item = &Measured> {
+    [2, 3].into_iter().flat_map(move |dims| {
+        let named = move |row: &&Measured, method| row.cells.len() == dims && row.precision == "f32" && row.method == method;
+        METHODS.into_iter().filter_map(move |method| table.iter().rev().find(|row| named(row, method_name(method))))
+    })
+}
+
+impl Measured {
+    /// The method's bytes in percent of the paper's bound.
+    pub fn part_of_bound(&self) -> f64 {
+        100.0 * self.method_bytes as f64 / self.paper_bound_bytes as f64
+    }
+}
+
+impl Row {
+    /// Plans the row, and has it solved by a process of its own.
+    fn measure(&self, index: usize, quick: bool) -> Result<Measured, Failure> {
+        let plan = self.problem.plan(&self.params, self.precision).map_err(|error| Failure::Input(error.to_string()))?;
+        let cells: usize = self.problem.cells.iter().product();
+        Ok(Measured {
+            cells: self.problem.cells.clone(),
+            steps: self.problem.steps,
+            method: method_name(self.params.method),
+            precision: self.precision.name(),
+            planned_bytes: plan.bytes(),
+            method_bytes: plan.method_bytes(),
+            touched_bytes: ask(index, quick)?,
+            paper_bound_bytes: plan.paper_bound(),
+            bytes_per_cell_and_step: plan.bytes() as f64 / (cells * self.problem.steps) as f64,
+            phases: phases(plan.entries(), plan.bytes()),
+        })
+    }
+
+    /// Solves the row here; bytes that were touched meanwhile.
+    fn touch(&self) -> Result<Option<usize>, Failure> {
+        match (self.problem.cells.len(), self.precision) {
+            (2, Precision::F32) => self.solve::<f32, D2>(),
+            (2, Precision::F64) => self.solve::<f64, D2>(),
+            (_, Precision::F32) => self.solve::<f32, D3>(),
+            (_, Precision::F64) => self.solve::<f64, D3>(),
+        }
+    }
+
+    fn solve<T: Real, S: Space>(&self) -> Result<Option<usize>, Failure> {
+        let plan = self.problem.plan(&self.params, self.precision).map_err(|error| Failure::Input(error.to_string()))?;
+        let [source, target] = [0.4, 0.6].map(|at| self.blob::<T>(at));
+        let before = resident("VmRSS:");
+        let short = || Failure::Memory(format!("the system has not {} ({} bytes); use --quick", rounded(block_bytes(&plan)), grouped(block_bytes(&plan))));
+        let mut region = Region::new(plan.bytes()).ok_or_else(short)?;
+        let block = region.carve(plan.bytes()).ok_or_else(short)?;
+        let mut solver = Solver::<T, S>::new(&self.problem.problem(), &self.params, block).map_err(|error| solver_refusal(&error))?;
+        let given = solver.set_source(&source).and_then(|()| solver.set_keyframe(0, &target));
+        given.map_err(|error| Failure::Input(error.to_string()))?;
+        let mut deadline = Deadline(Instant::now() + LONGEST);
+        while solver.step(&Serial, &mut deadline).status.is_none() {}
+        Ok(resident("VmHWM:").zip(before).map(|(most, before)| most.saturating_sub(before)))
+    }
+
+    /// Smoke around a point of the middle line.
+    fn blob<T: Real>(&self, at: f64) -> Vec<T> {
+        let cells = &self.problem.cells;
+        let density = |mut index: usize| {
+            let squares = cells.iter().enumerate().map(|(axis, &count)| {
+                let place = (index % count) as f64 / count as f64 - if axis == 0 { at } else { 0.5 };
+                index /= count;
+                place * place
+            });
+            T::from_f64(1.0 / (1.0 + 100.0 * squares.sum::<f64>()))
+        };
+        (0..cells.iter().product()).map(density).collect()
+    }
+}
+
+/// Stops when its time has come.
+struct Deadline(Instant);
+
+impl Observer for Deadline {
+    fn on(&mut self, _event: Event) -> ControlFlow<()> {
+        if Instant::now() >= self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// What a process that solves row `index` says that it touched.
+fn ask(index: usize, quick: bool) -> Result<Option<usize>, Failure> {
+    let cannot = |why: String| Failure::Input(format!("cannot measure row {index} in a process of its own: {why}; run the program from its file"));
+    let program = std::env::current_exe().map_err(|error| cannot(error.to_string()))?;
+    let mut command = Command::new(program);
+    command.args(["bench", "memory", "--row", &index.to_string()]).args(quick.then_some("--quick"));
+    let output = command.output().map_err(|error| cannot(error.to_string()))?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr).trim().trim_start_matches("thurible: ").to_string();
+        return Err(if output.status.code() == Some(crate::exit::MEMORY.into()) { Failure::Memory(said) } else { cannot(said) });
+    }
+    let said: Touched = serde_json::from_slice(&output.stdout).map_err(|error| cannot(error.to_string()))?;
+    Ok(said.touched_bytes)
+}
+
+/// A figure of this process's memory, where the system tells (Linux).
+fn resident(name: &str) -> Option<usize> {
+    let status = fs::read_to_string(Path::new("/proc/self/status")).ok()?;
+    let kibibytes: usize = status.lines().find_map(|line| line.strip_prefix(name))?.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}

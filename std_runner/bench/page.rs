@@ -1,0 +1,131 @@
+//! `memory.md` and its figures.
+
+use super::memory::{Measured, representatives};
+use crate::address_space;
+use crate::bytes::grouped;
+use crate::exit::Failure;
+use crate::plan::size_in_words;
+use crate::region::MARGIN;
+use crate::report::{Chart, Curve, Scale};
+use std::fs;
+use std::path::Path;
+
+/// The page.
+const PAGE: &str = "memory.md";
+
+/// Refuses a folder that cannot be written, before anything is measured.
+pub(super) fn check(folder: &Path) -> Result<(), Failure> {
+    let probe = folder.join(format!(".thurible-probe-{}", std::process::id()));
+    let tried = fs::create_dir_all(folder).and_then(|()| fs::write(&probe, "")).and_then(|()| fs::remove_file(&probe));
+    tried.map_err(|error| Failure::File(format!("cannot write the folder {}: {error}; choose another one with --out DIR", folder.display())))
+}
+
+/// Writes the page and a figure for each dimension.
+pub(super) fn write(folder: &Path, table: &[Measured], quick: bool) -> Result<(), Failure> {
+    let put = |name: &str, text: String| {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(|error| Failure::File(format!("cannot write {}: {error}; free some space or choose another folder", path.display())))
+    };
+    for dims in [2, 3] {
+        put(&figure(dims), chart(table, dims).to_svg())?;
+    }
+    put(PAGE, page(table, quick))
+}
+
+fn figure(dims: usize) -> String {
+    format!("memory_{dims}d.svg")
+}
+
+/// Planned bytes for each cell and step against the size, in single precision.
+fn chart(table: &[Measured], dims: usize) -> Chart {
+    let rows: Vec<&Measured> = table.iter().filter(|row| row.cells.len() == dims && row.precision == "f32").collect();
+    let per_number = |row: &Measured, bytes: usize| {
+        let count = (row.cells.iter().product::<usize>() * row.steps) as f64;
+        (count, bytes as f64 / count)
+    };
+    let curve = |(index, method): (usize, &str)| {
+        let points = rows.iter().filter(|row| row.method == method).map(|row| per_number(row, row.planned_bytes));
+        Curve::new(method, 1 + index, points.collect::<Vec<_>>().into_iter())
+    };
+    let mut curves: Vec<Curve> = ["direct", "admm", "lbfgs", "pd"].into_iter().enumerate().map(curve).collect();
+    let bound = rows.iter().filter(|row| row.method == "admm").map(|row| per_number(row, row.paper_bound_bytes));
+    curves.push(Curve::new("bound", 5, bound.collect::<Vec<_>>().into_iter()));
+    Chart { title: "Planned bytes for each cell and step", note: "", across: "cells times steps, f32", scale: Scale::Logarithmic, curves }
+}
+
+fn page(table: &[Measured], quick: bool) -> String {
+    let command = if quick { "cargo run --release -- bench memory --quick --out docs" } else { "cargo run --release -- bench memory --out docs" };
+    let thread = address_space::OF_A_THREAD >> 20;
+    let mut page = format!(
+        "# Memory\n\nThis page is written by `{command}`; `thurible plan SCENE --json` says the same of any scene, for sweeps.\n\n\
+         ## What is promised\n\n\
+         A solve takes one block, of the planned bytes and at most {} more, before it begins. Beside it the program takes:\n\n\
+         | what | at most | shown by |\n|---|---|---|\n\
+         | resident memory: code, the buffers of files, stacks | 16 MiB | `tests/ceiling_program.rs`, for 20 combinations of method, precision, dimension, size and threads |\n\
+         | and while shapes are drawn, one after the other | 16 bytes for each cell of the grid | the same test, for 1024 x 1024 cells |\n\
+         | addresses (`ulimit -v`), one thread | as much | the same test: with exactly so many it solves, with a page less than the plan it ends with exit code 3 |\n\
+         | addresses, T > 1 threads | {thread} MiB (T + 1) more | the same; glibc reserves 64 MiB for each thread and touches next to nothing of it |\n\n\
+         `--memory-limit X` is the ceiling of the block; with the lines above it bounds what the process has, for a scene without files. While a \
+         file that a scene names is read it takes 12 bytes for each pixel of a picture, and 16 for each number of an array. What does not fit, threads \
+         included, is refused with exit code 3 before it begins.\n\n",
+        grouped(MARGIN)
+    );
+    page.push_str(&figures());
+    page.push_str(&measured(table));
+    page.push_str(&high_water(table));
+    page
+}
+
+fn figures() -> String {
+    let show = |dims: usize| format!("![Planned bytes for each cell and step, {dims}D]({})\n\n", figure(dims));
+    format!(
+        "## By size and method\n\n{}{}*Planned bytes for each cell and step in f32, source and keyframe included; in f64 twice as many. The bound is the \
+         paper's for its method, M = 4 (1 + d) N prod(n) / (1 - 2^-d) numbers.*\n\n",
+        show(2),
+        show(3)
+    )
+}
+
+fn measured(table: &[Measured]) -> String {
+    let mut text = String::from(
+        "## Planned and touched\n\n\
+         On one thread, each method with its defaults and a keyframe at the last step. *Touched* is how much the resident memory of a process grew from \
+         before the block was taken to its peak (`VmHWM` of `/proc/self/status`): each row ran in a process of its own, for 0.7 s or as long as it took. \
+         What it shows above 100 % is code, stack and file buffers; all of the block is touched, since it is zeroed before the first iteration.\n\n\
+         | cells | steps | method | precision | planned bytes | touched bytes | touched / planned | bound M | method / M | bytes a cell and step |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for row in table {
+        let [touched, part] = match row.touched_bytes {
+            Some(touched) => [grouped(touched), format!("{:.2} %", 100.0 * touched as f64 / row.planned_bytes as f64)],
+            None => ["not told".into(), "".into()],
+        };
+        text.push_str(&format!(
+            "| {} | {} | {} | {} | {} | {touched} | {part} | {} | {:.1} % | {:.1} |\n",
+            size_in_words(&row.cells),
+            row.steps,
+            row.method,
+            row.precision,
+            grouped(row.planned_bytes),
+            grouped(row.paper_bound_bytes),
+            row.part_of_bound(),
+            row.bytes_per_cell_and_step
+        ));
+    }
+    text
+}
+
+fn high_water(table: &[Measured]) -> String {
+    let mut text = String::from(
+        "\n## High-water marks by phase\n\nBuffers that are needed one after the other lie in the same bytes. What is in use in each phase, of the plan's \
+         bytes, by the ledger:\n\n| cells | method | phase | bytes in use | of the block |\n|---|---|---|---|---|\n",
+    );
+    for row in representatives(table) {
+        for phase in &row.phases {
+            let part = 100.0 * phase.bytes as f64 / row.planned_bytes as f64;
+            let size = size_in_words(&row.cells);
+            text.push_str(&format!("| {size} | {} | {} | {} | {part:.1} % |\n", row.method, phase.name, grouped(phase.bytes)));
+        }
+    }
+    text
+}
