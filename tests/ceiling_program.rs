@@ -179,6 +179,7 @@ impl Row {
 }
 
 /// How a child ended, and the most memory that it had at a time.
+#[expect(clippy::zombie_processes, reason = "`wait4` waits, and tells the memory too")]
 fn ended(mut command: Command) -> (Option<i32>, u64) {
     let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     // SAFETY: all zeros is a value of these numbers.
