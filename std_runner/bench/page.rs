@@ -67,7 +67,7 @@ fn page(table: &[Measured], quick: bool) -> String {
          | addresses, T > 1 threads | {thread} MiB (T + 1) more | the same; glibc reserves 64 MiB for each thread and touches next to nothing of it |\n\n\
          `--memory-limit X` is the ceiling of the block; with the lines above it bounds what the process has, for a scene without files. While a \
          file that a scene names is read it takes 12 bytes for each pixel of a picture, and 16 for each number of an array. What does not fit, threads \
-         included, is refused with exit code 3 before it begins.\n\n",
+         included, is refused before it begins, with exit code 3; a picture for which there is no memory is refused with exit code 2.\n\n",
         grouped(MARGIN)
     );
     page.push_str(&figures());

@@ -103,13 +103,13 @@ impl Chart {
     /// The figure as a file of its own, with its legend and colours in it.
     pub fn to_svg(&self) -> String {
         let mut legend = String::new();
-        let mut x = LEFT;
+        let (mut x, apart) = (RIGHT, (WIDTH - 2.0 * RIGHT) / self.curves.len() as f64);
         for curve in &self.curves {
             let text = format!("{} {}", curve.name, curve.last().map(number).unwrap_or_default());
             let (line, words) = (x + 18.0, x + 24.0);
             legend.push_str(&format!("<polyline class=\"c{}\" points=\"{x:.0},-14 {line:.0},-14\"/>", curve.colour));
             legend.push_str(&format!("<text x=\"{words:.0}\" y=\"-10\">{}</text>", escape(&text)));
-            x = words + 7.5 * text.chars().count() as f64 + 16.0;
+            x += apart;
         }
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 -30 {WIDTH} {}\" font-family=\"sans-serif\"><style>{FILE_STYLE}</style>\
