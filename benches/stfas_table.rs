@@ -17,6 +17,8 @@ use thurible_core::{Colours, D2, D3, Exec, Norm, Real, Silent, Space};
 
 /// A residual below this part of the largest one is rounding.
 const FLOOR: f64 = 1e-10;
+/// A cycle that leaves more than this part gains nothing any more.
+const STALLED: f64 = 0.9;
 /// Cycles of a synthetic row at most.
 const CYCLES: usize = 16;
 
@@ -72,7 +74,8 @@ fn cycles<S: Space>(exec: &dyn Exec, case: &Case) -> Vec<f64> {
 fn residuals_of<T: Real, S: Space>(exec: &dyn Exec, case: &Case) -> Vec<f64> {
     sure(case.pose::<T, S, _>(exec, |nso| {
         let mut residuals = vec![nso.residual(exec)];
-        while residuals.len() <= CYCLES && residuals.last() > Some(&(FLOOR * residuals[0])) {
+        let goes = |residuals: &[f64]| residuals.windows(2).last().is_none_or(|pair| pair[1] < STALLED * pair[0]);
+        while residuals.len() <= CYCLES && residuals.last() > Some(&(FLOOR * residuals[0])) && goes(&residuals) {
             let _ = nso.vcycle(exec, &mut Silent);
             residuals.push(nso.residual(exec));
         }

@@ -33,7 +33,7 @@ const ENOUGH: usize = 20_000_000;
 /// Iterations of the direct method on the finest grid that are measured, after coarser ones, or where there are more cells times
 /// steps than [`LARGE`], from rest.
 const ITERATIONS: [[usize; 2]; 2] = [[2, 21], [3, 4]];
-const LARGE: usize = 6_000_000;
+const LARGE: usize = 1_000_000;
 
 /// One size.
 #[derive(Clone, Debug, Serialize)]
