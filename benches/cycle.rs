@@ -4,34 +4,34 @@
 
 mod common;
 
-use common::exec::THREADS;
-use common::problem::Case;
-use common::{size, team, time};
+use common::{size, sure, team};
+use thurible::bench::navier_stokes::Case;
+use thurible::bench::yardstick::{Yardstick, best};
 use thurible_core::{D2, D3, Exec, Silent, Space};
 
 fn main() {
     let quick = std::env::args().any(|argument| argument == "--quick");
     let exec = team();
-    let triad = time::triad(exec);
-    println!("triad a = b + 3 c, f32, {THREADS} threads: {:.1} GB/s", triad / 1e9);
+    let yardstick = Yardstick::measure(exec, quick);
+    println!("{}", yardstick.sentence());
     println!("{:<18}{:>12}{:>20}{:>34}", "cells, N", "s/cycle", "ns per cell, slot", "unknowns read at triad speed");
     for (n, steps) in [(64, 40), (128, 40), (256, 80)] {
-        report::<D2>(exec, &Case::new(&[n, n], steps, 1.0), triad);
+        report::<D2>(exec, &Case::new(&[n, n], steps, 1.0), yardstick.triad);
     }
     let sizes: &[(usize, usize)] = if quick { &[(32, 30)] } else { &[(32, 30), (64, 20), (64, 60)] };
     for &(n, steps) in sizes {
-        report::<D3>(exec, &Case::new(&[n; 3], steps, 1.0), triad);
+        report::<D3>(exec, &Case::new(&[n; 3], steps, 1.0), yardstick.triad);
     }
 }
 
 /// One row: the best of a few cycles, and how often a triad-fast pass could have read the unknowns (v, w, p, pbar) in that time.
 fn report<S: Space>(exec: &dyn Exec, case: &Case, triad: f64) {
     let slots = case.steps - 1;
-    let seconds = case.pose::<f32, S, _>(exec, |nso| {
-        time::best(3, || {
+    let seconds = sure(case.pose::<f32, S, _>(exec, |nso| {
+        best(3, || {
             let _ = nso.vcycle(exec, &mut Silent);
         })
-    });
+    }));
     let passes = seconds * triad / case.state_bytes::<f32, S>() as f64;
     let work = (case.grid().cells() * slots) as f64;
     println!("{:<18}{seconds:>12.4}{:>20.1}{passes:>34.1}", format!("{}, {}", size(&case.cells), case.steps), 1e9 * seconds / work);

@@ -4,11 +4,7 @@
 //! All layouts must end with the same bits.
 #![allow(unsafe_code, reason = "calling functions compiled for AVX-512 after asking the machine for it")]
 
-#[path = "common/time.rs"]
-#[allow(dead_code, reason = "the yardstick is not needed here")]
-mod time;
-
-use time::best;
+use thurible::bench::yardstick::best;
 
 /// Coefficients of the kernel: own and other colour of the neighbour rows, own cell, other colour, time. Their sum is about 1.
 const C: [f32; 5] = [0.013, -0.011, 0.31, 0.17, 0.55];

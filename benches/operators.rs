@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::{flow, size, team};
+use common::{size, team};
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime};
+use thurible::bench::flow;
 use thurible_core::exec::{RowBuffers, for_rows};
 use thurible_core::field::{Block, Vector, VectorMut};
 use thurible_core::grid::Grid;

@@ -2,15 +2,10 @@
 
 mod common;
 
-use common::{flow, size, team};
+use common::{size, sure, team};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use thurible::region::Region;
-use thurible_core::arena::Arena;
-use thurible_core::grid::Grid;
-use thurible_core::grid::levels::Levels;
-use thurible_core::plan::{Ledger, Pool};
-use thurible_core::poisson::Projection;
-use thurible_core::{Boundary, D2, D3, Exec, Silent, Space};
+use thurible::bench::pieces::Trajectories;
+use thurible_core::{D2, D3, Exec, Silent, Space};
 
 /// Slots of the trajectories.
 const SLOTS: usize = 19;
@@ -25,6 +20,7 @@ fn projection(criterion: &mut Criterion) {
 }
 
 fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize]) {
+<<<<<<< HEAD
     let grid = Grid::new(cells, &vec![Boundary::Wall; cells.len()]);
     let mut ledger = Ledger::new();
     Levels::<f32>::requirement(&mut ledger, &grid);
@@ -37,28 +33,24 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
     let mut projection = Projection::carve(&levels, 0, SLOTS, exec.threads(), &mut Pool::new(&mut memory));
     let mut sums = vec![0.0; grid.rows()];
     let start = divergent::<S>(&grid);
+=======
+    let all = Trajectories::new(cells, SLOTS);
+>>>>>>> bench
     let mut group = criterion.benchmark_group(format!("projection {}, {SLOTS} slots", size(cells)));
-    group.sample_size(10).throughput(Throughput::Elements((grid.cells() * SLOTS) as u64));
-    group.bench_function("to 1e-5", |bencher| {
-        bencher.iter_batched_ref(
-            || start.clone(),
-            |v| {
-                let mut v = v.each_mut().map(|component| &mut component[..]);
-                projection.project(exec, &mut Silent, SLOTS, &mut v, None, TOLERANCE, &mut sums)
-            },
-            BatchSize::LargeInput,
-        );
-    });
+    group.sample_size(10).throughput(Throughput::Elements((all.grid.cells() * SLOTS) as u64));
+    sure(all.projection::<S, _>(exec, |projection, start, sums| {
+        group.bench_function("to 1e-5", |bencher| {
+            bencher.iter_batched_ref(
+                || start.clone(),
+                |v| {
+                    let mut v = v.each_mut().map(|component| &mut component[..]);
+                    projection.project(exec, &mut Silent, SLOTS, &mut v, None, TOLERANCE, sums)
+                },
+                BatchSize::LargeInput,
+            );
+        });
+    }));
     group.finish();
-}
-
-/// A smooth flow with every component scaled differently, so that it is not free of divergence.
-fn divergent<S: Space>(grid: &Grid) -> [Vec<f32>; 3] {
-    let mut v = flow::synthetic::<f32, S>(grid, SLOTS, 1.0);
-    for (component, scale) in v.iter_mut().zip([1.0, 0.5, 0.25]) {
-        component.iter_mut().for_each(|x| *x *= scale);
-    }
-    v
 }
 
 criterion_group!(benches, projection);

@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::{flow, size, team};
+use common::{size, team};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use thurible::bench::flow;
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::nso::level::{LevelMut, State, Weights};

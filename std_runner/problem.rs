@@ -2,7 +2,7 @@
 
 use crate::exit::Failure;
 use crate::scene::Scene;
-use thurible_core::{AdmmParams, Advection, Boundary, D2, D3, NsoParams, Params, Plan, PlanError, Problem};
+use thurible_core::{AdmmParams, Advection, Boundary, D2, D3, NsoParams, Params, Plan, PlanError, Problem, Real};
 
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -14,6 +14,11 @@ pub enum Precision {
 }
 
 impl Precision {
+    /// That of `T`.
+    pub fn of<T: Real>() -> Self {
+        if T::BYTES == size_of::<f64>() { Precision::F64 } else { Precision::F32 }
+    }
+
     /// `f32` or `f64`.
     pub fn name(self) -> &'static str {
         match self {

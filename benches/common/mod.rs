@@ -1,15 +1,20 @@
-//! What the benches share: a Navier-Stokes problem in memory of its own, synthetic flows, real scenes, ratios.
+//! What the benches share beyond `thurible::bench`: threads, ratios, how they stop.
 #![allow(dead_code, reason = "each bench uses its own part")]
-#![allow(clippy::unwrap_used, reason = "a bench stops at the first surprise")]
 
 pub mod exec;
-pub mod flow;
-pub mod problem;
 pub mod rate;
-pub mod scene;
-pub mod time;
 
 pub use exec::team;
+
+use thurible::exit::Failure;
+
+/// What there is no reason to do without: a bench stops at the first surprise.
+pub fn sure<R>(result: Result<R, Failure>) -> R {
+    result.unwrap_or_else(|failure| {
+        eprintln!("{failure}");
+        std::process::exit(i32::from(failure.code()))
+    })
+}
 
 /// `64x64x64`
 pub fn size(cells: &[usize]) -> String {

@@ -4,7 +4,8 @@
 //! resident, takes the block, solves, and asks the system for the most that ever was (`VmHWM`).
 
 use super::page;
-use crate::bytes::{grouped, rounded};
+use super::ready::no_memory;
+use crate::bytes::grouped;
 use crate::cli::MemoryArguments;
 use crate::console::print;
 use crate::exit::{DONE, Failure};
@@ -212,7 +213,7 @@ impl Row {
         let plan = self.problem.plan(&self.params, self.precision).map_err(|error| Failure::Input(error.to_string()))?;
         let [source, target] = [0.4, 0.6].map(|at| self.blob::<T>(at));
         let before = resident("VmRSS:");
-        let short = || Failure::Memory(format!("the system has not {} ({} bytes); use --quick", rounded(block_bytes(&plan)), grouped(block_bytes(&plan))));
+        let short = || no_memory(block_bytes(&plan));
         let mut region = Region::new(plan.bytes()).ok_or_else(short)?;
         let block = region.carve(plan.bytes()).ok_or_else(short)?;
         let mut solver = Solver::<T, S>::new(&self.problem.problem(), &self.params, block).map_err(|error| solver_refusal(&error))?;
@@ -263,7 +264,7 @@ fn ask(index: usize, quick: bool) -> Result<Option<usize>, Failure> {
 }
 
 /// A figure of this process's memory, where the system tells (Linux).
-fn resident(name: &str) -> Option<usize> {
+pub(super) fn resident(name: &str) -> Option<usize> {
     let status = fs::read_to_string(Path::new("/proc/self/status")).ok()?;
     let kibibytes: usize = status.lines().find_map(|line| line.strip_prefix(name))?.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kibibytes)

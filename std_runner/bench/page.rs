@@ -22,14 +22,16 @@ pub(super) fn check(folder: &Path) -> Result<(), Failure> {
 
 /// Writes the page and a figure for each dimension.
 pub(super) fn write(folder: &Path, table: &[Measured], quick: bool) -> Result<(), Failure> {
-    let put = |name: &str, text: String| {
-        let path = folder.join(name);
-        fs::write(&path, text).map_err(|error| Failure::File(format!("cannot write {}: {error}; free some space or choose another folder", path.display())))
-    };
     for dims in [2, 3] {
-        put(&figure(dims), chart(table, dims).to_svg())?;
+        put(folder, &figure(dims), &chart(table, dims).to_svg())?;
     }
-    put(PAGE, page(table, quick))
+    put(folder, PAGE, &page(table, quick))
+}
+
+/// Writes a file of the folder.
+pub(super) fn put(folder: &Path, name: &str, text: &str) -> Result<(), Failure> {
+    let path = folder.join(name);
+    fs::write(&path, text).map_err(|error| Failure::File(format!("cannot write {}: {error}; free some space or choose another folder", path.display())))
 }
 
 fn figure(dims: usize) -> String {

@@ -1,0 +1,100 @@
+//! A Navier-Stokes problem (NSO) with a synthetic target, alone in its memory.
+
+use super::flow;
+use super::ready::no_memory;
+use crate::exit::Failure;
+use crate::region::Region;
+use thurible_core::arena::{Arena, TooSmall};
+use thurible_core::field::VectorMut;
+use thurible_core::grid::Grid;
+use thurible_core::grid::levels::Levels;
+use thurible_core::nso::level::State;
+use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape};
+use thurible_core::plan::{Ledger, Pool};
+use thurible_core::{Boundary, Colours, Exec, Norm, NsoParams, Real, Space};
+
+/// What is posed.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Cells along each axis.
+    pub cells: Vec<usize>,
+    /// Steps N; there are N - 1 slots.
+    pub steps: usize,
+    /// K / r in scaled numbers.
+    pub kappa: f64,
+    /// Largest Courant number of the target.
+    pub courant: f64,
+    /// The smoother's colours.
+    pub colours: Colours,
+    /// In which units max |f| is measured.
+    pub norm: Norm,
+}
+
+impl Case {
+    /// A box with walls, kappa = 1, red-black, all four equations as accelerations.
+    pub fn new(cells: &[usize], steps: usize, courant: f64) -> Self {
+        Self { cells: cells.to_vec(), steps, kappa: 1.0, courant, colours: Colours::RedBlack, norm: Norm::Scaled }
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> Grid {
+        Grid::new(&self.cells, &vec![Boundary::Wall; self.cells.len()])
+    }
+
+    fn setup<S: Space>(&self, threads: usize) -> Setup {
+        let params = NsoParams { tolerance: 0.0, cycles: 1, colours: self.colours, norm: self.norm, ..NsoParams::default() };
+        let shape = Shape { lanes: 16, together: if S::DIM == 2 { 8 } else { 1 } };
+        Setup { kappa: self.kappa, viscosity: 0.0, slots: self.steps - 1, threads, params, shape }
+    }
+
+    /// Bytes of the unknowns v, w, p, pbar of the finest level.
+    pub fn state_bytes<T: Real, S: Space>(&self) -> usize {
+        2 * (1 + S::DIM) * self.grid().cells() * (self.steps - 1) * T::BYTES
+    }
+
+    /// Poses the problem with v = t, w = p = pbar = 0 and hands it to `work`.
+    ///
+    /// # Errors
+    /// [`Failure`]: there is no memory for it.
+    pub fn pose<T: Real, S: Space, R>(&self, exec: &dyn Exec, work: impl FnOnce(&mut Nso<'_, T, S>) -> R) -> Result<R, Failure> {
+        let (grid, setup) = (self.grid(), self.setup::<S>(exec.threads()));
+        let len = grid.cells() * setup.slots;
+        let numbers = 3 * S::DIM * len + 2 * len + S::DIM * grid.cells() + pool_len::<T, S>(&grid, &setup);
+        let bytes = T::BYTES * numbers + (1 << 23);
+        let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
+        let mut arena = Arena::new(region.carve(bytes).ok_or_else(|| no_memory(bytes))?);
+        self.pose_in(&mut arena, &grid, &setup, work).map_err(|TooSmall { .. }| no_memory(bytes))
+    }
+
+    fn pose_in<T: Real, S: Space, R>(
+        &self,
+        arena: &mut Arena<'_>,
+        grid: &Grid,
+        setup: &Setup,
+        work: impl FnOnce(&mut Nso<'_, T, S>) -> R,
+    ) -> Result<R, TooSmall> {
+        let (cells, len) = (grid.cells(), grid.cells() * setup.slots);
+        let levels = Levels::<T>::carve(arena, grid)?;
+        let bases = Bases::<T>::carve::<S>(arena, &levels.grids)?;
+        let target = flow::synthetic::<T, S>(grid, setup.slots, self.courant);
+        let v = copied(arena.take_vector(S::DIM, len)?, &target);
+        let a = copied(arena.take_vector(S::DIM, len)?, &target);
+        drop(target);
+        let state = State { v, w: arena.take_vector(S::DIM, len)?, p: arena.take(len)?, pbar: arena.take(len)? };
+        let finest = Finest { state, v0: arena.take_vector(S::DIM, cells)?, target: a, spare: Default::default() };
+        let mut pool = Pool::new(arena.take(pool_len::<T, S>(grid, setup))?);
+        let mut sums = vec![0.0; grid.rows() * setup.slots];
+        Ok(work(&mut Nso::<T, S>::new(&levels, &bases, finest, setup, &mut pool, &mut sums)))
+    }
+}
+
+fn pool_len<T: Real, S: Space>(grid: &Grid, setup: &Setup) -> usize {
+    let mut ledger = Ledger::new();
+    Nso::<T, S>::requirement(&mut ledger, grid, setup.slots, setup.threads, setup.shape);
+    ledger.bytes().map_or(usize::MAX / 2, |bytes| bytes / T::BYTES)
+}
+
+fn copied<'m, T: Real>(mut to: VectorMut<'m, T>, from: &[Vec<T>; 3]) -> VectorMut<'m, T> {
+    to.iter_mut().zip(from).for_each(|(to, from)| to.copy_from_slice(from));
+    to
+}

@@ -1,0 +1,93 @@
+//! The transport and the projection alone, in f32 on synthetic flows.
+
+use super::flow;
+use super::ready::no_memory;
+use crate::exit::Failure;
+use crate::region::Region;
+use thurible_core::arena::Arena;
+use thurible_core::grid::Grid;
+use thurible_core::grid::levels::Levels;
+use thurible_core::plan::{Ledger, Pool};
+use thurible_core::poisson::Projection;
+use thurible_core::transport::{Flow, Transport};
+use thurible_core::{Boundary, Exec, Scheme, Space};
+
+/// The Courant number of the flows: one sub-step a step.
+const COURANT: f64 = 0.999;
+
+/// A box with walls and how many slots its trajectories have.
+#[derive(Clone, Debug)]
+pub struct Trajectories {
+    /// The grid.
+    pub grid: Grid,
+    /// Slots N - 1.
+    pub slots: usize,
+}
+
+/// What a [`Transport`] works on.
+pub struct Carried<'a> {
+    /// The velocities.
+    pub flow: Flow<'a, f32>,
+    /// rho_0 .. rho_N, the first of which is given.
+    pub rho: &'a mut [f32],
+    /// Sums of rows.
+    pub sums: &'a mut [f64],
+}
+
+impl Trajectories {
+    /// Those of a box.
+    pub fn new(cells: &[usize], slots: usize) -> Self {
+        Self { grid: Grid::new(cells, &vec![Boundary::Wall; cells.len()]), slots }
+    }
+
+    /// Hands a transport, a flow that is nowhere faster than one cell a step, and room for all densities to `work`.
+    pub fn transport<S: Space, R>(&self, exec: &dyn Exec, scheme: Scheme, work: impl FnOnce(&mut Transport<'_, f32>, Carried<'_>) -> R) -> R {
+        let grid = &self.grid;
+        let field = flow::synthetic::<f32, S>(grid, self.slots, COURANT);
+        let rest: [Vec<f32>; 3] = core::array::from_fn(|axis| vec![0.0; field[axis].len() / self.slots]);
+        let mut ledger = Ledger::new();
+        Transport::<f32>::requirement(&mut ledger, grid, exec.threads());
+        let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
+        let mut transport = Transport::carve(grid, scheme, 1e-5, 1.0, exec.threads(), &mut Pool::new(&mut memory));
+        let mut rho = blob(grid);
+        rho.resize((self.slots + 2) * grid.cells(), 0.0);
+        let flow = Flow { initial: rest.each_ref().map(|component| &component[..]), v: field.each_ref().map(|component| &component[..]), along: None };
+        work(&mut transport, Carried { flow, rho: &mut rho, sums: &mut vec![0.0; 2 * grid.rows()] })
+    }
+
+    /// Hands a projection, a flow with divergence and sums of rows to `work`.
+    ///
+    /// # Errors
+    /// [`Failure`]: there is no memory for the coarser grids.
+    pub fn projection<S: Space, R>(&self, exec: &dyn Exec, work: impl FnOnce(&mut Projection<'_, f32>, &[Vec<f32>; 3], &mut [f64]) -> R) -> Result<R, Failure> {
+        let (grid, slots) = (&self.grid, self.slots);
+        let mut ledger = Ledger::new();
+        Levels::<f32>::requirement(&mut ledger, grid);
+        let bytes = ledger.bytes().unwrap_or(usize::MAX / 2);
+        let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
+        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
+        let levels = Levels::<f32>::carve(&mut Arena::new(block), grid).map_err(|_| no_memory(bytes))?;
+        let mut ledger = Ledger::new();
+        Projection::<f32>::requirement(&mut ledger, grid, slots, exec.threads());
+        let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
+        let mut projection = Projection::carve(&levels, 0, slots, exec.threads(), &mut Pool::new(&mut memory));
+        Ok(work(&mut projection, &divergent::<S>(grid, slots), &mut vec![0.0; 2 * grid.rows()]))
+    }
+}
+
+/// A smooth blob in the middle.
+fn blob(grid: &Grid) -> Vec<f32> {
+    let [nx, ny, nz] = grid.n;
+    let away = |i: usize, n: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * if n == 1 { 0.0 } else { 6.0 };
+    let value = |x, y, z| (-(away(x, nx).powi(2) + away(y, ny).powi(2) + away(z, nz).powi(2))).exp() as f32;
+    (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| value(x, y, z)))).collect()
+}
+
+/// A smooth flow with every component scaled differently, so that it is not free of divergence.
+fn divergent<S: Space>(grid: &Grid, slots: usize) -> [Vec<f32>; 3] {
+    let mut v = flow::synthetic::<f32, S>(grid, slots, 1.0);
+    for (component, scale) in v.iter_mut().zip([1.0, 0.5, 0.25]) {
+        component.iter_mut().for_each(|x| *x *= scale);
+    }
+    v
+}

@@ -1,0 +1,85 @@
+//! Real scenes with overrides, ready to be solved.
+
+use super::flow::courant_of;
+use crate::bytes::{grouped, rounded};
+use crate::exit::Failure;
+use crate::inputs::{hand_over, solver_refusal};
+use crate::problem::{OwnedProblem, Precision, params_of, refusal};
+use crate::region::Region;
+use crate::scene::{Document, Scene};
+use std::path::Path;
+use thurible_core::{Exec, Params, Plan, Problem, Real, Solver, Space};
+
+/// A scene with what its solve needs.
+pub struct Ready {
+    scene: Scene,
+    problem: OwnedProblem,
+    /// The parameters, to change before [`Self::with`].
+    pub params: Params,
+}
+
+impl Ready {
+    /// The scene `text` by `method`, with assignments as after `--set`.
+    ///
+    /// # Errors
+    /// [`Failure`]: the scene is wrong.
+    pub fn new(name: &str, text: &str, assignments: &[String], method: &str, threads: usize) -> Result<Self, Failure> {
+        let mut document = Document::parse(Path::new(name), text.to_owned())?;
+        assignments.iter().try_for_each(|assignment| document.set(assignment))?;
+        document.set(&format!("method.name={method}"))?;
+        let scene = Scene::of(document)?;
+        let (problem, params) = (OwnedProblem::of(&scene), params_of(&scene, threads, None));
+        Ok(Self { scene, problem, params })
+    }
+
+    /// Its plan in `precision`.
+    ///
+    /// # Errors
+    /// [`Failure`]: there is none.
+    pub fn plan(&self, precision: Precision) -> Result<Plan, Failure> {
+        self.problem.plan(&self.params, precision).map_err(|error| refusal(&self.scene, error))
+    }
+
+    /// The problem.
+    pub fn problem(&self) -> Problem<'_> {
+        self.problem.problem()
+    }
+
+    /// Hands a prepared solver to `work`.
+    ///
+    /// # Errors
+    /// [`Failure`]: there is no plan or no memory for it.
+    pub fn with<T: Real, S: Space, R>(&self, exec: &dyn Exec, work: impl FnOnce(&mut Solver<'_, T, S>) -> R) -> Result<R, Failure> {
+        let problem = self.problem();
+        let bytes = self.plan(Precision::of::<T>())?.bytes();
+        let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
+        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
+        let mut solver = Solver::<T, S>::new(&problem, &self.params, block).map_err(|error| solver_refusal(&error))?;
+        hand_over(&self.scene, &mut solver)?;
+        solver.prepare(exec).map_err(|error| self.scene.document.refuse("source", format!("or a keyframe cannot be used: {error}; change it")))?;
+        Ok(work(&mut solver))
+    }
+
+    /// The largest Courant number of the velocities as they are.
+    pub fn courant<T: Real, S: Space>(&self, solver: &Solver<'_, T, S>) -> f64 {
+        let problem = self.problem();
+        let grid = problem.grid();
+        let mut faces: [Vec<T>; 3] = core::array::from_fn(|axis| if axis < S::DIM { vec![T::ZERO; solver.faces(axis)] } else { Vec::new() });
+        let unit = problem.units().velocity;
+        let mut of_step = |step: usize| {
+            for (axis, faces) in faces.iter_mut().enumerate().take(S::DIM) {
+                solver.velocity(step, axis, faces);
+            }
+            courant_of(&grid, |axis, [x, y, z]| {
+                let extent = |a: usize| if a == axis { grid.faces_in_file(a) } else { grid.n[a] };
+                faces[axis][(z * extent(1) + y) * extent(0) + x].to_f64() / unit
+            })
+        };
+        (0..problem.steps).map(&mut of_step).fold(0.0, f64::max)
+    }
+}
+
+/// The sentence for a block that the system does not give.
+pub(super) fn no_memory(bytes: usize) -> Failure {
+    Failure::Memory(format!("the system has not {} ({} bytes); use --quick", rounded(bytes), grouped(bytes)))
+}

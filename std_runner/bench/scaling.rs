@@ -1,0 +1,152 @@
+//! `thurible bench scaling`: cost for each cell and step at many sizes, on one thread and on all.
+
+use super::kernels::Kernel;
+use super::sheet::{Line, Sheet};
+use super::solves;
+use super::yardstick::Yardstick;
+use super::{Voice, page, scenes, section, with_team};
+use crate::cli::MeasureArguments;
+use crate::exit::{DONE, Failure};
+use crate::plan::size_in_words;
+use crate::report::{Chart, Curve, Scale};
+use serde::Serialize;
+use serde_json::json;
+use thurible_core::{D2, D3, Exec, Serial, Space};
+
+const SIZES: [(&[usize], usize); 11] = [
+    (&[32; 2], 20),
+    (&[64; 2], 20),
+    (&[64; 2], 40),
+    (&[128; 2], 40),
+    (&[256; 2], 40),
+    (&[256; 2], 80),
+    (&[16; 3], 16),
+    (&[32; 3], 20),
+    (&[48; 3], 20),
+    (&[64; 3], 60),
+    (&[96; 3], 20),
+];
+const QUICK_SIZES: [(&[usize], usize); 4] = [(&[16; 2], 6), (&[24; 2], 6), (&[8; 3], 6), (&[12; 3], 6)];
+
+/// Cells times steps that are worth one repetition fewer.
+const ENOUGH: usize = 20_000_000;
+/// Iterations of the direct method on the finest grid that are measured, after coarser ones, or where there are more cells times
+/// steps than [`LARGE`], from rest.
+const ITERATIONS: [[usize; 2]; 2] = [[2, 21], [3, 4]];
+const LARGE: usize = 1_000_000;
+
+/// One size.
+#[derive(Clone, Debug, Serialize)]
+struct Row {
+    cells: Vec<usize>,
+    steps: usize,
+    threads: usize,
+    /// Nanoseconds for each cell and step of an iteration of the direct method, on one thread and on all.
+    direct_ns: [f64; 2],
+    /// Objectives that an iteration computed.
+    evaluations: f64,
+    /// The largest Courant number at the end of them.
+    courant: f64,
+    /// The same of a V(2,2) cycle of STFAS.
+    cycle_ns: [f64; 2],
+}
+
+/// Runs `bench scaling`.
+pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
+    section::check(arguments.out.as_deref())?;
+    let sizes: &[_] = if arguments.quick { &QUICK_SIZES } else { &SIZES };
+    let voice = Voice::of(arguments);
+    let (yardstick, sheet) = with_team(arguments.threads, |exec| {
+        let yardstick = Yardstick::measure(exec, arguments.quick);
+        voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
+        let mut sheet = Sheet::begin(voice);
+        for &(cells, steps) in sizes {
+            sheet.add(if cells.len() == 2 { Row::measure::<D2>(exec, cells, steps) } else { Row::measure::<D3>(exec, cells, steps) }?);
+        }
+        Ok((yardstick, sheet))
+    })?;
+    let Some(folder) = &arguments.out else { return Ok(DONE) };
+    for dims in [2, 3] {
+        page::put(folder, &format!("scaling_{dims}d.svg"), &chart(sheet.lines(), dims).to_svg())?;
+    }
+    section::write(Some(folder), "scaling", &text(&yardstick, &sheet))?;
+    Ok(DONE)
+}
+
+impl Row {
+    fn measure<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize) -> Result<Self, Failure> {
+        let count = cells.iter().product::<usize>() * steps;
+        let repeats = (ENOUGH / count).clamp(1, 20);
+        let large = count > LARGE;
+        let ready = scenes::drift(cells, steps, !large, exec.threads())?;
+        let among = ITERATIONS[usize::from(large)];
+        let direct = |exec: &dyn Exec| solves::iterations::<f32, S>(exec, &ready, among);
+        let cycle = |exec: &dyn Exec| Kernel::Cycle.seconds::<S>(exec, cells, steps, repeats);
+        let (alone, together) = (direct(&Serial)?, direct(exec)?);
+        let ns = |seconds: f64| 1e9 * seconds / count as f64;
+        Ok(Self {
+            cells: cells.to_vec(),
+            steps,
+            threads: exec.threads(),
+            direct_ns: [ns(alone.seconds), ns(together.seconds)],
+            evaluations: together.evaluations,
+            courant: together.courant,
+            cycle_ns: [ns(cycle(&Serial)?), ns(cycle(exec)?)],
+        })
+    }
+}
+
+impl Line<10> for Row {
+    const HEAD: [&'static str; 10] = ["cells", "steps", "direct, 1", "direct, all", "speed-up", "evaluations", "Courant", "cycle, 1", "cycle, all", "speed-up"];
+    const WIDTHS: &'static [usize] = &[14];
+
+    fn texts(&self) -> [String; 10] {
+        let [alone, together] = self.direct_ns;
+        let [cycle_alone, cycle_together] = self.cycle_ns;
+        let nanoseconds = [alone, together, cycle_alone, cycle_together].map(|ns| format!("{ns:.1}"));
+        let [alone_ns, together_ns, cycle_alone_ns, cycle_together_ns] = nanoseconds;
+        [
+            size_in_words(&self.cells),
+            self.steps.to_string(),
+            alone_ns,
+            together_ns,
+            format!("{:.2}", alone / together),
+            format!("{:.2}", self.evaluations),
+            format!("{:.1}", self.courant),
+            cycle_alone_ns,
+            cycle_together_ns,
+            format!("{:.2}", cycle_alone / cycle_together),
+        ]
+    }
+}
+
+fn text(yardstick: &Yardstick, sheet: &Sheet<Row, 10>) -> String {
+    format!(
+        "{} The triad gains {:.2} from all threads.\n\nNanoseconds for each cell and step, f32, on one thread and on all:\n\n{}\n\
+         ![Cost in 2D](scaling_2d.svg)\n\n![Cost in 3D](scaling_3d.svg)",
+        yardstick.sentence(),
+        yardstick.triad / yardstick.triad_on_one,
+        sheet.markdown()
+    )
+}
+
+/// Cost against size.
+fn chart(rows: &[Row], dims: usize) -> Chart {
+    let rows: Vec<&Row> = rows.iter().filter(|row| row.cells.len() == dims).collect();
+    let curve = |name: &str, colour: usize, value: fn(&Row) -> f64| {
+        let points = rows.iter().map(|row| ((row.cells.iter().product::<usize>() * row.steps) as f64, value(row)));
+        Curve::new(name, colour, points.collect::<Vec<_>>().into_iter())
+    };
+    Chart {
+        title: "Nanoseconds for each cell and step",
+        note: "",
+        across: "cells times steps, f32",
+        scale: Scale::Logarithmic,
+        curves: vec![
+            curve("direct, 1 thread", 1, |row| row.direct_ns[0]),
+            curve("direct, all", 2, |row| row.direct_ns[1]),
+            curve("cycle, 1 thread", 3, |row| row.cycle_ns[0]),
+            curve("cycle, all", 4, |row| row.cycle_ns[1]),
+        ],
+    }
+}
