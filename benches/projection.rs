@@ -20,22 +20,7 @@ fn projection(criterion: &mut Criterion) {
 }
 
 fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize]) {
-<<<<<<< HEAD
-    let grid = Grid::new(cells, &vec![Boundary::Wall; cells.len()]);
-    let mut ledger = Ledger::new();
-    Levels::<f32>::requirement(&mut ledger, &grid);
-    let Some(mut region) = ledger.bytes().and_then(Region::new) else { return };
-    let Some(block) = region.carve(ledger.bytes().unwrap_or(0)) else { return };
-    let Ok(levels) = Levels::<f32>::carve(&mut Arena::new(block), &grid) else { return };
-    let mut ledger = Ledger::new();
-    Projection::<f32>::requirement(&mut ledger, &grid, SLOTS, exec.threads());
-    let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
-    let mut projection = Projection::carve(&levels, 0, SLOTS, exec.threads(), &mut Pool::new(&mut memory));
-    let mut sums = vec![0.0; grid.rows()];
-    let start = divergent::<S>(&grid);
-=======
     let all = Trajectories::new(cells, SLOTS);
->>>>>>> bench
     let mut group = criterion.benchmark_group(format!("projection {}, {SLOTS} slots", size(cells)));
     group.sample_size(10).throughput(Throughput::Elements((all.grid.cells() * SLOTS) as u64));
     sure(all.projection::<S, _>(exec, |projection, start, sums| {
