@@ -56,7 +56,7 @@ impl Row {
         let cells = [side; 2];
         let sets = [format!("grid.cells={cells:?}"), format!("time.steps={steps}"), format!("keyframe[0].step={steps}")];
         let ready = scenes::two_circles(&sets, exec.threads())?;
-        let iterations = solves::iterations::<T, D2>(exec, &ready, ITERATIONS)?;
+        let [iterations] = solves::iterations::<T, D2, 1>([exec], &ready, ITERATIONS)?;
         let reached = solves::to_part::<T, D2>(exec, &ready, PART)?;
         Ok(Self {
             cells,

@@ -66,7 +66,10 @@ impl Kernel {
             Self::Forward => Ok(forward::<S>(exec, cells, steps, repeats)),
             Self::Backward => Ok(backward::<S>(exec, cells, steps, repeats)),
             Self::Projection => projection::<S>(exec, cells, steps, repeats),
-            Self::Direct => Ok(solves::iterations::<f32, S>(exec, &scenes::drift(cells, steps, false, exec.threads())?, [repeats, repeats])?.seconds),
+            Self::Direct => {
+                let ready = scenes::drift(cells, steps, false, exec.threads())?;
+                solves::iterations::<f32, S, 1>([exec], &ready, [repeats, repeats]).map(|[iterations]| iterations.seconds)
+            }
         }
     }
 

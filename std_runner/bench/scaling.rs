@@ -30,9 +30,9 @@ const QUICK_SIZES: [(&[usize], usize); 4] = [(&[16; 2], 6), (&[24; 2], 6), (&[8;
 
 /// Cells times steps that are worth one repetition fewer.
 const ENOUGH: usize = 20_000_000;
-/// Iterations of the direct method on the finest grid that are measured, after coarser ones, or where there are more cells times
-/// steps than [`LARGE`], from rest.
-const ITERATIONS: [[usize; 2]; 2] = [[2, 21], [3, 4]];
+/// Iterations of the direct method on the finest grid that are measured, in boxes of fewer and of more cells times steps than
+/// [`LARGE`], and as many more on all threads.
+const ITERATIONS: [[usize; 2]; 2] = [[2, 16], [2, 3]];
 const LARGE: usize = 1_000_000;
 
 /// One size.
@@ -77,12 +77,10 @@ impl Row {
     fn measure<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize) -> Result<Self, Failure> {
         let count = cells.iter().product::<usize>() * steps;
         let repeats = (ENOUGH / count).clamp(1, 20);
-        let large = count > LARGE;
-        let ready = scenes::drift(cells, steps, !large, exec.threads())?;
-        let among = ITERATIONS[usize::from(large)];
-        let direct = |exec: &dyn Exec| solves::iterations::<f32, S>(exec, &ready, among);
+        let ready = scenes::drift(cells, steps, true, exec.threads())?;
+        let among = ITERATIONS[usize::from(count > LARGE)];
         let cycle = |exec: &dyn Exec| Kernel::Cycle.seconds::<S>(exec, cells, steps, repeats);
-        let (alone, together) = (direct(&Serial)?, direct(exec)?);
+        let [alone, together] = solves::iterations::<f32, S, 2>([&Serial, exec], &ready, among)?;
         let ns = |seconds: f64| 1e9 * seconds / count as f64;
         Ok(Self {
             cells: cells.to_vec(),

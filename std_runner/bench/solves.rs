@@ -2,6 +2,7 @@
 
 use super::memory::resident;
 use super::ready::Ready;
+use super::yardstick::timed;
 use crate::exit::Failure;
 use crate::problem::Precision;
 use core::ops::ControlFlow;
@@ -27,24 +28,28 @@ pub(super) struct Iterations {
     pub touched: Option<usize>,
 }
 
-/// Iterations `first` to `last` on the finest grid, from 1.
-pub(super) fn iterations<T: Real, S: Space>(exec: &dyn Exec, ready: &Ready, [first, last]: [usize; 2]) -> Result<Iterations, Failure> {
+/// Iterations `first` to `last` on the finest grid, from 1, and as many after them, on each of `execs` in turn. What comes before
+/// them runs on the last one.
+pub(super) fn iterations<T: Real, S: Space, const N: usize>(
+    execs: [&dyn Exec; N],
+    ready: &Ready,
+    [first, last]: [usize; 2],
+) -> Result<[Iterations; N], Failure> {
     let planned = ready.plan(Precision::of::<T>())?.bytes();
     let before = forget_peak();
-    ready.with::<T, S, _>(exec, |solver| {
-        let (mut spent, mut evaluations, mut number, mut began) = (0.0, 0, 0, 0.0);
-        watch(exec, solver, |_, progress, seconds| {
+    ready.with::<T, S, _>(execs[N - 1], |solver| {
+        let mut number = 1;
+        while number < first {
+            let progress = solver.step(execs[N - 1], &mut Silent);
             number += usize::from(progress.direct.level == 0);
-            if (first..=last).contains(&number) {
-                spent += seconds - began;
-                evaluations += progress.direct.evaluations;
-            }
-            began = seconds;
-            if number < last { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        });
-        let touched = resident("VmHWM:").zip(before).map(|(most, before)| most.saturating_sub(before));
-        let per = 1.0 / (number + 1).saturating_sub(first).max(1) as f64;
-        Iterations { seconds: spent * per, evaluations: evaluations as f64 * per, courant: ready.courant(solver), planned, touched }
+        }
+        execs.map(|exec| {
+            let (mut evaluations, count) = (0, last + 1 - first);
+            let seconds = timed(|| (0..count).for_each(|_| evaluations += solver.step(exec, &mut Silent).direct.evaluations));
+            let touched = resident("VmHWM:").zip(before).map(|(most, before)| most.saturating_sub(before));
+            let per = 1.0 / count as f64;
+            Iterations { seconds: seconds * per, evaluations: evaluations as f64 * per, courant: ready.courant(solver), planned, touched }
+        })
     })
 }
 

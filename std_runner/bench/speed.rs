@@ -90,7 +90,7 @@ impl Run<'_> {
     /// Iterations of the direct method in the cube, and what memory they took.
     fn iterations_in_3d(&mut self) -> Result<Peak, Failure> {
         let ready = scenes::moving_sphere(&self.sizes.sets_of_cube(), "direct", self.exec.threads())?;
-        let iterations = solves::iterations::<f32, D3>(self.exec, &ready, FEW)?;
+        let [iterations] = solves::iterations::<f32, D3, 1>([self.exec], &ready, FEW)?;
         let (cells, steps) = self.sizes.cube.clone();
         let row = Row::new("direct iteration, moving_sphere", &cells, steps, Some(iterations.seconds)).targeting(2.0);
         self.add(row.moving(Kernel::Direct.least_numbers(3)).of(&iterations));
@@ -101,7 +101,7 @@ impl Run<'_> {
         for ((cells, steps), target) in self.sizes.squares.clone().into_iter().zip([0.030, 0.004]) {
             let sets = [format!("grid.cells={cells:?}"), format!("time.steps={steps}"), format!("keyframe[0].step={steps}")];
             let ready = scenes::letter_f(&sets, "direct", self.exec.threads())?;
-            let iterations = solves::iterations::<f32, D2>(self.exec, &ready, MANY)?;
+            let [iterations] = solves::iterations::<f32, D2, 1>([self.exec], &ready, MANY)?;
             let row = Row::new("direct iteration, letter_f", &cells, steps, Some(iterations.seconds)).targeting(target);
             self.add(row.moving(Kernel::Direct.least_numbers(2)).of(&iterations));
         }

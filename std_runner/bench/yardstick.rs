@@ -10,6 +10,8 @@ use thurible_core::{Exec, Serial};
 const NUMBERS: usize = 1 << 24;
 /// The same where a few seconds must do.
 const FEW_NUMBERS: usize = 1 << 20;
+/// Repeats, so many that some of them are not disturbed.
+const REPEATS: usize = 40;
 /// Chunks that the threads take.
 const CHUNKS: usize = 1 << 8;
 /// Multiply-adds of each chain.
@@ -70,7 +72,7 @@ impl Yardstick {
 /// Bytes a second of a = b + s c in f32 on the threads of `exec`, counting two reads and a write.
 fn triad(exec: &dyn Exec, numbers: usize) -> f64 {
     let (mut a, b, c) = (vec![0f32; numbers], vec![1f32; numbers], vec![2f32; numbers]);
-    let seconds = best(5, || {
+    let seconds = best(REPEATS, || {
         for_rows(exec, CHUNKS, 0..CHUNKS, RowBuffers { fields: [&mut a[..]], sums: &mut [], scratch: &mut [] }, |task| {
             let [a] = task.fields;
             let span = task.row * a.len()..(task.row + 1) * a.len();
