@@ -161,11 +161,11 @@ fn optimality(record: &RunRecord) -> Chart {
 fn fixed_point(record: &RunRecord) -> Chart {
     let curve = |(index, admm): (usize, &AdmmRecord)| {
         let points = admm.ao_residuals.iter().enumerate().map(|(iteration, &residual)| ((iteration + 1) as f64, residual));
-        Curve::new(format!("in iteration {} of ADMM", index + 1), index % 4 + 1, points)
+        Curve::new(format!("ADMM {}", index + 1), index % 4 + 1, points)
     };
     Chart {
         title: "The advection problem",
-        note: "Residual of its fixed point in each of its iterations.",
+        note: "Residual of its fixed point in each of its iterations, within iterations 1, 2 and 3 of ADMM.",
         across: "fixed-point iteration",
         scale: crate::report::Scale::Counts,
         curves: record.history.iter().filter_map(|entry| entry.admm.as_ref()).take(3).enumerate().map(curve).collect(),
