@@ -76,7 +76,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
 
     /// Data term of what v carries, force term of w; the region then begins with the densities of v. A flow too fast to transport counts as infinitely bad.
     pub(crate) fn objective(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
-        let (grid, slots) = (&self.levels.grids[0], self.settings.dimensions.slots);
+        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
         let mut pool = Pool::new(&mut *self.region);
         let rho = pool.take(densities(grid, slots));
         let mut carrier = Carrier::carve(grid, &self.settings.setup.carrier, &mut pool);

@@ -266,7 +266,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
 
     /// The finest grid.
     pub(crate) fn grid(&self) -> &Grid {
-        &self.levels.grids[0]
+        &self.levels.finest
     }
 
     /// Slots T.
@@ -284,7 +284,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
         let (threads, tolerance) = (self.settings.dimensions.threads, self.settings.setup.projection_tolerance);
         let projection = Projection::carve(&self.levels, 0, 1, threads, &mut Pool::new(&mut *self.region));
-        poisson::project_given(exec, &self.levels.grids[0], projection, &mut self.initial, &mut self.w, tolerance, self.sums)
+        poisson::project_given(exec, &self.levels.finest, projection, &mut self.initial, &mut self.w, tolerance, self.sums)
     }
 
     /// The forces of the result.

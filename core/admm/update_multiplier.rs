@@ -10,7 +10,7 @@ use crate::real::Real;
 impl<T: Real, S: Space> Admm<'_, T, S> {
     /// Measures max |v - v*| and updates the multiplier, unless the plain augmented Lagrangian holds it.
     pub(super) fn update_multiplier(&mut self, exec: &dyn Exec, progress: &mut Progress) -> Result<(), Status> {
-        let (grid, slots) = (&self.levels.grids[0], self.settings.dimensions.slots);
+        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
         let lost = self.history.damped && self.spare[0].is_empty();
         let (v, target) = (view(&self.v), view(&self.target));
         let speed = sums::max_abs(exec, grid, slots, v, self.sums);

@@ -69,7 +69,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     /// A change d = v* - v of the targets changes equation a by kappa d, free of divergence. Without self-advection v answers
     /// with (kappa + S)^-1 kappa d (see [`TimeLine`]). Smoothing from there need not trade momentum for divergence.
     fn predict(&mut self, exec: &dyn Exec, kappa: f64) {
-        let (grid, slots) = (&self.levels.grids[0], self.settings.dimensions.slots);
+        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
         let nx = grid.n[0];
         let line = TimeLine::new(kappa, drag(grid, self.settings.viscosity), &mut self.sums[..slots]);
         let (first, kappa) = (self.iteration == 1, T::from_f64(kappa));
@@ -94,7 +94,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
 
     /// w = P[v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k] with its pressure, so that equations b, c and d hold before the first cycle.
     pub(crate) fn consistent_force(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Status> {
-        let (grid, slots, threads) = (&self.levels.grids[0], self.settings.dimensions.slots, self.settings.dimensions.threads);
+        let (grid, slots, threads) = (&self.levels.finest, self.settings.dimensions.slots, self.settings.dimensions.threads);
         let scratch = &mut self.region[..threads * force::scratch_per_thread(grid, slots)];
         let fluid = Fluid { grid, slots, viscosity: self.settings.viscosity };
         force::from_velocity::<T, S>(exec, fluid, view(&self.v), view(&self.initial), self.p, reborrow(&mut self.w), scratch);

@@ -157,7 +157,7 @@ pub fn solve<T: Real>(
     region: &mut [T],
     sums: &mut [f64],
 ) -> Result<Info, Stop> {
-    let grid = &levels.grids[0];
+    let grid = &levels.finest;
     let slots = setup.carrier.slots;
     let mut info = Info::default();
     for iteration in 0..setup.iterations {

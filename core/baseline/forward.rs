@@ -167,7 +167,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
 
     /// The grid.
     pub(crate) fn grid(&self) -> &Grid {
-        &self.levels.grids[0]
+        &self.levels.finest
     }
 
     /// Slots T.
@@ -201,7 +201,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
 
     /// Projects v_0; the change relative to max |v_0|.
     pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let (grid, threads, tolerance) = (&self.levels.grids[0], self.settings.carrier.threads, self.settings.projection_tolerance);
+        let (grid, threads, tolerance) = (&self.levels.finest, self.settings.carrier.threads, self.settings.projection_tolerance);
         let projection = Projection::carve(&self.levels, 0, 1, threads, &mut Pool::new(&mut *self.region));
         poisson::project_given(exec, grid, projection, &mut self.initial, &mut self.w, tolerance, self.sums)
     }
@@ -232,7 +232,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     /// Simulates all steps.
     fn march(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Stop> {
         let slots = self.settings.carrier.slots;
-        put_everywhere(exec, &self.levels.grids[0], view(&self.initial), &mut self.v, slots);
+        put_everywhere(exec, &self.levels.finest, view(&self.initial), &mut self.v, slots);
         self.marched = false;
         if observer.on(Event::IterationBegin { iteration: 1 }).is_break() {
             return Err(Stop::Cancelled);
@@ -246,7 +246,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
             step.give(exec, [(kept, before), (1.0, Slot { field: view(w), slots, slot: k - 1 })]);
             step.guess(exec, [(2.0, before), (-1.0, earlier)]);
             step.advance::<S>(exec, observer, sums)?;
-            put(exec, &levels.grids[0], view(&step.v), v, k - 1);
+            put(exec, &levels.finest, view(&step.v), v, k - 1);
         }
         self.carry(exec, observer, keyframes, slots)?;
         self.marched = true;
@@ -257,7 +257,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     fn push(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, k: usize) -> Result<f64, Stop> {
         self.carry(exec, observer, keyframes, k - 1)?;
         let Self { levels, rho, w, region, sums, settings, .. } = self;
-        let grid = &levels.grids[0];
+        let grid = &levels.finest;
         let rho = &rho[k * grid.cells()..][..grid.cells()];
         Ok(match settings.push {
             Push::Buoyancy(b) => {
@@ -278,7 +278,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     /// Density `step + 1` from the one before.
     fn carry(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, step: usize) -> Result<(), Stop> {
         let Self { levels, v, initial, rho, region, sums, settings, .. } = self;
-        let (grid, flow) = (&levels.grids[0], Flow { initial: view(initial), v: view(v), along: None });
+        let (grid, flow) = (&levels.finest, Flow { initial: view(initial), v: view(v), along: None });
         let mut carrier = Carrier::carve(grid, &settings.carrier, &mut Pool::new(region));
         carrier.carry_step(exec, observer, &flow, rho, step, sums)?;
         if let Push::Target(pd) = settings.push
@@ -298,7 +298,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
         let gathered = matches!(self.settings.push, Push::Target(pd) if pd.gathering > 0.0) && self.marched;
         let Self { levels, v, initial, rho, w, region, sums, settings, .. } = self;
         let Settings { carrier, viscosity, force_weight, projection_tolerance, .. } = *settings;
-        let (grid, setup) = (&levels.grids[0], evaluate::Setup { carrier, viscosity, force_weight, projection_tolerance });
+        let (grid, setup) = (&levels.finest, evaluate::Setup { carrier, viscosity, force_weight, projection_tolerance });
         let keyframes = *keyframes;
         let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region, sums };
         let mut objective = Objective::default();

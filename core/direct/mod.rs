@@ -197,7 +197,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
 
     /// The finest grid.
     pub(crate) fn grid(&self) -> &Grid {
-        &self.levels.grids[0]
+        &self.levels.finest
     }
 
     /// Sets rho_0 and its maximum.
@@ -235,7 +235,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
 
     /// Projects v_0; the change relative to max |v_0|.
     pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let (grid, threads, tolerance) = (&self.levels.grids[0], self.settings.carrier.threads, self.settings.projection_tolerance);
+        let (grid, threads, tolerance) = (&self.levels.finest, self.settings.carrier.threads, self.settings.projection_tolerance);
         let mut pool = Pool::new(&mut *self.rest);
         let mut copy = pool.take_vector(S::DIM, grid.cells());
         let projection = Projection::carve(&self.levels, 0, 1, threads, &mut pool);

@@ -198,6 +198,8 @@ impl<'m, T: Real> Tables<'m, T> {
 /// The grids of a hierarchy, finest first, with the weights between neighbours.
 #[derive(Debug)]
 pub struct Levels<'m, T> {
+    /// The first of them.
+    pub finest: Grid,
     /// The grids.
     pub grids: heapless::Vec<Grid, MAX_LEVELS>,
     /// The weights between grid l and grid l + 1.
@@ -243,7 +245,7 @@ impl<'m, T: Real> Levels<'m, T> {
             Spectrum::fill(grid, these);
             rest = after;
         }
-        Ok(Self { grids, tables, eigenvectors })
+        Ok(Self { finest: *finest, grids, tables, eigenvectors })
     }
 
     /// The eigenvectors of grid `level`, if it has any.

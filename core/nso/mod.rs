@@ -209,7 +209,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
         let slots = setup.slots;
         let mut levels = heapless::Vec::new();
         let first = LevelMut {
-            grid: &hierarchy.grids[0],
+            grid: &hierarchy.finest,
             state: finest.state,
             v0: finest.v0,
             a: finest.target,
@@ -236,7 +236,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             let pushed = levels.push(level);
             debug_assert!(pushed.is_ok());
         }
-        let sizes = Sizes::new::<S>(&hierarchy.grids[0], slots, setup.threads, setup.shape);
+        let sizes = Sizes::new::<S>(&hierarchy.finest, slots, setup.threads, setup.shape);
         let weights = Weights {
             slots,
             kappa: T::from_f64(setup.kappa),

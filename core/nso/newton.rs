@@ -89,7 +89,7 @@ pub fn solve<T: Real, S: Space>(
 ) -> Info {
     let mut info = Info { ended: Ended::Cycles, residuals: heapless::Vec::new(), damped: false };
     let (pivots, sums) = sums.split_at_mut(setup.slots);
-    let grid = &levels.grids[0];
+    let grid = &levels.finest;
     let mut take = || pool.take_vector(S::DIM, grid.cells() * setup.slots);
     let (step, residual, direction, image, work) = (take(), take(), take(), take(), take());
     let region = pool.into_rest();
@@ -145,7 +145,7 @@ struct Newton<'a, 'm, T> {
 }
 
 fn shape<'a, T>(levels: &'a Levels<'_, T>, setup: &Setup) -> Shape<'a> {
-    Shape { grid: &levels.grids[0], slots: setup.slots }
+    Shape { grid: &levels.finest, slots: setup.slots }
 }
 
 /// Where the force of v is.
@@ -165,12 +165,12 @@ enum Output {
 
 impl<'a, T: Real> Newton<'a, '_, T> {
     fn fluid(&self) -> Fluid<'a> {
-        Fluid { grid: &self.levels.grids[0], slots: self.setup.slots, viscosity: self.setup.viscosity }
+        Fluid { grid: &self.levels.finest, slots: self.setup.slots, viscosity: self.setup.viscosity }
     }
 
     /// residual = -g; max |g|, or `None` when it was stopped.
     fn gradient<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<f64> {
-        let (grid, slots) = (&self.levels.grids[0], self.setup.slots);
+        let (grid, slots) = (&self.levels.finest, self.setup.slots);
         let Problem { v, w, .. } = &self.problem;
         force::apply_adjoint::<T, S>(exec, self.fluid(), view(v), view(w), reborrow(&mut self.residual), self.region);
         self.project(exec, observer, Output::Residual)?;
@@ -187,7 +187,7 @@ impl<'a, T: Real> Newton<'a, '_, T> {
 
     /// phi(v).
     fn phi(&mut self, exec: &dyn Exec, force: Force) -> f64 {
-        let (grid, slots) = (&self.levels.grids[0], self.setup.slots);
+        let (grid, slots) = (&self.levels.finest, self.setup.slots);
         let (v, target) = (view(&self.problem.v), self.problem.target);
         let off = sums::total(exec, grid, self.sums, |row| {
             (0..grid.dims).map(|a| rows::sum_square_gaps(sums::row(grid, slots, v[a], row), sums::row(grid, slots, target[a], row))).sum()
@@ -213,7 +213,7 @@ impl<'a, T: Real> Newton<'a, '_, T> {
 
     /// image = H direction.
     fn apply<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<()> {
-        let (grid, slots) = (&self.levels.grids[0], self.setup.slots);
+        let (grid, slots) = (&self.levels.finest, self.setup.slots);
         let Problem { v, .. } = &self.problem;
         force::apply_derivative::<T, S>(exec, self.fluid(), view(v), view(&self.direction), reborrow(&mut self.work), self.region);
         self.project(exec, observer, Output::Work)?;

@@ -164,7 +164,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
 
     /// The grid.
     pub(crate) fn grid(&self) -> &Grid {
-        &self.levels.grids[0]
+        &self.levels.finest
     }
 
     /// Slots T.
@@ -206,7 +206,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
 
     /// Projects v_0; the change relative to max |v_0|.
     pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let (grid, threads, tolerance) = (&self.levels.grids[0], self.settings.carrier.threads, self.settings.projection_tolerance);
+        let (grid, threads, tolerance) = (&self.levels.finest, self.settings.carrier.threads, self.settings.projection_tolerance);
         let mut pool = Pool::new(&mut *self.rest);
         let mut copy = pool.take_vector(S::DIM, grid.cells());
         let projection = Projection::carve(&self.levels, 0, 1, threads, &mut pool);

@@ -23,7 +23,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
     pub(super) fn begin(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
         let slots = self.settings.carrier.slots;
         self.u.iter_mut().for_each(|component| component.fill(T::ZERO));
-        put_everywhere(exec, &self.levels.grids[0], view(&self.initial), &mut self.v, slots);
+        put_everywhere(exec, &self.levels.finest, view(&self.initial), &mut self.v, slots);
         if let Some(settings) = self.coarse_settings() {
             self.begin_coarse(exec, observer, &settings, keyframes)?;
         }
