@@ -43,6 +43,8 @@ pub mod new_command;
 pub mod outcome;
 #[cfg(feature = "std")]
 pub mod output;
+#[cfg(feature = "embed")]
+pub mod owned;
 #[cfg(feature = "std")]
 pub mod paper;
 #[cfg(feature = "std")]

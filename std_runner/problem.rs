@@ -1,8 +1,9 @@
-//! From a checked [`Scene`] to the core's [`Problem`] and [`Params`], and to a [`Plan`] of any precision.
+//! From a checked [`Scene`] to the core's [`Problem`](thurible_core::Problem) and [`Params`], and to a [`Plan`] of any precision.
 
 use crate::exit::Failure;
+pub use crate::owned::OwnedProblem;
 use crate::scene::Scene;
-use thurible_core::{AdmmParams, Advection, Boundary, D2, D3, NsoParams, Params, Plan, PlanError, Problem, Real};
+use thurible_core::{AdmmParams, Advection, D2, D3, NsoParams, Params, Plan, PlanError, Real};
 
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -26,35 +27,6 @@ impl Precision {
             Precision::F64 => "f64",
         }
     }
-}
-
-/// The owned form of the core's [`Problem`], which borrows its lists.
-#[derive(Clone, Debug)]
-pub struct OwnedProblem {
-    /// Cells per axis.
-    pub cells: Vec<usize>,
-    /// Boundary per axis.
-    pub boundary: Vec<Boundary>,
-    /// Steps of the keyframes, ascending.
-    pub keyframes: Vec<usize>,
-    /// N.
-    pub steps: usize,
-    /// The longest side of the box.
-    pub length: f64,
-    /// Length of a step.
-    pub dt: f64,
-    /// nu.
-    pub viscosity: f64,
-    /// r.
-    pub force_weight: f64,
-    /// m, or `None` for the default.
-    pub filters: Option<usize>,
-    /// Whether keyframes take the mass of the source.
-    pub match_mass: bool,
-    /// How density is carried.
-    pub advection: Advection,
-    /// Relative tolerance of the projection.
-    pub projection_tolerance: f64,
 }
 
 impl OwnedProblem {
@@ -84,24 +56,6 @@ impl OwnedProblem {
             *step = (*step).clamp(2 + index, steps.saturating_sub(count - 1 - index).max(2 + index));
         }
         OwnedProblem { cells, steps, keyframes, ..self.clone() }
-    }
-
-    /// What the core borrows.
-    pub fn problem(&self) -> Problem<'_> {
-        Problem {
-            cells: &self.cells,
-            boundary: &self.boundary,
-            length: self.length,
-            dt: self.dt,
-            steps: self.steps,
-            keyframes: &self.keyframes,
-            viscosity: self.viscosity,
-            force_weight: self.force_weight,
-            filters: self.filters,
-            match_mass: self.match_mass,
-            advection: self.advection,
-            projection_tolerance: self.projection_tolerance,
-        }
     }
 
     /// The plan in `precision`.

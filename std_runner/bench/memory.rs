@@ -22,7 +22,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
-use thurible_core::{Advection, Boundary, D2, D3, Event, Method, Observer, Params, Real, Serial, Solver, Space};
+use thurible_core::{D2, D3, Event, Method, Observer, Params, Real, Serial, Solver, Space};
 
 /// Sizes of the table, smallest first in each dimension; `--quick` takes the first of each.
 const SIZES: [(&[usize], usize); 6] = [(&[64, 64], 20), (&[128, 128], 40), (&[256, 256], 40), (&[16, 16, 16], 16), (&[32, 32, 32], 30), (&[40, 40, 40], 30)];
@@ -78,27 +78,14 @@ fn rows(quick: bool) -> Vec<Row> {
     let mut rows = Vec::new();
     for (cells, steps) in sizes {
         for method in METHODS {
-            rows.extend(PRECISIONS.map(|precision| Row { problem: problem(cells, *steps), params: Params { method, ..Params::default() }, precision }));
+            rows.extend(PRECISIONS.map(|precision| Row {
+                problem: OwnedProblem::new(cells.to_vec(), vec![*steps]),
+                params: Params { method, ..Params::default() },
+                precision,
+            }));
         }
     }
     rows
-}
-
-fn problem(cells: &[usize], steps: usize) -> OwnedProblem {
-    OwnedProblem {
-        cells: cells.to_vec(),
-        boundary: vec![Boundary::Wall; cells.len()],
-        keyframes: vec![steps],
-        steps,
-        length: 1.0,
-        dt: 1.0,
-        viscosity: 0.0,
-        force_weight: 1e3,
-        filters: None,
-        match_mass: true,
-        advection: Advection::default(),
-        projection_tolerance: 1e-5,
-    }
 }
 
 /// Runs `bench memory`.
@@ -138,21 +125,8 @@ fn heading() -> String {
 }
 
 fn line(row: &Measured) -> String {
-    let [touched, part] = match row.touched_bytes {
-        Some(touched) => [grouped(touched), format!("{:.2} %", 100.0 * touched as f64 / row.planned_bytes as f64)],
-        None => ["-".into(), "-".into()],
-    };
-    format!(
-        "{:>14}{:>6}  {:<7}{:<5}{:>15}{touched:>15}{part:>11}{:>15}{:>7.1} %{:>10.1}",
-        size_in_words(&row.cells),
-        row.steps,
-        row.method,
-        row.precision,
-        grouped(row.planned_bytes),
-        grouped(row.paper_bound_bytes),
-        row.part_of_bound(),
-        row.bytes_per_cell_and_step
-    )
+    let [cells, steps, method, precision, planned, touched, part, bound, of_bound, each] = row.columns(["-", "-"]);
+    format!("{cells:>14}{steps:>6}  {method:<7}{precision:<5}{planned:>15}{touched:>15}{part:>11}{bound:>15}{of_bound:>9}{each:>10}")
 }
 
 /// High-water marks of the last single-precision row of each method and dimension.
@@ -174,6 +148,26 @@ pub(super) fn representatives(table: &[Measured]) -> impl Iterator<Item = &Measu
 }
 
 impl Measured {
+    /// The columns of the table; `untold` stands for bytes touched, and their part of the plan, where the system does not tell.
+    pub fn columns(&self, untold: [&str; 2]) -> [String; 10] {
+        let [touched, part] = match self.touched_bytes {
+            Some(touched) => [grouped(touched), format!("{:.2} %", 100.0 * touched as f64 / self.planned_bytes as f64)],
+            None => untold.map(String::from),
+        };
+        [
+            size_in_words(&self.cells),
+            self.steps.to_string(),
+            self.method.to_string(),
+            self.precision.to_string(),
+            grouped(self.planned_bytes),
+            touched,
+            part,
+            grouped(self.paper_bound_bytes),
+            format!("{:.1} %", self.part_of_bound()),
+            format!("{:.1}", self.bytes_per_cell_and_step),
+        ]
+    }
+
     /// The method's bytes in percent of the paper's bound.
     pub fn part_of_bound(&self) -> f64 {
         100.0 * self.method_bytes as f64 / self.paper_bound_bytes as f64

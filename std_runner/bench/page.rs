@@ -98,21 +98,7 @@ fn measured(table: &[Measured]) -> String {
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in table {
-        let [touched, part] = match row.touched_bytes {
-            Some(touched) => [grouped(touched), format!("{:.2} %", 100.0 * touched as f64 / row.planned_bytes as f64)],
-            None => ["not told".into(), "".into()],
-        };
-        text.push_str(&format!(
-            "| {} | {} | {} | {} | {} | {touched} | {part} | {} | {:.1} % | {:.1} |\n",
-            size_in_words(&row.cells),
-            row.steps,
-            row.method,
-            row.precision,
-            grouped(row.planned_bytes),
-            grouped(row.paper_bound_bytes),
-            row.part_of_bound(),
-            row.bytes_per_cell_and_step
-        ));
+        text.push_str(&format!("| {} |\n", row.columns(["not told", ""]).join(" | ")));
     }
     text
 }

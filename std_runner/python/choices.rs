@@ -3,7 +3,8 @@
 use crate::words::{automatic, flag, number, read, refused, unknown, whole, word};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use thurible_core::{Advection, Boundary, Colours, Method, Norm, NsoSolver, Params, Problem, Scheme};
+use thurible::owned::OwnedProblem;
+use thurible_core::{Boundary, Colours, Method, Norm, NsoSolver, Params, Scheme};
 
 const NAMES: [&str; 16] = [
     "steps",
@@ -27,27 +28,14 @@ const NAMES: [&str; 16] = [
 /// A scene without its densities, and how it is to be solved.
 #[derive(Clone, Debug)]
 pub struct Choices {
-    /// Cells along x, y (and z).
-    pub cells: Vec<usize>,
-    /// Steps of the keyframes, ascending.
-    pub keyframes: Vec<usize>,
-    /// N.
-    pub steps: usize,
+    /// The scene.
+    pub scene: OwnedProblem,
     /// Threads, or `None` for what the machine offers.
     pub threads: Option<usize>,
     /// Most bytes of the block, or `None` for what the machine has.
     pub memory_limit: Option<usize>,
     /// All parameters but threads and ceiling.
     pub params: Params,
-    boundary: Vec<Boundary>,
-    length: f64,
-    dt: f64,
-    viscosity: f64,
-    force_weight: f64,
-    filters: Option<usize>,
-    match_mass: bool,
-    advection: Advection,
-    projection_tolerance: f64,
 }
 
 impl Choices {
@@ -60,23 +48,7 @@ impl Choices {
         others: [&str; N],
     ) -> PyResult<(Self, [Option<Bound<'py, PyAny>>; N])> {
         let cells: Vec<usize> = shape.iter().rev().copied().collect();
-        let mut choices = Self {
-            boundary: vec![Boundary::Wall; cells.len()],
-            cells,
-            steps: keyframes.last().copied().unwrap_or(0),
-            keyframes,
-            threads: None,
-            memory_limit: None,
-            params: Params::default(),
-            length: 1.0,
-            dt: 1.0,
-            viscosity: 0.0,
-            force_weight: 1e3,
-            filters: None,
-            match_mass: true,
-            advection: Advection::default(),
-            projection_tolerance: 1e-5,
-        };
+        let mut choices = Self { scene: OwnedProblem::new(cells, keyframes), threads: None, memory_limit: None, params: Params::default() };
         let (mut rest, mut options) = ([const { None }; N], None);
         for (name, value) in given.into_iter().flat_map(PyDictMethods::iter) {
             let name: String = name.extract()?;
@@ -89,7 +61,7 @@ impl Choices {
         if let Some(options) = options {
             set_options(&mut choices.params, &options)?;
         }
-        if choices.steps == 0 {
+        if choices.scene.steps == 0 {
             return Err(refused("steps", "is missing, and there is no keyframe to take it from; say how many there are"));
         }
         Ok((choices, rest))
@@ -98,20 +70,20 @@ impl Choices {
     fn set(&mut self, name: &str, value: &Bound<'_, PyAny>, others: &[&str]) -> PyResult<()> {
         let chosen = |read: fn(&str, &Bound<'_, PyAny>) -> PyResult<usize>| if value.is_none() { Ok(None) } else { read(name, value).map(Some) };
         match name {
-            "steps" => self.steps = chosen(whole)?.unwrap_or(self.steps),
-            "dt" => self.dt = number(name, value)?,
-            "length" => self.length = number(name, value)?,
-            "boundary" => self.boundary = boundary(value, self.cells.len())?,
-            "viscosity" => self.viscosity = number(name, value)?,
-            "force_weight" => self.force_weight = number(name, value)?,
-            "filters" => self.filters = automatic(name, value)?,
-            "match_mass" => self.match_mass = flag(name, value)?,
+            "steps" => self.scene.steps = chosen(whole)?.unwrap_or(self.scene.steps),
+            "dt" => self.scene.dt = number(name, value)?,
+            "length" => self.scene.length = number(name, value)?,
+            "boundary" => self.scene.boundary = boundary(value, self.scene.cells.len())?,
+            "viscosity" => self.scene.viscosity = number(name, value)?,
+            "force_weight" => self.scene.force_weight = number(name, value)?,
+            "filters" => self.scene.filters = automatic(name, value)?,
+            "match_mass" => self.scene.match_mass = flag(name, value)?,
             "advection" => {
-                self.advection.scheme =
+                self.scene.advection.scheme =
                     word(name, value, [("quick", Scheme::Quick), ("central", Scheme::Central), ("semi_lagrangian", Scheme::SemiLagrangian)])?;
             }
-            "advection_tolerance" => self.advection.tolerance = number(name, value)?,
-            "projection_tolerance" => self.projection_tolerance = number(name, value)?,
+            "advection_tolerance" => self.scene.advection.tolerance = number(name, value)?,
+            "projection_tolerance" => self.scene.projection_tolerance = number(name, value)?,
             "method" => {
                 let methods =
                     [("direct", Method::Direct), ("admm", Method::Admm), ("lbfgs", Method::Lbfgs), ("pd", Method::Pd), ("simulate", Method::Simulate)];
@@ -125,27 +97,9 @@ impl Choices {
         Ok(())
     }
 
-    /// What the core borrows.
-    pub fn problem(&self) -> Problem<'_> {
-        Problem {
-            cells: &self.cells,
-            boundary: &self.boundary,
-            length: self.length,
-            dt: self.dt,
-            steps: self.steps,
-            keyframes: &self.keyframes,
-            viscosity: self.viscosity,
-            force_weight: self.force_weight,
-            filters: self.filters,
-            match_mass: self.match_mass,
-            advection: self.advection,
-            projection_tolerance: self.projection_tolerance,
-        }
-    }
-
     /// Whether each axis wraps around.
     pub fn periodic(&self) -> Vec<bool> {
-        self.boundary.iter().map(|&boundary| boundary == Boundary::Periodic).collect()
+        self.scene.boundary.iter().map(|&boundary| boundary == Boundary::Periodic).collect()
     }
 }
 

@@ -68,8 +68,8 @@ pub fn choose(choices: &Choices, precision: Precision) -> PyResult<Planned> {
 }
 
 fn make(choices: &Choices, precision: Precision, params: Params) -> PyResult<Planned> {
-    let problem = choices.problem();
-    let plan = match (choices.cells.len(), precision) {
+    let problem = choices.scene.problem();
+    let plan = match (choices.scene.cells.len(), precision) {
         (2, Precision::Single) => thurible_core::Plan::new::<f32, D2>(&problem, &params),
         (2, Precision::Double) => thurible_core::Plan::new::<f64, D2>(&problem, &params),
         (_, Precision::Single) => thurible_core::Plan::new::<f32, D3>(&problem, &params),

@@ -82,7 +82,7 @@ impl Job<'_> {
         let planned_bytes = plan.bytes();
         let mut block = Block::new(planned_bytes).ok_or_else(|| no_memory(planned_bytes))?;
         let start = block.address();
-        let mut solver = Solver::<T, S>::new(&choices.problem(), &params, block.bytes_mut()).map_err(solver_refused)?;
+        let mut solver = Solver::<T, S>::new(&choices.scene.problem(), &params, block.bytes_mut()).map_err(solver_refused)?;
         let periodic = choices.periodic();
         let mass_factors = inputs.hand_over(&mut solver, &shape, &periodic)?;
         let ended = watch::solve(inputs.source.py(), &mut solver, params.threads, progress.map(Bound::unbind))?;
@@ -91,7 +91,7 @@ impl Job<'_> {
                 "the solve left the finite numbers, or a flow was too fast to follow; use float64, more steps or a larger force_weight",
             ));
         }
-        let places = Places::of(&solver, start, &Sizes { steps: choices.steps, periodic: &periodic });
+        let places = Places::of(&solver, start, &Sizes { steps: choices.scene.steps, periodic: &periodic });
         let objective = solver.objective();
         drop(solver);
         Ok(Solution {
@@ -102,7 +102,7 @@ impl Job<'_> {
             objective,
             ended,
             mass_factors,
-            keyframes: choices.keyframes,
+            keyframes: choices.scene.keyframes,
             planned_bytes,
             threads: params.threads,
             block,

@@ -80,29 +80,48 @@ fn gradient_at_rest_is_the_mean_of_both_sides() {
     assert!((forward - slope).abs() > 1e-3 * slope.abs(), "this flow should have shown the kink");
 }
 
+/// What a [`Control`] borrows, drawn at random, with keyframes at steps 2 and 5.
+struct Drawn {
+    grid: Grid,
+    source: Vec<f64>,
+    targets: Vec<f64>,
+    initial: Components<f64>,
+    scheme: Scheme,
+}
+
+impl Drawn {
+    fn new(random: &mut Random, cells: &[usize], ends: &str, scheme: Scheme, courant: f64) -> Self {
+        let grid = grid(cells, ends);
+        let (source, targets) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
+        let initial = flow::rough(random, &grid, 1, courant);
+        Self { grid, source, targets, initial, scheme }
+    }
+
+    fn control(&self, penalty: f64, viscosity: f64) -> Control<'_, f64> {
+        Control {
+            grid: &self.grid,
+            steps: 5,
+            source: &self.source,
+            keyframes: &[2, 5],
+            targets: &self.targets,
+            initial: &self.initial,
+            advection: Advection { scheme: self.scheme, tolerance: 1e-200 },
+            filters: 2,
+            penalty,
+            viscosity,
+        }
+    }
+}
+
 /// The data term of a whole trajectory, its gradient taken from AO's direction: Q(lambda/K - dF/dv / K) at v* = v.
 fn trajectory_gradient(cells: &[usize], ends: &str, scheme: Scheme, first: f64) {
     let mut random = Random::new(23);
-    let (grid, steps) = (grid(cells, ends), 5);
-    let slots = steps - 1;
-    let (source, targets): (Vec<f64>, Vec<f64>) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
-    let initial = flow::rough(&mut random, &grid, 1, 0.8);
-    let advection = Advection { scheme, tolerance: 1e-200 };
-    let control = Control {
-        grid: &grid,
-        steps,
-        source: &source,
-        keyframes: &[2, 5],
-        targets: &targets,
-        initial: &initial,
-        advection,
-        filters: 2,
-        penalty: 10.0,
-        viscosity: 0.0,
-    };
-    let v: Components<f64> = flow::rough(&mut random, &grid, slots, 1.6);
-    let d: Components<f64> = flow::rough(&mut random, &grid, slots, 1.0);
-    let multiplier: Components<f64> = flow::rough(&mut random, &grid, slots, 0.5);
+    let drawn = Drawn::new(&mut random, cells, ends, scheme, 0.8);
+    let (control, grid) = (drawn.control(10.0, 0.0), &drawn.grid);
+    let slots = control.steps - 1;
+    let v: Components<f64> = flow::rough(&mut random, grid, slots, 1.6);
+    let d: Components<f64> = flow::rough(&mut random, grid, slots, 1.0);
+    let multiplier: Components<f64> = flow::rough(&mut random, grid, slots, 0.5);
     let found = control.solve(&v, &multiplier, 1);
     let moved = add_scaled_all(&found.direction, -1.0, &multiplier);
     let slope = -control.penalty * dot_all(&moved, &d);
@@ -136,24 +155,11 @@ fn data_term_of_a_trajectory() {
 /// The objective as a function of the flow, of weights that make both parts count.
 fn direct_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, viscosity: f64, first: f64) {
     let mut random = Random::new(24);
-    let (grid, steps) = (grid(cells, ends), 5);
-    let (source, targets): (Vec<f64>, Vec<f64>) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
-    let initial = flow::rough(&mut random, &grid, 1, 0.8);
-    let advection = Advection { scheme, tolerance: 1e-200 };
-    let control = Control {
-        grid: &grid,
-        steps,
-        source: &source,
-        keyframes: &[2, 5],
-        targets: &targets,
-        initial: &initial,
-        advection,
-        filters: 2,
-        penalty: 1.0,
-        viscosity,
-    };
-    let v: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 1.6);
-    let d: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 1.0);
+    let drawn = Drawn::new(&mut random, cells, ends, scheme, 0.8);
+    let (control, grid) = (drawn.control(1.0, viscosity), &drawn.grid);
+    let slots = control.steps - 1;
+    let v: Components<f64> = flow::rough(&mut random, grid, slots, 1.6);
+    let d: Components<f64> = flow::rough(&mut random, grid, slots, 1.0);
     let (at_v, gradient) = control.direct::<S>(&v, 1.0);
     let force_weight = 3.0 * at_v.data / at_v.force;
     let (_, gradient_of_both) = control.direct::<S>(&v, force_weight);
@@ -175,24 +181,11 @@ fn objective_of_the_direct_method() {
 /// The objective as a function of the forces, which are simulated: of weights that make both parts count.
 fn adjoint_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, courant: f64, viscosity: f64, first: f64) {
     let mut random = Random::new(25);
-    let (grid, steps) = (grid(cells, ends), 5);
-    let (source, targets): (Vec<f64>, Vec<f64>) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
-    let initial = flow::rough(&mut random, &grid, 1, courant);
-    let advection = Advection { scheme, tolerance: 1e-200 };
-    let control = Control {
-        grid: &grid,
-        steps,
-        source: &source,
-        keyframes: &[2, 5],
-        targets: &targets,
-        initial: &initial,
-        advection,
-        filters: 2,
-        penalty: 1.0,
-        viscosity,
-    };
-    let u: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 0.5 * courant);
-    let d: Components<f64> = flow::rough(&mut random, &grid, steps - 1, 1.0);
+    let drawn = Drawn::new(&mut random, cells, ends, scheme, courant);
+    let (control, grid) = (drawn.control(1.0, viscosity), &drawn.grid);
+    let slots = control.steps - 1;
+    let u: Components<f64> = flow::rough(&mut random, grid, slots, 0.5 * courant);
+    let d: Components<f64> = flow::rough(&mut random, grid, slots, 1.0);
     let (at_u, gradient, _) = control.simulated::<S>(&u, 1.0, 1e-13);
     let force_weight = 3.0 * at_u.data / at_u.force;
     let (_, gradient_of_both, _) = control.simulated::<S>(&u, force_weight, 1e-13);

@@ -1,0 +1,70 @@
+//! A problem that owns its lists: what a program keeps while the core borrows them.
+
+use thurible_core::{Advection, Boundary, Problem};
+
+/// The owned form of the core's [`Problem`], which borrows its lists.
+#[derive(Clone, Debug)]
+pub struct OwnedProblem {
+    /// Cells per axis.
+    pub cells: Vec<usize>,
+    /// Boundary per axis.
+    pub boundary: Vec<Boundary>,
+    /// Steps of the keyframes, ascending.
+    pub keyframes: Vec<usize>,
+    /// N.
+    pub steps: usize,
+    /// The longest side of the box.
+    pub length: f64,
+    /// Length of a step.
+    pub dt: f64,
+    /// nu.
+    pub viscosity: f64,
+    /// r.
+    pub force_weight: f64,
+    /// m, or `None` for the default.
+    pub filters: Option<usize>,
+    /// Whether keyframes take the mass of the source.
+    pub match_mass: bool,
+    /// How density is carried.
+    pub advection: Advection,
+    /// Relative tolerance of the projection.
+    pub projection_tolerance: f64,
+}
+
+impl OwnedProblem {
+    /// Everything by default, in a box of walls; N is the last keyframe's step, 0 without any.
+    pub fn new(cells: Vec<usize>, keyframes: Vec<usize>) -> Self {
+        Self {
+            boundary: vec![Boundary::Wall; cells.len()],
+            cells,
+            steps: keyframes.last().copied().unwrap_or(0),
+            keyframes,
+            length: 1.0,
+            dt: 1.0,
+            viscosity: 0.0,
+            force_weight: 1e3,
+            filters: None,
+            match_mass: true,
+            advection: Advection::default(),
+            projection_tolerance: 1e-5,
+        }
+    }
+
+    /// What the core borrows.
+    pub fn problem(&self) -> Problem<'_> {
+        Problem {
+            cells: &self.cells,
+            boundary: &self.boundary,
+            length: self.length,
+            dt: self.dt,
+            steps: self.steps,
+            keyframes: &self.keyframes,
+            viscosity: self.viscosity,
+            force_weight: self.force_weight,
+            filters: self.filters,
+            match_mass: self.match_mass,
+            advection: self.advection,
+            projection_tolerance: self.projection_tolerance,
+        }
+    }
+}
