@@ -1,13 +1,14 @@
 //! What nested starts share (mathematics section 6): the same scene on a grid of half as many cells an axis.
 //!
-//! The same dt, N, r and K (all sums shrink alike), densities restricted by means, flows by means that keep them free of
-//! divergence, one filter fewer so that the widest stays as wide; flows come back by the prolongation of STFAS.
+//! The same r and K (all sums shrink alike), densities restricted by means, flows by means that keep them free of
+//! divergence, one filter fewer so that the widest stays as wide; flows come back by the prolongation of STFAS. ADMM and L-BFGS
+//! keep dt and N; the direct method takes two steps for one where it can.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::transfer::{Move, Place};
-use crate::field::{Block, Vector, VectorMut};
+use crate::field::{Block, Vector, VectorMut, rows};
+use crate::grid::Grid;
 use crate::grid::levels::{Levels, Transfer};
-use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer};
 use crate::problem::keyframes::Keyframes;
 use crate::real::Real;
@@ -51,15 +52,17 @@ pub fn halvings(threads: usize) -> impl Iterator<Item = usize> + Clone {
 }
 
 /// The smallest grid of a nested start has this many cells along its longest axis at least.
-const fn smallest<S: Space>() -> usize {
-    if S::DIM == 2 { 16 } else { 8 }
+fn smallest(dims: usize) -> usize {
+    if dims == 2 { 16 } else { 8 }
 }
 
 /// Whether a scene on grid `fine` of a hierarchy is to begin on the next one, `coarse`: where every axis halves exactly and
 /// the coarse grid is not too small.
-pub fn begins_on<S: Space>(fine: &Grid, coarse: &Grid) -> bool {
-    let halves = (0..S::DIM).all(|axis| fine.n[axis] == 2 * coarse.n[axis] && coarse.n[axis] >= smallest::<S>() / 2);
-    halves && coarse.n.iter().any(|&n| n >= smallest::<S>())
+#[must_use]
+pub fn begins_on(fine: &Grid, coarse: &Grid) -> bool {
+    let least = smallest(fine.dims);
+    let halves = (0..fine.dims).all(|axis| fine.n[axis] == 2 * coarse.n[axis] && coarse.n[axis] >= least / 2);
+    halves && coarse.n.iter().any(|&n| n >= least)
 }
 
 /// The data of a scene on one grid.
@@ -108,6 +111,25 @@ pub fn prolong<T: Real>(exec: &dyn Exec, levels: &Levels<'_, T>, level: usize, s
     for (axis, (from, to)) in coarse.into_iter().zip(fine).enumerate().take(source.dims) {
         pass(exec, step, Place::Face(axis), from, to, slots, scratch);
     }
+}
+
+/// The flow at all slots, 2 `few` + 1 of them, from that of the same grid at steps twice as long: linear in time between the middles
+/// of the long steps, of which `initial` fills the first, constant after the last, and halved, as a step is half as long.
+pub fn refine_time<T: Real>(exec: &dyn Exec, grid: &Grid, few: usize, initial: Vector<'_, T>, coarse: Vector<'_, T>, fine: VectorMut<'_, T>) {
+    let (n, near, far) = (grid.n[0], T::from_f64(0.5 * 0.75), T::from_f64(0.5 * 0.25));
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: fine, sums: &mut [], scratch: &mut [] }, |task| {
+        for (axis, fine) in task.fields.into_iter().enumerate().take(grid.dims) {
+            let long = |step: usize| match step.min(few).checked_sub(1) {
+                None => &initial[axis][task.row * n..][..n],
+                Some(slot) => &coarse[axis][(task.row * few + slot) * n..][..n],
+            };
+            for (slot, out) in fine.chunks_exact_mut(n).enumerate() {
+                let step = slot.div_ceil(2);
+                rows::scale(out, near, long(step));
+                rows::add_scaled(out, far, long(if slot % 2 == 0 { step + 1 } else { step - 1 }));
+            }
+        }
+    });
 }
 
 /// `to` = `from` passed to the other grid, on as many threads as `scratch` is enough for.

@@ -2,15 +2,13 @@
 
 use crate::exit::status_name;
 use crate::job::Job;
-use crate::progress::{Clock, Row, Watch, cells};
-use crate::report::{
-    AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord,
-};
+use crate::progress::{Clock, Watch};
+use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
 use crate::scene::{boundary_name, method_name, scheme_name};
-use thurible_core::{AdmmProgress, DirectProgress, Objective, Real, Solver, Space, Status};
+use thurible_core::{Real, Solver, Space, Status};
 
 /// The record of `job`, solved by `solver` under the eyes of `watch`.
-pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: Status, watch: &Watch, mass_factors: &[f64]) -> RunRecord {
+pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: Status, watch: &mut Watch, mass_factors: &[f64]) -> RunRecord {
     let problem = &job.planned.problem;
     RunRecord {
         format: 1,
@@ -26,8 +24,8 @@ pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: S
         method: method_name(job.planned.params.method).into(),
         precision: job.planned.precision.name().into(),
         status: status_name(status).into(),
-        objective: parts(solver.objective()),
-        history: watch.history.iter().map(iteration).collect(),
+        objective: solver.objective().into(),
+        history: core::mem::take(&mut watch.history),
         memory: memory(job),
         seconds: seconds(&watch.clock),
         threads: job.planned.params.threads,
@@ -36,39 +34,6 @@ pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: S
         command: command_line(),
         keyframes: keyframes(job, solver, mass_factors),
     }
-}
-
-fn parts(objective: Objective) -> ObjectiveRecord {
-    ObjectiveRecord { data: objective.data, force: objective.force }
-}
-
-fn iteration(row: &Row) -> IterationRecord {
-    let is_descent = row.progress.direct.level_iteration > 0;
-    let is_admm = !row.progress.admm.nso_residuals.is_empty();
-    IterationRecord {
-        iteration: row.progress.iteration,
-        seconds: row.seconds,
-        objective: parts(row.progress.objective),
-        admm: is_admm.then(|| admm(&row.progress.admm)),
-        direct: is_descent.then(|| direct(&row.progress.direct)),
-    }
-}
-
-fn admm(progress: &AdmmProgress) -> AdmmRecord {
-    AdmmRecord {
-        ao_step: progress.ao_step,
-        density_change: progress.density_change,
-        nso_residuals: progress.nso_residuals.iter().copied().collect(),
-        kkt: progress.kkt,
-        ao_residuals: progress.ao_residuals.iter().copied().collect(),
-        gap: progress.gap,
-        data_of_star: progress.data_of_star,
-        held: progress.held,
-    }
-}
-
-fn direct(progress: &DirectProgress) -> DirectRecord {
-    DirectRecord { level: cells(progress), step: progress.step, slope: progress.slope, evaluations: progress.evaluations }
 }
 
 fn memory(job: &Job) -> MemoryRecord {

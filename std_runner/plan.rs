@@ -8,7 +8,7 @@ use crate::region::MARGIN;
 use crate::scene::Scene;
 use crate::threads;
 use serde_json::{Value, json};
-use thurible_core::{Entry, Params, Plan, Sharing};
+use thurible_core::{Entry, Method, Params, Plan, Sharing};
 
 /// What the command line says about a plan.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +32,14 @@ pub struct Planned {
     pub precision: Precision,
     /// The ledger.
     pub plan: Plan,
+}
+
+impl Planned {
+    /// Iterations that the solver reports at most.
+    pub fn most_iterations(&self) -> usize {
+        let Params { method, iterations, direct, .. } = &self.params;
+        if *method == Method::Direct { direct.most_iterations(&self.problem.problem(), *iterations) } else { *iterations }
+    }
 }
 
 /// Bytes of the block for `plan`, bumpalo's rounding included.

@@ -85,7 +85,7 @@ impl Order {
     pub fn solve(&self, scene: Scene, folder: PathBuf, clock: Clock, start: Start) -> Result<Finished, Failure> {
         let planned = plan::choose(&scene, &self.wishes)?;
         let bytes = planned.plan.bytes();
-        let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + 2 * history_bytes(planned.params.iterations);
+        let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + history_bytes(planned.most_iterations());
         let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
         address_space::check(planned.params.threads)?;
         let Start { from, interrupt } = start;
@@ -166,7 +166,9 @@ impl Job {
             None => hand_over(&self.scene, &mut solver)?,
         };
         let destination = Destination::check(&self.folder)?;
-        let mut watch = Watch::new(clock, self.mode, self.planned.params.iterations, self.interrupt.clone().map_or_else(Interrupt::listen, Ok)?);
+        let interrupt = self.interrupt.clone().map_or_else(Interrupt::listen, Ok)?;
+        let display = Display::new(self.mode, self.planned.params.iterations);
+        let mut watch = Watch::new(clock, display, self.planned.most_iterations(), interrupt);
         self.announce(&watch.display);
         self.prepare(&mut solver, exec, &watch)?;
         watch.clock.begin();
@@ -179,7 +181,7 @@ impl Job {
         }
         watch.clock.finished();
         let frames = SolverFrames::new(&solver, &self.planned.problem);
-        let record = outcome::record(self, &solver, status, &watch, &mass_factors);
+        let record = outcome::record(self, &solver, status, &mut watch, &mass_factors);
         destination.fill(|folder| report::write_numbers(folder, &frames, &record).map_err(|error| Failure::File(error.to_string())))?;
         Ok(Solved { destination, record, status, watch })
     }
@@ -203,7 +205,7 @@ impl Job {
             json!({
                 "status": status_name(*status),
                 "exit_code": code_of(*status),
-                "iterations": watch.history.len(),
+                "iterations": record.history.len(),
                 "seconds": watch.clock.seconds(),
                 "objective": objective,
                 "folder": folder.to_string(),
@@ -212,7 +214,7 @@ impl Job {
         if self.mode != Mode::Human {
             return;
         }
-        console::print(&format!("{} after {} iterations and {}", in_sentence(*status), watch.history.len(), in_words(watch.clock.seconds())));
+        console::print(&format!("{} after {} iterations and {}", in_sentence(*status), record.history.len(), in_words(watch.clock.seconds())));
         console::print(&format!("objective {:.5e} = keyframes {:.5e} + force {:.5e}", objective.total(), objective.data, objective.force));
         console::print(&format!("result in {folder}; open {}", self.folder.join("report.html").display()));
     }

@@ -41,7 +41,7 @@ impl Settings {
 impl<T: Real, S: Space> Admm<'_, T, S> {
     /// v from the coarse solve, if there is one.
     pub(super) fn nested_start(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
-        let Some(settings) = self.coarse_settings(keyframes.steps.len()) else { return Ok(()) };
+        let Some(settings) = self.coarse_settings(keyframes.count()) else { return Ok(()) };
         if self.solve_coarse(exec, observer, &settings, keyframes)? == Status::NotFinite {
             self.v.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
@@ -60,7 +60,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let Dimensions { slots, threads, .. } = self.settings.dimensions;
         let (fine, coarse) = (self.levels.grids.first()?, self.levels.grids.get(1)?);
         let room = nested::scratch_per_thread(fine, slots) <= self.pbar.len();
-        if !(self.settings.params.nested && nested::begins_on::<S>(fine, coarse) && room) {
+        if !(self.settings.params.nested && nested::begins_on(fine, coarse) && room) {
             return None;
         }
         let least = Shape { lanes: 1, together: 1 };
@@ -92,11 +92,11 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let mut arena = Arena::over(region);
         let full = |_| Status::NotFinite;
         let mut admm = Admm::<T, S>::carve(&mut arena, settings).map_err(full)?;
-        let densities = arena.take(keyframes.steps.len() * coarse).map_err(full)?;
+        let densities = arena.take(keyframes.count() * coarse).map_err(full)?;
         let scene = nested::Scene { source: &rho[..cells], initial: view(initial), keyframes };
         let coarser = nested::SceneMut { source: &mut admm.rho[..coarse], initial: reborrow(&mut admm.initial), densities: &mut *densities };
         nested::restrict(exec, levels, 0, &scene, coarser, scratch);
-        let coarse_keyframes = Keyframes { steps: keyframes.steps, densities };
+        let coarse_keyframes = keyframes.coarse(1, densities);
         let status = loop {
             if let Some(status) = admm.step(exec, &mut Muffled(observer), &coarse_keyframes).status {
                 break status;

@@ -318,8 +318,9 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
 
 /// The target of the first keyframe not before `step`, or of the last one, and the steps from the keyframe before it.
 fn next_target<'a, T>(keyframes: &Keyframes<'a, T>, step: usize, cells: usize) -> (&'a [T], usize) {
-    let last = keyframes.steps.len() - 1;
-    let index = keyframes.steps.iter().position(|&at| at as usize >= step).unwrap_or(last);
-    let before = index.checked_sub(1).map_or(0, |before| keyframes.steps[before]);
-    (keyframes.density(index, cells), (keyframes.steps[index] - before) as usize)
+    let last = keyframes.count() - 1;
+    let index = keyframes.steps().position(|at| at >= step).unwrap_or(last);
+    let before = keyframes.steps().take(index).last().unwrap_or(0);
+    let at = keyframes.steps().nth(index).unwrap_or(before);
+    (keyframes.density(index, cells), at - before)
 }

@@ -23,7 +23,8 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         keyframes: &Keyframes<'_, T>,
         progress: &mut Progress,
     ) -> Result<Outcome, Status> {
-        let (level, tolerance) = (self.level.unwrap_or(0), self.settings.params.tolerance);
+        let level = self.level.unwrap_or(0);
+        let tolerance = self.tolerance_on(level);
         let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.settings.history));
         let mut work = self.work(level, keyframes);
         let exec = &Fewer::new(exec, work.evaluation.setup.carrier.threads);

@@ -30,7 +30,7 @@ impl<T: Real> Sizes<T> {
     #[inline(never)]
     pub fn new(settings: &Settings, level: usize, threads: usize) -> Self {
         let grid = grid_of(settings, level);
-        let (cells, slots) = (grid.cells(), settings.carrier.slots);
+        let (cells, slots) = (grid.cells(), slots_on(settings, level));
         let vectors = grid.dims * (pooled(cells) + pooled(cells * slots));
         let mut ledger = Ledger::new();
         Self::requirement(&mut ledger, settings, level, threads);
@@ -60,6 +60,23 @@ fn grid_of(settings: &Settings, level: usize) -> Grid {
     levels::hierarchy(&settings.grid)[level]
 }
 
+/// Steps of the scene that are one on grid `level`.
+pub(super) fn stride(settings: &Settings, level: usize) -> u32 {
+    if level > 0 && settings.halves_time { 2 } else { 1 }
+}
+
+/// Slots on grid `level`.
+pub(super) fn slots_on(settings: &Settings, level: usize) -> usize {
+    (settings.carrier.slots + 1) / stride(settings, level) as usize - 1
+}
+
+/// K, nu and r in the scaled numbers of grid `level`: with steps `s` times as long, v of a step is s times as large, w s^2 times, and
+/// there are s times fewer of each.
+fn weights(settings: &Settings, level: usize) -> [f64; 3] {
+    let s = f64::from(stride(settings, level));
+    [super::STIFFNESS / (s * s), settings.viscosity * s, settings.force_weight / (s * s * s)]
+}
+
 /// Weight of e in the metric on the grids between the coarsest and the finest. What those grids cannot resolve would make them
 /// tear the smoke's edge, and the finest grid would inherit it; the coarsest needs the whole metric, to move far smoke at all.
 const IDENTITY_BETWEEN: f64 = 0.25;
@@ -68,14 +85,14 @@ const IDENTITY_BETWEEN: f64 = 0.25;
 fn carrier_setup(settings: &Settings, level: usize, levels: usize, threads: usize) -> carrier::Setup {
     let between = (1..levels.saturating_sub(1)).contains(&level);
     let metric = Metric { filters: settings.carrier.metric.filters.saturating_sub(level), identity: if between { IDENTITY_BETWEEN } else { 1.0 } };
-    carrier::Setup { metric, threads, ..settings.carrier }
+    carrier::Setup { slots: slots_on(settings, level), metric, threads, ..settings.carrier }
 }
 
 /// Numbers of the finest grid's rest in which one iteration finds what another left, on whichever grid: the data of the grids down
 /// to that one and quasi-Newton's fields there. Behind them is work.
-pub(super) fn live<T: Real, S: Space>(settings: &Settings) -> usize {
-    let fields = |level: usize| quasi_newton::numbers(&grid_of(settings, level), settings.carrier.slots, settings.history);
-    let coarser = (1..Threads::new::<T, S>(settings).len()).scan(0, |above, level| {
+pub(super) fn live<T: Real>(settings: &Settings) -> usize {
+    let fields = |level: usize| quasi_newton::numbers(&grid_of(settings, level), slots_on(settings, level), settings.history);
+    let coarser = (1..Threads::new::<T>(settings).len()).scan(0, |above, level| {
         *above += Sizes::<T>::new(settings, level, 1).data;
         Some(*above + fields(level))
     });
@@ -88,13 +105,13 @@ pub(super) struct Threads(heapless::Vec<usize, MAX_LEVELS>);
 
 impl Threads {
     /// Which grids take part follows from the problem and the pairs alone; on how many threads, from what is planned.
-    pub fn new<T: Real, S: Space>(settings: &Settings) -> Self {
+    pub fn new<T: Real>(settings: &Settings) -> Self {
         let grids = levels::hierarchy(&settings.grid);
         let mut list = heapless::Vec::new();
         let _ = list.push(settings.carrier.threads);
         for (level, pair) in grids.windows(2).enumerate() {
             let (room, alone) = (Sizes::<T>::new(settings, level, 1).rest, Sizes::<T>::new(settings, level + 1, 1).all());
-            if !(settings.params.nested && nested::begins_on::<S>(&pair[0], &pair[1]) && alone <= room) {
+            if !(settings.params.nested && nested::begins_on(&pair[0], &pair[1]) && alone <= room) {
                 break;
             }
             let room = Sizes::<T>::new(settings, level, list[level]).rest;
@@ -144,9 +161,9 @@ impl<'a, T: Real> NextMut<'a, T> {
         Self { initial, rho, v, densities, rest: pool.into_rest() }
     }
 
-    /// With its keyframes, whose steps are those of all grids.
-    pub fn complete(self, steps: &'a [u32]) -> LevelMut<'a, T> {
-        LevelMut { initial: self.initial, rho: self.rho, v: self.v, keyframes: Keyframes { steps, densities: self.densities }, rest: self.rest }
+    /// With its keyframes, at the steps of those on another grid.
+    pub fn complete(self, keyframes: &Keyframes<'a, T>, stride: u32) -> LevelMut<'a, T> {
+        LevelMut { initial: self.initial, rho: self.rho, v: self.v, keyframes: keyframes.coarse(stride, self.densities), rest: self.rest }
     }
 }
 
@@ -172,9 +189,12 @@ impl<'a, T> Work<'a, '_, T> {
 }
 
 /// Grid `level` from the finest one, all in between carved one in the rest of the other.
-pub(super) fn down<'a, T: Real>(levels: &Levels<'_, T>, slots: usize, finest: LevelMut<'a, T>, level: usize) -> LevelMut<'a, T> {
-    let steps = finest.keyframes.steps;
-    levels.grids.iter().skip(1).take(level).fold(finest, |at, grid| NextMut::carve(grid, slots, steps.len(), at.rest).complete(steps))
+pub(super) fn down<'a, T: Real>(levels: &Levels<'_, T>, settings: &Settings, finest: LevelMut<'a, T>, level: usize) -> LevelMut<'a, T> {
+    let keyframes = finest.keyframes;
+    let grids = levels.grids.iter().enumerate().skip(1).take(level);
+    grids.fold(finest, |at, (level, grid)| {
+        NextMut::carve(grid, slots_on(settings, level), keyframes.count(), at.rest).complete(&keyframes, stride(settings, level))
+    })
 }
 
 impl<'m, T: Real, S: Space> Direct<'m, T, S> {
@@ -187,19 +207,19 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
 
     /// Grid `level`, to iterate on.
     pub(super) fn work<'a>(&'a mut self, level: usize, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
-        let (slots, history) = (self.settings.carrier.slots, self.settings.history);
+        let (slots, history) = (slots_on(&self.settings, level), self.settings.history);
         let (count, threads) = (self.threads.len(), self.threads.on(level));
         let Self { levels, v, initial, rho, rest, pivots, sums, settings, .. } = self;
         let keyframes = *keyframes;
         let finest = LevelMut { initial: reborrow(initial), rho, v: reborrow(v), keyframes, rest };
-        let LevelMut { initial: [x, y, z], rho, v, keyframes, rest } = down(levels, slots, finest, level);
+        let LevelMut { initial: [x, y, z], rho, v, keyframes, rest } = down(levels, settings, finest, level);
         let mut pool = Pool::new(rest);
         let fields = quasi_newton::take(&levels.grids[level], slots, history, &mut pool);
         let (initial, region) = ([&*x, &*y, &*z], pool.into_rest());
-        let Settings { viscosity, force_weight, projection_tolerance, .. } = *settings;
+        let ([stiffness, viscosity, force_weight], projection_tolerance) = (weights(settings, level), settings.projection_tolerance);
         let setup = evaluate::Setup { carrier: carrier_setup(settings, level, count, threads), viscosity, force_weight, projection_tolerance };
         let evaluation = Evaluation { levels, level, setup, initial, rho, keyframes, region, sums };
-        let line = TimeLine::new(super::STIFFNESS / force_weight, drag(&levels.grids[level], viscosity), pivots);
+        let line = TimeLine::new(stiffness / force_weight, drag(&levels.grids[level], viscosity), &mut pivots[..slots]);
         Work { evaluation, v, fields, line }
     }
 }

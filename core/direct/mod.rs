@@ -20,8 +20,9 @@ use crate::checkpoint::{Damaged, MANY, Record};
 use crate::descent::{Descent, Outcome};
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut};
-use crate::grid::levels::Levels;
+use crate::grid::levels::{self, Levels};
 use crate::grid::{Grid, Space};
+use crate::nested;
 use crate::observe::{Event, Observer};
 use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
@@ -38,7 +39,14 @@ use level::Sizes;
 const STIFFNESS: f64 = 1e3;
 
 /// Iterations at most on the coarsest grid, where they cost nothing, and on those between it and the finest.
-const COARSE_ITERATIONS: [usize; 2] = [100, 30];
+const COARSE_ITERATIONS: [usize; 2] = [100, 60];
+/// Their tolerance in parts of the finest grid's: a plateau there is seldom the end, and to go on costs little.
+const COARSE_TOLERANCE: f64 = 1e-2;
+
+/// Iterations at most on grid `level` > 0, of which `coarsest` is the last.
+fn coarse_iterations(level: usize, coarsest: usize) -> usize {
+    COARSE_ITERATIONS[usize::from(level < coarsest)]
+}
 
 /// What a caller chooses for the direct method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +78,14 @@ impl DirectParams {
     pub fn check(&self) -> Result<(), ProblemError> {
         positive("direct.tolerance", self.tolerance)
     }
+
+    /// Iterations of a solve at most, those on coarser grids included, of which `on_finest` on the finest.
+    #[must_use]
+    pub fn most_iterations(&self, problem: &Problem<'_>, on_finest: usize) -> usize {
+        let grids = levels::hierarchy(&problem.grid());
+        let coarser = grids.windows(2).take_while(|pair| self.nested && nested::begins_on(&pair[0], &pair[1])).count();
+        (1..=coarser).map(|level| coarse_iterations(level, coarser)).fold(on_finest, usize::saturating_add)
+    }
 }
 
 /// All that a solve follows from but its densities, in scaled numbers.
@@ -91,6 +107,8 @@ pub struct Settings {
     pub force_weight: f64,
     /// Iterations on the finest grid at most.
     pub iterations: usize,
+    /// Whether two steps are one on the coarser grids: where every keyframe's step is even and leaves a slot to steer by.
+    pub halves_time: bool,
     /// The caller's choices.
     pub params: DirectParams,
 }
@@ -109,6 +127,7 @@ impl Settings {
             viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),
             iterations,
+            halves_time: problem.steps.is_multiple_of(2) && problem.keyframes.iter().all(|&step| step.is_multiple_of(2) && step >= 4),
             params: *params,
         }
     }
@@ -156,7 +175,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     fn in_turn(ledger: &mut Ledger, settings: &Settings) {
         ledger.group("used in turn", Sharing::InTurn, |ledger| {
             Sizes::<T>::requirement(ledger, settings, 0, settings.carrier.threads);
-            if level::Threads::new::<T, S>(settings).len() > 1 {
+            if level::Threads::new::<T>(settings).len() > 1 {
                 ledger.line("coarser grids before", Sizes::<T>::new(settings, 1, 1).all(), T::BYTES);
             }
         });
@@ -187,7 +206,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             pivots,
             sums,
             settings: *settings,
-            threads: level::Threads::new::<T, S>(settings),
+            threads: level::Threads::new::<T>(settings),
             level: None,
             descent: Descent::new(settings.history),
             iteration: 0,
@@ -214,7 +233,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     /// Numbers that [`Self::record`] passes over.
     pub(crate) fn live(settings: &Settings) -> usize {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
-        densities(&grid, slots) + S::DIM * grid.cells() * (slots + 1) + level::live::<T, S>(settings)
+        densities(&grid, slots) + S::DIM * grid.cells() * (slots + 1) + level::live::<T>(settings)
     }
 
     /// The state in a checkpoint.
@@ -229,7 +248,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         record.numbers(self.rho);
         let Self { v, initial, .. } = self;
         [v, initial].into_iter().flatten().for_each(|field| record.numbers(field));
-        record.numbers(&mut self.rest[..level::live::<T, S>(&self.settings)]);
+        record.numbers(&mut self.rest[..level::live::<T>(&self.settings)]);
         Ok(())
     }
 
@@ -251,11 +270,13 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
 
     /// Iterations on grid `level` at most.
     fn iterations_on(&self, level: usize) -> usize {
-        match level {
-            0 => self.settings.iterations,
-            _ if level + 1 == self.threads.len() => COARSE_ITERATIONS[0],
-            _ => COARSE_ITERATIONS[1],
-        }
+        if level == 0 { self.settings.iterations } else { coarse_iterations(level, self.threads.len() - 1) }
+    }
+
+    /// What an iteration on grid `level` must gain, in parts of the objective.
+    fn tolerance_on(&self, level: usize) -> f64 {
+        let tolerance = self.settings.params.tolerance;
+        if level == 0 { tolerance } else { COARSE_TOLERANCE * tolerance }
     }
 
     /// One iteration, on the grid that the solve has come to.

@@ -10,17 +10,45 @@ use crate::real::Real;
 /// Targets rho*_i with their steps i.
 #[derive(Clone, Copy, Debug)]
 pub struct Keyframes<'a, T> {
-    /// Steps, ascending.
-    pub steps: &'a [u32],
+    /// Steps of the scene, ascending.
+    steps: &'a [u32],
+    /// How many of them are one step here.
+    stride: u32,
     /// One field of cells for each.
-    pub densities: &'a [T],
+    densities: &'a [T],
 }
 
 impl<'a, T> Keyframes<'a, T> {
+    /// Targets one after the other, at `steps` of the scene.
+    #[must_use]
+    pub fn new(steps: &'a [u32], densities: &'a [T]) -> Self {
+        Self { steps, stride: 1, densities }
+    }
+
+    /// The same steps with other densities, where `stride` steps of the scene, which divides all of these, are one.
+    #[must_use]
+    pub fn coarse<'c>(&self, stride: u32, densities: &'c [T]) -> Keyframes<'c, T>
+    where
+        'a: 'c,
+    {
+        Keyframes { steps: self.steps, stride, densities }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Their steps, ascending.
+    pub fn steps(&self) -> impl ExactSizeIterator<Item = usize> + use<'_, T> {
+        self.steps.iter().map(|step| (step / self.stride) as usize)
+    }
+
     /// The keyframe at `step`, if there is one.
     #[must_use]
     pub fn at(&self, step: usize) -> Option<usize> {
-        self.steps.iter().position(|&at| at as usize == step)
+        self.steps().position(|at| at == step)
     }
 
     /// The target of keyframe `index`.
@@ -96,7 +124,7 @@ impl<'a, T: Real> DataTerm<'a, T> {
     /// The data term of a whole trajectory of densities.
     pub fn total(&mut self, exec: &dyn Exec, rho: &[T], keyframes: &Keyframes<'_, T>, sums: &mut [f64]) -> f64 {
         let cells = self.grid.cells();
-        let steps = keyframes.steps.iter().enumerate();
-        steps.fold(0.0, |sum, (index, &step)| sum + self.evaluate(exec, &rho[step as usize * cells..][..cells], keyframes.density(index, cells), sums))
+        let steps = keyframes.steps().enumerate();
+        steps.fold(0.0, |sum, (index, step)| sum + self.evaluate(exec, &rho[step * cells..][..cells], keyframes.density(index, cells), sums))
     }
 }

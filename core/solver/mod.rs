@@ -162,7 +162,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         if self.prepare(exec).is_err() {
             return Progress { status: Some(Status::NotReady), ..Progress::default() };
         }
-        let keyframes = Keyframes { steps: self.keyframe_steps, densities: self.targets };
+        let keyframes = Keyframes::new(self.keyframe_steps, self.targets);
         self.finished = false;
         self.engine.step(exec, observer, &keyframes)
     }
@@ -183,7 +183,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// # Errors
     /// [`Status::NotFinite`] when a number is not finite or the flow is too fast to be transported.
     pub fn finish(&mut self, exec: &dyn Exec) -> Result<Objective, Status> {
-        let keyframes = Keyframes { steps: self.keyframe_steps, densities: self.targets };
+        let keyframes = Keyframes::new(self.keyframe_steps, self.targets);
         self.finished = false;
         self.objective = self.engine.make_feasible(exec, &keyframes)?;
         self.finished = true;

@@ -1,9 +1,9 @@
 //! A bar on a terminal, plain lines elsewhere, JSON lines for programs, or nothing.
 
-use super::cells;
 use super::clock::in_words;
 use crate::console;
 use crate::plan::size_in_words;
+use crate::report::cells;
 use core::fmt::Arguments;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};

@@ -7,29 +7,16 @@ pub use clock::{Clock, Phase, Spent, in_words};
 pub use display::{Display, Mode};
 
 use crate::interrupt::Interrupt;
+use crate::report::IterationRecord;
 use core::ops::ControlFlow;
-use thurible_core::{DirectProgress, Event, Observer, Progress};
-
-/// One outer iteration, for the report.
-#[derive(Clone, Debug)]
-pub struct Row {
-    /// Seconds since the solve began.
-    pub seconds: f64,
-    /// What the core said.
-    pub progress: Progress,
-}
+use thurible_core::{Event, Observer, Progress};
 
 /// Rows that the history has room for from the start, so that it need not grow while the solve runs.
 const ROWS: usize = 1024;
 
 /// Bytes of the history's rows for a solve of at most `limit` iterations.
 pub fn history_bytes(limit: usize) -> usize {
-    limit.min(ROWS) * size_of::<Row>()
-}
-
-/// Cells of the grid that an iteration of the direct method worked on.
-pub fn cells(direct: &DirectProgress) -> Vec<usize> {
-    direct.cells.into_iter().filter(|&count| count > 1).collect()
+    limit.min(ROWS) * size_of::<IterationRecord>()
 }
 
 /// The runner's [`Observer`]: times phases, moves the bar, keeps the history, passes on Ctrl-C.
@@ -39,16 +26,16 @@ pub struct Watch {
     /// What the user sees.
     pub display: Display,
     /// All iterations so far.
-    pub history: Vec<Row>,
+    pub history: Vec<IterationRecord>,
     interrupt: Interrupt,
     /// Whether the user has heard that the solve stops.
     told: bool,
 }
 
 impl Watch {
-    /// Watches a solve of at most `limit` iterations; `clock` has run since the program began.
-    pub fn new(clock: Clock, mode: Mode, limit: usize, interrupt: Interrupt) -> Self {
-        Watch { clock, display: Display::new(mode, limit), history: Vec::with_capacity(limit.min(ROWS)), interrupt, told: false }
+    /// Watches a solve of at most `limit` iterations, coarser grids' included; `clock` has run since the program began.
+    pub fn new(clock: Clock, display: Display, limit: usize, interrupt: Interrupt) -> Self {
+        Watch { clock, display, history: Vec::with_capacity(limit.min(ROWS)), interrupt, told: false }
     }
 
     /// An outer iteration is over.
@@ -59,7 +46,7 @@ impl Watch {
             self.clock.nested();
         }
         self.display.iteration(progress, seconds, self.clock.nested);
-        self.history.push(Row { seconds, progress: progress.clone() });
+        self.history.push(IterationRecord::new(seconds, progress));
     }
 
     /// Whether to stop; the user is told once.

@@ -17,6 +17,7 @@ pub use record::{
     AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord,
 };
 
+pub(crate) use record::cells;
 pub(crate) use tables::product;
 pub(crate) use words::{bytes, number, seconds};
 

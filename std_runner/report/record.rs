@@ -1,6 +1,7 @@
 //! The facts of a run, as `report.json` holds them.
 
 use serde::{Serialize, Serializer};
+use thurible_core::{AdmmProgress, DirectProgress, Objective, Progress};
 
 /// Everything that a program needs to check a result without its scene; numbers that are not finite become `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -69,6 +70,12 @@ pub struct ObjectiveRecord {
     pub force: f64,
 }
 
+impl From<Objective> for ObjectiveRecord {
+    fn from(Objective { data, force }: Objective) -> Self {
+        Self { data, force }
+    }
+}
+
 impl ObjectiveRecord {
     /// The sum of both.
     pub fn total(&self) -> f64 {
@@ -106,6 +113,21 @@ pub struct IterationRecord {
     pub direct: Option<DirectRecord>,
 }
 
+impl IterationRecord {
+    /// Of an iteration that ended `seconds` after the solve began.
+    pub(crate) fn new(seconds: f64, progress: &Progress) -> Self {
+        let Progress { iteration, objective, admm, direct, .. } = progress;
+        let is_admm = !admm.nso_residuals.is_empty();
+        Self {
+            iteration: *iteration,
+            seconds,
+            objective: (*objective).into(),
+            admm: is_admm.then(|| admm.into()),
+            direct: (direct.level_iteration > 0).then(|| direct.into()),
+        }
+    }
+}
+
 /// One iteration of the direct method.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DirectRecord {
@@ -117,6 +139,17 @@ pub struct DirectRecord {
     pub slope: f64,
     /// Flows whose objective was computed.
     pub evaluations: usize,
+}
+
+/// Cells of the grid that an iteration of the direct method worked on.
+pub(crate) fn cells(direct: &DirectProgress) -> Vec<usize> {
+    direct.cells.into_iter().filter(|&count| count > 1).collect()
+}
+
+impl From<&DirectProgress> for DirectRecord {
+    fn from(progress: &DirectProgress) -> Self {
+        Self { level: cells(progress), step: progress.step, slope: progress.slope, evaluations: progress.evaluations }
+    }
 }
 
 /// One iteration of ADMM.
@@ -138,6 +171,21 @@ pub struct AdmmRecord {
     pub data_of_star: f64,
     /// Whether the multipliers were held.
     pub held: bool,
+}
+
+impl From<&AdmmProgress> for AdmmRecord {
+    fn from(progress: &AdmmProgress) -> Self {
+        Self {
+            ao_step: progress.ao_step,
+            density_change: progress.density_change,
+            nso_residuals: progress.nso_residuals.iter().copied().collect(),
+            kkt: progress.kkt,
+            ao_residuals: progress.ao_residuals.iter().copied().collect(),
+            gap: progress.gap,
+            data_of_star: progress.data_of_star,
+            held: progress.held,
+        }
+    }
 }
 
 /// `memory`

@@ -50,7 +50,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
             ledger.bytes().unwrap_or(0) / T::BYTES
         };
         let threads = self.settings.carrier.threads;
-        if !(self.settings.params.nested && nested::begins_on::<S>(fine, coarse) && self.coarse_numbers(&on(1)) <= room(1)) {
+        if !(self.settings.params.nested && nested::begins_on(fine, coarse) && self.coarse_numbers(&on(1)) <= room(1)) {
             return None;
         }
         let fewer = nested::halvings(threads);
@@ -80,7 +80,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         let scene = nested::Scene { source: &rho[..cells], initial: view(initial), keyframes };
         let coarser = nested::SceneMut { source: &mut solver.rho[..coarse], initial: reborrow(&mut solver.initial), densities: &mut *densities };
         nested::restrict(fewer, levels, 0, &scene, coarser, scratch);
-        let coarse_keyframes = Keyframes { steps: keyframes.steps, densities };
+        let coarse_keyframes = keyframes.coarse(1, densities);
         let status = loop {
             if let Some(status) = solver.step(fewer, &mut Muffled(observer), &coarse_keyframes).status {
                 break status;

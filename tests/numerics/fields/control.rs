@@ -59,7 +59,7 @@ impl<T: Real> Control<'_, T> {
         let levels = Levels::carve(&mut Arena::new(memory.block()), grid).unwrap();
         let (mut star, mut direction) = (v.clone(), zeros(grid, slots));
         let mut rho = self.source.repeat(self.steps + 1);
-        let keyframes = Keyframes { steps: self.keyframes, densities: self.targets };
+        let keyframes = Keyframes::new(self.keyframes, self.targets);
         let fields = Fields {
             v: view(v),
             multiplier: view(multiplier),
@@ -92,7 +92,7 @@ impl<T: Real> Control<'_, T> {
             setup: evaluate::Setup { carrier: self.carrier(), viscosity: self.viscosity, force_weight, projection_tolerance: 1e-13 },
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
-            keyframes: Keyframes { steps: self.keyframes, densities: self.targets },
+            keyframes: Keyframes::new(self.keyframes, self.targets),
             region: &mut vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES],
             sums: &mut vec![0.0; 2 * grid.rows()],
         };
@@ -115,7 +115,7 @@ impl<T: Real> Control<'_, T> {
             setup: evaluate::Setup { carrier: self.carrier(), viscosity: self.viscosity, force_weight, projection_tolerance: 1e-13 },
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
-            keyframes: Keyframes { steps: self.keyframes, densities: self.targets },
+            keyframes: Keyframes::new(self.keyframes, self.targets),
             region: &mut vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES],
             sums: &mut vec![0.0; 2 * grid.rows()],
         };
