@@ -4,13 +4,16 @@
 //! free face (0 on a wall), B an orthonormal basis of the vectors orthogonal to g, J the local Jacobian of Adv + nu C^T C:
 //!
 //! ```text
-//! dv_k = g rb_k/|g|^2 + B y_k        dw_k = g rd_k/|g|^2 + B q_k        M_k = B^T (1 + J_k) B
+//! H = 1 - u u^T, H g || e_p          B = H without column p       M_k = B^T (1 + J_k) B
+//! dv_k = g rb_k/|g|^2 + B y_k        dw_k = g rd_k/|g|^2 + B q_k
 //! q_k = M_k y_k - y_{k-1} - c_k
 //! [kappa + 1 (not in slot T) + M_k^T M_k + omega B^T O_k B] y_k - M_k^T y_{k-1} - M_{k+1} y_{k+1} = a_k + M_k^T c_k - c_{k+1}
 //! ```
 //!
 //! a symmetric positive definite block-tridiagonal system, solved by block Cholesky with one cell in each SIMD lane.
 //! O_k is the outside-face term: the force that the cell's own change stirs up on faces that are not its own.
+//! H is a Householder reflection (Golub & Van Loan, Matrix Computations, section 5.1), so B^T X B is X after two changes of rank 1;
+//! p is a face along y, which is free in all cells of a row or in none.
 
 use super::level::System;
 use crate::grid::Space;
@@ -26,62 +29,68 @@ const AHEAD: usize = 2;
 /// Most lanes of a vector.
 const MAX_LANES: usize = 16;
 
-/// Numbers a lane that the basis table holds for one combination of walls: basis, g, 1/|g|^2.
-const fn table_row<S: Space>() -> usize {
-    S::FACES * S::FREE + S::FACES + 1
+/// The faces along y, of which one is the p of a row of cells.
+const BELOW: usize = 2;
+const ABOVE: usize = 3;
+
+/// Places in a row of the table: for each face u, g and 1 where it is free; then three numbers.
+struct Place<S>(core::marker::PhantomData<S>);
+impl<S: Space> Place<S> {
+    const REFLECTION: usize = 0;
+    const NORMAL: usize = S::FACES;
+    const FREE: usize = 2 * S::FACES;
+    /// 1 / |g|^2.
+    const INVERSE: usize = 3 * S::FACES;
+    /// u = ALONG g + ACROSS e_p.
+    const ALONG: usize = Self::INVERSE + 1;
+    const ACROSS: usize = Self::ALONG + 1;
+    const SIZE: usize = Self::ACROSS + 1;
 }
 
-/// Numbers of the basis table: one row for each combination of walls.
+/// Numbers of the table of reflections: one row for each combination of walls.
 #[must_use]
 pub fn table_len<S: Space>() -> usize {
-    table_row::<S>() << (2 * S::DIM)
+    Place::<S>::SIZE << (2 * S::DIM)
 }
 
-/// Fills the table: for each combination of walls g, 1/|g|^2 and an orthonormal basis of what is orthogonal to g.
+/// Fills the table for cells of size `h`.
 pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
-    for (walls, row) in table.chunks_exact_mut(table_row::<S>()).enumerate() {
+    for (walls, row) in table.chunks_exact_mut(Place::<S>::SIZE).enumerate() {
         let mut g = [0.0; 6];
         for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
-            let wall = walls >> f & 1 == 1;
-            *g = if wall { 0.0 } else { [-1.0, 1.0][f % 2] / h[f / 2] };
+            *g = if walls >> f & 1 == 1 { 0.0 } else { [-1.0, 1.0][f % 2] / h[f / 2] };
         }
         let squared: f64 = g.iter().map(|g| g * g).sum();
-        row.fill(T::ZERO);
-        orthonormal_complement::<T, S>(&g, walls, &mut row[..S::FACES * S::FREE]);
-        for f in 0..S::FACES {
-            row[S::FACES * S::FREE + f] = T::from_f64(g[f]);
+        let p = pivot(walls >> BELOW & 1 == 1);
+        if g[p] == 0.0 {
+            // No grid has cells with walls on both sides along y.
+            row.fill(T::ZERO);
+            continue;
         }
-        row[table_row::<S>() - 1] = T::from_f64(if squared > 0.0 { 1.0 / squared } else { 0.0 });
+        // u is g / |g| + sign(g_p) e_p, so long that u u^T is twice the projection on it.
+        let (norm, sign) = (libm::sqrt(squared), if g[p] > 0.0 { 1.0 } else { -1.0 });
+        let across = sign / libm::sqrt(1.0 + sign * g[p] / norm);
+        let along = sign * across / norm;
+        for (f, &g) in g.iter().enumerate().take(S::FACES) {
+            row[Place::<S>::REFLECTION + f] = T::from_f64(along * g + if f == p { across } else { 0.0 });
+            row[Place::<S>::NORMAL + f] = T::from_f64(g);
+            row[Place::<S>::FREE + f] = T::from_f64(if g == 0.0 { 0.0 } else { 1.0 });
+        }
+        row[Place::<S>::INVERSE] = T::from_f64(1.0 / squared);
+        row[Place::<S>::ALONG] = T::from_f64(along);
+        row[Place::<S>::ACROSS] = T::from_f64(across);
     }
 }
 
-/// Gram-Schmidt, twice for safety, on the free faces' unit vectors; columns that vanish stay 0.
-fn orthonormal_complement<T: Real, S: Space>(g: &[f64; 6], walls: usize, basis: &mut [T]) {
-    let mut columns: heapless::Vec<[f64; 6], 6> = heapless::Vec::new();
-    let length = |x: &[f64; 6]| libm::sqrt(x.iter().map(|x| x * x).sum());
-    let scaled = |x: &[f64; 6], s: f64| x.map(|x| x * s);
-    if length(g) > 0.0 {
-        let _ = columns.push(scaled(g, 1.0 / length(g)));
-    }
-    let skip = columns.len();
-    for f in (0..S::FACES).filter(|f| walls >> f & 1 == 0) {
-        let mut x = [0.0; 6];
-        x[f] = 1.0;
-        for _ in 0..2 {
-            for column in &columns {
-                let along: f64 = column.iter().zip(&x).map(|(c, x)| c * x).sum();
-                x.iter_mut().zip(column).for_each(|(x, c)| *x -= along * c);
-            }
-        }
-        if length(&x) > 1e-6 {
-            let _ = columns.push(scaled(&x, 1.0 / length(&x)));
-        }
-    }
-    for (c, column) in columns[skip..].iter().enumerate() {
-        for f in 0..S::FACES {
-            basis[f * S::FREE + c] = T::from_f64(column[f]);
-        }
-    }
+/// p of the cells above a wall along y, and of all others.
+fn pivot(above_wall: bool) -> usize {
+    if above_wall { ABOVE } else { BELOW }
+}
+
+/// The face of unknown `i` where the faces but `P` are unknowns.
+#[inline(always)]
+const fn face<const P: usize>(i: usize) -> usize {
+    if i < P { i } else { i + 1 }
 }
 
 /// Changes that a cell's solution has in one slot: dv and dw at its faces, dp, dpbar.
@@ -104,13 +113,10 @@ impl<S: Space> Kept<S> {
     const SIZE: usize = Self::NORMAL + 4;
 }
 
-/// Offsets, in vectors, of what a group of cells keeps for all slots.
+/// Offsets, in vectors, of what a group of cells keeps for all slots: its rows of the table, and 1 / h of every edge.
 struct Header<S>(core::marker::PhantomData<S>);
 impl<S: Space> Header<S> {
-    const BASIS: usize = 0;
-    const NORMAL: usize = S::FACES * S::FREE;
-    const INVERSE: usize = Self::NORMAL + S::FACES;
-    const EDGES: usize = Self::INVERSE + 1;
+    const EDGES: usize = Place::<S>::SIZE;
     const SIZE: usize = Self::EDGES + 2 * S::EDGES;
 }
 
@@ -164,14 +170,28 @@ fn avx2<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: super::col
 
 #[inline(always)]
 fn groups<T: Real, S: Space, V: Vector<Elem = T>>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, scratch: &mut [T], out: Changes<'_, T>) {
+    match pivot(system.grid.wall_below(row, 1)) {
+        BELOW => groups_of::<T, S, V, BELOW>(system, row, cells, scratch, out),
+        _ => groups_of::<T, S, V, ABOVE>(system, row, cells, scratch, out),
+    }
+}
+
+#[inline(always)]
+fn groups_of<T: Real, S: Space, V: Vector<Elem = T>, const P: usize>(
+    system: &System<'_, T>,
+    row: usize,
+    cells: super::colours::Cells,
+    scratch: &mut [T],
+    out: Changes<'_, T>,
+) {
     for first in (0..cells.count).step_by(V::LANES) {
         let count = V::LANES.min(cells.count - first);
         let group = Group::new::<S>(system, row, cells.start + 2 * first, count);
         let (header, kept) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
         group.fill_header::<S, V>(header);
-        group.factorise::<S, V>(header, kept);
+        group.factorise::<S, V, P>(header, kept);
         group.back_substitute::<S, V>(kept);
-        group.write_changes::<S, V>(header, kept, out.out, out.half, first);
+        group.write_changes::<S, V, P>(header, kept, out.out, out.half, first);
     }
 }
 
@@ -180,6 +200,19 @@ fn groups<T: Real, S: Space, V: Vector<Elem = T>>(system: &System<'_, T>, row: u
 fn at<V: Vector>(numbers: &[V::Elem], index: usize) -> V {
     V::load(&numbers[index * V::LANES..])
 }
+
+/// The body once for each of the numbers below a constant, so that it is compiled with what it indexes known.
+macro_rules! unroll {
+    ($i:ident < $count:expr; $($number:literal)*; $body:block) => {
+        $(if $number < $count {
+            let $i: usize = $number;
+            $body
+        })*
+    };
+}
+
+/// Where a slot of the cells' row begins at the first of them, and of the rows around it; `None` behind a wall.
+struct Slot([Option<usize>; 9]);
 
 /// A few cells of one row, one a lane.
 struct Group<'s, 'a, T> {
@@ -241,7 +274,7 @@ struct Residuals<V> {
     d: V,
 }
 
-/// The local Jacobian and the outside-face term.
+/// The local Jacobian and the lower triangle of the outside-face term.
 struct Jacobian<V> {
     inside: [[V; 6]; 6],
     outside: [[V; 6]; 6],
@@ -266,17 +299,21 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         Self { system, rows, row, x, count, wrap_low: grid.periodic[0] && x == 0, wrap_high: grid.periodic[0] && last + 1 == grid.n[0] }
     }
 
-    /// Numbers of `field` in slot `k`, `offset` from the cells; 0 behind walls along y and z.
+    /// Where the cells' rows and those around them have slot `k` of `slots`.
     #[inline(always)]
-    fn gather<V: Vector<Elem = T>>(&self, field: &[T], slots: usize, k: usize, offset: [isize; 3]) -> V {
-        let Some(row) = self.rows[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize] else { return V::splat(T::ZERO) };
-        let nx = self.system.grid.n[0];
-        let start = (row * slots + k) * nx;
-        let at = (start + self.x) as isize + offset[0];
+    fn slot(&self, slots: usize, k: usize) -> Slot {
+        Slot(self.rows.map(|row| row.map(|row| (row * slots + k) * self.system.grid.n[0] + self.x)))
+    }
+
+    /// Numbers of `field` in a slot, `offset` from the cells; 0 behind walls along y and z.
+    #[inline(always)]
+    fn gather<V: Vector<Elem = T>>(&self, field: &[T], slot: &Slot, offset: [isize; 3]) -> V {
+        let Some(first) = slot.0[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize] else { return V::splat(T::ZERO) };
         let wraps = (offset[0] == -1 && self.wrap_low) || (offset[0] == 1 && self.wrap_high);
-        match usize::try_from(at).ok().and_then(|at| field.get(at..at + 2 * V::LANES)) {
+        let at = first.wrapping_add_signed(offset[0]);
+        match field.get(at..at.wrapping_add(2 * V::LANES)) {
             Some(both) if !wraps => V::load_even(both),
-            _ => self.gather_slowly(field, start, offset[0]),
+            _ => self.gather_slowly(field, first - self.x, offset[0]),
         }
     }
 
@@ -293,15 +330,15 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         V::load(&lanes)
     }
 
-    /// The field at the cell's own face `f`.
+    /// A field at the cells' own face `f`.
     #[inline(always)]
-    fn own<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slots: usize, k: usize, f: usize) -> V {
+    fn own<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slot: &Slot, f: usize) -> V {
         let mut offset = [0; 3];
         offset[f / 2] = (f % 2) as isize;
-        self.gather(field[f / 2], slots, k, offset)
+        self.gather(field[f / 2], slot, offset)
     }
 
-    /// The header of the scratch: basis, g, 1/|g|^2 of every lane, and 1/h of every edge, 0 where it is on a wall.
+    /// The header of the scratch; 1/h of an edge is 0 where it is on a wall.
     #[inline(always)]
     fn fill_header<S: Space, V: Vector<Elem = T>>(&self, header: &mut [T]) {
         let (grid, lanes) = (self.system.grid, V::LANES);
@@ -310,7 +347,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             let at = [(self.x + 2 * l.min(self.count - 1)), y, z];
             let wall = |f: usize| !grid.periodic[f / 2] && at[f / 2] == [0, grid.n[f / 2] - 1][f % 2];
             let walls = (0..S::FACES).fold(0, |code, f| code | usize::from(wall(f)) << f);
-            let row = &self.system.table[walls * table_row::<S>()..][..table_row::<S>()];
+            let row = &self.system.table[walls * Place::<S>::SIZE..][..Place::<S>::SIZE];
             for (q, &number) in row.iter().enumerate() {
                 header[q * lanes + l] = number;
             }
@@ -327,7 +364,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// Assembles and factorises the block-tridiagonal system, slot after slot.
     #[inline(always)]
-    fn factorise<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &mut [T]) {
+    fn factorise<S: Space, V: Vector<Elem = T>, const P: usize>(&self, header: &[T], kept: &mut [T]) {
         let slots = self.system.slots;
         let size = Kept::<S>::SIZE * V::LANES;
         for k in 0..slots {
@@ -336,7 +373,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             if k + AHEAD < slots {
                 self.prefetch::<S>(k + AHEAD, 2 * V::LANES);
             }
-            self.assemble::<S, V>(header, k, now);
+            self.assemble::<S, V, P>(header, k, now);
             if k > 0 {
                 let (earlier, last) = before.split_at_mut((k - 1) * size);
                 let two_back = if k > 1 { &earlier[(k - 2) * size..] } else { &[] };
@@ -374,15 +411,15 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// Residuals, Jacobian and from them a, c, M and the diagonal block of slot `k`.
     #[inline(always)]
-    fn assemble<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize, now: &mut [T]) {
+    fn assemble<S: Space, V: Vector<Elem = T>, const P: usize>(&self, header: &[T], k: usize, now: &mut [T]) {
         let lanes = V::LANES;
         let zero = V::splat(T::ZERO);
         let (residuals, jacobian) = self.residuals::<S, V>(header, k);
         let mut g = [zero; 6];
         for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
-            *g = at(header, Header::<S>::NORMAL + f);
+            *g = at(header, Place::<S>::NORMAL + f);
         }
-        let inverse: V = at(header, Header::<S>::INVERSE);
+        let inverse: V = at(header, Place::<S>::INVERSE);
         let (beta, delta) = (residuals.b * inverse, residuals.d * inverse);
         let mut column = [zero; 6];
         let mut row = [zero; 6];
@@ -400,8 +437,9 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         for f in 0..S::FACES {
             normal_a = normal_a + g[f] * residuals.a[f];
             normal_c = normal_c + g[f] * residuals.c[f];
-            reduced_a[f] = residuals.a[f] - row[f] * delta;
-            reduced_c[f] = residuals.c[f] - column[f] * beta;
+            let free: V = at(header, Place::<S>::FREE + f);
+            reduced_a[f] = free * (residuals.a[f] - row[f] * delta);
+            reduced_c[f] = free * (residuals.c[f] - column[f] * beta);
         }
         for f in 0..S::FACES {
             (row[f] + g[f]).store(&mut now[(Kept::<S>::ROW + f) * lanes..]);
@@ -413,21 +451,27 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         normal_c.store(&mut now[(Kept::<S>::NORMAL + 3) * lanes..]);
         let last = k + 1 == self.system.slots;
         let diagonal = if last { self.system.kappa } else { self.system.kappa + T::ONE };
-        reduce::<T, S, V>(header, &jacobian, &reduced_a, &reduced_c, diagonal, self.system.outside, now);
+        let right = [Right { of_g: row, side: reduced_a }, Right { of_g: column, side: reduced_c }];
+        reduce::<T, S, V, P>(header, &jacobian, &right, diagonal, self.system.outside, now);
     }
 
     /// The residuals at the group's cells and faces and the Jacobian there, edge by edge.
     #[inline(always)]
     fn residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize) -> (Residuals<V>, Jacobian<V>) {
         let system = self.system;
-        let (slots, zero, half, viscosity) = (system.slots, V::splat(T::ZERO), V::splat(T::HALF), V::splat(system.viscosity));
-        let mut r = self.linear_residuals::<S, V>(header, k);
+        let (zero, half, viscosity) = (V::splat(T::ZERO), V::splat(T::HALF), V::splat(system.viscosity));
+        let slot = self.slot(system.slots, k);
+        let (mut v, mut w) = ([zero; 6], [zero; 6]);
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
+            (v[f], w[f]) = (self.own(&system.v, &slot, f), self.own(&system.w, &slot, f));
+        });
+        let mut r = self.linear_residuals::<S, V>(header, k, &slot, &v, &w);
         let mut j = Jacobian { inside: [[zero; 6]; 6], outside: [[zero; 6]; 6] };
-        for e in 0..S::EDGES {
+        unroll!(e < S::EDGES; 0 1 2 3 4 5 6 7 8 9 10 11; {
             let edge = Edge::new::<S>(e);
             let (fa, fb) = (2 * edge.a + edge.side_a, 2 * edge.b + edge.side_b);
-            let (va, vb): ([V; 2], [V; 2]) = self.quad(&system.v, slots, k, edge);
-            let (wa, wb): ([V; 2], [V; 2]) = self.quad(&system.w, slots, k, edge);
+            let (va, vb): ([V; 2], [V; 2]) = self.quad(&system.v, &slot, &v, edge);
+            let (wa, wb): ([V; 2], [V; 2]) = self.quad(&system.w, &slot, &w, edge);
             let (inverse_a, inverse_b): (V, V) = (at(header, Header::<S>::EDGES + 2 * e), at(header, Header::<S>::EDGES + 2 * e + 1));
             let inverse = [inverse_a, inverse_b];
             let (p, m) = (Plaquette::new(va, vb, inverse, half), Plaquette::new(wa, wb, inverse, half));
@@ -455,53 +499,54 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             j.outside[fa][fa] = j.outside[fa][fa] + (aa * aa + ba * ba);
             j.outside[fb][fb] = j.outside[fb][fb] + (ab * ab + bb * bb);
             let across = aa * ab + ba * bb;
-            j.outside[fa][fb] = j.outside[fa][fb] + across;
-            j.outside[fb][fa] = j.outside[fb][fa] + across;
-        }
+            let (low, high) = (fa.min(fb), fa.max(fb));
+            j.outside[high][low] = j.outside[high][low] + across;
+        });
         (r, j)
     }
 
-    /// (A-, A+) and (B-, B+) of a field at an edge.
+    /// (A-, A+) and (B-, B+) of a field at an edge, from the cells' own faces and those outside.
     #[inline(always)]
-    fn quad<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slots: usize, k: usize, edge: Edge) -> ([V; 2], [V; 2]) {
-        let own_a = self.own(field, slots, k, 2 * edge.a + edge.side_a);
-        let own_b = self.own(field, slots, k, 2 * edge.b + edge.side_b);
-        let outside_a = self.gather(field[edge.a], slots, k, edge.outside_a());
-        let outside_b = self.gather(field[edge.b], slots, k, edge.outside_b());
+    fn quad<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slot: &Slot, own: &[V; 6], edge: Edge) -> ([V; 2], [V; 2]) {
+        let (own_a, own_b) = (own[2 * edge.a + edge.side_a], own[2 * edge.b + edge.side_b]);
+        let outside_a = self.gather(field[edge.a], slot, edge.outside_a());
+        let outside_b = self.gather(field[edge.b], slot, edge.outside_b());
         (Edge::order(own_a, outside_a, edge.side_b), Edge::order(own_b, outside_b, edge.side_a))
     }
 
     /// A field of cells at the cells, 0 where it is empty.
     #[inline(always)]
-    fn cell<V: Vector<Elem = T>>(&self, field: &[T], slots: usize, k: usize) -> V {
-        if field.is_empty() { V::splat(T::ZERO) } else { self.gather(field, slots, k, [0; 3]) }
+    fn cell<V: Vector<Elem = T>>(&self, field: &[T], slot: &Slot) -> V {
+        if field.is_empty() { V::splat(T::ZERO) } else { self.gather(field, slot, [0; 3]) }
     }
 
-    /// The residuals without self-advection.
+    /// The residuals without self-advection, from `v` and `w` at the cells' own faces in slot `k`.
     #[inline(always)]
-    fn linear_residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize) -> Residuals<V> {
+    fn linear_residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize, slot: &Slot, v: &[V; 6], w: &[V; 6]) -> Residuals<V> {
         let system = self.system;
         let (slots, zero) = (system.slots, V::splat(T::ZERO));
         let (kappa, scale) = (V::splat(system.kappa), V::splat(system.rhs.scale));
-        let (p, pbar): (V, V) = (self.cell(system.p, slots, k), self.cell(system.pbar, slots, k));
-        let mut r = Residuals { a: [zero; 6], b: self.cell(system.rhs.b, slots, k), c: [zero; 6], d: self.cell(system.rhs.d, slots, k) };
-        for f in 0..S::FACES {
+        let (first, last) = (k == 0, k + 1 == slots);
+        let slot_before = if first { self.slot(1, 0) } else { self.slot(slots, k - 1) };
+        let slot_after = self.slot(slots, k + 1);
+        let before = if first { &system.v0 } else { &system.v };
+        let (p, pbar): (V, V) = (self.cell(system.p, slot), self.cell(system.pbar, slot));
+        let mut r = Residuals { a: [zero; 6], b: self.cell(system.rhs.b, slot), c: [zero; 6], d: self.cell(system.rhs.d, slot) };
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let mut beside = [0; 3];
             beside[f / 2] = [-1, 1][f % 2];
-            let g: V = at(header, Header::<S>::NORMAL + f);
-            let v: V = self.own(&system.v, slots, k, f);
-            let w: V = self.own(&system.w, slots, k, f);
-            let before: V = if k > 0 { self.own(&system.v, slots, k - 1, f) } else { self.own(&system.v0, 1, 0, f) };
-            let after: V = if k + 1 < slots { self.own(&system.w, slots, k + 1, f) } else { zero };
-            let p_beside: V = self.gather(system.p, slots, k, beside);
-            let pbar_beside: V = self.gather(system.pbar, slots, k, beside);
-            let target: V = self.own(&system.rhs.a, slots, k, f);
-            let source: V = if system.rhs.c[0].is_empty() { zero } else { self.own(&system.rhs.c, slots, k, f) };
-            r.a[f] = scale * target - (kappa * v - after + w + g * (pbar_beside - pbar));
-            r.c[f] = source - (v - before - w + g * (p_beside - p));
-            r.b = r.b - g * v;
-            r.d = r.d - g * w;
-        }
+            let g: V = at(header, Place::<S>::NORMAL + f);
+            let before: V = self.own(before, &slot_before, f);
+            let after: V = if last { zero } else { self.own(&system.w, &slot_after, f) };
+            let p_beside: V = self.gather(system.p, slot, beside);
+            let pbar_beside: V = self.gather(system.pbar, slot, beside);
+            let target: V = self.own(&system.rhs.a, slot, f);
+            let source: V = if system.rhs.c[0].is_empty() { zero } else { self.own(&system.rhs.c, slot, f) };
+            r.a[f] = scale * target - (kappa * v[f] - after + w[f] + g * (pbar_beside - pbar));
+            r.c[f] = source - (v[f] - before - w[f] + g * (p_beside - p));
+            r.b = r.b - g * v[f];
+            r.d = r.d - g * w[f];
+        });
         r
     }
 
@@ -538,10 +583,10 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// The changes from y: dv, then q and dw, then both pressures from the normal components of equations c and a.
     #[inline(always)]
-    fn write_changes<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], out: &mut [T], half: usize, first: usize) {
+    fn write_changes<S: Space, V: Vector<Elem = T>, const P: usize>(&self, header: &[T], kept: &[T], out: &mut [T], half: usize, first: usize) {
         let (lanes, free, slots, zero) = (V::LANES, S::FREE, self.system.slots, V::splat(T::ZERO));
         let size = Kept::<S>::SIZE * lanes;
-        let inverse: V = at(header, Header::<S>::INVERSE);
+        let inverse: V = at(header, Place::<S>::INVERSE);
         let kappa = V::splat(self.system.kappa);
         let mut y_before = [zero; 5];
         for k in 0..slots {
@@ -558,15 +603,15 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             }
             let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
             let (mut bar, mut pressure): (V, V) = (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
+            let (of_y, of_q) = (along_u::<V, S, P>(header, &y), along_u::<V, S, P>(header, &q));
             let (mut dv, mut dw) = ([zero; 6], [zero; 6]);
+            for i in 0..free {
+                (dv[face::<P>(i)], dw[face::<P>(i)]) = (y[i], q[i]);
+            }
             for f in 0..S::FACES {
-                let g: V = at(header, Header::<S>::NORMAL + f);
-                (dv[f], dw[f]) = (g * beta, g * delta);
-                for i in 0..free {
-                    let basis: V = at(header, Header::<S>::BASIS + f * free + i);
-                    dv[f] = dv[f] + basis * y[i];
-                    dw[f] = dw[f] + basis * q[i];
-                }
+                let (g, u): (V, V) = (at(header, Place::<S>::NORMAL + f), at(header, Place::<S>::REFLECTION + f));
+                dv[f] = dv[f] + (g * beta - u * of_y);
+                dw[f] = dw[f] + (g * delta - u * of_q);
                 pressure = pressure - at::<V>(now, Kept::<S>::ROW + f) * dv[f] + g * dw[f];
                 bar = bar - kappa * g * dv[f] - at::<V>(now, Kept::<S>::COLUMN + f) * dw[f];
             }
@@ -611,41 +656,80 @@ fn triangle(row: usize, column: usize) -> usize {
     row * (row + 1) / 2 + column
 }
 
+/// <u, x> of the unknowns x.
+#[inline(always)]
+fn along_u<V: Vector, S: Space, const P: usize>(header: &[V::Elem], x: &[V; 5]) -> V {
+    let u = |i: usize| at::<V>(header, Place::<S>::REFLECTION + face::<P>(i));
+    let mut sum = u(0) * x[0];
+    for i in 1..S::FREE {
+        sum = sum + u(i) * x[i];
+    }
+    sum
+}
+
+/// One of the equations a and c at the faces, and what the Jacobian, transposed for a, makes of g.
+struct Right<V> {
+    of_g: [V; 6],
+    side: [V; 6],
+}
+
 /// M = 1 + B^T J B, c = B^T rc, a + M^T c, and the diagonal block (kappa + 1) + M^T M + omega B^T O B.
 #[inline(always)]
-fn reduce<T: Real, S: Space, V: Vector<Elem = T>>(header: &[T], jacobian: &Jacobian<V>, a: &[V; 6], c: &[V; 6], diagonal: T, outside: T, now: &mut [T]) {
+fn reduce<T: Real, S: Space, V: Vector<Elem = T>, const P: usize>(
+    header: &[T],
+    jacobian: &Jacobian<V>,
+    [a, c]: &[Right<V>; 2],
+    diagonal: T,
+    outside: T,
+    now: &mut [T],
+) {
     let (lanes, free, faces, zero) = (V::LANES, S::FREE, S::FACES, V::splat(T::ZERO));
+    let mut u = [zero; 6];
+    for (f, u) in u.iter_mut().enumerate().take(faces) {
+        *u = at(header, Place::<S>::REFLECTION + f);
+    }
+    let (along, across): (V, V) = (at(header, Place::<S>::ALONG), at(header, Place::<S>::ACROSS));
+    // H X H = X - u (X^T u)^T - (X u - <u, X u> u) u^T, for J, whose products with u follow from those with g, and for O.
+    let (mut ju, mut uj, mut ou) = ([zero; 6], [zero; 6], [zero; 6]);
+    let (mut uju, mut uou, mut ua, mut uc) = (zero, zero, zero, zero);
+    for f in 0..faces {
+        (ju[f], uj[f]) = (along * c.of_g[f], along * a.of_g[f]);
+        if coupled(f, P) {
+            ju[f] = ju[f] + across * jacobian.inside[f][P];
+            uj[f] = uj[f] + across * jacobian.inside[P][f];
+        }
+        for e in 0..faces {
+            if coupled(f, e) {
+                ou[f] = ou[f] + jacobian.outside[f.max(e)][f.min(e)] * u[e];
+            }
+        }
+        uju = uju + u[f] * ju[f];
+        uou = uou + u[f] * ou[f];
+        ua = ua + u[f] * a.side[f];
+        uc = uc + u[f] * c.side[f];
+    }
     let mut m = [[zero; 5]; 5];
     let mut block = [[zero; 5]; 5];
     let mut right = [zero; 5];
     let mut force = [zero; 5];
     for i in 0..free {
-        let mut of_j = [zero; 6];
-        let mut of_o = [zero; 6];
-        for f in 0..faces {
-            for e in 0..faces {
-                if coupled(f, e) {
-                    of_j[f] = of_j[f] + jacobian.inside[f][e] * at::<V>(header, Header::<S>::BASIS + e * free + i);
-                    of_o[f] = of_o[f] + jacobian.outside[f][e] * at::<V>(header, Header::<S>::BASIS + e * free + i);
-                }
+        let f = face::<P>(i);
+        let (of_j, of_o) = (ju[f] - uju * u[f], ou[f] - uou * u[f]);
+        for j in 0..free {
+            let e = face::<P>(j);
+            let change = u[f] * uj[e] + of_j * u[e];
+            m[i][j] = if coupled(f, e) { jacobian.inside[f][e] - change } else { -change };
+            if i >= j {
+                let change = u[f] * ou[e] + of_o * u[e];
+                block[i][j] = if coupled(f, e) { jacobian.outside[f][e] - change } else { -change };
             }
-        }
-        for row in 0..free {
-            for f in 0..faces {
-                m[row][i] = m[row][i] + at::<V>(header, Header::<S>::BASIS + f * free + row) * of_j[f];
-                if row >= i {
-                    block[row][i] = block[row][i] + at::<V>(header, Header::<S>::BASIS + f * free + row) * of_o[f];
-                }
-            }
-        }
-        for f in 0..faces {
-            right[i] = right[i] + at::<V>(header, Header::<S>::BASIS + f * free + i) * a[f];
-            force[i] = force[i] + at::<V>(header, Header::<S>::BASIS + f * free + i) * c[f];
         }
         m[i][i] = m[i][i] + V::splat(T::ONE);
+        right[i] = a.side[f] - u[f] * ua;
+        force[i] = c.side[f] - u[f] * uc;
     }
-    for row in 0..free {
-        for i in 0..=row {
+    unroll!(row < S::FREE; 0 1 2 3 4; {
+        unroll!(i < row + 1; 0 1 2 3 4; {
             let mut sum = V::splat(outside) * block[row][i];
             for l in 0..free {
                 sum = sum + m[l][row] * m[l][i];
@@ -654,14 +738,14 @@ fn reduce<T: Real, S: Space, V: Vector<Elem = T>>(header: &[T], jacobian: &Jacob
                 sum = sum + V::splat(diagonal);
             }
             sum.store(&mut now[(Kept::<S>::FACTOR + triangle(row, i)) * lanes..]);
-        }
+        });
         for l in 0..free {
             right[row] = right[row] + m[l][row] * force[l];
             m[row][l].store(&mut now[(Kept::<S>::MATRIX + row * free + l) * lanes..]);
         }
         right[row].store(&mut now[(Kept::<S>::RIGHT + row) * lanes..]);
         force[row].store(&mut now[(Kept::<S>::FORCE + row) * lanes..]);
-    }
+    });
 }
 
 /// Finishes slot k once slot k + 1 (`next`) is assembled: its right-hand side, the elimination of slot k - 1 (`before`),
@@ -671,59 +755,61 @@ fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T]
     let (lanes, free, zero) = (V::LANES, S::FREE, V::splat(T::ZERO));
     let mut right = [zero; 5];
     let mut l = [[zero; 5]; 5];
-    for i in 0..free {
+    unroll!(i < S::FREE; 0 1 2 3 4; {
         right[i] = at::<V>(now, Kept::<S>::RIGHT + i);
         if let Some(next) = &next {
             right[i] = right[i] - at::<V>(next, Kept::<S>::FORCE + i);
         }
-        for j in 0..=i {
+        unroll!(j < i + 1; 0 1 2 3 4; {
             l[i][j] = at::<V>(now, Kept::<S>::FACTOR + triangle(i, j));
-        }
-    }
+        });
+    });
     if !before.is_empty() {
         for m in 0..free {
             let z = at::<V>(before, Kept::<S>::RIGHT + m);
-            for i in 0..free {
+            unroll!(i < S::FREE; 0 1 2 3 4; {
                 let x = at::<V>(now, Kept::<S>::LOWER + m * free + i);
                 right[i] = right[i] - x * z;
-                for j in 0..=i {
+                unroll!(j < i + 1; 0 1 2 3 4; {
                     l[i][j] = l[i][j] - x * at::<V>(now, Kept::<S>::LOWER + m * free + j);
-                }
-            }
+                });
+            });
         }
     }
-    for j in 0..free {
-        for k in 0..j {
+    unroll!(j < S::FREE; 0 1 2 3 4; {
+        unroll!(k < j; 0 1 2 3; {
             l[j][j] = l[j][j] - l[j][k] * l[j][k];
-        }
+        });
         l[j][j] = l[j][j].recip_sqrt();
-        for i in j + 1..free {
-            for k in 0..j {
-                l[i][j] = l[i][j] - l[i][k] * l[j][k];
+        unroll!(i < S::FREE; 1 2 3 4; {
+            if i > j {
+                unroll!(k < j; 0 1 2 3; {
+                    l[i][j] = l[i][j] - l[i][k] * l[j][k];
+                });
+                l[i][j] = l[i][j] * l[j][j];
             }
-            l[i][j] = l[i][j] * l[j][j];
-        }
-    }
-    for i in 0..free {
-        for j in 0..i {
+        });
+    });
+    unroll!(i < S::FREE; 0 1 2 3 4; {
+        unroll!(j < i; 0 1 2 3; {
             right[i] = right[i] - l[i][j] * right[j];
-        }
+        });
         right[i] = right[i] * l[i][i];
         right[i].store(&mut now[(Kept::<S>::RIGHT + i) * lanes..]);
-        for j in 0..=i {
+        unroll!(j < i + 1; 0 1 2 3 4; {
             l[i][j].store(&mut now[(Kept::<S>::FACTOR + triangle(i, j)) * lanes..]);
-        }
-    }
+        });
+    });
     let Some(next) = next else { return };
     for column in 0..free {
         let mut x = [zero; 5];
-        for i in 0..free {
+        unroll!(i < S::FREE; 0 1 2 3 4; {
             x[i] = -at::<V>(next, Kept::<S>::MATRIX + i * free + column);
-            for j in 0..i {
+            unroll!(j < i; 0 1 2 3; {
                 x[i] = x[i] - l[i][j] * x[j];
-            }
+            });
             x[i] = x[i] * l[i][i];
             x[i].store(&mut next[(Kept::<S>::LOWER + i * free + column) * lanes..]);
-        }
+        });
     }
 }

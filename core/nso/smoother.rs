@@ -9,6 +9,7 @@ use super::local;
 use crate::exec::{Exec, RowBuffers, RowTask, for_rows};
 use crate::grid::{Grid, Side, Space};
 use crate::real::Real;
+use crate::simd::multiversion;
 
 /// The smoother's buffers.
 #[derive(Debug)]
@@ -183,18 +184,32 @@ impl<T: Real> Source<'_, T> {
         if count == 0 {
             return;
         }
-        let first = self.cells.start + offset;
         let wraps = self.cells.start + 2 * (count - 1) + offset == nx;
-        let skip = usize::from(walls && first == 0);
-        let inside = count - usize::from(wraps);
-        for k in 0..slots {
-            let from = &self.changes[(k * self.per_slot + quantity) * self.half..][..count];
-            let to = &mut field[k * nx..(k + 1) * nx];
-            if let Some(to) = to.get_mut(first..) {
-                to.iter_mut().step_by(2).zip(&from[..inside]).skip(skip).for_each(|(t, &d)| *t += d);
-            }
-            if wraps && !walls {
+        let skip = usize::from(walls && self.cells.start + offset == 0);
+        let (inside, per_slot) = (count - usize::from(wraps), self.per_slot * self.half);
+        let (from, to) = (&self.changes[quantity * self.half..], &mut field[..slots * nx]);
+        add_to_every_other(to, nx, self.cells.start + offset + 2 * skip, from, per_slot, skip, inside);
+        if wraps && !walls {
+            for (to, from) in to.chunks_exact_mut(nx).zip(from.chunks(per_slot)) {
                 to[0] += from[count - 1];
+            }
+        }
+    }
+}
+
+multiversion! {
+    /// Adds numbers `skip..end` of every `per_slot` numbers of `from` to every other number from `first` on of every `nx` of `field`;
+    /// to those between it adds 0, which keeps the loop a plain one over whole vectors.
+    fn add_to_every_other[T: Real](field: &mut [T], nx: usize, first: usize, from: &[T], per_slot: usize, skip: usize, end: usize) {
+        for (to, from) in field.chunks_exact_mut(nx).zip(from.chunks(per_slot)) {
+            let (Some(to), Some(from)) = (to.get_mut(first..), from.get(skip..end)) else { continue };
+            let mut pairs = to.chunks_exact_mut(2);
+            for (pair, &change) in pairs.by_ref().zip(from) {
+                pair[0] += change;
+                pair[1] += T::ZERO;
+            }
+            if let ([last], Some(&change)) = (pairs.into_remainder(), from.get((nx - first) / 2)) {
+                *last += change;
             }
         }
     }
