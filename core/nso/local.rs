@@ -13,15 +13,19 @@
 //! a symmetric positive definite block-tridiagonal system, solved by block Cholesky with one cell in each SIMD lane.
 //! O_k is the outside-face term: the force that the cell's own change stirs up on faces that are not its own.
 //! H is a Householder reflection (Golub & Van Loan, Matrix Computations, section 5.1), so B^T X B is X after two changes of rank 1;
-//! p is a face along y, which is free in all cells of a row or in none.
+//! p is a face along y, which is free in all cells of a row or in none. Where it is the one above, the faces along y change places
+//! while the system is reduced.
 
+use super::colours::Cells;
 use super::level::System;
-use crate::grid::Space;
+use crate::grid::{D2, D3, Space};
 use crate::operators::plaquette::Plaquette;
 use crate::real::Real;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{self, Level};
 use crate::simd::{Vector, prefetch};
+use core::any::TypeId;
+use core::mem::ManuallyDrop;
 
 /// Slots between the one that is assembled and the one that is asked for.
 const AHEAD: usize = 2;
@@ -29,11 +33,11 @@ const AHEAD: usize = 2;
 /// Most lanes of a vector.
 const MAX_LANES: usize = 16;
 
-/// The faces along y, of which one is the p of a row of cells.
+/// The faces along y: p is the one below, or above where there is a wall below.
 const BELOW: usize = 2;
 const ABOVE: usize = 3;
 
-/// Places in a row of the table: for each face u, g and 1 where it is free; then three numbers.
+/// Places in a row of the table: for each face u (with p in the place of the face below), g and 1 where it is free; then three numbers.
 struct Place<S>(core::marker::PhantomData<S>);
 impl<S: Space> Place<S> {
     const REFLECTION: usize = 0;
@@ -61,7 +65,8 @@ pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
             *g = if walls >> f & 1 == 1 { 0.0 } else { [-1.0, 1.0][f % 2] / h[f / 2] };
         }
         let squared: f64 = g.iter().map(|g| g * g).sum();
-        let p = pivot(walls >> BELOW & 1 == 1);
+        let above_wall = walls >> BELOW & 1 == 1;
+        let p = if above_wall { ABOVE } else { BELOW };
         if g[p] == 0.0 {
             // No grid has cells with walls on both sides along y.
             row.fill(T::ZERO);
@@ -76,21 +81,19 @@ pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
             row[Place::<S>::NORMAL + f] = T::from_f64(g);
             row[Place::<S>::FREE + f] = T::from_f64(if g == 0.0 { 0.0 } else { 1.0 });
         }
+        if above_wall {
+            row.swap(Place::<S>::REFLECTION + BELOW, Place::<S>::REFLECTION + ABOVE);
+        }
         row[Place::<S>::INVERSE] = T::from_f64(1.0 / squared);
         row[Place::<S>::ALONG] = T::from_f64(along);
         row[Place::<S>::ACROSS] = T::from_f64(across);
     }
 }
 
-/// p of the cells above a wall along y, and of all others.
-fn pivot(above_wall: bool) -> usize {
-    if above_wall { ABOVE } else { BELOW }
-}
-
-/// The face of unknown `i` where the faces but `P` are unknowns.
+/// The face of unknown `i`, where p is the face below.
 #[inline(always)]
-const fn face<const P: usize>(i: usize) -> usize {
-    if i < P { i } else { i + 1 }
+const fn face(i: usize) -> usize {
+    if i < BELOW { i } else { i + 1 }
 }
 
 /// Changes that a cell's solution has in one slot: dv and dw at its faces, dp, dpbar.
@@ -134,64 +137,88 @@ pub struct Changes<'a, T> {
     pub half: usize,
 }
 
-/// Solves the cells `start`, `start + 2`, .. of `row`, at most `lanes` at a time, and writes their changes.
-pub fn solve_row<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, lanes: usize, scratch: &mut [T], out: Changes<'_, T>) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if simd::level() == Level::Avx512 && T::Wide::LANES <= lanes {
-            #[allow(unsafe_code)]
-            // SAFETY: `level` says that the processor has AVX-512.
-            return unsafe { avx512::<T, S>(system, row, cells, scratch, out) };
+/// The cells of one row that a thread solves, at most `lanes` at a time.
+struct Row<'r, 'a, T> {
+    system: &'r System<'a, T>,
+    row: usize,
+    cells: Cells,
+    lanes: usize,
+    scratch: &'r mut [T],
+    out: Changes<'r, T>,
+}
+
+/// The longest function of the core, compiled with it once for each kind and not again in every program that solves.
+macro_rules! compiled_once {
+    ($($name:ident[$t:ty, $space:ty],)*) => {
+        $(#[inline(never)]
+        fn $name(row: Row<'_, '_, $t>) {
+            row.solve::<$space>();
+        })*
+
+        /// Solves the cells `start`, `start + 2`, .. of `row`, at most `lanes` at a time, and writes their changes.
+        pub fn solve_row<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: Cells, lanes: usize, scratch: &mut [T], out: Changes<'_, T>) {
+            let row = ManuallyDrop::new(Row { system, row, cells, lanes, scratch, out });
+            $(if TypeId::of::<(T, S)>() == TypeId::of::<($t, $space)>() {
+                #[allow(unsafe_code)]
+                // SAFETY: T is this number, so both are one type; the original is not used again.
+                return $name(unsafe { core::mem::transmute_copy(&row) });
+            })*
         }
-        if simd::level() >= Level::Avx2 && T::Medium::LANES <= lanes {
-            #[allow(unsafe_code)]
-            // SAFETY: `level` says that the processor has AVX2.
-            return unsafe { avx2::<T, S>(system, row, cells, scratch, out) };
+    };
+}
+compiled_once! {
+    solve_row_f32_2d[f32, D2],
+    solve_row_f32_3d[f32, D3],
+    solve_row_f64_2d[f64, D2],
+    solve_row_f64_3d[f64, D3],
+}
+
+impl<T: Real> Row<'_, '_, T> {
+    #[inline(always)]
+    fn solve<S: Space>(self) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes {
+                #[allow(unsafe_code)]
+                // SAFETY: `level` says that the processor has AVX-512.
+                return unsafe { avx512::<T, S>(self) };
+            }
+            if simd::level() >= Level::Avx2 && T::Medium::LANES <= self.lanes {
+                #[allow(unsafe_code)]
+                // SAFETY: `level` says that the processor has AVX2.
+                return unsafe { avx2::<T, S>(self) };
+            }
         }
-    }
-    if T::Narrow::LANES <= lanes {
-        groups::<T, S, T::Narrow>(system, row, cells, scratch, out);
-    } else {
-        groups::<T, S, T>(system, row, cells, scratch, out);
+        if T::Narrow::LANES <= self.lanes {
+            groups::<T, S, T::Narrow>(self);
+        } else {
+            groups::<T, S, T>(self);
+        }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2")]
-fn avx512<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, scratch: &mut [T], out: Changes<'_, T>) {
-    groups::<T, S, T::Wide>(system, row, cells, scratch, out);
+fn avx512<T: Real, S: Space>(row: Row<'_, '_, T>) {
+    groups::<T, S, T::Wide>(row);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn avx2<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, scratch: &mut [T], out: Changes<'_, T>) {
-    groups::<T, S, T::Medium>(system, row, cells, scratch, out);
+fn avx2<T: Real, S: Space>(row: Row<'_, '_, T>) {
+    groups::<T, S, T::Medium>(row);
 }
 
 #[inline(always)]
-fn groups<T: Real, S: Space, V: Vector<Elem = T>>(system: &System<'_, T>, row: usize, cells: super::colours::Cells, scratch: &mut [T], out: Changes<'_, T>) {
-    match pivot(system.grid.wall_below(row, 1)) {
-        BELOW => groups_of::<T, S, V, BELOW>(system, row, cells, scratch, out),
-        _ => groups_of::<T, S, V, ABOVE>(system, row, cells, scratch, out),
-    }
-}
-
-#[inline(always)]
-fn groups_of<T: Real, S: Space, V: Vector<Elem = T>, const P: usize>(
-    system: &System<'_, T>,
-    row: usize,
-    cells: super::colours::Cells,
-    scratch: &mut [T],
-    out: Changes<'_, T>,
-) {
+fn groups<T: Real, S: Space, V: Vector<Elem = T>>(Row { system, row, cells, scratch, out, .. }: Row<'_, '_, T>) {
     for first in (0..cells.count).step_by(V::LANES) {
         let count = V::LANES.min(cells.count - first);
         let group = Group::new::<S>(system, row, cells.start + 2 * first, count);
         let (header, kept) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
         group.fill_header::<S, V>(header);
-        group.factorise::<S, V, P>(header, kept);
+        group.factorise::<S, V>(header, kept);
         group.back_substitute::<S, V>(kept);
-        group.write_changes::<S, V, P>(header, kept, out.out, out.half, first);
+        group.write_changes::<S, V>(header, kept, out.out, out.half, first);
     }
 }
 
@@ -223,6 +250,7 @@ struct Group<'s, 'a, T> {
     count: usize,
     wrap_low: bool,
     wrap_high: bool,
+    above_wall: bool,
 }
 
 /// An edge of the cell, where its faces `face_a` and `face_b` meet.
@@ -280,6 +308,20 @@ struct Jacobian<V> {
     outside: [[V; 6]; 6],
 }
 
+impl<V: Copy> Jacobian<V> {
+    /// Lets the faces along y change places.
+    #[inline(always)]
+    fn flip<S: Space>(&mut self) {
+        self.inside.swap(BELOW, ABOVE);
+        self.inside.iter_mut().for_each(|row| row.swap(BELOW, ABOVE));
+        for e in (0..S::FACES).filter(|&e| e / 2 != BELOW / 2) {
+            let [below, above] = [BELOW, ABOVE].map(|f| (f.max(e), f.min(e)));
+            (self.outside[below.0][below.1], self.outside[above.0][above.1]) = (self.outside[above.0][above.1], self.outside[below.0][below.1]);
+        }
+        (self.outside[BELOW][BELOW], self.outside[ABOVE][ABOVE]) = (self.outside[ABOVE][ABOVE], self.outside[BELOW][BELOW]);
+    }
+}
+
 impl<'s, 'a, T: Real> Group<'s, 'a, T> {
     #[inline(always)]
     fn new<S: Space>(system: &'s System<'a, T>, row: usize, x: usize, count: usize) -> Self {
@@ -296,7 +338,16 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             *slot = if S::DIM == 3 { step(in_y, 2, i / 3) } else { in_y.filter(|_| i / 3 == 1) };
         }
         let last = x + 2 * (count - 1);
-        Self { system, rows, row, x, count, wrap_low: grid.periodic[0] && x == 0, wrap_high: grid.periodic[0] && last + 1 == grid.n[0] }
+        Self {
+            system,
+            rows,
+            row,
+            x,
+            count,
+            wrap_low: grid.periodic[0] && x == 0,
+            wrap_high: grid.periodic[0] && last + 1 == grid.n[0],
+            above_wall: grid.wall_below(row, 1),
+        }
     }
 
     /// Where the cells' rows and those around them have slot `k` of `slots`.
@@ -364,7 +415,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// Assembles and factorises the block-tridiagonal system, slot after slot.
     #[inline(always)]
-    fn factorise<S: Space, V: Vector<Elem = T>, const P: usize>(&self, header: &[T], kept: &mut [T]) {
+    fn factorise<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &mut [T]) {
         let slots = self.system.slots;
         let size = Kept::<S>::SIZE * V::LANES;
         for k in 0..slots {
@@ -373,7 +424,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             if k + AHEAD < slots {
                 self.prefetch::<S>(k + AHEAD, 2 * V::LANES);
             }
-            self.assemble::<S, V, P>(header, k, now);
+            self.assemble::<S, V>(header, k, now);
             if k > 0 {
                 let (earlier, last) = before.split_at_mut((k - 1) * size);
                 let two_back = if k > 1 { &earlier[(k - 2) * size..] } else { &[] };
@@ -411,10 +462,10 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// Residuals, Jacobian and from them a, c, M and the diagonal block of slot `k`.
     #[inline(always)]
-    fn assemble<S: Space, V: Vector<Elem = T>, const P: usize>(&self, header: &[T], k: usize, now: &mut [T]) {
+    fn assemble<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize, now: &mut [T]) {
         let lanes = V::LANES;
         let zero = V::splat(T::ZERO);
-        let (residuals, jacobian) = self.residuals::<S, V>(header, k);
+        let (residuals, mut jacobian) = self.residuals::<S, V>(header, k);
         let mut g = [zero; 6];
         for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
             *g = at(header, Place::<S>::NORMAL + f);
@@ -451,8 +502,12 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         normal_c.store(&mut now[(Kept::<S>::NORMAL + 3) * lanes..]);
         let last = k + 1 == self.system.slots;
         let diagonal = if last { self.system.kappa } else { self.system.kappa + T::ONE };
-        let right = [Right { of_g: row, side: reduced_a }, Right { of_g: column, side: reduced_c }];
-        reduce::<T, S, V, P>(header, &jacobian, &right, diagonal, self.system.outside, now);
+        let mut sides = [Side { of_g: row, residual: reduced_a }, Side { of_g: column, residual: reduced_c }];
+        if self.above_wall {
+            jacobian.flip::<S>();
+            sides.iter_mut().for_each(Side::flip);
+        }
+        reduce::<T, S, V>(header, &jacobian, &sides, diagonal, self.system.outside, now);
     }
 
     /// The residuals at the group's cells and faces and the Jacobian there, edge by edge.
@@ -583,7 +638,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// The changes from y: dv, then q and dw, then both pressures from the normal components of equations c and a.
     #[inline(always)]
-    fn write_changes<S: Space, V: Vector<Elem = T>, const P: usize>(&self, header: &[T], kept: &[T], out: &mut [T], half: usize, first: usize) {
+    fn write_changes<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], out: &mut [T], half: usize, first: usize) {
         let (lanes, free, slots, zero) = (V::LANES, S::FREE, self.system.slots, V::splat(T::ZERO));
         let size = Kept::<S>::SIZE * lanes;
         let inverse: V = at(header, Place::<S>::INVERSE);
@@ -603,15 +658,22 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             }
             let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
             let (mut bar, mut pressure): (V, V) = (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
-            let (of_y, of_q) = (along_u::<V, S, P>(header, &y), along_u::<V, S, P>(header, &q));
+            let (of_y, of_q) = (along_u::<V, S>(header, &y), along_u::<V, S>(header, &q));
             let (mut dv, mut dw) = ([zero; 6], [zero; 6]);
             for i in 0..free {
-                (dv[face::<P>(i)], dw[face::<P>(i)]) = (y[i], q[i]);
+                (dv[face(i)], dw[face(i)]) = (y[i], q[i]);
             }
             for f in 0..S::FACES {
-                let (g, u): (V, V) = (at(header, Place::<S>::NORMAL + f), at(header, Place::<S>::REFLECTION + f));
-                dv[f] = dv[f] + (g * beta - u * of_y);
-                dw[f] = dw[f] + (g * delta - u * of_q);
+                let u: V = at(header, Place::<S>::REFLECTION + f);
+                (dv[f], dw[f]) = (dv[f] - u * of_y, dw[f] - u * of_q);
+            }
+            if self.above_wall {
+                dv.swap(BELOW, ABOVE);
+                dw.swap(BELOW, ABOVE);
+            }
+            for f in 0..S::FACES {
+                let g: V = at(header, Place::<S>::NORMAL + f);
+                (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);
                 pressure = pressure - at::<V>(now, Kept::<S>::ROW + f) * dv[f] + g * dw[f];
                 bar = bar - kappa * g * dv[f] - at::<V>(now, Kept::<S>::COLUMN + f) * dw[f];
             }
@@ -658,8 +720,8 @@ fn triangle(row: usize, column: usize) -> usize {
 
 /// <u, x> of the unknowns x.
 #[inline(always)]
-fn along_u<V: Vector, S: Space, const P: usize>(header: &[V::Elem], x: &[V; 5]) -> V {
-    let u = |i: usize| at::<V>(header, Place::<S>::REFLECTION + face::<P>(i));
+fn along_u<V: Vector, S: Space>(header: &[V::Elem], x: &[V; 5]) -> V {
+    let u = |i: usize| at::<V>(header, Place::<S>::REFLECTION + face(i));
     let mut sum = u(0) * x[0];
     for i in 1..S::FREE {
         sum = sum + u(i) * x[i];
@@ -668,21 +730,23 @@ fn along_u<V: Vector, S: Space, const P: usize>(header: &[V::Elem], x: &[V; 5]) 
 }
 
 /// One of the equations a and c at the faces, and what the Jacobian, transposed for a, makes of g.
-struct Right<V> {
+struct Side<V> {
     of_g: [V; 6],
-    side: [V; 6],
+    residual: [V; 6],
+}
+
+impl<V> Side<V> {
+    /// Lets the faces along y change places.
+    #[inline(always)]
+    fn flip(&mut self) {
+        self.of_g.swap(BELOW, ABOVE);
+        self.residual.swap(BELOW, ABOVE);
+    }
 }
 
 /// M = 1 + B^T J B, c = B^T rc, a + M^T c, and the diagonal block (kappa + 1) + M^T M + omega B^T O B.
 #[inline(always)]
-fn reduce<T: Real, S: Space, V: Vector<Elem = T>, const P: usize>(
-    header: &[T],
-    jacobian: &Jacobian<V>,
-    [a, c]: &[Right<V>; 2],
-    diagonal: T,
-    outside: T,
-    now: &mut [T],
-) {
+fn reduce<T: Real, S: Space, V: Vector<Elem = T>>(header: &[T], jacobian: &Jacobian<V>, [a, c]: &[Side<V>; 2], diagonal: T, outside: T, now: &mut [T]) {
     let (lanes, free, faces, zero) = (V::LANES, S::FREE, S::FACES, V::splat(T::ZERO));
     let mut u = [zero; 6];
     for (f, u) in u.iter_mut().enumerate().take(faces) {
@@ -694,9 +758,9 @@ fn reduce<T: Real, S: Space, V: Vector<Elem = T>, const P: usize>(
     let (mut uju, mut uou, mut ua, mut uc) = (zero, zero, zero, zero);
     for f in 0..faces {
         (ju[f], uj[f]) = (along * c.of_g[f], along * a.of_g[f]);
-        if coupled(f, P) {
-            ju[f] = ju[f] + across * jacobian.inside[f][P];
-            uj[f] = uj[f] + across * jacobian.inside[P][f];
+        if coupled(f, BELOW) {
+            ju[f] = ju[f] + across * jacobian.inside[f][BELOW];
+            uj[f] = uj[f] + across * jacobian.inside[BELOW][f];
         }
         for e in 0..faces {
             if coupled(f, e) {
@@ -705,18 +769,18 @@ fn reduce<T: Real, S: Space, V: Vector<Elem = T>, const P: usize>(
         }
         uju = uju + u[f] * ju[f];
         uou = uou + u[f] * ou[f];
-        ua = ua + u[f] * a.side[f];
-        uc = uc + u[f] * c.side[f];
+        ua = ua + u[f] * a.residual[f];
+        uc = uc + u[f] * c.residual[f];
     }
     let mut m = [[zero; 5]; 5];
     let mut block = [[zero; 5]; 5];
     let mut right = [zero; 5];
     let mut force = [zero; 5];
     for i in 0..free {
-        let f = face::<P>(i);
+        let f = face(i);
         let (of_j, of_o) = (ju[f] - uju * u[f], ou[f] - uou * u[f]);
         for j in 0..free {
-            let e = face::<P>(j);
+            let e = face(j);
             let change = u[f] * uj[e] + of_j * u[e];
             m[i][j] = if coupled(f, e) { jacobian.inside[f][e] - change } else { -change };
             if i >= j {
@@ -725,8 +789,8 @@ fn reduce<T: Real, S: Space, V: Vector<Elem = T>, const P: usize>(
             }
         }
         m[i][i] = m[i][i] + V::splat(T::ONE);
-        right[i] = a.side[f] - u[f] * ua;
-        force[i] = c.side[f] - u[f] * uc;
+        right[i] = a.residual[f] - u[f] * ua;
+        force[i] = c.residual[f] - u[f] * uc;
     }
     unroll!(row < S::FREE; 0 1 2 3 4; {
         unroll!(i < row + 1; 0 1 2 3 4; {
