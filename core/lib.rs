@@ -52,23 +52,10 @@
 //!
 //! ```
 //! use core::mem::MaybeUninit;
-//! use thurible_core::{Advection, Boundary, D2, Params, Plan, Problem, Serial, Silent, Solver, Status};
+//! use thurible_core::{Boundary, D2, Params, Plan, Problem, Serial, Silent, Solver, Status};
 //!
 //! # fn main() -> Result<(), Box<dyn core::error::Error>> {
-//! let problem = Problem {
-//!     cells: &[8, 8],
-//!     boundary: &[Boundary::Wall, Boundary::Periodic],
-//!     length: 1.0,
-//!     dt: 1.0,
-//!     steps: 4,
-//!     keyframes: &[4],
-//!     viscosity: 0.0,
-//!     force_weight: 1.0,
-//!     filters: None,
-//!     match_mass: true,
-//!     advection: Advection::default(),
-//!     projection_tolerance: 1e-5,
-//! };
+//! let problem = Problem { force_weight: 1.0, ..Problem::new(&[8, 8], &[Boundary::Wall, Boundary::Periodic], &[4]) };
 //! let params = Params::default();
 //! assert!(Plan::new::<f64, D2>(&problem, &params)?.bytes() <= 1 << 18);
 //!

@@ -7,7 +7,7 @@
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
-use thurible_core::{Advection, Boundary, D2, Params, Plan, Problem, Serial, Silent, Solver, Status};
+use thurible_core::{Boundary, D2, Params, Plan, Problem, Serial, Silent, Solver, Status};
 
 /// Cells along each side.
 const SIDE: usize = 24;
@@ -38,20 +38,7 @@ fn take_memory() -> Option<&'static mut [MaybeUninit<u8>]> {
 }
 
 fn problem() -> Problem<'static> {
-    Problem {
-        cells: &[SIDE, SIDE],
-        boundary: &[Boundary::Wall, Boundary::Wall],
-        length: 1.0,
-        dt: 1.0,
-        steps: STEPS,
-        keyframes: &[STEPS],
-        viscosity: 0.0,
-        force_weight: 1e3,
-        filters: None,
-        match_mass: true,
-        advection: Advection::default(),
-        projection_tolerance: 1e-5,
-    }
+    Problem::new(&[SIDE, SIDE], &[Boundary::Wall, Boundary::Wall], &[STEPS])
 }
 
 /// A disc with an edge of about one cell, in box lengths.

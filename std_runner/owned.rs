@@ -34,20 +34,10 @@ pub struct OwnedProblem {
 impl OwnedProblem {
     /// Everything by default, in a box of walls; N is the last keyframe's step, 0 without any.
     pub fn new(cells: Vec<usize>, keyframes: Vec<usize>) -> Self {
-        Self {
-            boundary: vec![Boundary::Wall; cells.len()],
-            cells,
-            steps: keyframes.last().copied().unwrap_or(0),
-            keyframes,
-            length: 1.0,
-            dt: 1.0,
-            viscosity: 0.0,
-            force_weight: 1e3,
-            filters: None,
-            match_mass: true,
-            advection: Advection::default(),
-            projection_tolerance: 1e-5,
-        }
+        let boundary = vec![Boundary::Wall; cells.len()];
+        let Problem { length, dt, steps, viscosity, force_weight, filters, match_mass, advection, projection_tolerance, .. } =
+            Problem::new(&cells, &boundary, &keyframes);
+        Self { cells, boundary, keyframes, steps, length, dt, viscosity, force_weight, filters, match_mass, advection, projection_tolerance }
     }
 
     /// What the core borrows.

@@ -257,7 +257,7 @@ fn narrow(count: usize) -> u32 {
 impl Default for ThuribleConfig {
     fn default() -> Self {
         let Params { iterations, threads, admm, direct, lbfgs, pd, simulation, .. } = Params::default();
-        let advection = Advection::default();
+        let problem = Problem::new(&[], &[], &[]);
         Self {
             size: SIZE,
             precision: ThuriblePrecision::F32 as u32,
@@ -265,19 +265,19 @@ impl Default for ThuribleConfig {
             cells: [0; 3],
             boundary: [ThuribleBoundary::Wall as u32; 3],
             method: ThuribleMethod::Direct as u32,
-            length: 1.0,
-            dt: 1.0,
+            length: problem.length,
+            dt: problem.dt,
             steps: 0,
             keyframes: core::ptr::null(),
             keyframe_count: 0,
-            force_weight: 1e3,
-            viscosity: 0.0,
+            force_weight: problem.force_weight,
+            viscosity: problem.viscosity,
             filters: THURIBLE_AUTOMATIC,
-            match_mass: 1,
+            match_mass: problem.match_mass.into(),
             scheme: ThuribleScheme::Quick as u32,
             nso_colours: ThuribleColours::RedBlack as u32,
-            advection_tolerance: advection.tolerance,
-            projection_tolerance: 1e-5,
+            advection_tolerance: problem.advection.tolerance,
+            projection_tolerance: problem.projection_tolerance,
             iterations,
             threads,
             memory_ceiling: 0,

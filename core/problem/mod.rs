@@ -164,6 +164,27 @@ pub const MAX_STEPS: usize = 100_000;
 /// Most filters.
 pub const MAX_FILTERS: usize = 12;
 
+impl<'a> Problem<'a> {
+    /// Everything else by default: a box of side 1, steps of length 1 up to the last keyframe (0 without any), r = 1000, no viscosity.
+    #[must_use]
+    pub fn new(cells: &'a [usize], boundary: &'a [Boundary], keyframes: &'a [usize]) -> Self {
+        Self {
+            cells,
+            boundary,
+            length: 1.0,
+            dt: 1.0,
+            steps: keyframes.last().copied().unwrap_or(0),
+            keyframes,
+            viscosity: 0.0,
+            force_weight: 1e3,
+            filters: None,
+            match_mass: true,
+            advection: Advection::default(),
+            projection_tolerance: 1e-5,
+        }
+    }
+}
+
 impl Problem<'_> {
     /// Checks every field but the number of axes and whether there are keyframes.
     ///

@@ -16,7 +16,7 @@ const ROWS: usize = 1024;
 
 /// Bytes of the history's rows for a solve of at most `limit` iterations.
 pub fn history_bytes(limit: usize) -> usize {
-    limit.min(ROWS) * size_of::<IterationRecord>()
+    limit.min(ROWS) * (size_of::<IterationRecord>() + size_of::<Progress>())
 }
 
 /// The runner's [`Observer`]: times phases, moves the bar, keeps the history, passes on Ctrl-C.

@@ -3,8 +3,8 @@
 use crate::fields;
 use crate::fields::cases::{Scene, Solved, StopAt};
 use crate::fields::feasible::check;
+use crate::fields::spacetime::trajectory;
 use crate::fields::{assert_close, gap, largest, with_threads};
-use thurible_core::grid::Grid;
 use thurible_core::nested;
 use thurible_core::{D2, D3, Method, Params, Real, Scheme, Serial, Silent, Space, Status};
 
@@ -157,27 +157,24 @@ fn a_flow_that_is_given_passes_through_the_coarser_grids() {
 fn flows_linear_in_time_are_refined_exactly() {
     let grid = fields::grid(&[4, 3], "ww");
     let (cells, few, slots) = (grid.cells(), 3, 7);
+    let by_slots = |slots: usize, value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+        let slot = |slot: usize| (0..cells).map(|face| value(slot, face)).collect();
+        trajectory(&grid, &(0..slots).map(slot).collect::<Vec<_>>())
+    };
     // v at time t is `t - 1/2` times a pattern, a step of length 2 from t on moves by twice v at its middle; one of length 1 by v there.
     let pattern = |face: usize| 0.3 + face as f64;
     let velocity = |middle: f64, face: usize| (middle - 0.5) * pattern(face);
-    let long: Vec<f64> = by_rows(&grid, few, |slot, face| 2.0 * velocity(2.0 * (slot + 1) as f64 + 1.0, face));
+    let long = by_slots(few, &|slot, face| 2.0 * velocity(2.0 * (slot + 1) as f64 + 1.0, face));
     let initial: Vec<f64> = (0..cells).map(|face| 2.0 * velocity(1.0, face)).collect();
     let mut fine = [vec![0.0; cells * slots], vec![0.0; cells * slots]];
     let [x, y] = &mut fine;
     nested::refine_time(&Serial, &grid, few, [&initial, &initial, &[]], [&long, &long, &[]], [x, y, &mut []]);
     // After the middle of the last long step the flow is constant.
     let last = 2.0 * few as f64 + 1.0;
-    let expected = by_rows(&grid, slots, |slot, face| velocity(last.min((slot + 1) as f64 + 0.5), face));
+    let expected = by_slots(slots, &|slot, face| velocity(last.min((slot + 1) as f64 + 0.5), face));
     for axis in &fine {
         assert!(gap(axis, &expected) < 1e-14, "{axis:?} is not {expected:?}");
     }
-}
-
-/// A trajectory of `slots`, all slots of a row together.
-fn by_rows(grid: &Grid, slots: usize, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
-    let n = grid.n[0];
-    let of_row = |row: usize| (0..slots * n).map(move |at| (at / n, row * n + at % n));
-    (0..grid.rows()).flat_map(of_row).map(|(slot, face)| value(slot, face)).collect()
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::header::{self, Field, code};
 use super::{Host, LINE, PAGE};
 use core::mem::MaybeUninit;
-use thurible_core::{Advection, Boundary, Method, Params, Plan, Problem, Real, Serial, Silent, Solver, Space, Status};
+use thurible_core::{Boundary, Method, Params, Plan, Problem, Real, Serial, Silent, Solver, Space, Status};
 use wasmi::Module;
 
 /// First cells of the block in the source and in the keyframe.
@@ -51,20 +51,8 @@ impl Scene {
 
     /// The bytes of all densities that the core finds.
     pub fn native<T: Real, S: Space>(&self) -> Vec<u8> {
-        let problem = Problem {
-            cells: &self.cells,
-            boundary: &vec![Boundary::Wall; self.cells.len()],
-            length: 1.0,
-            dt: 1.0,
-            steps: self.steps,
-            keyframes: &[self.steps],
-            viscosity: 0.0,
-            force_weight: 1e3,
-            filters: None,
-            match_mass: true,
-            advection: Advection::default(),
-            projection_tolerance: 1e-5,
-        };
+        let (boundary, keyframes) = (vec![Boundary::Wall; self.cells.len()], [self.steps]);
+        let problem = Problem::new(&self.cells, &boundary, &keyframes);
         let params = Params { method: self.method, iterations: self.iterations, ..Params::default() };
         let bytes = Plan::new::<T, S>(&problem, &params).unwrap().bytes();
         let mut memory = vec![MaybeUninit::<u8>::uninit(); bytes + Plan::ALIGN];
