@@ -2,8 +2,8 @@
 
 use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
-use crate::scene::Scene;
-use thurible_core::{AdmmParams, Advection, D2, D3, NsoParams, Params, Plan, PlanError, Real};
+use crate::scene::{MethodSection, Scene};
+use thurible_core::{D2, D3, Params, Plan, PlanError, Real};
 
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -43,7 +43,7 @@ impl OwnedProblem {
             force_weight: scene.control.force_weight,
             filters: scene.control.filters,
             match_mass: scene.control.match_mass,
-            advection: Advection { scheme: scene.advection.scheme, tolerance: scene.advection.tolerance },
+            advection: scene.advection,
             projection_tolerance: scene.method.projection_tolerance,
         }
     }
@@ -72,27 +72,8 @@ impl OwnedProblem {
 
 /// The core's parameters for a scene on `threads` threads, within `ceiling` bytes if that can be.
 pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Params {
-    let admm = &scene.method.admm;
-    let nso = NsoParams { solver: admm.nso, tolerance: admm.nso_tolerance, norm: admm.nso_norm, colours: admm.colours, ..NsoParams::default() };
-    Params {
-        method: scene.method.name,
-        iterations: scene.method.iterations,
-        threads,
-        ceiling,
-        admm: AdmmParams {
-            penalty: admm.penalty,
-            relaxation: admm.relaxation,
-            ao_iterations: admm.ao_iterations,
-            ao_momentum: admm.ao_momentum,
-            nested: admm.nested,
-            density_tolerance: admm.density_tolerance,
-            nso,
-        },
-        direct: scene.method.direct,
-        lbfgs: scene.method.lbfgs,
-        pd: scene.method.pd,
-        simulation: scene.simulation,
-    }
+    let MethodSection { name, iterations, direct, admm, lbfgs, pd, .. } = scene.method;
+    Params { method: name, iterations, threads, ceiling, admm, direct, lbfgs, pd, simulation: scene.simulation }
 }
 
 /// The sentence for a plan that the core refuses.

@@ -4,7 +4,7 @@ use crate::exit::Failure;
 use core::num::NonZeroUsize;
 use core::time::Duration;
 use std::thread;
-use thurible_core::exec::Team;
+use thurible_core::exec::{Seat, Team};
 use thurible_core::{Exec, Serial};
 
 /// Most threads that `--threads` may ask for.
@@ -40,9 +40,10 @@ pub fn together<R: Send>(threads: usize, work: impl FnOnce(&dyn Exec) -> R + Sen
     if threads <= 1 {
         return work(&Serial);
     }
-    let team = Team::new(threads, relax);
+    let seats: Vec<Seat> = (1..threads).map(|_| Seat::default()).collect();
+    let team = Team::new(&seats, relax);
     rayon::scope(|scope| {
-        for _ in 1..threads {
+        for _ in &seats {
             scope.spawn(|_| team.serve());
         }
         let _dismissal = Dismissal(&team);
@@ -51,7 +52,7 @@ pub fn together<R: Send>(threads: usize, work: impl FnOnce(&dyn Exec) -> R + Sen
 }
 
 /// Sends the team home, also when the work panics.
-struct Dismissal<'a>(&'a Team);
+struct Dismissal<'a>(&'a Team<'a>);
 
 impl Drop for Dismissal<'_> {
     fn drop(&mut self) {

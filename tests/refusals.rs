@@ -103,7 +103,7 @@ const SCENES: &[Spoiled] = &[
     spoiled(OUTPUT, "frames = false\n[control]\nforce_weight = -1.0", &["scene.toml:15", "`control.force_weight` is -1"]),
     spoiled(OUTPUT, "frames = false\n[control]\nforce_weight = 0", &["`control.force_weight` is 0", "above 0"]),
     spoiled(OUTPUT, "frames = false\n[control]\nfilters = \"all\"", &["`control.filters` is \"all\"", "\"auto\""]),
-    spoiled(OUTPUT, "frames = false\n[control]\nfilters = 99", &["`control.filters` is 99", "0 to 16"]),
+    spoiled(OUTPUT, "frames = false\n[control]\nfilters = 99", &["`control.filters` is 99", "0 to 12"]),
     spoiled(OUTPUT, "frames = false\n[control]\ninitial_velocity = \"fast\"", &["`control.initial_velocity`", "\"rest\""]),
     spoiled(OUTPUT, "frames = false\n[control]\ninitial_velocity = { path = \"v\" }", &["initial_velocity", "path", "file"]),
     spoiled(OUTPUT, "frames = false\n[advection]\nscheme = \"upwind\"", &["`advection.scheme` is \"upwind\"", "\"quick\""]),

@@ -6,7 +6,7 @@
 mod team;
 
 #[cfg(target_has_atomic = "64")]
-pub use team::Team;
+pub use team::{Seat, Team};
 
 use core::marker::PhantomData;
 use core::ops::Range;
@@ -21,6 +21,11 @@ pub trait Exec: Sync {
     /// Calls `task(i)` once for every `i < tasks` and returns when all are done.
     fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync));
 }
+
+/// A value on a cache line of its own: processors fetch lines in pairs.
+#[derive(Debug, Default)]
+#[repr(align(128))]
+struct Line<T>(T);
 
 /// One thread, in order.
 #[derive(Clone, Copy, Debug, Default)]
@@ -88,10 +93,10 @@ pub struct RowBuffers<'a, T, const K: usize> {
 /// Numbers to write below which a second thread costs more than it brings.
 const WORTH_A_THREAD: usize = 1 << 12;
 /// Numbers that a thread takes at a time, at least.
-const WORTH_A_TURN: usize = 1 << 10;
+const WORTH_A_TURN: usize = 1 << 12;
 
 /// Parts of a range that workers begin with, at most.
-const MOST_PARTS: usize = 32;
+const MOST_PARTS: usize = 16;
 
 /// Calls `task` for every row of `range`, each with its own chunk of every field; `rows` is the number of chunks in all.
 ///
@@ -112,11 +117,11 @@ where
     let turn = if a_row == 0 { 1 } else { WORTH_A_TURN.div_ceil(a_row) };
     let parts = workers.min(MOST_PARTS);
     let end_of = |part: usize| range.start + range.len() * (part + 1) / parts.max(1);
-    let next: [AtomicUsize; MOST_PARTS] = core::array::from_fn(|part| AtomicUsize::new(range.start + range.len() * part / parts.max(1)));
+    let next: [Line<AtomicUsize>; MOST_PARTS] = core::array::from_fn(|part| Line(AtomicUsize::new(range.start + range.len() * part / parts.max(1))));
     exec.run(workers, &|worker| {
         for part in (0..parts).map(|ahead| (worker + ahead) % parts) {
-            while next[part].load(Ordering::Relaxed) < end_of(part) {
-                let first = next[part].fetch_add(turn, Ordering::Relaxed);
+            while next[part].0.load(Ordering::Relaxed) < end_of(part) {
+                let first = next[part].0.fetch_add(turn, Ordering::Relaxed);
                 for row in first..(first + turn).min(end_of(part)) {
                     // SAFETY: `next` gives every row to one worker once, and every worker number runs once, so no chunk is shared.
                     let task_of_row =

@@ -1,88 +1,95 @@
-//! Threads that stay awake between pieces of work: a region of tasks begins and ends in about a microsecond.
+//! Threads that stay awake between pieces of work: a region of tasks begins and ends in half a microsecond.
 //!
 //! A sleeping thread takes longer to wake than most passes over a field of 128 x 128 cells take to run. So the threads that the
-//! caller lends to [`Team::serve`] watch one number. It holds the region's count, whether tasks are still to be had, and how
-//! many threads are at them; one at a time may open a region, by [`Exec::run`], and none is waited for that did not join it.
+//! caller lends to [`Team::serve`] watch one number, the region's, and each answers on its own [`Seat`]: it claims the task of its
+//! own number there, and says there when it is done. What one thread writes and another reads in a region are two cache lines, and
+//! what a thread wrote in one region it finds in its cache in the next.
 //!
-//! A thread takes the task of its own number first: what it wrote in one region it finds in its cache in the next.
+//! One thread at a time may open a region, by [`Exec::run`]. It runs the tasks of threads that have not claimed theirs by
+//! then, so nobody is waited for who did not come.
 
-use super::Exec;
+use super::{Exec, Line};
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
-/// A thread is at the tasks.
-const MEMBER: u64 = 1;
-/// All members.
-const MEMBERS: u64 = OPEN - 1;
-/// There are tasks.
-const OPEN: u64 = 1 << 31;
-/// A region of tasks was opened.
-const REGION: u64 = 1 << 32;
+/// Where a thread that serves says what it is at: twice the number of the last region that it came to, or was too late for, and one
+/// more when it is done with it.
+#[derive(Debug, Default)]
+pub struct Seat(Line<AtomicU64>);
 
-/// Tasks that threads may take by number.
-const MARKED: usize = u64::BITS as usize;
+impl Seat {
+    /// Claims the task of region `number` for the thread, or closes it to the thread with `done`.
+    fn take(&self, number: u64, done: u64) -> bool {
+        let seen = self.0.0.load(Ordering::Relaxed);
+        seen < 2 * number && self.0.0.compare_exchange(seen, 2 * number + done, Ordering::Acquire, Ordering::Relaxed).is_ok()
+    }
+}
 
-/// What the members of a region share.
+/// What the threads of a region share.
 #[derive(Clone, Copy)]
 struct Region<'a> {
     tasks: usize,
     task: &'a (dyn Fn(usize) + Sync),
 }
 
-/// An [`Exec`] on threads that the caller lends.
-pub struct Team {
-    threads: usize,
-    relax: fn(u32),
-    state: AtomicU64,
-    /// Tasks below [`MARKED`] that were taken, a bit each.
-    taken: AtomicU64,
-    /// The next of the others.
-    next: AtomicUsize,
-    /// Threads that came to serve: their numbers, from 1.
-    enlisted: AtomicUsize,
+/// What is written when a region opens, and watched by the threads that serve.
+struct Board {
+    /// Number of the newest region.
+    number: AtomicU64,
     region: UnsafeCell<Region<'static>>,
-    dismissed: AtomicBool,
-    busy: AtomicBool,
 }
 
-// SAFETY: `region` is written by the one thread that holds `busy`, while `state` is not open and has no members, and read by
-// members alone, who joined by an acquiring exchange after it was opened with release.
-unsafe impl Sync for Team {}
+/// An [`Exec`] on threads that the caller lends.
+pub struct Team<'a> {
+    seats: &'a [Seat],
+    relax: fn(u32),
+    /// Threads that came to serve.
+    enlisted: AtomicUsize,
+    dismissed: AtomicBool,
+    board: Line<Board>,
+    /// The next of the tasks that are no thread's own.
+    next: Line<AtomicUsize>,
+    busy: Line<AtomicBool>,
+}
 
-impl Team {
-    /// A team of `threads` in all: the one that runs regions, and those that [`Self::serve`].
+// SAFETY: `region` is written by the one thread that holds `busy`, when every seat is closed to the region before, and read by
+// threads that have claimed their task of the newest one.
+unsafe impl Sync for Team<'_> {}
+
+impl<'a> Team<'a> {
+    /// A team of the thread that runs regions and as many as there are seats, which [`Self::serve`].
     ///
     /// `relax` is called with 0, 1, 2, .. while a thread waits: it should spin at first, then yield, and may sleep in the end.
     #[must_use]
-    pub fn new(threads: usize, relax: fn(u32)) -> Self {
+    pub fn new(seats: &'a [Seat], relax: fn(u32)) -> Self {
         let region = UnsafeCell::new(Region { tasks: 0, task: &|_| {} });
         Self {
-            threads: threads.max(1),
+            seats,
             relax,
-            state: AtomicU64::new(0),
-            taken: AtomicU64::new(0),
-            next: AtomicUsize::new(MARKED),
             enlisted: AtomicUsize::new(0),
-            region,
             dismissed: AtomicBool::new(false),
-            busy: AtomicBool::new(false),
+            board: Line(Board { number: AtomicU64::new(0), region }),
+            next: Line(AtomicUsize::new(0)),
+            busy: Line(AtomicBool::new(false)),
         }
     }
 
-    /// Works at every region until [`Self::dismiss`].
+    /// Works at every region until [`Self::dismiss`]; returns at once where every seat is taken.
     pub fn serve(&self) {
-        let own = 1 + self.enlisted.fetch_add(1, Ordering::Relaxed);
-        let (mut served, mut waited) = (0, 0);
+        let own = self.enlisted.fetch_add(1, Ordering::Relaxed);
+        let Some(seat) = self.seats.get(own) else { return };
+        let mut waited = 0;
         while !self.dismissed.load(Ordering::Acquire) {
-            let state = self.state.load(Ordering::Relaxed);
-            if state & OPEN != 0 && state / REGION != served && state & MEMBERS < MEMBERS {
-                if self.state.compare_exchange_weak(state, state + MEMBER, Ordering::Acquire, Ordering::Relaxed).is_ok() {
-                    (served, waited) = (state / REGION, 0);
-                    let _leave = Leave(self);
-                    // SAFETY: this thread is a member now, so the region stays until it leaves.
-                    let Region { tasks, task } = unsafe { *self.region.get() };
-                    self.take(own, tasks, task);
+            let number = self.board.0.number.load(Ordering::Acquire);
+            if seat.take(number, 0) {
+                waited = 0;
+                let _done = Done { seat, number };
+                // SAFETY: this thread has claimed its task of the region, which stays until that is done.
+                let Region { tasks, task } = unsafe { *self.board.0.region.get() };
+                if own + 1 < tasks {
+                    task(own + 1);
                 }
+                self.take_others(tasks, task);
             } else {
                 (self.relax)(waited);
                 waited = waited.saturating_add(1);
@@ -95,76 +102,78 @@ impl Team {
         self.dismissed.store(true, Ordering::Release);
     }
 
-    /// Takes tasks until there are none, its own first.
-    fn take(&self, own: usize, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
-        if own < tasks.min(MARKED) && self.mark(own) {
-            task(own);
-        }
-        (0..tasks.min(MARKED)).filter(|&index| self.mark(index)).for_each(task);
-        while self.next.load(Ordering::Relaxed) < tasks {
-            let index = self.next.fetch_add(1, Ordering::Relaxed);
+    /// Takes the tasks that are no thread's own, until there are none.
+    fn take_others(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
+        while self.next.0.load(Ordering::Relaxed) < tasks {
+            let index = self.next.0.fetch_add(1, Ordering::Relaxed);
             if index < tasks {
                 task(index);
             }
         }
     }
-
-    /// Whether this call is the one that takes the task.
-    fn mark(&self, index: usize) -> bool {
-        let bit = 1 << index;
-        self.taken.load(Ordering::Relaxed) & bit == 0 && self.taken.fetch_or(bit, Ordering::Relaxed) & bit == 0
-    }
 }
 
-/// Ends a membership, also when a task panics.
-struct Leave<'a>(&'a Team);
+/// Says that a thread is done with a region, also when a task panics.
+struct Done<'a> {
+    seat: &'a Seat,
+    number: u64,
+}
 
-impl Drop for Leave<'_> {
+impl Drop for Done<'_> {
     fn drop(&mut self) {
-        self.0.state.fetch_sub(MEMBER, Ordering::Release);
+        self.seat.0.0.store(2 * self.number + 1, Ordering::Release);
     }
 }
 
-/// Ends a region, also when a task panics: nobody joins any more, and those who have are waited for.
-struct Close<'a>(&'a Team);
+/// Ends a region, also when a task panics: nobody comes any more, and those who have are waited for.
+struct Close<'a> {
+    team: &'a Team<'a>,
+    number: u64,
+}
 
 impl Drop for Close<'_> {
     fn drop(&mut self) {
-        let team = self.0;
-        team.state.fetch_and(!OPEN, Ordering::Relaxed);
-        let mut waited = 0;
-        while team.state.load(Ordering::Acquire) & MEMBERS != 0 {
-            (team.relax)(waited);
-            waited = waited.saturating_add(1);
+        let Self { team, number } = *self;
+        for seat in team.seats {
+            let mut waited = 0;
+            while !seat.take(number, 1) && seat.0.0.load(Ordering::Acquire) <= 2 * number {
+                (team.relax)(waited);
+                waited = waited.saturating_add(1);
+            }
         }
-        team.busy.store(false, Ordering::Release);
+        team.busy.0.store(false, Ordering::Release);
     }
 }
 
-impl Exec for Team {
+impl Exec for Team<'_> {
     fn threads(&self) -> usize {
-        self.threads
+        self.seats.len() + 1
     }
 
     fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
-        let alone = tasks <= 1 || self.threads == 1;
-        if alone || self.busy.swap(true, Ordering::Acquire) {
+        let alone = tasks <= 1 || self.seats.is_empty();
+        if alone || self.busy.0.swap(true, Ordering::Acquire) {
             return (0..tasks).for_each(task);
         }
-        let _close = Close(self);
-        // SAFETY: `busy` was free, so no other thread is here, and no member is left of the region before. `Close` keeps this
-        // call from returning before the last member has left, so `task` outlives every use.
-        unsafe { *self.region.get() = Region { tasks, task: core::mem::transmute::<&(dyn Fn(usize) + Sync), &'static (dyn Fn(usize) + Sync)>(task) } };
-        self.taken.store(0, Ordering::Relaxed);
-        self.next.store(MARKED, Ordering::Relaxed);
-        let next = self.state.load(Ordering::Relaxed).wrapping_add(REGION);
-        self.state.store(next | OPEN, Ordering::Release);
-        self.take(0, tasks, task);
+        let number = self.board.0.number.load(Ordering::Relaxed) + 1;
+        let _close = Close { team: self, number };
+        // SAFETY: `busy` was free, so no other thread is here, and every seat is closed to the region before. `Close` keeps this
+        // call from returning before the last thread is done, so `task` outlives every use.
+        unsafe { *self.board.0.region.get() = Region { tasks, task: core::mem::transmute::<&(dyn Fn(usize) + Sync), &'static (dyn Fn(usize) + Sync)>(task) } };
+        self.next.0.store(self.threads(), Ordering::Relaxed);
+        self.board.0.number.store(number, Ordering::Release);
+        task(0);
+        self.take_others(tasks, task);
+        for (own, seat) in (1..tasks).zip(self.seats) {
+            if seat.take(number, 1) {
+                task(own);
+            }
+        }
     }
 }
 
-impl core::fmt::Debug for Team {
+impl core::fmt::Debug for Team<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Team").field("threads", &self.threads).finish_non_exhaustive()
+        f.debug_struct("Team").field("threads", &self.threads()).finish_non_exhaustive()
     }
 }

@@ -1,14 +1,75 @@
 //! The rows that a face flux reads, along any axis.
 
 use crate::field::Vector;
-use crate::grid::Grid;
+use crate::grid::{Grid, Side};
 use crate::problem::Scheme;
 use crate::real::Real;
 
-/// Extra numbers of a row with its neighbours along x.
+/// Numbers of a row's neighbours along x: two on either side, of which faces have one less before.
 pub const HALO: usize = 4;
-/// Rows of scratch of a task: two fields of cells and the faces along x with their neighbours.
-pub const SCRATCH_ROWS: usize = 3;
+/// Rows of scratch of a task.
+pub const SCRATCH_ROWS: usize = 2;
+/// Neighbours before a row.
+const BEFORE: usize = HALO / 2;
+/// Rows with neighbours are so many numbers apart, or a multiple: then each begins where a vector would.
+const APART: usize = 16;
+/// Where such a field begins in its buffer, for the first row to begin there too.
+pub const OFFSET: usize = APART - BEFORE;
+
+/// Numbers between the beginnings of rows of `n` that have their neighbours along x.
+#[inline(always)]
+const fn stride(n: usize) -> usize {
+    (n + HALO).next_multiple_of(APART)
+}
+
+/// Numbers of a field whose rows have their neighbours along x.
+#[must_use]
+pub fn with_halo(grid: &Grid) -> usize {
+    grid.rows() * stride(grid.n[0])
+}
+
+/// The row between its neighbours.
+#[inline(always)]
+pub fn inner<T>(row: &mut [T], n: usize) -> &mut [T] {
+    &mut row[BEFORE..][..n]
+}
+
+/// Writes the neighbours of the cells of a row: at walls the last cell stands for those beyond.
+#[inline(always)]
+pub fn surround_cells<T: Real>(row: &mut [T], n: usize, periodic: bool) {
+    for (at, from) in [(0, n - 2), (1, n - 1)] {
+        row[at] = if periodic { row[2 + from] } else { row[2] };
+        row[n + 2 + at] = if periodic { row[2 + at] } else { row[n + 1] };
+    }
+}
+
+/// Writes the neighbours of the faces along x of a row: beyond a wall the face on the low wall, which nothing goes through either.
+#[inline(always)]
+pub fn surround_faces<T: Real>(row: &mut [T], n: usize, periodic: bool) {
+    let wrap = |x: T| if periodic { x } else { T::ZERO };
+    (row[1], row[n + 2], row[n + 3]) = (wrap(row[n + 1]), wrap(row[2]), wrap(row[3]));
+}
+
+/// Velocity at faces, the component along x with neighbours.
+#[derive(Clone, Copy, Debug)]
+pub struct Velocity<'a, T>(pub Vector<'a, T>);
+
+impl<'a, T: Real> Velocity<'a, T> {
+    /// The low faces of a row of cells.
+    #[inline(always)]
+    pub fn low(&self, n: usize, axis: usize, row: usize) -> &'a [T] {
+        if axis == 0 { &self.0[0][row * stride(n) + BEFORE..][..n] } else { &self.0[axis][row * n..][..n] }
+    }
+}
+
+/// A field of cells.
+#[derive(Clone, Copy, Debug)]
+pub enum Cells<'a, T> {
+    /// As it is.
+    Alone(&'a [T]),
+    /// With the neighbours of its rows along x.
+    WithHalo(&'a [T]),
+}
 
 /// Interpolation to a face from upstream, rho_f = w[0] downstream + w[1] upstream - w[2] next upstream (Leonard 1979).
 #[must_use]
@@ -20,118 +81,103 @@ pub fn weights<T: Real>(scheme: Scheme) -> [T; 3] {
     .map(T::from_f64)
 }
 
-/// A row and the rows around it.
+/// A row and the rows around it, told by where they begin: slices on their way through memory would be waited for.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<'a, T> {
     /// The row with its neighbours along x.
     pub x: &'a [T],
-    /// The rows beside it along y and z.
-    pub beside: [[&'a [T]; 4]; 2],
+    /// What holds the rows beside it along y and z.
+    fields: [&'a [T]; 2],
+    /// Those rows.
+    beside: &'a [[usize; 4]; 2],
+    stride: usize,
+    before: usize,
 }
 
 impl<'a, T> Rows<'a, T> {
-    /// Exactly `n` numbers of the rows beside it along y or z: compilers then know how far they go.
+    /// The `n` numbers of each of the rows beside it along y or z.
     #[inline(always)]
     pub fn along(&self, axis: usize, n: usize) -> [&'a [T]; 4] {
-        let [a, b, c, d] = self.beside[axis - 1];
-        [&a[..n], &b[..n], &c[..n], &d[..n]]
+        let (field, rows) = (self.fields[axis - 1], &self.beside[axis - 1]);
+        let of = |row: usize| &field[row * self.stride + self.before..][..n];
+        [of(rows[0]), of(rows[1]), of(rows[2]), of(rows[3])]
     }
 }
 
-/// A row and those at offsets -2, -1, 1, 2 from it along y and z; at a wall the last row stands for those beyond.
+/// A row and those beside it along y and z.
 #[derive(Clone, Copy, Debug)]
 pub struct Around<'g> {
     grid: &'g Grid,
     row: usize,
-    at: [usize; 2],
-    beside: [[usize; 4]; 2],
+    /// The rows of cells at offsets -2, -1, 1, 2; at a wall the last row stands for those beyond.
+    cells: [[usize; 4]; 2],
+    /// The rows of low faces at offsets -1, 0, 1, 2; beyond a wall those on the low wall, which nothing goes through either.
+    faces: [[usize; 4]; 2],
+    /// Whether there is a wall below and above.
+    walls: [[bool; 2]; 2],
 }
 
 impl<'g> Around<'g> {
     /// Those around `row`.
     #[inline]
     pub fn new(grid: &'g Grid, row: usize) -> Self {
+        let mut around = Self { grid, row, cells: [[row; 4]; 2], faces: [[row; 4]; 2], walls: [[true; 2]; 2] };
         let at = grid.row_at(row);
-        let along = |axis: usize| {
-            let beside = |offset: isize| {
-                let to = place(grid, axis, at[axis - 1], offset).unwrap_or(if offset < 0 { 0 } else { grid.n[axis] - 1 });
-                row_at(grid, axis, at, to)
+        for axis in 1..grid.dims {
+            let (n, stride, here) = (grid.n[axis], if axis == 1 { 1 } else { grid.n[1] }, at[axis - 1]);
+            let first = row - here * stride;
+            let place = |offset: isize| match here.wrapping_add_signed(offset) {
+                to if to < n => Some(first + to * stride),
+                _ if !grid.periodic[axis] => None,
+                _ if offset < 0 => Some(first + (here + n).wrapping_add_signed(offset) * stride),
+                to => Some(first + (to - n) * stride),
             };
-            [beside(-2), beside(-1), beside(1), beside(2)]
-        };
-        Self { grid, row, at, beside: [along(1), along(2)] }
+            let [before, below, above, after] = [place(-2), place(-1), place(1), place(2)];
+            let last = first + (n - 1) * stride;
+            around.cells[axis - 1] = [before.unwrap_or(first), below.unwrap_or(first), above.unwrap_or(last), after.unwrap_or(last)];
+            around.faces[axis - 1] = [below.unwrap_or(first), row, above.unwrap_or(first), after.unwrap_or(first)];
+            around.walls[axis - 1] = [below.is_none(), above.is_none()];
+        }
+        around
     }
 
-    /// Whether there is a wall on the side of `offset` along y or z.
+    /// Whether there is a wall on the low or the high side along y or z.
     #[inline]
-    pub fn at_wall(&self, axis: usize, offset: isize) -> bool {
-        place(self.grid, axis, self.at[axis - 1], offset).is_none()
+    pub fn at_wall(&self, axis: usize, side: Side) -> bool {
+        self.walls[axis - 1][usize::from(side == Side::High)]
     }
 
     /// Whether `of` holds for the row or for one beside it.
     #[inline]
     pub fn any(&self, of: impl Fn(usize) -> bool) -> bool {
-        of(self.row) || self.beside.iter().take(self.grid.dims - 1).flatten().any(|&row| of(row))
+        of(self.row) || self.cells.iter().take(self.grid.dims - 1).flatten().any(|&row| of(row))
     }
 }
 
-/// Where an offset from place `at` leads along an axis, or `None` beyond a wall.
-#[inline]
-fn place(grid: &Grid, axis: usize, at: usize, offset: isize) -> Option<usize> {
-    let n = grid.n[axis];
-    match at.wrapping_add_signed(offset) {
-        to if to < n => Some(to),
-        _ if !grid.periodic[axis] => None,
-        _ if offset < 0 => Some((at + n).wrapping_add_signed(offset)),
-        to => Some(to - n),
-    }
-}
-
-/// The row at `at` but for one axis, y or z, along which it is at `to`.
-#[inline]
-fn row_at(grid: &Grid, axis: usize, at: [usize; 2], to: usize) -> usize {
-    if axis == 1 { grid.row(to, at[1]) } else { grid.row(at[0], to) }
-}
-
-/// The cells of `field` around a row: along x offsets -2 .. 2, which `halo` receives, along y and z offsets -2, -1, 1, 2.
-#[inline]
-pub fn cells<'a, T: Real>(around: &Around<'_>, field: &'a [T], halo: &'a mut [T]) -> Rows<'a, T> {
-    let (n, periodic) = (around.grid.n[0], around.grid.periodic[0]);
-    let start = around.row * n;
-    let here = &field[start..start + n];
-    halo[2..n + 2].copy_from_slice(here);
-    for (at, from) in [(0, n - 2), (1, n - 1)] {
-        halo[at] = if periodic { here[from] } else { here[0] };
-        halo[n + 2 + at] = if periodic { here[at] } else { here[n - 1] };
-    }
-    let of = |row: usize| &field[row * n..(row + 1) * n];
-    let [y, z] = around.beside;
-    Rows { x: &halo[..n + 4], beside: [[of(y[0]), of(y[1]), of(y[2]), of(y[3])], [of(z[0]), of(z[1]), of(z[2]), of(z[3])]] }
-}
-
-/// The faces -1, 0, 1, 2 around a row, face 0 the low and face 1 the high one of its cells; `halo` receives those along x. Beyond a
-/// wall the faces of the low wall stand, which nothing goes through either.
-#[inline]
-pub fn faces<'a, T: Real>(around: &Around<'_>, v: Vector<'a, T>, halo: &'a mut [T]) -> Rows<'a, T> {
-    let grid = around.grid;
-    let n = grid.n[0];
-    let here = &v[0][around.row * n..(around.row + 1) * n];
-    let wrap = |x: T| if grid.periodic[0] { x } else { T::ZERO };
-    halo[0] = wrap(here[n - 1]);
-    halo[1..=n].copy_from_slice(here);
-    halo[n + 1] = wrap(here[0]);
-    halo[n + 2] = wrap(here[1]);
-    let along = |axis: usize| -> [&'a [T]; 4] {
-        if axis >= grid.dims {
-            return [&[]; 4];
-        }
-        let of = |place: usize| {
-            let start = row_at(grid, axis, around.at, place) * n;
-            &v[axis][start..start + n]
-        };
-        let at = around.at[axis - 1];
-        let beyond = |offset: isize| of(place(grid, axis, at, offset).unwrap_or(0));
-        [beyond(-1), of(at), beyond(1), beyond(2)]
+/// The cells of `field` around a row: along x offsets -2 .. 2, which `halo` receives where the field has none, along y and z offsets
+/// -2, -1, 1, 2.
+#[inline(always)]
+pub fn cells<'a, T: Real>(around: &'a Around<'_>, field: Cells<'a, T>, halo: &'a mut [T]) -> Rows<'a, T> {
+    let n = around.grid.n[0];
+    let (numbers, stride, before) = match field {
+        Cells::Alone(numbers) => (numbers, n, 0),
+        Cells::WithHalo(numbers) => (numbers, stride(n), BEFORE),
     };
-    Rows { x: &halo[..n + 3], beside: [along(1), along(2)] }
+    let x = match field {
+        Cells::Alone(_) => {
+            inner(halo, n).copy_from_slice(&numbers[around.row * n..][..n]);
+            surround_cells(halo, n, around.grid.periodic[0]);
+            &halo[..n + HALO]
+        }
+        Cells::WithHalo(_) => &numbers[around.row * stride..][..n + HALO],
+    };
+    Rows { x, fields: [numbers; 2], beside: &around.cells, stride, before }
+}
+
+/// The faces -1, 0, 1, 2 around a row, face 0 the low and face 1 the high one of its cells.
+#[inline(always)]
+pub fn faces<'a, T: Real>(around: &'a Around<'_>, v: Velocity<'a, T>) -> Rows<'a, T> {
+    let n = around.grid.n[0];
+    let Velocity([x, y, z]) = v;
+    Rows { x: &x[around.row * stride(n) + 1..][..n + HALO - 1], fields: [y, z], beside: &around.faces, stride: n, before: 0 }
 }

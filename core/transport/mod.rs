@@ -15,9 +15,10 @@ use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::problem::Scheme;
 use crate::real::Real;
 use core::ops::ControlFlow;
+use flux::{Velocity, with_halo};
 
-/// Terms of a series at most, the first one included.
-pub(crate) const MAX_TERMS: usize = 21;
+/// Terms of a series at most, besides the first one.
+pub(crate) const MAX_TERMS: usize = 20;
 /// Sub-step states that are kept at most; others are computed again.
 const STATES: usize = 8;
 /// Sub-steps of a step at most.
@@ -32,6 +33,49 @@ pub struct Flow<'a, T> {
     pub v: Vector<'a, T>,
     /// A direction d and how far the flow goes along it: v + s d.
     pub along: Option<(Vector<'a, T>, T)>,
+}
+
+impl<T: Real> Flow<'_, T> {
+    /// One component of the velocity of step `step` at a row of faces.
+    fn row(&self, axis: usize, slots: usize, step: usize, row: usize, out: &mut [T]) {
+        let n = out.len();
+        let (from, place) = if step == 0 { (self.initial, row) } else { (self.v, row * slots + step - 1) };
+        out.copy_from_slice(&from[axis][place * n..(place + 1) * n]);
+        if let (Some((direction, s)), true) = (self.along, step > 0) {
+            rows::add_scaled(out, s, &direction[axis][place * n..(place + 1) * n]);
+        }
+    }
+}
+
+/// Where the terms of sub-steps are held: those of the latest ones, as many as there is room for.
+#[derive(Debug, Default)]
+struct Held {
+    /// First field and number of the terms of each sub-step of a block, in order.
+    terms: heapless::Vec<(usize, usize), STATES>,
+    /// The first sub-step whose terms were not overwritten.
+    oldest: usize,
+}
+
+impl Held {
+    /// Runs the next sub-step, which is told where its terms begin and says how many there are, or `None` if they find no room
+    /// behind those before: then it runs again and overwrites them.
+    fn push(&mut self, mut substep: impl FnMut(usize) -> Option<usize>) {
+        let (begin, as_many) = self.terms.last().map_or((0, 0), |&(at, terms)| (at + terms, terms));
+        let beside = if begin + as_many <= MAX_TERMS { substep(begin) } else { None };
+        let held = match beside {
+            Some(terms) => (begin, terms),
+            None => {
+                self.oldest = self.terms.len();
+                (0, substep(0).unwrap_or_default())
+            }
+        };
+        let _ = self.terms.push(held);
+    }
+
+    /// Those of a sub-step, if they are there.
+    fn get(&self, substep: usize) -> Option<(usize, usize)> {
+        self.terms.get(substep).copied().filter(|_| substep >= self.oldest)
+    }
 }
 
 /// A step needs more than [`MAX_SUBSTEPS`], or its velocity is not finite.
@@ -54,6 +98,7 @@ pub struct Transport<'a, T> {
     scheme: Scheme,
     /// Terms are summed until max |term| is below this.
     cut: f64,
+    /// See [`flux::Velocity`].
     velocity: VectorMut<'a, T>,
     substeps: usize,
     states: &'a mut [T],
@@ -64,10 +109,6 @@ pub struct Transport<'a, T> {
 }
 
 impl<'a, T: Real> Transport<'a, T> {
-    fn fields(grid: &Grid) -> usize {
-        STATES + MAX_TERMS + 2 + 2 * grid.dims
-    }
-
     fn scratch_len(grid: &Grid, threads: usize) -> usize {
         pooled(threads * flux::SCRATCH_ROWS * (grid.n[0] + flux::HALO))
     }
@@ -75,50 +116,72 @@ impl<'a, T: Real> Transport<'a, T> {
     /// Writes the ledger lines of [`Self::carve`].
     pub fn requirement(ledger: &mut Ledger, grid: &Grid, threads: usize) {
         ledger.group("density transport", Sharing::Together, |ledger| {
-            let len = pooled(grid.cells());
-            ledger.line("velocity and its gradient", 2 * grid.dims * len, T::BYTES);
+            let (len, with_halo) = (pooled(grid.cells()), Self::stride(grid));
+            ledger.line("velocity and its gradient", pooled(flux::OFFSET + with_halo) + (2 * grid.dims - 1) * len, T::BYTES);
             ledger.line("sub-step states", STATES * len, T::BYTES);
-            ledger.line("terms of a sub-step, forward and backward", (Self::fields(grid) - STATES - 2 * grid.dims) * len, T::BYTES);
+            ledger.line("terms of sub-steps, forward and backward", pooled(flux::OFFSET + (MAX_TERMS + 2) * with_halo), T::BYTES);
             ledger.line("rows", Self::scratch_len(grid, threads), T::BYTES);
         });
     }
 
     /// Takes its numbers from the shared pool. `largest` is max rho_0.
     pub fn carve(grid: &'a Grid, scheme: Scheme, tolerance: f64, largest: f64, threads: usize, pool: &mut Pool<'a, T>) -> Self {
-        let len = grid.cells();
+        let (len, stride, with_halo) = (grid.cells(), Self::stride(grid), with_halo(grid));
+        let gradient = pool.take_vector(grid.dims, len);
+        let velocity = &mut pool.take(flux::OFFSET + stride)[flux::OFFSET..][..with_halo];
+        let [y, z, _] = pool.take_vector(grid.dims - 1, len);
+        let states = pool.take(STATES * pooled(len));
+        let (terms, adjoint) = pool.take(flux::OFFSET + (MAX_TERMS + 2) * stride)[flux::OFFSET..].split_at_mut(MAX_TERMS * stride);
+        let (first, second) = adjoint.split_at_mut(stride);
         Self {
             grid,
             scheme,
             cut: tolerance * largest,
-            velocity: pool.take_vector(grid.dims, len),
-            gradient: pool.take_vector(grid.dims, len),
-            states: pool.take(STATES * pooled(len)),
+            velocity: [velocity, y, z],
             substeps: 1,
-            terms: pool.take(MAX_TERMS * pooled(len)),
-            adjoint: [pool.take(len), pool.take(len)],
+            states,
+            terms,
+            adjoint: [first, second],
+            gradient,
             scratch: pool.take(Self::scratch_len(grid, threads)),
         }
     }
 
+    /// Numbers between fields whose rows have their neighbours.
+    fn stride(grid: &Grid) -> usize {
+        pooled(with_halo(grid))
+    }
+
     /// Takes the velocity of step `step` out of `flow` and counts its sub-steps.
+    ///
+    /// The Courant number is the maximum over cells of the sum of |v_f| over the cell's faces / (2 h).
     ///
     /// # Errors
     /// [`TooFast`].
     pub fn load(&mut self, exec: &dyn Exec, flow: &Flow<'_, T>, slots: usize, step: usize, sums: &mut [f64]) -> Result<(), TooFast> {
-        let (grid, nx) = (self.grid, self.grid.n[0]);
-        let buffers = RowBuffers { fields: reborrow(&mut self.velocity), sums: &mut [], scratch: &mut [] };
-        for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
-            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                let (slots, slot) = if step == 0 { (1, 0) } else { (slots, step - 1) };
-                let span = (task.row * slots + slot) * nx..(task.row * slots + slot + 1) * nx;
-                let from = if step == 0 { flow.initial } else { flow.v };
-                out.copy_from_slice(&from[axis][span.clone()]);
-                if let (Some((direction, s)), true) = (flow.along, step > 0) {
-                    rows::add_scaled(out, s, &direction[axis][span]);
+        let (grid, n) = (self.grid, self.grid.n[0]);
+        let sums = &mut sums[..grid.rows()];
+        let [v0, v1, v2] = reborrow(&mut self.velocity);
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [v0, v1, v2], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
+            let (total, high) = task.scratch[..2 * n].split_at_mut(n);
+            total.fill(T::ZERO);
+            for (axis, faces) in task.fields.into_iter().enumerate().take(grid.dims) {
+                let low = if axis == 0 { flux::inner(faces, n) } else { &mut *faces };
+                flow.row(axis, slots, step, task.row, low);
+                let s = T::from_f64(0.5 / grid.h[axis]);
+                rows::add_scaled_abs(total, s, low);
+                if axis == 0 {
+                    rows::shift_high(high, low, n, grid.periodic[0]);
+                    rows::add_scaled_abs(total, s, high);
+                    flux::surround_faces(faces, n, grid.periodic[0]);
+                } else if let Some(row) = grid.neighbour(task.row, axis, Side::High) {
+                    flow.row(axis, slots, step, row, high);
+                    rows::add_scaled_abs(total, s, high);
                 }
             }
+            task.sums[0] = rows::max_abs(total);
         });
-        let courant = self.courant(exec, sums);
+        let courant = rows::largest(sums.iter().copied());
         if !(courant <= MAX_SUBSTEPS as f64) {
             return Err(TooFast);
         }
@@ -126,92 +189,82 @@ impl<'a, T: Real> Transport<'a, T> {
         Ok(())
     }
 
-    /// The Courant number: max over cells of the sum of |v_f| over the cell's faces / (2 h).
-    fn courant(&mut self, exec: &dyn Exec, sums: &mut [f64]) -> f64 {
-        let (grid, v) = (self.grid, view(&self.velocity));
-        let sums = &mut sums[..grid.rows()];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
-            let n = grid.n[0];
-            let (total, shifted) = task.scratch.split_at_mut(n);
-            total.fill(T::ZERO);
-            for axis in 0..grid.dims {
-                let s = T::from_f64(0.5 / grid.h[axis]);
-                let low = &v[axis][task.row * n..(task.row + 1) * n];
-                rows::add_scaled_abs(total, s, low);
-                if axis == 0 {
-                    rows::shift_high(&mut shifted[..n], low, n, grid.periodic[0]);
-                    rows::add_scaled_abs(total, s, &shifted[..n]);
-                } else if let Some(high) = grid.neighbour(task.row, axis, Side::High) {
-                    rows::add_scaled_abs(total, s, &v[axis][high * n..(high + 1) * n]);
-                }
-            }
-            task.sums[0] = rows::max_abs(total);
-        });
-        rows::largest(sums.iter().copied())
-    }
-
     /// `to = A[from, v]` with the velocity that was loaded.
     pub fn forward(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T], sums: &mut [f64]) {
-        to.copy_from_slice(from);
-        for _ in 0..self.substeps {
-            self.substep(exec, to, sums);
+        let states = core::mem::take(&mut self.states);
+        self.carry(exec, self.substeps, from, [to, &mut states[..from.len()]], sums);
+        self.states = states;
+    }
+
+    /// `count` sub-steps, at least one, from `from` to `to`, by way of a field of work.
+    fn carry(&mut self, exec: &dyn Exec, count: usize, from: &[T], [mut to, mut other]: [&mut [T]; 2], sums: &mut [f64]) {
+        if count % 2 == 0 {
+            core::mem::swap(&mut to, &mut other);
+        }
+        self.substep(exec, from, to, 0, sums);
+        for _ in 1..count {
+            self.substep(exec, to, other, 0, sums);
+            core::mem::swap(&mut to, &mut other);
         }
     }
 
-    /// One sub-step in place.
-    fn substep(&mut self, exec: &dyn Exec, rho: &mut [T], sums: &mut [f64]) {
-        let tau = 1.0 / self.substeps as f64;
-        if self.scheme == Scheme::SemiLagrangian {
-            let len = self.grid.cells();
-            self.terms[..len].copy_from_slice(rho);
-            semi_lagrangian::trace(exec, self.grid, view(&self.velocity), tau, &self.terms[..len], rho);
-        } else {
-            let stride = pooled(self.grid.cells());
-            self.terms[..rho.len()].copy_from_slice(rho);
-            let sum = series::Series { grid: self.grid, velocity: view(&self.velocity), weights: flux::weights(self.scheme), tau, cut: self.cut };
-            series::sum(exec, &sum, self.terms, stride, rho, self.scratch, sums);
+    /// One sub-step; `to` may be empty. The series' terms go to `terms` from field `at` on: how many there are, or `None` where they
+    /// find no room.
+    fn substep(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T], at: usize, sums: &mut [f64]) -> Option<usize> {
+        let Self { grid, scheme, substeps, cut, velocity, terms, scratch, .. } = self;
+        let (velocity, tau, stride) = (Velocity(view(velocity)), 1.0 / *substeps as f64, Self::stride(grid));
+        if *scheme == Scheme::SemiLagrangian {
+            if !to.is_empty() {
+                semi_lagrangian::trace(exec, grid, velocity, tau, from, to);
+            }
+            return Some(0);
         }
+        let series = series::Series { grid, velocity, weights: flux::weights(*scheme), tau, cut: *cut };
+        series::sum(exec, &series, from, &mut terms[at * stride..], stride, to, scratch, sums)
     }
 
     /// The adjoint of the step from `rho`: `mu` <- A_rho^T mu, and [`Self::gradient`] = A_v^T mu.
     pub fn backward(&mut self, exec: &dyn Exec, rho: &[T], mu: &mut [T], sums: &mut [f64]) {
-        self.gradient.iter_mut().for_each(|component| component.fill(T::ZERO));
-        let stride = pooled(self.grid.cells());
-        for block in (0..self.substeps.div_ceil(STATES)).rev() {
-            let first = block * STATES;
+        let (len, stride) = (rho.len(), pooled(rho.len()));
+        let states = core::mem::take(&mut self.states);
+        for first in (0..self.substeps).step_by(STATES).rev() {
             let count = STATES.min(self.substeps - first);
-            let states = core::mem::take(&mut self.states);
-            states[..rho.len()].copy_from_slice(rho);
-            for _ in 0..first {
-                self.substep(exec, &mut states[..rho.len()], sums);
+            if first > 0 {
+                let (begin, work) = states.split_at_mut(stride);
+                self.carry(exec, first, rho, [&mut begin[..len], &mut work[..len]], sums);
             }
-            for state in 1..count {
-                let (before, after) = states.split_at_mut(state * stride);
-                after[..rho.len()].copy_from_slice(&before[(state - 1) * stride..][..rho.len()]);
-                self.substep(exec, &mut after[..rho.len()], sums);
+            let mut held = Held::default();
+            for state in 0..count {
+                let (before, after) = states.split_at_mut((state + 1) * stride);
+                let from = if first + state == 0 { rho } else { &before[state * stride..][..len] };
+                let to = if state + 1 < count { &mut after[..len] } else { &mut [] };
+                held.push(|at| self.substep(exec, from, to, at, sums));
             }
             for state in (0..count).rev() {
-                self.substep_backward(exec, &mut states[state * stride..][..rho.len()], mu, sums);
+                let from = if first + state == 0 { rho } else { &states[state * stride..][..len] };
+                let (at, terms) = held.get(state).or_else(|| Some((0, self.substep(exec, from, &mut [], 0, sums)?))).unwrap_or_default();
+                self.substep_backward(exec, from, (at, terms), mu, first + state + 1 == self.substeps);
             }
-            self.states = states;
         }
+        self.states = states;
     }
 
-    /// The adjoint of the sub-step from `rho` (which is overwritten): `mu` and the gradient.
-    fn substep_backward(&mut self, exec: &dyn Exec, rho: &mut [T], mu: &mut [T], sums: &mut [f64]) {
-        let tau = 1.0 / self.substeps as f64;
-        if self.scheme == Scheme::SemiLagrangian {
-            self.adjoint[0].copy_from_slice(mu);
-            let step = semi_lagrangian::Step { grid: self.grid, velocity: view(&self.velocity), tau, rho, mu: self.adjoint[0] };
-            semi_lagrangian::gradient(exec, &step, reborrow(&mut self.gradient));
+    /// The adjoint of the sub-step from `rho`, whose `terms` begin at field `at`: `mu` and the gradient, which begins with the `first`.
+    fn substep_backward(&mut self, exec: &dyn Exec, rho: &[T], (at, terms): (usize, usize), mu: &mut [T], first: bool) {
+        let Self { grid, scheme, substeps, cut, velocity, terms: fields, adjoint, gradient, scratch, .. } = self;
+        let (velocity, tau, stride) = (Velocity(view(velocity)), 1.0 / *substeps as f64, Self::stride(grid));
+        if *scheme == Scheme::SemiLagrangian {
+            if first {
+                gradient.iter_mut().for_each(|component| component.fill(T::ZERO));
+            }
+            adjoint[0][..mu.len()].copy_from_slice(mu);
+            let step = semi_lagrangian::Step { grid, velocity, tau, rho, mu: &adjoint[0][..mu.len()] };
+            semi_lagrangian::gradient(exec, &step, reborrow(gradient));
             semi_lagrangian::adjoint(exec, &step, mu);
         } else {
-            let stride = pooled(self.grid.cells());
-            self.terms[..rho.len()].copy_from_slice(rho);
-            let sum = series::Series { grid: self.grid, velocity: view(&self.velocity), weights: flux::weights(self.scheme), tau, cut: self.cut };
-            let last = series::sum(exec, &sum, self.terms, stride, rho, self.scratch, sums);
-            let backward = series::Backward { mu, work: self.adjoint.each_mut().map(|z| &mut **z), gradient: reborrow(&mut self.gradient) };
-            series::adjoint(exec, &sum, self.terms, stride, last, backward, self.scratch);
+            let series = series::Series { grid, velocity, weights: flux::weights(*scheme), tau, cut: *cut };
+            let backward = series::Backward { mu, work: adjoint.each_mut().map(|z| &mut **z), gradient: reborrow(gradient), first };
+            series::adjoint(exec, &series, rho, &fields[at * stride..], stride, terms, backward, scratch);
         }
     }
 

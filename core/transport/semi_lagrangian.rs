@@ -3,8 +3,9 @@
 //! rho'(x) = rho(x - tau v(x)), v the mean of the cell's faces; places beyond a wall are moved to the last cell centre. A
 //! sub-step goes at most one cell along each axis, so both the map and its transpose gather from the 3^d cells around.
 
+use super::flux::Velocity;
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Vector, VectorMut};
+use crate::field::VectorMut;
 use crate::grid::Grid;
 use crate::real::Real;
 
@@ -13,7 +14,7 @@ pub struct Step<'a, T> {
     /// The grid.
     pub grid: &'a Grid,
     /// Velocity at faces.
-    pub velocity: Vector<'a, T>,
+    pub velocity: Velocity<'a, T>,
     /// Length of the sub-step.
     pub tau: f64,
     /// Density before.
@@ -31,7 +32,7 @@ struct Origin {
 }
 
 /// The origins of cell `at`, one for each axis.
-fn origins<T: Real>(grid: &Grid, velocity: Vector<'_, T>, tau: f64, at: [usize; 3]) -> [Origin; 3] {
+fn origins<T: Real>(grid: &Grid, velocity: Velocity<'_, T>, tau: f64, at: [usize; 3]) -> [Origin; 3] {
     core::array::from_fn(|axis| {
         if axis >= grid.dims {
             return Origin { cells: [0, 0], weight: 0.0, moves: false };
@@ -39,8 +40,9 @@ fn origins<T: Real>(grid: &Grid, velocity: Vector<'_, T>, tau: f64, at: [usize; 
         let n = grid.n[axis];
         let mut next = at;
         next[axis] = (at[axis] + 1) % n;
-        let high = if next[axis] == 0 && !grid.periodic[axis] { 0.0 } else { velocity[axis][index(grid, next)].to_f64() };
-        let v = 0.5 * (velocity[axis][index(grid, at)].to_f64() + high);
+        let low = |[x, y, z]: [usize; 3]| velocity.low(grid.n[0], axis, grid.row(y, z))[x].to_f64();
+        let high = if next[axis] == 0 && !grid.periodic[axis] { 0.0 } else { low(next) };
+        let v = 0.5 * (low(at) + high);
         let mut place = at[axis] as f64 - tau * v / grid.h[axis];
         let inside = grid.periodic[axis] || (place > 0.0 && place < (n - 1) as f64);
         if !inside {
@@ -76,7 +78,7 @@ fn linear(origin: &Origin, side: usize) -> f64 {
 }
 
 /// `to(x) = from(x - tau v(x))`.
-pub fn trace<T: Real>(exec: &dyn Exec, grid: &Grid, velocity: Vector<'_, T>, tau: f64, from: &[T], to: &mut [T]) {
+pub fn trace<T: Real>(exec: &dyn Exec, grid: &Grid, velocity: Velocity<'_, T>, tau: f64, from: &[T], to: &mut [T]) {
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch: &mut [] }, |task| {
         let [to] = task.fields;
         for (x, to) in to.iter_mut().enumerate() {

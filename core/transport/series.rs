@@ -1,10 +1,10 @@
 //! The Taylor series of exp(tau L(v)) and its adjoint, term by term.
 
 use super::MAX_TERMS;
-use super::flux::{Around, HALO, Rows, cells, faces};
+use super::flux::{Around, Cells, HALO, Rows, Velocity, cells, faces, inner, surround_cells, with_halo};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Vector, VectorMut, rows};
-use crate::grid::Grid;
+use crate::field::{VectorMut, rows};
+use crate::grid::{Grid, Side};
 use crate::real::Real;
 use crate::simd::{self, vectorised};
 
@@ -17,7 +17,7 @@ pub struct Series<'a, T> {
     /// The grid.
     pub grid: &'a Grid,
     /// Velocity at faces.
-    pub velocity: Vector<'a, T>,
+    pub velocity: Velocity<'a, T>,
     /// See [`super::flux::weights`].
     pub weights: [T; 3],
     /// Length of the sub-step.
@@ -26,62 +26,57 @@ pub struct Series<'a, T> {
     pub cut: f64,
 }
 
-/// `total` += all terms after the first, which `terms` holds at 0; term k is left at `k stride`. Returns the last k. `sums` holds
-/// two numbers a row.
-pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, terms: &mut [T], stride: usize, total: &mut [T], scratch: &mut [T], sums: &mut [f64]) -> usize {
+/// The terms y_1 .. y_k of the series from y_0 = `from`, term k at (k - 1) `stride` of `terms`, and `total` = their sum with y_0
+/// unless it is empty; terms are stored with their rows' neighbours. Returns k, or `None` where `terms` has no room for all of them. `sums` holds two numbers a row.
+pub fn sum<T: Real>(
+    exec: &dyn Exec,
+    series: &Series<'_, T>,
+    from: &[T],
+    terms: &mut [T],
+    stride: usize,
+    total: &mut [T],
+    scratch: &mut [T],
+    sums: &mut [f64],
+) -> Option<usize> {
     let grid = series.grid;
-    let (n, len) = (grid.n[0], grid.cells());
+    let n = grid.n[0];
     let (mut largest, mut previous) = sums[..2 * grid.rows()].split_at_mut(grid.rows());
-    previous.fill(1.0);
     let negligible = T::from_f64(series.cut * NEGLIGIBLE);
-    for k in 1..MAX_TERMS {
-        let (before, after) = terms.split_at_mut(k * stride);
-        let (from, to) = (&before[(k - 1) * stride..][..len], &mut after[..len]);
+    for k in 1..=MAX_TERMS.min(terms.len() / stride) {
+        let (before, after) = terms.split_at_mut((k - 1) * stride);
+        let from = if k == 1 { Cells::Alone(from) } else { Cells::WithHalo(&before[(k - 2) * stride..]) };
+        let to = &mut after[..with_halo(grid)];
         let scales = grid.h.map(|h| T::from_f64(series.tau / k as f64 / h));
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to, &mut *total], sums: &mut *largest, scratch: &mut *scratch }, |task| {
             let [to, total] = task.fields;
             let around = Around::new(grid, task.row);
-            if !around.any(|row| previous[row] != 0.0) {
+            if k > 1 && !around.any(|row| previous[row] != 0.0) {
                 to.fill(T::ZERO);
                 task.sums[0] = 0.0;
                 return;
             }
-            let halos = Halos::new(n, task.scratch);
-            let from = cells(&around, from, halos.cells);
-            let faces = faces(&around, series.velocity, halos.faces);
-            task.sums[0] = term(to, total, &from, &faces, series.weights, &scales[..grid.dims], negligible);
+            let from = cells(&around, from, task.scratch);
+            let faces = faces(&around, series.velocity);
+            task.sums[0] = term(inner(to, n), total, k == 1, &from, &faces, series.weights, &scales[..grid.dims], negligible);
+            surround_cells(to, n, grid.periodic[0]);
         });
-        if !(rows::largest(largest.iter().copied()) >= series.cut) {
-            return k;
+        if k == MAX_TERMS || !(rows::largest(largest.iter().copied()) >= series.cut) {
+            return Some(k);
         }
         core::mem::swap(&mut largest, &mut previous);
     }
-    MAX_TERMS - 1
-}
-
-/// Rows of scratch of one task.
-struct Halos<'a, T> {
-    cells: &'a mut [T],
-    second: &'a mut [T],
-    faces: &'a mut [T],
-}
-
-impl<'a, T: Real> Halos<'a, T> {
-    fn new(n: usize, scratch: &'a mut [T]) -> Self {
-        let (cells, rest) = scratch.split_at_mut(n + HALO);
-        let (second, faces) = rest.split_at_mut(n + HALO);
-        Self { cells, second, faces }
-    }
+    None
 }
 
 vectorised! {
-    /// One row of `to = s L from`, what is negligible set to 0, and `total += to`; max |to|, NaN when any number is not finite.
-    fn term[T, V](to: &mut [T], total: &mut [T], from: &Rows<'_, T>, faces: &Rows<'_, T>, w: [T; 3], scales: &[T], negligible: T) -> f64 {
+    /// One row of `to = s L from`, what is negligible set to 0, and `total += to` unless that is empty, or `total = from + to` for
+    /// the `first` term; max |to|, NaN when any number is not finite.
+    fn term[T, V](to: &mut [T], total: &mut [T], first: bool, from: &Rows<'_, T>, faces: &Rows<'_, T>, w: [T; 3], scales: &[T], negligible: T) -> f64 {
         let n = to.len();
         let mut extremes = [V::splat(T::ZERO); 2];
         let mut rest = [T::ZERO; 2];
-        let i = term_from::<T, V>(0, n, to, total, from, faces, w, scales, negligible, &mut extremes);
-        term_from::<T, T>(i, n, to, total, from, faces, w, scales, negligible, &mut rest);
+        let i = term_from::<T, V>(0, n, to, total, first, from, faces, w, scales, negligible, &mut extremes);
+        term_from::<T, T>(i, n, to, total, first, from, faces, w, scales, negligible, &mut rest);
         let mut lanes = [[T::ZERO; 16]; 2];
         extremes[0].store(&mut lanes[0]);
         extremes[1].store(&mut lanes[1]);
@@ -106,6 +101,7 @@ fn term_from<T: Real, V: simd::Vector<Elem = T>>(
     n: usize,
     to: &mut [T],
     total: &mut [T],
+    first: bool,
     from: &Rows<'_, T>,
     faces: &Rows<'_, T>,
     w: [T; 3],
@@ -113,7 +109,7 @@ fn term_from<T: Real, V: simd::Vector<Elem = T>>(
     negligible: T,
     extremes: &mut [V; 2],
 ) -> usize {
-    let (to, total) = (&mut to[..n], &mut total[..n]);
+    let (to, summed) = (&mut to[..n], !total.is_empty());
     let (x, faces_x) = (&from.x[..n + 4], &faces.x[..n + 3]);
     let (y, faces_y) = (from.along(1, n), faces.along(1, n));
     let deep = scales.len() > 2;
@@ -136,7 +132,10 @@ fn term_from<T: Real, V: simd::Vector<Elem = T>>(
         extremes[1] = extremes[1] + sum * zero;
         let sum = (negligible - size).select(zero, sum);
         sum.store(&mut to[i..]);
-        (V::load(&total[i..]) + sum).store(&mut total[i..]);
+        if summed {
+            let before = if first { c } else { V::load(&total[i..]) };
+            (before + sum).store(&mut total[i..]);
+        }
         i += V::LANES;
     }
     i
@@ -148,46 +147,97 @@ pub struct Backward<'a, T> {
     pub mu: &'a mut [T],
     /// Two fields of cells.
     pub work: [&'a mut [T]; 2],
-    /// The velocity gradient, added to.
+    /// The velocity gradient.
     pub gradient: VectorMut<'a, T>,
+    /// Whether the gradient is begun with this sub-step, or added to.
+    pub first: bool,
 }
 
-/// The adjoint of [`sum`] with `last` terms: `mu` <- z_0 where z_last = mu, z_{k-1} = mu + (tau / k) L^T z_k, and
+/// The adjoint of [`sum`] from `from` with `last` terms: `mu` <- z_0 where z_last = mu, z_{k-1} = mu + (tau / k) L^T z_k, and
 /// `gradient` += (tau / k) rho_f(y_{k-1}) (z_k[R] - z_k[L]) / h at every face.
-pub fn adjoint<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, terms: &[T], stride: usize, last: usize, backward: Backward<'_, T>, scratch: &mut [T]) {
-    let grid = series.grid;
-    let (n, len) = (grid.n[0], grid.cells());
-    let Backward { mu, work: [mut z, mut next], mut gradient } = backward;
-    z.copy_from_slice(mu);
+pub fn adjoint<T: Real>(
+    exec: &dyn Exec,
+    series: &Series<'_, T>,
+    from: &[T],
+    terms: &[T],
+    stride: usize,
+    last: usize,
+    backward: Backward<'_, T>,
+    scratch: &mut [T],
+) {
+    let (grid, len) = (series.grid, series.grid.cells());
+    let Backward { mu, work: [mut z, mut next], gradient: [g0, g1, g2], first } = backward;
     for k in (1..=last).rev() {
-        let scales = grid.h.map(|h| T::from_f64(series.tau / k as f64 / h));
-        let (y, z_now, mu_now) = (&terms[(k - 1) * stride..][..len], &*z, &*mu);
-        let [g0, g1, g2] = gradient.each_mut().map(|g| &mut **g);
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *next, g0, g1, g2], sums: &mut [], scratch: &mut *scratch }, |task| {
-            let ([next, g0, g1, g2], row) = (task.fields, task.row);
-            let halos = Halos::new(n, task.scratch);
-            let around = Around::new(grid, row);
-            let faces = faces(&around, series.velocity, halos.faces);
-            let z = cells(&around, z_now, halos.cells);
-            let y = cells(&around, y, halos.second);
-            next.copy_from_slice(&mu_now[row * n..(row + 1) * n]);
-            transposed(next, &z, &faces, series.weights, &scales[..grid.dims]);
-            fold_at_walls(grid, &around, next, &z, &faces, series.weights[2], scales);
-            for (axis, gradient) in [g0, g1, g2].into_iter().enumerate().take(grid.dims) {
-                let (y, [z_low, z_high], v) = match axis {
-                    0 => ([&y.x[..n], &y.x[1..], &y.x[2..], &y.x[3..]], [&z.x[1..], &z.x[2..]], &faces.x[1..]),
-                    _ => (
-                        [y.beside[axis - 1][0], y.beside[axis - 1][1], &y.x[2..], y.beside[axis - 1][2]],
-                        [z.beside[axis - 1][1], &z.x[2..]],
-                        faces.beside[axis - 1][1],
-                    ),
-                };
-                face_gradient(gradient, y, [z_low, z_high], v, series.weights, scales[axis]);
-            }
-        });
+        let y = if k == 1 { Cells::Alone(from) } else { Cells::WithHalo(&terms[(k - 2) * stride..]) };
+        let gradient = [&mut *g0, &mut *g1, &mut *g2];
+        let term = AdjointTerm { scale: series.tau / k as f64, y, clear: first && k == last };
+        // mu itself is the first z, and what the last is written to: a row of it is read by that row alone then.
+        match (k == last, k == 1) {
+            (true, true) => adjoint_term(exec, series, &term, mu, Cells::Alone(mu), &mut next[..len], gradient, scratch),
+            (true, false) => adjoint_term(exec, series, &term, mu, Cells::Alone(mu), &mut next[..with_halo(grid)], gradient, scratch),
+            (false, true) => adjoint_term(exec, series, &term, &[], Cells::WithHalo(z), mu, gradient, scratch),
+            (false, false) => adjoint_term(exec, series, &term, mu, Cells::WithHalo(z), &mut next[..with_halo(grid)], gradient, scratch),
+        }
         core::mem::swap(&mut z, &mut next);
     }
-    mu.copy_from_slice(z);
+    if last == 1 {
+        mu.copy_from_slice(&z[..len]);
+    }
+}
+
+/// One term on the way back.
+struct AdjointTerm<'a, T> {
+    /// tau / k.
+    scale: f64,
+    /// y_{k-1}.
+    y: Cells<'a, T>,
+    /// Whether the gradient begins with this term.
+    clear: bool,
+}
+
+/// `next` = `mu` + (tau / k) L^T `z`, or `next` += the latter where `mu` is empty, and the gradient's share.
+fn adjoint_term<T: Real>(
+    exec: &dyn Exec,
+    series: &Series<'_, T>,
+    term: &AdjointTerm<'_, T>,
+    mu: &[T],
+    z: Cells<'_, T>,
+    next: &mut [T],
+    [g0, g1, g2]: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    let grid = series.grid;
+    let n = grid.n[0];
+    let scales = grid.h.map(|h| T::from_f64(term.scale / h));
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [next, g0, g1, g2], sums: &mut [], scratch }, |task| {
+        let ([whole, g0, g1, g2], row) = (task.fields, task.row);
+        let (first, second) = task.scratch.split_at_mut(n + HALO);
+        let around = Around::new(grid, row);
+        let faces = faces(&around, series.velocity);
+        let (z, y) = (cells(&around, z, first), cells(&around, term.y, second));
+        let surrounded = whole.len() > n;
+        let next = if surrounded { inner(whole, n) } else { &mut *whole };
+        if !mu.is_empty() {
+            next.copy_from_slice(&mu[row * n..(row + 1) * n]);
+        }
+        transposed(next, &z, &faces, series.weights, &scales[..grid.dims]);
+        fold_at_walls(grid, &around, next, &z, &faces, series.weights[2], scales);
+        if surrounded {
+            surround_cells(whole, n, grid.periodic[0]);
+        }
+        for (axis, gradient) in [g0, g1, g2].into_iter().enumerate().take(grid.dims) {
+            if term.clear {
+                gradient.fill(T::ZERO);
+            }
+            let (y, [z_low, z_high], v) = if axis == 0 {
+                ([&y.x[..n], &y.x[1..], &y.x[2..], &y.x[3..]], [&z.x[1..], &z.x[2..]], &faces.x[1..])
+            } else {
+                let [before, below, above, _] = y.along(axis, n);
+                ([before, below, &y.x[2..], above], [z.along(axis, n)[1], &z.x[2..]], faces.along(axis, n)[1])
+            };
+            face_gradient(gradient, y, [z_low, z_high], v, series.weights, scales[axis]);
+        }
+    });
 }
 
 vectorised! {
@@ -252,18 +302,20 @@ fn fold_at_walls<T: Real>(grid: &Grid, around: &Around<'_>, out: &mut [T], z: &R
     for axis in (0..grid.dims).filter(|&axis| !grid.periodic[axis]) {
         let n = out.len();
         let all = if axis == 0 { [0..1, n - 1..n] } else { [0..n, 0..n] };
-        let here = |side: isize| axis == 0 || around.at_wall(axis, side);
+        let here = |side: Side| axis == 0 || around.at_wall(axis, side);
         let c = &z.x[2..];
-        let ([b, d], [low, high]) = match axis {
-            0 => ([&z.x[1..], &z.x[3..]], [&faces.x[1..], &faces.x[2..]]),
-            _ => ([z.beside[axis - 1][1], z.beside[axis - 1][2]], [faces.beside[axis - 1][1], faces.beside[axis - 1][2]]),
+        let ([b, d], [low, high]) = if axis == 0 {
+            ([&z.x[1..], &z.x[3..]], [&faces.x[1..], &faces.x[2..]])
+        } else {
+            let ([_, below, above, _], [_, low, high, _]) = (z.along(axis, n), faces.along(axis, n));
+            ([below, above], [low, high])
         };
-        if here(-1) {
+        if here(Side::Low) {
             for i in all[0].clone() {
                 out[i] -= scales[axis] * w * high[i].max(T::ZERO) * (d[i] - c[i]);
             }
         }
-        if here(1) {
+        if here(Side::High) {
             for i in all[1].clone() {
                 out[i] -= scales[axis] * w * low[i].min(T::ZERO) * (c[i] - b[i]);
             }

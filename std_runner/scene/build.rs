@@ -4,9 +4,13 @@ use crate::exit::Failure;
 use crate::scene::check::shown;
 use crate::scene::document::Document;
 use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawDirect, RawFlow, RawGrid, RawLbfgs, RawMethod, RawPd, RawScene, RawSimulation, RawTime, read};
-use crate::scene::{Admm, AdvectionSection, Control, Flow, Grid, MethodSection, Output, Scene, Time, method_name, shapes};
+use crate::scene::{Control, Flow, Grid, MethodSection, Output, Scene, Time, shapes};
 use std::path::PathBuf;
-use thurible_core::{Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoSolver, PdParams, Scheme, SimulationParams};
+use thurible_core::problem::{MAX_FILTERS, MAX_STEPS};
+use thurible_core::{
+    AdmmParams, Advection, Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoParams, NsoSolver, Params, PdParams, Problem, Scheme,
+    SimulationParams,
+};
 use toml::Value;
 
 const BOUNDARIES: [(&str, Boundary); 2] = [("wall", Boundary::Wall), ("periodic", Boundary::Periodic)];
@@ -16,15 +20,17 @@ const NORMS: [(&str, Norm); 2] = [("scaled", Norm::Scaled), ("plain", Norm::Plai
 const NSO_SOLVERS: [(&str, NsoSolver); 2] = [("stfas", NsoSolver::Stfas), ("newton_cg", NsoSolver::NewtonCg)];
 const COLOURS: [(&str, Colours); 2] = [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)];
 
-/// What the core allows.
-const MOST_STEPS: i64 = 100_000;
-const MOST_FILTERS: i64 = 16;
 /// More than any run needs.
 const MOST_ITERATIONS: i64 = 1_000_000;
 /// In scaled numbers: it spreads motion over the whole box in a step.
 const MOST_VISCOSITY: f64 = 1.0;
 /// Weights in scaled numbers (dt = length = 1) within which single precision keeps its digits.
 const WEIGHTS: core::ops::RangeInclusive<f64> = 1e-15..=1e15;
+
+/// What a scene leaves out.
+fn standard() -> Problem<'static> {
+    Problem::new(&[], &[], &[])
+}
 
 pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
     let mut raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
@@ -74,7 +80,7 @@ fn grid(document: &Document, raw: Option<RawGrid>) -> Result<Grid, Failure> {
     Ok(Grid {
         cells: checked.collect::<Result<_, _>>()?,
         boundary: boundary(document, raw.boundary, cells.len())?,
-        length: document.positive("grid.length", raw.length.unwrap_or(1.0))?,
+        length: document.positive("grid.length", raw.length.unwrap_or(standard().length))?,
     })
 }
 
@@ -99,12 +105,12 @@ fn boundary(document: &Document, raw: Option<Value>, axes: usize) -> Result<Vec<
 fn time(document: &Document, raw: Option<RawTime>) -> Result<Time, Failure> {
     let raw = document.required("time", raw, "write [time] with steps = 40")?;
     let steps = document.required("time.steps", raw.steps, "write the number of steps, as in steps = 40")?;
-    Ok(Time { steps: document.whole("time.steps", steps, 2..=MOST_STEPS)?, dt: document.positive("time.dt", raw.dt.unwrap_or(1.0))? })
+    Ok(Time { steps: document.whole("time.steps", steps, 2..=MAX_STEPS as i64)?, dt: document.positive("time.dt", raw.dt.unwrap_or(standard().dt))? })
 }
 
 fn flow(document: &Document, raw: RawFlow, grid: &Grid, time: Time) -> Result<Flow, Failure> {
     let key = "flow.viscosity";
-    let viscosity = document.not_negative(key, raw.viscosity.unwrap_or(0.0))?;
+    let viscosity = document.not_negative(key, raw.viscosity.unwrap_or(standard().viscosity))?;
     let scaled = viscosity * time.dt / (grid.length * grid.length);
     if scaled > MOST_VISCOSITY {
         let why = format!("is {viscosity:?}, which in units of dt and length is {scaled:e}, but at most {MOST_VISCOSITY} flows at all; make it smaller");
@@ -118,13 +124,13 @@ fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {
     let filters = match raw.filters {
         None => None,
         Some(Value::String(word)) if word == "auto" => None,
-        Some(Value::Integer(count)) => Some(document.whole(key, count, 0..=MOST_FILTERS)?),
-        Some(other) => return Err(document.outside(key, shown(&other), "\"auto\" or a whole number from 0 to 16")),
+        Some(Value::Integer(count)) => Some(document.whole(key, count, 0..=MAX_FILTERS as i64)?),
+        Some(other) => return Err(document.outside(key, shown(&other), &format!("\"auto\" or a whole number from 0 to {MAX_FILTERS}"))),
     };
     Ok(Control {
-        force_weight: document.positive("control.force_weight", raw.force_weight.unwrap_or(1e3))?,
+        force_weight: document.positive("control.force_weight", raw.force_weight.unwrap_or(standard().force_weight))?,
         filters,
-        match_mass: raw.match_mass.unwrap_or(true),
+        match_mass: raw.match_mass.unwrap_or(standard().match_mass),
         initial_velocity: initial_velocity(document, raw.initial_velocity)?,
     })
 }
@@ -143,18 +149,25 @@ fn initial_velocity(document: &Document, raw: Option<Value>) -> Result<Option<Pa
     Err(document.outside(key, found, "\"rest\" or { file = \"v0.npz\" }"))
 }
 
-fn advection(document: &Document, raw: RawAdvection) -> Result<AdvectionSection, Failure> {
-    Ok(AdvectionSection {
-        scheme: document.word("advection.scheme", raw.scheme.as_deref().unwrap_or("quick"), &SCHEMES)?,
-        tolerance: document.between("advection.tolerance", raw.tolerance.unwrap_or(1e-5), 1.0)?,
+fn advection(document: &Document, raw: RawAdvection) -> Result<Advection, Failure> {
+    let Advection { scheme, tolerance } = Advection::default();
+    Ok(Advection {
+        scheme: word(document, "advection.scheme", raw.scheme, &SCHEMES, scheme)?,
+        tolerance: document.between("advection.tolerance", raw.tolerance.unwrap_or(tolerance), 1.0)?,
     })
 }
 
+/// The choice that a word stands for, or the one that is made where there is none.
+fn word<T: Copy>(document: &Document, key: &str, word: Option<String>, words: &[(&str, T)], standard: T) -> Result<T, Failure> {
+    word.map_or(Ok(standard), |word| document.word(key, &word, words))
+}
+
 fn method(document: &Document, raw: RawMethod) -> Result<MethodSection, Failure> {
-    let projection = raw.projection.tolerance.unwrap_or(1e-5);
+    let projection = raw.projection.tolerance.unwrap_or(standard().projection_tolerance);
+    let most = raw.iterations.map(|count| document.whole("method.iterations", count, 1..=MOST_ITERATIONS)).transpose()?;
     Ok(MethodSection {
-        name: document.word("method.name", raw.name.as_deref().unwrap_or(method_name(Method::default())), &METHODS)?,
-        iterations: document.whole("method.iterations", raw.iterations.unwrap_or(60), 1..=MOST_ITERATIONS)?,
+        name: word(document, "method.name", raw.name, &METHODS, Method::default())?,
+        iterations: most.unwrap_or(Params::default().iterations),
         direct: direct(document, raw.direct)?,
         admm: admm(document, raw.admm)?,
         lbfgs: lbfgs(document, raw.lbfgs)?,
@@ -220,18 +233,24 @@ fn direct(document: &Document, raw: RawDirect) -> Result<DirectParams, Failure> 
     })
 }
 
-fn admm(document: &Document, raw: RawAdmm) -> Result<Admm, Failure> {
+fn admm(document: &Document, raw: RawAdmm) -> Result<AdmmParams, Failure> {
     let key = |name: &str| format!("method.admm.{name}");
-    Ok(Admm {
-        penalty: document.positive(&key("penalty"), raw.penalty.unwrap_or(1e3))?,
-        relaxation: document.between(&key("relaxation"), raw.relaxation.unwrap_or(1.0), 2.0)?,
-        ao_iterations: document.whole(&key("ao_iterations"), raw.ao_iterations.unwrap_or(2), 1..=100)?,
-        ao_momentum: document.fraction(&key("ao_momentum"), raw.ao_momentum.unwrap_or(0.0))?,
-        nested: raw.nested.unwrap_or(true),
-        nso: document.word(&key("nso"), raw.nso.as_deref().unwrap_or("stfas"), &NSO_SOLVERS)?,
-        nso_tolerance: document.between(&key("nso_tolerance"), raw.nso_tolerance.unwrap_or(1e-5), 1.0)?,
-        nso_norm: document.word(&key("nso_norm"), raw.nso_norm.as_deref().unwrap_or("scaled"), &NORMS)?,
-        density_tolerance: document.between(&key("density_tolerance"), raw.density_tolerance.unwrap_or(0.01), 1.0)?,
-        colours: document.word(&key("smoother_colours"), raw.smoother_colours.as_deref().unwrap_or("red_black"), &COLOURS)?,
+    let standard = AdmmParams::default();
+    let most = raw.ao_iterations.map(|count| document.whole(&key("ao_iterations"), count, 1..=100)).transpose()?;
+    let nso = NsoParams {
+        solver: word(document, &key("nso"), raw.nso, &NSO_SOLVERS, standard.nso.solver)?,
+        tolerance: document.between(&key("nso_tolerance"), raw.nso_tolerance.unwrap_or(standard.nso.tolerance), 1.0)?,
+        norm: word(document, &key("nso_norm"), raw.nso_norm, &NORMS, standard.nso.norm)?,
+        colours: word(document, &key("smoother_colours"), raw.smoother_colours, &COLOURS, standard.nso.colours)?,
+        ..standard.nso
+    };
+    Ok(AdmmParams {
+        penalty: document.positive(&key("penalty"), raw.penalty.unwrap_or(standard.penalty))?,
+        relaxation: document.between(&key("relaxation"), raw.relaxation.unwrap_or(standard.relaxation), 2.0)?,
+        ao_iterations: most.unwrap_or(standard.ao_iterations),
+        ao_momentum: document.fraction(&key("ao_momentum"), raw.ao_momentum.unwrap_or(standard.ao_momentum))?,
+        density_tolerance: document.between(&key("density_tolerance"), raw.density_tolerance.unwrap_or(standard.density_tolerance), 1.0)?,
+        nested: raw.nested.unwrap_or(standard.nested),
+        nso,
     })
 }

@@ -12,7 +12,7 @@ pub use document::Document;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, ShapeSpec};
 use std::path::{Path, PathBuf};
-use thurible_core::{Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoSolver, PdParams, Scheme, SimulationParams};
+use thurible_core::{AdmmParams, Advection, Boundary, DirectParams, LbfgsParams, Method, PdParams, Scheme, SimulationParams};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -32,7 +32,7 @@ pub struct Scene {
     /// What is minimised.
     pub control: Control,
     /// How density is carried.
-    pub advection: AdvectionSection,
+    pub advection: Advection,
     /// How it is solved.
     pub method: MethodSection,
     /// How the flow is simulated, where it is.
@@ -92,15 +92,6 @@ pub struct Control {
     pub initial_velocity: Option<PathBuf>,
 }
 
-/// `[advection]`
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AdvectionSection {
-    /// Which scheme.
-    pub scheme: Scheme,
-    /// Where the exponential series is cut, relative to max rho_0.
-    pub tolerance: f64,
-}
-
 /// `[method]`
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MethodSection {
@@ -111,38 +102,13 @@ pub struct MethodSection {
     /// `[method.direct]`
     pub direct: DirectParams,
     /// `[method.admm]`
-    pub admm: Admm,
+    pub admm: AdmmParams,
     /// `[method.lbfgs]`
     pub lbfgs: LbfgsParams,
     /// `[method.pd]`
     pub pd: PdParams,
     /// `[method.projection] tolerance`
     pub projection_tolerance: f64,
-}
-
-/// `[method.admm]`
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Admm {
-    /// K, in the scene's units.
-    pub penalty: f64,
-    /// beta.
-    pub relaxation: f64,
-    /// Fixed-point iterations of AO per outer iteration.
-    pub ao_iterations: usize,
-    /// Momentum between them.
-    pub ao_momentum: f64,
-    /// Whether the start is a solve at half the resolution.
-    pub nested: bool,
-    /// What solves NSO.
-    pub nso: NsoSolver,
-    /// Where NSO stops.
-    pub nso_tolerance: f64,
-    /// How NSO's residual counts divergences.
-    pub nso_norm: Norm,
-    /// Where ADMM stops, as a part of max rho_0.
-    pub density_tolerance: f64,
-    /// Order of the smoother's cells.
-    pub colours: Colours,
 }
 
 /// `[output]`
