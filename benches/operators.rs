@@ -2,13 +2,13 @@
 
 mod common;
 
-use common::{size, team};
+use common::{size, sure, team};
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime};
 use thurible::bench::flow;
+use thurible::bench::pieces::Trajectories;
 use thurible_core::exec::{RowBuffers, for_rows};
 use thurible_core::field::{Block, Vector, VectorMut};
 use thurible_core::grid::Grid;
-use thurible_core::operators::blur::{self, Metric};
 use thurible_core::operators::self_advection::Fluid;
 use thurible_core::operators::{divergence, self_advection};
 use thurible_core::{Boundary, D2, D3, Exec, Space};
@@ -30,7 +30,7 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
     group.sample_size(10).throughput(Throughput::Elements((grid.cells() * SLOTS) as u64));
     bench_divergence(&mut group, exec, &grid, v);
     bench_self_advection::<S>(&mut group, exec, &grid, v);
-    bench_blur(&mut group, exec, &grid);
+    bench_blur(&mut group, exec, cells);
     group.finish();
 }
 
@@ -64,15 +64,13 @@ fn bench_self_advection<S: Space>(group: &mut BenchmarkGroup<'_, WallTime>, exec
 }
 
 /// One field of cells, all filters that such a box has by default.
-fn bench_blur(group: &mut BenchmarkGroup<'_, WallTime>, exec: &dyn Exec, grid: &Grid) {
-    let filters = 1 + (grid.n[0] / 4).ilog2() as usize;
-    let error: Vec<f32> = (0..grid.cells()).map(|i| (i % 7) as f32).collect();
-    let [mut out, mut first, mut second] = [0; 3].map(|_| vec![0f32; grid.cells()]);
-    let mut scratch = vec![0f32; exec.threads() * blur::scratch_per_thread(grid, filters)];
-    group.throughput(Throughput::Elements(grid.cells() as u64));
-    group.bench_function(format!("blur of one field, {filters} filters"), |bencher| {
-        bencher.iter(|| blur::apply(exec, grid, Metric { filters, identity: 1.0 }, &error, &mut out, [&mut first, &mut second], &mut scratch));
-    });
+fn bench_blur(group: &mut BenchmarkGroup<'_, WallTime>, exec: &dyn Exec, cells: &[usize]) {
+    let (all, filters) = (Trajectories::new(cells, 1), 1 + (cells[0] / 4).ilog2() as usize);
+    let mut out = vec![0f32; all.grid.cells()];
+    group.throughput(Throughput::Elements(out.len() as u64));
+    sure(all.blur(exec, filters, |blur, error| {
+        group.bench_function(format!("blur of one field, {filters} filters"), |bencher| bencher.iter(|| blur.apply(exec, error, &mut out)));
+    }));
 }
 
 fn writable(field: &mut [Vec<f32>; 3]) -> VectorMut<'_, f32> {

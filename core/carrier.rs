@@ -6,6 +6,7 @@
 use crate::exec::Exec;
 use crate::field::{Vector, rows};
 use crate::grid::Grid;
+use crate::grid::levels::Levels;
 use crate::observe::{Event, Observer};
 use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
@@ -54,14 +55,15 @@ impl<'a, T: Real> Carrier<'a, T> {
         });
     }
 
-    /// Takes its numbers.
-    pub fn carve(grid: &'a Grid, setup: &Setup, pool: &mut Pool<'a, T>) -> Self {
+    /// Takes its numbers. The grid is number `level` of the hierarchy.
+    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, setup: &Setup, pool: &mut Pool<'a, T>) -> Self {
+        let grid = &hierarchy.grids[level];
         Self {
             grid,
             slots: setup.slots,
             mu: pool.take(grid.cells()),
             transport: Transport::carve(grid, setup.advection.scheme, setup.advection.tolerance, setup.largest, setup.threads, pool),
-            data: DataTerm::carve(grid, setup.metric, setup.threads, pool),
+            data: DataTerm::carve(hierarchy, level, setup.metric, setup.threads, pool),
         }
     }
 

@@ -79,7 +79,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
         let mut pool = Pool::new(&mut *self.region);
         let rho = pool.take(densities(grid, slots));
-        let mut carrier = Carrier::carve(grid, &self.settings.setup.carrier, &mut pool);
+        let mut carrier = Carrier::carve(&self.levels, 0, &self.settings.setup.carrier, &mut pool);
         rho[..grid.cells()].copy_from_slice(&self.rho[..grid.cells()]);
         let flow = Flow { initial: view(&self.initial), v: view(&self.v), along: None };
         let data = match carrier.carry(exec, observer, &flow, rho, keyframes, self.sums) {

@@ -170,7 +170,7 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
         let Dimensions { grid, slots, .. } = settings.dimensions;
         let (cells, len) = (grid.cells(), grid.cells() * slots);
         ledger.line("densities rho_0 .. rho_N", densities(&grid, slots), T::BYTES);
-        Levels::<T>::requirement(ledger, &grid);
+        Levels::<T>::requirement(ledger, &grid, settings.dimensions.filters);
         Bases::<T>::requirement::<S>(ledger, &levels_of(&grid));
         for name in ["velocity v", "force w (AO: direction)", "target t (AO: v*)", "multiplier lambda / K (NSO: damping)"] {
             ledger.vector(name, S::DIM, len, T::BYTES);
@@ -206,7 +206,7 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
         let Dimensions { grid, slots, .. } = settings.dimensions;
         let (cells, len) = (grid.cells(), grid.cells() * slots);
         let rho = arena.take(densities(&grid, slots))?;
-        let levels = Levels::carve(arena, &grid)?;
+        let levels = Levels::carve(arena, &grid, settings.dimensions.filters)?;
         let bases = Bases::carve::<S>(arena, &levels.grids)?;
         let mut vector = |len: usize| arena.take_vector(S::DIM, len);
         let (v, w, target, multiplier) = (vector(len)?, vector(len)?, vector(len)?, vector(len)?);

@@ -96,9 +96,9 @@ struct Trial<'a, T> {
 }
 
 impl<'a, T: Real> Trial<'a, T> {
-    fn carve(grid: &'a Grid, setup: &Setup, region: &'a mut [T]) -> Self {
+    fn carve(levels: &'a Levels<'_, T>, setup: &Setup, region: &'a mut [T]) -> Self {
         let mut pool = Pool::new(region);
-        Self { rho: pool.take(densities(grid, setup.carrier.slots)), carrier: Carrier::carve(grid, &setup.carrier, &mut pool) }
+        Self { rho: pool.take(densities(&levels.finest, setup.carrier.slots)), carrier: Carrier::carve(levels, 0, &setup.carrier, &mut pool) }
     }
 
     /// The data term of v* + `s` direction.
@@ -161,7 +161,7 @@ pub fn solve<T: Real>(
     let slots = setup.carrier.slots;
     let mut info = Info::default();
     for iteration in 0..setup.iterations {
-        let mut trial = Trial::carve(grid, setup, &mut *region);
+        let mut trial = Trial::carve(levels, setup, &mut *region);
         if iteration == 0 {
             info.data = trial.carry(exec, observer, &fields, 0.0, sums)?;
             info.objective = info.data + distance(exec, grid, setup, &fields, 0.0, sums);
@@ -175,12 +175,12 @@ pub fn solve<T: Real>(
         if let (Err(_), Some(last)) = (info.residuals.push(residual), info.residuals.last_mut()) {
             *last = residual;
         }
-        blend(exec, observer, grid, setup, &mut fields, step, before, region, sums, &mut info)?;
+        blend(exec, observer, levels, setup, &mut fields, step, before, region, sums, &mut info)?;
         if observer.on(Event::AoIteration { objective: info.objective, step: info.step }).is_break() {
             return Err(Stop::Cancelled);
         }
     }
-    let trial = Trial::carve(grid, setup, region);
+    let trial = Trial::carve(levels, setup, region);
     info.density_change = exchange(exec, grid, trial.rho, fields.rho, sums);
     Ok(info)
 }
@@ -221,7 +221,7 @@ fn distance<T: Real>(exec: &dyn Exec, grid: &Grid, setup: &Setup, fields: &Field
 fn blend<T: Real>(
     exec: &dyn Exec,
     observer: &mut dyn Observer,
-    grid: &Grid,
+    levels: &Levels<'_, T>,
     setup: &Setup,
     fields: &mut Fields<'_, T>,
     step: &mut f64,
@@ -230,7 +230,8 @@ fn blend<T: Real>(
     sums: &mut [f64],
     info: &mut Info,
 ) -> Result<(), Stop> {
-    let mut trial = Trial::carve(grid, setup, region);
+    let grid = &levels.finest;
+    let mut trial = Trial::carve(levels, setup, region);
     info.step = 0.0;
     while *step >= SMALLEST_STEP {
         let data = match trial.carry(exec, observer, fields, *step, sums) {

@@ -10,8 +10,9 @@
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, sums};
+use crate::grid::levels::Levels;
 use crate::grid::{Grid, Side};
-use crate::operators::blur::{self, Metric};
+use crate::operators::blur::{Blur, Metric};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::problem::ProblemError;
 use crate::real::Real;
@@ -62,44 +63,33 @@ impl PdParams {
 /// Blurred densities and what they drive.
 pub struct Drive<'a, T> {
     grid: &'a Grid,
-    metric: Metric,
+    filters: usize,
     smoke: &'a mut [T],
     target: &'a mut [T],
-    work: [&'a mut [T]; blur::WORK_FIELDS],
-    scratch: &'a mut [T],
+    gathered: &'a mut [T],
+    blur: Blur<'a, T>,
 }
 
 impl<'a, T: Real> Drive<'a, T> {
-    fn scratch_len(grid: &Grid, filters: usize, threads: usize) -> usize {
-        pooled(threads * blur::scratch_per_thread(grid, filters))
-    }
-
     /// Writes the ledger lines of [`Self::carve`].
     pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
         ledger.group("driving force", Sharing::Together, |ledger| {
-            ledger.line("blurred densities and work", (2 + blur::WORK_FIELDS) * pooled(grid.cells()), T::BYTES);
-            ledger.line("rows with their neighbours", Self::scratch_len(grid, filters, threads), T::BYTES);
+            ledger.line("blurred densities, gathered smoke", 3 * pooled(grid.cells()), T::BYTES);
+            Blur::<T>::requirement(ledger, grid, filters, threads);
         });
     }
 
-    /// Takes its numbers.
-    pub fn carve(grid: &'a Grid, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
-        let len = grid.cells();
-        Self {
-            grid,
-            metric,
-            smoke: pool.take(len),
-            target: pool.take(len),
-            work: [pool.take(len), pool.take(len)],
-            scratch: pool.take(Self::scratch_len(grid, metric.filters, threads)),
-        }
+    /// Takes its numbers, for the finest grid.
+    pub fn carve(hierarchy: &'a Levels<'_, T>, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+        let (grid, len) = (&hierarchy.finest, hierarchy.finest.cells());
+        let (smoke, target, gathered) = (pool.take(len), pool.take(len), pool.take(len));
+        Self { grid, filters: metric.filters, smoke, target, gathered, blur: Blur::carve(hierarchy, 0, metric, threads, pool) }
     }
 
     /// Blurs the smoke and its target.
     pub fn load(&mut self, exec: &dyn Exec, rho: &[T], target: &[T]) {
-        let Self { grid, metric, smoke, target: blurred, work: [first, second], scratch } = self;
-        blur::apply(exec, grid, *metric, rho, smoke, [first, second], scratch);
-        blur::apply(exec, grid, *metric, target, blurred, [first, second], scratch);
+        self.blur.apply(exec, rho, self.smoke);
+        self.blur.apply(exec, target, self.target);
     }
 
     /// Slot `slot` of the trajectory `out` = `s` rho~ grad(rho*~) / rho*~.
@@ -107,7 +97,7 @@ impl<'a, T: Real> Drive<'a, T> {
         let (grid, smoke, target) = (self.grid, &*self.smoke, &*self.target);
         let n = grid.n[0];
         let largest = sums::largest(exec, grid, sums, |row| rows::max_abs(&target[row * n..(row + 1) * n]));
-        let s = s / (self.metric.filters + 1) as f64;
+        let s = s / (self.filters + 1) as f64;
         at_faces(exec, grid, out, slot, |axis, low, high| {
             let [near, far] = [low, high].map(|cell| target[cell].to_f64());
             let middle = (0.5 * (near + far)).max(FLOOR * largest);
@@ -124,14 +114,14 @@ impl<'a, T: Real> Drive<'a, T> {
         let (grid, target) = (self.grid, &*self.target);
         let n = grid.n[0];
         let top = |field: &[T], sums: &mut [f64]| sums::largest(exec, grid, sums, |row| rows::max_abs(&field[row * n..(row + 1) * n]));
-        let s = s / (self.metric.filters + 1) as f64;
+        let s = s / (self.filters + 1) as f64;
         let stiffness: f64 = (0..grid.dims).map(|a| 4.0 / (grid.h[a] * grid.h[a])).sum();
         let rate = s * stiffness * top(rho, sums) * top(target, sums);
         if !(rate <= MOST_SUBSTEPS) {
             return Err(Stop::TooFast);
         }
         let substeps = libm::ceil(rate).max(1.0);
-        let next = &mut *self.work[0];
+        let next = &mut *self.gathered;
         for _ in 0..substeps as usize {
             let from = &*rho;
             let flux = |axis: usize, low: usize, high: usize| {

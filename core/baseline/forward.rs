@@ -127,7 +127,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     pub fn requirement(ledger: &mut Ledger, settings: &Settings) {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         ledger.line("densities rho_0 .. rho_N", densities(&grid, slots), T::BYTES);
-        Levels::<T>::requirement(ledger, &grid);
+        Levels::<T>::requirement(ledger, &grid, settings.carrier.metric.filters);
         ledger.vector("velocity v", S::DIM, grid.cells() * slots, T::BYTES);
         ledger.vector("force", S::DIM, grid.cells() * slots, T::BYTES);
         ledger.vector("given velocity v_0", S::DIM, grid.cells(), T::BYTES);
@@ -154,7 +154,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         let rho = arena.take(densities(&grid, slots))?;
-        let levels = Levels::carve(arena, &grid)?;
+        let levels = Levels::carve(arena, &grid, settings.carrier.metric.filters)?;
         let v = arena.take_vector(S::DIM, grid.cells() * slots)?;
         let w = arena.take_vector(S::DIM, grid.cells() * slots)?;
         let initial = arena.take_vector(S::DIM, grid.cells())?;
@@ -266,7 +266,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
             }
             Push::Target(pd) => {
                 let (target, steps) = next_target(keyframes, k, grid.cells());
-                let mut drive = Drive::carve(grid, settings.carrier.metric, settings.carrier.threads, &mut Pool::new(region));
+                let mut drive = Drive::carve(levels, settings.carrier.metric, settings.carrier.threads, &mut Pool::new(region));
                 drive.load(exec, rho, target);
                 let [kept, impulse] = pd.step(steps);
                 drive.force(exec, impulse, w, k - 1, sums);
@@ -279,14 +279,14 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     fn carry(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, step: usize) -> Result<(), Stop> {
         let Self { levels, v, initial, rho, region, sums, settings, .. } = self;
         let (grid, flow) = (&levels.finest, Flow { initial: view(initial), v: view(v), along: None });
-        let mut carrier = Carrier::carve(grid, &settings.carrier, &mut Pool::new(region));
+        let mut carrier = Carrier::carve(levels, 0, &settings.carrier, &mut Pool::new(region));
         carrier.carry_step(exec, observer, &flow, rho, step, sums)?;
         if let Push::Target(pd) = settings.push
             && pd.gathering > 0.0
         {
             let rho = &mut rho[(step + 1) * grid.cells()..][..grid.cells()];
             let (target, steps) = next_target(keyframes, step + 1, grid.cells());
-            let mut drive = Drive::carve(grid, settings.carrier.metric, settings.carrier.threads, &mut Pool::new(region));
+            let mut drive = Drive::carve(levels, settings.carrier.metric, settings.carrier.threads, &mut Pool::new(region));
             drive.load(exec, rho, target);
             drive.gather(exec, pd.gathering / steps as f64, rho, target, sums)?;
         }
@@ -303,7 +303,7 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
         let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region, sums };
         let mut objective = Objective::default();
         if gathered {
-            let mut carrier = Carrier::carve(grid, &carrier, &mut Pool::new(&mut *evaluation.region));
+            let mut carrier = Carrier::carve(levels, 0, &carrier, &mut Pool::new(&mut *evaluation.region));
             objective.data = carrier.data(exec, evaluation.rho, &evaluation.keyframes, evaluation.sums);
             evaluation.force::<S>(exec, &mut Silent, view(v), w).map_err(|_| Status::Cancelled)?;
         } else {

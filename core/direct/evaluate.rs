@@ -76,7 +76,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         bound: f64,
     ) -> Result<Objective, Stop> {
         let flow = Flow { initial: self.initial, v, along: None };
-        let mut carrier = Carrier::carve(&self.levels.grids[self.level], &self.setup.carrier, &mut Pool::new(&mut *self.region));
+        let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut Pool::new(&mut *self.region));
         let data = carrier.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
         let force = if data > bound { 0.0 } else { self.force::<S>(exec, observer, v, w)? };
         Ok(Objective { data, force })
@@ -111,7 +111,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let scratch = &mut self.region[..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)];
         force::apply_adjoint::<T, S>(exec, Fluid { grid, slots, viscosity: self.setup.viscosity }, v, w, reborrow(out), scratch);
         let flow = Flow { initial: self.initial, v, along: None };
-        let mut carrier = Carrier::carve(grid, &self.setup.carrier, &mut Pool::new(&mut *self.region));
+        let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut Pool::new(&mut *self.region));
         carrier.sweep_back(exec, observer, &flow, self.rho, &self.keyframes, self.sums, &mut |slot, of_data| {
             for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
                 for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {

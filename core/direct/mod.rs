@@ -163,7 +163,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         let (cells, len) = (grid.cells(), grid.cells() * slots);
         ledger.line("densities rho_0 .. rho_N", densities(&grid, slots), T::BYTES);
-        Levels::<T>::requirement(ledger, &grid);
+        Levels::<T>::requirement(ledger, &grid, settings.carrier.metric.filters);
         ledger.vector("velocity v", S::DIM, len, T::BYTES);
         ledger.vector("given velocity v_0", S::DIM, cells, T::BYTES);
         ledger.line("sums of rows", quasi_newton::sums_per_row(settings.history) * grid.rows(), 8);
@@ -189,7 +189,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         let rho = arena.take(densities(&grid, slots))?;
-        let levels = Levels::carve(arena, &grid)?;
+        let levels = Levels::carve(arena, &grid, settings.carrier.metric.filters)?;
         let v = arena.take_vector(S::DIM, grid.cells() * slots)?;
         let initial = arena.take_vector(S::DIM, grid.cells())?;
         let sums = arena.take(quasi_newton::sums_per_row(settings.history) * grid.rows())?;

@@ -5,6 +5,7 @@ pub mod rows;
 pub mod slot;
 pub mod sums;
 pub mod transfer;
+pub mod transform;
 
 use crate::grid::Grid;
 use crate::real::Real;

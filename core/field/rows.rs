@@ -13,6 +13,15 @@ multiversion! {
 }
 
 multiversion! {
+    /// `out *= x`.
+    pub fn multiply[T: Real](out: &mut [T], x: &[T]) {
+        for (o, &x) in out.iter_mut().zip(x) {
+            *o = *o * x;
+        }
+    }
+}
+
+multiversion! {
     /// `out -= x`.
     pub fn sub[T: Real](out: &mut [T], x: &[T]) {
         for (o, &x) in out.iter_mut().zip(x) {

@@ -206,26 +206,28 @@ pub struct Levels<'m, T> {
     pub tables: heapless::Vec<Tables<'m, T>, MAX_LEVELS>,
     /// The eigenvectors of every grid that has them, see [`Self::spectrum`].
     pub eigenvectors: &'m [T],
+    /// Gaussians that are known in their terms.
+    filters: usize,
 }
 
 impl<'m, T: Real> Levels<'m, T> {
     /// Writes the ledger lines of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, finest: &Grid) {
+    pub fn requirement(ledger: &mut Ledger, finest: &Grid, filters: usize) {
         let taps = Self::taps(&hierarchy(finest));
         ledger.line("transfer positions", taps, 2);
         ledger.line("transfer weights", taps, T::BYTES);
-        ledger.line("eigenvectors", hierarchy(finest).iter().map(Spectrum::<T>::len).sum(), T::BYTES);
+        ledger.line("eigenvectors", hierarchy(finest).iter().map(|grid| Spectrum::<T>::len(grid, filters)).sum(), T::BYTES);
     }
 
     fn taps(grids: &[Grid]) -> usize {
         grids.windows(2).map(|pair| Tables::<T>::len(&pair[0], &pair[1])).sum()
     }
 
-    /// Takes its buffers and fills them.
+    /// Takes its buffers and fills them; `filters` is that of the finest metric.
     ///
     /// # Errors
     /// [`TooSmall`].
-    pub fn carve(arena: &mut Arena<'m>, finest: &Grid) -> Result<Self, TooSmall> {
+    pub fn carve(arena: &mut Arena<'m>, finest: &Grid, filters: usize) -> Result<Self, TooSmall> {
         let grids = hierarchy(finest);
         let taps = Self::taps(&grids);
         let (mut index, mut weight) = (arena.take::<u16>(taps)?, arena.take::<T>(taps)?);
@@ -238,21 +240,21 @@ impl<'m, T: Real> Levels<'m, T> {
             let pushed = tables.push(Tables::new(&pair[0], &pair[1], these_index, these_weight));
             debug_assert!(pushed.is_ok());
         }
-        let eigenvectors = arena.take::<T>(grids.iter().map(Spectrum::<T>::len).sum())?;
+        let eigenvectors = arena.take::<T>(grids.iter().map(|grid| Spectrum::<T>::len(grid, filters)).sum())?;
         let mut rest = &mut *eigenvectors;
         for grid in &grids {
-            let (these, after) = rest.split_at_mut(Spectrum::<T>::len(grid));
-            Spectrum::fill(grid, these);
+            let (these, after) = rest.split_at_mut(Spectrum::<T>::len(grid, filters));
+            Spectrum::fill(grid, filters, these);
             rest = after;
         }
-        Ok(Self { finest: *finest, grids, tables, eigenvectors })
+        Ok(Self { finest: *finest, grids, tables, eigenvectors, filters })
     }
 
     /// The eigenvectors of grid `level`, if it has any.
     #[must_use]
     pub fn spectrum(&self, level: usize) -> Option<Spectrum<'_, T>> {
-        let start = self.grids[..level].iter().map(Spectrum::<T>::len).sum();
+        let start = self.grids[..level].iter().map(|grid| Spectrum::<T>::len(grid, self.filters)).sum();
         let numbers = self.eigenvectors.get(start..).filter(|numbers| !numbers.is_empty())?;
-        Spectrum::<T>::exists(&self.grids[level]).then(|| Spectrum::view(&self.grids[level], numbers))
+        Spectrum::<T>::exists(&self.grids[level]).then(|| Spectrum::view(&self.grids[level], self.filters, numbers))
     }
 }

@@ -2,15 +2,17 @@
 //!
 //! -div grad of the potentials phi_k = cos(pi k (i + 1/2) / n) between walls, or cos and sin of 2 pi m (i + 1/2) / n on a ring, is
 //! lambda phi with lambda = 4 sin^2(pi k / 2 n) / h^2 or 4 sin^2(pi m / n) / h^2 (Strang 1999, The Discrete Cosine Transform).
+//! Whatever is symmetric and the same everywhere has them too, mirrored at walls as they are: the Gaussians of the metric.
 //! Each is even or odd about the middle of the axis, so a transform is two products with matrices of half the size: for the
 //! lengths of an axis that grids have these matrices, kept in the caches, are as fast as a fast transform, and any length will do.
 
 use super::Grid;
+use crate::operators::blur::Gaussian;
 use crate::real::Real;
 
 /// The longest axis whose eigenvectors are kept.
 pub const LONGEST: usize = 256;
-/// Rows of a matrix that are stored side by side, see [`Axis::analysis`].
+/// Rows of the left one of two matrices that are multiplied at a time.
 pub const TOGETHER: usize = 4;
 /// Columns are a multiple of this: two of the widest vectors.
 pub const COLUMNS: usize = 32;
@@ -38,35 +40,60 @@ impl Parity {
     }
 }
 
+/// How many halves of a wave eigenvector `k` of its parity has along an axis.
+fn half_waves(periodic: bool, parity: Parity, k: usize) -> usize {
+    match (periodic, parity) {
+        (_, Parity::Even) => 2 * k,
+        (false, Parity::Odd) => 2 * k + 1,
+        (true, Parity::Odd) => 2 * (k + 1),
+    }
+}
+
 /// Number `i` of eigenvector `k` of its parity, of length 1, and its eigenvalue times h^2.
 fn eigenvector(n: usize, periodic: bool, parity: Parity, k: usize, i: usize) -> (f64, f64) {
-    let pi = core::f64::consts::PI;
+    let waves = half_waves(periodic, parity, k);
+    let angle = core::f64::consts::PI * waves as f64;
     let place = (i as f64 + 0.5) / n as f64;
-    let (wave, turns) = match (periodic, parity) {
-        (false, Parity::Even) => (2 * k, 0.5),
-        (false, Parity::Odd) => (2 * k + 1, 0.5),
-        (true, Parity::Even) => (k, 1.0),
-        (true, Parity::Odd) => (k + 1, 1.0),
-    };
-    let angle = 2.0 * pi * turns * wave as f64;
     let sine = periodic && parity == Parity::Odd;
-    let alone = wave == 0 || (sine && 2 * wave == n);
+    let alone = waves == 0 || (sine && waves == n);
     let length = libm::sqrt(if alone { 1.0 } else { 2.0 } / n as f64);
     let half = libm::sin(angle / (2 * n) as f64);
     (length * if sine { libm::sin(angle * place) } else { libm::cos(angle * place) }, 4.0 * half * half)
 }
 
+/// What twice the Gaussian `j` of the metric makes of every eigenvector along an axis: (sum over taps of w_o cos(pi waves o / n))^2.
+fn fill_blur<T: Real>(n: usize, periodic: bool, j: usize, factors: &mut [T]) {
+    let mut cosines = [0.0; LONGEST + 1];
+    for (i, cosine) in cosines.iter_mut().enumerate().take(n + 1) {
+        *cosine = libm::cos(core::f64::consts::PI * i as f64 / n as f64);
+    }
+    let mut sums = [0.0; LONGEST];
+    for (offset, tap) in Gaussian::new(j).taps() {
+        let twice = if offset == 0 { tap } else { 2.0 * tap };
+        let waves = PARITIES.into_iter().flat_map(|parity| (0..parity.count(n)).map(move |k| half_waves(periodic, parity, k)));
+        for (sum, waves) in sums.iter_mut().zip(waves) {
+            let turned = waves * offset % (2 * n);
+            *sum += twice * cosines[turned.min(2 * n - turned)];
+        }
+    }
+    for (factor, sum) in factors.iter_mut().zip(sums) {
+        *factor = T::from_f64(sum * sum);
+    }
+}
+
 /// The eigenvectors of an axis.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Axis<'m, T> {
     n: usize,
     first: bool,
     matrices: &'m [T],
     /// Eigenvalues: even ones first.
     pub eigenvalues: &'m [T],
+    blurs: &'m [T],
 }
 
-/// Numbers of a matrix of `count` rows and columns: of axis 0 by rows, of others [`TOGETHER`] rows side by side.
+/// Numbers of a matrix of `count` rows and columns by rows: of axis 0 with whole [`COLUMNS`], of others with a multiple of
+/// [`TOGETHER`] rows.
 const fn matrix_len(count: usize, first: bool) -> usize {
     if first { count * count.next_multiple_of(COLUMNS) } else { count.next_multiple_of(TOGETHER) * count }
 }
@@ -76,23 +103,21 @@ fn matrices_len(n: usize, first: bool) -> usize {
     PARITIES.iter().map(|parity| 2 * matrix_len(parity.count(n), first)).sum()
 }
 
-/// Fills the numbers of an axis: its matrices, then its eigenvalues.
-fn fill_axis<T: Real>(grid: &Grid, axis: usize, numbers: &mut [T]) {
+/// Fills the numbers of an axis: its matrices, its eigenvalues, and what `filters` Gaussians make of the eigenvectors.
+fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, numbers: &mut [T]) {
     let (n, first) = (grid.n[axis], axis == 0);
-    let (matrices, eigenvalues) = numbers.split_at_mut(matrices_len(n, first));
+    let (matrices, rest) = numbers.split_at_mut(matrices_len(n, first));
+    let (eigenvalues, blurs) = rest.split_at_mut(n);
     matrices.fill(T::ZERO);
     let (mut matrix, mut number) = (0, 0);
     for parity in PARITIES {
         let count = parity.count(n);
-        let len = matrix_len(count, first);
+        let (len, columns) = (matrix_len(count, first), if first { count.next_multiple_of(COLUMNS) } else { count });
         for k in 0..count {
             for i in 0..count {
                 let (value, eigenvalue) = eigenvector(n, grid.periodic[axis], parity, k, i);
                 let value = T::from_f64(value);
-                let place = |row: usize, column: usize| match first {
-                    true => row * count.next_multiple_of(COLUMNS) + column,
-                    false => (row / TOGETHER * count + column) * TOGETHER + row % TOGETHER,
-                };
+                let place = |row: usize, column: usize| row * columns + column;
                 // Along the first axis fields stand left of the matrix.
                 let [analysis, synthesis] = if first { [place(i, k), place(k, i)] } else { [place(k, i), place(i, k)] };
                 (matrices[matrix + analysis], matrices[matrix + len + synthesis]) = (value, value);
@@ -101,10 +126,13 @@ fn fill_axis<T: Real>(grid: &Grid, axis: usize, numbers: &mut [T]) {
         }
         (matrix, number) = (matrix + 2 * len, number + count);
     }
+    for (j, factors) in (1..=filters).zip(blurs.chunks_exact_mut(n)) {
+        fill_blur(n, grid.periodic[axis], j, factors);
+    }
 }
 
 impl<T: Real> Axis<'_, T> {
-    /// From half an axis to its coefficients: `first` by rows, for a field times the matrix; else [`TOGETHER`] rows side by side.
+    /// From half an axis to its coefficients, by rows: of the first axis for a field times the matrix, else for the matrix times a field.
     #[must_use]
     pub fn analysis(&self, parity: Parity) -> &[T] {
         self.matrix(parity, 0)
@@ -116,6 +144,12 @@ impl<T: Real> Axis<'_, T> {
         self.matrix(parity, 1)
     }
 
+    /// What twice the Gaussian `j`, from 1, makes of each eigenvector, in the order of the eigenvalues.
+    #[must_use]
+    pub fn blur(&self, j: usize) -> &[T] {
+        &self.blurs[(j - 1) * self.n..][..self.n]
+    }
+
     fn matrix(&self, parity: Parity, which: usize) -> &[T] {
         let len = matrix_len(parity.count(self.n), self.first);
         let before = if parity == Parity::Odd { 2 * matrix_len(Parity::Even.count(self.n), self.first) } else { 0 };
@@ -124,10 +158,10 @@ impl<T: Real> Axis<'_, T> {
 }
 
 /// The eigenvectors of all axes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Spectrum<'m, T> {
-    /// Axis by axis.
-    pub axes: heapless::Vec<Axis<'m, T>, 3>,
+    /// Axis by axis; those that the grid has not are empty.
+    pub axes: [Axis<'m, T>; 3],
 }
 
 impl<'m, T: Real> Spectrum<'m, T> {
@@ -137,38 +171,38 @@ impl<'m, T: Real> Spectrum<'m, T> {
         grid.n.iter().all(|&n| n <= LONGEST)
     }
 
-    /// Its numbers, 0 if there is none.
+    /// Its numbers with `filters` Gaussians, 0 if there is none.
     #[must_use]
-    pub fn len(grid: &Grid) -> usize {
-        if Self::exists(grid) { (0..grid.dims).map(|axis| Self::len_of(grid, axis)).sum() } else { 0 }
+    pub fn len(grid: &Grid, filters: usize) -> usize {
+        if Self::exists(grid) { (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum() } else { 0 }
     }
 
     /// Fills [`Self::len`] numbers for [`Self::view`].
-    pub fn fill(grid: &Grid, numbers: &mut [T]) {
+    pub fn fill(grid: &Grid, filters: usize, numbers: &mut [T]) {
         let mut rest = numbers;
         for axis in 0..if Self::exists(grid) { grid.dims } else { 0 } {
-            let (these, after) = rest.split_at_mut(Self::len_of(grid, axis));
-            fill_axis(grid, axis, these);
+            let (these, after) = rest.split_at_mut(Self::len_of(grid, filters, axis));
+            fill_axis(grid, filters, axis, these);
             rest = after;
         }
     }
 
     /// The eigenvectors that [`Self::fill`] wrote.
     #[must_use]
-    pub fn view(grid: &Grid, mut numbers: &'m [T]) -> Self {
-        let mut axes = heapless::Vec::new();
-        for axis in 0..grid.dims {
-            let (these, after) = numbers.split_at(Self::len_of(grid, axis));
+    pub fn view(grid: &Grid, filters: usize, mut numbers: &'m [T]) -> Self {
+        let mut axes = [Axis { n: 0, first: false, matrices: &[][..], eigenvalues: &[], blurs: &[] }; 3];
+        for (axis, known) in axes.iter_mut().enumerate().take(grid.dims) {
+            let (these, after) = numbers.split_at(Self::len_of(grid, filters, axis));
             let (n, first) = (grid.n[axis], axis == 0);
-            let (matrices, eigenvalues) = these.split_at(matrices_len(n, first));
-            let pushed = axes.push(Axis { n, first, matrices, eigenvalues });
-            debug_assert!(pushed.is_ok());
+            let (matrices, rest) = these.split_at(matrices_len(n, first));
+            let (eigenvalues, blurs) = rest.split_at(n);
+            *known = Axis { n, first, matrices, eigenvalues, blurs };
             numbers = after;
         }
         Self { axes }
     }
 
-    fn len_of(grid: &Grid, axis: usize) -> usize {
-        matrices_len(grid.n[axis], axis == 0) + grid.n[axis]
+    fn len_of(grid: &Grid, filters: usize, axis: usize) -> usize {
+        matrices_len(grid.n[axis], axis == 0) + (1 + filters) * grid.n[axis]
     }
 }

@@ -1,31 +1,44 @@
 //! The metric of the objective (paper eq. 5, mathematics section 4): C e = e + sum over j of G_j (G_j e); e itself may weigh less.
 //!
 //! G_j is a separable Gaussian of sigma = 2^(j-1) cells, taps cut at ceil(3 sigma) and normalised, mirrored at walls
-//! (half-sample) and wrapped on periodic axes. Symmetric, so its own adjoint.
+//! (half-sample) and wrapped on periodic axes. Symmetric, so its own adjoint. Mirrored and wrapped like that, a Gaussian has the
+//! eigenvectors of the Poisson problem (Strang 1999, The Discrete Cosine Transform): where a grid's are kept, the sum over j is one
+//! multiplication of coefficients; on longer axes every tap is added.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::rows;
+use crate::field::{rows, transform};
 use crate::grid::Grid;
+use crate::grid::levels::Levels;
+use crate::grid::spectrum::Spectrum;
+use crate::plan::{Ledger, Pool, pooled};
 use crate::real::Real;
 
-/// Standard deviation of filter `j`, from 1, in cells.
-fn sigma(j: usize) -> f64 {
-    (1u64 << (j - 1)) as f64
+/// The taps of G_j along an axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Gaussian {
+    /// Standard deviation, in cells.
+    sigma: f64,
+    /// Taps on one side of the centre.
+    radius: usize,
+    /// Sum of all taps before they are normalised.
+    total: f64,
 }
 
-/// Taps of filter `j` on one side of the centre.
-fn radius(j: usize) -> usize {
-    libm::ceil(3.0 * sigma(j)) as usize
-}
+impl Gaussian {
+    /// Filter `j`, from 1.
+    #[must_use]
+    pub fn new(j: usize) -> Self {
+        let sigma = (1u64 << (j - 1)) as f64;
+        let unscaled = Self { sigma, radius: libm::ceil(3.0 * sigma) as usize, total: 1.0 };
+        let total = unscaled.taps().map(|(offset, tap)| if offset == 0 { tap } else { 2.0 * tap }).sum();
+        Self { total, ..unscaled }
+    }
 
-/// Fields of cells that [`apply`] needs as work.
-pub const WORK_FIELDS: usize = 2;
-
-/// Numbers of scratch a thread needs: one row with its neighbours along x, and the taps, which all share.
-#[must_use]
-pub fn scratch_per_thread(grid: &Grid, filters: usize) -> usize {
-    let radius = if filters == 0 { 0 } else { radius(filters) };
-    grid.n[0] + 2 * radius + radius + 1
+    /// The taps at the centre and on one side of it, with their offsets.
+    pub fn taps(self) -> impl Iterator<Item = (usize, f64)> {
+        let tap = move |offset: usize| libm::exp(-0.5 * (offset as f64 / self.sigma) * (offset as f64 / self.sigma)) / self.total;
+        (0..=self.radius).map(move |offset| (offset, tap(offset)))
+    }
 }
 
 /// What a metric is made of.
@@ -37,34 +50,89 @@ pub struct Metric {
     pub identity: f64,
 }
 
-/// `out = C e`.
-pub fn apply<T: Real>(exec: &dyn Exec, grid: &Grid, metric: Metric, e: &[T], out: &mut [T], work: [&mut [T]; WORK_FIELDS], scratch: &mut [T]) {
-    rows::scale(out, T::from_f64(metric.identity), e);
-    let [mut blurred, mut next] = work;
-    for j in 1..=metric.filters {
-        blurred.copy_from_slice(e);
-        for _ in 0..2 {
-            for axis in 0..grid.dims {
-                along(exec, grid, axis, j, blurred, next, scratch);
-                core::mem::swap(&mut blurred, &mut next);
+/// A metric on a grid, with its work.
+#[derive(Debug)]
+pub struct Blur<'a, T> {
+    grid: &'a Grid,
+    metric: Metric,
+    /// Where the grid's are kept.
+    spectrum: Option<Spectrum<'a, T>>,
+    /// Two fields of cells where they are not.
+    work: [&'a mut [T]; 2],
+    scratch: &'a mut [T],
+}
+
+impl<'a, T: Real> Blur<'a, T> {
+    fn scratch_len(grid: &Grid, filters: usize, threads: usize) -> usize {
+        let radius = if filters == 0 { 0 } else { Gaussian::new(filters).radius };
+        pooled(if Spectrum::<T>::exists(grid) { transform::scratch_len(grid) } else { threads * (grid.n[0] + 3 * radius + 1) })
+    }
+
+    fn work_len(grid: &Grid) -> usize {
+        if Spectrum::<T>::exists(grid) { 0 } else { grid.cells() }
+    }
+
+    /// Writes the ledger lines of [`Self::carve`].
+    pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
+        let work = 2 * pooled(Self::work_len(grid)) + Self::scratch_len(grid, filters, threads);
+        ledger.line("blurs: panels, or fields and rows", work, T::BYTES);
+    }
+
+    /// Takes its numbers. The grid is number `level` of the hierarchy.
+    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+        let grid = &hierarchy.grids[level];
+        Self {
+            grid,
+            metric,
+            spectrum: hierarchy.spectrum(level),
+            work: [pool.take(Self::work_len(grid)), pool.take(Self::work_len(grid))],
+            scratch: pool.take(Self::scratch_len(grid, metric.filters, threads)),
+        }
+    }
+
+    /// `out = C e`.
+    pub fn apply(&mut self, exec: &dyn Exec, e: &[T], out: &mut [T]) {
+        let Self { grid, metric: Metric { filters, identity }, spectrum, work, scratch } = self;
+        let identity = T::from_f64(*identity);
+        match spectrum {
+            _ if *filters == 0 => rows::scale(out, identity, e),
+            Some(spectrum) => {
+                out.copy_from_slice(e);
+                transform::multiply(grid, spectrum, out, scratch, |row, span, coefficients, out| {
+                    let at = grid.row_at(row);
+                    out.fill(T::ZERO);
+                    for j in 1..=*filters {
+                        let across = (1..grid.dims).fold(T::ONE, |product, axis| product * spectrum.axes[axis].blur(j)[at[axis - 1]]);
+                        rows::add_scaled(out, across, &spectrum.axes[0].blur(j)[span.clone()]);
+                    }
+                    rows::multiply(out, coefficients);
+                });
+                rows::add_scaled(out, identity, e);
+            }
+            None => {
+                rows::scale(out, identity, e);
+                let [mut blurred, mut next] = work.each_mut().map(|field| &mut **field);
+                for j in 1..=*filters {
+                    blurred.copy_from_slice(e);
+                    for axis in (0..2).flat_map(|_| 0..grid.dims) {
+                        along(exec, grid, axis, j, blurred, next, scratch);
+                        core::mem::swap(&mut blurred, &mut next);
+                    }
+                    rows::add(out, blurred);
+                }
             }
         }
-        let blurred = &*blurred;
-        let n = grid.n[0];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *out], sums: &mut [], scratch: &mut [] }, |task| {
-            let [out] = task.fields;
-            rows::add(out, &blurred[task.row * n..(task.row + 1) * n]);
-        });
     }
 }
 
 /// One Gaussian along one axis.
 fn along<T: Real>(exec: &dyn Exec, grid: &Grid, axis: usize, j: usize, from: &[T], to: &mut [T], scratch: &mut [T]) {
-    let (n, radius) = (grid.n[0], radius(j) as isize);
-    let weight = |offset: isize| libm::exp(-0.5 * (offset as f64 / sigma(j)) * (offset as f64 / sigma(j)));
-    let total: f64 = (-radius..=radius).map(weight).sum();
-    let (taps, scratch) = scratch.split_at_mut(radius as usize + 1);
-    taps.iter_mut().zip(0..).for_each(|(tap, offset)| *tap = T::from_f64(weight(offset) / total));
+    let (n, gaussian) = (grid.n[0], Gaussian::new(j));
+    let radius = gaussian.radius as isize;
+    let (taps, scratch) = scratch.split_at_mut(gaussian.radius + 1);
+    for (slot, (_, tap)) in taps.iter_mut().zip(gaussian.taps()) {
+        *slot = T::from_f64(tap);
+    }
     let tap = |offset: isize| taps[offset.unsigned_abs()];
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch }, |task| {
         let [out] = task.fields;

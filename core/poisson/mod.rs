@@ -6,7 +6,7 @@ pub mod multigrid;
 pub mod spectral;
 
 use crate::exec::Exec;
-use crate::field::{Block, Vector, VectorMut, rows, sums, view};
+use crate::field::{Block, Vector, VectorMut, rows, sums, transform, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
@@ -55,7 +55,7 @@ fn batch_of(grid: &Grid, slots: usize) -> usize {
 }
 
 fn scratch_len<T: Real>(finest: &Grid, batch: usize, threads: usize) -> usize {
-    let a_thread = if Spectrum::<T>::exists(finest) { spectral::scratch_per_thread(finest) } else { multigrid::scratch_per_thread(finest, batch) };
+    let a_thread = if Spectrum::<T>::exists(finest) { transform::scratch_len(finest) } else { multigrid::scratch_per_thread(finest, batch) };
     pooled(threads * a_thread)
 }
 

@@ -3,7 +3,8 @@
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows;
 use crate::grid::Grid;
-use crate::operators::blur::{self, Metric};
+use crate::grid::levels::Levels;
+use crate::operators::blur::{Blur, Metric};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::real::Real;
 
@@ -62,37 +63,25 @@ impl<'a, T> Keyframes<'a, T> {
 #[derive(Debug)]
 pub struct DataTerm<'a, T> {
     grid: &'a Grid,
-    metric: Metric,
     error: &'a mut [T],
     image: &'a mut [T],
-    work: [&'a mut [T]; blur::WORK_FIELDS],
-    scratch: &'a mut [T],
+    blur: Blur<'a, T>,
 }
 
 impl<'a, T: Real> DataTerm<'a, T> {
-    fn scratch_len(grid: &Grid, filters: usize, threads: usize) -> usize {
-        pooled(threads * blur::scratch_per_thread(grid, filters))
-    }
-
     /// Writes the ledger lines of [`Self::carve`].
     pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
         ledger.group("metric of the data term", Sharing::Together, |ledger| {
-            ledger.line("error, its image and work", (2 + blur::WORK_FIELDS) * pooled(grid.cells()), T::BYTES);
-            ledger.line("rows with their neighbours", Self::scratch_len(grid, filters, threads), T::BYTES);
+            ledger.line("error and its image", 2 * pooled(grid.cells()), T::BYTES);
+            Blur::<T>::requirement(ledger, grid, filters, threads);
         });
     }
 
-    /// Takes its numbers from the shared pool.
-    pub fn carve(grid: &'a Grid, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
-        let len = grid.cells();
-        Self {
-            grid,
-            metric,
-            error: pool.take(len),
-            image: pool.take(len),
-            work: [pool.take(len), pool.take(len)],
-            scratch: pool.take(Self::scratch_len(grid, metric.filters, threads)),
-        }
+    /// Takes its numbers. The grid is number `level` of the hierarchy.
+    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+        let grid = &hierarchy.grids[level];
+        let (error, image) = (pool.take(grid.cells()), pool.take(grid.cells()));
+        Self { grid, error, image, blur: Blur::carve(hierarchy, level, metric, threads, pool) }
     }
 
     /// 1/2 <e, C e> for e = rho - target; [`Self::image`] is C e afterwards. `sums` holds one number a row.
@@ -104,8 +93,7 @@ impl<'a, T: Real> DataTerm<'a, T> {
             error.copy_from_slice(&rho[span.clone()]);
             rows::sub(error, &target[span]);
         });
-        let [first, second] = &mut self.work;
-        blur::apply(exec, grid, self.metric, self.error, self.image, [first, second], self.scratch);
+        self.blur.apply(exec, self.error, self.image);
         let (error, image) = (&*self.error, &*self.image);
         let sums = &mut sums[..grid.rows()];
         for_rows::<T, 0, _>(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch: &mut [] }, |task| {

@@ -74,7 +74,7 @@ impl Case {
         work: impl FnOnce(&mut Nso<'_, T, S>) -> R,
     ) -> Result<R, TooSmall> {
         let (cells, len) = (grid.cells(), grid.cells() * setup.slots);
-        let levels = Levels::<T>::carve(arena, grid)?;
+        let levels = Levels::<T>::carve(arena, grid, 0)?;
         let bases = Bases::<T>::carve::<S>(arena, &levels.grids)?;
         let target = flow::synthetic::<T, S>(grid, setup.slots, self.courant);
         let v = copied(arena.take_vector(S::DIM, len)?, &target);

@@ -7,6 +7,7 @@ use crate::region::Region;
 use thurible_core::arena::Arena;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::operators::blur::{Blur, Metric};
 use thurible_core::plan::{Ledger, Pool};
 use thurible_core::poisson::Projection;
 use thurible_core::transport::{Flow, Transport};
@@ -61,17 +62,36 @@ impl Trajectories {
     /// [`Failure`]: there is no memory for the coarser grids.
     pub fn projection<S: Space, R>(&self, exec: &dyn Exec, work: impl FnOnce(&mut Projection<'_, f32>, &[Vec<f32>; 3], &mut [f64]) -> R) -> Result<R, Failure> {
         let (grid, slots) = (&self.grid, self.slots);
+        self.with_levels(0, |levels| {
+            let mut ledger = Ledger::new();
+            Projection::<f32>::requirement(&mut ledger, grid, slots, exec.threads());
+            let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
+            let mut projection = Projection::carve(levels, 0, slots, exec.threads(), &mut Pool::new(&mut memory));
+            work(&mut projection, &divergent::<S>(grid, slots), &mut vec![0.0; 2 * grid.rows()])
+        })
+    }
+
+    /// Hands the metric of `filters` filters and a field of cells to `work`.
+    ///
+    /// # Errors
+    /// [`Failure`]: there is no memory for the coarser grids.
+    pub fn blur<R>(&self, exec: &dyn Exec, filters: usize, work: impl FnOnce(&mut Blur<'_, f32>, &[f32]) -> R) -> Result<R, Failure> {
+        self.with_levels(filters, |levels| {
+            let mut ledger = Ledger::new();
+            Blur::<f32>::requirement(&mut ledger, &self.grid, filters, exec.threads());
+            let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
+            let metric = Metric { filters, identity: 1.0 };
+            work(&mut Blur::carve(levels, 0, metric, exec.threads(), &mut Pool::new(&mut memory)), &blob(&self.grid))
+        })
+    }
+
+    fn with_levels<R>(&self, filters: usize, work: impl FnOnce(&Levels<'_, f32>) -> R) -> Result<R, Failure> {
         let mut ledger = Ledger::new();
-        Levels::<f32>::requirement(&mut ledger, grid);
+        Levels::<f32>::requirement(&mut ledger, &self.grid, filters);
         let bytes = ledger.bytes().unwrap_or(usize::MAX / 2);
         let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
-        let levels = Levels::<f32>::carve(&mut Arena::new(block), grid).map_err(|_| no_memory(bytes))?;
-        let mut ledger = Ledger::new();
-        Projection::<f32>::requirement(&mut ledger, grid, slots, exec.threads());
-        let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
-        let mut projection = Projection::carve(&levels, 0, slots, exec.threads(), &mut Pool::new(&mut memory));
-        Ok(work(&mut projection, &divergent::<S>(grid, slots), &mut vec![0.0; 2 * grid.rows()]))
+        Ok(work(&Levels::carve(&mut Arena::new(block), &self.grid, filters).map_err(|_| no_memory(bytes))?))
     }
 }
 

@@ -3,13 +3,18 @@
 use crate::fields::carry::Carry;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
-use crate::fields::{Components, add_scaled_all, assert_close, cast, dot, dot_all, flow, gap, grid, slot, slot_of_all, view, view_mut, with_threads, zeros};
+use crate::fields::{
+    Components, Memory, add_scaled_all, assert_close, cast, dot, dot_all, flow, gap, grid, slot, slot_of_all, view, view_mut, with_threads, zeros,
+};
+use thurible_core::arena::Arena;
 use thurible_core::field::Block;
 use thurible_core::grid::Grid;
-use thurible_core::operators::blur::{self, Metric};
+use thurible_core::grid::levels::Levels;
+use thurible_core::operators::blur::{Blur, Metric};
 use thurible_core::operators::self_advection::Fluid;
 use thurible_core::operators::{divergence, self_advection};
-use thurible_core::{D2, D3, Real, Scheme, Serial, Space};
+use thurible_core::plan::{Ledger, Pool};
+use thurible_core::{D2, D3, Real, Scheme, Space};
 
 const GRIDS: [(&[usize], &str); 8] =
     [(&[12, 12], "ww"), (&[13, 7], "ww"), (&[9, 14], "wp"), (&[5, 4], "pp"), (&[600, 5], "pw"), (&[6, 5, 7], "www"), (&[5, 6, 4], "pwp"), (&[7, 7, 5], "ppp")];
@@ -118,10 +123,14 @@ fn self_advection_keeps_energy_and_is_exactly_quadratic() {
     self_advection_agrees::<f32>();
 }
 
-fn blurred<T: Real>(grid: &Grid, metric: Metric, e: &[T]) -> Vec<T> {
-    let (mut out, mut first, mut second) = (e.to_vec(), e.to_vec(), e.to_vec());
-    let mut scratch = vec![T::ZERO; 3 * blur::scratch_per_thread(grid, metric.filters)];
-    with_threads(3, |exec| blur::apply(exec, grid, metric, e, &mut out, [&mut first, &mut second], &mut scratch));
+fn blurred<T: Real>(grid: &Grid, metric: Metric, e: &[T], threads: usize) -> Vec<T> {
+    let mut memory = Memory::new(1 << 22);
+    let levels = Levels::<T>::carve(&mut Arena::new(memory.block()), grid, metric.filters).unwrap();
+    let mut ledger = Ledger::new();
+    Blur::<T>::requirement(&mut ledger, grid, metric.filters, threads);
+    let mut work = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
+    let mut out = e.to_vec();
+    with_threads(threads, |exec| Blur::carve(&levels, 0, metric, threads, &mut Pool::new(&mut work)).apply(exec, e, &mut out));
     out
 }
 
@@ -132,12 +141,12 @@ fn metric_agrees<T: Real>() {
         for filters in [0, 1, 2, 4] {
             let (e, f): (Vec<T>, Vec<T>) = (random.cells(&grid, 1), random.cells(&grid, 1));
             let whole = Metric { filters, identity: 1.0 };
-            let (ce, cf) = (blurred(&grid, whole, &e), blurred(&grid, whole, &f));
+            let (ce, cf) = (blurred(&grid, whole, &e, 3), blurred(&grid, whole, &f, 3));
             assert_close("C is symmetric", dot(&ce, &f), dot(&e, &cf), dot(&e, &e), 10.0 * T::EPSILON);
             assert!(dot(&e, &ce) >= dot(&e, &e) * (1.0 - 1e-6), "C is at least the identity");
             let expected = Naive::new(&grid).metric(filters, &cast(&e));
             assert!(gap(&cast(&ce), &expected) <= 20.0 * T::EPSILON, "{cells:?} {ends}, {filters} filters");
-            let lighter: Vec<f64> = cast(&blurred(&grid, Metric { filters, identity: 0.25 }, &e));
+            let lighter: Vec<f64> = cast(&blurred(&grid, Metric { filters, identity: 0.25 }, &e, 3));
             let missing: Vec<f64> = expected.iter().zip(cast::<T, f64>(&e)).map(|(ce, e)| ce - 0.75 * e).collect();
             assert!(gap(&lighter, &missing) <= 20.0 * T::EPSILON, "e weighs 1/4 on {cells:?} {ends}, {filters} filters");
         }
@@ -175,10 +184,9 @@ fn transport_of_density() {
 
 #[test]
 fn threads_do_not_change_the_metric() {
-    let grid = grid(&[11, 9], "wp");
-    let e: Vec<f64> = Random::new(5).cells(&grid, 1);
-    let (mut out, mut first, mut second) = (e.clone(), e.clone(), e.clone());
-    let mut scratch = vec![0.0; blur::scratch_per_thread(&grid, 2)];
-    blur::apply(&Serial, &grid, Metric { filters: 2, identity: 1.0 }, &e, &mut out, [&mut first, &mut second], &mut scratch);
-    assert_eq!(out, blurred(&grid, Metric { filters: 2, identity: 1.0 }, &e));
+    for (cells, ends) in GRIDS {
+        let grid = grid(cells, ends);
+        let (e, metric): (Vec<f64>, _) = (Random::new(5).cells(&grid, 1), Metric { filters: 2, identity: 1.0 });
+        assert_eq!(blurred(&grid, metric, &e, 1), blurred(&grid, metric, &e, 3), "{cells:?} {ends}");
+    }
 }

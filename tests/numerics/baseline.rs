@@ -20,7 +20,7 @@ fn with_step<T: Real, R>(grid: &Grid, viscosity: f64, tolerance: f64, work: impl
     Step::<T>::requirement(&mut ledger, grid, 1);
     let mut numbers = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
     let mut memory = Memory::new(1 << 20);
-    let levels = Levels::carve(&mut Arena::new(memory.block()), grid).unwrap();
+    let levels = Levels::carve(&mut Arena::new(memory.block()), grid, 0).unwrap();
     let mut step = Step::carve(&levels, 0, Setup { viscosity, tolerance, threads: 1 }, &mut Pool::new(&mut numbers));
     work(&mut step, &mut vec![0.0; 2 * grid.rows()])
 }

@@ -175,7 +175,7 @@ fn restriction_keeps_flows_free_of_divergence() {
     for (cells, ends) in [(&[16, 16][..], "ww"), (&[33, 47], "ww"), (&[33, 47], "pp"), (&[50, 7], "wp"), (&[12, 9, 7], "www"), (&[5, 8, 11], "pwp")] {
         let finest: Grid = grid(cells, ends);
         let mut memory = Memory::new(1 << 22);
-        let levels = Levels::<f64>::carve(&mut Arena::new(memory.block()), &finest).unwrap();
+        let levels = Levels::<f64>::carve(&mut Arena::new(memory.block()), &finest, 0).unwrap();
         let mut v: Components<f64> = flow::rough(&mut random, &finest, 1, 1.0);
         for level in 0..levels.tables.len() {
             let coarse = restricted(&levels, level, &v);

@@ -66,7 +66,7 @@ fn project_by<T: Real>(by: By, grid: &Grid, slots: usize, v: &mut Components<T>,
     let mut numbers = vec![T::from_f64(1e30); ledger.bytes().unwrap() / T::BYTES + more];
     let mut sums = vec![0.0; grid.rows()];
     let mut memory = Memory::new(1 << 21);
-    let mut levels = Levels::<T>::carve(&mut Arena::new(memory.block()), grid).unwrap();
+    let mut levels = Levels::<T>::carve(&mut Arena::new(memory.block()), grid, 0).unwrap();
     if by == By::Multigrid {
         levels.eigenvectors = &[];
     }

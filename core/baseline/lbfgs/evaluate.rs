@@ -71,9 +71,9 @@ impl<T: Real> Simulated<'_, '_, T> {
             return Ok(Objective { data: 0.0, force });
         }
         self.simulate::<S>(exec, observer, u, warm, v)?;
-        let Evaluation { setup, initial, rho, keyframes, region, sums, .. } = &mut self.evaluation;
+        let Evaluation { levels, level, setup, initial, rho, keyframes, region, sums } = &mut self.evaluation;
         let flow = Flow { initial: *initial, v: view(v), along: None };
-        let mut carrier = Carrier::carve(grid, &setup.carrier, &mut Pool::new(region));
+        let mut carrier = Carrier::carve(levels, *level, &setup.carrier, &mut Pool::new(region));
         let data = carrier.carry(exec, observer, &flow, rho, keyframes, sums)?;
         Ok(Objective { data, force })
     }
@@ -140,7 +140,7 @@ impl<T: Real> Simulated<'_, '_, T> {
         let Evaluation { levels, level, setup, initial, rho, keyframes, region, sums } = &mut self.evaluation;
         let (grid, flow) = (&levels.grids[*level], Flow { initial: *initial, v, along: None });
         let n = grid.n[0];
-        let mut carrier = Carrier::carve(grid, &setup.carrier, &mut Pool::new(region));
+        let mut carrier = Carrier::carve(levels, *level, &setup.carrier, &mut Pool::new(region));
         carrier.sweep_back(exec, observer, &flow, rho, keyframes, sums, &mut |slot, of_data| {
             for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
                 for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {

@@ -125,7 +125,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     pub fn requirement(ledger: &mut Ledger, settings: &Settings) {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         ledger.line("densities rho_0 .. rho_N", densities(&grid, slots), T::BYTES);
-        Levels::<T>::requirement(ledger, &grid);
+        Levels::<T>::requirement(ledger, &grid, settings.carrier.metric.filters);
         ledger.vector("velocity v", S::DIM, grid.cells() * slots, T::BYTES);
         ledger.vector("force u", S::DIM, grid.cells() * slots, T::BYTES);
         ledger.vector("given velocity v_0", S::DIM, grid.cells(), T::BYTES);
@@ -150,7 +150,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
         let (grid, slots) = (settings.grid, settings.carrier.slots);
         let rho = arena.take(densities(&grid, slots))?;
-        let levels = Levels::carve(arena, &grid)?;
+        let levels = Levels::carve(arena, &grid, settings.carrier.metric.filters)?;
         let v = arena.take_vector(S::DIM, grid.cells() * slots)?;
         let u = arena.take_vector(S::DIM, grid.cells() * slots)?;
         let initial = arena.take_vector(S::DIM, grid.cells())?;

@@ -56,7 +56,7 @@ impl<T: Real> Control<'_, T> {
         let mut region = vec![T::ZERO; ledger.bytes().unwrap() / T::BYTES];
         let mut sums = vec![0.0; grid.rows() * slots.max(2)];
         let mut memory = Memory::new(1 << 20);
-        let levels = Levels::carve(&mut Arena::new(memory.block()), grid).unwrap();
+        let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
         let (mut star, mut direction) = (v.clone(), zeros(grid, slots));
         let mut rho = self.source.repeat(self.steps + 1);
         let keyframes = Keyframes::new(self.keyframes, self.targets);
@@ -85,7 +85,7 @@ impl<T: Real> Control<'_, T> {
         let mut ledger = Ledger::new();
         Evaluation::<T>::requirement(&mut ledger, grid, &self.carrier());
         let mut memory = Memory::new(1 << 20);
-        let levels = Levels::carve(&mut Arena::new(memory.block()), grid).unwrap();
+        let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
         let mut evaluation = Evaluation {
             levels: &levels,
             level: 0,
@@ -108,7 +108,7 @@ impl<T: Real> Control<'_, T> {
         let mut ledger = Ledger::new();
         Simulated::<T>::requirement(&mut ledger, grid, &self.carrier());
         let mut memory = Memory::new(1 << 20);
-        let levels = Levels::carve(&mut Arena::new(memory.block()), grid).unwrap();
+        let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
         let evaluation = Evaluation {
             levels: &levels,
             level: 0,

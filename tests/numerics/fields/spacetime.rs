@@ -57,7 +57,7 @@ impl<T: Real> Case<T> {
         let (grid, slots) = (self.grid, self.slots);
         let mut memory = Memory::new(1 << 21);
         let mut arena = Arena::new(memory.block());
-        let levels = Levels::<T>::carve(&mut arena, &grid).unwrap();
+        let levels = Levels::<T>::carve(&mut arena, &grid, 0).unwrap();
         let bases = Bases::<T>::carve::<S>(&mut arena, &levels.grids).unwrap();
         let mut ledger = Ledger::new();
         Nso::<T, S>::requirement(&mut ledger, &grid, slots, setup.threads, setup.shape);
