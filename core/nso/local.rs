@@ -106,8 +106,7 @@ pub const fn changes<S: Space>() -> usize {
 struct Kept<S>(core::marker::PhantomData<S>);
 impl<S: Space> Kept<S> {
     const FACTOR: usize = 0;
-    const LOWER: usize = Self::FACTOR + S::FREE * (S::FREE + 1) / 2;
-    const RIGHT: usize = Self::LOWER + S::FREE * S::FREE;
+    const RIGHT: usize = Self::FACTOR + S::FREE * (S::FREE + 1) / 2;
     const MATRIX: usize = Self::RIGHT + S::FREE;
     const FORCE: usize = Self::MATRIX + S::FREE * S::FREE;
     const ROW: usize = Self::FORCE + S::FREE;
@@ -116,17 +115,19 @@ impl<S: Space> Kept<S> {
     const SIZE: usize = Self::NORMAL + 4;
 }
 
-/// Offsets, in vectors, of what a group of cells keeps for all slots: its rows of the table, and 1 / h of every edge.
+/// Offsets, in vectors, of what a group of cells keeps for all slots: its rows of the table, and 1 / h of every edge; and of the block
+/// left of the diagonal, on its way from the elimination of one slot to that of the next.
 struct Header<S>(core::marker::PhantomData<S>);
 impl<S: Space> Header<S> {
     const EDGES: usize = Place::<S>::SIZE;
     const SIZE: usize = Self::EDGES + 2 * S::EDGES;
+    const LOWER: usize = S::FREE * S::FREE;
 }
 
 /// Numbers of scratch for groups of at most `lanes` cells.
 #[must_use]
 pub fn scratch_len<S: Space>(slots: usize, lanes: usize) -> usize {
-    (Header::<S>::SIZE + slots * Kept::<S>::SIZE) * lanes
+    (Header::<S>::SIZE + Header::<S>::LOWER + slots * Kept::<S>::SIZE) * lanes
 }
 
 /// Where [`solve_row`] puts the changes of a row of cells.
@@ -214,11 +215,11 @@ fn groups<T: Real, S: Space, V: Vector<Elem = T>>(Row { system, row, cells, scra
     for first in (0..cells.count).step_by(V::LANES) {
         let count = V::LANES.min(cells.count - first);
         let group = Group::new::<S>(system, row, cells.start + 2 * first, count);
-        let (header, kept) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
+        let (header, rest) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
+        let (lower, kept) = rest.split_at_mut(Header::<S>::LOWER * V::LANES);
         group.fill_header::<S, V>(header);
-        group.factorise::<S, V>(header, kept);
-        group.back_substitute::<S, V>(kept);
-        group.write_changes::<S, V>(header, kept, out.out, out.half, first);
+        group.factorise::<S, V>(header, lower, kept);
+        group.back_substitute::<S, V>(header, kept, out.out, out.half, first);
     }
 }
 
@@ -238,13 +239,23 @@ macro_rules! unroll {
     };
 }
 
-/// Where a slot of the cells' row begins at the first of them, and of the rows around it; `None` behind a wall.
-struct Slot([Option<usize>; 9]);
+/// Where a slot of the cells' row is at the first of them, and of the rows around it.
+#[derive(Clone, Copy)]
+struct Slot<'g> {
+    rows: &'g Places,
+    shift: usize,
+}
+
+/// Where the first slot of a row and of those around it is; `None` behind a wall.
+type Places = [Option<usize>; 9];
 
 /// A few cells of one row, one a lane.
 struct Group<'s, 'a, T> {
     system: &'s System<'a, T>,
-    rows: [Option<usize>; 9],
+    /// In trajectories.
+    rows: Places,
+    /// In a field of one slot.
+    given: Places,
     row: usize,
     x: usize,
     count: usize,
@@ -332,15 +343,17 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             (Some(row), 2) => grid.neighbour(row, axis, High),
             (row, _) => row,
         };
-        let mut rows = [None; 9];
-        for (i, slot) in rows.iter_mut().enumerate() {
+        let (mut rows, mut given) = ([None; 9], [None; 9]);
+        for (i, (in_rows, in_given)) in rows.iter_mut().zip(&mut given).enumerate() {
             let in_y = step(Some(row), 1, i % 3);
-            *slot = if S::DIM == 3 { step(in_y, 2, i / 3) } else { in_y.filter(|_| i / 3 == 1) };
+            let row = if S::DIM == 3 { step(in_y, 2, i / 3) } else { in_y.filter(|_| i / 3 == 1) };
+            (*in_rows, *in_given) = (row.map(|row| row * system.slots * grid.n[0] + x), row.map(|row| row * grid.n[0] + x));
         }
         let last = x + 2 * (count - 1);
         Self {
             system,
             rows,
+            given,
             row,
             x,
             count,
@@ -350,16 +363,17 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         }
     }
 
-    /// Where the cells' rows and those around them have slot `k` of `slots`.
+    /// Slot `k`.
     #[inline(always)]
-    fn slot(&self, slots: usize, k: usize) -> Slot {
-        Slot(self.rows.map(|row| row.map(|row| (row * slots + k) * self.system.grid.n[0] + self.x)))
+    fn slot(&self, k: usize) -> Slot<'_> {
+        Slot { rows: &self.rows, shift: k * self.system.grid.n[0] }
     }
 
     /// Numbers of `field` in a slot, `offset` from the cells; 0 behind walls along y and z.
     #[inline(always)]
-    fn gather<V: Vector<Elem = T>>(&self, field: &[T], slot: &Slot, offset: [isize; 3]) -> V {
-        let Some(first) = slot.0[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize] else { return V::splat(T::ZERO) };
+    fn gather<V: Vector<Elem = T>>(&self, field: &[T], slot: Slot<'_>, offset: [isize; 3]) -> V {
+        let Some(row) = slot.rows[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize] else { return V::splat(T::ZERO) };
+        let first = row + slot.shift;
         let wraps = (offset[0] == -1 && self.wrap_low) || (offset[0] == 1 && self.wrap_high);
         let at = first.wrapping_add_signed(offset[0]);
         match field.get(at..at.wrapping_add(2 * V::LANES)) {
@@ -383,7 +397,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// A field at the cells' own face `f`.
     #[inline(always)]
-    fn own<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slot: &Slot, f: usize) -> V {
+    fn own<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slot: Slot<'_>, f: usize) -> V {
         let mut offset = [0; 3];
         offset[f / 2] = (f % 2) as isize;
         self.gather(field[f / 2], slot, offset)
@@ -415,7 +429,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// Assembles and factorises the block-tridiagonal system, slot after slot.
     #[inline(always)]
-    fn factorise<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &mut [T]) {
+    fn factorise<S: Space, V: Vector<Elem = T>>(&self, header: &[T], lower: &mut [T], kept: &mut [T]) {
         let slots = self.system.slots;
         let size = Kept::<S>::SIZE * V::LANES;
         for k in 0..slots {
@@ -428,22 +442,23 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             if k > 0 {
                 let (earlier, last) = before.split_at_mut((k - 1) * size);
                 let two_back = if k > 1 { &earlier[(k - 2) * size..] } else { &[] };
-                eliminate::<T, S, V>(two_back, last, Some(now));
+                eliminate::<T, S, V>(two_back, last, Some(now), lower);
             }
         }
         let (before, last) = kept.split_at_mut((slots - 1) * size);
         let earlier = if slots > 1 { &before[(slots - 2) * size..] } else { &[] };
-        eliminate::<T, S, V>(earlier, &mut last[..size], None);
+        eliminate::<T, S, V>(earlier, &mut last[..size], None, lower);
     }
 
     /// Asks for what slot `k` will read at `count` cells: more streams than processors follow by themselves.
     #[inline(always)]
     fn prefetch<S: Space>(&self, k: usize, count: usize) {
-        let System { grid, slots, v, w, p, pbar, rhs, .. } = self.system;
-        for (place, row) in self.rows.iter().enumerate() {
+        let System { v, w, p, pbar, rhs, .. } = self.system;
+        let slot = self.slot(k);
+        for (place, row) in slot.rows.iter().enumerate() {
             let Some(row) = row else { continue };
             let (y, z) = (place % 3, place / 3);
-            let index = (row * slots + k) * grid.n[0] + self.x;
+            let index = row + slot.shift;
             let (own, cross) = (y == 1 && z == 1, y == 1 || z == 1);
             let reaches = [cross, y > 0, z > 0];
             for axis in (0..S::DIM).filter(|&axis| reaches[axis]) {
@@ -515,18 +530,18 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
     fn residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize) -> (Residuals<V>, Jacobian<V>) {
         let system = self.system;
         let (zero, half, viscosity) = (V::splat(T::ZERO), V::splat(T::HALF), V::splat(system.viscosity));
-        let slot = self.slot(system.slots, k);
+        let slot = self.slot(k);
         let (mut v, mut w) = ([zero; 6], [zero; 6]);
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
-            (v[f], w[f]) = (self.own(&system.v, &slot, f), self.own(&system.w, &slot, f));
+            (v[f], w[f]) = (self.own(&system.v, slot, f), self.own(&system.w, slot, f));
         });
-        let mut r = self.linear_residuals::<S, V>(header, k, &slot, &v, &w);
+        let mut r = self.linear_residuals::<S, V>(header, k, slot, &v, &w);
         let mut j = Jacobian { inside: [[zero; 6]; 6], outside: [[zero; 6]; 6] };
         unroll!(e < S::EDGES; 0 1 2 3 4 5 6 7 8 9 10 11; {
             let edge = Edge::new::<S>(e);
             let (fa, fb) = (2 * edge.a + edge.side_a, 2 * edge.b + edge.side_b);
-            let (va, vb): ([V; 2], [V; 2]) = self.quad(&system.v, &slot, &v, edge);
-            let (wa, wb): ([V; 2], [V; 2]) = self.quad(&system.w, &slot, &w, edge);
+            let (va, vb): ([V; 2], [V; 2]) = self.quad(&system.v, slot, &v, edge);
+            let (wa, wb): ([V; 2], [V; 2]) = self.quad(&system.w, slot, &w, edge);
             let (inverse_a, inverse_b): (V, V) = (at(header, Header::<S>::EDGES + 2 * e), at(header, Header::<S>::EDGES + 2 * e + 1));
             let inverse = [inverse_a, inverse_b];
             let (p, m) = (Plaquette::new(va, vb, inverse, half), Plaquette::new(wa, wb, inverse, half));
@@ -562,7 +577,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// (A-, A+) and (B-, B+) of a field at an edge, from the cells' own faces and those outside.
     #[inline(always)]
-    fn quad<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slot: &Slot, own: &[V; 6], edge: Edge) -> ([V; 2], [V; 2]) {
+    fn quad<V: Vector<Elem = T>>(&self, field: &[&[T]; 3], slot: Slot<'_>, own: &[V; 6], edge: Edge) -> ([V; 2], [V; 2]) {
         let (own_a, own_b) = (own[2 * edge.a + edge.side_a], own[2 * edge.b + edge.side_b]);
         let outside_a = self.gather(field[edge.a], slot, edge.outside_a());
         let outside_b = self.gather(field[edge.b], slot, edge.outside_b());
@@ -571,19 +586,19 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
 
     /// A field of cells at the cells, 0 where it is empty.
     #[inline(always)]
-    fn cell<V: Vector<Elem = T>>(&self, field: &[T], slot: &Slot) -> V {
+    fn cell<V: Vector<Elem = T>>(&self, field: &[T], slot: Slot<'_>) -> V {
         if field.is_empty() { V::splat(T::ZERO) } else { self.gather(field, slot, [0; 3]) }
     }
 
     /// The residuals without self-advection, from `v` and `w` at the cells' own faces in slot `k`.
     #[inline(always)]
-    fn linear_residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize, slot: &Slot, v: &[V; 6], w: &[V; 6]) -> Residuals<V> {
+    fn linear_residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], k: usize, slot: Slot<'_>, v: &[V; 6], w: &[V; 6]) -> Residuals<V> {
         let system = self.system;
         let (slots, zero) = (system.slots, V::splat(T::ZERO));
         let (kappa, scale) = (V::splat(system.kappa), V::splat(system.rhs.scale));
         let (first, last) = (k == 0, k + 1 == slots);
-        let slot_before = if first { self.slot(1, 0) } else { self.slot(slots, k - 1) };
-        let slot_after = self.slot(slots, k + 1);
+        let slot_before = if first { Slot { rows: &self.given, shift: 0 } } else { self.slot(k - 1) };
+        let slot_after = self.slot(k + 1);
         let before = if first { &system.v0 } else { &system.v };
         let (p, pbar): (V, V) = (self.cell(system.p, slot), self.cell(system.pbar, slot));
         let mut r = Residuals { a: [zero; 6], b: self.cell(system.rhs.b, slot), c: [zero; 6], d: self.cell(system.rhs.d, slot) };
@@ -591,8 +606,8 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             let mut beside = [0; 3];
             beside[f / 2] = [-1, 1][f % 2];
             let g: V = at(header, Place::<S>::NORMAL + f);
-            let before: V = self.own(before, &slot_before, f);
-            let after: V = if last { zero } else { self.own(&system.w, &slot_after, f) };
+            let before: V = self.own(before, slot_before, f);
+            let after: V = if last { zero } else { self.own(&system.w, slot_after, f) };
             let p_beside: V = self.gather(system.p, slot, beside);
             let pbar_beside: V = self.gather(system.pbar, slot, beside);
             let target: V = self.own(&system.rhs.a, slot, f);
@@ -605,92 +620,98 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         r
     }
 
-    /// y_k = L_k^-T (z_k - X_{k+1} y_{k+1}), from the last slot to the first; y takes the place of z.
+    /// y_k = L_k^-T (z_k + L_k^-1 M_{k+1} y_{k+1}), from the last slot to the first, and the changes of slot k + 1 as soon as y_k is known.
     #[inline(always)]
-    fn back_substitute<S: Space, V: Vector<Elem = T>>(&self, kept: &mut [T]) {
-        let (lanes, free, slots) = (V::LANES, S::FREE, self.system.slots);
-        let size = Kept::<S>::SIZE * lanes;
-        let mut y = [V::splat(T::ZERO); 5];
+    fn back_substitute<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], out: &mut [T], half: usize, first: usize) {
+        let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
+        // y_{k+1} and M_{k+1} y_{k+1}.
+        let (mut after, mut image) = ([zero; 5], [zero; 5]);
         for k in (0..slots).rev() {
-            let mut z = [V::splat(T::ZERO); 5];
-            for (i, z) in z.iter_mut().enumerate().take(free) {
-                *z = V::load(&kept[k * size + (Kept::<S>::RIGHT + i) * lanes..]);
-            }
-            if k + 1 < slots {
-                for i in 0..free {
-                    for j in 0..free {
-                        z[i] = z[i] - V::load(&kept[(k + 1) * size + (Kept::<S>::LOWER + i * free + j) * lanes..]) * y[j];
+            let now = &kept[k * Kept::<S>::SIZE * V::LANES..];
+            let (mut l, mut y) = ([[zero; 5]; 5], [zero; 5]);
+            unroll!(i < S::FREE; 0 1 2 3 4; {
+                unroll!(j < i + 1; 0 1 2 3 4; {
+                    l[i][j] = at::<V>(now, Kept::<S>::FACTOR + triangle(i, j));
+                });
+                y[i] = image[i];
+                unroll!(j < i; 0 1 2 3; {
+                    y[i] = y[i] - l[i][j] * y[j];
+                });
+                y[i] = y[i] * l[i][i];
+            });
+            unroll!(i < S::FREE; 4 3 2 1 0; {
+                y[i] = y[i] + at::<V>(now, Kept::<S>::RIGHT + i);
+                unroll!(j < S::FREE; 1 2 3 4; {
+                    if j > i {
+                        y[i] = y[i] - l[j][i] * y[j];
                     }
-                }
+                });
+                y[i] = y[i] * l[i][i];
+            });
+            if k + 1 < slots {
+                self.write_changes::<S, V>(header, kept, k + 1, [&after, &image, &y], out, half, first);
             }
-            for i in (0..free).rev() {
-                for j in i + 1..free {
-                    z[i] = z[i] - V::load(&kept[k * size + (Kept::<S>::FACTOR + triangle(j, i)) * lanes..]) * z[j];
-                }
-                z[i] = z[i] * V::load(&kept[k * size + (Kept::<S>::FACTOR + triangle(i, i)) * lanes..]);
-            }
-            y = z;
-            for (i, y) in y.iter().enumerate().take(free) {
-                y.store(&mut kept[k * size + (Kept::<S>::RIGHT + i) * lanes..]);
-            }
+            unroll!(i < S::FREE; 0 1 2 3 4; {
+                image[i] = at::<V>(now, Kept::<S>::MATRIX + i * S::FREE) * y[0];
+                unroll!(j < S::FREE; 1 2 3 4; {
+                    image[i] = image[i] + at::<V>(now, Kept::<S>::MATRIX + i * S::FREE + j) * y[j];
+                });
+            });
+            after = y;
         }
+        self.write_changes::<S, V>(header, kept, 0, [&after, &image, &[zero; 5]], out, half, first);
     }
 
-    /// The changes from y: dv, then q and dw, then both pressures from the normal components of equations c and a.
+    /// The changes of slot k from y_k, M_k y_k and y_{k-1}: dv, then q and dw, then both pressures from the normal components of
+    /// equations c and a.
     #[inline(always)]
-    fn write_changes<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], out: &mut [T], half: usize, first: usize) {
-        let (lanes, free, slots, zero) = (V::LANES, S::FREE, self.system.slots, V::splat(T::ZERO));
+    fn write_changes<S: Space, V: Vector<Elem = T>>(
+        &self,
+        header: &[T],
+        kept: &[T],
+        k: usize,
+        [y, image, before]: [&[V; 5]; 3],
+        out: &mut [T],
+        half: usize,
+        first: usize,
+    ) {
+        let (lanes, slots, zero) = (V::LANES, self.system.slots, V::splat(T::ZERO));
         let size = Kept::<S>::SIZE * lanes;
-        let inverse: V = at(header, Place::<S>::INVERSE);
-        let kappa = V::splat(self.system.kappa);
-        let mut y_before = [zero; 5];
-        for k in 0..slots {
-            let now = &kept[k * size..];
-            let (mut y, mut q) = ([zero; 5], [zero; 5]);
-            for i in 0..free {
-                y[i] = at(now, Kept::<S>::RIGHT + i);
-            }
-            for i in 0..free {
-                q[i] = -y_before[i] - at::<V>(now, Kept::<S>::FORCE + i);
-                for j in 0..free {
-                    q[i] = q[i] + at::<V>(now, Kept::<S>::MATRIX + i * free + j) * y[j];
-                }
-            }
-            let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
-            let (mut bar, mut pressure): (V, V) = (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
-            let (of_y, of_q) = (along_u::<V, S>(header, &y), along_u::<V, S>(header, &q));
-            let (mut dv, mut dw) = ([zero; 6], [zero; 6]);
-            for i in 0..free {
-                (dv[face(i)], dw[face(i)]) = (y[i], q[i]);
-            }
-            for f in 0..S::FACES {
-                let u: V = at(header, Place::<S>::REFLECTION + f);
-                (dv[f], dw[f]) = (dv[f] - u * of_y, dw[f] - u * of_q);
-            }
-            if self.above_wall {
-                dv.swap(BELOW, ABOVE);
-                dw.swap(BELOW, ABOVE);
-            }
-            for f in 0..S::FACES {
-                let g: V = at(header, Place::<S>::NORMAL + f);
-                (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);
-                pressure = pressure - at::<V>(now, Kept::<S>::ROW + f) * dv[f] + g * dw[f];
-                bar = bar - kappa * g * dv[f] - at::<V>(now, Kept::<S>::COLUMN + f) * dw[f];
-            }
-            // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
-            let before: V = if k > 0 { at(&kept[(k - 1) * size..], Kept::<S>::NORMAL) } else { zero };
-            let after: V = if k + 1 < slots { at(&kept[(k + 1) * size..], Kept::<S>::NORMAL + 1) } else { zero };
-            let dp: V = -(pressure * inverse + before);
-            let dpbar: V = -(bar * inverse + after);
-            let row = &mut out[k * changes::<S>() * half..][..changes::<S>() * half];
-            for f in 0..S::FACES {
-                self.put(dv[f], &mut row[f * half..][first..half]);
-                self.put(dw[f], &mut row[(S::FACES + f) * half..][first..half]);
-            }
-            self.put(dp, &mut row[2 * S::FACES * half..][first..half]);
-            self.put(dpbar, &mut row[(2 * S::FACES + 1) * half..][first..half]);
-            y_before = y;
+        let (inverse, kappa): (V, V) = (at(header, Place::<S>::INVERSE), V::splat(self.system.kappa));
+        let now = &kept[k * size..];
+        let mut q = [zero; 5];
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            q[i] = image[i] - before[i] - at::<V>(now, Kept::<S>::FORCE + i);
+        });
+        let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
+        let (mut bar, mut pressure): (V, V) = (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
+        let (of_y, of_q) = (along_u::<V, S>(header, y), along_u::<V, S>(header, &q));
+        let (mut dv, mut dw) = ([zero; 6], [zero; 6]);
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            (dv[face(i)], dw[face(i)]) = (y[i], q[i]);
+        });
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
+            let u: V = at(header, Place::<S>::REFLECTION + f);
+            (dv[f], dw[f]) = (dv[f] - u * of_y, dw[f] - u * of_q);
+        });
+        if self.above_wall {
+            dv.swap(BELOW, ABOVE);
+            dw.swap(BELOW, ABOVE);
         }
+        let row = &mut out[k * changes::<S>() * half..][..changes::<S>() * half];
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
+            let g: V = at(header, Place::<S>::NORMAL + f);
+            (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);
+            pressure = pressure - at::<V>(now, Kept::<S>::ROW + f) * dv[f] + g * dw[f];
+            bar = bar - kappa * g * dv[f] - at::<V>(now, Kept::<S>::COLUMN + f) * dw[f];
+            self.put(dv[f], &mut row[f * half..][first..half]);
+            self.put(dw[f], &mut row[(S::FACES + f) * half..][first..half]);
+        });
+        // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
+        let before: V = if k > 0 { at(&kept[(k - 1) * size..], Kept::<S>::NORMAL) } else { zero };
+        let after: V = if k + 1 < slots { at(&kept[(k + 1) * size..], Kept::<S>::NORMAL + 1) } else { zero };
+        self.put(-(pressure * inverse + before), &mut row[2 * S::FACES * half..][first..half]);
+        self.put(-(bar * inverse + after), &mut row[(2 * S::FACES + 1) * half..][first..half]);
     }
 
     /// Stores the lanes that are cells.
@@ -812,16 +833,16 @@ fn reduce<T: Real, S: Space, V: Vector<Elem = T>>(header: &[T], jacobian: &Jacob
     });
 }
 
-/// Finishes slot k once slot k + 1 (`next`) is assembled: its right-hand side, the elimination of slot k - 1 (`before`),
-/// the Cholesky factor with the reciprocal of its diagonal, and X_{k+1} = -L_k^-1 M_{k+1}.
+/// Finishes slot k once slot k + 1 (`next`) is assembled: its right-hand side, the elimination of slot k - 1 (`before`) by X_k in
+/// `lower`, the Cholesky factor with the reciprocal of its diagonal, and X_{k+1} = -L_k^-1 M_{k+1}, which takes the place of X_k.
 #[inline(always)]
-fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T], next: Option<&mut [T]>) {
+fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T], next: Option<&[T]>, lower: &mut [T]) {
     let (lanes, free, zero) = (V::LANES, S::FREE, V::splat(T::ZERO));
     let mut right = [zero; 5];
     let mut l = [[zero; 5]; 5];
     unroll!(i < S::FREE; 0 1 2 3 4; {
         right[i] = at::<V>(now, Kept::<S>::RIGHT + i);
-        if let Some(next) = &next {
+        if let Some(next) = next {
             right[i] = right[i] - at::<V>(next, Kept::<S>::FORCE + i);
         }
         unroll!(j < i + 1; 0 1 2 3 4; {
@@ -832,10 +853,10 @@ fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T]
         for m in 0..free {
             let z = at::<V>(before, Kept::<S>::RIGHT + m);
             unroll!(i < S::FREE; 0 1 2 3 4; {
-                let x = at::<V>(now, Kept::<S>::LOWER + m * free + i);
+                let x = at::<V>(lower, m * free + i);
                 right[i] = right[i] - x * z;
                 unroll!(j < i + 1; 0 1 2 3 4; {
-                    l[i][j] = l[i][j] - x * at::<V>(now, Kept::<S>::LOWER + m * free + j);
+                    l[i][j] = l[i][j] - x * at::<V>(lower, m * free + j);
                 });
             });
         }
@@ -873,7 +894,7 @@ fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T]
                 x[i] = x[i] - l[i][j] * x[j];
             });
             x[i] = x[i] * l[i][i];
-            x[i].store(&mut next[(Kept::<S>::LOWER + i * free + column) * lanes..]);
+            x[i].store(&mut lower[(i * free + column) * lanes..]);
         });
     }
 }
