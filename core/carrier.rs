@@ -57,13 +57,14 @@ impl<'a, T: Real> Carrier<'a, T> {
 
     /// Takes its numbers. The grid is number `level` of the hierarchy.
     pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, setup: &Setup, pool: &mut Pool<'a, T>) -> Self {
-        let grid = &hierarchy.grids[level];
+        let data = DataTerm::carve(hierarchy, level, setup.metric, setup.threads, pool);
+        let grid = data.grid();
         Self {
             grid,
             slots: setup.slots,
             mu: pool.take(grid.cells()),
             transport: Transport::carve(grid, setup.advection.scheme, setup.advection.tolerance, setup.largest, setup.threads, pool),
-            data: DataTerm::carve(hierarchy, level, setup.metric, setup.threads, pool),
+            data,
         }
     }
 

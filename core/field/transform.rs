@@ -129,8 +129,8 @@ multiversion! {
         for (((even, odd), &low), &high) in even.iter_mut().zip(odd.iter_mut()).zip(low).zip(high.iter().rev()) {
             (*even, *odd) = (low + high, low - high);
         }
-        if even.len() > odd.len() {
-            even[odd.len()] = low[odd.len()];
+        if let (Some(middle), Some(&row)) = (even.get_mut(odd.len()), low.get(odd.len())) {
+            *middle = row;
         }
     }
 }
@@ -143,8 +143,8 @@ multiversion! {
         for (((low, high), &even), &odd) in low.iter_mut().zip(high.iter_mut().rev()).zip(even).zip(odd) {
             (*low, *high) = (even + odd, even - odd);
         }
-        if low.len() > half {
-            low[half] = even[half];
+        if let (Some(row), Some(&middle)) = (low.get_mut(half), even.get(half)) {
+            *row = middle;
         }
     }
 }
@@ -171,10 +171,12 @@ vectorised! {
     /// [`TOGETHER`] rows; those that `out` has not are left out.
     fn product[T, V](a: &[T], depth: usize, b: &[T], columns: usize, out: &mut [T]) {
         let lanes = <V as Vector>::LANES;
-        for (a, out) in a.chunks_exact(TOGETHER * depth).zip(out.chunks_mut(TOGETHER * columns)) {
-            let (a0, a) = a.split_at(depth);
-            let (a1, a) = a.split_at(depth);
-            let (a2, a3) = a.split_at(depth);
+        if depth == 0 || columns == 0 {
+            return;
+        }
+        let mut rows = a.chunks_exact(depth);
+        for out in out.chunks_mut(TOGETHER * columns) {
+            let (Some(a0), Some(a1), Some(a2), Some(a3)) = (rows.next(), rows.next(), rows.next(), rows.next()) else { return };
             for start in (0..columns).step_by(2 * lanes) {
                 let mut sums = [[V::splat(T::ZERO); 2]; TOGETHER];
                 for ((((b, &a0), &a1), &a2), &a3) in b.chunks_exact(columns).zip(a0).zip(a1).zip(a2).zip(a3) {

@@ -90,6 +90,12 @@ impl<'a, T: Real> Blur<'a, T> {
         }
     }
 
+    /// The grid.
+    #[must_use]
+    pub fn grid(&self) -> &'a Grid {
+        self.grid
+    }
+
     /// `out = C e`.
     pub fn apply(&mut self, exec: &dyn Exec, e: &[T], out: &mut [T]) {
         let Self { grid, metric: Metric { filters, identity }, spectrum, work, scratch } = self;

@@ -62,7 +62,6 @@ impl<'a, T> Keyframes<'a, T> {
 /// The workspace of the data term.
 #[derive(Debug)]
 pub struct DataTerm<'a, T> {
-    grid: &'a Grid,
     error: &'a mut [T],
     image: &'a mut [T],
     blur: Blur<'a, T>,
@@ -79,14 +78,20 @@ impl<'a, T: Real> DataTerm<'a, T> {
 
     /// Takes its numbers. The grid is number `level` of the hierarchy.
     pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
-        let grid = &hierarchy.grids[level];
-        let (error, image) = (pool.take(grid.cells()), pool.take(grid.cells()));
-        Self { grid, error, image, blur: Blur::carve(hierarchy, level, metric, threads, pool) }
+        let blur = Blur::carve(hierarchy, level, metric, threads, pool);
+        let cells = blur.grid().cells();
+        Self { error: pool.take(cells), image: pool.take(cells), blur }
+    }
+
+    /// The grid.
+    #[must_use]
+    pub fn grid(&self) -> &'a Grid {
+        self.blur.grid()
     }
 
     /// 1/2 <e, C e> for e = rho - target; [`Self::image`] is C e afterwards. `sums` holds one number a row.
     pub fn evaluate(&mut self, exec: &dyn Exec, rho: &[T], target: &[T], sums: &mut [f64]) -> f64 {
-        let (grid, n) = (self.grid, self.grid.n[0]);
+        let (grid, n) = (self.grid(), self.grid().n[0]);
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *self.error], sums: &mut [], scratch: &mut [] }, |task| {
             let [error] = task.fields;
             let span = task.row * n..(task.row + 1) * n;
@@ -111,7 +116,7 @@ impl<'a, T: Real> DataTerm<'a, T> {
 
     /// The data term of a whole trajectory of densities.
     pub fn total(&mut self, exec: &dyn Exec, rho: &[T], keyframes: &Keyframes<'_, T>, sums: &mut [f64]) -> f64 {
-        let cells = self.grid.cells();
+        let cells = self.grid().cells();
         let steps = keyframes.steps().enumerate();
         steps.fold(0.0, |sum, (index, step)| sum + self.evaluate(exec, &rho[step * cells..][..cells], keyframes.density(index, cells), sums))
     }

@@ -37,9 +37,10 @@ pub fn inner<T>(row: &mut [T], n: usize) -> &mut [T] {
 /// Writes the neighbours of the cells of a row: at walls the last cell stands for those beyond.
 #[inline(always)]
 pub fn surround_cells<T: Real>(row: &mut [T], n: usize, periodic: bool) {
-    for (at, from) in [(0, n - 2), (1, n - 1)] {
-        row[at] = if periodic { row[2 + from] } else { row[2] };
-        row[n + 2 + at] = if periodic { row[2 + at] } else { row[n + 1] };
+    if let Some([far_below, below, inner @ .., above, far_above]) = row.get_mut(..n + HALO) {
+        let cell = |around: usize, at_wall: usize| inner.get(if periodic { around } else { at_wall }).copied().unwrap_or(T::ZERO);
+        (*far_below, *below) = (cell(n - 2, 0), cell(n - 1, 0));
+        (*above, *far_above) = (cell(0, n - 1), cell(1, n - 1));
     }
 }
 

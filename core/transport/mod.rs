@@ -198,7 +198,7 @@ impl<'a, T: Real> Transport<'a, T> {
 
     /// `count` sub-steps, at least one, from `from` to `to`, by way of a field of work.
     fn carry(&mut self, exec: &dyn Exec, count: usize, from: &[T], [mut to, mut other]: [&mut [T]; 2], sums: &mut [f64]) {
-        if count % 2 == 0 {
+        if count.is_multiple_of(2) {
             core::mem::swap(&mut to, &mut other);
         }
         self.substep(exec, from, to, 0, sums);
