@@ -12,6 +12,7 @@
 //! at `((z ny + y) slots + k) nx + x`. A line of unknowns in time is close together for the smoother, operators that
 //! treat all slots alike run over long contiguous stretches, and a block of rows is one chunk for a thread.
 
+pub mod gaussian;
 pub mod levels;
 pub mod spectrum;
 

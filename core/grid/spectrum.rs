@@ -7,7 +7,7 @@
 //! lengths of an axis that grids have these matrices, kept in the caches, are as fast as a fast transform, and any length will do.
 
 use super::Grid;
-use crate::operators::blur::Gaussian;
+use super::gaussian::Gaussian;
 use crate::real::Real;
 
 /// The longest axis whose eigenvectors are kept.

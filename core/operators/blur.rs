@@ -8,38 +8,11 @@
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{rows, transform};
 use crate::grid::Grid;
+use crate::grid::gaussian::Gaussian;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
 use crate::plan::{Ledger, Pool, pooled};
 use crate::real::Real;
-
-/// The taps of G_j along an axis.
-#[derive(Clone, Copy, Debug)]
-pub struct Gaussian {
-    /// Standard deviation, in cells.
-    sigma: f64,
-    /// Taps on one side of the centre.
-    radius: usize,
-    /// Sum of all taps before they are normalised.
-    total: f64,
-}
-
-impl Gaussian {
-    /// Filter `j`, from 1.
-    #[must_use]
-    pub fn new(j: usize) -> Self {
-        let sigma = (1u64 << (j - 1)) as f64;
-        let unscaled = Self { sigma, radius: libm::ceil(3.0 * sigma) as usize, total: 1.0 };
-        let total = unscaled.taps().map(|(offset, tap)| if offset == 0 { tap } else { 2.0 * tap }).sum();
-        Self { total, ..unscaled }
-    }
-
-    /// The taps at the centre and on one side of it, with their offsets.
-    pub fn taps(self) -> impl Iterator<Item = (usize, f64)> {
-        let tap = move |offset: usize| libm::exp(-0.5 * (offset as f64 / self.sigma) * (offset as f64 / self.sigma)) / self.total;
-        (0..=self.radius).map(move |offset| (offset, tap(offset)))
-    }
-}
 
 /// What a metric is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
