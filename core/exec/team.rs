@@ -1,4 +1,4 @@
-//! Threads that stay awake between pieces of work: a region of tasks begins and ends in half a microsecond.
+//! Threads that stay awake between pieces of work: a region of tasks begins and ends in a quarter of a microsecond.
 //!
 //! A sleeping thread takes longer to wake than most passes over a field of 128 x 128 cells take to run. So the threads that the
 //! caller lends to [`Team::serve`] watch one number, the region's, and each answers on its own [`Seat`]: it claims the task of its
