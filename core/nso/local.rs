@@ -620,46 +620,25 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         r
     }
 
-    /// y_k = L_k^-T (z_k + L_k^-1 M_{k+1} y_{k+1}), from the last slot to the first, and the changes of slot k + 1 as soon as y_k is known.
+    /// From the last slot to the first: y_{k-1}, and with it the changes of slot k.
     #[inline(always)]
     fn back_substitute<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], out: &mut [T], half: usize, first: usize) {
         let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
-        // y_{k+1} and M_{k+1} y_{k+1}.
-        let (mut after, mut image) = ([zero; 5], [zero; 5]);
-        for k in (0..slots).rev() {
-            let now = &kept[k * Kept::<S>::SIZE * V::LANES..];
-            let (mut l, mut y) = ([[zero; 5]; 5], [zero; 5]);
-            unroll!(i < S::FREE; 0 1 2 3 4; {
-                unroll!(j < i + 1; 0 1 2 3 4; {
-                    l[i][j] = at::<V>(now, Kept::<S>::FACTOR + triangle(i, j));
-                });
-                y[i] = image[i];
-                unroll!(j < i; 0 1 2 3; {
-                    y[i] = y[i] - l[i][j] * y[j];
-                });
-                y[i] = y[i] * l[i][i];
-            });
-            unroll!(i < S::FREE; 4 3 2 1 0; {
-                y[i] = y[i] + at::<V>(now, Kept::<S>::RIGHT + i);
-                unroll!(j < S::FREE; 1 2 3 4; {
-                    if j > i {
-                        y[i] = y[i] - l[j][i] * y[j];
-                    }
-                });
-                y[i] = y[i] * l[i][i];
-            });
-            if k + 1 < slots {
-                self.write_changes::<S, V>(header, kept, k + 1, [&after, &image, &y], out, half, first);
+        // y_k and M_k y_k.
+        let (mut y, mut image) = ([zero; 5], [zero; 5]);
+        for k in (0..=slots).rev() {
+            let mut before = [zero; 5];
+            if k > 0 {
+                before = solve_factor::<S, V>(&kept[(k - 1) * Kept::<S>::SIZE * V::LANES..], &image);
             }
-            unroll!(i < S::FREE; 0 1 2 3 4; {
-                image[i] = at::<V>(now, Kept::<S>::MATRIX + i * S::FREE) * y[0];
-                unroll!(j < S::FREE; 1 2 3 4; {
-                    image[i] = image[i] + at::<V>(now, Kept::<S>::MATRIX + i * S::FREE + j) * y[j];
-                });
-            });
-            after = y;
+            if k < slots {
+                self.write_changes::<S, V>(header, kept, k, [&y, &image, &before], out, half, first);
+            }
+            if k > 0 {
+                image = times_m::<S, V>(&kept[(k - 1) * Kept::<S>::SIZE * V::LANES..], &before);
+            }
+            y = before;
         }
-        self.write_changes::<S, V>(header, kept, 0, [&after, &image, &[zero; 5]], out, half, first);
     }
 
     /// The changes of slot k from y_k, M_k y_k and y_{k-1}: dv, then q and dw, then both pressures from the normal components of
@@ -763,6 +742,44 @@ impl<V> Side<V> {
         self.of_g.swap(BELOW, ABOVE);
         self.residual.swap(BELOW, ABOVE);
     }
+}
+
+/// y_k = L_k^-T (z_k + L_k^-1 M_{k+1} y_{k+1}) from M_{k+1} y_{k+1}, 0 behind the last slot.
+#[inline(always)]
+fn solve_factor<S: Space, V: Vector>(now: &[V::Elem], image: &[V; 5]) -> [V; 5] {
+    let (mut l, mut y) = ([[image[0]; 5]; 5], *image);
+    unroll!(i < S::FREE; 0 1 2 3 4; {
+        unroll!(j < i + 1; 0 1 2 3 4; {
+            l[i][j] = at::<V>(now, Kept::<S>::FACTOR + triangle(i, j));
+        });
+        unroll!(j < i; 0 1 2 3; {
+            y[i] = y[i] - l[i][j] * y[j];
+        });
+        y[i] = y[i] * l[i][i];
+    });
+    unroll!(i < S::FREE; 4 3 2 1 0; {
+        y[i] = y[i] + at::<V>(now, Kept::<S>::RIGHT + i);
+        unroll!(j < S::FREE; 1 2 3 4; {
+            if j > i {
+                y[i] = y[i] - l[j][i] * y[j];
+            }
+        });
+        y[i] = y[i] * l[i][i];
+    });
+    y
+}
+
+/// M_k y.
+#[inline(always)]
+fn times_m<S: Space, V: Vector>(now: &[V::Elem], y: &[V; 5]) -> [V; 5] {
+    let mut image = *y;
+    unroll!(i < S::FREE; 0 1 2 3 4; {
+        image[i] = at::<V>(now, Kept::<S>::MATRIX + i * S::FREE) * y[0];
+        unroll!(j < S::FREE; 1 2 3 4; {
+            image[i] = image[i] + at::<V>(now, Kept::<S>::MATRIX + i * S::FREE + j) * y[j];
+        });
+    });
+    image
 }
 
 /// M = 1 + B^T J B, c = B^T rc, a + M^T c, and the diagonal block (kappa + 1) + M^T M + omega B^T O B.

@@ -37,8 +37,11 @@ pub struct Blur<'a, T> {
 
 impl<'a, T: Real> Blur<'a, T> {
     fn scratch_len(grid: &Grid, filters: usize, threads: usize) -> usize {
+        if Spectrum::<T>::exists(grid) {
+            return pooled(transform::scratch_len(grid));
+        }
         let radius = if filters == 0 { 0 } else { Gaussian::new(filters).radius };
-        pooled(if Spectrum::<T>::exists(grid) { transform::scratch_len(grid) } else { threads * (grid.n[0] + 3 * radius + 1) })
+        pooled(threads * (grid.n[0] + 3 * radius + 1))
     }
 
     fn work_len(grid: &Grid) -> usize {

@@ -242,8 +242,11 @@ impl<'a, T: Real> Transport<'a, T> {
             }
             for state in (0..count).rev() {
                 let from = if first + state == 0 { rho } else { &states[state * stride..][..len] };
-                let (at, terms) = held.get(state).or_else(|| Some((0, self.substep(exec, from, &mut [], 0, sums)?))).unwrap_or_default();
-                self.substep_backward(exec, from, (at, terms), mu, first + state + 1 == self.substeps);
+                let terms = match held.get(state) {
+                    Some(held) => held,
+                    None => (0, self.substep(exec, from, &mut [], 0, sums).unwrap_or_default()),
+                };
+                self.substep_backward(exec, from, terms, mu, first + state + 1 == self.substeps);
             }
         }
         self.states = states;

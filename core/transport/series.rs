@@ -27,7 +27,8 @@ pub struct Series<'a, T> {
 }
 
 /// The terms y_1 .. y_k of the series from y_0 = `from`, term k at (k - 1) `stride` of `terms`, and `total` = their sum with y_0
-/// unless it is empty; terms are stored with their rows' neighbours. Returns k, or `None` where `terms` has no room for all of them. `sums` holds two numbers a row.
+/// unless it is empty; terms are stored with their rows' neighbours. Returns k, or `None` where `terms` has no room for all of them.
+/// `sums` holds two numbers a row.
 pub fn sum<T: Real>(
     exec: &dyn Exec,
     series: &Series<'_, T>,
@@ -172,11 +173,11 @@ pub fn adjoint<T: Real>(
         let gradient = [&mut *g0, &mut *g1, &mut *g2];
         let term = AdjointTerm { scale: series.tau / k as f64, y, clear: first && k == last };
         // mu itself is the first z, and what the last is written to: a row of it is read by that row alone then.
+        let room = if k == 1 { len } else { with_halo(grid) };
         match (k == last, k == 1) {
-            (true, true) => adjoint_term(exec, series, &term, mu, Cells::Alone(mu), &mut next[..len], gradient, scratch),
-            (true, false) => adjoint_term(exec, series, &term, mu, Cells::Alone(mu), &mut next[..with_halo(grid)], gradient, scratch),
+            (true, _) => adjoint_term(exec, series, &term, mu, Cells::Alone(mu), &mut next[..room], gradient, scratch),
             (false, true) => adjoint_term(exec, series, &term, &[], Cells::WithHalo(z), mu, gradient, scratch),
-            (false, false) => adjoint_term(exec, series, &term, mu, Cells::WithHalo(z), &mut next[..with_halo(grid)], gradient, scratch),
+            (false, false) => adjoint_term(exec, series, &term, mu, Cells::WithHalo(z), &mut next[..room], gradient, scratch),
         }
         core::mem::swap(&mut z, &mut next);
     }

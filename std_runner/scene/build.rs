@@ -5,6 +5,7 @@ use crate::scene::check::shown;
 use crate::scene::document::Document;
 use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawDirect, RawFlow, RawGrid, RawLbfgs, RawMethod, RawPd, RawScene, RawSimulation, RawTime, read};
 use crate::scene::{Control, Flow, Grid, MethodSection, Output, Scene, Time, shapes};
+use core::ops::RangeInclusive;
 use std::path::PathBuf;
 use thurible_core::problem::{MAX_FILTERS, MAX_STEPS};
 use thurible_core::{
@@ -25,7 +26,7 @@ const MOST_ITERATIONS: i64 = 1_000_000;
 /// In scaled numbers: it spreads motion over the whole box in a step.
 const MOST_VISCOSITY: f64 = 1.0;
 /// Weights in scaled numbers (dt = length = 1) within which single precision keeps its digits.
-const WEIGHTS: core::ops::RangeInclusive<f64> = 1e-15..=1e15;
+const WEIGHTS: RangeInclusive<f64> = 1e-15..=1e15;
 
 /// What a scene leaves out.
 fn standard() -> Problem<'static> {
@@ -157,6 +158,11 @@ fn advection(document: &Document, raw: RawAdvection) -> Result<Advection, Failur
     })
 }
 
+/// A count, or the one that is meant where there is none.
+fn whole(document: &Document, key: &str, count: Option<i64>, allowed: RangeInclusive<i64>, standard: usize) -> Result<usize, Failure> {
+    count.map_or(Ok(standard), |count| document.whole(key, count, allowed))
+}
+
 /// The choice that a word stands for, or the one that is made where there is none.
 fn word<T: Copy>(document: &Document, key: &str, word: Option<String>, words: &[(&str, T)], standard: T) -> Result<T, Failure> {
     word.map_or(Ok(standard), |word| document.word(key, &word, words))
@@ -164,10 +170,9 @@ fn word<T: Copy>(document: &Document, key: &str, word: Option<String>, words: &[
 
 fn method(document: &Document, raw: RawMethod) -> Result<MethodSection, Failure> {
     let projection = raw.projection.tolerance.unwrap_or(standard().projection_tolerance);
-    let most = raw.iterations.map(|count| document.whole("method.iterations", count, 1..=MOST_ITERATIONS)).transpose()?;
     Ok(MethodSection {
         name: word(document, "method.name", raw.name, &METHODS, Method::default())?,
-        iterations: most.unwrap_or(Params::default().iterations),
+        iterations: whole(document, "method.iterations", raw.iterations, 1..=MOST_ITERATIONS, Params::default().iterations)?,
         direct: direct(document, raw.direct)?,
         admm: admm(document, raw.admm)?,
         lbfgs: lbfgs(document, raw.lbfgs)?,
@@ -192,9 +197,8 @@ fn check_weight(document: &Document, key: &str, weight: f64, scale: f64) -> Resu
 
 fn lbfgs(document: &Document, raw: RawLbfgs) -> Result<LbfgsParams, Failure> {
     let standard = LbfgsParams::default();
-    let history = raw.history.map(|count| document.whole("method.lbfgs.history", count, 1..=LbfgsParams::MOST as i64)).transpose()?;
     Ok(LbfgsParams {
-        history: history.unwrap_or(standard.history),
+        history: whole(document, "method.lbfgs.history", raw.history, 1..=LbfgsParams::MOST as i64, standard.history)?,
         tolerance: document.between("method.lbfgs.tolerance", raw.tolerance.unwrap_or(standard.tolerance), 1.0)?,
         nested: raw.nested.unwrap_or(standard.nested),
     })
@@ -223,7 +227,7 @@ fn direct(document: &Document, raw: RawDirect) -> Result<DirectParams, Failure> 
         None => None,
         Some(Value::String(word)) if word == "auto" => None,
         Some(Value::Integer(count)) => Some(document.whole(key, count, 1..=DirectParams::MOST as i64)?),
-        Some(other) => return Err(document.outside(key, shown(&other), "\"auto\" or a whole number from 1 to 8")),
+        Some(other) => return Err(document.outside(key, shown(&other), &format!("\"auto\" or a whole number from 1 to {}", DirectParams::MOST))),
     };
     let standard = DirectParams::default();
     Ok(DirectParams {
@@ -236,7 +240,6 @@ fn direct(document: &Document, raw: RawDirect) -> Result<DirectParams, Failure> 
 fn admm(document: &Document, raw: RawAdmm) -> Result<AdmmParams, Failure> {
     let key = |name: &str| format!("method.admm.{name}");
     let standard = AdmmParams::default();
-    let most = raw.ao_iterations.map(|count| document.whole(&key("ao_iterations"), count, 1..=100)).transpose()?;
     let nso = NsoParams {
         solver: word(document, &key("nso"), raw.nso, &NSO_SOLVERS, standard.nso.solver)?,
         tolerance: document.between(&key("nso_tolerance"), raw.nso_tolerance.unwrap_or(standard.nso.tolerance), 1.0)?,
@@ -247,7 +250,7 @@ fn admm(document: &Document, raw: RawAdmm) -> Result<AdmmParams, Failure> {
     Ok(AdmmParams {
         penalty: document.positive(&key("penalty"), raw.penalty.unwrap_or(standard.penalty))?,
         relaxation: document.between(&key("relaxation"), raw.relaxation.unwrap_or(standard.relaxation), 2.0)?,
-        ao_iterations: most.unwrap_or(standard.ao_iterations),
+        ao_iterations: whole(document, &key("ao_iterations"), raw.ao_iterations, 1..=100, standard.ao_iterations)?,
         ao_momentum: document.fraction(&key("ao_momentum"), raw.ao_momentum.unwrap_or(standard.ao_momentum))?,
         density_tolerance: document.between(&key("density_tolerance"), raw.density_tolerance.unwrap_or(standard.density_tolerance), 1.0)?,
         nested: raw.nested.unwrap_or(standard.nested),
