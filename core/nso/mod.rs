@@ -163,7 +163,7 @@ impl Sizes {
             coarse: levels::hierarchy(finest).iter().skip(1).map(level).sum(),
             ring: pooled(smoother::ring_len::<S>(finest, slots, shape.together)),
             lines: pooled(threads * local::scratch_len::<S>(slots, shape.lanes)),
-            transfer: pooled(threads * transfer::scratch_per_thread::<S>(finest, slots)),
+            transfer: pooled(levels::hierarchy(finest).iter().map(|grid| transfer::scratch_len::<S>(grid, slots, threads)).max().unwrap_or(0)),
         }
     }
 }
@@ -192,7 +192,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             ledger.line("coarse levels", sizes.coarse, T::BYTES);
             ledger.group("smoothing or transfer", Sharing::InTurn, |ledger| {
                 ledger.line("smoother: waiting changes, lines in time", sizes.ring + sizes.lines, T::BYTES);
-                ledger.line("transfer: rows of a block", sizes.transfer, T::BYTES);
+                ledger.line("transfer: rows of a block, residuals that wait", sizes.transfer, T::BYTES);
             });
         });
     }

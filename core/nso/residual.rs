@@ -37,13 +37,19 @@ pub const fn rows_of<S: Space>() -> usize {
 }
 
 impl<'a, T: Real> Rows<'a, T> {
-    /// From [`rows_of`] rows of `len` numbers each.
+    /// From [`rows_of`] rows of `len` numbers each: equation a, then c, by component, b and d.
     pub fn new<S: Space>(len: usize, numbers: &'a mut [T]) -> Self {
         let mut parts = numbers.chunks_exact_mut(len);
         let mut next = |wanted: bool| if wanted { parts.next().unwrap_or_default() } else { Default::default() };
         let a = core::array::from_fn(|axis| next(axis < S::DIM));
         let c = core::array::from_fn(|axis| next(axis < S::DIM));
-        Self { a, b: next(true), c, d: next(true) }
+        Self { a, c, b: next(true), d: next(true) }
+    }
+
+    /// The residuals that [`Self::new`] laid out in `numbers`, in the order of [`Self::list`].
+    pub fn written<S: Space>(len: usize, numbers: &'a [T]) -> [&'a [T]; 8] {
+        let mut parts = numbers.chunks_exact(len);
+        core::array::from_fn(|index| if index % 3 < S::DIM || index > 5 { parts.next().unwrap_or_default() } else { &[] })
     }
 
     /// Equations a, c (by component), b, d.

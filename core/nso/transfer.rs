@@ -15,10 +15,14 @@ fn place_of(field: usize) -> Place {
     if field < 6 { Place::Face(field % 3) } else { Place::Cell }
 }
 
-/// Numbers of scratch a thread needs for any transfer from `fine`.
+/// Fine planes that a coarse plane collects from, at most.
+const NEAR: usize = 8;
+
+/// Numbers of scratch for any transfer from `fine`, and for its norm: rows of a block for each thread, and residuals that wait.
 #[must_use]
-pub fn scratch_per_thread<S: Space>(fine: &Grid, slots: usize) -> usize {
-    residual::rows_of::<S>() * Block::largest(fine.n[0], slots) + residual::norm_scratch::<S>(fine, slots)
+pub fn scratch_len<S: Space>(fine: &Grid, slots: usize, threads: usize) -> usize {
+    let waiting = NEAR.min(fine.planes()) * fine.rows_per_plane() * residual::rows_of::<S>() * Block::largest(fine.n[0], slots);
+    threads * residual::norm_scratch::<S>(fine, slots) + waiting
 }
 
 /// `coarse = R fine`, the solution and v_0.
@@ -72,6 +76,8 @@ fn move_fields<T: Real>(exec: &dyn Exec, step: Move<'_, T>, from: [&[T]; 8], to:
 }
 
 /// The coarse right-hand side: f_coarse(R x) + R(residual), with the coarse solution already R x.
+///
+/// The residuals of some fine planes wait in `scratch` until the coarse planes among them have collected theirs.
 pub fn restrict_residual<T: Real, S: Space>(
     exec: &dyn Exec,
     fine: &LevelMut<'_, T>,
@@ -95,25 +101,85 @@ pub fn restrict_residual<T: Real, S: Space>(
         table,
         ..system
     };
-    let fields = [a0, a1, a2, c0, c1, c2, &mut **b, &mut **d];
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut [], scratch }, |mut task| {
-        for block in Block::all(system.grid, weights.slots) {
-            let coarse_block = Block { grid, ..block };
-            let mut out = task.fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[coarse_block.span_in_row()] });
-            let (sums, rest) = task.scratch.split_at_mut(residual::rows_of::<S>() * block.len());
-            collect::<T, S>(&system, &block, tables, grid, task.row, sums, rest, &mut out);
-            let (numbers, work) = task.scratch.split_at_mut(residual::rows_of::<S>() * coarse_block.len());
-            let mut minus_left = residual::Rows::new::<S>(coarse_block.len(), numbers);
-            residual::of_block::<T, S>(&coarse_system, &coarse_block, task.row, &mut minus_left, work);
-            for (out, minus_left) in out.into_iter().zip(minus_left.list()) {
-                rows::sub(out, minus_left);
-            }
+    let mut fields = [a0, a1, a2, c0, c1, c2, &mut **b, &mut **d];
+    let of_threads = exec.threads().max(1) * residual::norm_scratch::<S>(system.grid, weights.slots);
+    let (scratch, waiting) = scratch.split_at_mut(of_threads);
+    for block in Block::all(system.grid, weights.slots) {
+        let coarse_block = Block { grid, ..block };
+        let (a_row, a_plane) = (residual::rows_of::<S>() * block.len(), system.grid.rows_per_plane());
+        let mut start = 0;
+        while start < grid.planes() {
+            let window = Window::new(tables, system.grid, grid, start, waiting.len() / (a_row * a_plane));
+            let rows = window.count * a_plane;
+            let waiting = &mut waiting[..rows * a_row];
+            for_rows(exec, rows, 0..rows, RowBuffers { fields: [&mut *waiting], sums: &mut [], scratch: &mut *scratch }, |task| {
+                let [numbers] = task.fields;
+                let row = window.plane(task.row / a_plane) * a_plane + task.row % a_plane;
+                residual::of_block::<T, S>(&system, &block, row, &mut residual::Rows::new::<S>(block.len(), numbers), task.scratch);
+            });
+            let waiting = Waiting { numbers: waiting, window: &window, block: &block };
+            let buffers = RowBuffers { fields: fields.each_mut().map(|field| &mut **field), sums: &mut [], scratch: &mut *scratch };
+            for_rows(exec, grid.rows(), start * grid.rows_per_plane()..window.end * grid.rows_per_plane(), buffers, |mut task| {
+                let mut out = task.fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[coarse_block.span_in_row()] });
+                waiting.collect::<S>(tables, grid, task.row, task.scratch, &mut out);
+                let (numbers, work) = task.scratch.split_at_mut(residual::rows_of::<S>() * coarse_block.len());
+                let mut minus_left = residual::Rows::new::<S>(coarse_block.len(), numbers);
+                residual::of_block::<T, S>(&coarse_system, &coarse_block, task.row, &mut minus_left, work);
+                for (out, minus_left) in out.into_iter().zip(minus_left.list()) {
+                    rows::sub(out, minus_left);
+                }
+            });
+            start = window.end;
         }
-    });
+    }
+}
+
+/// The fine planes that some coarse planes collect from, one after the other; the first may follow the last of a periodic axis.
+struct Window {
+    /// Behind the last coarse plane.
+    end: usize,
+    first: usize,
+    count: usize,
+    planes: usize,
+}
+
+impl Window {
+    /// As many coarse planes from `start` on as need no more than `room` fine ones, but one of them at least.
+    fn new<T: Real>(tables: &Tables<'_, T>, fine: &Grid, coarse: &Grid, start: usize, room: usize) -> Self {
+        let planes = fine.planes();
+        let centre = |plane: usize| plane * planes / coarse.planes();
+        let mut window = Self { end: start, first: 0, count: 0, planes };
+        let (mut low, mut high) = (isize::MAX, isize::MIN);
+        while window.end < coarse.planes() {
+            for (plane, _) in near(tables, fine.dims - 1, window.end) {
+                // Steps from the middle of its coarse plane, the shorter way around.
+                let steps = ((plane + planes + planes / 2 - centre(window.end)) % planes) as isize - (planes / 2) as isize;
+                let from_start = steps + (centre(window.end) - centre(start)) as isize;
+                (low, high) = (low.min(from_start), high.max(from_start));
+            }
+            let count = planes.min((high - low + 1) as usize);
+            if window.count > 0 && count > room {
+                break;
+            }
+            window = Self { end: window.end + 1, first: (centre(start) as isize + low).rem_euclid(planes as isize) as usize, count, planes };
+        }
+        debug_assert!(window.count <= room);
+        window
+    }
+
+    /// The fine plane at a place.
+    fn plane(&self, place: usize) -> usize {
+        (self.first + place) % self.planes
+    }
+
+    /// The place of a fine plane.
+    fn place(&self, plane: usize) -> usize {
+        (plane + self.planes - self.first) % self.planes
+    }
 }
 
 /// A fine row near a coarse one along one axis, with the weights of cells, of faces across and of faces along the axis.
-type Near<T> = heapless::Vec<(usize, [T; 3]), 8>;
+type Near<T> = heapless::Vec<(usize, [T; 3]), NEAR>;
 
 const KINDS: [Transfer; 3] = [Transfer::RestrictCell, Transfer::CollectCell, Transfer::CollectFace];
 
@@ -135,44 +201,51 @@ fn near<T: Real>(tables: &Tables<'_, T>, axis: usize, i: usize) -> Near<T> {
     list
 }
 
-/// `out` = the restricted residuals of one coarse row: a, c by component, b, d.
-fn collect<T: Real, S: Space>(
-    system: &super::level::System<'_, T>,
-    block: &Block<'_>,
-    tables: &Tables<'_, T>,
-    coarse: &Grid,
-    row: usize,
-    sums: &mut [T],
-    scratch: &mut [T],
-    out: &mut [&mut [T]; 8],
-) {
-    let (fine, [y, z]) = (system.grid, coarse.row_at(row));
-    let mut sums = residual::Rows::new::<S>(block.len(), sums);
-    sums.list().into_iter().for_each(|row| row.fill(T::ZERO));
-    let one: Near<T> = core::iter::once((0, [T::ONE; 3])).collect();
-    let in_z = if S::DIM == 3 { near(tables, 2, z) } else { one };
-    for (fine_z, weight_z) in &in_z {
-        for (fine_y, weight_y) in near(tables, 1, y) {
-            let (numbers, work) = scratch.split_at_mut(residual::rows_of::<S>() * block.len());
-            let mut values = residual::Rows::new::<S>(block.len(), numbers);
-            residual::of_block::<T, S>(system, block, fine.row(fine_y, *fine_z), &mut values, work);
-            for (index, (sum, value)) in sums.list().into_iter().zip(values.list()).enumerate() {
-                let kind = |axis: usize| match place_of(index) {
-                    Place::Cell => 0,
-                    Place::Face(own) => 1 + usize::from(own == axis),
-                };
-                let weight = weight_y[kind(1)] * weight_z[kind(2)];
-                if weight != T::ZERO {
-                    rows::add_scaled(sum, weight, value);
+/// The residuals of the rows of some fine planes.
+struct Waiting<'a, T> {
+    /// [`residual::Rows`] of the block for each row.
+    numbers: &'a [T],
+    window: &'a Window,
+    block: &'a Block<'a>,
+}
+
+impl<T: Real> Waiting<'_, T> {
+    /// `out` = the restricted residuals of one coarse row: a, c by component, b, d. `scratch` holds the rows of a block.
+    fn collect<S: Space>(&self, tables: &Tables<'_, T>, coarse: &Grid, row: usize, scratch: &mut [T], out: &mut [&mut [T]; 8]) {
+        let (fine, [y, z]) = (self.block.grid, coarse.row_at(row));
+        let mut sums = residual::Rows::new::<S>(self.block.len(), scratch);
+        let mut sums = sums.list();
+        sums.iter_mut().for_each(|row| row.fill(T::ZERO));
+        let one: Near<T> = core::iter::once((0, [T::ONE; 3])).collect();
+        let in_z = if S::DIM == 3 { near(tables, 2, z) } else { one };
+        for (fine_z, weight_z) in &in_z {
+            for (fine_y, weight_y) in near(tables, 1, y) {
+                let values = self.row::<S>(fine.row(fine_y, *fine_z));
+                for (index, sum) in sums.iter_mut().enumerate().filter(|(_, sum)| !sum.is_empty()) {
+                    let kind = |axis: usize| match place_of(index) {
+                        Place::Cell => 0,
+                        Place::Face(own) => 1 + usize::from(own == axis),
+                    };
+                    let weight = weight_y[kind(1)] * weight_z[kind(2)];
+                    if weight != T::ZERO {
+                        rows::add_scaled(sum, weight, values[index]);
+                    }
                 }
             }
         }
-    }
-    for (index, (sum, out)) in sums.list().into_iter().zip(out.iter_mut()).enumerate() {
-        out.fill(T::ZERO);
-        if !sum.is_empty() {
-            let transfer = along(place_of(index), 0, if index < 6 { Transfer::CollectCell } else { Transfer::RestrictCell }, Transfer::CollectFace);
-            tables.add_along_x(transfer, sum, fine.n[0], out, coarse.n[0]);
+        for (index, (sum, out)) in sums.into_iter().zip(out.iter_mut()).enumerate() {
+            out.fill(T::ZERO);
+            if !sum.is_empty() {
+                let transfer = along(place_of(index), 0, if index < 6 { Transfer::CollectCell } else { Transfer::RestrictCell }, Transfer::CollectFace);
+                tables.add_along_x(transfer, sum, fine.n[0], out, coarse.n[0]);
+            }
         }
+    }
+
+    /// The residuals of a fine row, in the order of [`residual::Rows::list`].
+    fn row<S: Space>(&self, row: usize) -> [&[T]; 8] {
+        let (a_plane, len) = (self.block.grid.rows_per_plane(), self.block.len());
+        let place = self.window.place(row / a_plane) * a_plane + row % a_plane;
+        residual::Rows::written::<S>(len, &self.numbers[place * residual::rows_of::<S>() * len..])
     }
 }
