@@ -10,6 +10,7 @@ use super::spectrum::Spectrum;
 use crate::arena::{Arena, TooSmall};
 use crate::plan::Ledger;
 use crate::real::Real;
+use crate::simd::multiversion;
 
 /// Most levels: 4096 cells halve eleven times.
 pub const MAX_LEVELS: usize = 12;
@@ -61,6 +62,11 @@ impl Transfer {
             Self::CollectCell | Self::CollectFace => TAPS,
             _ => 2,
         }
+    }
+
+    /// Where, from 2i (or, from coarse to fine, from i / 2 rounded up), the first source of number `i` is on an axis that halves.
+    const fn first(self) -> isize {
+        if matches!(self, Self::RestrictCell | Self::RestrictFace) { 0 } else { -1 }
     }
 
     /// Numbers along an axis of what it makes.
@@ -141,6 +147,8 @@ pub struct Tables<'m, T> {
     weight: &'m mut [T],
     start: [[usize; TRANSFERS.len()]; 3],
     length: [[usize; TRANSFERS.len()]; 3],
+    /// Whether x has walls and half as many coarse cells: then the sources of a number are side by side, in the order of their taps.
+    halves: bool,
 }
 
 impl<'m, T: Real> Tables<'m, T> {
@@ -154,7 +162,8 @@ impl<'m, T: Real> Tables<'m, T> {
     /// Fills `index` and `weight`, of [`Self::len`] each.
     #[must_use]
     pub fn new(fine: &Grid, coarse: &Grid, index: &'m mut [u16], weight: &'m mut [T]) -> Self {
-        let mut tables = Self { index, weight, start: Default::default(), length: Default::default() };
+        let halves = fine.n[0] == 2 * coarse.n[0] && !fine.periodic[0];
+        let mut tables = Self { index, weight, start: Default::default(), length: Default::default(), halves };
         let mut next = 0;
         for a in 0..fine.dims {
             for (t, &transfer) in TRANSFERS.iter().enumerate() {
@@ -164,6 +173,7 @@ impl<'m, T: Real> Tables<'m, T> {
                 for i in 0..length {
                     let list = taps(transfer, i, fine.n[a], coarse.n[a], fine.periodic[a]);
                     for (slot, &(at, weight)) in list.iter().enumerate() {
+                        let slot = if a == 0 && halves { at.wrapping_sub(side_by_side(transfer, i)) } else { slot };
                         tables.index[next + slot * length + i] = at as u16;
                         tables.weight[next + slot * length + i] = T::from_f64(weight);
                     }
@@ -183,14 +193,55 @@ impl<'m, T: Real> Tables<'m, T> {
     /// Passes every row of `from` along x: `out[i] +=` the weighted sum of its sources.
     pub fn add_along_x(&self, transfer: Transfer, from: &[T], from_n: usize, out: &mut [T], out_n: usize) {
         let (start, length) = (self.start[0][transfer as usize], self.length[0][transfer as usize]);
-        for (from, out) in from.chunks_exact(from_n).zip(out.chunks_exact_mut(out_n)) {
+        for (row, out) in out.chunks_exact_mut(out_n).enumerate() {
             for slot in 0..transfer.taps() {
                 let at = start + slot * length;
                 let (index, weight) = (&self.index[at..at + out_n], &self.weight[at..at + out_n]);
-                for ((o, &i), &w) in out.iter_mut().zip(index).zip(weight) {
-                    *o += w * from[i as usize];
+                // Reaches into the rows beside it, where weights are 0.
+                let first = (row * from_n + slot).wrapping_add_signed(transfer.first());
+                match (self.halves, transfer) {
+                    (true, Transfer::ProlongCell | Transfer::ProlongFace) if first < from.len() - from_n => {
+                        add_to_pairs(out, weight, &from[first..first + from_n + 1]);
+                    }
+                    (true, Transfer::RestrictCell | Transfer::RestrictFace | Transfer::CollectCell | Transfer::CollectFace)
+                        if first <= from.len() - from_n =>
+                    {
+                        add_every_other(out, weight, &from[first..first + from_n]);
+                    }
+                    _ => {
+                        let from = &from[row * from_n..(row + 1) * from_n];
+                        for ((o, &i), &w) in out.iter_mut().zip(index).zip(weight) {
+                            *o += w * from[i as usize];
+                        }
+                    }
                 }
             }
+        }
+    }
+}
+
+/// The place of the first source of number `i` along an axis that halves.
+fn side_by_side(transfer: Transfer, i: usize) -> usize {
+    let middle = if matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace) { i.div_ceil(2) } else { 2 * i };
+    middle.wrapping_add_signed(transfer.first())
+}
+
+multiversion! {
+    /// Adds number i of `from`, weighted, to the first of pair i and number i + 1 to the second.
+    fn add_to_pairs[T: Real](out: &mut [T], weight: &[T], from: &[T]) {
+        let neighbours = from.iter().zip(&from[1..]);
+        for ((pair, weight), (&low, &high)) in out.chunks_exact_mut(2).zip(weight.chunks_exact(2)).zip(neighbours) {
+            pair[0] += weight[0] * low;
+            pair[1] += weight[1] * high;
+        }
+    }
+}
+
+multiversion! {
+    /// Adds the first of pair i of `from`, weighted, to number i.
+    fn add_every_other[T: Real](out: &mut [T], weight: &[T], from: &[T]) {
+        for ((o, &w), pair) in out.iter_mut().zip(weight).zip(from.chunks_exact(2)) {
+            *o += w * pair[0];
         }
     }
 }
