@@ -132,7 +132,7 @@ pub fn scratch_len<S: Space>(slots: usize, lanes: usize) -> usize {
 
 /// Where [`solve_row`] puts the changes of a row of cells.
 pub struct Changes<'a, T> {
-    /// `slots` times [`changes`] times `half` numbers.
+    /// [`changes`] times `slots` times `half` numbers: every quantity through all slots.
     pub out: &'a mut [T],
     /// Cells of one colour that a row has room for.
     pub half: usize,
@@ -323,13 +323,16 @@ impl<V: Copy> Jacobian<V> {
     /// Lets the faces along y change places.
     #[inline(always)]
     fn flip<S: Space>(&mut self) {
-        self.inside.swap(BELOW, ABOVE);
-        self.inside.iter_mut().for_each(|row| row.swap(BELOW, ABOVE));
-        for e in (0..S::FACES).filter(|&e| e / 2 != BELOW / 2) {
-            let [below, above] = [BELOW, ABOVE].map(|f| (f.max(e), f.min(e)));
-            (self.outside[below.0][below.1], self.outside[above.0][above.1]) = (self.outside[above.0][above.1], self.outside[below.0][below.1]);
-        }
-        (self.outside[BELOW][BELOW], self.outside[ABOVE][ABOVE]) = (self.outside[ABOVE][ABOVE], self.outside[BELOW][BELOW]);
+        let Self { inside, outside } = self;
+        (inside[BELOW], inside[ABOVE]) = (inside[ABOVE], inside[BELOW]);
+        unroll!(e < S::FACES; 0 1 2 3 4 5; {
+            (inside[e][BELOW], inside[e][ABOVE]) = (inside[e][ABOVE], inside[e][BELOW]);
+            if e / 2 != BELOW / 2 {
+                let (below, above) = ((BELOW.max(e), BELOW.min(e)), (ABOVE.max(e), ABOVE.min(e)));
+                (outside[below.0][below.1], outside[above.0][above.1]) = (outside[above.0][above.1], outside[below.0][below.1]);
+            }
+        });
+        (outside[BELOW][BELOW], outside[ABOVE][ABOVE]) = (outside[ABOVE][ABOVE], outside[BELOW][BELOW]);
     }
 }
 
@@ -383,6 +386,7 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
     }
 
     /// As [`Self::gather`], lane by lane, at the ends of the field and where x wraps around.
+    #[cold]
     #[inline(never)]
     fn gather_slowly<V: Vector<Elem = T>>(&self, field: &[T], start: usize, offset: isize) -> V {
         let (nx, mut lanes) = (self.system.grid.n[0] as isize, [T::ZERO; MAX_LANES]);
@@ -482,35 +486,33 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         let zero = V::splat(T::ZERO);
         let (residuals, mut jacobian) = self.residuals::<S, V>(header, k);
         let mut g = [zero; 6];
-        for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
-            *g = at(header, Place::<S>::NORMAL + f);
-        }
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
+            g[f] = at(header, Place::<S>::NORMAL + f);
+        });
         let inverse: V = at(header, Place::<S>::INVERSE);
         let (beta, delta) = (residuals.b * inverse, residuals.d * inverse);
         let mut column = [zero; 6];
         let mut row = [zero; 6];
-        for f in 0..S::FACES {
-            for e in 0..S::FACES {
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
+            unroll!(e < S::FACES; 0 1 2 3 4 5; {
                 if coupled(f, e) {
                     column[f] = column[f] + jacobian.inside[f][e] * g[e];
                     row[f] = row[f] + g[e] * jacobian.inside[e][f];
                 }
-            }
-        }
+            });
+        });
         let (mut normal_a, mut normal_c) = (zero, zero);
         let mut reduced_a = [zero; 6];
         let mut reduced_c = [zero; 6];
-        for f in 0..S::FACES {
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
             normal_a = normal_a + g[f] * residuals.a[f];
             normal_c = normal_c + g[f] * residuals.c[f];
             let free: V = at(header, Place::<S>::FREE + f);
             reduced_a[f] = free * (residuals.a[f] - row[f] * delta);
             reduced_c[f] = free * (residuals.c[f] - column[f] * beta);
-        }
-        for f in 0..S::FACES {
             (row[f] + g[f]).store(&mut now[(Kept::<S>::ROW + f) * lanes..]);
             (column[f] + g[f]).store(&mut now[(Kept::<S>::COLUMN + f) * lanes..]);
-        }
+        });
         beta.store(&mut now[Kept::<S>::NORMAL * lanes..]);
         delta.store(&mut now[(Kept::<S>::NORMAL + 1) * lanes..]);
         normal_a.store(&mut now[(Kept::<S>::NORMAL + 2) * lanes..]);
@@ -520,7 +522,9 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         let mut sides = [Side { of_g: row, residual: reduced_a }, Side { of_g: column, residual: reduced_c }];
         if self.above_wall {
             jacobian.flip::<S>();
-            sides.iter_mut().for_each(Side::flip);
+            let [a, c] = &mut sides;
+            a.flip();
+            c.flip();
         }
         reduce::<T, S, V>(header, &jacobian, &sides, diagonal, self.system.outside, now);
     }
@@ -677,20 +681,19 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
             dv.swap(BELOW, ABOVE);
             dw.swap(BELOW, ABOVE);
         }
-        let row = &mut out[k * changes::<S>() * half..][..changes::<S>() * half];
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let g: V = at(header, Place::<S>::NORMAL + f);
             (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);
             pressure = pressure - at::<V>(now, Kept::<S>::ROW + f) * dv[f] + g * dw[f];
             bar = bar - kappa * g * dv[f] - at::<V>(now, Kept::<S>::COLUMN + f) * dw[f];
-            self.put(dv[f], &mut row[f * half..][first..half]);
-            self.put(dw[f], &mut row[(S::FACES + f) * half..][first..half]);
+            self.put(dv[f], &mut out[(f * slots + k) * half..][first..half]);
+            self.put(dw[f], &mut out[((S::FACES + f) * slots + k) * half..][first..half]);
         });
         // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
         let before: V = if k > 0 { at(&kept[(k - 1) * size..], Kept::<S>::NORMAL) } else { zero };
         let after: V = if k + 1 < slots { at(&kept[(k + 1) * size..], Kept::<S>::NORMAL + 1) } else { zero };
-        self.put(-(pressure * inverse + before), &mut row[2 * S::FACES * half..][first..half]);
-        self.put(-(bar * inverse + after), &mut row[(2 * S::FACES + 1) * half..][first..half]);
+        self.put(-(pressure * inverse + before), &mut out[(2 * S::FACES * slots + k) * half..][first..half]);
+        self.put(-(bar * inverse + after), &mut out[((2 * S::FACES + 1) * slots + k) * half..][first..half]);
     }
 
     /// Stores the lanes that are cells.
@@ -735,12 +738,13 @@ struct Side<V> {
     residual: [V; 6],
 }
 
-impl<V> Side<V> {
+impl<V: Copy> Side<V> {
     /// Lets the faces along y change places.
     #[inline(always)]
     fn flip(&mut self) {
-        self.of_g.swap(BELOW, ABOVE);
-        self.residual.swap(BELOW, ABOVE);
+        let Self { of_g, residual } = self;
+        (of_g[BELOW], of_g[ABOVE]) = (of_g[ABOVE], of_g[BELOW]);
+        (residual[BELOW], residual[ABOVE]) = (residual[ABOVE], residual[BELOW]);
     }
 }
 
@@ -785,39 +789,39 @@ fn times_m<S: Space, V: Vector>(now: &[V::Elem], y: &[V; 5]) -> [V; 5] {
 /// M = 1 + B^T J B, c = B^T rc, a + M^T c, and the diagonal block (kappa + 1) + M^T M + omega B^T O B.
 #[inline(always)]
 fn reduce<T: Real, S: Space, V: Vector<Elem = T>>(header: &[T], jacobian: &Jacobian<V>, [a, c]: &[Side<V>; 2], diagonal: T, outside: T, now: &mut [T]) {
-    let (lanes, free, faces, zero) = (V::LANES, S::FREE, S::FACES, V::splat(T::ZERO));
+    let (lanes, zero) = (V::LANES, V::splat(T::ZERO));
     let mut u = [zero; 6];
-    for (f, u) in u.iter_mut().enumerate().take(faces) {
-        *u = at(header, Place::<S>::REFLECTION + f);
-    }
+    unroll!(f < S::FACES; 0 1 2 3 4 5; {
+        u[f] = at(header, Place::<S>::REFLECTION + f);
+    });
     let (along, across): (V, V) = (at(header, Place::<S>::ALONG), at(header, Place::<S>::ACROSS));
     // H X H = X - u (X^T u)^T - (X u - <u, X u> u) u^T, for J, whose products with u follow from those with g, and for O.
     let (mut ju, mut uj, mut ou) = ([zero; 6], [zero; 6], [zero; 6]);
     let (mut uju, mut uou, mut ua, mut uc) = (zero, zero, zero, zero);
-    for f in 0..faces {
+    unroll!(f < S::FACES; 0 1 2 3 4 5; {
         (ju[f], uj[f]) = (along * c.of_g[f], along * a.of_g[f]);
         if coupled(f, BELOW) {
             ju[f] = ju[f] + across * jacobian.inside[f][BELOW];
             uj[f] = uj[f] + across * jacobian.inside[BELOW][f];
         }
-        for e in 0..faces {
+        unroll!(e < S::FACES; 0 1 2 3 4 5; {
             if coupled(f, e) {
                 ou[f] = ou[f] + jacobian.outside[f.max(e)][f.min(e)] * u[e];
             }
-        }
+        });
         uju = uju + u[f] * ju[f];
         uou = uou + u[f] * ou[f];
         ua = ua + u[f] * a.residual[f];
         uc = uc + u[f] * c.residual[f];
-    }
+    });
     let mut m = [[zero; 5]; 5];
     let mut block = [[zero; 5]; 5];
     let mut right = [zero; 5];
     let mut force = [zero; 5];
-    for i in 0..free {
+    unroll!(i < S::FREE; 0 1 2 3 4; {
         let f = face(i);
         let (of_j, of_o) = (ju[f] - uju * u[f], ou[f] - uou * u[f]);
-        for j in 0..free {
+        unroll!(j < S::FREE; 0 1 2 3 4; {
             let e = face(j);
             let change = u[f] * uj[e] + of_j * u[e];
             m[i][j] = if coupled(f, e) { jacobian.inside[f][e] - change } else { -change };
@@ -825,26 +829,26 @@ fn reduce<T: Real, S: Space, V: Vector<Elem = T>>(header: &[T], jacobian: &Jacob
                 let change = u[f] * ou[e] + of_o * u[e];
                 block[i][j] = if coupled(f, e) { jacobian.outside[f][e] - change } else { -change };
             }
-        }
+        });
         m[i][i] = m[i][i] + V::splat(T::ONE);
         right[i] = a.residual[f] - u[f] * ua;
         force[i] = c.residual[f] - u[f] * uc;
-    }
+    });
     unroll!(row < S::FREE; 0 1 2 3 4; {
         unroll!(i < row + 1; 0 1 2 3 4; {
             let mut sum = V::splat(outside) * block[row][i];
-            for l in 0..free {
+            unroll!(l < S::FREE; 0 1 2 3 4; {
                 sum = sum + m[l][row] * m[l][i];
-            }
+            });
             if row == i {
                 sum = sum + V::splat(diagonal);
             }
             sum.store(&mut now[(Kept::<S>::FACTOR + triangle(row, i)) * lanes..]);
         });
-        for l in 0..free {
+        unroll!(l < S::FREE; 0 1 2 3 4; {
             right[row] = right[row] + m[l][row] * force[l];
-            m[row][l].store(&mut now[(Kept::<S>::MATRIX + row * free + l) * lanes..]);
-        }
+            m[row][l].store(&mut now[(Kept::<S>::MATRIX + row * S::FREE + l) * lanes..]);
+        });
         right[row].store(&mut now[(Kept::<S>::RIGHT + row) * lanes..]);
         force[row].store(&mut now[(Kept::<S>::FORCE + row) * lanes..]);
     });
@@ -854,7 +858,7 @@ fn reduce<T: Real, S: Space, V: Vector<Elem = T>>(header: &[T], jacobian: &Jacob
 /// `lower`, the Cholesky factor with the reciprocal of its diagonal, and X_{k+1} = -L_k^-1 M_{k+1}, which takes the place of X_k.
 #[inline(always)]
 fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T], next: Option<&[T]>, lower: &mut [T]) {
-    let (lanes, free, zero) = (V::LANES, S::FREE, V::splat(T::ZERO));
+    let (lanes, zero) = (V::LANES, V::splat(T::ZERO));
     let mut right = [zero; 5];
     let mut l = [[zero; 5]; 5];
     unroll!(i < S::FREE; 0 1 2 3 4; {
@@ -867,16 +871,16 @@ fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T]
         });
     });
     if !before.is_empty() {
-        for m in 0..free {
+        unroll!(m < S::FREE; 0 1 2 3 4; {
             let z = at::<V>(before, Kept::<S>::RIGHT + m);
             unroll!(i < S::FREE; 0 1 2 3 4; {
-                let x = at::<V>(lower, m * free + i);
+                let x = at::<V>(lower, m * S::FREE + i);
                 right[i] = right[i] - x * z;
                 unroll!(j < i + 1; 0 1 2 3 4; {
-                    l[i][j] = l[i][j] - x * at::<V>(lower, m * free + j);
+                    l[i][j] = l[i][j] - x * at::<V>(lower, m * S::FREE + j);
                 });
             });
-        }
+        });
     }
     unroll!(j < S::FREE; 0 1 2 3 4; {
         unroll!(k < j; 0 1 2 3; {
@@ -903,15 +907,15 @@ fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T]
         });
     });
     let Some(next) = next else { return };
-    for column in 0..free {
+    unroll!(column < S::FREE; 0 1 2 3 4; {
         let mut x = [zero; 5];
         unroll!(i < S::FREE; 0 1 2 3 4; {
-            x[i] = -at::<V>(next, Kept::<S>::MATRIX + i * free + column);
+            x[i] = -at::<V>(next, Kept::<S>::MATRIX + i * S::FREE + column);
             unroll!(j < i; 0 1 2 3; {
                 x[i] = x[i] - l[i][j] * x[j];
             });
             x[i] = x[i] * l[i][i];
-            x[i].store(&mut lower[(i * free + column) * lanes..]);
+            x[i].store(&mut lower[(i * S::FREE + column) * lanes..]);
         });
-    }
+    });
 }

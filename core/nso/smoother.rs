@@ -7,6 +7,7 @@ use super::colours::Colours;
 use super::level::{LevelMut, Weights};
 use super::local;
 use crate::exec::{Exec, RowBuffers, RowTask, for_rows};
+use crate::field::rows;
 use crate::grid::{Grid, Side, Space};
 use crate::real::Real;
 use crate::simd::multiversion;
@@ -113,8 +114,8 @@ impl<'a, T: Real> Ring<'a, T> {
         let (size, keep_first) = (self.size, self.keep_first);
         let buffers = RowBuffers { fields: [&mut *self.changes], sums: &mut [], scratch: &mut *self.scratch };
         for_rows(exec, size * rows_per_plane, 0..size * rows_per_plane, buffers, |task| {
-            let Some(plane) = (start..end).find(|&plane| place(plane, size, keep_first) == task.row / rows_per_plane) else { return };
-            let row = plane * rows_per_plane + task.row % rows_per_plane;
+            let Some(plane) = (start..end).find(|&plane| place(plane, size, keep_first) == task.row % size) else { return };
+            let row = plane * rows_per_plane + task.row / size;
             let cells = colours.cells(system.grid, pass, row);
             let [out] = task.fields;
             if cells.count > 0 {
@@ -134,13 +135,13 @@ impl<'a, T: Real> Ring<'a, T> {
 
     /// The changes of the cells of `row`.
     fn row(&self, row: usize) -> &[T] {
-        let at = self.place(row / self.rows_per_plane) * self.rows_per_plane + row % self.rows_per_plane;
+        let at = row % self.rows_per_plane * self.size + self.place(row / self.rows_per_plane);
         &self.changes[at * self.row_len..][..self.row_len]
     }
 
     fn apply_to_row<S: Space>(&self, grid: &Grid, slots: usize, task: RowTask<'_, T, 8>) {
         let RowTask { row, fields: [v0, v1, v2, w0, w1, w2, p, pbar], .. } = task;
-        let own = Source { changes: self.row(row), cells: self.colours.cells(grid, self.pass, row), half: self.half, per_slot: local::changes::<S>() };
+        let own = Source { changes: self.row(row), cells: self.colours.cells(grid, self.pass, row), half: self.half };
         for (axis, (v, w)) in [(v0, w0), (v1, w1), (v2, w2)].into_iter().enumerate().take(S::DIM) {
             for (field, quantity) in [(v, 2 * axis), (w, S::FACES + 2 * axis)] {
                 if grid.periodic[axis] || axis == 0 || !grid.wall_below(row, axis) {
@@ -174,23 +175,27 @@ struct Source<'a, T> {
     changes: &'a [T],
     cells: super::colours::Cells,
     half: usize,
-    per_slot: usize,
 }
 
 impl<T: Real> Source<'_, T> {
     /// Adds a quantity to `field` at the cells plus `offset` along x, in every slot; faces on the wall are left at 0.
     fn add_to(&self, grid: &Grid, slots: usize, field: &mut [T], quantity: usize, offset: usize, walls: bool) {
-        let (nx, count) = (grid.n[0], self.cells.count);
+        let (nx, count, half, first) = (grid.n[0], self.cells.count, self.half, self.cells.start + offset);
         if count == 0 {
             return;
         }
-        let wraps = self.cells.start + 2 * (count - 1) + offset == nx;
-        let skip = usize::from(walls && self.cells.start + offset == 0);
-        let (inside, per_slot) = (count - usize::from(wraps), self.per_slot * self.half);
-        let (from, to) = (&self.changes[quantity * self.half..], &mut field[..slots * nx]);
-        add_to_every_other(to, nx, self.cells.start + offset + 2 * skip, from, per_slot, skip, inside);
-        if wraps && !walls {
-            for (to, from) in to.chunks_exact_mut(nx).zip(from.chunks(per_slot)) {
+        let wraps = first + 2 * (count - 1) == nx;
+        let (from, to) = (&self.changes[quantity * slots * half..][..slots * half], &mut field[..slots * nx]);
+        if nx == 2 * count && (walls || !wraps) {
+            // Every other number of all slots, and of the wall in the slot after: one long row.
+            add_to_every_other(to, slots * nx, first, from, slots * half, slots * half);
+        } else {
+            add_to_every_other(to, nx, first, from, half, count);
+        }
+        if walls && (wraps || first == 0) {
+            rows::clear_first(to, nx);
+        } else if wraps {
+            for (to, from) in to.chunks_exact_mut(nx).zip(from.chunks(half)) {
                 to[0] += from[count - 1];
             }
         }
@@ -198,11 +203,11 @@ impl<T: Real> Source<'_, T> {
 }
 
 multiversion! {
-    /// Adds numbers `skip..end` of every `per_slot` numbers of `from` to every other number from `first` on of every `nx` of `field`;
-    /// to those between it adds 0, which keeps the loop a plain one over whole vectors.
-    fn add_to_every_other[T: Real](field: &mut [T], nx: usize, first: usize, from: &[T], per_slot: usize, skip: usize, end: usize) {
-        for (to, from) in field.chunks_exact_mut(nx).zip(from.chunks(per_slot)) {
-            let (Some(to), Some(from)) = (to.get_mut(first..), from.get(skip..end)) else { continue };
+    /// Adds the first `count` numbers of every `half` of `from` to every other number from `first` on of every `nx` of `field`, as far
+    /// as they go; to those between it adds 0, which keeps the loop a plain one over whole vectors.
+    fn add_to_every_other[T: Real](field: &mut [T], nx: usize, first: usize, from: &[T], half: usize, count: usize) {
+        for (to, from) in field.chunks_exact_mut(nx).zip(from.chunks(half)) {
+            let (Some(to), Some(from)) = (to.get_mut(first..), from.get(..count)) else { continue };
             let mut pairs = to.chunks_exact_mut(2);
             for (pair, &change) in pairs.by_ref().zip(from) {
                 pair[0] += change;

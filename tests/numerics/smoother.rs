@@ -157,7 +157,7 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
                 let scale = largest(expected.iter().flatten().copied());
                 for (k, expected) in expected.iter().enumerate() {
                     for (quantity, expected) in expected.iter().enumerate() {
-                        let found = out[(k * changes::<S>() + quantity) * half + i].to_f64();
+                        let found = out[(quantity * SLOTS + k) * half + i].to_f64();
                         let what = format!("{:?}, coarse {coarse}, cell {} {y} {z}, slot {k}, quantity {quantity}, {lanes} lanes", grid.n, start + 2 * i);
                         fields::assert_close(&what, found, *expected, scale, tolerance);
                     }
