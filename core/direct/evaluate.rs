@@ -13,7 +13,8 @@ use crate::poisson::Projection;
 use crate::problem::keyframes::Keyframes;
 use crate::progress::{Objective, Status};
 use crate::real::Real;
-use crate::transport::{Flow, Stop};
+use crate::simd::prefetch;
+use crate::transport::{Flow, ROWS_AHEAD, Stop};
 
 /// max |div d| h_x / max |d| that a direction d may have.
 const CLEAN: f64 = 2e-5;
@@ -115,6 +116,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         carrier.sweep_back(exec, observer, &flow, self.rho, &self.keyframes, self.sums, &mut |slot, of_data| {
             for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
                 for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                    prefetch(out, ROWS_AHEAD * out.len() + slot * n, n);
                     let out = &mut out[slot * n..(slot + 1) * n];
                     rows::scale_in_place(out, weight);
                     rows::sub(out, &of_data[axis][task.row * n..(task.row + 1) * n]);

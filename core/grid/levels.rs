@@ -199,16 +199,12 @@ impl<'m, T: Real> Tables<'m, T> {
                 let (index, weight) = (&self.index[at..at + out_n], &self.weight[at..at + out_n]);
                 // Reaches into the rows beside it, where weights are 0.
                 let first = (row * from_n + slot).wrapping_add_signed(transfer.first());
-                match (self.halves, transfer) {
-                    (true, Transfer::ProlongCell | Transfer::ProlongFace) if first < from.len() - from_n => {
-                        add_to_pairs(out, weight, &from[first..first + from_n + 1]);
-                    }
-                    (true, Transfer::RestrictCell | Transfer::RestrictFace | Transfer::CollectCell | Transfer::CollectFace)
-                        if first <= from.len() - from_n =>
-                    {
-                        add_every_other(out, weight, &from[first..first + from_n]);
-                    }
-                    _ => {
+                let to_finer = matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace);
+                let side_by_side = if self.halves { from.get(first..first.wrapping_add(from_n + usize::from(to_finer))) } else { None };
+                match side_by_side {
+                    Some(from) if to_finer => add_to_pairs(out, weight, from),
+                    Some(from) => add_every_other(out, weight, from),
+                    None => {
                         let from = &from[row * from_n..(row + 1) * from_n];
                         for ((o, &i), &w) in out.iter_mut().zip(index).zip(weight) {
                             *o += w * from[i as usize];

@@ -14,6 +14,7 @@ use crate::observe::{Event, Observer};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::problem::Scheme;
 use crate::real::Real;
+use crate::simd::prefetch;
 use core::ops::ControlFlow;
 use flux::{Velocity, with_halo};
 
@@ -45,7 +46,18 @@ impl<T: Real> Flow<'_, T> {
             rows::add_scaled(out, s, &direction[axis][place * n..(place + 1) * n]);
         }
     }
+
+    /// Asks for what [`Self::row`] will read: the rows of a step are far apart.
+    fn prefetch_row(&self, axis: usize, slots: usize, step: usize, row: usize, n: usize) {
+        let Some(slot) = step.checked_sub(1) else { return };
+        for field in [Some(self.v), self.along.map(|(direction, _)| direction)].into_iter().flatten() {
+            prefetch(field[axis], (row * slots + slot) * n, n);
+        }
+    }
 }
+
+/// Rows between the one that is read and the one that is asked for.
+pub const ROWS_AHEAD: usize = 8;
 
 /// Where the terms of sub-steps are held: those of the latest ones, as many as there is room for.
 #[derive(Debug, Default)]
@@ -168,6 +180,7 @@ impl<'a, T: Real> Transport<'a, T> {
             for (axis, faces) in task.fields.into_iter().enumerate().take(grid.dims) {
                 let low = if axis == 0 { flux::inner(faces, n) } else { &mut *faces };
                 flow.row(axis, slots, step, task.row, low);
+                flow.prefetch_row(axis, slots, step, task.row + ROWS_AHEAD + if axis == 2 { grid.rows_per_plane() } else { 0 }, n);
                 let s = T::from_f64(0.5 / grid.h[axis]);
                 rows::add_scaled_abs(total, s, low);
                 if axis == 0 {
