@@ -64,6 +64,11 @@ impl Transfer {
         }
     }
 
+    /// Whether it makes fine numbers from coarse ones.
+    const fn to_finer(self) -> bool {
+        matches!(self, Self::ProlongCell | Self::ProlongFace)
+    }
+
     /// Where, from 2i (or, from coarse to fine, from i / 2 rounded up), the first source of number `i` is on an axis that halves.
     const fn first(self) -> isize {
         if matches!(self, Self::RestrictCell | Self::RestrictFace) { 0 } else { -1 }
@@ -71,7 +76,7 @@ impl Transfer {
 
     /// Numbers along an axis of what it makes.
     const fn length(self, fine: usize, coarse: usize) -> usize {
-        if matches!(self, Self::ProlongCell | Self::ProlongFace) { fine } else { coarse }
+        if self.to_finer() { fine } else { coarse }
     }
 }
 
@@ -199,10 +204,9 @@ impl<'m, T: Real> Tables<'m, T> {
                 let (index, weight) = (&self.index[at..at + out_n], &self.weight[at..at + out_n]);
                 // Reaches into the rows beside it, where weights are 0.
                 let first = (row * from_n + slot).wrapping_add_signed(transfer.first());
-                let to_finer = matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace);
-                let side_by_side = if self.halves { from.get(first..first.wrapping_add(from_n + usize::from(to_finer))) } else { None };
+                let side_by_side = if self.halves { from.get(first..first.wrapping_add(from_n + usize::from(transfer.to_finer()))) } else { None };
                 match side_by_side {
-                    Some(from) if to_finer => add_to_pairs(out, weight, from),
+                    Some(from) if transfer.to_finer() => add_to_pairs(out, weight, from),
                     Some(from) => add_every_other(out, weight, from),
                     None => {
                         let from = &from[row * from_n..(row + 1) * from_n];
@@ -218,7 +222,7 @@ impl<'m, T: Real> Tables<'m, T> {
 
 /// The place of the first source of number `i` along an axis that halves.
 fn side_by_side(transfer: Transfer, i: usize) -> usize {
-    let middle = if matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace) { i.div_ceil(2) } else { 2 * i };
+    let middle = if transfer.to_finer() { i.div_ceil(2) } else { 2 * i };
     middle.wrapping_add_signed(transfer.first())
 }
 
