@@ -3,10 +3,15 @@
 use bumpalo::Bump;
 use core::alloc::Layout;
 use core::mem::MaybeUninit;
+use rayon::prelude::*;
 use thurible_core::Plan;
 
 /// What the block may take beyond the planned bytes: alignment, bumpalo's footer and its rounding to pages.
 pub const MARGIN: usize = 8192;
+
+/// What one thread asks the system for at a time, and the least that a system gives.
+const SHARE: usize = 1 << 21;
+const PAGE: usize = 4096;
 
 /// Owns the block; nothing else is ever allocated through it.
 pub struct Region {
@@ -36,6 +41,11 @@ impl Region {
         // borrowed, which is here the lifetime of `&mut self`. `MaybeUninit<u8>` needs neither initialisation nor alignment.
         Some(unsafe { core::slice::from_raw_parts_mut(start.cast::<MaybeUninit<u8>>().as_ptr(), bytes) })
     }
+}
+
+/// Writes to every page, so that the system clears them on all threads instead of on the one that clears the block.
+pub fn touch(block: &mut [MaybeUninit<u8>]) {
+    block.par_chunks_mut(SHARE).for_each(|share| share.iter_mut().step_by(PAGE).for_each(|byte| *byte = MaybeUninit::new(0)));
 }
 
 #[cfg(test)]

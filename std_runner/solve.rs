@@ -12,7 +12,7 @@ use crate::output::{Gallery, Sample};
 use crate::plan::{self, Wishes, plan_fields, size_in_words};
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, Mode, Watch, history_bytes, in_words};
-use crate::region::Region;
+use crate::region::{Region, touch};
 use crate::report::RunRecord;
 use crate::scene::{Scene, method_name};
 use crate::{address_space, bytes, outcome, report, threads};
@@ -115,6 +115,7 @@ impl Job {
     fn run(&self, mut region: Region, clock: Clock) -> Result<Finished, Failure> {
         let bytes = self.planned.plan.bytes();
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
+        touch(block);
         let solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block, clock))?;
         drop(region);
         let draw = |folder: &Path| report::draw(&self.folder, folder, &solved.record, self.parts.images);

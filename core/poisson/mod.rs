@@ -6,7 +6,7 @@ pub mod multigrid;
 pub mod spectral;
 
 use crate::exec::Exec;
-use crate::field::{Block, Vector, VectorMut, rows, sums, transform, view};
+use crate::field::{Block, Vector, VectorMut, rows, sums, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
@@ -55,7 +55,7 @@ fn batch_of(grid: &Grid, slots: usize) -> usize {
 }
 
 fn scratch_len<T: Real>(finest: &Grid, batch: usize, threads: usize) -> usize {
-    let a_thread = if Spectrum::<T>::exists(finest) { transform::scratch_len(finest) } else { multigrid::scratch_per_thread(finest, batch) };
+    let a_thread = if Spectrum::<T>::exists(finest) { spectral::scratch_per_thread(finest, batch) } else { multigrid::scratch_per_thread(finest, batch) };
     pooled(threads * a_thread)
 }
 
@@ -89,8 +89,7 @@ impl<'a, T: Real> Projection<'a, T> {
     pub fn relative_divergence(&mut self, exec: &dyn Exec, slots: usize, v: &VectorMut<'_, T>, sums: &mut [f64]) -> f64 {
         let h = self.grid.h[0];
         rows::largest(Batch::all(slots, self.batch).map(|batch| {
-            let speed = batch.speed(exec, self.grid, view(v), sums);
-            let divergence = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
+            let Measured { divergence, speed } = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
             if divergence > 0.0 { divergence * h / speed } else { divergence }
         }))
     }
@@ -98,7 +97,7 @@ impl<'a, T: Real> Projection<'a, T> {
     /// Projects every slot of the trajectory `v`, to max |div v| at most `tolerance` times what it was, or the rounding floor
     /// of `v`. With `potential`, a trajectory of cells p for which v holds + grad p, p changes along. Returns max |div v| after.
     ///
-    /// `sums` holds a number a row.
+    /// `sums` holds two numbers a row.
     pub fn project(
         &mut self,
         exec: &dyn Exec,
@@ -126,11 +125,10 @@ impl<'a, T: Real> Projection<'a, T> {
         tolerance: f64,
         sums: &mut [f64],
     ) -> ControlFlow<(), f64> {
-        let floor = 4.0 * T::EPSILON * batch.speed(exec, self.grid, view(v), sums) / self.grid.h[0];
         let mut goal = None;
         for pass in 0.. {
-            let divergence = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
-            let goal = *goal.get_or_insert((tolerance * divergence).max(floor));
+            let Measured { divergence, speed } = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
+            let goal = *goal.get_or_insert_with(|| (tolerance * divergence).max(4.0 * T::EPSILON * speed / self.grid.h[0]));
             if pass == PASSES || !(divergence > goal) {
                 return ControlFlow::Continue(divergence);
             }
@@ -158,12 +156,6 @@ impl Batch {
         (0..slots).step_by(count).map(move |first| Self { slots, first, count: count.min(slots - first) })
     }
 
-    /// max |v| of the batch.
-    fn speed<T: Real>(self, exec: &dyn Exec, grid: &Grid, v: Vector<'_, T>, sums: &mut [f64]) -> f64 {
-        let block = Block { grid, slots: self.slots, first: self.first, count: self.count };
-        sums::largest(exec, grid, sums, |row| rows::largest((0..grid.dims).map(|axis| rows::max_abs(block.of(v[axis], row)))))
-    }
-
     /// One slot of it.
     fn slot(self, grid: &Grid, index: usize) -> Block<'_> {
         Block { grid, slots: self.slots, first: self.first + index, count: 1 }
@@ -180,10 +172,41 @@ impl Batch {
     }
 }
 
+/// max |div v| and max |v| of some slots.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Measured {
+    divergence: f64,
+    speed: f64,
+}
+
+impl Measured {
+    /// Sums of a row.
+    const SUMS: usize = 2;
+
+    /// Takes others in.
+    fn add(&mut self, other: Self) {
+        self.divergence = rows::largest([self.divergence, other.divergence]);
+        self.speed = rows::largest([self.speed, other.speed]);
+    }
+
+    /// Into the sums of a row.
+    fn write(self, sums: &mut [f64]) {
+        sums.copy_from_slice(&[self.divergence, self.speed]);
+    }
+
+    /// The largest of all rows.
+    fn read(sums: &[f64]) -> Self {
+        let largest = |which: usize| rows::largest(sums.iter().skip(which).step_by(Self::SUMS).copied());
+        Self { divergence: largest(0), speed: largest(1) }
+    }
+}
+
 /// `out` = div v at a block's part of a row.
-fn divergence_in_row<T: Real>(block: &Block<'_>, row: usize, v: Vector<'_, T>, out: &mut [T], scratch: &mut [T]) {
+fn divergence_in_row<T: Real>(block: &Block<'_>, row: usize, v: Vector<'_, T>, out: &mut [T], scratch: &mut [T]) -> Measured {
     out.fill(T::ZERO);
     add_divergence(block, row, T::ONE, v, out, &mut scratch[..block.len()]);
+    let speed = rows::largest((0..block.grid.dims).map(|axis| rows::max_abs(block.of(v[axis], row))));
+    Measured { divergence: rows::max_abs(out), speed }
 }
 
 /// v -= grad q and, where there is a p, p -= q at `span` of a row of `fields`, v by components and p. `block` is how q is stored.

@@ -3,7 +3,7 @@
 //! The smoother is Richardson's with the Chebyshev parameters of the upper part of the spectrum: flat loops that need no
 //! colours, on any box.
 
-use super::{Batch, divergence_in_row, subtract_gradient_in_row};
+use super::{Batch, Measured, divergence_in_row, subtract_gradient_in_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::transfer::{Move, Place};
 use crate::field::{Block, VectorMut, rows, view};
@@ -80,20 +80,20 @@ impl<'a, T: Real> Multigrid<'a, T> {
         ControlFlow::Continue(())
     }
 
-    /// The right-hand side div v; max |div v|.
-    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> f64 {
+    /// The right-hand side div v.
+    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> Measured {
         let LevelMut { grid, rhs, .. } = &mut self.levels[0];
         let (grid, v) = (*grid, view(v));
-        let sums = &mut sums[..grid.rows()];
+        let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let rhs = &mut rhs[..grid.cells() * batch.count];
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [rhs], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
-            let [rhs] = task.fields;
+            let ([rhs], mut measured) = (task.fields, Measured::default());
             for block in batch.blocks(grid) {
-                divergence_in_row(&block, task.row, v, &mut rhs[batch.compact(&block).span_in_row()], task.scratch);
+                measured.add(divergence_in_row(&block, task.row, v, &mut rhs[batch.compact(&block).span_in_row()], task.scratch));
             }
-            task.sums[0] = rows::max_abs(rhs);
+            measured.write(task.sums);
         });
-        rows::largest(sums.iter().copied())
+        Measured::read(sums)
     }
 
     /// v -= grad q, and p -= q.

@@ -1,8 +1,8 @@
 //! Poisson's problem by eigenvectors: a transform along every axis, a division by the eigenvalues, and back, slot by slot.
 
-use super::{Batch, divergence_in_row, subtract_gradient_in_row};
+use super::{Batch, MAX_BATCH, Measured, divergence_in_row, subtract_gradient_in_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, VectorMut, rows, transform, view};
+use crate::field::{Block, VectorMut, transform, view};
 use crate::grid::Grid;
 use crate::grid::spectrum::Spectrum;
 use crate::observe::{Event, Observer};
@@ -20,26 +20,34 @@ pub struct Spectral<'a, T> {
     scratch: &'a mut [T],
 }
 
+/// Numbers of scratch that one thread needs.
+pub fn scratch_per_thread(grid: &Grid, batch: usize) -> usize {
+    transform::scratch_len(grid).max(2 * Block::largest(grid.n[0], batch))
+}
+
 impl<'a, T: Real> Spectral<'a, T> {
     /// Takes its numbers.
     pub fn carve(grid: &'a Grid, spectrum: Spectrum<'a, T>, batch: usize, scratch: usize, pool: &mut Pool<'a, T>) -> Self {
         Self { grid, spectrum, q: pool.take(grid.cells() * batch), scratch: pool.take(scratch) }
     }
 
-    /// The right-hand side div v; max |div v|.
-    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> f64 {
+    /// The right-hand side div v.
+    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> Measured {
         let (grid, v) = (self.grid, view(v));
-        let sums = &mut sums[..batch.count];
-        let q = &mut self.q[..grid.cells() * batch.count];
-        for_rows(exec, batch.count, 0..batch.count, RowBuffers { fields: [q], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
-            let [q] = task.fields;
-            let block = batch.slot(grid, task.row);
-            for (row, q) in q.chunks_exact_mut(grid.n[0]).enumerate() {
-                divergence_in_row(&block, row, v, q, task.scratch);
+        let sums = &mut sums[..Measured::SUMS * grid.rows()];
+        let mut slots = self.q.chunks_exact_mut(grid.cells()).take(batch.count);
+        let fields: [_; MAX_BATCH] = core::array::from_fn(|_| slots.next().unwrap_or_default());
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut *sums, scratch: &mut *self.scratch }, |mut task| {
+            let mut measured = Measured::default();
+            for block in batch.blocks(grid) {
+                let (out, scratch) = task.scratch.split_at_mut(block.len());
+                measured.add(divergence_in_row(&block, task.row, v, out, scratch));
+                let slots = task.fields[block.first - batch.first..].iter_mut();
+                slots.zip(out.chunks_exact(grid.n[0])).for_each(|(slot, out)| slot.copy_from_slice(out));
             }
-            task.sums[0] = rows::max_abs(q);
+            measured.write(task.sums);
         });
-        rows::largest(sums.iter().copied())
+        Measured::read(sums)
     }
 
     /// q with div grad q = the right-hand side.
