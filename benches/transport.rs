@@ -24,11 +24,11 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize],
         let (out, mu) = (&mut rest[..len], &mut vec![0f32; len]);
         let mut group = criterion.benchmark_group(format!("transport {}, {scheme:?}", size(cells)));
         group.sample_size(10).throughput(Throughput::Elements(len as u64));
-        group.bench_function("forward", |bencher| bencher.iter(|| transport.forward(exec, source, out, carried.sums)));
+        group.bench_function("forward", |bencher| bencher.iter(|| transport.forward(exec, source, out)));
         group.bench_function("backward", |bencher| {
             bencher.iter(|| {
                 mu.copy_from_slice(source);
-                transport.backward(exec, source, mu, carried.sums);
+                transport.backward(exec, source, mu);
             });
         });
         group.finish();

@@ -135,7 +135,7 @@ impl<'a, T: Real> Carrier<'a, T> {
                 rows::sub(self.mu, self.data.image());
             }
             self.transport.load(exec, flow, self.slots, step, sums).map_err(|_| Stop::TooFast)?;
-            self.transport.backward(exec, &rho[step * cells..][..cells], self.mu, sums);
+            self.transport.backward(exec, &rho[step * cells..][..cells], self.mu);
             each(step - 1, self.transport.gradient());
             if observer.on(Event::Work).is_break() {
                 return Err(Stop::Cancelled);

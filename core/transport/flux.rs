@@ -4,6 +4,7 @@ use crate::field::Vector;
 use crate::grid::{Grid, Side};
 use crate::problem::Scheme;
 use crate::real::Real;
+use crate::simd::vectorised;
 
 /// Numbers of a row's neighbours along x: two on either side, of which faces have one less before.
 pub const HALO: usize = 4;
@@ -70,6 +71,22 @@ pub enum Cells<'a, T> {
     Alone(&'a [T]),
     /// With the neighbours of its rows along x.
     WithHalo(&'a [T]),
+}
+
+impl<'a, T> Cells<'a, T> {
+    /// What term `k` of a series is made from: `first` or the term before, where terms have their neighbours and are `stride` apart.
+    pub fn before(k: usize, first: &'a [T], terms: &'a [T], stride: usize) -> Self {
+        k.checked_sub(2).map_or(Self::Alone(first), |k| Self::WithHalo(&terms[k * stride..]))
+    }
+
+    /// The numbers, how far rows of `n` are apart, and where they begin.
+    #[inline(always)]
+    fn layout(self, n: usize) -> (&'a [T], usize, usize) {
+        match self {
+            Self::Alone(numbers) => (numbers, n, 0),
+            Self::WithHalo(numbers) => (numbers, stride(n), BEFORE),
+        }
+    }
 }
 
 /// Interpolation to a face from upstream, rho_f = w[0] downstream + w[1] upstream - w[2] next upstream (Leonard 1979).
@@ -148,10 +165,39 @@ impl<'g> Around<'g> {
         self.walls[axis - 1][usize::from(side == Side::High)]
     }
 
-    /// Whether `of` holds for the row or for one beside it.
+    /// Whether a field is 0 in the row and in those beside it, so that no flux comes of it: by max |x| of its rows, or by looking.
     #[inline]
-    pub fn any(&self, of: impl Fn(usize) -> bool) -> bool {
-        of(self.row) || self.cells.iter().take(self.grid.dims - 1).flatten().any(|&row| of(row))
+    pub fn empty<T: Real>(&self, sizes: Option<&[T]>, field: Cells<'_, T>) -> bool {
+        let beside = 4 * (self.grid.dims - 1);
+        if let Some(sizes) = sizes {
+            return sizes[self.row] == T::ZERO && self.cells.as_flattened()[..beside].iter().all(|&row| sizes[row] == T::ZERO);
+        }
+        let n = self.grid.n[0];
+        let (numbers, stride, before) = field.layout(n);
+        let begin = |row: usize| row * stride + before;
+        all_zero(numbers, &[begin(self.row)], n) && all_zero(numbers, &self.cells.map(|rows| rows.map(begin)).as_flattened()[..beside], n)
+    }
+}
+
+vectorised! {
+    /// Whether rows of `n` numbers are 0, of which it is told where they begin.
+    fn all_zero[T, V](numbers: &[T], begins: &[usize], n: usize) -> bool {
+        let (mut sum, mut rest, mut lanes) = (V::splat(T::ZERO), T::ZERO, [T::ZERO; 16]);
+        for &begin in begins {
+            let vectors = numbers[begin..][..n].chunks_exact(V::LANES);
+            for x in vectors.remainder() {
+                rest += x.abs();
+            }
+            for x in vectors {
+                let x = V::load(x);
+                sum = sum + x.max(-x);
+            }
+        }
+        sum.store(&mut lanes);
+        for x in lanes {
+            rest += x;
+        }
+        rest == T::ZERO
     }
 }
 
@@ -160,10 +206,7 @@ impl<'g> Around<'g> {
 #[inline(always)]
 pub fn cells<'a, T: Real>(around: &'a Around<'_>, field: Cells<'a, T>, halo: &'a mut [T]) -> Rows<'a, T> {
     let n = around.grid.n[0];
-    let (numbers, stride, before) = match field {
-        Cells::Alone(numbers) => (numbers, n, 0),
-        Cells::WithHalo(numbers) => (numbers, stride(n), BEFORE),
-    };
+    let (numbers, stride, before) = field.layout(n);
     let x = match field {
         Cells::Alone(_) => {
             inner(halo, n).copy_from_slice(&numbers[around.row * n..][..n]);

@@ -103,7 +103,7 @@ pub enum Stop {
     Cancelled,
 }
 
-/// One step's workspace. The `sums` of its methods hold two numbers a row.
+/// One step's workspace.
 #[derive(Debug)]
 pub struct Transport<'a, T> {
     grid: &'a Grid,
@@ -115,6 +115,8 @@ pub struct Transport<'a, T> {
     substeps: usize,
     states: &'a mut [T],
     terms: &'a mut [T],
+    /// Of the terms' rows.
+    sizes: &'a mut [T],
     adjoint: [&'a mut [T]; 2],
     gradient: VectorMut<'a, T>,
     scratch: &'a mut [T],
@@ -132,6 +134,7 @@ impl<'a, T: Real> Transport<'a, T> {
             ledger.line("velocity and its gradient", pooled(flux::OFFSET + with_halo) + (2 * grid.dims - 1) * len, T::BYTES);
             ledger.line("sub-step states", STATES * len, T::BYTES);
             ledger.line("terms of sub-steps, forward and backward", pooled(flux::OFFSET + (MAX_TERMS + 2) * with_halo), T::BYTES);
+            ledger.line("largest numbers of their rows", pooled(MAX_TERMS * grid.rows()), T::BYTES);
             ledger.line("rows", Self::scratch_len(grid, threads), T::BYTES);
         });
     }
@@ -153,6 +156,7 @@ impl<'a, T: Real> Transport<'a, T> {
             substeps: 1,
             states,
             terms,
+            sizes: pool.take(MAX_TERMS * grid.rows()),
             adjoint: [first, second],
             gradient,
             scratch: pool.take(Self::scratch_len(grid, threads)),
@@ -164,7 +168,7 @@ impl<'a, T: Real> Transport<'a, T> {
         pooled(with_halo(grid))
     }
 
-    /// Takes the velocity of step `step` out of `flow` and counts its sub-steps.
+    /// Takes the velocity of step `step` out of `flow` and counts its sub-steps. `sums` holds a number a row.
     ///
     /// The Courant number is the maximum over cells of the sum of |v_f| over the cell's faces / (2 h).
     ///
@@ -203,28 +207,28 @@ impl<'a, T: Real> Transport<'a, T> {
     }
 
     /// `to = A[from, v]` with the velocity that was loaded.
-    pub fn forward(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T], sums: &mut [f64]) {
+    pub fn forward(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T]) {
         let states = core::mem::take(&mut self.states);
-        self.carry(exec, self.substeps, from, [to, &mut states[..from.len()]], sums);
+        self.carry(exec, self.substeps, from, [to, &mut states[..from.len()]]);
         self.states = states;
     }
 
     /// `count` sub-steps, at least one, from `from` to `to`, by way of a field of work.
-    fn carry(&mut self, exec: &dyn Exec, count: usize, from: &[T], [mut to, mut other]: [&mut [T]; 2], sums: &mut [f64]) {
+    fn carry(&mut self, exec: &dyn Exec, count: usize, from: &[T], [mut to, mut other]: [&mut [T]; 2]) {
         if count.is_multiple_of(2) {
             core::mem::swap(&mut to, &mut other);
         }
-        self.substep(exec, from, to, 0, sums);
+        self.substep(exec, from, to, 0);
         for _ in 1..count {
-            self.substep(exec, to, other, 0, sums);
+            self.substep(exec, to, other, 0);
             core::mem::swap(&mut to, &mut other);
         }
     }
 
     /// One sub-step; `to` may be empty. The series' terms go to `terms` from field `at` on: how many there are, or `None` where they
     /// find no room.
-    fn substep(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T], at: usize, sums: &mut [f64]) -> Option<usize> {
-        let Self { grid, scheme, substeps, cut, velocity, terms, scratch, .. } = self;
+    fn substep(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T], at: usize) -> Option<usize> {
+        let Self { grid, scheme, substeps, cut, velocity, terms, sizes, scratch, .. } = self;
         let (velocity, tau, stride) = (Velocity(view(velocity)), 1.0 / *substeps as f64, Self::stride(grid));
         if *scheme == Scheme::SemiLagrangian {
             if !to.is_empty() {
@@ -233,31 +237,32 @@ impl<'a, T: Real> Transport<'a, T> {
             return Some(0);
         }
         let series = series::Series { grid, velocity, weights: flux::weights(*scheme), tau, cut: *cut };
-        series::sum(exec, &series, from, &mut terms[at * stride..], stride, to, scratch, sums)
+        let terms = series::Terms { fields: &mut terms[at * stride..], stride, sizes: &mut sizes[at * grid.rows()..] };
+        series::sum(exec, &series, from, terms, to, scratch)
     }
 
     /// The adjoint of the step from `rho`: `mu` <- A_rho^T mu, and [`Self::gradient`] = A_v^T mu.
-    pub fn backward(&mut self, exec: &dyn Exec, rho: &[T], mu: &mut [T], sums: &mut [f64]) {
+    pub fn backward(&mut self, exec: &dyn Exec, rho: &[T], mu: &mut [T]) {
         let (len, stride) = (rho.len(), pooled(rho.len()));
         let states = core::mem::take(&mut self.states);
         for first in (0..self.substeps).step_by(STATES).rev() {
             let count = STATES.min(self.substeps - first);
             if first > 0 {
                 let (begin, work) = states.split_at_mut(stride);
-                self.carry(exec, first, rho, [&mut begin[..len], &mut work[..len]], sums);
+                self.carry(exec, first, rho, [&mut begin[..len], &mut work[..len]]);
             }
             let mut held = Held::default();
             for state in 0..count {
                 let (before, after) = states.split_at_mut((state + 1) * stride);
                 let from = if first + state == 0 { rho } else { &before[state * stride..][..len] };
                 let to = if state + 1 < count { &mut after[..len] } else { &mut [] };
-                held.push(|at| self.substep(exec, from, to, at, sums));
+                held.push(|at| self.substep(exec, from, to, at));
             }
             for state in (0..count).rev() {
                 let from = if first + state == 0 { rho } else { &states[state * stride..][..len] };
                 let terms = match held.get(state) {
                     Some(held) => held,
-                    None => (0, self.substep(exec, from, &mut [], 0, sums).unwrap_or_default()),
+                    None => (0, self.substep(exec, from, &mut [], 0).unwrap_or_default()),
                 };
                 self.substep_backward(exec, from, terms, mu, first + state + 1 == self.substeps);
             }
@@ -267,7 +272,7 @@ impl<'a, T: Real> Transport<'a, T> {
 
     /// The adjoint of the sub-step from `rho`, whose `terms` begin at field `at`: `mu` and the gradient, which begins with the `first`.
     fn substep_backward(&mut self, exec: &dyn Exec, rho: &[T], (at, terms): (usize, usize), mu: &mut [T], first: bool) {
-        let Self { grid, scheme, substeps, cut, velocity, terms: fields, adjoint, gradient, scratch, .. } = self;
+        let Self { grid, scheme, substeps, cut, velocity, terms: fields, sizes, adjoint, gradient, scratch, .. } = self;
         let (velocity, tau, stride) = (Velocity(view(velocity)), 1.0 / *substeps as f64, Self::stride(grid));
         if *scheme == Scheme::SemiLagrangian {
             if first {
@@ -280,7 +285,8 @@ impl<'a, T: Real> Transport<'a, T> {
         } else {
             let series = series::Series { grid, velocity, weights: flux::weights(*scheme), tau, cut: *cut };
             let backward = series::Backward { mu, work: adjoint.each_mut().map(|z| &mut **z), gradient: reborrow(gradient), first };
-            series::adjoint(exec, &series, rho, &fields[at * stride..], stride, terms, backward, scratch);
+            let held = series::Terms { fields: &fields[at * stride..], stride, sizes: &sizes[at * grid.rows()..] };
+            series::adjoint(exec, &series, rho, held, terms, backward, scratch);
         }
     }
 
@@ -315,7 +321,7 @@ impl<'a, T: Real> Transport<'a, T> {
         let len = self.grid.cells();
         self.load(exec, flow, slots, step, sums).map_err(|TooFast| Stop::TooFast)?;
         let (before, after) = rho.split_at_mut((step + 1) * len);
-        self.forward(exec, &before[step * len..], &mut after[..len], sums);
+        self.forward(exec, &before[step * len..], &mut after[..len]);
         if observer.on(Event::Work) == ControlFlow::Break(()) { Err(Stop::Cancelled) } else { Ok(()) }
     }
 }

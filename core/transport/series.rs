@@ -8,8 +8,8 @@ use crate::grid::{Grid, Side};
 use crate::real::Real;
 use crate::simd::{self, vectorised};
 
-/// Numbers of a term below this part of the cut are set to 0. Far from the smoke they would otherwise fade into denormal
-/// numbers, on which processors are a hundred times slower.
+/// Numbers of a term below this part of the cut, or below its rounding error, are set to 0. Far from the smoke they would otherwise
+/// fade into denormal numbers, on which processors are a hundred times slower; and rows without smoke are passed over.
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// One sub-step.
@@ -26,53 +26,55 @@ pub struct Series<'a, T> {
     pub cut: f64,
 }
 
-/// The terms y_1 .. y_k of the series from y_0 = `from`, term k at (k - 1) `stride` of `terms`, and `total` = their sum with y_0
-/// unless it is empty; terms are stored with their rows' neighbours. Returns k, or `None` where `terms` has no room for all of them.
-/// `sums` holds two numbers a row.
-pub fn sum<T: Real>(
-    exec: &dyn Exec,
-    series: &Series<'_, T>,
-    from: &[T],
-    terms: &mut [T],
-    stride: usize,
-    total: &mut [T],
-    scratch: &mut [T],
-    sums: &mut [f64],
-) -> Option<usize> {
+/// Terms y_1 .. y_k of a series.
+pub struct Terms<N> {
+    /// The fields, with their rows' neighbours.
+    pub fields: N,
+    /// Numbers from one to the next.
+    pub stride: usize,
+    /// max |y| of their rows.
+    pub sizes: N,
+}
+
+/// The terms of the series from y_0 = `from`, and `total` = their sum with y_0 unless it is empty. Returns how many there are, or
+/// `None` where `terms` has no room for all of them.
+pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: Terms<&mut [T]>, total: &mut [T], scratch: &mut [T]) -> Option<usize> {
     let grid = series.grid;
-    let n = grid.n[0];
-    let (mut largest, mut previous) = sums[..2 * grid.rows()].split_at_mut(grid.rows());
-    let negligible = T::from_f64(series.cut * NEGLIGIBLE);
-    for k in 1..=MAX_TERMS.min(terms.len() / stride) {
-        let (before, after) = terms.split_at_mut((k - 1) * stride);
-        let from = if k == 1 { Cells::Alone(from) } else { Cells::WithHalo(&before[(k - 2) * stride..]) };
-        let to = &mut after[..with_halo(grid)];
+    let (n, rows) = (grid.n[0], grid.rows());
+    let Terms { fields, stride, sizes } = terms;
+    let negligible = T::from_f64(series.cut * NEGLIGIBLE.max(T::EPSILON));
+    for k in 1..=MAX_TERMS.min(fields.len() / stride) {
+        let ((before, after), (known, sizes)) = (fields.split_at_mut((k - 1) * stride), sizes.split_at_mut((k - 1) * rows));
+        let from = Cells::before(k, from, before, stride);
+        let previous = k.checked_sub(2).map(|k| &known[k * rows..]);
+        let (to, sizes) = (&mut after[..with_halo(grid)], &mut sizes[..rows]);
         let scales = grid.h.map(|h| T::from_f64(series.tau / k as f64 / h));
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to, &mut *total], sums: &mut *largest, scratch: &mut *scratch }, |task| {
-            let [to, total] = task.fields;
+        for_rows(exec, rows, 0..rows, RowBuffers { fields: [to, &mut *total, &mut *sizes], sums: &mut [], scratch: &mut *scratch }, |task| {
+            let [to, total, size] = task.fields;
             let around = Around::new(grid, task.row);
-            if k > 1 && !around.any(|row| previous[row] != 0.0) {
+            if around.empty(previous, from) {
                 to.fill(T::ZERO);
-                task.sums[0] = 0.0;
+                size[0] = T::ZERO;
+                if k == 1 {
+                    total.fill(T::ZERO);
+                }
                 return;
             }
-            let from = cells(&around, from, task.scratch);
-            let faces = faces(&around, series.velocity);
-            task.sums[0] = term(inner(to, n), total, k == 1, &from, &faces, series.weights, &scales[..grid.dims], negligible);
+            let (from, faces) = (cells(&around, from, task.scratch), faces(&around, series.velocity));
+            size[0] = term(inner(to, n), total, k == 1, &from, &faces, series.weights, &scales[..grid.dims], negligible);
             surround_cells(to, n, grid.periodic[0]);
         });
-        if k == MAX_TERMS || !(rows::largest(largest.iter().copied()) >= series.cut) {
+        if k == MAX_TERMS || !(rows::largest(sizes.iter().map(|size| size.to_f64())) >= series.cut) {
             return Some(k);
         }
-        core::mem::swap(&mut largest, &mut previous);
     }
     None
 }
 
 vectorised! {
     /// One row of `to = s L from`, what is negligible set to 0, and `total += to` unless that is empty, or `total = from + to` for
-    /// the `first` term; max |to|, NaN when any number is not finite.
-    fn term[T, V](to: &mut [T], total: &mut [T], first: bool, from: &Rows<'_, T>, faces: &Rows<'_, T>, w: [T; 3], scales: &[T], negligible: T) -> f64 {
+    /// the `first` term; max |to|, not finite when any number is not.
+    fn term[T, V](to: &mut [T], total: &mut [T], first: bool, from: &Rows<'_, T>, faces: &Rows<'_, T>, w: [T; 3], scales: &[T], negligible: T) -> T {
         let n = to.len();
         let mut extremes = [V::splat(T::ZERO); 2];
         let mut rest = [T::ZERO; 2];
@@ -83,7 +85,7 @@ vectorised! {
         extremes[1].store(&mut lanes[1]);
         let largest = lanes[0].iter().fold(rest[0], |all, &x| x.max(all));
         let poison = lanes[1].iter().fold(rest[1], |all, &x| all + x);
-        if poison.is_finite() { largest.to_f64() } else { f64::NAN }
+        if negligible > largest { poison } else { largest + poison }
     }
 }
 
@@ -155,23 +157,16 @@ pub struct Backward<'a, T> {
 }
 
 /// The adjoint of [`sum`] from `from` with `last` terms: `mu` <- z_0 where z_last = mu, z_{k-1} = mu + (tau / k) L^T z_k, and
-/// `gradient` += (tau / k) rho_f(y_{k-1}) (z_k[R] - z_k[L]) / h at every face.
-pub fn adjoint<T: Real>(
-    exec: &dyn Exec,
-    series: &Series<'_, T>,
-    from: &[T],
-    terms: &[T],
-    stride: usize,
-    last: usize,
-    backward: Backward<'_, T>,
-    scratch: &mut [T],
-) {
+/// `gradient` += (tau / k) rho_f(y_{k-1}) (z_k[R] - z_k[L]) / h at every face. Rows where y_{k-1} is 0 all around are passed over: what
+/// z_k is there makes no difference to the gradient, nor to mu wherever there is smoke before.
+pub fn adjoint<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: Terms<&[T]>, last: usize, backward: Backward<'_, T>, scratch: &mut [T]) {
     let (grid, len) = (series.grid, series.grid.cells());
     let Backward { mu, work: [mut z, mut next], gradient: [g0, g1, g2], first } = backward;
     for k in (1..=last).rev() {
-        let y = if k == 1 { Cells::Alone(from) } else { Cells::WithHalo(&terms[(k - 2) * stride..]) };
+        let y = Cells::before(k, from, terms.fields, terms.stride);
+        let sizes = k.checked_sub(2).map(|k| &terms.sizes[k * grid.rows()..]);
         let gradient = [&mut *g0, &mut *g1, &mut *g2];
-        let term = AdjointTerm { scale: series.tau / k as f64, y, clear: first && k == last };
+        let term = AdjointTerm { scale: series.tau / k as f64, y, sizes, clear: first && k == last };
         // mu itself is the first z, and what the last is written to: a row of it is read by that row alone then.
         let room = if k == 1 { len } else { with_halo(grid) };
         match (k == last, k == 1) {
@@ -192,6 +187,8 @@ struct AdjointTerm<'a, T> {
     scale: f64,
     /// y_{k-1}.
     y: Cells<'a, T>,
+    /// max |y_{k-1}| of its rows, where that is known.
+    sizes: Option<&'a [T]>,
     /// Whether the gradient begins with this term.
     clear: bool,
 }
@@ -211,32 +208,33 @@ fn adjoint_term<T: Real>(
     let n = grid.n[0];
     let scales = grid.h.map(|h| T::from_f64(term.scale / h));
     for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [next, g0, g1, g2], sums: &mut [], scratch }, |task| {
-        let ([whole, g0, g1, g2], row) = (task.fields, task.row);
-        let (first, second) = task.scratch.split_at_mut(n + HALO);
+        let ([whole, mut gradient @ ..], row) = (task.fields, task.row);
         let around = Around::new(grid, row);
-        let faces = faces(&around, series.velocity);
-        let (z, y) = (cells(&around, z, first), cells(&around, term.y, second));
         let surrounded = whole.len() > n;
         let next = if surrounded { inner(whole, n) } else { &mut *whole };
         if !mu.is_empty() {
             next.copy_from_slice(&mu[row * n..(row + 1) * n]);
         }
-        transposed(next, &z, &faces, series.weights, &scales[..grid.dims]);
-        fold_at_walls(grid, &around, next, &z, &faces, series.weights[2], scales);
+        if term.clear {
+            gradient.iter_mut().for_each(|component| component.fill(T::ZERO));
+        }
+        if !around.empty(term.sizes, term.y) {
+            let (first, second) = task.scratch.split_at_mut(n + HALO);
+            let (z, y, faces) = (cells(&around, z, first), cells(&around, term.y, second), faces(&around, series.velocity));
+            transposed(next, &z, &faces, series.weights, &scales[..grid.dims]);
+            fold_at_walls(grid, &around, next, &z, &faces, series.weights[2], scales);
+            for (axis, gradient) in gradient.into_iter().enumerate().take(grid.dims) {
+                let (y, [z_low, z_high], v) = if axis == 0 {
+                    ([&y.x[..n], &y.x[1..], &y.x[2..], &y.x[3..]], [&z.x[1..], &z.x[2..]], &faces.x[1..])
+                } else {
+                    let [before, below, above, _] = y.along(axis, n);
+                    ([before, below, &y.x[2..], above], [z.along(axis, n)[1], &z.x[2..]], faces.along(axis, n)[1])
+                };
+                face_gradient(gradient, y, [z_low, z_high], v, series.weights, scales[axis]);
+            }
+        }
         if surrounded {
             surround_cells(whole, n, grid.periodic[0]);
-        }
-        for (axis, gradient) in [g0, g1, g2].into_iter().enumerate().take(grid.dims) {
-            if term.clear {
-                gradient.fill(T::ZERO);
-            }
-            let (y, [z_low, z_high], v) = if axis == 0 {
-                ([&y.x[..n], &y.x[1..], &y.x[2..], &y.x[3..]], [&z.x[1..], &z.x[2..]], &faces.x[1..])
-            } else {
-                let [before, below, above, _] = y.along(axis, n);
-                ([before, below, &y.x[2..], above], [z.along(axis, n)[1], &z.x[2..]], faces.along(axis, n)[1])
-            };
-            face_gradient(gradient, y, [z_low, z_high], v, series.weights, scales[axis]);
         }
     });
 }

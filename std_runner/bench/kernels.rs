@@ -124,7 +124,7 @@ fn backward<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize, repeats: u
             mu.copy_from_slice(&rho[(slots + 1) * len..]);
             for step in (1..=slots).rev() {
                 let _ = transport.load(exec, &flow, slots, step, sums);
-                transport.backward(exec, &rho[step * len..][..len], &mut mu, sums);
+                transport.backward(exec, &rho[step * len..][..len], &mut mu);
             }
             black_box(transport.gradient());
         })

@@ -5,7 +5,7 @@ use crate::fields::carry::Carry;
 use crate::fields::control::Control;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
-use crate::fields::{Components, add_scaled_all, cast, dot, dot_all, flow, grid, slot_of_all, zeros};
+use crate::fields::{Components, add_scaled_all, assert_close, cast, dot, dot_all, flow, grid, slot_of_all, zeros};
 use thurible_core::grid::Grid;
 use thurible_core::{Advection, D2, D3, Scheme, Space};
 
@@ -55,6 +55,31 @@ fn velocity_gradient_of_quick() {
 #[test]
 fn velocity_gradient_of_central() {
     step_gradient(Scheme::Central, 1e-3);
+}
+
+/// Rows without smoke are passed over. The gradient is linear in rho, so it is also that of rho and a haze less that of the haze, which
+/// leaves no row out.
+#[test]
+fn rows_without_smoke_are_passed_over() {
+    let mut random = Random::new(23);
+    for (cells, ends) in [(&[12, 120][..], "ww"), (&[9, 120], "pp"), (&[6, 70, 5], "wwp"), (&[5, 7, 70], "pww")] {
+        let grid = grid(cells, ends);
+        let long = if cells[1] > 60 { 1 } else { 2 };
+        let (v, mu) = (moving(&mut random, &grid, 2.6), random.cells(&grid, 1));
+        let along = |cell: usize| grid.row_at(cell / grid.n[0])[long - 1] * 10 / grid.n[long];
+        let smoke: Vec<f64> = random.density(&grid).into_iter().enumerate().map(|(cell, x): (usize, f64)| if along(cell) == 5 { x } else { 0.0 }).collect();
+        let both: Vec<f64> = smoke.iter().map(|x| x + 1.0).collect();
+        let carry = Carry { grid: &grid, scheme: Scheme::Quick, tolerance: 1e-15 };
+        let [(back, found), (_, of_both), (_, of_haze)] = [&smoke, &both, &vec![1.0; both.len()]].map(|rho| carry.backward(&v, rho, &mu).unwrap());
+        let largest = of_both.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        for ((found, both), haze) in found.iter().zip(&of_both).zip(&of_haze) {
+            let off = found.iter().zip(both.iter().zip(haze)).fold(0.0, |most: f64, (found, (both, haze))| most.max((found - (both - haze)).abs()));
+            assert!(off <= 1e-12 * largest, "{cells:?} {ends}: {off:e} of {largest:e}");
+        }
+        let (after, far) = (carry.forward(&v, &smoke).unwrap(), (0..both.len()).filter(|&cell| along(cell) == 0));
+        assert_close(&format!("mu where there is smoke on {cells:?}"), dot(&after, &mu), dot(&smoke, &back), dot(&both, &both), 1e-14);
+        assert!(far.into_iter().all(|cell| back[cell] == mu[cell] && after[cell] == 0.0), "{cells:?} {ends}: no row is far enough");
+    }
 }
 
 #[test]

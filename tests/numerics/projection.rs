@@ -64,7 +64,7 @@ fn project_by<T: Real>(by: By, grid: &Grid, slots: usize, v: &mut Components<T>,
     Projection::<T>::requirement(&mut ledger, grid, slots, 2);
     let more = if by == By::Multigrid { multigrid::numbers(grid, slots) + 2 * multigrid::scratch_per_thread(grid, slots) } else { 0 };
     let mut numbers = vec![T::from_f64(1e30); ledger.bytes().unwrap() / T::BYTES + more];
-    let mut sums = vec![0.0; grid.rows()];
+    let mut sums = vec![0.0; 2 * grid.rows()];
     let mut memory = Memory::new(1 << 21);
     let mut levels = Levels::<T>::carve(&mut Arena::new(memory.block()), grid, 0).unwrap();
     if by == By::Multigrid {

@@ -18,32 +18,32 @@ pub struct Carry<'g> {
 }
 
 impl Carry<'_> {
-    /// A transport with `v` loaded, and its sums.
-    fn with<T: Real, R>(&self, v: &Components<T>, work: impl FnOnce(&mut Transport<'_, T>, &mut [f64]) -> R) -> Result<R, TooFast> {
+    /// A transport with `v` loaded.
+    fn with<T: Real, R>(&self, v: &Components<T>, work: impl FnOnce(&mut Transport<'_, T>) -> R) -> Result<R, TooFast> {
         let mut ledger = Ledger::new();
         Transport::<T>::requirement(&mut ledger, self.grid, 1);
         let mut numbers = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
-        let mut sums = vec![0.0; 2 * self.grid.rows()];
+        let mut sums = vec![0.0; self.grid.rows()];
         let mut transport = Transport::carve(self.grid, self.scheme, self.tolerance, 1.0, 1, &mut Pool::new(&mut numbers));
         let flow = Flow { initial: view(v), v: view(v), along: None };
         transport.load(&Serial, &flow, 1, 0, &mut sums)?;
-        Ok(work(&mut transport, &mut sums))
+        Ok(work(&mut transport))
     }
 
     /// A[rho, v].
     pub fn forward<T: Real>(&self, v: &Components<T>, rho: &[T]) -> Result<Vec<T>, TooFast> {
-        self.with(v, |transport, sums| {
+        self.with(v, |transport| {
             let mut to = rho.to_vec();
-            transport.forward(&Serial, rho, &mut to, sums);
+            transport.forward(&Serial, rho, &mut to);
             to
         })
     }
 
     /// A_rho^T mu and A_v^T mu.
     pub fn backward<T: Real>(&self, v: &Components<T>, rho: &[T], mu: &[T]) -> Result<(Vec<T>, Components<T>), TooFast> {
-        self.with(v, |transport, sums| {
+        self.with(v, |transport| {
             let mut mu = mu.to_vec();
-            transport.backward(&Serial, rho, &mut mu, sums);
+            transport.backward(&Serial, rho, &mut mu);
             (mu, transport.gradient().map(<[T]>::to_vec))
         })
     }
