@@ -124,8 +124,8 @@ pub trait Vector: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = 
     fn store(self, to: &mut [Self::Elem]);
     /// Numbers 0, 2, 4, .. of `from`, which must have `2 LANES` of them.
     fn load_even(from: &[Self::Elem]) -> Self;
-    /// 1 / sqrt(x), by a square root and a division.
-    fn recip_sqrt(self) -> Self;
+    /// 1 / x.
+    fn recip(self) -> Self;
     /// The larger of each pair; that of `other` where this one is NaN.
     fn max(self, other: Self) -> Self;
     /// The smaller of each pair; that of `other` where this one is NaN.
@@ -170,7 +170,7 @@ macro_rules! vectorised {
 pub(crate) use vectorised;
 
 macro_rules! single {
-    ($t:ident, $sqrt:path) => {
+    ($t:ident) => {
         impl Vector for $t {
             type Elem = $t;
             const LANES: usize = 1;
@@ -191,8 +191,8 @@ macro_rules! single {
                 from[0]
             }
             #[inline(always)]
-            fn recip_sqrt(self) -> Self {
-                1.0 / $sqrt(self)
+            fn recip(self) -> Self {
+                1.0 / self
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
@@ -209,12 +209,12 @@ macro_rules! single {
         }
     };
 }
-single!(f32, libm::sqrtf);
-single!(f64, libm::sqrt);
+single!(f32);
+single!(f64);
 
 #[cfg(target_arch = "x86_64")]
 macro_rules! vector {
-    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $sqrt:expr, $even:expr, $max:expr, $min:expr, $select:expr) => {
+    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $even:expr, $max:expr, $min:expr, $select:expr) => {
         /// A [`Vector`].
         #[derive(Clone, Copy, Debug)]
         pub struct $name($raw);
@@ -277,9 +277,9 @@ macro_rules! vector {
                 Self(unsafe { $even($load(from.as_ptr()), $load(from.as_ptr().add($lanes))) })
             }
             #[inline(always)]
-            fn recip_sqrt(self) -> Self {
+            fn recip(self) -> Self {
                 // SAFETY: as in `add`.
-                Self(unsafe { $div($splat(1.0), $sqrt(self.0)) })
+                Self(unsafe { $div($splat(1.0), self.0) })
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
@@ -365,7 +365,6 @@ mod x86 {
         _mm512_sub_ps,
         _mm512_mul_ps,
         _mm512_div_ps,
-        _mm512_sqrt_ps,
         even_ps512,
         _mm512_max_ps,
         _mm512_min_ps,
@@ -383,7 +382,6 @@ mod x86 {
         _mm512_sub_pd,
         _mm512_mul_pd,
         _mm512_div_pd,
-        _mm512_sqrt_pd,
         even_pd512,
         _mm512_max_pd,
         _mm512_min_pd,
@@ -401,7 +399,6 @@ mod x86 {
         _mm256_sub_ps,
         _mm256_mul_ps,
         _mm256_div_ps,
-        _mm256_sqrt_ps,
         even_ps256,
         _mm256_max_ps,
         _mm256_min_ps,
@@ -419,7 +416,6 @@ mod x86 {
         _mm256_sub_pd,
         _mm256_mul_pd,
         _mm256_div_pd,
-        _mm256_sqrt_pd,
         even_pd256,
         _mm256_max_pd,
         _mm256_min_pd,
@@ -433,7 +429,7 @@ pub use {F32Narrow as F32Medium, F32Narrow as F32Wide, F64Narrow as F64Medium, F
 
 /// Four plain numbers: what compilers turn into the vectors of any machine.
 macro_rules! plain {
-    ($name:ident, $t:ty, $sqrt:path) => {
+    ($name:ident, $t:ty) => {
         /// A [`Vector`] of four numbers for any machine.
         #[derive(Clone, Copy, Debug)]
         pub struct $name([$t; 4]);
@@ -495,8 +491,8 @@ macro_rules! plain {
                 Self([from[0], from[2], from[4], from[6]])
             }
             #[inline(always)]
-            fn recip_sqrt(self) -> Self {
-                Self(self.0.map(|x| 1.0 / $sqrt(x)))
+            fn recip(self) -> Self {
+                Self(self.0.map(|x| 1.0 / x))
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
@@ -514,5 +510,5 @@ macro_rules! plain {
         }
     };
 }
-plain!(F32Narrow, f32, libm::sqrtf);
-plain!(F64Narrow, f64, libm::sqrt);
+plain!(F32Narrow, f32);
+plain!(F64Narrow, f64);

@@ -10,7 +10,7 @@
 //! [kappa + 1 (not in slot T) + M_k^T M_k + omega B^T O_k B] y_k - M_k^T y_{k-1} - M_{k+1} y_{k+1} = a_k + M_k^T c_k - c_{k+1}
 //! ```
 //!
-//! a symmetric positive definite block-tridiagonal system, solved by block Cholesky with one cell in each SIMD lane.
+//! a symmetric positive definite block-tridiagonal system, solved by a block L D L^T factorisation with one cell in each SIMD lane.
 //! O_k is the outside-face term: the force that the cell's own change stirs up on faces that are not its own.
 //! H is a Householder reflection (Golub & Van Loan, Matrix Computations, section 5.1), so B^T X B is X after two changes of rank 1;
 //! p is a face along y, which is free in all cells of a row or in none. Where it is the one above, the faces along y change places
@@ -21,17 +21,18 @@ use super::level::System;
 use crate::grid::{D2, D3, Space};
 use crate::operators::plaquette::Plaquette;
 use crate::real::Real;
+use crate::simd::Vector;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{self, Level};
-use crate::simd::{Vector, prefetch};
 use core::any::TypeId;
 use core::mem::ManuallyDrop;
 
-/// Slots between the one that is assembled and the one that is asked for.
-const AHEAD: usize = 2;
-
 /// Most lanes of a vector.
 const MAX_LANES: usize = 16;
+
+/// Groups that go from slot to slot side by side at most: a row's numbers in a slot are read once, and one group is worked on while
+/// the other's divisions are under way.
+const TOGETHER: usize = 2;
 
 /// The faces along y: p is the one below, or above where there is a wall below.
 const BELOW: usize = 2;
@@ -102,7 +103,7 @@ pub const fn changes<S: Space>() -> usize {
     2 * S::FACES + 2
 }
 
-/// Offsets, in vectors, of what is kept for each slot between the sweeps of the block Cholesky.
+/// Offsets, in vectors, of what is kept for each slot between the sweeps of the factorisation.
 struct Kept<S>(core::marker::PhantomData<S>);
 impl<S: Space> Kept<S> {
     const FACTOR: usize = 0;
@@ -124,10 +125,15 @@ impl<S: Space> Header<S> {
     const LOWER: usize = S::FREE * S::FREE;
 }
 
-/// Numbers of scratch for groups of at most `lanes` cells.
+/// Numbers of scratch for `lanes` cells side by side.
 #[must_use]
 pub fn scratch_len<S: Space>(slots: usize, lanes: usize) -> usize {
-    (Header::<S>::SIZE + Header::<S>::LOWER + slots * Kept::<S>::SIZE) * lanes
+    per_lane::<S>(slots) * lanes
+}
+
+/// Those of one of them.
+fn per_lane<S: Space>(slots: usize) -> usize {
+    Header::<S>::SIZE + Header::<S>::LOWER + slots * Kept::<S>::SIZE
 }
 
 /// Where [`solve_row`] puts the changes of a row of cells.
@@ -211,15 +217,27 @@ fn avx2<T: Real, S: Space>(row: Row<'_, '_, T>) {
 }
 
 #[inline(always)]
-fn groups<T: Real, S: Space, V: Vector<Elem = T>>(Row { system, row, cells, scratch, out, .. }: Row<'_, '_, T>) {
-    for first in (0..cells.count).step_by(V::LANES) {
-        let count = V::LANES.min(cells.count - first);
-        let group = Group::new::<S>(system, row, cells.start + 2 * first, count);
-        let (header, rest) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
-        let (lower, kept) = rest.split_at_mut(Header::<S>::LOWER * V::LANES);
-        group.fill_header::<S, V>(header);
-        group.factorise::<S, V>(header, lower, kept);
-        group.back_substitute::<S, V>(header, kept, out.out, out.half, first);
+fn groups<T: Real, S: Space, V: Vector<Elem = T>>(Row { system, row, cells, lanes, scratch, out }: Row<'_, '_, T>) {
+    let a_group = per_lane::<S>(system.slots) * V::LANES;
+    let together = (lanes / V::LANES).min(TOGETHER);
+    for start in (0..cells.count).step_by(together * V::LANES) {
+        let mut parts = (start..cells.count).step_by(V::LANES).zip(scratch.chunks_exact_mut(a_group)).take(together);
+        let mut groups: [_; TOGETHER] = core::array::from_fn(|_| {
+            let (first, scratch) = parts.next()?;
+            let group = Group::new::<S>(system, row, cells.start + 2 * first, V::LANES.min(cells.count - first));
+            let (header, rest) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
+            group.fill_header::<S, V>(header);
+            let (lower, kept) = rest.split_at_mut(Header::<S>::LOWER * V::LANES);
+            Some((first, group, &*header, lower, kept))
+        });
+        for k in 0..=system.slots {
+            for (_, group, header, lower, kept) in groups.iter_mut().flatten() {
+                group.factorise::<S, V>(header, lower, kept, k);
+            }
+        }
+        for (first, group, header, _, kept) in groups.iter().flatten() {
+            group.back_substitute::<S, V>(header, kept, out.out, out.half, *first);
+        }
     }
 }
 
@@ -431,51 +449,18 @@ impl<'s, 'a, T: Real> Group<'s, 'a, T> {
         }
     }
 
-    /// Assembles and factorises the block-tridiagonal system, slot after slot.
+    /// Assembles slot `k` of the block-tridiagonal system, and factorises the one before.
     #[inline(always)]
-    fn factorise<S: Space, V: Vector<Elem = T>>(&self, header: &[T], lower: &mut [T], kept: &mut [T]) {
-        let slots = self.system.slots;
-        let size = Kept::<S>::SIZE * V::LANES;
-        for k in 0..slots {
-            let (before, now) = kept.split_at_mut(k * size);
-            let now = &mut now[..size];
-            if k + AHEAD < slots {
-                self.prefetch::<S>(k + AHEAD, 2 * V::LANES);
-            }
-            self.assemble::<S, V>(header, k, now);
-            if k > 0 {
-                let (earlier, last) = before.split_at_mut((k - 1) * size);
-                let two_back = if k > 1 { &earlier[(k - 2) * size..] } else { &[] };
-                eliminate::<T, S, V>(two_back, last, Some(now), lower);
-            }
+    fn factorise<S: Space, V: Vector<Elem = T>>(&self, header: &[T], lower: &mut [T], kept: &mut [T], k: usize) {
+        let (slots, size) = (self.system.slots, Kept::<S>::SIZE * V::LANES);
+        let (before, now) = kept.split_at_mut(k * size);
+        if k < slots {
+            self.assemble::<S, V>(header, k, &mut now[..size]);
         }
-        let (before, last) = kept.split_at_mut((slots - 1) * size);
-        let earlier = if slots > 1 { &before[(slots - 2) * size..] } else { &[] };
-        eliminate::<T, S, V>(earlier, &mut last[..size], None, lower);
-    }
-
-    /// Asks for what slot `k` will read at `count` cells: more streams than processors follow by themselves.
-    #[inline(always)]
-    fn prefetch<S: Space>(&self, k: usize, count: usize) {
-        let System { v, w, p, pbar, rhs, .. } = self.system;
-        let slot = self.slot(k);
-        for (place, row) in slot.rows.iter().enumerate() {
-            let Some(row) = row else { continue };
-            let (y, z) = (place % 3, place / 3);
-            let index = row + slot.shift;
-            let (own, cross) = (y == 1 && z == 1, y == 1 || z == 1);
-            let reaches = [cross, y > 0, z > 0];
-            for axis in (0..S::DIM).filter(|&axis| reaches[axis]) {
-                prefetch(v[axis], index, count);
-                prefetch(w[axis], index, count);
-                if own || (axis > 0 && [y, z][axis - 1] == 2 && [z, y][axis - 1] == 1) {
-                    prefetch(rhs.a[axis], index, count);
-                }
-            }
-            if cross {
-                prefetch(p, index, count);
-                prefetch(pbar, index, count);
-            }
+        if k > 0 {
+            let (earlier, last) = before.split_at_mut((k - 1) * size);
+            let two_back = if k > 1 { &earlier[(k - 2) * size..] } else { &[] };
+            eliminate::<T, S, V>(two_back, last, (k < slots).then_some(&*now), lower);
         }
     }
 
@@ -748,7 +733,7 @@ impl<V: Copy> Side<V> {
     }
 }
 
-/// y_k = L_k^-T (z_k + L_k^-1 M_{k+1} y_{k+1}) from M_{k+1} y_{k+1}, 0 behind the last slot.
+/// y_k = L_k^-T (z_k + D_k^-1 L_k^-1 M_{k+1} y_{k+1}) from M_{k+1} y_{k+1}, 0 behind the last slot.
 #[inline(always)]
 fn solve_factor<S: Space, V: Vector>(now: &[V::Elem], image: &[V; 5]) -> [V; 5] {
     let (mut l, mut y) = ([[image[0]; 5]; 5], *image);
@@ -759,16 +744,14 @@ fn solve_factor<S: Space, V: Vector>(now: &[V::Elem], image: &[V; 5]) -> [V; 5] 
         unroll!(j < i; 0 1 2 3; {
             y[i] = y[i] - l[i][j] * y[j];
         });
-        y[i] = y[i] * l[i][i];
     });
     unroll!(i < S::FREE; 4 3 2 1 0; {
-        y[i] = y[i] + at::<V>(now, Kept::<S>::RIGHT + i);
+        y[i] = l[i][i] * y[i] + at::<V>(now, Kept::<S>::RIGHT + i);
         unroll!(j < S::FREE; 1 2 3 4; {
             if j > i {
                 y[i] = y[i] - l[j][i] * y[j];
             }
         });
-        y[i] = y[i] * l[i][i];
     });
     y
 }
@@ -855,7 +838,8 @@ fn reduce<T: Real, S: Space, V: Vector<Elem = T>>(header: &[T], jacobian: &Jacob
 }
 
 /// Finishes slot k once slot k + 1 (`next`) is assembled: its right-hand side, the elimination of slot k - 1 (`before`) by X_k in
-/// `lower`, the Cholesky factor with the reciprocal of its diagonal, and X_{k+1} = -L_k^-1 M_{k+1}, which takes the place of X_k.
+/// `lower`, the factors L_k D_k L_k^T with the reciprocals of D_k on the diagonal, z_k = D_k^-1 L_k^-1 right-hand side, and
+/// X_{k+1} = -L_k^-1 M_{k+1}, which takes the place of X_k.
 #[inline(always)]
 fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T], next: Option<&[T]>, lower: &mut [T]) {
     let (lanes, zero) = (V::LANES, V::splat(T::ZERO));
@@ -872,38 +856,36 @@ fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T]
     });
     if !before.is_empty() {
         unroll!(m < S::FREE; 0 1 2 3 4; {
-            let z = at::<V>(before, Kept::<S>::RIGHT + m);
+            let (z, pivot): (V, V) = (at(before, Kept::<S>::RIGHT + m), at(before, Kept::<S>::FACTOR + triangle(m, m)));
             unroll!(i < S::FREE; 0 1 2 3 4; {
                 let x = at::<V>(lower, m * S::FREE + i);
                 right[i] = right[i] - x * z;
+                let x = x * pivot;
                 unroll!(j < i + 1; 0 1 2 3 4; {
                     l[i][j] = l[i][j] - x * at::<V>(lower, m * S::FREE + j);
                 });
             });
         });
     }
+    // `l` becomes L D, `unit` L with the reciprocals of D.
+    let mut unit = l;
     unroll!(j < S::FREE; 0 1 2 3 4; {
-        unroll!(k < j; 0 1 2 3; {
-            l[j][j] = l[j][j] - l[j][k] * l[j][k];
-        });
-        l[j][j] = l[j][j].recip_sqrt();
-        unroll!(i < S::FREE; 1 2 3 4; {
-            if i > j {
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            if i >= j {
                 unroll!(k < j; 0 1 2 3; {
-                    l[i][j] = l[i][j] - l[i][k] * l[j][k];
+                    l[i][j] = l[i][j] - l[i][k] * unit[j][k];
                 });
-                l[i][j] = l[i][j] * l[j][j];
+                unit[i][j] = if i == j { l[j][j].recip() } else { l[i][j] * unit[j][j] };
             }
         });
     });
     unroll!(i < S::FREE; 0 1 2 3 4; {
         unroll!(j < i; 0 1 2 3; {
-            right[i] = right[i] - l[i][j] * right[j];
+            right[i] = right[i] - unit[i][j] * right[j];
         });
-        right[i] = right[i] * l[i][i];
-        right[i].store(&mut now[(Kept::<S>::RIGHT + i) * lanes..]);
+        (right[i] * unit[i][i]).store(&mut now[(Kept::<S>::RIGHT + i) * lanes..]);
         unroll!(j < i + 1; 0 1 2 3 4; {
-            l[i][j].store(&mut now[(Kept::<S>::FACTOR + triangle(i, j)) * lanes..]);
+            unit[i][j].store(&mut now[(Kept::<S>::FACTOR + triangle(i, j)) * lanes..]);
         });
     });
     let Some(next) = next else { return };
@@ -912,9 +894,8 @@ fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(before: &[T], now: &mut [T]
         unroll!(i < S::FREE; 0 1 2 3 4; {
             x[i] = -at::<V>(next, Kept::<S>::MATRIX + i * S::FREE + column);
             unroll!(j < i; 0 1 2 3; {
-                x[i] = x[i] - l[i][j] * x[j];
+                x[i] = x[i] - unit[i][j] * x[j];
             });
-            x[i] = x[i] * l[i][i];
             x[i].store(&mut lower[(i * S::FREE + column) * lanes..]);
         });
     });

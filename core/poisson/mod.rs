@@ -191,7 +191,7 @@ impl Measured {
 
     /// Into the sums of a row.
     fn write(self, sums: &mut [f64]) {
-        sums.copy_from_slice(&[self.divergence, self.speed]);
+        sums.iter_mut().zip([self.divergence, self.speed]).for_each(|(sum, own)| *sum = own);
     }
 
     /// The largest of all rows.

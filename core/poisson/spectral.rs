@@ -42,8 +42,10 @@ impl<'a, T: Real> Spectral<'a, T> {
             for block in batch.blocks(grid) {
                 let (out, scratch) = task.scratch.split_at_mut(block.len());
                 measured.add(divergence_in_row(&block, task.row, v, out, scratch));
-                let slots = task.fields[block.first - batch.first..].iter_mut();
-                slots.zip(out.chunks_exact(grid.n[0])).for_each(|(slot, out)| slot.copy_from_slice(out));
+                let slots = task.fields.iter_mut().skip(block.first - batch.first);
+                for (slot, out) in slots.zip(out.chunks_exact(grid.n[0])) {
+                    slot.iter_mut().zip(out).for_each(|(slot, &x)| *slot = x);
+                }
             }
             measured.write(task.sums);
         });

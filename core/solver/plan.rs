@@ -153,7 +153,7 @@ impl Plan {
     #[inline(never)]
     fn of_admm<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
         let together: &[usize] = if S::DIM == 2 { &[8, 4, 2, 1] } else { &[2, 1] };
-        let shapes = [16, 8, 4, 1].into_iter().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
+        let shapes = [32, 16, 8, 4, 1].into_iter().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
         let with = |shape: Shape| Self::with::<T, S>(problem, params, Choice { shape, history: 0 });
         let (mut fastest, mut within_ceiling) = (None, None);
         let mut smallest: Option<(usize, Shape)> = None;

@@ -170,21 +170,24 @@ impl<'g> Around<'g> {
     pub fn empty<T: Real>(&self, sizes: Option<&[T]>, field: Cells<'_, T>) -> bool {
         let beside = 4 * (self.grid.dims - 1);
         if let Some(sizes) = sizes {
-            return sizes[self.row] == T::ZERO && self.cells.as_flattened()[..beside].iter().all(|&row| sizes[row] == T::ZERO);
+            let is_zero = |&row: &usize| sizes.get(row) == Some(&T::ZERO);
+            return is_zero(&self.row) && self.cells.as_flattened().iter().take(beside).all(is_zero);
         }
         let n = self.grid.n[0];
         let (numbers, stride, before) = field.layout(n);
         let begin = |row: usize| row * stride + before;
-        all_zero(numbers, &[begin(self.row)], n) && all_zero(numbers, &self.cells.map(|rows| rows.map(begin)).as_flattened()[..beside], n)
+        let begins = self.cells.map(|rows| rows.map(begin));
+        all_zero(numbers, &[begin(self.row)], n) && all_zero(numbers, begins.as_flattened().get(..beside).unwrap_or_default(), n)
     }
 }
 
 vectorised! {
-    /// Whether rows of `n` numbers are 0, of which it is told where they begin.
+    /// Whether rows of `n` numbers are there and 0, of which it is told where they begin.
     fn all_zero[T, V](numbers: &[T], begins: &[usize], n: usize) -> bool {
         let (mut sum, mut rest, mut lanes) = (V::splat(T::ZERO), T::ZERO, [T::ZERO; 16]);
         for &begin in begins {
-            let vectors = numbers[begin..][..n].chunks_exact(V::LANES);
+            let Some(row) = numbers.get(begin..begin + n) else { return false };
+            let vectors = row.chunks_exact(V::LANES);
             for x in vectors.remainder() {
                 rest += x.abs();
             }

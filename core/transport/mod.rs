@@ -237,7 +237,7 @@ impl<'a, T: Real> Transport<'a, T> {
             return Some(0);
         }
         let series = series::Series { grid, velocity, weights: flux::weights(*scheme), tau, cut: *cut };
-        let terms = series::Terms { fields: &mut terms[at * stride..], stride, sizes: &mut sizes[at * grid.rows()..] };
+        let terms = series::Terms { fields: &mut terms[at * stride..], stride, sizes: sizes.get_mut(at * grid.rows()..).unwrap_or_default() };
         series::sum(exec, &series, from, terms, to, scratch)
     }
 
@@ -285,7 +285,7 @@ impl<'a, T: Real> Transport<'a, T> {
         } else {
             let series = series::Series { grid, velocity, weights: flux::weights(*scheme), tau, cut: *cut };
             let backward = series::Backward { mu, work: adjoint.each_mut().map(|z| &mut **z), gradient: reborrow(gradient), first };
-            let held = series::Terms { fields: &fields[at * stride..], stride, sizes: &sizes[at * grid.rows()..] };
+            let held = series::Terms { fields: &fields[at * stride..], stride, sizes: sizes.get(at * grid.rows()..).unwrap_or_default() };
             series::adjoint(exec, &series, rho, held, terms, backward, scratch);
         }
     }

@@ -46,7 +46,7 @@ pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: 
     for k in 1..=MAX_TERMS.min(fields.len() / stride) {
         let ((before, after), (known, sizes)) = (fields.split_at_mut((k - 1) * stride), sizes.split_at_mut((k - 1) * rows));
         let from = Cells::before(k, from, before, stride);
-        let previous = k.checked_sub(2).map(|k| &known[k * rows..]);
+        let previous = k.checked_sub(2).and_then(|k| known.get(k * rows..));
         let (to, sizes) = (&mut after[..with_halo(grid)], &mut sizes[..rows]);
         let scales = grid.h.map(|h| T::from_f64(series.tau / k as f64 / h));
         for_rows(exec, rows, 0..rows, RowBuffers { fields: [to, &mut *total, &mut *sizes], sums: &mut [], scratch: &mut *scratch }, |task| {
@@ -164,7 +164,7 @@ pub fn adjoint<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], ter
     let Backward { mu, work: [mut z, mut next], gradient: [g0, g1, g2], first } = backward;
     for k in (1..=last).rev() {
         let y = Cells::before(k, from, terms.fields, terms.stride);
-        let sizes = k.checked_sub(2).map(|k| &terms.sizes[k * grid.rows()..]);
+        let sizes = k.checked_sub(2).and_then(|k| terms.sizes.get(k * grid.rows()..));
         let gradient = [&mut *g0, &mut *g1, &mut *g2];
         let term = AdjointTerm { scale: series.tau / k as f64, y, sizes, clear: first && k == last };
         // mu itself is the first z, and what the last is written to: a row of it is read by that row alone then.
