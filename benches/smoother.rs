@@ -14,7 +14,7 @@ use thurible_core::{Boundary, Colours, D2, D3, Exec, Space};
 /// Slots of the trajectories.
 const SLOTS: usize = 39;
 /// Cells side by side.
-const LANES: usize = 16;
+const LANES: usize = 32;
 
 fn sweeps(criterion: &mut Criterion) {
     let exec = team();

@@ -9,7 +9,7 @@ use crate::exec::Exec;
 use crate::field::{reborrow, view};
 use crate::grid::{Grid, Space};
 use crate::nested::{self, Fewer, Muffled};
-use crate::nso::Shape;
+use crate::nso::{self, Shape};
 use crate::observe::Observer;
 use crate::plan::{Ledger, Pool};
 use crate::poisson::Projection;
@@ -69,7 +69,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         if Self::coarse_bytes(&self.settings.coarsened(*coarse, 1, least), keyframes)? > ledger.bytes()? {
             return None;
         }
-        let shapes = [32, 16, 8, 4, 1].into_iter().flat_map(|lanes| [8, 1].map(|together| Shape { lanes, together }));
+        let shapes = nso::lanes::<T>().flat_map(|lanes| [8, 1].map(|together| Shape { lanes, together }));
         let fewer = nested::halvings(threads);
         let all = fewer.flat_map(|threads| shapes.clone().map(move |shape| (threads, shape)));
         let fits = |settings: &Settings| Self::coarse_bytes(settings, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES);

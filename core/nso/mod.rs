@@ -77,6 +77,12 @@ pub struct Shape {
     pub together: usize,
 }
 
+/// Lanes to choose from, most first: two of the longest vectors, then one and less.
+pub fn lanes<T: Real>() -> impl Iterator<Item = usize> + Clone {
+    const BYTES: usize = 128;
+    [32, 16, 8, 4, 1].into_iter().filter(|lanes| lanes * T::BYTES <= BYTES)
+}
+
 /// The smoother's bases on every grid: what NSO keeps for the whole solve.
 #[derive(Debug)]
 pub struct Bases<'m, T> {

@@ -17,7 +17,7 @@ use crate::simd::multiversion;
 pub struct Workspace<'a, T> {
     /// Changes that wait: the ring.
     pub ring: &'a mut [T],
-    /// Scratch of all threads, for groups of `lanes` cells.
+    /// Scratch of all threads, for `lanes` cells side by side.
     pub scratch: &'a mut [T],
     /// Cells that a thread solves side by side at most.
     pub lanes: usize,

@@ -49,7 +49,7 @@ macro_rules! each {
     };
 }
 
-/// As many slots in every batch, and no more than there are rows, which have sums.
+/// As many slots in every batch, and no more than there are rows.
 fn batch_of(grid: &Grid, slots: usize) -> usize {
     slots.div_ceil(slots.div_ceil(MAX_BATCH.min(grid.rows())))
 }
@@ -85,7 +85,7 @@ impl<'a, T: Real> Projection<'a, T> {
         Self { grid, batch, solver }
     }
 
-    /// max |div v| h_x / max |v|, the largest of all batches of slots of the trajectory `v`.
+    /// max |div v| h_x / max |v|, the largest of all batches of slots of the trajectory `v`. `sums` holds two numbers a row.
     pub fn relative_divergence(&mut self, exec: &dyn Exec, slots: usize, v: &VectorMut<'_, T>, sums: &mut [f64]) -> f64 {
         let h = self.grid.h[0];
         rows::largest(Batch::all(slots, self.batch).map(|batch| {

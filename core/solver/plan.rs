@@ -9,7 +9,7 @@ use crate::baseline::lbfgs::{self, LbfgsParams};
 use crate::checkpoint;
 use crate::direct::{self, DirectParams};
 use crate::grid::Space;
-use crate::nso::Shape;
+use crate::nso::{self, Shape};
 use crate::plan::{Entry, Ledger, Sharing};
 use crate::problem::{Problem, ProblemError};
 use crate::real::Real;
@@ -153,7 +153,7 @@ impl Plan {
     #[inline(never)]
     fn of_admm<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
         let together: &[usize] = if S::DIM == 2 { &[8, 4, 2, 1] } else { &[2, 1] };
-        let shapes = [32, 16, 8, 4, 1].into_iter().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
+        let shapes = nso::lanes::<T>().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
         let with = |shape: Shape| Self::with::<T, S>(problem, params, Choice { shape, history: 0 });
         let (mut fastest, mut within_ceiling) = (None, None);
         let mut smallest: Option<(usize, Shape)> = None;
@@ -256,7 +256,7 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
         ("admm.ao_iterations", params.admm.ao_iterations, 1000),
         ("direct.history", params.direct.history.unwrap_or(1), DirectParams::MOST),
         ("lbfgs.history", params.lbfgs.history, LbfgsParams::MOST),
-        ("admm.nso_cycles", params.admm.nso.cycles, crate::nso::solve::MAX_CYCLES - 1),
+        ("admm.nso_cycles", params.admm.nso.cycles, nso::solve::MAX_CYCLES - 1),
     ];
     for (field, given, most) in ranges {
         if !(1..=most).contains(&given) {

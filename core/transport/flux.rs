@@ -165,12 +165,13 @@ impl<'g> Around<'g> {
         self.walls[axis - 1][usize::from(side == Side::High)]
     }
 
-    /// Whether a field is 0 in the row and in those beside it, so that no flux comes of it: by max |x| of its rows, or by looking.
+    /// Whether a field is 0 in the row and in those beside it, so that no flux comes of it: by what `is_zero` says of their sizes, or
+    /// by looking.
     #[inline]
-    pub fn empty<T: Real>(&self, sizes: Option<&[T]>, field: Cells<'_, T>) -> bool {
+    pub fn empty<T: Real>(&self, sizes: Option<&[T]>, is_zero: impl Fn(T) -> bool, field: Cells<'_, T>) -> bool {
         let beside = 4 * (self.grid.dims - 1);
         if let Some(sizes) = sizes {
-            let is_zero = |&row: &usize| sizes.get(row) == Some(&T::ZERO);
+            let is_zero = |&row: &usize| sizes.get(row).is_some_and(|&size| is_zero(size));
             return is_zero(&self.row) && self.cells.as_flattened().iter().take(beside).all(is_zero);
         }
         let n = self.grid.n[0];

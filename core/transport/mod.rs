@@ -115,7 +115,7 @@ pub struct Transport<'a, T> {
     substeps: usize,
     states: &'a mut [T],
     terms: &'a mut [T],
-    /// Of the terms' rows.
+    /// See [`series::Terms`].
     sizes: &'a mut [T],
     adjoint: [&'a mut [T]; 2],
     gradient: VectorMut<'a, T>,
@@ -241,7 +241,8 @@ impl<'a, T: Real> Transport<'a, T> {
         series::sum(exec, &series, from, terms, to, scratch)
     }
 
-    /// The adjoint of the step from `rho`: `mu` <- A_rho^T mu, and [`Self::gradient`] = A_v^T mu.
+    /// The adjoint of the step from `rho`: `mu` <- A_rho^T mu where there is smoke (elsewhere it may stay as it is, which no gradient
+    /// depends on), and [`Self::gradient`] = A_v^T mu.
     pub fn backward(&mut self, exec: &dyn Exec, rho: &[T], mu: &mut [T]) {
         let (len, stride) = (rho.len(), pooled(rho.len()));
         let states = core::mem::take(&mut self.states);

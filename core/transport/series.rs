@@ -8,7 +8,7 @@ use crate::grid::{Grid, Side};
 use crate::real::Real;
 use crate::simd::{self, vectorised};
 
-/// Numbers of a term below this part of the cut, or below its rounding error, are set to 0. Far from the smoke they would otherwise
+/// Numbers of a term below this part of the cut, or below the cut's rounding error, are set to 0. Far from the smoke they would otherwise
 /// fade into denormal numbers, on which processors are a hundred times slower; and rows without smoke are passed over.
 const NEGLIGIBLE: f64 = 1e-12;
 
@@ -26,13 +26,16 @@ pub struct Series<'a, T> {
     pub cut: f64,
 }
 
+/// The size of a row that is 0 where it was not before.
+const GONE: f64 = -1.0;
+
 /// Terms y_1 .. y_k of a series.
 pub struct Terms<N> {
     /// The fields, with their rows' neighbours.
     pub fields: N,
     /// Numbers from one to the next.
     pub stride: usize,
-    /// max |y| of their rows.
+    /// max |y| of their rows; where that is 0, [`GONE`] if an earlier term or y_0 is not.
     pub sizes: N,
 }
 
@@ -52,9 +55,9 @@ pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: 
         for_rows(exec, rows, 0..rows, RowBuffers { fields: [to, &mut *total, &mut *sizes], sums: &mut [], scratch: &mut *scratch }, |task| {
             let [to, total, size] = task.fields;
             let around = Around::new(grid, task.row);
-            if around.empty(previous, from) {
+            if around.empty(previous, |size| size <= T::ZERO, from) {
                 to.fill(T::ZERO);
-                size[0] = T::ZERO;
+                size[0] = previous.and_then(|sizes| sizes.get(task.row).copied()).unwrap_or(T::ZERO);
                 if k == 1 {
                     total.fill(T::ZERO);
                 }
@@ -62,6 +65,11 @@ pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: 
             }
             let (from, faces) = (cells(&around, from, task.scratch), faces(&around, series.velocity));
             size[0] = term(inner(to, n), total, k == 1, &from, &faces, series.weights, &scales[..grid.dims], negligible);
+            let first = || from.x.get(HALO / 2..HALO / 2 + n).map_or(f64::NAN, rows::max_abs);
+            let was = || previous.and_then(|sizes| sizes.get(task.row)).map_or_else(first, |size| size.to_f64());
+            if size[0] == T::ZERO && was() != 0.0 {
+                size[0] = T::from_f64(GONE);
+            }
             surround_cells(to, n, grid.periodic[0]);
         });
         if k == MAX_TERMS || !(rows::largest(sizes.iter().map(|size| size.to_f64())) >= series.cut) {
@@ -85,6 +93,7 @@ vectorised! {
         extremes[1].store(&mut lanes[1]);
         let largest = lanes[0].iter().fold(rest[0], |all, &x| x.max(all));
         let poison = lanes[1].iter().fold(rest[1], |all, &x| all + x);
+        // 0 where all was set to 0, not finite where any number was not.
         if negligible > largest { poison } else { largest + poison }
     }
 }
@@ -157,8 +166,8 @@ pub struct Backward<'a, T> {
 }
 
 /// The adjoint of [`sum`] from `from` with `last` terms: `mu` <- z_0 where z_last = mu, z_{k-1} = mu + (tau / k) L^T z_k, and
-/// `gradient` += (tau / k) rho_f(y_{k-1}) (z_k[R] - z_k[L]) / h at every face. Rows where y_{k-1} is 0 all around are passed over: what
-/// z_k is there makes no difference to the gradient, nor to mu wherever there is smoke before.
+/// `gradient` += (tau / k) rho_f(y_{k-1}) (z_k[R] - z_k[L]) / h at every face. Rows around which y_0 .. y_{k-1} are 0 are passed over: what z
+/// is there meets no smoke on the way back, unless smoke that lies perfectly still is let go beside rows that move.
 pub fn adjoint<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: Terms<&[T]>, last: usize, backward: Backward<'_, T>, scratch: &mut [T]) {
     let (grid, len) = (series.grid, series.grid.cells());
     let Backward { mu, work: [mut z, mut next], gradient: [g0, g1, g2], first } = backward;
@@ -187,7 +196,7 @@ struct AdjointTerm<'a, T> {
     scale: f64,
     /// y_{k-1}.
     y: Cells<'a, T>,
-    /// max |y_{k-1}| of its rows, where that is known.
+    /// The sizes of its rows, where they are known.
     sizes: Option<&'a [T]>,
     /// Whether the gradient begins with this term.
     clear: bool,
@@ -218,7 +227,7 @@ fn adjoint_term<T: Real>(
         if term.clear {
             gradient.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
-        if !around.empty(term.sizes, term.y) {
+        if !around.empty(term.sizes, |size| size == T::ZERO, term.y) {
             let (first, second) = task.scratch.split_at_mut(n + HALO);
             let (z, y, faces) = (cells(&around, z, first), cells(&around, term.y, second), faces(&around, series.velocity));
             transposed(next, &z, &faces, series.weights, &scales[..grid.dims]);

@@ -43,7 +43,7 @@ impl Case {
 
     fn setup<S: Space>(&self, threads: usize) -> Setup {
         let params = NsoParams { tolerance: 0.0, cycles: 1, colours: self.colours, norm: self.norm, ..NsoParams::default() };
-        let shape = Shape { lanes: 16, together: if S::DIM == 2 { 8 } else { 1 } };
+        let shape = Shape { lanes: 32, together: if S::DIM == 2 { 8 } else { 2 } };
         Setup { kappa: self.kappa, viscosity: 0.0, slots: self.steps - 1, threads, params, shape }
     }
 

@@ -82,6 +82,33 @@ fn rows_without_smoke_are_passed_over() {
     }
 }
 
+/// In a band of even smoke all terms of the series are exactly 0, and yet what flows there counts.
+#[test]
+fn even_smoke_is_not_passed_over() {
+    let mut random = Random::new(24);
+    for (cells, ends) in [(&[6, 40][..], "pp"), (&[5, 4, 40], "ppp")] {
+        let grid = grid(cells, ends);
+        let mu = random.cells(&grid, 1);
+        let d = random.faces(&grid, 1).map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
+        let v = flow::uniform(&grid, [0.3 * grid.h[0], 0.9 * grid.h[0], 0.4 * grid.h[0]]);
+        let last = grid.dims - 1;
+        let along = |cell: usize| grid.row_at(cell / grid.n[0])[last - 1];
+        let rho: Vec<f64> = random
+            .density(&grid)
+            .into_iter()
+            .enumerate()
+            .map(|(cell, x): (usize, f64)| match along(cell) {
+                5..20 => 1.0,
+                30..33 => x,
+                _ => 0.0,
+            })
+            .collect();
+        let carry = Carry { grid: &grid, scheme: Scheme::Quick, tolerance: 1e-30 };
+        let (_, gradient) = carry.backward(&v, &rho, &mu).unwrap();
+        taylor(&format!("even smoke on {cells:?}"), 1e-3, dot_all(&gradient, &d), |t| dot(&mu, &carry.forward(&add_scaled_all(&v, t, &d), &rho).unwrap()));
+    }
+}
+
 #[test]
 fn velocity_gradient_of_semi_lagrangian() {
     // Small steps: the map has a kink wherever an origin moves to another cell.

@@ -148,7 +148,7 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
             for start in 0..2 {
                 let cells = Cells { start, count: (grid.n[0] - start) / 2 };
                 let half = grid.n[0].div_ceil(2);
-                let lanes = random.pick(&[1, 4, 8, 16]);
+                let lanes = random.pick(&[1, 4, 8, 16, 32]);
                 let mut out = vec![T::ZERO; SLOTS * changes::<S>() * half];
                 let mut scratch = vec![T::from_f64(f64::NAN); scratch_len::<S>(SLOTS, lanes)];
                 solve_row::<T, S>(&system, row, cells, lanes, &mut scratch, Changes { out: &mut out, half });

@@ -132,7 +132,7 @@ fn shapes_agree<T: Real, S: Space>(list: &[(&[usize], &str)]) {
         let grid = grid(cells, ends);
         let case = Case::<T>::random(&mut random, &grid, 4, 0.5 * grid.h[0]);
         let mut first = None;
-        for shape in [16, 8, 4, 1].into_iter().flat_map(|lanes| [1, 2, 3, 8, 1000].map(|together| Shape { lanes, together })) {
+        for shape in [32, 16, 8, 4, 1].into_iter().flat_map(|lanes| [1, 2, 3, 8, 1000].map(|together| Shape { lanes, together })) {
             let mut case = case.clone();
             let setup = Setup { shape, params: NsoParams { tolerance: 0.0, colours, ..NsoParams::default() }, ..setup(0.5, 4) };
             case.residuals::<S>(&Serial, &setup, 1);
