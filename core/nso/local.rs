@@ -32,7 +32,7 @@ const MAX_LANES: usize = 16;
 
 /// Groups that go from slot to slot side by side at most: a row's numbers in a slot are read once, and one group is worked on while
 /// the other's divisions are under way.
-const TOGETHER: usize = 2;
+const GROUPS: usize = 2;
 
 /// The faces along y: p is the one below, or above where there is a wall below.
 const BELOW: usize = 2;
@@ -219,10 +219,10 @@ fn avx2<T: Real, S: Space>(row: Row<'_, '_, T>) {
 #[inline(always)]
 fn groups<T: Real, S: Space, V: Vector<Elem = T>>(Row { system, row, cells, lanes, scratch, out }: Row<'_, '_, T>) {
     let a_group = per_lane::<S>(system.slots) * V::LANES;
-    let together = (lanes / V::LANES).min(TOGETHER);
-    for start in (0..cells.count).step_by(together * V::LANES) {
-        let mut parts = (start..cells.count).step_by(V::LANES).zip(scratch.chunks_exact_mut(a_group)).take(together);
-        let mut groups: [_; TOGETHER] = core::array::from_fn(|_| {
+    let most = (lanes / V::LANES).min(GROUPS);
+    for start in (0..cells.count).step_by(most * V::LANES) {
+        let mut parts = (start..cells.count).step_by(V::LANES).zip(scratch.chunks_exact_mut(a_group)).take(most);
+        let mut groups: [_; GROUPS] = core::array::from_fn(|_| {
             let (first, scratch) = parts.next()?;
             let group = Group::new::<S>(system, row, cells.start + 2 * first, V::LANES.min(cells.count - first));
             let (header, rest) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);

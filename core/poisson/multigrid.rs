@@ -80,7 +80,7 @@ impl<'a, T: Real> Multigrid<'a, T> {
         ControlFlow::Continue(())
     }
 
-    /// The right-hand side div v.
+    /// The right-hand side div v; its largest number and that of v. `sums` holds two numbers a row.
     pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> Measured {
         let LevelMut { grid, rhs, .. } = &mut self.levels[0];
         let (grid, v) = (*grid, view(v));

@@ -31,7 +31,7 @@ impl<'a, T: Real> Spectral<'a, T> {
         Self { grid, spectrum, q: pool.take(grid.cells() * batch), scratch: pool.take(scratch) }
     }
 
-    /// The right-hand side div v.
+    /// The right-hand side div v; its largest number and that of v. `sums` holds two numbers a row.
     pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> Measured {
         let (grid, v) = (self.grid, view(v));
         let sums = &mut sums[..Measured::SUMS * grid.rows()];

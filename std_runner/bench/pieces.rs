@@ -53,7 +53,7 @@ impl Trajectories {
         let mut rho = blob(grid);
         rho.resize((self.slots + 2) * grid.cells(), 0.0);
         let flow = Flow { initial: rest.each_ref().map(|component| &component[..]), v: field.each_ref().map(|component| &component[..]), along: None };
-        work(&mut transport, Carried { flow, rho: &mut rho, sums: &mut vec![0.0; 2 * grid.rows()] })
+        work(&mut transport, Carried { flow, rho: &mut rho, sums: &mut vec![0.0; grid.rows()] })
     }
 
     /// Hands a projection, a flow with divergence and sums of rows to `work`.

@@ -160,7 +160,7 @@ fn velocities_that_are_not_finite_are_refused() {
 fn run(flow: &Flow<'_, f64>, grid: &thurible_core::grid::Grid, slots: usize, source: &[f64], stop: usize) -> Result<Vec<f64>, Stop> {
     let mut ledger = Ledger::new();
     Transport::<f64>::requirement(&mut ledger, grid, 1);
-    let (mut numbers, mut sums) = (vec![0.0; ledger.bytes().unwrap() / 8], vec![0.0; 2 * grid.rows()]);
+    let (mut numbers, mut sums) = (vec![0.0; ledger.bytes().unwrap() / 8], vec![0.0; grid.rows()]);
     let mut transport = Transport::carve(grid, Scheme::Quick, 1e-12, 1.0, 1, &mut Pool::new(&mut numbers));
     let mut rho = source.repeat(slots + 2);
     let mut observer = Stopper(stop);
