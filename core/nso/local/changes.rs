@@ -1,0 +1,95 @@
+//! From the last slot to the first: what changes at the cells.
+
+use super::factor::{solve_factor, times_m};
+use super::reflection::{ABOVE, BELOW, Place, face};
+use super::{Changes, Group, Header, Kept, MAX_LANES, at, slot, unroll};
+use crate::grid::Space;
+use crate::real::Real;
+use crate::simd::Vector;
+
+impl<T: Real> Group<'_, '_, T> {
+    #[inline(always)]
+    pub(super) fn back_substitute<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], out: &mut Changes<'_, T>) {
+        let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
+        // y_k and M_k y_k.
+        let (mut y, mut image) = ([zero; 5], [zero; 5]);
+        for k in (0..=slots).rev() {
+            let mut before = [zero; 5];
+            if k > 0 {
+                before = solve_factor::<S, V>(slot::<S, V>(kept, k - 1), &image);
+            }
+            if k < slots {
+                self.write_changes::<S, V>(header, kept, k, [&y, &image, &before], out);
+            }
+            if k > 0 {
+                image = times_m::<S, V>(slot::<S, V>(kept, k - 1), &before);
+            }
+            y = before;
+        }
+    }
+
+    /// The changes of slot k from y_k, M_k y_k and y_{k-1}: dv, then q and dw, then both pressures from the normal components of
+    /// equations c and a.
+    #[inline(always)]
+    fn write_changes<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], k: usize, [y, image, before]: [&[V; 5]; 3], out: &mut Changes<'_, T>) {
+        let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
+        let (header, now) = (&header[..Header::<S>::SIZE * V::LANES], slot::<S, V>(kept, k));
+        let (inverse, kappa): (V, V) = (at(header, Place::<S>::INVERSE), V::splat(self.system.kappa));
+        let mut q = [zero; 5];
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            q[i] = image[i] - before[i] - at::<V>(now, Kept::<S>::FORCE + i);
+        });
+        let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
+        let (mut bar, mut pressure): (V, V) = (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
+        let (of_y, of_q) = (along_u::<V, S>(header, y), along_u::<V, S>(header, &q));
+        let (mut dv, mut dw) = ([zero; 6], [zero; 6]);
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            (dv[face(i)], dw[face(i)]) = (y[i], q[i]);
+        });
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
+            let u: V = at(header, Place::<S>::REFLECTION + f);
+            (dv[f], dw[f]) = (dv[f] - u * of_y, dw[f] - u * of_q);
+        });
+        if self.above_wall() {
+            dv.swap(BELOW, ABOVE);
+            dw.swap(BELOW, ABOVE);
+        }
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
+            let g: V = at(header, Place::<S>::NORMAL + f);
+            (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);
+            pressure = pressure - at::<V>(now, Kept::<S>::ROW + f) * dv[f] + g * dw[f];
+            bar = bar - kappa * g * dv[f] - at::<V>(now, Kept::<S>::COLUMN + f) * dw[f];
+            self.put(dv[f], out, f, k);
+            self.put(dw[f], out, S::FACES + f, k);
+        });
+        // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
+        let before: V = if k > 0 { at(slot::<S, V>(kept, k - 1), Kept::<S>::NORMAL) } else { zero };
+        let after: V = if k + 1 < slots { at(slot::<S, V>(kept, k + 1), Kept::<S>::NORMAL + 1) } else { zero };
+        self.put(-(pressure * inverse + before), out, 2 * S::FACES, k);
+        self.put(-(bar * inverse + after), out, 2 * S::FACES + 1, k);
+    }
+
+    /// Stores the lanes that are cells, as `quantity` in slot k.
+    #[inline(always)]
+    fn put<V: Vector<Elem = T>>(&self, v: V, Changes { out, half }: &mut Changes<'_, T>, quantity: usize, k: usize) {
+        let from = (quantity * self.system.slots + k) * *half + self.first;
+        if self.count == V::LANES {
+            v.store(&mut out[from..from + V::LANES]);
+        } else {
+            let mut lanes = [T::ZERO; MAX_LANES];
+            v.store(&mut lanes);
+            out[from..from + self.count].copy_from_slice(&lanes[..self.count]);
+        }
+    }
+}
+
+/// <u, x> of the unknowns x.
+#[inline(always)]
+fn along_u<V: Vector, S: Space>(header: &[V::Elem], x: &[V; 5]) -> V {
+    let u = |i: usize| at::<V>(header, Place::<S>::REFLECTION + face(i));
+    let mut sum = u(0) * x[0];
+    for i in 1..S::FREE {
+        sum = sum + u(i) * x[i];
+    }
+    sum
+}

@@ -1,0 +1,298 @@
+//! One cell in all slots at once: the time-line SCGS step (mathematics section 5, paper section 4.2).
+//!
+//! The unknowns are the changes of the cell's 2d faces and two pressures in every slot. With g = outward sign / h of each
+//! free face (0 on a wall), B an orthonormal basis of the vectors orthogonal to g, J the local Jacobian of Adv + nu C^T C:
+//!
+//! ```text
+//! H = 1 - u u^T, H g || e_p          B = H without column p       M_k = B^T (1 + J_k) B
+//! dv_k = g rb_k/|g|^2 + B y_k        dw_k = g rd_k/|g|^2 + B q_k
+//! q_k = M_k y_k - y_{k-1} - c_k
+//! [kappa + 1 (not in slot T) + M_k^T M_k + omega B^T O_k B] y_k - M_k^T y_{k-1} - M_{k+1} y_{k+1} = a_k + M_k^T c_k - c_{k+1}
+//! ```
+//!
+//! a symmetric positive definite block-tridiagonal system, solved by a block L D L^T factorisation with one cell in each SIMD lane.
+//! O_k is the outside-face term: the force that the cell's own change stirs up on faces that are not its own.
+//! H is a Householder reflection, so B^T X B is X after two changes of rank 1.
+//!
+//! A slot is worked on in four steps: [`gather`] what its equations read, [`assemble`] its block, [`factor`] the block before; and
+//! on the way back its [`changes`].
+
+mod assemble;
+mod changes;
+mod edge;
+mod factor;
+mod gather;
+mod reflection;
+
+pub use reflection::{fill_table, table_len};
+
+use super::colours::Cells;
+use super::level::System;
+use crate::grid::{D2, D3, Space};
+use crate::real::Real;
+use crate::simd::Vector;
+#[cfg(target_arch = "x86_64")]
+use crate::simd::{self, Level};
+use core::any::TypeId;
+use core::mem::ManuallyDrop;
+use edge::Edge;
+use gather::{Gather, Gathered};
+use reflection::Place;
+
+/// Most lanes of a vector.
+const MAX_LANES: usize = 16;
+
+/// Groups that go from slot to slot side by side at most: a row's numbers in a slot are read once, and one group is worked on while
+/// the other's divisions are under way.
+const GROUPS: usize = 2;
+
+/// Changes that a cell's solution has in one slot: dv and dw at its faces, dp, dpbar.
+#[must_use]
+pub const fn changes<S: Space>() -> usize {
+    2 * S::FACES + 2
+}
+
+/// Offsets, in vectors, of what is kept for each slot between the sweeps of the factorisation.
+struct Kept<S>(core::marker::PhantomData<S>);
+impl<S: Space> Kept<S> {
+    const FACTOR: usize = 0;
+    const RIGHT: usize = Self::FACTOR + S::FREE * (S::FREE + 1) / 2;
+    const MATRIX: usize = Self::RIGHT + S::FREE;
+    const FORCE: usize = Self::MATRIX + S::FREE * S::FREE;
+    const ROW: usize = Self::FORCE + S::FREE;
+    const COLUMN: usize = Self::ROW + S::FACES;
+    const NORMAL: usize = Self::COLUMN + S::FACES;
+    const SIZE: usize = Self::NORMAL + 4;
+}
+
+/// Offsets, in vectors, of what a group of cells keeps for all slots: its rows of the table, and 1 / 4h of every edge.
+struct Header<S>(core::marker::PhantomData<S>);
+impl<S: Space> Header<S> {
+    const EDGES: usize = Place::<S>::SIZE;
+    const SIZE: usize = Self::EDGES + 2 * S::EDGES;
+}
+
+/// Vectors of the block left of the diagonal, on its way from the elimination of one slot to that of the next.
+const fn lower<S: Space>() -> usize {
+    S::FREE * S::FREE
+}
+
+/// Numbers of scratch for `lanes` cells side by side.
+#[must_use]
+pub fn scratch_len<S: Space>(slots: usize, lanes: usize) -> usize {
+    (Gathered::<S>::SIZE + per_group::<S>(slots)) * lanes
+}
+
+/// Vectors of scratch of a group, besides what is gathered.
+fn per_group<S: Space>(slots: usize) -> usize {
+    Header::<S>::SIZE + lower::<S>() + slots * Kept::<S>::SIZE
+}
+
+/// Where [`solve_row`] puts the changes of a row of cells.
+pub struct Changes<'a, T> {
+    /// [`changes`] times `slots` times `half` numbers: every quantity through all slots.
+    pub out: &'a mut [T],
+    /// Cells of one colour that a row has room for.
+    pub half: usize,
+}
+
+/// The cells of one row that a thread solves, at most `lanes` at a time.
+struct Row<'r, 'a, T> {
+    system: &'r System<'a, T>,
+    row: usize,
+    cells: Cells,
+    lanes: usize,
+    scratch: &'r mut [T],
+    out: Changes<'r, T>,
+}
+
+/// The longest function of the core, compiled with it once for each kind and not again in every program that solves.
+macro_rules! compiled_once {
+    ($($name:ident[$t:ty, $space:ty],)*) => {
+        $(#[inline(never)]
+        fn $name(row: Row<'_, '_, $t>) {
+            row.solve::<$space>();
+        })*
+
+        /// Solves the cells `start`, `start + 2`, .. of `row`, at most `lanes` at a time, and writes their changes.
+        pub fn solve_row<T: Real, S: Space>(system: &System<'_, T>, row: usize, cells: Cells, lanes: usize, scratch: &mut [T], out: Changes<'_, T>) {
+            let row = ManuallyDrop::new(Row { system, row, cells, lanes, scratch, out });
+            $(if TypeId::of::<(T, S)>() == TypeId::of::<($t, $space)>() {
+                #[allow(unsafe_code)]
+                // SAFETY: T is this number, so both are one type; the original is not used again.
+                return $name(unsafe { core::mem::transmute_copy(&row) });
+            })*
+        }
+    };
+}
+compiled_once! {
+    solve_row_f32_2d[f32, D2],
+    solve_row_f32_3d[f32, D3],
+    solve_row_f64_2d[f64, D2],
+    solve_row_f64_3d[f64, D3],
+}
+
+impl<'a, T: Real> Row<'_, 'a, T> {
+    /// With the longest vectors that the processor has and `lanes` allows.
+    #[inline(always)]
+    fn solve<S: Space>(self) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes {
+                #[allow(unsafe_code)]
+                // SAFETY: `level` says that the processor has AVX-512.
+                return unsafe { avx512::<T, S>(self) };
+            }
+            if simd::level() >= Level::Avx2 && T::Medium::LANES <= self.lanes {
+                #[allow(unsafe_code)]
+                // SAFETY: `level` says that the processor has AVX2.
+                return unsafe { avx2::<T, S>(self) };
+            }
+        }
+        if T::Narrow::LANES <= self.lanes {
+            groups::<T, S, T::Narrow>(self);
+        } else {
+            groups::<T, S, T>(self);
+        }
+    }
+
+    /// A few groups at a time, slot after slot, and back.
+    #[inline(always)]
+    fn solve_groups<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(self) {
+        let Row { system, row, cells, lanes, scratch, mut out } = self;
+        let (slots, most) = (system.slots, (lanes / V::LANES).min(GROUPS));
+        let (gathered, scratch) = scratch.split_at_mut(most * Gathered::<S>::SIZE * V::LANES);
+        for start in (0..cells.count).step_by(most * V::LANES) {
+            let part = Cells { start: cells.start + 2 * start, count: (most * V::LANES).min(cells.count - start) };
+            let gathered = &mut gathered[..part.count.div_ceil(V::LANES) * Gathered::<S>::SIZE * V::LANES];
+            let gather = Gather::new::<S>(system, row, part);
+            gathered.fill(T::ZERO);
+            let mut rest = scratch.chunks_exact_mut(per_group::<S>(slots) * V::LANES);
+            let mut groups: [_; GROUPS] = core::array::from_fn(|index| {
+                let first = start + index * V::LANES;
+                let scratch = if first < cells.count { rest.next()? } else { return None };
+                let group = Group { system, row, x: cells.start + 2 * first, first, count: V::LANES.min(cells.count - first) };
+                let (header, scratch) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
+                group.fill_header::<S, V>(header);
+                let (lower, kept) = scratch.split_at_mut(lower::<S>() * V::LANES);
+                Some((group, header, lower, kept))
+            });
+            for k in 0..=slots {
+                if k < slots {
+                    gather.fill::<S, V>(k, gathered);
+                }
+                let gathered = gathered.chunks_exact(Gathered::<S>::SIZE * V::LANES);
+                for ((group, header, lower, kept), gathered) in groups.iter_mut().flatten().zip(gathered) {
+                    group.factorise::<S, V, VISCOUS>(header, gathered, lower, kept, k);
+                }
+            }
+            for (group, header, _, kept) in groups.iter().flatten() {
+                group.back_substitute::<S, V>(header, kept, &mut out);
+            }
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2")]
+fn avx512<T: Real, S: Space>(row: Row<'_, '_, T>) {
+    groups::<T, S, T::Wide>(row);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn avx2<T: Real, S: Space>(row: Row<'_, '_, T>) {
+    groups::<T, S, T::Medium>(row);
+}
+
+#[inline(always)]
+fn groups<T: Real, S: Space, V: Vector<Elem = T>>(row: Row<'_, '_, T>) {
+    if row.system.viscosity == T::ZERO {
+        row.solve_groups::<S, V, false>();
+    } else {
+        row.solve_groups::<S, V, true>();
+    }
+}
+
+/// Vector `index` of some numbers.
+#[inline(always)]
+fn at<V: Vector>(numbers: &[V::Elem], index: usize) -> V {
+    V::load(&numbers[index * V::LANES..])
+}
+
+/// The body once for each of the numbers below a constant, so that it is compiled with what it indexes known.
+macro_rules! unroll {
+    ($i:ident < $count:expr; $($number:literal)*; $body:block) => {
+        $(if $number < $count {
+            let $i: usize = $number;
+            $body
+        })*
+    };
+}
+use unroll;
+
+/// What is kept for slot `k`.
+#[inline(always)]
+fn slot<S: Space, V: Vector>(kept: &[V::Elem], k: usize) -> &[V::Elem] {
+    &kept[k * Kept::<S>::SIZE * V::LANES..][..Kept::<S>::SIZE * V::LANES]
+}
+
+#[inline(always)]
+fn slot_mut<S: Space, V: Vector>(kept: &mut [V::Elem], k: usize) -> &mut [V::Elem] {
+    &mut kept[k * Kept::<S>::SIZE * V::LANES..][..Kept::<S>::SIZE * V::LANES]
+}
+
+/// A few cells of one row, one a lane.
+struct Group<'s, 'a, T> {
+    system: &'s System<'a, T>,
+    row: usize,
+    /// Where the first one is.
+    x: usize,
+    /// Which of its colour's cells in the row that is.
+    first: usize,
+    count: usize,
+}
+
+impl<T: Real> Group<'_, '_, T> {
+    /// The header of the scratch; 1 / 4h of an edge is 0 where it is on a wall.
+    #[inline(always)]
+    fn fill_header<S: Space, V: Vector<Elem = T>>(&self, header: &mut [T]) {
+        let (grid, lanes) = (self.system.grid, V::LANES);
+        let [y, z] = grid.row_at(self.row);
+        for l in 0..lanes {
+            let at = [(self.x + 2 * l.min(self.count - 1)), y, z];
+            let wall = |f: usize| !grid.periodic[f / 2] && at[f / 2] == [0, grid.n[f / 2] - 1][f % 2];
+            let walls = (0..S::FACES).fold(0, |code, f| code | usize::from(wall(f)) << f);
+            let row = &self.system.table[walls * Place::<S>::SIZE..][..Place::<S>::SIZE];
+            for (q, &number) in row.iter().enumerate() {
+                header[q * lanes + l] = number;
+            }
+            for e in 0..S::EDGES {
+                let edge = Edge::new::<S>(e);
+                let free = !wall(2 * edge.a + edge.side_a) && !wall(2 * edge.b + edge.side_b);
+                for (i, axis) in [edge.a, edge.b].into_iter().enumerate() {
+                    let inverse = if free { T::from_f64(0.25 / grid.h[axis]) } else { T::ZERO };
+                    header[(Header::<S>::EDGES + 2 * e + i) * lanes + l] = inverse;
+                }
+            }
+        }
+    }
+
+    /// Whether there is a wall below along y: then p is the face above, and the faces along y change places in the system.
+    #[inline(always)]
+    fn above_wall(&self) -> bool {
+        self.system.grid.wall_below(self.row, 1)
+    }
+
+    /// Assembles slot `k` of the block-tridiagonal system, and factorises the one before.
+    #[inline(always)]
+    fn factorise<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], gathered: &[T], lower: &mut [T], kept: &mut [T], k: usize) {
+        let slots = self.system.slots;
+        if k < slots {
+            self.assemble::<S, V, VISCOUS>(header, gathered, k, slot_mut::<S, V>(kept, k));
+        }
+        if k > 0 {
+            factor::eliminate::<T, S, V>(kept, lower, k - 1, slots);
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! H = 1 - u u^T, the Householder reflection of each combination of walls (Golub & Van Loan, Matrix Computations, section 5.1), and
+//! the normal g that it turns on e_p. p is a face along y, which is free in all cells of a row or in none.
+
+use crate::grid::Space;
+use crate::real::Real;
+
+/// The faces along y: p is the one below, or above where there is a wall below.
+pub(super) const BELOW: usize = 2;
+pub(super) const ABOVE: usize = 3;
+
+/// Places in a row of the table: for each face u (with p in the place of the face below), g and 1 where it is free; then three numbers.
+pub(super) struct Place<S>(core::marker::PhantomData<S>);
+impl<S: Space> Place<S> {
+    pub(super) const REFLECTION: usize = 0;
+    pub(super) const NORMAL: usize = S::FACES;
+    pub(super) const FREE: usize = 2 * S::FACES;
+    /// 1 / |g|^2.
+    pub(super) const INVERSE: usize = 3 * S::FACES;
+    /// u = ALONG g + ACROSS e_p.
+    pub(super) const ALONG: usize = Self::INVERSE + 1;
+    pub(super) const ACROSS: usize = Self::ALONG + 1;
+    pub(super) const SIZE: usize = Self::ACROSS + 1;
+}
+
+/// Numbers of the table of reflections: one row for each combination of walls.
+#[must_use]
+pub fn table_len<S: Space>() -> usize {
+    Place::<S>::SIZE << (2 * S::DIM)
+}
+
+/// Fills the table for cells of size `h`.
+pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
+    for (walls, row) in table.chunks_exact_mut(Place::<S>::SIZE).enumerate() {
+        let mut g = [0.0; 6];
+        for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
+            *g = if walls >> f & 1 == 1 { 0.0 } else { [-1.0, 1.0][f % 2] / h[f / 2] };
+        }
+        let squared: f64 = g.iter().map(|g| g * g).sum();
+        let above_wall = walls >> BELOW & 1 == 1;
+        let p = if above_wall { ABOVE } else { BELOW };
+        if g[p] == 0.0 {
+            // No grid has cells with walls on both sides along y.
+            row.fill(T::ZERO);
+            continue;
+        }
+        // u is g / |g| + sign(g_p) e_p, so long that u u^T is twice the projection on it.
+        let (norm, sign) = (libm::sqrt(squared), if g[p] > 0.0 { 1.0 } else { -1.0 });
+        let across = sign / libm::sqrt(1.0 + sign * g[p] / norm);
+        let along = sign * across / norm;
+        for (f, &g) in g.iter().enumerate().take(S::FACES) {
+            row[Place::<S>::REFLECTION + f] = T::from_f64(along * g + if f == p { across } else { 0.0 });
+            row[Place::<S>::NORMAL + f] = T::from_f64(g);
+            row[Place::<S>::FREE + f] = T::from_f64(if g == 0.0 { 0.0 } else { 1.0 });
+        }
+        if above_wall {
+            row.swap(Place::<S>::REFLECTION + BELOW, Place::<S>::REFLECTION + ABOVE);
+        }
+        row[Place::<S>::INVERSE] = T::from_f64(1.0 / squared);
+        row[Place::<S>::ALONG] = T::from_f64(along);
+        row[Place::<S>::ACROSS] = T::from_f64(across);
+    }
+}
+
+/// The face of unknown `i`, where p is the face below.
+#[inline(always)]
+pub(super) const fn face(i: usize) -> usize {
+    if i < BELOW { i } else { i + 1 }
+}
