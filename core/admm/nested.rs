@@ -19,6 +19,9 @@ use crate::real::Real;
 
 /// Outer iterations of a coarse solve at most.
 const ITERATIONS: usize = 20;
+/// The penalty of a coarse solve, in that of the finer one: the curvature of the data term goes with 1 / h^2, and with K / curvature
+/// the part alpha of the way that AO can go.
+const COARSER: f64 = 0.25;
 
 impl Settings {
     /// The same solve with other scratch.
@@ -34,6 +37,7 @@ impl Settings {
         settings.dimensions.filters = self.dimensions.filters.saturating_sub(1);
         settings.setup.carrier.metric.filters = settings.dimensions.filters;
         settings.iterations = ITERATIONS;
+        settings.setup.penalty *= COARSER;
         settings
     }
 }

@@ -119,6 +119,7 @@ impl Run<'_> {
         let sets = [self.sizes.sets_of_cube(), vec!["method.iterations=60".into()]].concat();
         let reached = solves::to_final::<D3>(self.exec, &scenes::moving_sphere(&sets, "direct", self.exec.threads())?)?;
         self.solved("moving_sphere by direct, to 1 % of its end", &cells, steps, reached, 60.0);
+        let sets = [self.sizes.sets_of_cube(), vec!["method.iterations=150".into(), "method.admm.penalty=4e3".into()]].concat();
         let reached = solves::to_stop::<D3>(self.exec, &scenes::moving_sphere(&sets, "admm", self.exec.threads())?)?;
         self.solved("moving_sphere by admm, to its stop", &cells, steps, reached, 900.0);
         Ok(())
