@@ -121,8 +121,8 @@ impl<'s, T: Real> Gather<'s, T> {
     pub(super) fn new<S: Space>(system: &System<'s, T>, row: usize, cells: Cells) -> Self {
         let &System { grid, slots, v, w, p, pbar, v0, rhs, .. } = system;
         let around = Around::new::<S>(grid, row, cells);
-        let mut streams = Streams::EMPTY;
-        let all = &mut streams;
+        let mut gather = Self { streams: Streams::EMPTY, given: Streams::EMPTY, slots, nx: grid.n[0] };
+        let all = &mut gather.streams;
         for (field, place) in [(v, Gathered::<S>::V), (w, Gathered::<S>::W)] {
             around.own_faces::<S, _, _, _>(all, field, place, slots, 0);
             for e in 0..S::EDGES {
@@ -145,9 +145,8 @@ impl<'s, T: Real> Gather<'s, T> {
         around.own_faces::<S, _, _, _>(all, rhs.c, Gathered::<S>::SOURCE, slots, 0);
         around.read(all, rhs.b, Gathered::<S>::B, slots, 0, [0; 3]);
         around.read(all, rhs.d, Gathered::<S>::D, slots, 0, [0; 3]);
-        let mut given = Streams::EMPTY;
-        around.own_faces::<S, _, _, _>(&mut given, v0, Gathered::<S>::BEFORE, 1, 0);
-        Self { streams, given, slots, nx: grid.n[0] }
+        around.own_faces::<S, _, _, _>(&mut gather.given, v0, Gathered::<S>::BEFORE, 1, 0);
+        gather
     }
 
     /// Gathers slot `k`: group after group, [`Gathered::SIZE`] vectors each.

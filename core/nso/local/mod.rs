@@ -132,27 +132,32 @@ compiled_once! {
     solve_row_f64_3d[f64, D3],
 }
 
-impl<'a, T: Real> Row<'_, 'a, T> {
-    /// With the longest vectors that the processor has and `lanes` allows.
+impl<T: Real> Row<'_, '_, T> {
     #[inline(always)]
     fn solve<S: Space>(self) {
+        if self.system.viscosity == T::ZERO { self.solve_at_level::<S, false>() } else { self.solve_at_level::<S, true>() }
+    }
+
+    /// With the longest vectors that the processor has and `lanes` allows.
+    #[inline(always)]
+    fn solve_at_level<S: Space, const VISCOUS: bool>(self) {
         #[cfg(target_arch = "x86_64")]
         {
             if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes {
                 #[allow(unsafe_code)]
                 // SAFETY: `level` says that the processor has AVX-512.
-                return unsafe { avx512::<T, S>(self) };
+                return unsafe { avx512::<T, S, VISCOUS>(self) };
             }
             if simd::level() >= Level::Avx2 && T::Medium::LANES <= self.lanes {
                 #[allow(unsafe_code)]
                 // SAFETY: `level` says that the processor has AVX2.
-                return unsafe { avx2::<T, S>(self) };
+                return unsafe { avx2::<T, S, VISCOUS>(self) };
             }
         }
         if T::Narrow::LANES <= self.lanes {
-            groups::<T, S, T::Narrow>(self);
+            baseline::<T, S, T::Narrow, VISCOUS>(self);
         } else {
-            groups::<T, S, T>(self);
+            baseline::<T, S, T, VISCOUS>(self);
         }
     }
 
@@ -193,25 +198,23 @@ impl<'a, T: Real> Row<'_, 'a, T> {
     }
 }
 
+// Functions of their own, so that the stack holds the frame of one of them at a time.
+
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2")]
-fn avx512<T: Real, S: Space>(row: Row<'_, '_, T>) {
-    groups::<T, S, T::Wide>(row);
+fn avx512<T: Real, S: Space, const VISCOUS: bool>(row: Row<'_, '_, T>) {
+    row.solve_groups::<S, T::Wide, VISCOUS>();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn avx2<T: Real, S: Space>(row: Row<'_, '_, T>) {
-    groups::<T, S, T::Medium>(row);
+fn avx2<T: Real, S: Space, const VISCOUS: bool>(row: Row<'_, '_, T>) {
+    row.solve_groups::<S, T::Medium, VISCOUS>();
 }
 
-#[inline(always)]
-fn groups<T: Real, S: Space, V: Vector<Elem = T>>(row: Row<'_, '_, T>) {
-    if row.system.viscosity == T::ZERO {
-        row.solve_groups::<S, V, false>();
-    } else {
-        row.solve_groups::<S, V, true>();
-    }
+#[inline(never)]
+fn baseline<T: Real, S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(row: Row<'_, '_, T>) {
+    row.solve_groups::<S, V, VISCOUS>();
 }
 
 /// Vector `index` of some numbers.
