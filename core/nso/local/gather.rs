@@ -6,7 +6,7 @@
 
 use super::edge::Edge;
 use crate::field::Vector as Field;
-use crate::grid::{Grid, Side, Space};
+use crate::grid::{D3, Grid, Side, Space};
 use crate::nso::colours::Cells;
 use crate::nso::level::System;
 use crate::real::Real;
@@ -14,12 +14,12 @@ use crate::simd::{Vector, prefetch};
 
 /// Slots between the one that is read and the one that is asked for.
 const AHEAD: usize = 2;
-/// Rows of numbers at most: [`Gathered::SIZE`] in 3D.
-const MOST: usize = 100;
+/// Streams at most.
+const MOST: usize = Gathered::<D3>::SIZE;
 /// Those of them that may begin or end across a periodic boundary.
 const MOST_WRAPPED: usize = 32;
-/// Faces of a cell in 3D.
-const FACES: usize = 6;
+/// Streams of the given velocity at most.
+const FACES: usize = D3::FACES;
 
 /// Offsets, in vectors, of what is gathered for a group.
 pub(super) struct Gathered<S>(core::marker::PhantomData<S>);

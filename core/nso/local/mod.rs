@@ -14,8 +14,8 @@
 //! O_k is the outside-face term: the force that the cell's own change stirs up on faces that are not its own.
 //! H is a Householder reflection, so B^T X B is X after two changes of rank 1.
 //!
-//! A slot is worked on in four steps: [`gather`] what its equations read, [`assemble`] its block, [`factor`] the block before; and
-//! on the way back its [`changes`].
+//! A slot is worked on in four steps: `gather` what its equations read, `assemble` its block, `factor` the block before; and
+//! on the way back its `changes`.
 
 mod assemble;
 mod changes;
