@@ -6,6 +6,7 @@ use super::gather::Gathered;
 use super::reflection::{ABOVE, BELOW, Place, face};
 use super::{Group, Header, Kept, at, unroll};
 use crate::grid::Space;
+use crate::operators::plaquette::Plaquette;
 use crate::real::Real;
 use crate::simd::Vector;
 
@@ -85,7 +86,7 @@ impl<T: Real> Group<'_, '_, T> {
         let last = k + 1 == self.system.slots;
         let diagonal = if last { self.system.kappa } else { self.system.kappa + T::ONE };
         let mut sides = [Side { of_g: row, residual: reduced_a }, Side { of_g: column, residual: reduced_c }];
-        if self.above_wall() {
+        if self.above_wall {
             jacobian.flip::<S>();
             let [a, c] = &mut sides;
             a.flip();
@@ -96,12 +97,13 @@ impl<T: Real> Group<'_, '_, T> {
 
     /// The residuals at the group's cells and faces and the Jacobian there, edge by edge.
     ///
-    /// Powers of 2 are taken out of products, which rounds nothing: q = omega / 4, A = 2 abar, B = 2 bbar, and sigma / 4, where sigma_a
-    /// and sigma_b are the derivatives of omega by the cell's own a- and b-face.
+    /// Powers of 2 are taken out of products, which rounds nothing: plaquettes hold omega / 4, 2 abar and 2 bbar, and sigma_a and sigma_b
+    /// are a quarter of the derivatives of omega by the cell's own a- and b-face.
     #[inline(always)]
     fn residuals<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], gathered: &[T]) -> (Residuals<V>, Jacobian<V>) {
-        let (zero, four) = (V::splat(T::ZERO), V::splat(T::from_f64(4.0)));
-        let viscosity = V::splat(self.system.viscosity) * four;
+        let (zero, one) = (V::splat(T::ZERO), V::splat(T::ONE));
+        // Makes up for the two quarters that it meets: of omega or sigma, and of sigma.
+        let viscosity = V::splat(self.system.viscosity * T::from_f64(16.0));
         let (mut v, mut w) = ([zero; 6], [zero; 6]);
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             (v[f], w[f]) = (at(gathered, Gathered::<S>::V + f), at(gathered, Gathered::<S>::W + f));
@@ -116,31 +118,30 @@ impl<T: Real> Group<'_, '_, T> {
             let (inverse_a, inverse_b): (V, V) = (at(header, Header::<S>::EDGES + 2 * e), at(header, Header::<S>::EDGES + 2 * e + 1));
             let sigma_a = if edge.side_b == 1 { inverse_b } else { -inverse_b };
             let sigma_b = if edge.side_a == 1 { -inverse_a } else { inverse_a };
-            let q = (vb[1] - vb[0]) * inverse_a - (va[1] - va[0]) * inverse_b;
-            let (a, b) = (va[0] + va[1], vb[0] + vb[1]);
-            let (of_a, of_b) = (wa[0] + wa[1], wb[0] + wb[1]);
-            r.c[fa] = r.c[fa] + q * b;
-            r.c[fb] = r.c[fb] - q * a;
+            let inverse = [inverse_a, inverse_b];
+            let (p, m) = (Plaquette::new(va, vb, inverse, one), Plaquette::new(wa, wb, inverse, one));
+            r.c[fa] = r.c[fa] + p.omega * p.bbar;
+            r.c[fb] = r.c[fb] - p.omega * p.abar;
             // What omega does to w, by 4.
-            let mut spin = of_b * a - of_a * b;
+            let mut spin = m.bbar * p.abar - m.abar * p.bbar;
             // Rows of the Jacobian at the a- and b-faces of the edge, by the cell's own a- and b-face: what advection does, which
             // is the same at both faces of a component ..
-            let (mut aa, mut ab) = (-(sigma_a * b), -(sigma_b * b + q));
-            let (mut ba, mut bb) = (sigma_a * a + q, sigma_b * a);
+            let (mut aa, mut ab) = (-(sigma_a * p.bbar), -(sigma_b * p.bbar + p.omega));
+            let (mut ba, mut bb) = (sigma_a * p.abar + p.omega, sigma_b * p.abar);
             let (mut outside_aa, mut outside_ab, mut outside_ba, mut outside_bb) = (aa, ab, ba, bb);
             if VISCOUS {
-                let drag = viscosity * (q * four);
+                let drag = viscosity * p.omega;
                 r.c[fa] = r.c[fa] - sigma_a * drag;
                 r.c[fb] = r.c[fb] - sigma_b * drag;
-                spin = spin + viscosity * (((wb[1] - wb[0]) * inverse_a - (wa[1] - wa[0]) * inverse_b) * four);
+                spin = spin + viscosity * m.omega;
                 // .. and what viscosity does at the cell's own face, the opposite outside.
-                let (drag_a, drag_b) = (viscosity * (sigma_a * four), viscosity * (sigma_b * four));
+                let (drag_a, drag_b) = (viscosity * sigma_a, viscosity * sigma_b);
                 let (drag_aa, drag_ab, drag_bb) = (drag_a * sigma_a, drag_a * sigma_b, drag_b * sigma_b);
                 (outside_aa, outside_ab, outside_ba, outside_bb) = (aa - drag_aa, ab - drag_ab, ba - drag_ab, bb - drag_bb);
                 (aa, ab, ba, bb) = (aa + drag_aa, ab + drag_ab, ba + drag_ab, bb + drag_bb);
             }
-            r.a[fa] = r.a[fa] - (of_b * q + sigma_a * spin);
-            r.a[fb] = r.a[fb] + (of_a * q - sigma_b * spin);
+            r.a[fa] = r.a[fa] - (m.bbar * p.omega + sigma_a * spin);
+            r.a[fb] = r.a[fb] + (m.abar * p.omega - sigma_b * spin);
             j.inside[fa][fa] = j.inside[fa][fa] + aa;
             j.inside[fb][fb] = j.inside[fb][fb] + bb;
             (j.inside[fa][fb], j.inside[fb][fa]) = (ab, ba);

@@ -50,7 +50,7 @@ impl<T: Real> Group<'_, '_, T> {
             let u: V = at(header, Place::<S>::REFLECTION + f);
             (dv[f], dw[f]) = (dv[f] - u * of_y, dw[f] - u * of_q);
         });
-        if self.above_wall() {
+        if self.above_wall {
             dv.swap(BELOW, ABOVE);
             dw.swap(BELOW, ABOVE);
         }

@@ -2,7 +2,7 @@
 
 use crate::grid::Space;
 
-/// An edge of the cell, where its faces `face_a` and `face_b` meet.
+/// An edge of the cell, where its faces on `side_a` along `a` and on `side_b` along `b` meet.
 #[derive(Clone, Copy)]
 pub(super) struct Edge {
     pub(super) a: usize,

@@ -11,8 +11,9 @@ pub(super) fn triangle(row: usize, column: usize) -> usize {
     row * (row + 1) / 2 + column
 }
 
-/// Finishes slot k once slot k + 1 is assembled: its right-hand side, the elimination of slot k - 1 by X_k in `lower`, the factors L_k D_k L_k^T with the reciprocals of D_k on the diagonal, z_k = D_k^-1 L_k^-1 right-hand side, and
-/// X_{k+1} = -L_k^-1 M_{k+1}, which takes the place of X_k.
+/// Finishes slot k once slot k + 1 is assembled: its right-hand side, the elimination of slot k - 1 by X_k in `lower`, the factors
+/// L_k D_k L_k^T with the reciprocals of D_k on the diagonal, z_k = D_k^-1 L_k^-1 right-hand side, and X_{k+1} = -L_k^-1 M_{k+1},
+/// which takes the place of X_k.
 #[inline(always)]
 pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], lower: &mut [T], k: usize, slots: usize) {
     let (lanes, zero) = (V::LANES, V::splat(T::ZERO));
@@ -21,7 +22,7 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
     let (now, after) = rest.split_at_mut(size);
     let before = if k > 0 { Some(&before[(k - 1) * size..][..size]) } else { None };
     let next = if k + 1 < slots { Some(&after[..size]) } else { None };
-    let lower = &mut lower[..S::FREE * S::FREE * lanes];
+    let lower = &mut lower[..super::lower::<S>() * lanes];
     let mut right = [zero; 5];
     let mut l = [[zero; 5]; 5];
     unroll!(i < S::FREE; 0 1 2 3 4; {

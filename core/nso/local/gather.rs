@@ -120,11 +120,11 @@ impl<'s, T: Real> Gather<'s, T> {
     /// For `cells` of `row`.
     pub(super) fn new<S: Space>(system: &System<'s, T>, row: usize, cells: Cells) -> Self {
         let &System { grid, slots, v, w, p, pbar, v0, rhs, .. } = system;
-        let around = Around::new::<S>(grid, row, cells);
+        let around = Around::new(grid, row, cells);
         let mut gather = Self { streams: Streams::EMPTY, given: Streams::EMPTY, slots, nx: grid.n[0] };
         let all = &mut gather.streams;
         for (field, place) in [(v, Gathered::<S>::V), (w, Gathered::<S>::W)] {
-            around.own_faces::<S, _, _, _>(all, field, place, slots, 0);
+            around.own_faces(all, field, place, slots, 0);
             for e in 0..S::EDGES {
                 let edge = Edge::new::<S>(e);
                 around.read(all, field[edge.a], place + S::FACES + 2 * e, slots, 0, edge.outside_a());
@@ -139,13 +139,13 @@ impl<'s, T: Real> Gather<'s, T> {
                 around.read(all, field, place + 1 + f, slots, 0, beside);
             }
         }
-        around.own_faces::<S, _, _, _>(all, v, Gathered::<S>::BEFORE, slots, -1);
-        around.own_faces::<S, _, _, _>(all, w, Gathered::<S>::AFTER, slots, 1);
-        around.own_faces::<S, _, _, _>(all, rhs.a, Gathered::<S>::TARGET, slots, 0);
-        around.own_faces::<S, _, _, _>(all, rhs.c, Gathered::<S>::SOURCE, slots, 0);
+        around.own_faces(all, v, Gathered::<S>::BEFORE, slots, -1);
+        around.own_faces(all, w, Gathered::<S>::AFTER, slots, 1);
+        around.own_faces(all, rhs.a, Gathered::<S>::TARGET, slots, 0);
+        around.own_faces(all, rhs.c, Gathered::<S>::SOURCE, slots, 0);
         around.read(all, rhs.b, Gathered::<S>::B, slots, 0, [0; 3]);
         around.read(all, rhs.d, Gathered::<S>::D, slots, 0, [0; 3]);
-        around.own_faces::<S, _, _, _>(&mut gather.given, v0, Gathered::<S>::BEFORE, 1, 0);
+        around.own_faces(&mut gather.given, v0, Gathered::<S>::BEFORE, 1, 0);
         gather
     }
 
@@ -172,7 +172,7 @@ struct Around<'g> {
 }
 
 impl<'g> Around<'g> {
-    fn new<S: Space>(grid: &'g Grid, row: usize, cells: Cells) -> Self {
+    fn new(grid: &'g Grid, row: usize, cells: Cells) -> Self {
         let step = |row: Option<usize>, axis: usize, offset: usize| match offset {
             0 => grid.neighbour(row?, axis, Side::Low),
             2 => grid.neighbour(row?, axis, Side::High),
@@ -180,7 +180,7 @@ impl<'g> Around<'g> {
         };
         let rows = core::array::from_fn(|i| {
             let in_y = step(Some(row), 1, i % 3);
-            if S::DIM == 3 { step(in_y, 2, i / 3) } else { in_y.filter(|_| i / 3 == 1) }
+            if grid.dims == 3 { step(in_y, 2, i / 3) } else { in_y.filter(|_| i / 3 == 1) }
         });
         Self { grid, cells, rows }
     }
@@ -210,7 +210,7 @@ impl<'g> Around<'g> {
     }
 
     /// Adds the cells' own faces, place after place.
-    fn own_faces<'s, S: Space, T, const MOST: usize, const WRAPPED: usize>(
+    fn own_faces<'s, T, const MOST: usize, const WRAPPED: usize>(
         &self,
         streams: &mut Streams<'s, T, MOST, WRAPPED>,
         field: Field<'s, T>,
@@ -218,7 +218,7 @@ impl<'g> Around<'g> {
         slots: usize,
         time: isize,
     ) {
-        for f in 0..S::FACES {
+        for f in 0..2 * self.grid.dims {
             let mut offset = [0; 3];
             offset[f / 2] = (f % 2) as isize;
             self.read(streams, field[f / 2], place + f, slots, time, offset);

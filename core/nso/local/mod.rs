@@ -165,7 +165,7 @@ impl<T: Real> Row<'_, '_, T> {
     #[inline(always)]
     fn solve_groups<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(self) {
         let Row { system, row, cells, lanes, scratch, mut out } = self;
-        let (slots, most) = (system.slots, (lanes / V::LANES).min(GROUPS));
+        let (slots, most, above_wall) = (system.slots, (lanes / V::LANES).min(GROUPS), system.grid.wall_below(row, 1));
         let (gathered, scratch) = scratch.split_at_mut(most * Gathered::<S>::SIZE * V::LANES);
         for start in (0..cells.count).step_by(most * V::LANES) {
             let part = Cells { start: cells.start + 2 * start, count: (most * V::LANES).min(cells.count - start) };
@@ -176,7 +176,7 @@ impl<T: Real> Row<'_, '_, T> {
             let mut groups: [_; GROUPS] = core::array::from_fn(|index| {
                 let first = start + index * V::LANES;
                 let scratch = if first < cells.count { rest.next()? } else { return None };
-                let group = Group { system, row, x: cells.start + 2 * first, first, count: V::LANES.min(cells.count - first) };
+                let group = Group { system, row, x: cells.start + 2 * first, first, count: V::LANES.min(cells.count - first), above_wall };
                 let (header, scratch) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
                 group.fill_header::<S, V>(header);
                 let (lower, kept) = scratch.split_at_mut(lower::<S>() * V::LANES);
@@ -254,6 +254,8 @@ struct Group<'s, 'a, T> {
     /// Which of its colour's cells in the row that is.
     first: usize,
     count: usize,
+    /// Whether there is a wall below along y: then p is the face above, and the faces along y change places in the system.
+    above_wall: bool,
 }
 
 impl<T: Real> Group<'_, '_, T> {
@@ -279,12 +281,6 @@ impl<T: Real> Group<'_, '_, T> {
                 }
             }
         }
-    }
-
-    /// Whether there is a wall below along y: then p is the face above, and the faces along y change places in the system.
-    #[inline(always)]
-    fn above_wall(&self) -> bool {
-        self.system.grid.wall_below(self.row, 1)
     }
 
     /// Assembles slot `k` of the block-tridiagonal system, and factorises the one before.
