@@ -9,7 +9,7 @@ use crate::exec::Exec;
 use crate::field::{reborrow, view};
 use crate::grid::{Grid, Space};
 use crate::nested::{self, Fewer, Muffled};
-use crate::nso::{self, Shape};
+use crate::nso::Shape;
 use crate::observe::Observer;
 use crate::plan::{Ledger, Pool};
 use crate::poisson::Projection;
@@ -67,13 +67,12 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         if !(self.settings.params.nested && nested::begins_on(fine, coarse) && room) {
             return None;
         }
-        let least = Shape { lanes: 1, together: 1 };
         let mut ledger = Ledger::new();
-        Self::in_turn(&mut ledger, &self.settings.in_space(*fine, 1, least));
-        if Self::coarse_bytes(&self.settings.coarsened(*coarse, 1, least), keyframes)? > ledger.bytes()? {
+        Self::in_turn(&mut ledger, &self.settings.in_space(*fine, 1, Shape::LEAST));
+        if Self::coarse_bytes(&self.settings.coarsened(*coarse, 1, Shape::LEAST), keyframes)? > ledger.bytes()? {
             return None;
         }
-        let shapes = nso::lanes::<T>().flat_map(|lanes| [8, 1].map(|together| Shape { lanes, together }));
+        let shapes = Shape::all::<T, S>();
         let fewer = nested::halvings(threads);
         let all = fewer.flat_map(|threads| shapes.clone().map(move |shape| (threads, shape)));
         let fits = |settings: &Settings| Self::coarse_bytes(settings, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES);

@@ -77,10 +77,18 @@ pub struct Shape {
     pub together: usize,
 }
 
-/// Lanes to choose from, most first: two of the longest vectors, then one and less.
-pub fn lanes<T: Real>() -> impl Iterator<Item = usize> + Clone {
-    const BYTES: usize = 128;
-    [32, 16, 8, 4, 1].into_iter().filter(|lanes| lanes * T::BYTES <= BYTES)
+impl Shape {
+    /// The least memory.
+    pub const LEAST: Self = Self { lanes: 1, together: 1 };
+    /// Bytes of two of the longest vectors.
+    const WIDEST: usize = 128;
+
+    /// Those to choose from, the fastest first.
+    pub fn all<T: Real, S: Space>() -> impl Iterator<Item = Self> + Clone {
+        let together: &[usize] = if S::DIM == 2 { &[8, 4, 2, 1] } else { &[2, 1] };
+        let lanes = [32, 16, 8, 4, 1].into_iter().filter(|lanes| lanes * T::BYTES <= Self::WIDEST);
+        lanes.flat_map(|lanes| together.iter().map(move |&together| Self { lanes, together }))
+    }
 }
 
 /// The smoother's bases on every grid: what NSO keeps for the whole solve.

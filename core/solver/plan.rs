@@ -143,21 +143,17 @@ impl Plan {
         match params.method {
             Method::Admm => Self::of_admm::<T, S>(problem, params),
             Method::Direct => Self::of_direct::<T, S>(problem, params),
-            Method::Lbfgs | Method::Pd | Method::Simulate => {
-                Self::with::<T, S>(problem, params, Choice { shape: Shape { lanes: 1, together: 1 }, history: params.lbfgs.history })
-            }
+            Method::Lbfgs | Method::Pd | Method::Simulate => Self::with::<T, S>(problem, params, Choice { shape: Shape::LEAST, history: params.lbfgs.history }),
         }
     }
 
     /// The fastest shape of the smoother's memory within the ceiling and the paper's bound, the fastest of all if there is none.
     #[inline(never)]
     fn of_admm<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
-        let together: &[usize] = if S::DIM == 2 { &[8, 4, 2, 1] } else { &[2, 1] };
-        let shapes = nso::lanes::<T>().flat_map(|lanes| together.iter().map(move |&together| Shape { lanes, together }));
         let with = |shape: Shape| Self::with::<T, S>(problem, params, Choice { shape, history: 0 });
         let (mut fastest, mut within_ceiling) = (None, None);
         let mut smallest: Option<(usize, Shape)> = None;
-        for shape in shapes {
+        for shape in Shape::all::<T, S>() {
             let plan = with(shape)?;
             let fits = params.ceiling.is_none_or(|ceiling| plan.bytes <= ceiling);
             if fits && plan.method_bytes <= plan.paper_bound {
@@ -178,8 +174,7 @@ impl Plan {
     /// As many pairs as are asked for, or as many as the ceiling allows one thread, so that results do not depend on threads.
     #[inline(never)]
     fn of_direct<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
-        let shape = Shape { lanes: 1, together: 1 };
-        let with = |history: usize, threads: usize| Self::with::<T, S>(problem, &Params { threads, ..*params }, Choice { shape, history });
+        let with = |history: usize, threads: usize| Self::with::<T, S>(problem, &Params { threads, ..*params }, Choice { shape: Shape::LEAST, history });
         let most = params.direct.history.unwrap_or(DirectParams::MOST_BY_DEFAULT);
         let least = params.direct.history.unwrap_or(1);
         for history in (least + 1..=most).rev() {

@@ -41,9 +41,9 @@ impl Case {
         Grid::new(&self.cells, &vec![Boundary::Wall; self.cells.len()])
     }
 
-    fn setup<S: Space>(&self, threads: usize) -> Setup {
+    fn setup<T: Real, S: Space>(&self, threads: usize) -> Setup {
         let params = NsoParams { tolerance: 0.0, cycles: 1, colours: self.colours, norm: self.norm, ..NsoParams::default() };
-        let shape = Shape { lanes: 32, together: if S::DIM == 2 { 8 } else { 2 } };
+        let shape = Shape::all::<T, S>().next().unwrap_or(Shape::LEAST);
         Setup { kappa: self.kappa, viscosity: 0.0, slots: self.steps - 1, threads, params, shape }
     }
 
@@ -57,7 +57,7 @@ impl Case {
     /// # Errors
     /// [`Failure`]: there is no memory for it.
     pub fn pose<T: Real, S: Space, R>(&self, exec: &dyn Exec, work: impl FnOnce(&mut Nso<'_, T, S>) -> R) -> Result<R, Failure> {
-        let (grid, setup) = (self.grid(), self.setup::<S>(exec.threads()));
+        let (grid, setup) = (self.grid(), self.setup::<T, S>(exec.threads()));
         let len = grid.cells() * setup.slots;
         let numbers = 3 * S::DIM * len + 2 * len + S::DIM * grid.cells() + pool_len::<T, S>(&grid, &setup);
         let bytes = T::BYTES * numbers + (1 << 23);

@@ -218,10 +218,12 @@ impl<'g> Around<'g> {
         slots: usize,
         time: isize,
     ) {
-        for f in 0..2 * self.grid.dims {
-            let mut offset = [0; 3];
-            offset[f / 2] = (f % 2) as isize;
-            self.read(streams, field[f / 2], place + f, slots, time, offset);
+        for (axis, component) in field.into_iter().enumerate().take(self.grid.dims) {
+            for side in 0..2 {
+                let mut offset = [0; 3];
+                offset[axis] = side;
+                self.read(streams, component, place + 2 * axis + side as usize, slots, time, offset);
+            }
         }
     }
 }
