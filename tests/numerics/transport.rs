@@ -156,6 +156,44 @@ fn velocities_that_are_not_finite_are_refused() {
     broken::<f32>();
 }
 
+/// One number that is not finite, in smoke and alone in an empty box, forward and back.
+fn poisoned<T: Real>(scheme: Scheme) {
+    let mut random = Random::new(41);
+    let lost = |numbers: &[T]| numbers.iter().all(|x| x.is_finite());
+    for (cells, ends) in GRIDS {
+        let grid = grid(cells, ends);
+        let (smoke, empty) = (random.density::<T>(&grid), vec![T::ZERO; grid.cells()]);
+        let carry = Carry { grid: &grid, scheme, tolerance: 1e-5 };
+        for (poison, courant) in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].into_iter().flat_map(|poison| [0.4, 4.6].map(|courant| (poison, courant))) {
+            let v: Components<T> = flow::rough(&mut random, &grid, 1, courant);
+            let with_poison = |field: &[T], at: usize| -> Vec<T> {
+                let mut field = field.to_vec();
+                field[at] = T::from_f64(poison);
+                field
+            };
+            for at in [0, grid.cells() / 2 + 1, grid.cells() - 1] {
+                let what = format!("{poison} at cell {at} of {cells:?} {ends}, {scheme:?} at {courant}");
+                for rho in [&smoke, &empty] {
+                    let rho = with_poison(rho, at);
+                    assert!(!lost(&carry.forward(&v, &rho).unwrap()), "{what}: lost on the way");
+                    let (_, gradient) = carry.backward(&v, &rho, &smoke).unwrap();
+                    assert!(!gradient.iter().all(|component| lost(component)), "{what}: lost in the gradient");
+                }
+                let (mu, _) = carry.backward(&v, &smoke, &with_poison(&smoke, at)).unwrap();
+                assert!(!lost(&mu), "{what}: lost on the way back");
+            }
+        }
+    }
+}
+
+#[test]
+fn densities_that_are_not_finite_stay_so() {
+    for scheme in CENTRED {
+        poisoned::<f64>(scheme);
+        poisoned::<f32>(scheme);
+    }
+}
+
 /// Runs a whole trajectory; `stop` breaks at that event.
 fn run(flow: &Flow<'_, f64>, grid: &thurible_core::grid::Grid, slots: usize, source: &[f64], stop: usize) -> Result<Vec<f64>, Stop> {
     let mut ledger = Ledger::new();
