@@ -7,6 +7,7 @@ mod fields;
 use fields::cases::Scene;
 use fields::with_threads;
 use std::sync::Mutex;
+use thurible_core::exec::{Exec, RowBuffers, for_rows};
 use thurible_core::nso::colours::Colours;
 use thurible_core::simd::{Level, level, limit};
 use thurible_core::{D2, D3, Method, Params, Real, Scheme, Silent, Space};
@@ -23,6 +24,42 @@ fn in_2d() -> [Scene; 3] {
 
 fn in_3d() -> [Scene; 2] {
     [Scene::small(&[18, 8, 7], "wwp", 4), Scene { scheme: Scheme::SemiLagrangian, ..Scene::small(&[7, 6, 9], "pww", 3) }]
+}
+
+/// Says that there are some threads, and runs their tasks one by one from the last.
+struct Backwards(usize);
+
+impl Exec for Backwards {
+    fn threads(&self) -> usize {
+        self.0
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
+        (0..tasks).rev().for_each(task);
+    }
+}
+
+#[test]
+fn every_row_is_visited_once() {
+    const ROWS: usize = 53;
+    let visits = |exec: &dyn Exec, range: core::ops::Range<usize>, length: usize| {
+        let mut field = vec![0f32; ROWS * length];
+        for_rows(exec, ROWS, range.clone(), RowBuffers { fields: [&mut field], sums: &mut [], scratch: &mut [] }, |task| {
+            task.fields.into_iter().flatten().for_each(|x| *x += 1.0 + task.row as f32);
+        });
+        for (row, numbers) in field.chunks_exact(length).enumerate() {
+            let expected = if range.contains(&row) { 1.0 + row as f32 } else { 0.0 };
+            assert!(numbers.iter().all(|&x| x == expected), "{} threads, rows {range:?} of {length} numbers: row {row}", exec.threads());
+        }
+    };
+    for threads in [1, 2, 3, 16, 17, 40] {
+        for range in [0..ROWS, 0..0, 7..8, 5..31] {
+            for length in [1, 300, 5000] {
+                visits(&Backwards(threads), range.clone(), length);
+                with_threads(threads, |exec| (0..20).for_each(|_| visits(exec, range.clone(), length)));
+            }
+        }
+    }
 }
 
 /// Scenes that begin on a coarser grid.

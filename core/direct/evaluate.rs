@@ -114,7 +114,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let flow = Flow { initial: self.initial, v, along: None };
         let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut Pool::new(&mut *self.region));
         carrier.sweep_back(exec, observer, &flow, self.rho, &self.keyframes, self.sums, &mut |slot, of_data| {
-            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
+            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, move |task| {
                 for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
                     prefetch(out, ROWS_AHEAD * out.len() + slot * n, n);
                     let out = &mut out[slot * n..(slot + 1) * n];

@@ -102,6 +102,9 @@ const MOST_PARTS: usize = 16;
 ///
 /// Every worker begins with the same part of the range each time, so that it finds there what it left in its cache, and then
 /// helps the others. Reductions go through `sums`, added up by the caller in row order.
+///
+/// All that workers need lies side by side on the caller's stack, from where another processor fetches it line by line: where regions are
+/// small and many, let `task` own what it captures.
 pub fn for_rows<T, const K: usize, F>(exec: &dyn Exec, rows: usize, range: Range<usize>, buffers: RowBuffers<'_, T, K>, task: F)
 where
     T: Send,
@@ -116,18 +119,25 @@ where
     let scratch = Chunks::new(buffers.scratch, exec.threads().max(1));
     let turn = if a_row == 0 { 1 } else { WORTH_A_TURN.div_ceil(a_row) };
     let parts = workers.min(MOST_PARTS);
-    let end_of = |part: usize| range.start + range.len() * (part + 1) / parts.max(1);
-    let next: [Line<AtomicUsize>; MOST_PARTS] = core::array::from_fn(|part| Line(AtomicUsize::new(range.start + range.len() * part / parts.max(1))));
-    exec.run(workers, &|worker| {
-        for part in (0..parts).map(|ahead| (worker + ahead) % parts) {
-            while next[part].0.load(Ordering::Relaxed) < end_of(part) {
-                let first = next[part].0.fetch_add(turn, Ordering::Relaxed);
-                for row in first..(first + turn).min(end_of(part)) {
-                    // SAFETY: `next` gives every row to one worker once, and every worker number runs once, so no chunk is shared.
+    let begin_of = move |part: usize| range.start + range.len() * part / parts.max(1);
+    // The first turn of a part is its worker's own, for which nobody asks.
+    let next: [Line<AtomicUsize>; MOST_PARTS] = core::array::from_fn(|part| Line(AtomicUsize::new(begin_of(part) + turn)));
+    let next = &next;
+    exec.run(workers, &move |worker| {
+        for ahead in 0..parts {
+            let part = (worker + ahead) % parts;
+            let end = begin_of(part + 1);
+            let claim = || if next[part].0.load(Ordering::Relaxed) < end { next[part].0.fetch_add(turn, Ordering::Relaxed) } else { end };
+            let mut first = if part == worker { begin_of(part) } else { claim() };
+            while first < end {
+                for row in first..(first + turn).min(end) {
+                    // SAFETY: a worker's first turn and `next` give every row to one worker once, and every worker number runs once, so no
+                    // chunk is shared.
                     let task_of_row =
                         unsafe { RowTask { row, fields: core::array::from_fn(|k| fields[k].get(row)), sums: sums.get(row), scratch: scratch.get(worker) } };
                     task(task_of_row);
                 }
+                first = claim();
             }
         }
     });

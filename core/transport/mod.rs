@@ -178,7 +178,7 @@ impl<'a, T: Real> Transport<'a, T> {
         let (grid, n) = (self.grid, self.grid.n[0]);
         let sums = &mut sums[..grid.rows()];
         let [v0, v1, v2] = reborrow(&mut self.velocity);
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [v0, v1, v2], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [v0, v1, v2], sums: &mut *sums, scratch: &mut *self.scratch }, move |task| {
             let (total, high) = task.scratch[..2 * n].split_at_mut(n);
             total.fill(T::ZERO);
             for (axis, faces) in task.fields.into_iter().enumerate().take(grid.dims) {

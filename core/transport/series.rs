@@ -52,7 +52,7 @@ pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: 
         let previous = k.checked_sub(2).and_then(|k| known.get(k * rows..));
         let (to, sizes) = (&mut after[..with_halo(grid)], &mut sizes[..rows]);
         let scales = grid.h.map(|h| T::from_f64(series.tau / k as f64 / h));
-        for_rows(exec, rows, 0..rows, RowBuffers { fields: [to, &mut *total, &mut *sizes], sums: &mut [], scratch: &mut *scratch }, |task| {
+        for_rows(exec, rows, 0..rows, RowBuffers { fields: [to, &mut *total, &mut *sizes], sums: &mut [], scratch: &mut *scratch }, move |task| {
             let [to, total, size] = task.fields;
             let around = Around::new(grid, task.row);
             if around.empty(previous, |size| size <= T::ZERO, from) {
@@ -216,7 +216,7 @@ fn adjoint_term<T: Real>(
     let grid = series.grid;
     let n = grid.n[0];
     let scales = grid.h.map(|h| T::from_f64(term.scale / h));
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [next, g0, g1, g2], sums: &mut [], scratch }, |task| {
+    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [next, g0, g1, g2], sums: &mut [], scratch }, move |task| {
         let ([whole, mut gradient @ ..], row) = (task.fields, task.row);
         let around = Around::new(grid, row);
         let surrounded = whole.len() > n;
