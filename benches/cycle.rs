@@ -16,11 +16,11 @@ fn main() {
     println!("{}", yardstick.sentence());
     println!("{:<18}{:>12}{:>20}{:>34}", "cells, N", "s/cycle", "ns per cell, slot", "unknowns read at triad speed");
     for (n, steps) in [(64, 40), (128, 40), (256, 80)] {
-        report::<D2>(exec, &Case::new(&[n, n], steps, 1.0), yardstick.triad);
+        report::<D2>(exec, &Case::new(&[n, n], steps, 1.0), yardstick.moment.triad);
     }
     let sizes: &[(usize, usize)] = if quick { &[(32, 30)] } else { &[(32, 30), (64, 20), (64, 60)] };
     for &(n, steps) in sizes {
-        report::<D3>(exec, &Case::new(&[n; 3], steps, 1.0), yardstick.triad);
+        report::<D3>(exec, &Case::new(&[n; 3], steps, 1.0), yardstick.moment.triad);
     }
 }
 

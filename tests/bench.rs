@@ -82,6 +82,7 @@ fn rows(words: &[&str]) -> Vec<Value> {
     let lines: Vec<Value> = ended.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let machine = &lines[0]["machine"];
     assert!(["triad", "triad_on_one", "flops", "flops_on_one"].iter().all(|name| positive(&machine[*name])), "{machine}");
+    assert!(machine["handover"].is_null() || positive(&machine["handover"]), "{machine}");
     lines.iter().filter_map(|line| line.get("row")).cloned().collect()
 }
 
@@ -104,6 +105,8 @@ fn the_speed_table_has_its_rows() {
         assert!(solve || positive(&row["seconds"]), "{row}");
         assert!(solve || positive(&row["least_bytes"]) && positive(&row["floor_seconds"]), "{row}");
         assert!(row["target_seconds"].is_null(), "targets are not for tiny sizes: {row}");
+        assert!(positive(&row["triad"]) && positive(&row["flops"]), "what the machine did beside {row}");
+        assert!(row["handover"].is_null(), "one thread hands nothing over: {row}");
     }
     // Forward transport reads density and velocity and writes density: 5 numbers in 3D.
     let forward = rows.iter().find(|row| row["name"] == "forward transport").unwrap();

@@ -103,9 +103,8 @@ impl Row {
             seconds,
             least_bytes,
             flops,
-            of_memory: least_bytes / yardstick.triad / seconds,
-            // Kernels never fuse a multiplication and an addition, which halves what they can reach.
-            of_arithmetic: flops.map(|flops| flops / (0.5 * yardstick.flops) / seconds),
+            of_memory: least_bytes / yardstick.moment.triad / seconds,
+            of_arithmetic: flops.map(|flops| flops / yardstick.moment.flops / seconds),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::sheet::{self, Line};
 use super::solves::Iterations;
-use super::yardstick::Yardstick;
+use super::yardstick::Moment;
 use crate::bytes::rounded;
 use crate::plan::size_in_words;
 use serde::Serialize;
@@ -36,6 +36,9 @@ pub(super) struct Row {
     pub evaluations: Option<f64>,
     /// The largest Courant number.
     pub courant: Option<f64>,
+    /// What the machine did before and after, on average.
+    #[serde(flatten)]
+    pub moment: Option<Moment>,
 }
 
 impl Row {
@@ -59,24 +62,27 @@ impl Row {
     }
 
     /// With what the machine's triad makes of it; targets are not for tiny sizes.
-    pub fn beside(self, yardstick: &Yardstick, quick: bool) -> Self {
+    pub fn beside(self, moment: Moment, quick: bool) -> Self {
         let target_seconds = self.target_seconds.filter(|_| !quick);
         Self {
             target_seconds,
-            target_here_seconds: target_seconds.map(|target| target * TARGET_TRIAD / yardstick.triad),
-            floor_seconds: self.least_bytes.map(|bytes| bytes / yardstick.triad),
+            target_here_seconds: target_seconds.map(|target| target * TARGET_TRIAD / moment.triad),
+            floor_seconds: self.least_bytes.map(|bytes| bytes / moment.triad),
+            moment: Some(moment),
             ..self
         }
     }
 }
 
-impl Line<8> for Row {
-    const HEAD: [&'static str; 8] = ["what", "cells, steps", "took", "target", "of target", "floor", "of floor", "note"];
+impl Line<11> for Row {
+    const HEAD: [&'static str; 11] = ["what", "cells, steps", "took", "target", "of target", "floor", "of floor", "GB/s", "GFLOP/s", "ns", "note"];
     const WIDTHS: &'static [usize] = &[44, 18];
 
-    fn texts(&self) -> [String; 8] {
+    fn texts(&self) -> [String; 11] {
         let time = |value: Option<f64>| value.map_or_else(|| "-".into(), sheet::time);
         let ratio = |by: Option<f64>| self.seconds.zip(by).map_or_else(|| "-".into(), |(seconds, by)| format!("{:.2}", seconds / by));
+        let moment =
+            |of: &dyn Fn(Moment) -> Option<f64>, digits: usize| self.moment.and_then(of).map_or_else(|| "-".into(), |value| format!("{value:.digits$}"));
         let evaluations = self.evaluations.map(|count| format!("{count:.2} evaluations, Courant {:.1}", self.courant.unwrap_or(0.0)));
         let iterations = self.iterations.map(|count| format!("{count} iterations"));
         [
@@ -87,6 +93,9 @@ impl Line<8> for Row {
             ratio(self.target_here_seconds),
             time(self.floor_seconds),
             ratio(self.floor_seconds),
+            moment(&|moment| Some(1e-9 * moment.triad), 1),
+            moment(&|moment| Some(1e-9 * moment.flops), 0),
+            moment(&|moment| Some(1e9 * moment.handover?), 0),
             evaluations.or(iterations).map_or_else(String::new, |note| format!("  {note}")),
         ]
     }

@@ -123,7 +123,7 @@ fn text(yardstick: &Yardstick, sheet: &Sheet<Row, 10>) -> String {
         "{} The triad gains {:.2} from all threads.\n\nNanoseconds for each cell and step, f32, on one thread and on all:\n\n{}\n\
          ![Cost in 2D](scaling_2d.svg)\n\n![Cost in 3D](scaling_3d.svg)",
         yardstick.sentence(),
-        yardstick.triad / yardstick.triad_on_one,
+        yardstick.moment.triad / yardstick.triad_on_one,
         sheet.markdown()
     )
 }

@@ -4,7 +4,7 @@ use super::kernels::Kernel;
 use super::row::{Peak, Row};
 use super::sheet::Sheet;
 use super::solves::{self, Reached};
-use super::yardstick::Yardstick;
+use super::yardstick::{Moment, Yardstick};
 use super::{Voice, scenes, section, with_team};
 use crate::cli::BenchArguments;
 use crate::exit::{DONE, Failure};
@@ -44,10 +44,11 @@ impl Sizes {
 /// A run of the table.
 struct Run<'a> {
     exec: &'a dyn Exec,
-    yardstick: Yardstick,
+    /// What the machine did after the last row.
+    moment: Moment,
     sizes: Sizes,
     quick: bool,
-    sheet: Sheet<Row, 8>,
+    sheet: Sheet<Row, 11>,
 }
 
 /// Runs `bench`.
@@ -57,7 +58,7 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<u8, Failure> {
     with_team(common.threads, |exec| {
         let (voice, yardstick) = (Voice::of(common), Yardstick::measure(exec, common.quick));
         voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
-        let mut run = Run { exec, yardstick, sizes: Sizes::new(common.quick), quick: common.quick, sheet: Sheet::begin(voice) };
+        let mut run = Run { exec, moment: yardstick.moment, sizes: Sizes::new(common.quick), quick: common.quick, sheet: Sheet::begin(voice) };
         let peak = run.iterations_in_3d()?;
         run.kernels()?;
         run.in_2d()?;
@@ -74,7 +75,8 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<u8, Failure> {
 impl Run<'_> {
     /// Completes a row and tells it.
     fn add(&mut self, row: Row) {
-        self.sheet.add(row.beside(&self.yardstick, self.quick));
+        let before = core::mem::replace(&mut self.moment, Moment::measure(self.exec, self.quick));
+        self.sheet.add(row.beside(before.mean(self.moment), self.quick));
     }
 
     fn kernels(&mut self) -> Result<(), Failure> {

@@ -1,6 +1,8 @@
-//! Seconds, and what the machine can do: a triad for its memory, multiply-adds for its arithmetic, measured in the same run.
+//! Seconds, and what the machine can do: a triad for its memory, multiplications and additions for its arithmetic, how long a number
+//! is on its way from thread to thread; measured in the same run.
 
-use core::hint::black_box;
+use core::hint::{black_box, spin_loop};
+use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use serde::Serialize;
 use std::time::Instant;
 use thurible_core::exec::{RowBuffers, for_rows};
@@ -14,10 +16,14 @@ const FEW_NUMBERS: usize = 1 << 20;
 const REPEATS: usize = 40;
 /// Chunks that the threads take.
 const CHUNKS: usize = 1 << 8;
-/// Multiply-adds of each chain.
+/// Operations of each chain.
 const LINKS: usize = 1 << 22;
-/// Chains that do not wait for each other, enough to hide the latency of a multiply-add.
-const CHAINS: usize = 12;
+/// Times that a number goes there and back in one measurement,
+const TRIPS: usize = 1_000;
+/// and measurements.
+const MEASUREMENTS: usize = 9;
+/// Looks at a number until nobody is waited for any more.
+const PATIENCE: usize = 1 << 18;
 
 /// The best of `repeats` timings of `work`, in seconds.
 pub fn best(repeats: usize, mut work: impl FnMut()) -> f64 {
@@ -36,34 +42,58 @@ pub fn timed(work: impl FnOnce()) -> f64 {
 pub struct Yardstick {
     /// Threads of the run.
     pub threads: usize,
-    /// Bytes a second of the triad on those threads.
-    pub triad: f64,
-    /// The same on one thread.
+    /// What changes from minute to minute.
+    #[serde(flatten)]
+    pub moment: Moment,
+    /// Bytes a second of the triad on one thread.
     pub triad_on_one: f64,
-    /// Multiply-adds in f32, two operations each, a second, on those threads.
-    pub flops: f64,
-    /// The same on one thread.
+    /// Operations a second on one thread.
     pub flops_on_one: f64,
+}
+
+/// What the machine did at one time: other machines may share its processors.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Moment {
+    /// Bytes a second of the triad.
+    pub triad: f64,
+    /// Multiplications and additions in f32 a second, as many of one as of the other, none fused.
+    pub flops: f64,
+    /// Seconds until one thread reads what another wrote; none where no two run at the same time.
+    pub handover: Option<f64>,
+}
+
+impl Moment {
+    /// Measures; `quick` in arrays that fit in a cache.
+    pub fn measure(exec: &dyn Exec, quick: bool) -> Self {
+        Self { triad: triad(exec, numbers(quick)), flops: arithmetic(exec), handover: handover(exec) }
+    }
+
+    /// The mean of what was before and what is after something.
+    #[must_use]
+    pub fn mean(self, after: Self) -> Self {
+        let handover = self.handover.zip(after.handover).map(|(before, after)| 0.5 * (before + after));
+        Self { triad: 0.5 * (self.triad + after.triad), flops: 0.5 * (self.flops + after.flops), handover }
+    }
+}
+
+/// Numbers of each array of the triad.
+const fn numbers(quick: bool) -> usize {
+    if quick { FEW_NUMBERS } else { NUMBERS }
 }
 
 impl Yardstick {
     /// Measures; `quick` in arrays that fit in a cache.
     pub fn measure(exec: &dyn Exec, quick: bool) -> Self {
-        let numbers = if quick { FEW_NUMBERS } else { NUMBERS };
-        Self {
-            threads: exec.threads(),
-            triad: triad(exec, numbers),
-            triad_on_one: triad(&Serial, numbers),
-            flops: multiply_adds(exec),
-            flops_on_one: multiply_adds(&Serial),
-        }
+        Self { threads: exec.threads(), moment: Moment::measure(exec, quick), triad_on_one: triad(&Serial, numbers(quick)), flops_on_one: arithmetic(&Serial) }
     }
 
     /// In words.
     pub fn sentence(&self) -> String {
-        let [triad, one, flops, one_flops] = [self.triad, self.triad_on_one, self.flops, self.flops_on_one].map(|rate| rate / 1e9);
+        let [triad, one, flops, one_flops] = [self.moment.triad, self.triad_on_one, self.moment.flops, self.flops_on_one].map(|rate| rate / 1e9);
+        let handover = self.moment.handover.map_or_else(String::new, |seconds| format!(" From thread to thread in {:.0} ns.", 1e9 * seconds));
         format!(
-            "Triad a = b + 3 c in f32 on {} threads: {triad:.1} GB/s, on one {one:.1}. Multiply-adds in f32: {flops:.0} GFLOP/s, on one thread {one_flops:.0}.",
+            "Triad a = b + 3 c in f32 on {} threads: {triad:.1} GB/s, on one {one:.1}. \
+             Multiplications and additions in f32, not fused: {flops:.0} GFLOP/s, on one thread {one_flops:.0}.{handover}",
             self.threads
         )
     }
@@ -83,18 +113,20 @@ fn triad(exec: &dyn Exec, numbers: usize) -> f64 {
     (3 * numbers * size_of::<f32>()) as f64 / seconds
 }
 
-/// Operations a second of multiply-adds in registers on the threads of `exec`.
-fn multiply_adds(exec: &dyn Exec) -> f64 {
-    let lanes = chains(0);
+/// Operations a second in registers on the threads of `exec`.
+fn arithmetic(exec: &dyn Exec) -> f64 {
+    let side_by_side = chains(0);
     let seconds = best(3, || {
         exec.run(exec.threads(), &|_| {
             black_box(chains(LINKS));
         });
     });
-    (2 * lanes * CHAINS * LINKS * exec.threads()) as f64 / seconds
+    (side_by_side * LINKS * exec.threads()) as f64 / seconds
 }
 
-/// x <- x a + b, `links` times in each chain, in the widest vectors that the machine has; how many lanes those have.
+/// x <- x a and y <- y + b, `links` times in each of some chains, in the widest vectors that the machine has; operations of a link in all of them.
+///
+/// Chains do not wait for each other, and there are as many as registers hold, to hide the latency of either operation.
 fn chains(links: usize) -> usize {
     #[cfg(target_arch = "x86_64")]
     {
@@ -103,45 +135,98 @@ fn chains(links: usize) -> usize {
             // SAFETY: the machine has AVX-512.
             return unsafe { wide::chains(links) };
         }
-        if is_x86_feature_detected!("fma") {
-            #[expect(unsafe_code, reason = "calling a function compiled for FMA after asking the machine for it")]
-            // SAFETY: the machine has FMA and with it AVX.
+        if is_x86_feature_detected!("avx") {
+            #[expect(unsafe_code, reason = "calling a function compiled for AVX after asking the machine for it")]
+            // SAFETY: the machine has AVX.
             return unsafe { medium::chains(links) };
         }
     }
-    let mut sums = [[black_box(1f32); 4]; CHAINS];
-    let (a, b) = (black_box(0.5f32), black_box(0.25f32));
+    let mut pairs = [[[black_box(1f32); 4]; 2]; 6];
+    let (a, b) = (black_box(1f32), black_box(0.25f32));
     for _ in 0..links {
-        sums.iter_mut().flatten().for_each(|sum| *sum = *sum * a + b);
+        for [product, sum] in &mut pairs {
+            product.iter_mut().for_each(|x| *x *= a);
+            sum.iter_mut().for_each(|y| *y += b);
+        }
     }
-    black_box(sums);
-    4
+    black_box(pairs).as_flattened().as_flattened().len()
 }
 
 /// [`chains`] in vectors of one instruction set.
 #[cfg(target_arch = "x86_64")]
 macro_rules! chains {
-    ($name:ident, $feature:literal, $lanes:expr, $splat:ident, $multiply_add:ident) => {
+    ($name:ident, $feature:literal, $lanes:expr, $chains:expr, $splat:ident, $multiply:ident, $add:ident) => {
         mod $name {
-            use super::{CHAINS, black_box};
-            use core::arch::x86_64::{$multiply_add, $splat};
+            use super::black_box;
+            use core::arch::x86_64::{$add, $multiply, $splat};
 
             #[target_feature(enable = $feature)]
             pub(super) fn chains(links: usize) -> usize {
-                let mut sums = [$splat(black_box(1.0)); CHAINS];
-                let (a, b) = ($splat(black_box(0.5)), $splat(black_box(0.25)));
+                let mut pairs = [($splat(black_box(1.0)), $splat(black_box(1.0))); $chains];
+                let (a, b) = ($splat(black_box(1.0)), $splat(black_box(0.25)));
                 for _ in 0..links {
-                    for sum in &mut sums {
-                        *sum = $multiply_add(*sum, a, b);
+                    for (product, sum) in &mut pairs {
+                        *product = $multiply(*product, a);
+                        *sum = $add(*sum, b);
                     }
                 }
-                black_box(sums);
-                $lanes
+                black_box(pairs);
+                2 * $chains * $lanes
             }
         }
     };
 }
 #[cfg(target_arch = "x86_64")]
-chains!(wide, "avx512f", 16, _mm512_set1_ps, _mm512_fmadd_ps);
+chains!(wide, "avx512f", 16, 12, _mm512_set1_ps, _mm512_mul_ps, _mm512_add_ps);
 #[cfg(target_arch = "x86_64")]
-chains!(medium, "avx,fma", 8, _mm256_set1_ps, _mm256_fmadd_ps);
+chains!(medium, "avx", 8, 6, _mm256_set1_ps, _mm256_mul_ps, _mm256_add_ps);
+
+/// A number on a cache line of its own: processors fetch lines in pairs.
+#[derive(Default)]
+#[repr(align(128))]
+struct Line(AtomicUsize);
+
+impl Line {
+    /// Waits until the number is `goal`; whether it came to that.
+    fn reaches(&self, goal: usize) -> bool {
+        (0..PATIENCE).any(|_| {
+            spin_loop();
+            self.0.load(Ordering::Acquire) == goal
+        })
+    }
+}
+
+/// Seconds until one thread of `exec` reads what another wrote: half of a way there and back, the median of some.
+fn handover(exec: &dyn Exec) -> Option<f64> {
+    let mut trips: Vec<f64> = (0..MEASUREMENTS).map_while(|_| round_trips(exec)).collect();
+    trips.sort_by(f64::total_cmp);
+    trips.get(trips.len() / 2).map(|seconds| 0.5 * seconds / TRIPS as f64)
+}
+
+/// Seconds of [`TRIPS`] ways from one thread to another and back; none if the other does not come.
+fn round_trips(exec: &dyn Exec) -> Option<f64> {
+    let (there, back, nanoseconds) = (Line::default(), Line::default(), AtomicU64::new(0));
+    exec.run(2.min(exec.threads()), &|side| {
+        let mut began = Instant::now();
+        for trip in 1..=TRIPS + 1 {
+            if side == 1 {
+                if !there.reaches(trip) {
+                    return;
+                }
+                back.0.store(trip, Ordering::Release);
+                continue;
+            }
+            there.0.store(trip, Ordering::Release);
+            if !back.reaches(trip) {
+                return;
+            }
+            if trip == 1 {
+                began = Instant::now();
+            }
+        }
+        if side == 0 {
+            nanoseconds.store(u64::try_from(began.elapsed().as_nanos()).unwrap_or(0), Ordering::Relaxed);
+        }
+    });
+    Some(nanoseconds.into_inner()).filter(|&nanoseconds| nanoseconds > 0).map(|nanoseconds| nanoseconds as f64 * 1e-9)
+}
