@@ -59,6 +59,9 @@ impl<T: Real> Flow<'_, T> {
 /// Rows between the one that is read and the one that is asked for.
 pub const ROWS_AHEAD: usize = 8;
 
+/// Numbers in two cache lines, which processors fetch together: scratch of two threads shares none.
+const PAIR_OF_LINES: usize = 32;
+
 /// Where the terms of sub-steps are held: those of the latest ones, as many as there is room for.
 #[derive(Debug, Default)]
 struct Held {
@@ -124,7 +127,7 @@ pub struct Transport<'a, T> {
 
 impl<'a, T: Real> Transport<'a, T> {
     fn scratch_len(grid: &Grid, threads: usize) -> usize {
-        pooled(threads * flux::SCRATCH_ROWS * (grid.n[0] + flux::HALO))
+        threads * (flux::SCRATCH_ROWS * (grid.n[0] + flux::HALO)).next_multiple_of(PAIR_OF_LINES)
     }
 
     /// Writes the ledger lines of [`Self::carve`].

@@ -3,7 +3,7 @@
 use super::kernels::Kernel;
 use super::sheet::{Line, Sheet};
 use super::solves;
-use super::yardstick::Yardstick;
+use super::yardstick::{Moment, Yardstick};
 use super::{Voice, page, scenes, section, with_team};
 use crate::cli::MeasureArguments;
 use crate::exit::{DONE, Failure};
@@ -49,6 +49,9 @@ struct Row {
     courant: f64,
     /// The same of a V(2,2) cycle of STFAS.
     cycle_ns: [f64; 2],
+    /// What the machine did before and after, on average.
+    #[serde(flatten)]
+    moment: Moment,
 }
 
 /// Runs `bench scaling`.
@@ -61,7 +64,8 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
         voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
         let mut sheet = Sheet::begin(voice);
         for &(cells, steps) in sizes {
-            sheet.add(if cells.len() == 2 { Row::measure::<D2>(exec, cells, steps) } else { Row::measure::<D3>(exec, cells, steps) }?);
+            let quick = arguments.quick;
+            sheet.add(if cells.len() == 2 { Row::measure::<D2>(exec, cells, steps, quick) } else { Row::measure::<D3>(exec, cells, steps, quick) }?);
         }
         Ok((yardstick, sheet))
     })?;
@@ -74,7 +78,8 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
 }
 
 impl Row {
-    fn measure<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize) -> Result<Self, Failure> {
+    fn measure<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize, quick: bool) -> Result<Self, Failure> {
+        let before = Moment::measure(exec, quick);
         let count = cells.iter().product::<usize>() * steps;
         let repeats = (ENOUGH / count).clamp(1, 20);
         let ready = scenes::drift(cells, steps, true, exec.threads())?;
@@ -90,15 +95,17 @@ impl Row {
             evaluations: together.evaluations,
             courant: together.courant,
             cycle_ns: [ns(cycle(&Serial)?), ns(cycle(exec)?)],
+            moment: before.mean(Moment::measure(exec, quick)),
         })
     }
 }
 
-impl Line<10> for Row {
-    const HEAD: [&'static str; 10] = ["cells", "steps", "direct, 1", "direct, all", "speed-up", "evaluations", "Courant", "cycle, 1", "cycle, all", "speed-up"];
+impl Line<12> for Row {
+    const HEAD: [&'static str; 12] =
+        ["cells", "steps", "direct, 1", "direct, all", "speed-up", "evaluations", "Courant", "cycle, 1", "cycle, all", "speed-up", "GB/s", "ns"];
     const WIDTHS: &'static [usize] = &[14];
 
-    fn texts(&self) -> [String; 10] {
+    fn texts(&self) -> [String; 12] {
         let [alone, together] = self.direct_ns;
         let [cycle_alone, cycle_together] = self.cycle_ns;
         let nanoseconds = [alone, together, cycle_alone, cycle_together].map(|ns| format!("{ns:.1}"));
@@ -114,11 +121,13 @@ impl Line<10> for Row {
             cycle_alone_ns,
             cycle_together_ns,
             format!("{:.2}", cycle_alone / cycle_together),
+            format!("{:.1}", 1e-9 * self.moment.triad),
+            self.moment.handover.map_or_else(|| "-".into(), |seconds| format!("{:.0}", 1e9 * seconds)),
         ]
     }
 }
 
-fn text(yardstick: &Yardstick, sheet: &Sheet<Row, 10>) -> String {
+fn text(yardstick: &Yardstick, sheet: &Sheet<Row, 12>) -> String {
     format!(
         "{} The triad gains {:.2} from all threads.\n\nNanoseconds for each cell and step, f32, on one thread and on all:\n\n{}\n\
          ![Cost in 2D](scaling_2d.svg)\n\n![Cost in 3D](scaling_3d.svg)",
