@@ -207,25 +207,24 @@ fn handover(exec: &dyn Exec) -> Option<f64> {
 fn round_trips(exec: &dyn Exec) -> Option<f64> {
     let (there, back, nanoseconds) = (Line::default(), Line::default(), AtomicU64::new(0));
     exec.run(2.min(exec.threads()), &|side| {
-        let mut began = Instant::now();
-        for trip in 1..=TRIPS + 1 {
-            if side == 1 {
-                if !there.reaches(trip) {
-                    return;
-                }
-                back.0.store(trip, Ordering::Release);
-                continue;
-            }
+        let goes_and_returns = |trip| {
             there.0.store(trip, Ordering::Release);
-            if !back.reaches(trip) {
-                return;
+            back.reaches(trip)
+        };
+        let is_sent_back = |trip| {
+            let came = there.reaches(trip);
+            if came {
+                back.0.store(trip, Ordering::Release);
             }
-            if trip == 1 {
-                began = Instant::now();
+            came
+        };
+        if side == 1 {
+            let _ = (1..=TRIPS + 1).all(is_sent_back);
+        } else if goes_and_returns(1) {
+            let began = Instant::now();
+            if (2..=TRIPS + 1).all(goes_and_returns) {
+                nanoseconds.store(u64::try_from(began.elapsed().as_nanos()).unwrap_or(0), Ordering::Relaxed);
             }
-        }
-        if side == 0 {
-            nanoseconds.store(u64::try_from(began.elapsed().as_nanos()).unwrap_or(0), Ordering::Relaxed);
         }
     });
     Some(nanoseconds.into_inner()).filter(|&nanoseconds| nanoseconds > 0).map(|nanoseconds| nanoseconds as f64 * 1e-9)
