@@ -76,11 +76,15 @@ multiversion! {
                 poison[l] += chunk[l] * T::ZERO;
             }
         }
-        let mut all = T::ZERO;
-        for l in 0..LANES {
-            all = largest[l].max(all) + poison[l];
+        let mut half = LANES;
+        while half > 1 {
+            half /= 2;
+            for l in 0..half {
+                largest[l] = largest[l + half].max(largest[l]);
+                poison[l] += poison[l + half];
+            }
         }
-        if poison.iter().all(|p| p.is_finite()) { all.to_f64() } else { f64::NAN }
+        if poison[0].is_finite() { largest[0].to_f64() } else { f64::NAN }
     }
 }
 

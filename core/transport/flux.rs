@@ -137,8 +137,22 @@ pub struct Around<'g> {
 
 impl<'g> Around<'g> {
     /// Those around `row`.
-    #[inline]
+    #[inline(always)]
     pub fn new(grid: &'g Grid, row: usize) -> Self {
+        let at = grid.row_at(row);
+        let inside = |axis: usize| axis >= grid.dims || (2..grid.n[axis] - 2).contains(&at[axis - 1]);
+        if !(inside(1) && inside(2)) {
+            return Self::near_end(grid, row);
+        }
+        let strides = if grid.dims > 2 { [1, grid.n[1]] } else { [1, 0] };
+        let cells = strides.map(|stride| [row - 2 * stride, row - stride, row + stride, row + 2 * stride]);
+        let faces = strides.map(|stride| [row - stride, row, row + stride, row + 2 * stride]);
+        Self { grid, row, cells, faces, walls: [[false; 2]; 2] }
+    }
+
+    /// Those around `row`, of which some may lie beyond an end of the box.
+    #[cold]
+    fn near_end(grid: &'g Grid, row: usize) -> Self {
         let mut around = Self { grid, row, cells: [[row; 4]; 2], faces: [[row; 4]; 2], walls: [[true; 2]; 2] };
         let at = grid.row_at(row);
         for axis in 1..grid.dims {
