@@ -94,15 +94,8 @@ vectorised! {
         let mut lanes = [[T::ZERO; 16]; 2];
         extremes[0].store(&mut lanes[0]);
         extremes[1].store(&mut lanes[1]);
-        let mut half = V::LANES;
-        while half > 1 {
-            half /= 2;
-            for l in 0..half {
-                lanes[0][l] = lanes[0][l].max(lanes[0][l + half]);
-                lanes[1][l] += lanes[1][l + half];
-            }
-        }
-        let (largest, poison) = (lanes[0][0].max(rest[0]), lanes[1][0] + rest[1]);
+        let largest = lanes[0].iter().fold(rest[0], |all, &x| x.max(all));
+        let poison = lanes[1].iter().fold(rest[1], |all, &x| all + x);
         // 0 where all was set to 0, not finite where any number was not.
         if negligible > largest { poison } else { largest + poison }
     }
