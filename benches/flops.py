@@ -6,7 +6,7 @@
 Needs valgrind and objdump. Callgrind says how often every instruction of the program runs, objdump which one it is: an addition,
 subtraction, multiplication, division, square root, minimum or maximum counts once for each number of its vector, a fused
 multiply-add twice. A kernel's share is the difference between running it n and n + 1 times, on one thread, divided by cells and
-slots. Valgrind has no AVX-512, so the AVX2 kernels are counted, which do the same operations in shorter vectors.
+slots. Valgrind has no AVX-512 and not all of AVX2, so the baseline kernels are counted, which do the same operations in shorter vectors.
 """
 import json
 import os
