@@ -142,7 +142,7 @@ impl<'g> Around<'g> {
         let at = grid.row_at(row);
         let inside = |axis: usize| axis >= grid.dims || (2..grid.n[axis] - 2).contains(&at[axis - 1]);
         if !(inside(1) && inside(2)) {
-            return Self::near_end(grid, row);
+            return Self::near_end(grid, row, at);
         }
         let strides = if grid.dims > 2 { [1, grid.n[1]] } else { [1, 0] };
         let cells = strides.map(|stride| [row - 2 * stride, row - stride, row + stride, row + 2 * stride]);
@@ -150,11 +150,10 @@ impl<'g> Around<'g> {
         Self { grid, row, cells, faces, walls: [[false; 2]; 2] }
     }
 
-    /// Those around `row`, of which some may lie beyond an end of the box.
+    /// Those around `row`, which is at (y, z) and some of which may lie beyond an end of the box.
     #[cold]
-    fn near_end(grid: &'g Grid, row: usize) -> Self {
+    fn near_end(grid: &'g Grid, row: usize, at: [usize; 2]) -> Self {
         let mut around = Self { grid, row, cells: [[row; 4]; 2], faces: [[row; 4]; 2], walls: [[true; 2]; 2] };
-        let at = grid.row_at(row);
         for axis in 1..grid.dims {
             let (n, stride, here) = (grid.n[axis], if axis == 1 { 1 } else { grid.n[1] }, at[axis - 1]);
             let first = row - here * stride;

@@ -270,6 +270,27 @@ fn at_face<T: Real, V: simd::Vector<Elem = T>>([a, b, c, d]: [V; 4], v: V, [near
     v.select(upward, (-v).select(downward, V::splat(T::HALF) * (upward + downward)))
 }
 
+/// What one axis brings cells c at `i`, s times [`outflow`], and the gradient at their low faces. Rows of z and y stand at offsets -2, -1, 1
+/// and 2 of the cells, those of faces at -1, 0, 1 and 2.
+#[inline(always)]
+fn along_axis<T: Real, V: simd::Vector<Elem = T>>(
+    i: usize,
+    (c, y_c): (V, V),
+    z: &[&[T]; 4],
+    y: &[&[T]; 4],
+    faces: &[&[T]; 4],
+    gradient: &mut [T],
+    s: V,
+    w: [V; 3],
+    zero: V,
+) -> V {
+    let (b, low) = (V::load(&z[1][i..]), V::load(&faces[1][i..]));
+    let rho_f = at_face([V::load(&y[0][i..]), V::load(&y[1][i..]), y_c, V::load(&y[2][i..])], low, w);
+    (V::load(&gradient[i..]) + s * rho_f * (c - b)).store(&mut gradient[i..]);
+    let through = [V::load(&faces[0][i..]), low, V::load(&faces[2][i..]), V::load(&faces[3][i..])];
+    s * outflow([V::load(&z[0][i..]), b, c, V::load(&z[2][i..]), V::load(&z[3][i..])], through, w, zero)
+}
+
 /// The kernel of [`transposed`] from `i` as far as whole vectors go; where it ended.
 #[inline(always)]
 fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
@@ -284,40 +305,27 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     w: [T; 3],
     scales: &[T],
 ) -> usize {
-    let deep = scales.len() > 2;
     let last = scales.len() - 1;
     let (out, alone) = (&mut out[..n], mu.is_empty());
     let mu = if alone { mu } else { &mu[..n] };
     let [gx, gy, gz] = gradient;
-    let (gx, gy, gz) = (&mut gx[..n], &mut gy[..n], if deep { &mut gz[..n] } else { &mut [][..] });
-    let (x, rho, faces_x) = (&z.x[..n + 4], &y.x[..n + 4], &faces.x[..n + 3]);
-    let (z_y, rho_y, faces_y) = (z.along(1, n), y.along(1, n), faces.along(1, n));
-    let (z_z, rho_z, faces_z) = (z.along(last, n), y.along(last, n), faces.along(last, n));
+    let (gx, gy, gz) = (&mut gx[..n], &mut gy[..n], if last > 1 { &mut gz[..n] } else { &mut [][..] });
+    let (cells, rho) = (&z.x[..n + 4], &y.x[..n + 4]);
+    let faces_x = &faces.x[..n + 3];
+    let (z_x, y_x) = ([&cells[..n], &cells[1..], &cells[3..], &cells[4..]], [&rho[..n], &rho[1..], &rho[3..], &rho[4..]]);
+    let faces_x = [&faces_x[..n], &faces_x[1..], &faces_x[2..], &faces_x[3..]];
+    let (z_y, y_y, faces_y) = (z.along(1, n), y.along(1, n), faces.along(1, n));
+    let (z_z, y_z, faces_z) = (z.along(last, n), y.along(last, n), faces.along(last, n));
     let zero = V::splat(T::ZERO);
     let w = [V::splat(w[0]), V::splat(w[1]), V::splat(w[2])];
     let scales = [V::splat(scales[0]), V::splat(scales[1]), V::splat(scales[last])];
     while i + V::LANES <= n {
-        let (c, rho_c) = (V::load(&x[i + 2..]), V::load(&rho[i + 2..]));
-        let (b, d) = (V::load(&x[i + 1..]), V::load(&x[i + 3..]));
-        let low = V::load(&faces_x[i + 1..]);
-        let through = [V::load(&faces_x[i..]), low, V::load(&faces_x[i + 2..]), V::load(&faces_x[i + 3..])];
-        let before = if alone { V::load(&out[i..]) } else { V::load(&mu[i..]) };
-        let mut sum = before + scales[0] * outflow([V::load(&x[i..]), b, c, d, V::load(&x[i + 4..])], through, w, zero);
-        let rho_f = at_face([V::load(&rho[i..]), V::load(&rho[i + 1..]), rho_c, V::load(&rho[i + 3..])], low, w);
-        (V::load(&gx[i..]) + scales[0] * rho_f * (c - b)).store(&mut gx[i..]);
-        let (b, d) = (V::load(&z_y[1][i..]), V::load(&z_y[2][i..]));
-        let low = V::load(&faces_y[1][i..]);
-        let through = [V::load(&faces_y[0][i..]), low, V::load(&faces_y[2][i..]), V::load(&faces_y[3][i..])];
-        sum = sum + scales[1] * outflow([V::load(&z_y[0][i..]), b, c, d, V::load(&z_y[3][i..])], through, w, zero);
-        let rho_f = at_face([V::load(&rho_y[0][i..]), V::load(&rho_y[1][i..]), rho_c, V::load(&rho_y[2][i..])], low, w);
-        (V::load(&gy[i..]) + scales[1] * rho_f * (c - b)).store(&mut gy[i..]);
-        if deep {
-            let (b, d) = (V::load(&z_z[1][i..]), V::load(&z_z[2][i..]));
-            let low = V::load(&faces_z[1][i..]);
-            let through = [V::load(&faces_z[0][i..]), low, V::load(&faces_z[2][i..]), V::load(&faces_z[3][i..])];
-            sum = sum + scales[2] * outflow([V::load(&z_z[0][i..]), b, c, d, V::load(&z_z[3][i..])], through, w, zero);
-            let rho_f = at_face([V::load(&rho_z[0][i..]), V::load(&rho_z[1][i..]), rho_c, V::load(&rho_z[2][i..])], low, w);
-            (V::load(&gz[i..]) + scales[2] * rho_f * (c - b)).store(&mut gz[i..]);
+        let here = (V::load(&cells[i + 2..]), V::load(&rho[i + 2..]));
+        let mut sum = if alone { V::load(&out[i..]) } else { V::load(&mu[i..]) };
+        sum = sum + along_axis(i, here, &z_x, &y_x, &faces_x, gx, scales[0], w, zero);
+        sum = sum + along_axis(i, here, &z_y, &y_y, &faces_y, gy, scales[1], w, zero);
+        if last > 1 {
+            sum = sum + along_axis(i, here, &z_z, &y_z, &faces_z, gz, scales[2], w, zero);
         }
         sum.store(&mut out[i..]);
         i += V::LANES;
