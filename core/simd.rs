@@ -93,12 +93,15 @@ macro_rules! multiversion {
 pub(crate) use multiversion;
 
 /// Asks for `count` numbers of `from` from `index` on, which will be read soon; places beyond the slice are harmless.
+///
+/// They come into the second cache: in the first one they would drive out what is being worked on, and be gone again when they are read.
 #[inline(always)]
 pub fn prefetch<T>(from: &[T], index: usize, count: usize) {
     #[cfg(target_arch = "x86_64")]
-    for number in (index..index + count).step_by(CACHE_LINE / size_of::<T>()) {
+    for line in 0..(count * size_of::<T>()).div_ceil(CACHE_LINE) {
+        let number = index.wrapping_add(line * (CACHE_LINE / size_of::<T>()));
         // SAFETY: a prefetch never faults, whatever the address.
-        unsafe { core::arch::x86_64::_mm_prefetch::<{ core::arch::x86_64::_MM_HINT_T0 }>(from.as_ptr().wrapping_add(number).cast()) };
+        unsafe { core::arch::x86_64::_mm_prefetch::<{ core::arch::x86_64::_MM_HINT_T1 }>(from.as_ptr().wrapping_add(number).cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (from, index, count);

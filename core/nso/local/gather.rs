@@ -4,6 +4,7 @@
 //! than processors follow; so all are read, and asked for ahead, in one small loop, and what is compiled for the equations finds its
 //! numbers in places that are known.
 
+use super::GROUPS;
 use super::edge::Edge;
 use crate::field::Vector as Field;
 use crate::grid::{D3, Grid, Side, Space};
@@ -47,9 +48,24 @@ struct Stream<'s, T> {
     /// Where the number of the first cell in slot 0 is; before the field where that is left of it.
     start: usize,
     /// Which of the gathered vectors it becomes.
-    place: u32,
-    /// Whether it asks for its row ahead, for all that read the same.
-    leads: bool,
+    place: usize,
+}
+
+impl<T: Real> Stream<'_, T> {
+    /// Gathers for each of `COUNT` groups what is `shift` numbers after slot 0.
+    #[inline(always)]
+    fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, gathered: &mut [T]) {
+        let (from, both) = (self.start.wrapping_add(shift), 2 * V::LANES);
+        let row = self.field.get(from..from.wrapping_add(COUNT * both));
+        for group in 0..COUNT {
+            let place = (group * Gathered::<S>::SIZE + self.place) * V::LANES;
+            let Some(to) = gathered.get_mut(place..place + V::LANES) else { return };
+            match row {
+                Some(row) => V::load_even(&row[group * both..]).store(to),
+                None => at_the_end(self.field, from.wrapping_add(group * both), to),
+            }
+        }
+    }
 }
 
 /// A number that is on the other side of a periodic axis.
@@ -66,31 +82,34 @@ struct Wrapped<'s, T> {
 /// Streams, and what they read across a periodic boundary.
 struct Streams<'s, T, const MOST: usize, const WRAPPED: usize> {
     list: heapless::Vec<Stream<'s, T>, MOST>,
+    /// The first so many ask for their rows ahead, for all that read the same.
+    leading: usize,
     wrapped: heapless::Vec<Wrapped<'s, T>, WRAPPED>,
 }
 
-impl<T: Real, const MOST: usize, const WRAPPED: usize> Streams<'_, T, MOST, WRAPPED> {
-    const EMPTY: Self = Self { list: heapless::Vec::new(), wrapped: heapless::Vec::new() };
+impl<'s, T: Real, const MOST: usize, const WRAPPED: usize> Streams<'s, T, MOST, WRAPPED> {
+    const EMPTY: Self = Self { list: heapless::Vec::new(), leading: 0, wrapped: heapless::Vec::new() };
 
-    /// Gathers for every group what is `shift` numbers after slot 0, and asks for what is `ahead` after that.
-    #[inline(always)]
-    fn fill<S: Space, V: Vector<Elem = T>>(&self, shift: usize, ahead: usize, gathered: &mut [T]) {
-        let size = Gathered::<S>::SIZE * V::LANES;
-        let read = 2 * V::LANES * (gathered.len() / size);
-        for stream in &self.list {
-            let mut from = stream.start.wrapping_add(shift);
-            if stream.leads {
-                prefetch(stream.field, from.wrapping_add(ahead), read);
-            }
-            for group in gathered.chunks_exact_mut(size) {
-                let to = &mut group[stream.place as usize * V::LANES..][..V::LANES];
-                match stream.field.get(from..from.wrapping_add(2 * V::LANES)) {
-                    Some(both) => V::load_even(both).store(to),
-                    None => at_the_end(stream.field, from, to),
-                }
-                from = from.wrapping_add(2 * V::LANES);
-            }
+    fn add(&mut self, stream: Stream<'s, T>, leads: bool) {
+        let last = self.list.len();
+        if self.list.push(stream).is_ok() && leads {
+            self.list.swap(self.leading, last);
+            self.leading += 1;
         }
+    }
+
+    /// Gathers for each of `COUNT` groups what is `shift` numbers after slot 0, and asks for what is `ahead` after that.
+    #[inline(always)]
+    fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, gathered: &mut [T]) {
+        let mut streams = self.list.iter();
+        for stream in streams.by_ref().take(self.leading) {
+            prefetch(stream.field, stream.start.wrapping_add(shift + ahead), 2 * V::LANES * COUNT);
+            stream.fill::<S, V, COUNT>(shift, gathered);
+        }
+        for stream in streams {
+            stream.fill::<S, V, COUNT>(shift, gathered);
+        }
+        let size = Gathered::<S>::SIZE * V::LANES;
         for number in &self.wrapped {
             let Some(&value) = number.field.get(number.start.wrapping_add(shift)) else { continue };
             gathered[number.cell / V::LANES * size + number.place * V::LANES + number.cell % V::LANES] = value;
@@ -152,9 +171,18 @@ impl<'s, T: Real> Gather<'s, T> {
     /// Gathers slot `k`: group after group, [`Gathered::SIZE`] vectors each.
     #[inline(always)]
     pub(super) fn fill<S: Space, V: Vector<Elem = T>>(&self, k: usize, gathered: &mut [T]) {
-        self.streams.fill::<S, V>(k * self.nx, AHEAD * self.nx, gathered);
+        const { assert!(GROUPS == 2) };
+        match gathered.len() / (Gathered::<S>::SIZE * V::LANES) {
+            1 => self.fill_groups::<S, V, 1>(k, gathered),
+            _ => self.fill_groups::<S, V, 2>(k, gathered),
+        }
+    }
+
+    #[inline(always)]
+    fn fill_groups<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, k: usize, gathered: &mut [T]) {
+        self.streams.fill::<S, V, COUNT>(k * self.nx, AHEAD * self.nx, gathered);
         if k == 0 {
-            self.given.fill::<S, V>(0, 0, gathered);
+            self.given.fill::<S, V, COUNT>(0, 0, gathered);
         }
         if k + 1 == self.slots {
             for group in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES) {
@@ -186,7 +214,7 @@ impl<'g> Around<'g> {
     }
 
     /// Adds a field of `slots` slots, `offset` from the cells and `time` slots after the one that is gathered.
-    fn read<'s, T, const MOST: usize, const WRAPPED: usize>(
+    fn read<'s, T: Real, const MOST: usize, const WRAPPED: usize>(
         &self,
         streams: &mut Streams<'s, T, MOST, WRAPPED>,
         field: &'s [T],
@@ -199,8 +227,7 @@ impl<'g> Around<'g> {
         let Some(row) = self.rows[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize].filter(|_| !field.is_empty()) else { return };
         let Cells { start: x, count } = self.cells;
         let start = (row * slots * nx).wrapping_add_signed(time * nx as isize + x as isize + offset[0]);
-        let leads = time == 0 && offset[0] == 0;
-        let _ = streams.list.push(Stream { field, start, place: place as u32, leads });
+        streams.add(Stream { field, start, place }, time == 0 && offset[0] == 0);
         let last = 2 * (count - 1);
         if grid.periodic[0] && offset[0] == -1 && x == 0 {
             let _ = streams.wrapped.push(Wrapped { field, start: start.wrapping_add(nx), place, cell: 0 });
@@ -210,7 +237,7 @@ impl<'g> Around<'g> {
     }
 
     /// Adds the cells' own faces, place after place.
-    fn own_faces<'s, T, const MOST: usize, const WRAPPED: usize>(
+    fn own_faces<'s, T: Real, const MOST: usize, const WRAPPED: usize>(
         &self,
         streams: &mut Streams<'s, T, MOST, WRAPPED>,
         field: Field<'s, T>,
