@@ -59,6 +59,7 @@ impl<T: Real> Stream<'_, T> {
         let row = self.field.get(from..from.wrapping_add(COUNT * both));
         for group in 0..COUNT {
             let place = (group * Gathered::<S>::SIZE + self.place) * V::LANES;
+            debug_assert!(place + V::LANES <= gathered.len());
             let Some(to) = gathered.get_mut(place..place + V::LANES) else { return };
             match row {
                 Some(row) => V::load_even(&row[group * both..]).store(to),
@@ -90,6 +91,7 @@ struct Streams<'s, T, const MOST: usize, const WRAPPED: usize> {
 impl<'s, T: Real, const MOST: usize, const WRAPPED: usize> Streams<'s, T, MOST, WRAPPED> {
     const EMPTY: Self = Self { list: heapless::Vec::new(), leading: 0, wrapped: heapless::Vec::new() };
 
+    /// Adds a stream, in front of those that do not lead if it leads.
     fn add(&mut self, stream: Stream<'s, T>, leads: bool) {
         let last = self.list.len();
         if self.list.push(stream).is_ok() && leads {
@@ -171,7 +173,7 @@ impl<'s, T: Real> Gather<'s, T> {
     /// Gathers slot `k`: group after group, [`Gathered::SIZE`] vectors each.
     #[inline(always)]
     pub(super) fn fill<S: Space, V: Vector<Elem = T>>(&self, k: usize, gathered: &mut [T]) {
-        const { assert!(GROUPS == 2) };
+        const { assert!(GROUPS == 2, "one group, or two") };
         match gathered.len() / (Gathered::<S>::SIZE * V::LANES) {
             1 => self.fill_groups::<S, V, 1>(k, gathered),
             _ => self.fill_groups::<S, V, 2>(k, gathered),
