@@ -92,19 +92,33 @@ macro_rules! multiversion {
 }
 pub(crate) use multiversion;
 
+/// Where [`prefetch`] brings numbers.
+#[derive(Clone, Copy, Debug)]
+pub enum Cache {
+    /// The first cache, for what is read next.
+    First,
+    /// The second cache, where more waits than the first one holds: there it would drive out what is being worked on, and be gone again
+    /// when it is read.
+    Second,
+}
+
 /// Asks for `count` numbers of `from` from `index` on, which will be read soon; places beyond the slice are harmless.
-///
-/// They come into the second cache: in the first one they would drive out what is being worked on, and be gone again when they are read.
 #[inline(always)]
-pub fn prefetch<T>(from: &[T], index: usize, count: usize) {
+pub fn prefetch<T>(cache: Cache, from: &[T], index: usize, count: usize) {
     #[cfg(target_arch = "x86_64")]
     for line in 0..(count * size_of::<T>()).div_ceil(CACHE_LINE) {
-        let number = index.wrapping_add(line * (CACHE_LINE / size_of::<T>()));
+        use core::arch::x86_64::{_MM_HINT_T0, _MM_HINT_T1, _mm_prefetch};
+        let number = from.as_ptr().wrapping_add(index).wrapping_add(line * (CACHE_LINE / size_of::<T>())).cast();
         // SAFETY: a prefetch never faults, whatever the address.
-        unsafe { core::arch::x86_64::_mm_prefetch::<{ core::arch::x86_64::_MM_HINT_T1 }>(from.as_ptr().wrapping_add(number).cast()) };
+        unsafe {
+            match cache {
+                Cache::First => _mm_prefetch::<_MM_HINT_T0>(number),
+                Cache::Second => _mm_prefetch::<_MM_HINT_T1>(number),
+            }
+        }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (from, index, count);
+    let _ = (cache, from, index, count);
 }
 
 /// Bytes.

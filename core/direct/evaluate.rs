@@ -13,7 +13,7 @@ use crate::poisson::Projection;
 use crate::problem::keyframes::Keyframes;
 use crate::progress::{Objective, Status};
 use crate::real::Real;
-use crate::simd::prefetch;
+use crate::simd::{Cache, prefetch};
 use crate::transport::{Flow, ROWS_AHEAD, Stop};
 
 /// max |div d| h_x / max |d| that a direction d may have.
@@ -116,10 +116,8 @@ impl<T: Real> Evaluation<'_, '_, T> {
         carrier.sweep_back(exec, observer, &flow, self.rho, &self.keyframes, self.sums, &mut |slot, of_data| {
             for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, move |task| {
                 for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                    prefetch(out, ROWS_AHEAD * out.len() + slot * n, n);
-                    let out = &mut out[slot * n..(slot + 1) * n];
-                    rows::scale_in_place(out, weight);
-                    rows::sub(out, &of_data[axis][task.row * n..(task.row + 1) * n]);
+                    prefetch(Cache::First, out, ROWS_AHEAD * out.len() + slot * n, n);
+                    rows::scale_and_sub(&mut out[slot * n..][..n], weight, &of_data[axis][task.row * n..][..n]);
                 }
             });
         })?;

@@ -58,7 +58,7 @@ multiversion! {
 }
 
 /// Lanes of the reductions: fixed, so that every instruction set adds in the same order.
-const LANES: usize = 16;
+pub const LANES: usize = 16;
 
 multiversion! {
     /// max |x|, or NaN when any number is not finite (a plain maximum would swallow it).
@@ -76,16 +76,22 @@ multiversion! {
                 poison[l] += chunk[l] * T::ZERO;
             }
         }
-        let mut half = LANES;
-        while half > 1 {
-            half /= 2;
-            for l in 0..half {
-                largest[l] = largest[l + half].max(largest[l]);
-                poison[l] += poison[l + half];
-            }
-        }
-        if poison[0].is_finite() { largest[0].to_f64() } else { f64::NAN }
+        largest_lane(largest, poison)
     }
+}
+
+/// The largest of the lanes, or NaN unless the sum of `poison`, numbers times 0, is finite.
+#[inline(always)]
+pub fn largest_lane<T: Real>(mut largest: [T; LANES], mut poison: [T; LANES]) -> f64 {
+    let mut half = LANES;
+    while half > 1 {
+        half /= 2;
+        for l in 0..half {
+            largest[l] = largest[l + half].max(largest[l]);
+            poison[l] += poison[l + half];
+        }
+    }
+    if poison[0].is_finite() { largest[0].to_f64() } else { f64::NAN }
 }
 
 multiversion! {
@@ -196,19 +202,19 @@ multiversion! {
 }
 
 multiversion! {
-    /// `out = x + s out`.
-    pub fn combine[T: Real](out: &mut [T], s: T, x: &[T]) {
+    /// `out = s out - x`.
+    pub fn scale_and_sub[T: Real](out: &mut [T], s: T, x: &[T]) {
         for (o, &x) in out.iter_mut().zip(x) {
-            *o = x + s * *o;
+            *o = s * *o - x;
         }
     }
 }
 
 multiversion! {
-    /// `out += s |x|`.
-    pub fn add_scaled_abs[T: Real](out: &mut [T], s: T, x: &[T]) {
+    /// `out = x + s out`.
+    pub fn combine[T: Real](out: &mut [T], s: T, x: &[T]) {
         for (o, &x) in out.iter_mut().zip(x) {
-            *o += s * x.abs();
+            *o = x + s * *o;
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The rows that a face flux reads, along any axis.
 
-use crate::field::Vector;
+use crate::field::{Vector, rows};
 use crate::grid::{Grid, Side};
 use crate::problem::Scheme;
 use crate::real::Real;
-use crate::simd::vectorised;
+use crate::simd::{self, vectorised};
 
 /// Numbers of a row's neighbours along x: two on either side, of which faces have one less before.
 pub const HALO: usize = 4;
@@ -241,4 +241,49 @@ pub fn faces<'a, T: Real>(around: &'a Around<'_>, v: Velocity<'a, T>) -> Rows<'a
     let n = around.grid.n[0];
     let Velocity([x, y, z]) = v;
     Rows { x: &x[around.row * stride(n) + 1..][..n + HALO - 1], fields: [y, z], beside: &around.faces, stride: n, before: 0 }
+}
+
+vectorised! {
+    /// The largest Courant number of a row of `n` cells of a box of `dims` axes, the sum of `scales` |v_f| over a cell's faces, or NaN when any
+    /// number is not finite.
+    pub fn largest_courant[T, V](faces: &Rows<'_, T>, n: usize, dims: usize, scales: [T; 3]) -> f64 {
+        let (mut most, mut rest) = ([V::splat(T::ZERO); 2], [T::ZERO; 2]);
+        let i = courant_from::<T, V>(0, n, faces, dims, scales, &mut most);
+        courant_from::<T, T>(i, n, faces, dims, scales, &mut rest);
+        let mut lanes = [[T::ZERO; rows::LANES]; 2];
+        most[0].store(&mut lanes[0]);
+        most[1].store(&mut lanes[1]);
+        lanes[0][0] = rest[0].max(lanes[0][0]);
+        lanes[1][0] += rest[1];
+        rows::largest_lane(lanes[0], lanes[1])
+    }
+}
+
+/// The kernel of [`largest_courant`] from `i` as far as whole vectors go; where it ended. The second of `most` is NaN once a number was not
+/// finite.
+#[inline(always)]
+fn courant_from<T: Real, V: simd::Vector<Elem = T>>(mut i: usize, n: usize, faces: &Rows<'_, T>, dims: usize, scales: [T; 3], most: &mut [V; 2]) -> usize {
+    let (x, y) = (&faces.x[..n + HALO - 1], faces.along(1, n));
+    let z = if dims > 2 { faces.along(2, n) } else { y };
+    while i + V::LANES <= n {
+        let mut sum = V::splat(T::ZERO);
+        for side in 1..3 {
+            let v = V::load(&x[i + side..]);
+            sum = sum + V::splat(scales[0]) * v.max(-v);
+        }
+        for side in 1..3 {
+            let v = V::load(&y[side][i..]);
+            sum = sum + V::splat(scales[1]) * v.max(-v);
+        }
+        if dims > 2 {
+            for side in 1..3 {
+                let v = V::load(&z[side][i..]);
+                sum = sum + V::splat(scales[2]) * v.max(-v);
+            }
+        }
+        most[0] = sum.max(most[0]);
+        most[1] = most[1] + sum * V::splat(T::ZERO);
+        i += V::LANES;
+    }
+    i
 }

@@ -9,14 +9,14 @@ mod series;
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
-use crate::grid::{Grid, Side};
+use crate::grid::Grid;
 use crate::observe::{Event, Observer};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::problem::Scheme;
 use crate::real::Real;
-use crate::simd::prefetch;
+use crate::simd::{Cache, prefetch};
 use core::ops::ControlFlow;
-use flux::{Velocity, with_halo};
+use flux::{Around, Velocity, faces, with_halo};
 
 /// Terms of a series at most, besides the first one.
 pub(crate) const MAX_TERMS: usize = 20;
@@ -51,13 +51,13 @@ impl<T: Real> Flow<'_, T> {
     fn prefetch_row(&self, axis: usize, slots: usize, step: usize, row: usize, n: usize) {
         let Some(slot) = step.checked_sub(1) else { return };
         for field in [Some(self.v), self.along.map(|(direction, _)| direction)].into_iter().flatten() {
-            prefetch(field[axis], (row * slots + slot) * n, n);
+            prefetch(Cache::First, field[axis], (row * slots + slot) * n, n);
         }
     }
 }
 
 /// Rows between the one that is read and the one that is asked for.
-pub const ROWS_AHEAD: usize = 8;
+pub const ROWS_AHEAD: usize = 4;
 
 /// Numbers in two cache lines, which processors fetch together: scratch of two threads shares none.
 const PAIR_OF_LINES: usize = 32;
@@ -181,25 +181,19 @@ impl<'a, T: Real> Transport<'a, T> {
         let (grid, n) = (self.grid, self.grid.n[0]);
         let sums = &mut sums[..grid.rows()];
         let [v0, v1, v2] = reborrow(&mut self.velocity);
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [v0, v1, v2], sums: &mut *sums, scratch: &mut *self.scratch }, move |task| {
-            let (total, high) = task.scratch[..2 * n].split_at_mut(n);
-            total.fill(T::ZERO);
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [v0, v1, v2], sums: &mut [], scratch: &mut [] }, move |task| {
             for (axis, faces) in task.fields.into_iter().enumerate().take(grid.dims) {
-                let low = if axis == 0 { flux::inner(faces, n) } else { &mut *faces };
-                flow.row(axis, slots, step, task.row, low);
-                flow.prefetch_row(axis, slots, step, task.row + ROWS_AHEAD + if axis == 2 { grid.rows_per_plane() } else { 0 }, n);
-                let s = T::from_f64(0.5 / grid.h[axis]);
-                rows::add_scaled_abs(total, s, low);
+                flow.row(axis, slots, step, task.row, if axis == 0 { flux::inner(faces, n) } else { &mut *faces });
+                flow.prefetch_row(axis, slots, step, task.row + ROWS_AHEAD, n);
                 if axis == 0 {
-                    rows::shift_high(high, low, n, grid.periodic[0]);
-                    rows::add_scaled_abs(total, s, high);
                     flux::surround_faces(faces, n, grid.periodic[0]);
-                } else if let Some(row) = grid.neighbour(task.row, axis, Side::High) {
-                    flow.row(axis, slots, step, row, high);
-                    rows::add_scaled_abs(total, s, high);
                 }
             }
-            task.sums[0] = rows::max_abs(total);
+        });
+        // Rows that were just written are read again only now: a read across two of their vectors would wait until both are in the cache.
+        let (velocity, scales) = (Velocity(view(&self.velocity)), grid.h.map(|h| T::from_f64(0.5 / h)));
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers::<T, 0> { fields: [], sums: &mut *sums, scratch: &mut [] }, move |task| {
+            task.sums[0] = flux::largest_courant(&faces(&Around::new(grid, task.row), velocity), n, grid.dims, scales);
         });
         let courant = rows::largest(sums.iter().copied());
         if !(courant <= MAX_SUBSTEPS as f64) {

@@ -335,25 +335,22 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
 
 /// At a wall the last cell stands in for the missing one next upstream, and so takes its share too.
 fn fold_at_walls<T: Real>(grid: &Grid, around: &Around<'_>, out: &mut [T], z: &Rows<'_, T>, faces: &Rows<'_, T>, w: T, scales: [T; 3]) {
-    for axis in (0..grid.dims).filter(|&axis| !grid.periodic[axis]) {
-        let n = out.len();
-        let all = if axis == 0 { [0..1, n - 1..n] } else { [0..n, 0..n] };
-        let here = |side: Side| axis == 0 || around.at_wall(axis, side);
-        let c = &z.x[2..];
-        let ([b, d], [low, high]) = if axis == 0 {
-            ([&z.x[1..], &z.x[3..]], [&faces.x[1..], &faces.x[2..]])
-        } else {
-            let ([_, below, above, _], [_, low, high, _]) = (z.along(axis, n), faces.along(axis, n));
-            ([below, above], [low, high])
-        };
-        if here(Side::Low) {
-            for i in all[0].clone() {
-                out[i] -= scales[axis] * w * high[i].max(T::ZERO) * (d[i] - c[i]);
+    let (n, c) = (out.len(), &z.x[HALO / 2..]);
+    if !grid.periodic[0] {
+        out[0] -= scales[0] * w * faces.x[2].max(T::ZERO) * (c[1] - c[0]);
+        out[n - 1] -= scales[0] * w * faces.x[n].min(T::ZERO) * (c[n - 1] - c[n - 2]);
+    }
+    for axis in 1..grid.dims {
+        if around.at_wall(axis, Side::Low) {
+            let (above, high) = (z.along(axis, n)[2], faces.along(axis, n)[2]);
+            for i in 0..n {
+                out[i] -= scales[axis] * w * high[i].max(T::ZERO) * (above[i] - c[i]);
             }
         }
-        if here(Side::High) {
-            for i in all[1].clone() {
-                out[i] -= scales[axis] * w * low[i].min(T::ZERO) * (c[i] - b[i]);
+        if around.at_wall(axis, Side::High) {
+            let (below, low) = (z.along(axis, n)[1], faces.along(axis, n)[1]);
+            for i in 0..n {
+                out[i] -= scales[axis] * w * low[i].min(T::ZERO) * (c[i] - below[i]);
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::grid::{D3, Grid, Side, Space};
 use crate::nso::colours::Cells;
 use crate::nso::level::System;
 use crate::real::Real;
-use crate::simd::{Vector, prefetch};
+use crate::simd::{Cache, Vector, prefetch};
 
 /// Slots between the one that is read and the one that is asked for.
 const AHEAD: usize = 2;
@@ -105,7 +105,7 @@ impl<'s, T: Real, const MOST: usize, const WRAPPED: usize> Streams<'s, T, MOST, 
     fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, gathered: &mut [T]) {
         let mut streams = self.list.iter();
         for stream in streams.by_ref().take(self.leading) {
-            prefetch(stream.field, stream.start.wrapping_add(shift + ahead), 2 * V::LANES * COUNT);
+            prefetch(Cache::Second, stream.field, stream.start.wrapping_add(shift + ahead), 2 * V::LANES * COUNT);
             stream.fill::<S, V, COUNT>(shift, gathered);
         }
         for stream in streams {
