@@ -6,12 +6,12 @@ pub mod multigrid;
 pub mod spectral;
 
 use crate::exec::Exec;
-use crate::field::{Block, Vector, VectorMut, rows, sums, view};
-use crate::grid::Grid;
+use crate::field::{Block, Vector, VectorMut, rows, sums, transform, view};
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
+use crate::grid::{Grid, Side};
 use crate::observe::{Observer, Silent};
-use crate::operators::divergence::{add_divergence, add_gradient};
+use crate::operators::divergence::{RowFaces, add_gradient, divergence};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::real::Real;
 use core::ops::{ControlFlow, Range};
@@ -55,7 +55,7 @@ fn batch_of(grid: &Grid, slots: usize) -> usize {
 }
 
 fn scratch_len<T: Real>(finest: &Grid, batch: usize, threads: usize) -> usize {
-    let a_thread = if Spectrum::<T>::exists(finest) { spectral::scratch_per_thread(finest, batch) } else { multigrid::scratch_per_thread(finest, batch) };
+    let a_thread = if Spectrum::<T>::exists(finest) { transform::scratch_len(finest) } else { multigrid::scratch_per_thread(finest, batch) };
     pooled(threads * a_thread)
 }
 
@@ -201,12 +201,22 @@ impl Measured {
     }
 }
 
-/// `out` = div v at a block's part of a row.
-fn divergence_in_row<T: Real>(block: &Block<'_>, row: usize, v: Vector<'_, T>, out: &mut [T], scratch: &mut [T]) -> Measured {
-    out.fill(T::ZERO);
-    add_divergence(block, row, T::ONE, v, out, &mut scratch[..block.len()]);
-    let speed = rows::largest((0..block.grid.dims).map(|axis| rows::max_abs(block.of(v[axis], row))));
-    Measured { divergence: rows::max_abs(out), speed }
+/// div v at a row of cells in every slot of the batch, to `out` of each.
+fn divergence_in_row<'o, T: Real>(grid: &Grid, batch: Batch, row: usize, v: Vector<'_, T>, out: impl Iterator<Item = &'o mut [T]>) -> Measured {
+    let n = grid.n[0];
+    let scales = grid.h.map(|h| T::from_f64(1.0 / h));
+    let next = [1, 2].map(|axis| if axis < grid.dims { grid.neighbour(row, axis, Side::High) } else { None });
+    let mut measured = Measured::default();
+    for (index, out) in out.enumerate().take(batch.count) {
+        let slot = batch.slot(grid, index);
+        let of = |axis: usize, row: Option<usize>| row.map_or(&[][..], |row| slot.of(v[axis], row));
+        let x = slot.of(v[0], row);
+        let low = [x, of(1, Some(row)), of(2, (grid.dims > 2).then_some(row))];
+        let faces = RowFaces { low, end: if grid.periodic[0] { x[0] } else { T::ZERO }, high: [of(1, next[0]), of(2, next[1])] };
+        let [divergence, speed] = divergence(&faces, scales, &mut out[..n]);
+        measured.add(Measured { divergence, speed });
+    }
+    measured
 }
 
 /// v -= grad q and, where there is a p, p -= q at `span` of a row of `fields`, v by components and p. `block` is how q is stored.

@@ -86,12 +86,9 @@ impl<'a, T: Real> Multigrid<'a, T> {
         let (grid, v) = (*grid, view(v));
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let rhs = &mut rhs[..grid.cells() * batch.count];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [rhs], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
-            let ([rhs], mut measured) = (task.fields, Measured::default());
-            for block in batch.blocks(grid) {
-                measured.add(divergence_in_row(&block, task.row, v, &mut rhs[batch.compact(&block).span_in_row()], task.scratch));
-            }
-            measured.write(task.sums);
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [rhs], sums: &mut *sums, scratch: &mut [] }, |task| {
+            let [rhs] = task.fields;
+            divergence_in_row(grid, batch, task.row, v, rhs.chunks_exact_mut(grid.n[0])).write(task.sums);
         });
         Measured::read(sums)
     }

@@ -20,11 +20,6 @@ pub struct Spectral<'a, T> {
     scratch: &'a mut [T],
 }
 
-/// Numbers of scratch that one thread needs.
-pub fn scratch_per_thread(grid: &Grid, batch: usize) -> usize {
-    transform::scratch_len(grid).max(2 * Block::largest(grid.n[0], batch))
-}
-
 impl<'a, T: Real> Spectral<'a, T> {
     /// Takes its numbers.
     pub fn carve(grid: &'a Grid, spectrum: Spectrum<'a, T>, batch: usize, scratch: usize, pool: &mut Pool<'a, T>) -> Self {
@@ -37,17 +32,8 @@ impl<'a, T: Real> Spectral<'a, T> {
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let mut slots = self.q.chunks_exact_mut(grid.cells()).take(batch.count);
         let fields: [_; MAX_BATCH] = core::array::from_fn(|_| slots.next().unwrap_or_default());
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut *sums, scratch: &mut *self.scratch }, |mut task| {
-            let mut measured = Measured::default();
-            for block in batch.blocks(grid) {
-                let (out, scratch) = task.scratch.split_at_mut(block.len());
-                measured.add(divergence_in_row(&block, task.row, v, out, scratch));
-                let slots = task.fields.iter_mut().skip(block.first - batch.first);
-                for (slot, out) in slots.zip(out.chunks_exact(grid.n[0])) {
-                    slot.iter_mut().zip(out).for_each(|(slot, &x)| *slot = x);
-                }
-            }
-            measured.write(task.sums);
+        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut *sums, scratch: &mut [] }, |task| {
+            divergence_in_row(grid, batch, task.row, v, task.fields.into_iter()).write(task.sums);
         });
         Measured::read(sums)
     }
