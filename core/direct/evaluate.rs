@@ -17,7 +17,7 @@ use crate::simd::{Cache, prefetch};
 use crate::transport::{Flow, ROWS_AHEAD, Stop};
 
 /// max |div d| h_x / max |d| that a direction d may have.
-const CLEAN: f64 = 2e-5;
+const CLEAN: f64 = 4e-5;
 /// Part of its divergence that a projected direction may keep.
 const DIRECTION_TOLERANCE: f64 = 0.02;
 
