@@ -1,4 +1,4 @@
-//! The projection of a trajectory onto flows without divergence, f32, to the default tolerance.
+//! The projection of a trajectory onto flows without divergence, f32, to the default tolerance, and the divergence of all its slots.
 
 mod common;
 
@@ -24,6 +24,9 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
     let mut group = criterion.benchmark_group(format!("projection {}, {SLOTS} slots", size(cells)));
     group.sample_size(10).throughput(Throughput::Elements((all.grid.cells() * SLOTS) as u64));
     sure(all.projection::<S, _>(exec, |projection, start, sums| {
+        let mut v = start.clone();
+        let v = v.each_mut().map(|component| &mut component[..]);
+        group.bench_function("divergence", |bencher| bencher.iter(|| projection.relative_divergence(exec, SLOTS, &v, sums)));
         group.bench_function("to 1e-5", |bencher| {
             bencher.iter_batched_ref(
                 || start.clone(),

@@ -1,4 +1,4 @@
-//! One step of density transport in f32, forward and backward, at Courant number 1.
+//! One step of density transport in f32, forward and backward, at Courant number 1, and the velocities of all steps taken out of a trajectory.
 
 mod common;
 
@@ -13,6 +13,21 @@ fn transport(criterion: &mut Criterion) {
         of_box::<D2>(criterion, exec, &[128, 128], scheme);
         of_box::<D3>(criterion, exec, &[64, 64, 64], scheme);
     }
+    velocities::<D2>(criterion, exec, &[128, 128], 39);
+    velocities::<D3>(criterion, exec, &[64, 64, 64], 59);
+}
+
+/// Steps of a trajectory are far apart in memory, so all are loaded in turn.
+fn velocities<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize], slots: usize) {
+    let all = Trajectories::new(cells, slots);
+    all.transport::<S, _>(exec, Scheme::Quick, |transport, carried| {
+        let mut group = criterion.benchmark_group(format!("velocities {}, {slots} slots", size(cells)));
+        group.sample_size(10).throughput(Throughput::Elements((all.grid.cells() * slots) as u64));
+        group.bench_function("load", |bencher| {
+            bencher.iter(|| (1..=slots).try_for_each(|step| transport.load(exec, &carried.flow, slots, step, carried.sums)));
+        });
+        group.finish();
+    });
 }
 
 fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize], scheme: Scheme) {

@@ -190,7 +190,7 @@ impl<'a, T: Real> Transport<'a, T> {
                 }
             }
         });
-        // Rows that were just written are read again only now: a read across two of their vectors would wait until both are in the cache.
+        // In a pass of its own: together with the copying, reading again what was just written, loading took nearly twice as long.
         let (velocity, scales) = (Velocity(view(&self.velocity)), grid.h.map(|h| T::from_f64(0.5 / h)));
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers::<T, 0> { fields: [], sums: &mut *sums, scratch: &mut [] }, move |task| {
             task.sums[0] = flux::largest_courant(&faces(&Around::new(grid, task.row), velocity), n, grid.dims, scales);
