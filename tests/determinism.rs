@@ -7,7 +7,7 @@ mod fields;
 use fields::cases::Scene;
 use fields::with_threads;
 use std::sync::Mutex;
-use thurible_core::exec::{Exec, RowBuffers, for_rows};
+use thurible_core::exec::{Exec, RowBuffers, for_rows, for_runs};
 use thurible_core::nso::colours::Colours;
 use thurible_core::simd::{Level, level, limit};
 use thurible_core::{D2, D3, Method, Params, Real, Scheme, Silent, Space};
@@ -52,7 +52,24 @@ fn every_row_is_visited_once() {
             assert!(numbers.iter().all(|&x| x == expected), "{} threads, rows {range:?} of {length} numbers: row {row}", exec.threads());
         }
     };
+    let visits_in_runs = |exec: &dyn Exec, length: usize| {
+        let mut field = vec![0f32; ROWS * length];
+        for_runs(exec, ROWS, [&mut field], &mut [], |task| {
+            let [numbers] = task.fields;
+            assert_eq!(numbers.len(), task.rows.len() * length);
+            for (row, numbers) in task.rows.zip(numbers.chunks_exact_mut(length)) {
+                numbers.iter_mut().for_each(|x| *x += 1.0 + row as f32);
+            }
+        });
+        for (row, numbers) in field.chunks_exact(length).enumerate() {
+            assert!(numbers.iter().all(|&x| x == 1.0 + row as f32), "{} threads, runs of {length} numbers a row: row {row}", exec.threads());
+        }
+    };
     for threads in [1, 2, 3, 16, 17, 40] {
+        for length in [1, 300, 5000] {
+            visits_in_runs(&Backwards(threads), length);
+            with_threads(threads, |exec| (0..20).for_each(|_| visits_in_runs(exec, length)));
+        }
         for range in [0..ROWS, 0..0, 7..8, 5..31] {
             for length in [1, 300, 5000] {
                 visits(&Backwards(threads), range.clone(), length);

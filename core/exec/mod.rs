@@ -58,13 +58,15 @@ impl<'a, T> Chunks<'a, T> {
         Self { start: slice.as_mut_ptr(), count, size, slice: PhantomData }
     }
 
+    /// Chunks one after the other.
+    ///
     /// # Safety
     /// No chunk may be taken twice while an earlier taking lives.
     #[inline(always)]
-    unsafe fn get(&self, index: usize) -> &'a mut [T] {
-        assert!(index < self.count);
-        // SAFETY: `index < count`, so the chunk lies in the slice; the caller keeps chunks disjoint.
-        unsafe { core::slice::from_raw_parts_mut(self.start.add(index * self.size), self.size) }
+    unsafe fn get(&self, chunks: Range<usize>) -> &'a mut [T] {
+        assert!(chunks.start <= chunks.end && chunks.end <= self.count);
+        // SAFETY: `end <= count`, so the chunks lie in the slice; the caller keeps chunks disjoint.
+        unsafe { core::slice::from_raw_parts_mut(self.start.add(chunks.start * self.size), chunks.len() * self.size) }
     }
 }
 
@@ -98,13 +100,19 @@ const WORTH_A_TURN: usize = 1 << 12;
 /// Parts of a range that workers begin with, at most.
 const MOST_PARTS: usize = 16;
 
+/// What a task of rows one after the other may write.
+pub struct RunTask<'a, T, const K: usize> {
+    /// The rows.
+    pub rows: Range<usize>,
+    /// The rows' chunks of each field.
+    pub fields: [&'a mut [T]; K],
+    /// Scratch of the thread.
+    pub scratch: &'a mut [T],
+}
+
 /// Calls `task` for every row of `range`, each with its own chunk of every field; `rows` is the number of chunks in all.
 ///
-/// Every worker begins with the same part of the range each time, so that it finds there what it left in its cache, and then
-/// helps the others. Reductions go through `sums`, added up by the caller in row order.
-///
-/// All that workers need lies side by side on the caller's stack, from where another processor fetches it line by line: where regions are
-/// small and many, let `task` own what it captures.
+/// Reductions go through `sums`, added up by the caller in row order.
 pub fn for_rows<T, const K: usize, F>(exec: &dyn Exec, rows: usize, range: Range<usize>, buffers: RowBuffers<'_, T, K>, task: F)
 where
     T: Send,
@@ -112,11 +120,53 @@ where
 {
     debug_assert!(range.end <= rows);
     let a_row = buffers.fields.iter().map(|field| field.len()).sum::<usize>() / rows.max(1);
-    let small = (1..WORTH_A_THREAD).contains(&(a_row * range.len()));
-    let workers = if small { 1 } else { exec.threads().max(1).min(range.len()) };
     let fields = buffers.fields.map(|field| Chunks::new(field, rows));
     let sums = Chunks::new(buffers.sums, rows);
     let scratch = Chunks::new(buffers.scratch, exec.threads().max(1));
+    share_out(exec, range, a_row, move |worker, turn| {
+        for row in turn {
+            // SAFETY: `share_out` gives every row to one worker once, and every worker number runs once, so no chunk is shared.
+            let task_of_row = unsafe {
+                RowTask {
+                    row,
+                    fields: core::array::from_fn(|k| fields[k].get(row..row + 1)),
+                    sums: sums.get(row..row + 1),
+                    scratch: scratch.get(worker..worker + 1),
+                }
+            };
+            task(task_of_row);
+        }
+    });
+}
+
+/// Calls `task` for the `rows` chunks of the fields, some rows after another at a time: those that a thread takes at once.
+pub fn for_runs<T, const K: usize, F>(exec: &dyn Exec, rows: usize, fields: [&mut [T]; K], scratch: &mut [T], task: F)
+where
+    T: Send,
+    F: Fn(RunTask<'_, T, K>) + Sync,
+{
+    let a_row = fields.iter().map(|field| field.len()).sum::<usize>() / rows.max(1);
+    let fields = fields.map(|field| Chunks::new(field, rows));
+    let scratch = Chunks::new(scratch, exec.threads().max(1));
+    share_out(exec, 0..rows, a_row, move |worker, turn| {
+        // SAFETY: as in `for_rows`.
+        let task_of_turn =
+            unsafe { RunTask { fields: core::array::from_fn(|k| fields[k].get(turn.clone())), scratch: scratch.get(worker..worker + 1), rows: turn } };
+        task(task_of_turn);
+    });
+}
+
+/// Calls `work` with the number of a worker and the rows of one of its turns until all rows of `range` are done, of each of which `a_row`
+/// numbers are written.
+///
+/// Every worker begins with the same part of the range each time, so that it finds there what it left in its cache, and then
+/// helps the others.
+///
+/// All that workers need lies side by side on the caller's stack, from where another processor fetches it line by line: where regions are
+/// small and many, let `work` own what it captures.
+fn share_out(exec: &dyn Exec, range: Range<usize>, a_row: usize, work: impl Fn(usize, Range<usize>) + Sync) {
+    let small = (1..WORTH_A_THREAD).contains(&(a_row * range.len()));
+    let workers = if small { 1 } else { exec.threads().max(1).min(range.len()) };
     let turn = if a_row == 0 { 1 } else { WORTH_A_TURN.div_ceil(a_row) };
     let parts = workers.min(MOST_PARTS);
     let begin_of = move |part: usize| range.start + range.len() * part / parts.max(1);
@@ -130,13 +180,7 @@ where
             let claim = || if next[part].0.load(Ordering::Relaxed) < end { next[part].0.fetch_add(turn, Ordering::Relaxed) } else { end };
             let mut first = if part == worker { begin_of(part) } else { claim() };
             while first < end {
-                for row in first..(first + turn).min(end) {
-                    // SAFETY: a worker's first turn and `next` give every row to one worker once, and every worker number runs once, so no
-                    // chunk is shared.
-                    let task_of_row =
-                        unsafe { RowTask { row, fields: core::array::from_fn(|k| fields[k].get(row)), sums: sums.get(row), scratch: scratch.get(worker) } };
-                    task(task_of_row);
-                }
+                work(worker, first..(first + turn).min(end));
                 first = claim();
             }
         }

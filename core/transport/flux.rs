@@ -5,13 +5,14 @@ use crate::grid::{Grid, Side};
 use crate::problem::Scheme;
 use crate::real::Real;
 use crate::simd::{self, vectorised};
+use core::ops::Range;
 
 /// Numbers of a row's neighbours along x: two on either side, of which faces have one less before.
 pub const HALO: usize = 4;
 /// Rows of scratch of a task.
 pub const SCRATCH_ROWS: usize = 2;
 /// Neighbours before a row.
-const BEFORE: usize = HALO / 2;
+pub const BEFORE: usize = HALO / 2;
 /// Rows with neighbours are so many numbers apart, or a multiple: then each begins where a vector would.
 const APART: usize = 16;
 /// Where such a field begins in its buffer, for the first row to begin there too.
@@ -19,7 +20,7 @@ pub const OFFSET: usize = APART - BEFORE;
 
 /// Numbers between the beginnings of rows of `n` that have their neighbours along x.
 #[inline(always)]
-const fn stride(n: usize) -> usize {
+pub const fn stride(n: usize) -> usize {
     (n + HALO).next_multiple_of(APART)
 }
 
@@ -99,26 +100,35 @@ pub fn weights<T: Real>(scheme: Scheme) -> [T; 3] {
     .map(T::from_f64)
 }
 
-/// A row and the rows around it, told by where they begin: slices on their way through memory would be waited for.
+/// Rows of a run and the rows around them, told by where they begin: slices on their way through memory would be waited for.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<'a, T> {
-    /// The row with its neighbours along x.
-    pub x: &'a [T],
-    /// What holds the rows beside it along y and z.
+    /// The rows with their neighbours along x, from the first on.
+    own: &'a [T],
+    /// How far they are apart.
+    own_stride: usize,
+    /// What holds the rows beside them along y and z.
     fields: [&'a [T]; 2],
-    /// Those rows.
-    beside: &'a [[usize; 4]; 2],
+    /// Where those beside the first begin.
+    beside: [[usize; 4]; 2],
+    /// How far they are apart.
     stride: usize,
-    before: usize,
 }
 
 impl<'a, T> Rows<'a, T> {
-    /// The `n` numbers of each of the rows beside it along y or z.
+    /// The first `len` numbers of a row with its neighbours along x.
     #[inline(always)]
-    pub fn along(&self, axis: usize, n: usize) -> [&'a [T]; 4] {
-        let (field, rows) = (self.fields[axis - 1], &self.beside[axis - 1]);
-        let of = |row: usize| &field[row * self.stride + self.before..][..n];
-        [of(rows[0]), of(rows[1]), of(rows[2]), of(rows[3])]
+    pub fn own(&self, row: usize, len: usize) -> &'a [T] {
+        let begin = row * self.own_stride;
+        &self.own[begin..begin + len]
+    }
+
+    /// The `n` numbers of each of the rows beside a row along y or z.
+    #[inline(always)]
+    pub fn along(&self, axis: usize, row: usize, n: usize) -> [&'a [T]; 4] {
+        let (field, [a, b, c, d], further) = (self.fields[axis - 1], self.beside[axis - 1], row * self.stride);
+        let of = |begin: usize| &field[begin + further..begin + further + n];
+        [of(a), of(b), of(c), of(d)]
     }
 }
 
@@ -126,13 +136,33 @@ impl<'a, T> Rows<'a, T> {
 #[derive(Clone, Copy, Debug)]
 pub struct Around<'g> {
     grid: &'g Grid,
-    row: usize,
+    /// The row.
+    pub row: usize,
+    /// Rows from this one on around which others lie in the same way.
+    alike: usize,
     /// The rows of cells at offsets -2, -1, 1, 2; at a wall the last row stands for those beyond.
     cells: [[usize; 4]; 2],
     /// The rows of low faces at offsets -1, 0, 1, 2; beyond a wall those on the low wall, which nothing goes through either.
     faces: [[usize; 4]; 2],
     /// Whether there is a wall below and above.
     walls: [[bool; 2]; 2],
+}
+
+/// Cuts `rows` into runs around which others lie in the same way and which are all empty, as `empty` says of one that so many rows follow, or all not, and
+/// calls `visit` with the first row of each, how many there are, and whether they are empty. Runs are of one row where that must be `alone`.
+pub fn each_run(grid: &Grid, rows: Range<usize>, alone: bool, empty: impl Fn(&Around<'_>, usize) -> bool, mut visit: impl FnMut(&Around<'_>, usize, bool)) {
+    let mut row = rows.start;
+    while row < rows.end {
+        let around = Around::new(grid, row);
+        let most = if alone { 1 } else { around.alike.min(rows.end - row) };
+        let first = empty(&around, 0);
+        let mut count = 1;
+        while count < most && empty(&around, count) == first {
+            count += 1;
+        }
+        visit(&around, count, first);
+        row += count;
+    }
 }
 
 impl<'g> Around<'g> {
@@ -147,13 +177,13 @@ impl<'g> Around<'g> {
         let strides = if grid.dims > 2 { [1, grid.n[1]] } else { [1, 0] };
         let cells = strides.map(|stride| [row - 2 * stride, row - stride, row + stride, row + 2 * stride]);
         let faces = strides.map(|stride| [row - stride, row, row + stride, row + 2 * stride]);
-        Self { grid, row, cells, faces, walls: [[false; 2]; 2] }
+        Self { grid, row, alike: grid.n[1] - 2 - at[0], cells, faces, walls: [[false; 2]; 2] }
     }
 
     /// Those around `row`, which is at (y, z) and some of which may lie beyond an end of the box.
     #[cold]
     fn near_end(grid: &'g Grid, row: usize, at: [usize; 2]) -> Self {
-        let mut around = Self { grid, row, cells: [[row; 4]; 2], faces: [[row; 4]; 2], walls: [[true; 2]; 2] };
+        let mut around = Self { grid, row, alike: 1, cells: [[row; 4]; 2], faces: [[row; 4]; 2], walls: [[true; 2]; 2] };
         for axis in 1..grid.dims {
             let (n, stride, here) = (grid.n[axis], if axis == 1 { 1 } else { grid.n[1] }, at[axis - 1]);
             let first = row - here * stride;
@@ -178,18 +208,18 @@ impl<'g> Around<'g> {
         self.walls[axis - 1][usize::from(side == Side::High)]
     }
 
-    /// Whether a field is 0 in the row and in those beside it, so that no flux comes of it: by what `is_zero` says of their sizes, or
-    /// by looking.
+    /// Whether a field is 0 in the row `after` this one and in those beside it, so that no flux comes of it: by what `is_zero` says of their
+    /// sizes, or by looking.
     #[inline]
-    pub fn empty<T: Real>(&self, sizes: Option<&[T]>, is_zero: impl Fn(T) -> bool, field: Cells<'_, T>) -> bool {
+    pub fn empty<T: Real>(&self, after: usize, sizes: Option<&[T]>, is_zero: impl Fn(T) -> bool, field: Cells<'_, T>) -> bool {
         let beside = 4 * (self.grid.dims - 1);
         if let Some(sizes) = sizes {
-            let is_zero = |&row: &usize| sizes.get(row).is_some_and(|&size| is_zero(size));
+            let is_zero = |&row: &usize| sizes.get(row + after).is_some_and(|&size| is_zero(size));
             return is_zero(&self.row) && self.cells.as_flattened().iter().take(beside).all(is_zero);
         }
         let n = self.grid.n[0];
         let (numbers, stride, before) = field.layout(n);
-        let begin = |row: usize| row * stride + before;
+        let begin = |row: usize| (row + after) * stride + before;
         let begins = self.cells.map(|rows| rows.map(begin));
         all_zero(numbers, &[begin(self.row)], n) && all_zero(numbers, begins.as_flattened().get(..beside).unwrap_or_default(), n)
     }
@@ -218,29 +248,36 @@ vectorised! {
     }
 }
 
-/// The cells of `field` around a row: along x offsets -2 .. 2, which `halo` receives where the field has none, along y and z offsets
+/// The cells of `field` around a run: along x offsets -2 .. 2, which `halo` receives where the field has none, along y and z offsets
 /// -2, -1, 1, 2.
 #[inline(always)]
-pub fn cells<'a, T: Real>(around: &'a Around<'_>, field: Cells<'a, T>, halo: &'a mut [T]) -> Rows<'a, T> {
+pub fn cells<'a, T: Real>(around: &Around<'_>, field: Cells<'a, T>, halo: &'a mut [T]) -> Rows<'a, T> {
     let n = around.grid.n[0];
     let (numbers, stride, before) = field.layout(n);
-    let x = match field {
+    let own = match field {
         Cells::Alone(_) => {
             inner(halo, n).copy_from_slice(&numbers[around.row * n..][..n]);
             surround_cells(halo, n, around.grid.periodic[0]);
             &halo[..n + HALO]
         }
-        Cells::WithHalo(_) => &numbers[around.row * stride..][..n + HALO],
+        Cells::WithHalo(_) => &numbers[around.row * stride..],
     };
-    Rows { x, fields: [numbers; 2], beside: &around.cells, stride, before }
+    Rows { own, own_stride: stride, fields: [numbers; 2], beside: begins(&around.cells, stride, before), stride }
 }
 
-/// The faces -1, 0, 1, 2 around a row, face 0 the low and face 1 the high one of its cells.
+/// The faces -1, 0, 1, 2 around a run, face 0 the low and face 1 the high one of its cells.
 #[inline(always)]
-pub fn faces<'a, T: Real>(around: &'a Around<'_>, v: Velocity<'a, T>) -> Rows<'a, T> {
+pub fn faces<'a, T: Real>(around: &Around<'_>, v: Velocity<'a, T>) -> Rows<'a, T> {
     let n = around.grid.n[0];
     let Velocity([x, y, z]) = v;
-    Rows { x: &x[around.row * stride(n) + 1..][..n + HALO - 1], fields: [y, z], beside: &around.faces, stride: n, before: 0 }
+    Rows { own: &x[around.row * stride(n) + 1..], own_stride: stride(n), fields: [y, z], beside: begins(&around.faces, n, 0), stride: n }
+}
+
+/// Where rows of a field begin.
+#[inline(always)]
+fn begins([y, z]: &[[usize; 4]; 2], stride: usize, before: usize) -> [[usize; 4]; 2] {
+    let begin = |row: usize| row * stride + before;
+    [[begin(y[0]), begin(y[1]), begin(y[2]), begin(y[3])], [begin(z[0]), begin(z[1]), begin(z[2]), begin(z[3])]]
 }
 
 vectorised! {
@@ -263,8 +300,8 @@ vectorised! {
 /// finite.
 #[inline(always)]
 fn courant_from<T: Real, V: simd::Vector<Elem = T>>(mut i: usize, n: usize, faces: &Rows<'_, T>, dims: usize, scales: [T; 3], most: &mut [V; 2]) -> usize {
-    let (x, y) = (&faces.x[..n + HALO - 1], faces.along(1, n));
-    let z = if dims > 2 { faces.along(2, n) } else { y };
+    let (x, y) = (faces.own(0, n + HALO - 1), faces.along(1, 0, n));
+    let z = if dims > 2 { faces.along(2, 0, n) } else { y };
     while i + V::LANES <= n {
         let mut sum = V::splat(T::ZERO);
         for side in 1..3 {

@@ -1,8 +1,8 @@
 //! The Taylor series of exp(tau L(v)) and its adjoint, term by term.
 
 use super::MAX_TERMS;
-use super::flux::{Around, Cells, HALO, Rows, Velocity, cells, faces, inner, surround_cells, with_halo};
-use crate::exec::{Exec, RowBuffers, for_rows};
+use super::flux::{self, Around, BEFORE, Cells, HALO, Rows, Velocity, cells, each_run, faces, surround_cells, with_halo};
+use crate::exec::{Exec, for_runs};
 use crate::field::{VectorMut, rows};
 use crate::grid::{Grid, Side};
 use crate::real::Real;
@@ -55,25 +55,36 @@ pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: 
         let previous = k.checked_sub(2).and_then(|k| known.get(k * rows..));
         let (to, sizes) = (&mut after[..with_halo(grid)], &mut sizes[..rows]);
         let scales = grid.h.map(|h| T::from_f64(series.tau / k as f64 / h));
-        for_rows(exec, rows, 0..rows, RowBuffers { fields: [to, &mut *total, &mut *sizes], sums: &mut [], scratch: &mut *scratch }, move |task| {
-            let [to, total, size] = task.fields;
-            let around = Around::new(grid, task.row);
-            if around.empty(previous, |size| size <= T::ZERO, from) {
-                to.fill(T::ZERO);
-                size[0] = previous.and_then(|sizes| sizes.get(task.row).copied()).unwrap_or(T::ZERO);
-                if k == 1 {
-                    total.fill(T::ZERO);
+        for_runs(exec, rows, [to, &mut *total, &mut *sizes], &mut *scratch, move |task| {
+            let ([to, total, sizes], first, apart) = (task.fields, task.rows.start, flux::stride(n));
+            let empty = |around: &Around<'_>, after: usize| around.empty(after, previous, |size| size <= T::ZERO, from);
+            each_run(grid, task.rows, k == 1, empty, |around, count, empty| {
+                let begin = around.row - first;
+                let to = to.get_mut(begin * apart..(begin + count) * apart).unwrap_or_default();
+                let total = total.get_mut(begin * n..(begin + count) * n).unwrap_or_default();
+                let sizes = sizes.get_mut(begin..begin + count).unwrap_or_default();
+                let before = previous.and_then(|sizes| sizes.get(around.row..around.row + count));
+                if empty {
+                    to.fill(T::ZERO);
+                    for (row, size) in sizes.iter_mut().enumerate() {
+                        *size = before.and_then(|before| before.get(row).copied()).unwrap_or(T::ZERO);
+                    }
+                    if k == 1 {
+                        total.fill(T::ZERO);
+                    }
+                    return;
                 }
-                return;
-            }
-            let (from, faces) = (cells(&around, from, task.scratch), faces(&around, series.velocity));
-            size[0] = term(inner(to, n), total, k == 1, &from, &faces, series.weights, &scales[..grid.dims], negligible);
-            let first = || from.x.get(HALO / 2..HALO / 2 + n).map_or(f64::NAN, rows::max_abs);
-            let was = || previous.and_then(|sizes| sizes.get(task.row)).map_or_else(first, |size| size.to_f64());
-            if size[0] == T::ZERO && was() != 0.0 {
-                size[0] = T::from_f64(GONE);
-            }
-            surround_cells(to, n, grid.periodic[0]);
+                let (from, faces) = (cells(around, from, task.scratch), faces(around, series.velocity));
+                term(to, total, sizes, n, k == 1, &from, &faces, series.weights, &scales[..grid.dims], negligible);
+                for (row, (to, size)) in to.chunks_exact_mut(apart).zip(sizes).enumerate() {
+                    let first = || from.own(row, BEFORE + n).get(BEFORE..).map_or(f64::NAN, rows::max_abs);
+                    let was = || before.and_then(|sizes| sizes.get(row)).map_or_else(first, |size| size.to_f64());
+                    if *size == T::ZERO && was() != 0.0 {
+                        *size = T::from_f64(GONE);
+                    }
+                    surround_cells(to, n, grid.periodic[0]);
+                }
+            });
         });
         if k == MAX_TERMS || !(rows::largest(sizes.iter().map(|size| size.to_f64())) >= series.cut) {
             return Some(k);
@@ -83,21 +94,29 @@ pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: 
 }
 
 vectorised! {
-    /// One row of `to = s L from`, what is negligible set to 0, and `total += to` unless that is empty, or `total = from + to` for
-    /// the `first` term; max |to|, not finite when any number is not.
-    fn term[T, V](to: &mut [T], total: &mut [T], first: bool, from: &Rows<'_, T>, faces: &Rows<'_, T>, w: [T; 3], scales: &[T], negligible: T) -> T {
-        let n = to.len();
-        let mut extremes = [V::splat(T::ZERO); 2];
-        let mut rest = [T::ZERO; 2];
-        let i = term_from::<T, V>(0, n, to, total, first, from, faces, w, scales, negligible, &mut extremes);
-        term_from::<T, T>(i, n, to, total, first, from, faces, w, scales, negligible, &mut rest);
-        let mut lanes = [[T::ZERO; 16]; 2];
-        extremes[0].store(&mut lanes[0]);
-        extremes[1].store(&mut lanes[1]);
-        let largest = lanes[0].iter().fold(rest[0], |all, &x| x.max(all));
-        let poison = lanes[1].iter().fold(rest[1], |all, &x| all + x);
-        // 0 where all was set to 0, not finite where any number was not.
-        if negligible > largest { poison } else { largest + poison }
+    /// Rows of `to = s L from`, what is negligible set to 0, and `total += to` unless that is empty, or `total = from + to` for the `first` term;
+    /// `sizes` receives max |to| of every row, not finite when any number is not.
+    fn term[T, V](
+        to: &mut [T], total: &mut [T], sizes: &mut [T], n: usize, first: bool, from: &Rows<'_, T>, faces: &Rows<'_, T>, w: [T; 3], scales: &[T], negligible: T,
+    ) {
+        let apart = flux::stride(n);
+        for (row, size) in sizes.iter_mut().enumerate() {
+            let begin = row * apart + BEFORE;
+            let to = to.get_mut(begin..begin + n).unwrap_or_default();
+            let total = total.get_mut(row * n..(row + 1) * n).unwrap_or_default();
+            let mut extremes = [V::splat(T::ZERO); 2];
+            let mut rest = [T::ZERO; 2];
+            let i = term_from::<T, V>(0, row, to, total, first, from, faces, w, scales, negligible, &mut extremes);
+            term_from::<T, T>(i, row, to, total, first, from, faces, w, scales, negligible, &mut rest);
+            let mut lanes = [[T::ZERO; rows::LANES]; 2];
+            extremes[0].store(&mut lanes[0]);
+            extremes[1].store(&mut lanes[1]);
+            lanes[0][0] = rest[0].max(lanes[0][0]);
+            lanes[1][0] += rest[1];
+            let largest = T::from_f64(rows::largest_lane(lanes[0], lanes[1]));
+            // 0 where all was set to 0, not finite where any number was not.
+            *size = if negligible > largest { T::ZERO } else { largest };
+        }
     }
 }
 
@@ -113,7 +132,7 @@ fn inflow<T: Real, V: simd::Vector<Elem = T>>([a, b, c, d, e]: [V; 5], [low, hig
 #[inline(always)]
 fn term_from<T: Real, V: simd::Vector<Elem = T>>(
     mut i: usize,
-    n: usize,
+    row: usize,
     to: &mut [T],
     total: &mut [T],
     first: bool,
@@ -124,11 +143,11 @@ fn term_from<T: Real, V: simd::Vector<Elem = T>>(
     negligible: T,
     extremes: &mut [V; 2],
 ) -> usize {
-    let (to, summed) = (&mut to[..n], !total.is_empty());
-    let (x, faces_x) = (&from.x[..n + 4], &faces.x[..n + 3]);
-    let (y, faces_y) = (from.along(1, n), faces.along(1, n));
+    let (n, summed) = (to.len(), !total.is_empty());
+    let (x, faces_x) = (from.own(row, n + 4), faces.own(row, n + 3));
+    let (y, faces_y) = (from.along(1, row, n), faces.along(1, row, n));
     let deep = scales.len() > 2;
-    let (z, faces_z) = if deep { (from.along(2, n), faces.along(2, n)) } else { (y, faces_y) };
+    let (z, faces_z) = if deep { (from.along(2, row, n), faces.along(2, row, n)) } else { (y, faces_y) };
     let (zero, negligible) = (V::splat(T::ZERO), V::splat(negligible));
     let w = [V::splat(w[0]), V::splat(w[1]), V::splat(w[2])];
     let scales = [V::splat(scales[0]), V::splat(scales[1]), V::splat(if deep { scales[2] } else { T::ZERO })];
@@ -219,36 +238,56 @@ fn adjoint_term<T: Real>(
     let grid = series.grid;
     let n = grid.n[0];
     let scales = grid.h.map(|h| T::from_f64(term.scale / h));
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [next, g0, g1, g2], sums: &mut [], scratch }, move |task| {
-        let ([whole, mut gradient @ ..], row) = (task.fields, task.row);
-        let around = Around::new(grid, row);
-        let surrounded = whole.len() > n;
-        let next = if surrounded { inner(whole, n) } else { &mut *whole };
-        let mu = mu.get(row * n..(row + 1) * n).unwrap_or_default();
+    for_runs(exec, grid.rows(), [next, g0, g1, g2], scratch, move |task| {
+        let ([next, mut gradient @ ..], first) = (task.fields, task.rows.start);
         if term.clear {
             gradient.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
-        if !around.empty(term.sizes, |size| size == T::ZERO, term.y) {
-            let (first, second) = task.scratch.split_at_mut(n + HALO);
-            let (z, y, faces) = (cells(&around, z, first), cells(&around, term.y, second), faces(&around, series.velocity));
-            transposed(next, mu, &mut gradient, &z, &y, &faces, series.weights, &scales[..grid.dims]);
-            fold_at_walls(grid, &around, next, &z, &faces, series.weights[2], scales);
-        } else if !mu.is_empty() {
-            next.copy_from_slice(mu);
-        }
-        if surrounded {
-            surround_cells(whole, n, grid.periodic[0]);
-        }
+        let apart = (next.len() / task.rows.len().max(1)).max(1);
+        let before = if apart > n { BEFORE } else { 0 };
+        let alone = matches!(z, Cells::Alone(_)) || matches!(term.y, Cells::Alone(_));
+        let empty = |around: &Around<'_>, after: usize| around.empty(after, term.sizes, |size| size == T::ZERO, term.y);
+        each_run(grid, task.rows, alone, empty, |around, count, empty| {
+            let begin = around.row - first;
+            let next = next.get_mut(begin * apart..(begin + count) * apart).unwrap_or_default();
+            let mu = mu.get(around.row * n..(around.row + count) * n).unwrap_or_default();
+            if !empty {
+                let mut gradient = gradient.each_mut().map(|component| component.get_mut(begin * n..(begin + count) * n).unwrap_or_default());
+                let (of_z, of_y) = task.scratch.split_at_mut(n + HALO);
+                let (z, y, faces) = (cells(around, z, of_z), cells(around, term.y, of_y), faces(around, series.velocity));
+                transposed(next, apart, before, mu, &mut gradient, n, &z, &y, &faces, series.weights, &scales[..grid.dims]);
+                for (row, next) in next.chunks_exact_mut(apart).enumerate() {
+                    fold_at_walls(grid, around, row, &mut next[before..before + n], &z, &faces, series.weights[2], scales);
+                }
+            } else if !mu.is_empty() {
+                for (next, mu) in next.chunks_exact_mut(apart).zip(mu.chunks_exact(n)) {
+                    next[before..before + n].copy_from_slice(mu);
+                }
+            }
+            if before > 0 {
+                next.chunks_exact_mut(apart).for_each(|next| surround_cells(next, n, grid.periodic[0]));
+            }
+        });
     });
 }
 
 vectorised! {
-    /// One row of `out = mu + s L^T z`, or `out += s L^T z` where `mu` is empty, walls left out: a cell is R of its low face, L of its high
+    /// Rows of `out = mu + s L^T z`, or `out += s L^T z` where `mu` is empty, walls left out: a cell is R of its low face, L of its high
     /// face, and the next one upstream of the faces beyond. And of `gradient += s rho_f(y) (z[R] - z[L])` at the cells' low faces; where v is
-    /// exactly 0, rho_f is the mean of both sides'.
-    fn transposed[T, V](out: &mut [T], mu: &[T], gradient: &mut [&mut [T]; 3], z: &Rows<'_, T>, y: &Rows<'_, T>, faces: &Rows<'_, T>, w: [T; 3], scales: &[T]) {
-        let i = transposed_from::<T, V>(0, out.len(), out, mu, gradient, z, y, faces, w, scales);
-        transposed_from::<T, T>(i, out.len(), out, mu, gradient, z, y, faces, w, scales);
+    /// exactly 0, rho_f is the mean of both sides'. Rows of `out` are `apart` and begin after so many numbers.
+    fn transposed[T, V](
+        out: &mut [T], apart: usize, before: usize, mu: &[T], gradient: &mut [&mut [T]; 3], n: usize, z: &Rows<'_, T>, y: &Rows<'_, T>,
+        faces: &Rows<'_, T>, w: [T; 3], scales: &[T],
+    ) {
+        let [gx, gy, gz] = gradient;
+        for (row, out) in out.chunks_exact_mut(apart.max(1)).enumerate() {
+            let (out, span) = (out.get_mut(before..before + n).unwrap_or_default(), row * n..(row + 1) * n);
+            let mu = mu.get(span.clone()).unwrap_or_default();
+            let gz = gz.get_mut(span.clone()).unwrap_or_default();
+            let mut gradient = [gx.get_mut(span.clone()).unwrap_or_default(), gy.get_mut(span).unwrap_or_default(), gz];
+            let i = transposed_from::<T, V>(0, row, out, mu, &mut gradient, z, y, faces, w, scales);
+            transposed_from::<T, T>(i, row, out, mu, &mut gradient, z, y, faces, w, scales);
+        }
     }
 }
 
@@ -295,7 +334,7 @@ fn along_axis<T: Real, V: simd::Vector<Elem = T>>(
 #[inline(always)]
 fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     mut i: usize,
-    n: usize,
+    row: usize,
     out: &mut [T],
     mu: &[T],
     gradient: &mut [&mut [T]; 3],
@@ -305,17 +344,15 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     w: [T; 3],
     scales: &[T],
 ) -> usize {
-    let last = scales.len() - 1;
-    let (out, alone) = (&mut out[..n], mu.is_empty());
+    let (n, last, alone) = (out.len(), scales.len() - 1, mu.is_empty());
     let mu = if alone { mu } else { &mu[..n] };
     let [gx, gy, gz] = gradient;
     let (gx, gy, gz) = (&mut gx[..n], &mut gy[..n], if last > 1 { &mut gz[..n] } else { &mut [][..] });
-    let (cells, rho) = (&z.x[..n + 4], &y.x[..n + 4]);
-    let faces_x = &faces.x[..n + 3];
+    let (cells, rho, faces_x) = (z.own(row, n + 4), y.own(row, n + 4), faces.own(row, n + 3));
     let (z_x, y_x) = ([&cells[..n], &cells[1..], &cells[3..], &cells[4..]], [&rho[..n], &rho[1..], &rho[3..], &rho[4..]]);
     let faces_x = [&faces_x[..n], &faces_x[1..], &faces_x[2..], &faces_x[3..]];
-    let (z_y, y_y, faces_y) = (z.along(1, n), y.along(1, n), faces.along(1, n));
-    let (z_z, y_z, faces_z) = (z.along(last, n), y.along(last, n), faces.along(last, n));
+    let (z_y, y_y, faces_y) = (z.along(1, row, n), y.along(1, row, n), faces.along(1, row, n));
+    let (z_z, y_z, faces_z) = (z.along(last, row, n), y.along(last, row, n), faces.along(last, row, n));
     let zero = V::splat(T::ZERO);
     let w = [V::splat(w[0]), V::splat(w[1]), V::splat(w[2])];
     let scales = [V::splat(scales[0]), V::splat(scales[1]), V::splat(scales[last])];
@@ -334,21 +371,22 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
 }
 
 /// At a wall the last cell stands in for the missing one next upstream, and so takes its share too.
-fn fold_at_walls<T: Real>(grid: &Grid, around: &Around<'_>, out: &mut [T], z: &Rows<'_, T>, faces: &Rows<'_, T>, w: T, scales: [T; 3]) {
-    let (n, c) = (out.len(), &z.x[HALO / 2..]);
+fn fold_at_walls<T: Real>(grid: &Grid, around: &Around<'_>, row: usize, out: &mut [T], z: &Rows<'_, T>, faces: &Rows<'_, T>, w: T, scales: [T; 3]) {
+    let n = out.len();
+    let (c, through) = (&z.own(row, n + BEFORE)[BEFORE..], faces.own(row, n + 1));
     if !grid.periodic[0] {
-        out[0] -= scales[0] * w * faces.x[2].max(T::ZERO) * (c[1] - c[0]);
-        out[n - 1] -= scales[0] * w * faces.x[n].min(T::ZERO) * (c[n - 1] - c[n - 2]);
+        out[0] -= scales[0] * w * through[2].max(T::ZERO) * (c[1] - c[0]);
+        out[n - 1] -= scales[0] * w * through[n].min(T::ZERO) * (c[n - 1] - c[n - 2]);
     }
     for axis in 1..grid.dims {
         if around.at_wall(axis, Side::Low) {
-            let (above, high) = (z.along(axis, n)[2], faces.along(axis, n)[2]);
+            let (above, high) = (z.along(axis, row, n)[2], faces.along(axis, row, n)[2]);
             for i in 0..n {
                 out[i] -= scales[axis] * w * high[i].max(T::ZERO) * (above[i] - c[i]);
             }
         }
         if around.at_wall(axis, Side::High) {
-            let (below, low) = (z.along(axis, n)[1], faces.along(axis, n)[1]);
+            let (below, low) = (z.along(axis, row, n)[1], faces.along(axis, row, n)[1]);
             for i in 0..n {
                 out[i] -= scales[axis] * w * low[i].min(T::ZERO) * (c[i] - below[i]);
             }
