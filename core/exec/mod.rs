@@ -119,13 +119,69 @@ where
     F: Fn(RowTask<'_, T, K>) + Sync,
 {
     debug_assert!(range.end <= rows);
+    // SAFETY: every number is that of its row.
+    unsafe { in_order(exec, rows, range, |row| row, buffers, task) }
+}
+
+/// Planes one after the other, or around a ring of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Planes {
+    /// How many.
+    pub count: usize,
+    /// The first of them, as a place of the ring.
+    pub first: usize,
+    /// Places of the ring, at least as many as there are planes.
+    pub size: usize,
+    /// The plane at its first place.
+    pub offset: usize,
+}
+
+impl Planes {
+    /// Those of a range.
+    #[must_use]
+    pub fn of(range: Range<usize>) -> Self {
+        Self { count: range.len(), first: 0, size: range.len(), offset: range.start }
+    }
+}
+
+/// As [`for_rows`], for the rows of some planes, a row of all of them after the other: so that a worker has the same rows of every plane.
+///
+/// # Panics
+/// When a ring has fewer places than there are planes.
+pub fn for_rows_across<T, const K: usize, F>(exec: &dyn Exec, rows: usize, rows_per_plane: usize, planes: Planes, buffers: RowBuffers<'_, T, K>, task: F)
+where
+    T: Send,
+    F: Fn(RowTask<'_, T, K>) + Sync,
+{
+    let Planes { count, first, size, offset } = planes;
+    assert!(count <= size);
+    let row_at = move |at: usize| (offset + (first + at % count.max(1)) % size.max(1)) * rows_per_plane + at / count.max(1);
+    // SAFETY: `count <= size`, so planes differ, and every number is that of another row.
+    unsafe { in_order(exec, rows, 0..count * rows_per_plane, row_at, buffers, task) }
+}
+
+/// Calls `task` for the rows that `row_at` makes of the numbers of `range`.
+///
+/// # Safety
+/// No row may be made of two numbers.
+unsafe fn in_order<T, const K: usize, F>(
+    exec: &dyn Exec,
+    rows: usize,
+    range: Range<usize>,
+    row_at: impl Fn(usize) -> usize + Sync,
+    buffers: RowBuffers<'_, T, K>,
+    task: F,
+) where
+    T: Send,
+    F: Fn(RowTask<'_, T, K>) + Sync,
+{
     let a_row = buffers.fields.iter().map(|field| field.len()).sum::<usize>() / rows.max(1);
     let fields = buffers.fields.map(|field| Chunks::new(field, rows));
     let sums = Chunks::new(buffers.sums, rows);
     let scratch = Chunks::new(buffers.scratch, exec.threads().max(1));
     share_out(exec, range, a_row, move |worker, turn| {
-        for row in turn {
-            // SAFETY: `share_out` gives every row to one worker once, and every worker number runs once, so no chunk is shared.
+        for row in turn.map(&row_at) {
+            // SAFETY: `share_out` gives every number to one worker once, and every worker number runs once, so no chunk is shared.
             let task_of_row = unsafe {
                 RowTask {
                     row,

@@ -6,7 +6,7 @@
 use super::colours::Colours;
 use super::level::{LevelMut, Weights};
 use super::local;
-use crate::exec::{Exec, RowBuffers, RowTask, for_rows};
+use crate::exec::{Exec, Planes, RowBuffers, RowTask, for_rows_across};
 use crate::field::rows;
 use crate::grid::{Grid, Side, Space};
 use crate::real::Real;
@@ -107,15 +107,25 @@ impl<'a, T: Real> Ring<'a, T> {
         place(plane, self.size, self.keep_first)
     }
 
+    /// The ring's places of planes `start..end`, as many as are solved at a time or fewer.
+    fn places(&self, start: usize, end: usize) -> Planes {
+        match (self.keep_first, start) {
+            (true, 0) => Planes::of(0..end),
+            (true, _) => Planes { count: end - start, first: start - 1, size: self.size - 1, offset: 1 },
+            (false, _) => Planes { count: end - start, first: start, size: self.size, offset: 0 },
+        }
+    }
+
     /// Solves the cells of planes `start..end`; the state stays as it is.
     fn solve<S: Space>(&mut self, exec: &dyn Exec, level: &LevelMut<'_, T>, weights: &Weights<T>, start: usize, end: usize) {
         let system = level.system(weights);
         let (rows_per_plane, lanes, half, colours, pass) = (self.rows_per_plane, self.lanes, self.half, self.colours, self.pass);
         let (size, keep_first) = (self.size, self.keep_first);
+        let places = self.places(start, end);
         let buffers = RowBuffers { fields: [&mut *self.changes], sums: &mut [], scratch: &mut *self.scratch };
-        for_rows(exec, size * rows_per_plane, 0..size * rows_per_plane, buffers, |task| {
-            let Some(plane) = (start..end).find(|&plane| place(plane, size, keep_first) == task.row % size) else { return };
-            let row = plane * rows_per_plane + task.row / size;
+        for_rows_across(exec, size * rows_per_plane, rows_per_plane, places, buffers, |task| {
+            let Some(plane) = (start..end).find(|&plane| place(plane, size, keep_first) == task.row / rows_per_plane) else { return };
+            let row = plane * rows_per_plane + task.row % rows_per_plane;
             let cells = colours.cells(system.grid, pass, row);
             let [out] = task.fields;
             if cells.count > 0 {
@@ -127,15 +137,14 @@ impl<'a, T: Real> Ring<'a, T> {
     /// Adds the changes to the rows of planes `start..end`.
     fn apply<S: Space>(&mut self, exec: &dyn Exec, level: &mut LevelMut<'_, T>, slots: usize, start: usize, end: usize) {
         let grid = level.grid;
-        let range = start * self.rows_per_plane..end * self.rows_per_plane;
         let buffers = RowBuffers { fields: level.state.fields(), sums: &mut [], scratch: &mut [] };
         let ring = &*self;
-        for_rows(exec, grid.rows(), range, buffers, |task| ring.apply_to_row::<S>(grid, slots, task));
+        for_rows_across(exec, grid.rows(), self.rows_per_plane, Planes::of(start..end), buffers, |task| ring.apply_to_row::<S>(grid, slots, task));
     }
 
     /// The changes of the cells of `row`.
     fn row(&self, row: usize) -> &[T] {
-        let at = row % self.rows_per_plane * self.size + self.place(row / self.rows_per_plane);
+        let at = self.place(row / self.rows_per_plane) * self.rows_per_plane + row % self.rows_per_plane;
         &self.changes[at * self.row_len..][..self.row_len]
     }
 
