@@ -7,7 +7,7 @@ mod fields;
 use fields::cases::Scene;
 use fields::with_threads;
 use std::sync::Mutex;
-use thurible_core::exec::{Exec, RowBuffers, for_rows, for_runs};
+use thurible_core::exec::{Exec, Planes, RowBuffers, for_rows, for_rows_across, for_runs};
 use thurible_core::nso::colours::Colours;
 use thurible_core::simd::{Level, level, limit};
 use thurible_core::{D2, D3, Method, Params, Real, Scheme, Silent, Space};
@@ -65,10 +65,27 @@ fn every_row_is_visited_once() {
             assert!(numbers.iter().all(|&x| x == 1.0 + row as f32), "{} threads, runs of {length} numbers a row: row {row}", exec.threads());
         }
     };
+    // A ring of seven planes of eight rows behind one that is left out.
+    let visits_across = |exec: &dyn Exec, count: usize, first: usize, length: usize| {
+        let mut field = vec![0f32; 64 * length];
+        let planes = Planes { count, first, size: 7, offset: 1 };
+        for_rows_across(exec, 64, 8, planes, RowBuffers { fields: [&mut field], sums: &mut [], scratch: &mut [] }, |task| {
+            task.fields.into_iter().flatten().for_each(|x| *x += 1.0 + task.row as f32);
+        });
+        let expected = (0..count).map(|at| 1 + (first % 7 + at) % 7).collect::<Vec<_>>();
+        for (row, numbers) in field.chunks_exact(length).enumerate() {
+            let expected = if expected.contains(&(row / 8)) { 1.0 + row as f32 } else { 0.0 };
+            assert!(numbers.iter().all(|&x| x == expected), "{} threads, {count} planes from {first}, rows of {length} numbers: row {row}", exec.threads());
+        }
+    };
     for threads in [1, 2, 3, 16, 17, 40] {
         for length in [1, 300, 5000] {
             visits_in_runs(&Backwards(threads), length);
             with_threads(threads, |exec| (0..20).for_each(|_| visits_in_runs(exec, length)));
+            for (count, first) in [(7, 0), (7, 5), (3, 6), (0, 2), (4, usize::MAX)] {
+                visits_across(&Backwards(threads), count, first, length);
+                with_threads(threads, |exec| visits_across(exec, count, first, length));
+            }
         }
         for range in [0..ROWS, 0..0, 7..8, 5..31] {
             for length in [1, 300, 5000] {

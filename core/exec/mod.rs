@@ -147,16 +147,17 @@ impl Planes {
 /// As [`for_rows`], for the rows of some planes, a row of all of them after the other: so that a worker has the same rows of every plane.
 ///
 /// # Panics
-/// When a ring has fewer places than there are planes.
+/// When a ring has fewer places than there are planes, or more than `rows` has.
 pub fn for_rows_across<T, const K: usize, F>(exec: &dyn Exec, rows: usize, rows_per_plane: usize, planes: Planes, buffers: RowBuffers<'_, T, K>, task: F)
 where
     T: Send,
     F: Fn(RowTask<'_, T, K>) + Sync,
 {
     let Planes { count, first, size, offset } = planes;
-    assert!(count <= size);
+    assert!(count <= size && offset.saturating_add(size).saturating_mul(rows_per_plane) <= rows);
+    let first = first % size.max(1);
     let row_at = move |at: usize| (offset + (first + at % count.max(1)) % size.max(1)) * rows_per_plane + at / count.max(1);
-    // SAFETY: `count <= size`, so planes differ, and every number is that of another row.
+    // SAFETY: nothing above overflows, and `count <= size`, so planes differ, and every number is that of another row.
     unsafe { in_order(exec, rows, 0..count * rows_per_plane, row_at, buffers, task) }
 }
 

@@ -109,11 +109,8 @@ impl<'a, T: Real> Ring<'a, T> {
 
     /// The ring's places of planes `start..end`, as many as are solved at a time or fewer.
     fn places(&self, start: usize, end: usize) -> Planes {
-        match (self.keep_first, start) {
-            (true, 0) => Planes::of(0..end),
-            (true, _) => Planes { count: end - start, first: start - 1, size: self.size - 1, offset: 1 },
-            (false, _) => Planes { count: end - start, first: start, size: self.size, offset: 0 },
-        }
+        let kept = usize::from(self.keep_first && start > 0);
+        Planes { count: end - start, first: self.place(start) - kept, size: self.size - kept, offset: kept }
     }
 
     /// Solves the cells of planes `start..end`; the state stays as it is.
