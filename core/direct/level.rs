@@ -10,6 +10,7 @@ use crate::grid::{Grid, Space};
 use crate::nested;
 use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
+use crate::problem::Advection;
 use crate::problem::keyframes::Keyframes;
 use crate::quasi_newton::{self, Fields, Initial, Shape};
 use crate::real::Real;
@@ -81,11 +82,22 @@ fn weights(settings: &Settings, level: usize) -> [f64; 3] {
 /// tear the smoke's edge, and the finest grid would inherit it; the coarsest needs the whole metric, to move far smoke at all.
 const IDENTITY_BETWEEN: f64 = 0.25;
 
-/// Transport and metric on grid `level` of `levels`.
+/// Where the search cuts the series of transport, on the finest grid and on those that it starts from: at so many times the cut
+/// of the result, and at no more than this part of max rho_0. A minimum moves by the square of what that leaves out.
+const SEARCH_CUT: [(f64, f64); 2] = [(1e2, 1e-3), (1e3, 1e-2)];
+
+/// The cut of the search on grid `level` for that of the result.
+fn search_cut(cut: f64, level: usize) -> f64 {
+    let (times, most) = SEARCH_CUT[usize::from(level > 0)];
+    cut.max(most.min(times * cut))
+}
+
+/// Transport and metric of the search on grid `level` of `levels`.
 fn carrier_setup(settings: &Settings, level: usize, levels: usize, threads: usize) -> carrier::Setup {
     let between = (1..levels.saturating_sub(1)).contains(&level);
     let metric = Metric { filters: settings.carrier.metric.filters.saturating_sub(level), identity: if between { IDENTITY_BETWEEN } else { 1.0 } };
-    carrier::Setup { slots: slots_on(settings, level), metric, threads, ..settings.carrier }
+    let advection = Advection { tolerance: search_cut(settings.carrier.advection.tolerance, level), ..settings.carrier.advection };
+    carrier::Setup { slots: slots_on(settings, level), metric, advection, threads, ..settings.carrier }
 }
 
 /// Numbers of the finest grid's rest in which one iteration finds what another left, on whichever grid: the data of the grids down

@@ -71,8 +71,9 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
             self.ascend(exec, &mut Silent, keyframes)?;
         }
         self.descent = Descent::new(self.settings.history);
-        let force = self.descent.newton.direction;
+        let (force, advection) = (self.descent.newton.direction, self.settings.carrier.advection);
         let mut work = self.work(0, keyframes);
+        work.evaluation.setup.carrier.advection = advection;
         work.evaluation.finish::<S>(exec, &mut work.v, &mut work.fields[force])
     }
 }

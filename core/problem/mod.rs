@@ -22,7 +22,7 @@ pub enum Scheme {
 pub struct Advection {
     /// The operator.
     pub scheme: Scheme,
-    /// The series is cut at the first term below this times max rho_0.
+    /// The series is cut at the first term below this times max rho_0; earlier while the direct method searches.
     pub tolerance: f64,
 }
 

@@ -97,6 +97,25 @@ fn other_units_give_the_same_iterates() {
     }
 }
 
+/// The search cuts the series of transport at a hundred times the cut of the result, on the coarser grids at a thousand times.
+#[test]
+fn the_cut_of_the_search_does_not_move_the_minimum() {
+    for (cells, ends, scheme) in [(&[16, 16], "ww", Scheme::Quick), (&[16, 12], "wp", Scheme::Central)] {
+        let mut scene = direct(Scene { scheme, ..Scene::small(cells, ends, 8) });
+        (scene.params.iterations, scene.params.direct.tolerance) = (400, 1e-7);
+        let solve = |cut: f64| {
+            let scene = Scene { cut, ..scene.clone() };
+            let solved = scene.solve_alone::<f64, D2>();
+            let last = solved.history.last().unwrap().objective.total();
+            assert_eq!(solved.status, Status::Converged, "{cells:?}, cut {cut:e}");
+            (total(&solved), (total(&solved) / last - 1.0).abs())
+        };
+        let ((as_usual, off), (exact, exact_off)) = (solve(1e-5), solve(1e-9));
+        assert!(exact_off < 1e-6 && off < 1e-4, "{cells:?}: the last iteration is off by {off:e}, with less cut by {exact_off:e}");
+        assert!((as_usual / exact - 1.0).abs() < 5e-6, "{cells:?}: J = {as_usual}, with less cut {exact}");
+    }
+}
+
 #[test]
 fn weights_from_weak_to_strong() {
     for force_weight in [1e1, 1e2, 1e3, 1e4, 1e5] {

@@ -26,6 +26,8 @@ pub struct Scene {
     pub force_weight: f64,
     /// The transport.
     pub scheme: Scheme,
+    /// Where its series is cut, in parts of max rho_0.
+    pub cut: f64,
     /// Choices.
     pub params: Params,
     /// rho_0 and the keyframes.
@@ -65,6 +67,7 @@ impl Scene {
             viscosity: 0.0,
             force_weight: 1e2,
             scheme: Scheme::Quick,
+            cut: 1e-5,
             params: Params { iterations: 3, ..admm() },
             densities: vec![balls(&grid, &[at(0.4, 0.45)], radius), balls(&grid, &[at(0.6, 0.55)], radius)],
         }
@@ -91,7 +94,7 @@ impl Scene {
             force_weight: self.force_weight,
             filters: None,
             match_mass: true,
-            advection: Advection { scheme: self.scheme, tolerance: 1e-5 },
+            advection: Advection { scheme: self.scheme, tolerance: self.cut },
             projection_tolerance: 1e-5,
         }
     }

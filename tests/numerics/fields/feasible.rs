@@ -65,7 +65,7 @@ fn check_densities(scene: &Scene, solved: &Solved, naive: &Naive, v: &[Component
     let top = largest(rho_0.iter().copied());
     let mut rho = rho_0.clone();
     for (step, v) in v.iter().enumerate() {
-        rho = naive.transport(scene.scheme, 1e-5 * top, v, &rho);
+        rho = naive.transport(scene.scheme, scene.cut * top, v, &rho);
         let error = gap(&rho, &solved.density[step + 1]);
         assert!(error <= (1e-4 + 100.0 * epsilon) * top, "rho_{} is {error:e} from what v carries there", step + 1);
     }
