@@ -10,10 +10,9 @@ use crate::grid::levels::Levels;
 use crate::observe::{Event, Observer};
 use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
-use crate::problem::Advection;
 use crate::problem::keyframes::{DataTerm, Keyframes};
 use crate::real::Real;
-use crate::transport::{Flow, Stop, Transport};
+use crate::transport::{Flow, Stepping, Stop, Transport};
 
 /// What does not change from flow to flow.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +22,7 @@ pub struct Setup {
     /// The metric.
     pub metric: Metric,
     /// The transport.
-    pub advection: Advection,
+    pub stepping: Stepping,
     /// max rho_0.
     pub largest: f64,
     /// Threads that scratch was planned for.
@@ -63,7 +62,7 @@ impl<'a, T: Real> Carrier<'a, T> {
             grid,
             slots: setup.slots,
             mu: pool.take(grid.cells()),
-            transport: Transport::carve(grid, setup.advection.scheme, setup.advection.tolerance, setup.largest, setup.threads, pool),
+            transport: Transport::carve(grid, setup.stepping, setup.largest, setup.threads, pool),
             data,
         }
     }

@@ -123,7 +123,7 @@ impl Settings {
             carrier: carrier::Setup {
                 slots: dimensions.slots,
                 metric: Metric { filters: dimensions.filters, identity: 1.0 },
-                advection: problem.advection,
+                stepping: problem.advection.into(),
                 largest: 1.0,
                 threads: dimensions.threads,
             },

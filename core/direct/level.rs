@@ -10,10 +10,10 @@ use crate::grid::{Grid, Space};
 use crate::nested;
 use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
-use crate::problem::Advection;
 use crate::problem::keyframes::Keyframes;
 use crate::quasi_newton::{self, Fields, Initial, Shape};
 use crate::real::Real;
+use crate::transport::Stepping;
 use core::marker::PhantomData;
 
 /// Numbers that one grid takes.
@@ -86,18 +86,21 @@ const IDENTITY_BETWEEN: f64 = 0.25;
 /// of the result, and at no more than this part of max rho_0. A minimum moves by the square of what that leaves out.
 const SEARCH_CUT: [(f64, f64); 2] = [(1e2, 1e-3), (1e3, 1e-2)];
 
-/// The cut of the search on grid `level` for that of the result.
-fn search_cut(cut: f64, level: usize) -> f64 {
+/// Courant number of the search's sub-steps at most: fewer of them need fewer terms in all. Terms grow before they fall, to e^7.5 at
+/// worst, which single precision holds to a tenth of the cut; twenty of them leave 7.5^20 / 20! = 0.13 of what could be worst.
+const SEARCH_COURANT: f64 = 3.0;
+
+/// Transport of the search on grid `level` for that of the result.
+fn search_stepping(result: Stepping, level: usize) -> Stepping {
     let (times, most) = SEARCH_CUT[usize::from(level > 0)];
-    cut.max(most.min(times * cut))
+    Stepping { tolerance: result.tolerance.max(most.min(times * result.tolerance)), courant: SEARCH_COURANT, ..result }
 }
 
 /// Transport and metric of the search on grid `level` of `levels`.
 fn carrier_setup(settings: &Settings, level: usize, levels: usize, threads: usize) -> carrier::Setup {
     let between = (1..levels.saturating_sub(1)).contains(&level);
     let metric = Metric { filters: settings.carrier.metric.filters.saturating_sub(level), identity: if between { IDENTITY_BETWEEN } else { 1.0 } };
-    let advection = Advection { tolerance: search_cut(settings.carrier.advection.tolerance, level), ..settings.carrier.advection };
-    carrier::Setup { slots: slots_on(settings, level), metric, advection, threads, ..settings.carrier }
+    carrier::Setup { slots: slots_on(settings, level), metric, stepping: search_stepping(settings.carrier.stepping, level), threads, ..settings.carrier }
 }
 
 /// Numbers of the finest grid's rest in which one iteration finds what another left, on whichever grid: the data of the grids down

@@ -71,9 +71,9 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
             self.ascend(exec, &mut Silent, keyframes)?;
         }
         self.descent = Descent::new(self.settings.history);
-        let (force, advection) = (self.descent.newton.direction, self.settings.carrier.advection);
+        let (force, stepping) = (self.descent.newton.direction, self.settings.carrier.stepping);
         let mut work = self.work(0, keyframes);
-        work.evaluation.setup.carrier.advection = advection;
+        work.evaluation.setup.carrier.stepping = stepping;
         work.evaluation.finish::<S>(exec, &mut work.v, &mut work.fields[force])
     }
 }

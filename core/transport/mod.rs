@@ -1,7 +1,8 @@
 //! Density transport rho' = A[rho, v] (paper eq. 4, mathematics section 3) and its exact discrete adjoints.
 //!
-//! A step is cut into m sub-steps of Courant number at most 1. In each, the face-flux schemes sum the Taylor series of
-//! exp(tau L(v)), terms y_k = (tau / k) L y_{k-1}, to the first term below the cut; semi-Lagrangian traces back once.
+//! A step is cut into m sub-steps of Courant number at most 1, or 3 while the direct method searches. In each, the face-flux schemes
+//! sum the Taylor series of exp(tau L(v)), terms y_k = (tau / k) L y_{k-1}, to the first term below the cut; semi-Lagrangian traces
+//! back once.
 
 mod flux;
 mod semi_lagrangian;
@@ -12,7 +13,7 @@ use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Grid;
 use crate::observe::{Event, Observer};
 use crate::plan::{Ledger, Pool, Sharing, pooled};
-use crate::problem::Scheme;
+use crate::problem::{Advection, Scheme};
 use crate::real::Real;
 use crate::simd::{Cache, prefetch};
 use core::ops::ControlFlow;
@@ -22,8 +23,26 @@ use flux::{Around, Velocity, faces, with_halo};
 pub(crate) const MAX_TERMS: usize = 20;
 /// Sub-step states that are kept at most; others are computed again.
 const STATES: usize = 8;
-/// Sub-steps of a step at most.
+/// Sub-steps of Courant number 1 of a step at most.
 pub const MAX_SUBSTEPS: usize = 64;
+
+/// How a step is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stepping {
+    /// The operator.
+    pub scheme: Scheme,
+    /// The series is cut at the first term below this times max rho_0.
+    pub tolerance: f64,
+    /// Courant number of a series' sub-step at most. Semi-Lagrangian's, whose adjoint looks for smoke in the next cells, are of at most 1.
+    pub courant: f64,
+}
+
+impl From<Advection> for Stepping {
+    /// What results are promised by (mathematics section 3): sub-steps of Courant number at most 1.
+    fn from(Advection { scheme, tolerance }: Advection) -> Self {
+        Self { scheme, tolerance, courant: 1.0 }
+    }
+}
 
 /// Velocities of all steps: those of slots 1.. in trajectories, perhaps moved along a direction.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +112,7 @@ impl Held {
     }
 }
 
-/// A step needs more than [`MAX_SUBSTEPS`], or its velocity is not finite.
+/// A step would need more than [`MAX_SUBSTEPS`], or its velocity is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooFast;
 
@@ -113,6 +132,8 @@ pub struct Transport<'a, T> {
     scheme: Scheme,
     /// Terms are summed until max |term| is below this.
     cut: f64,
+    /// See [`Stepping::courant`].
+    courant: f64,
     /// See [`flux::Velocity`].
     velocity: VectorMut<'a, T>,
     substeps: usize,
@@ -143,7 +164,7 @@ impl<'a, T: Real> Transport<'a, T> {
     }
 
     /// Takes its numbers from the shared pool. `largest` is max rho_0.
-    pub fn carve(grid: &'a Grid, scheme: Scheme, tolerance: f64, largest: f64, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(grid: &'a Grid, stepping: Stepping, largest: f64, threads: usize, pool: &mut Pool<'a, T>) -> Self {
         let (len, stride, with_halo) = (grid.cells(), Self::stride(grid), with_halo(grid));
         let gradient = pool.take_vector(grid.dims, len);
         let velocity = &mut pool.take(flux::OFFSET + stride)[flux::OFFSET..][..with_halo];
@@ -153,8 +174,9 @@ impl<'a, T: Real> Transport<'a, T> {
         let (first, second) = adjoint.split_at_mut(stride);
         Self {
             grid,
-            scheme,
-            cut: tolerance * largest,
+            scheme: stepping.scheme,
+            cut: stepping.tolerance * largest,
+            courant: if stepping.scheme == Scheme::SemiLagrangian { 1.0 } else { stepping.courant },
             velocity: [velocity, y, z],
             substeps: 1,
             states,
@@ -199,7 +221,7 @@ impl<'a, T: Real> Transport<'a, T> {
         if !(courant <= MAX_SUBSTEPS as f64) {
             return Err(TooFast);
         }
-        self.substeps = (libm::ceil(courant) as usize).max(1);
+        self.substeps = (libm::ceil(courant / self.courant) as usize).max(1);
         Ok(())
     }
 

@@ -11,7 +11,7 @@ use thurible_core::operators::blur::{Blur, Metric};
 use thurible_core::plan::{Ledger, Pool};
 use thurible_core::poisson::Projection;
 use thurible_core::transport::{Flow, Transport};
-use thurible_core::{Boundary, Exec, Scheme, Space};
+use thurible_core::{Advection, Boundary, Exec, Scheme, Space};
 
 /// The Courant number of the flows: one sub-step a step.
 const COURANT: f64 = 0.999;
@@ -49,7 +49,7 @@ impl Trajectories {
         let mut ledger = Ledger::new();
         Transport::<f32>::requirement(&mut ledger, grid, exec.threads());
         let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
-        let mut transport = Transport::carve(grid, scheme, 1e-5, 1.0, exec.threads(), &mut Pool::new(&mut memory));
+        let mut transport = Transport::carve(grid, Advection { scheme, ..Advection::default() }.into(), 1.0, exec.threads(), &mut Pool::new(&mut memory));
         let mut rho = blob(grid);
         rho.resize((self.slots + 2) * grid.cells(), 0.0);
         let flow = Flow { initial: rest.each_ref().map(|component| &component[..]), v: field.each_ref().map(|component| &component[..]), along: None };

@@ -30,7 +30,7 @@ fn moving(random: &mut Random, grid: &Grid, courant: f64) -> Components<f64> {
     v.map(|c| c.iter().map(|x| x * courant / now).collect())
 }
 
-/// <mu, A[rho, v]> along a random direction, for several Courant numbers: 1, 4 and 11 sub-steps (more than are kept).
+/// <mu, A[rho, v]> along a random direction, for several Courant numbers: 1, 4 and 11 sub-steps (more than are kept), and fewer, longer ones.
 fn step_gradient(scheme: Scheme, first: f64) {
     let mut random = Random::new(21);
     for (cells, ends) in [(&[10, 8][..], "ww"), (&[7, 9], "pw"), (&[6, 6], "pp"), (&[5, 4, 6], "www"), (&[4, 6, 5], "pwp")] {
@@ -39,10 +39,12 @@ fn step_gradient(scheme: Scheme, first: f64) {
             let (v, rho, mu): (_, Vec<f64>, Vec<f64>) = (moving(&mut random, &grid, courant), random.density(&grid), random.cells(&grid, 1));
             let d = random.faces(&grid, 1).map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
             // No term is ever below this cut, so the number of terms does not change with t.
-            let carry = Carry { grid: &grid, scheme, tolerance: 1e-200 };
-            let (_, gradient) = carry.backward(&v, &rho, &mu).unwrap();
-            let what = format!("{scheme:?} on {cells:?} {ends} at Courant {courant}");
-            taylor(&what, first, dot_all(&gradient, &d), |t| dot(&mu, &carry.forward(&add_scaled_all(&v, t, &d), &rho).unwrap()));
+            for longest in [1.0, 3.0] {
+                let carry = Carry::new(&grid, scheme, 1e-200).in_substeps_of(longest);
+                let (_, gradient) = carry.backward(&v, &rho, &mu).unwrap();
+                let what = format!("{scheme:?} on {cells:?} {ends} at Courant {courant} in sub-steps of {longest}");
+                taylor(&what, first, dot_all(&gradient, &d), |t| dot(&mu, &carry.forward(&add_scaled_all(&v, t, &d), &rho).unwrap()));
+            }
         }
     }
 }
@@ -69,7 +71,7 @@ fn rows_without_smoke_are_passed_over() {
         let along = |cell: usize| grid.row_at(cell / grid.n[0])[long - 1] * 10 / grid.n[long];
         let smoke: Vec<f64> = random.density(&grid).into_iter().enumerate().map(|(cell, x): (usize, f64)| if along(cell) == 5 { x } else { 0.0 }).collect();
         let both: Vec<f64> = smoke.iter().map(|x| x + 1.0).collect();
-        let carry = Carry { grid: &grid, scheme: Scheme::Quick, tolerance: 1e-15 };
+        let carry = Carry::new(&grid, Scheme::Quick, 1e-15);
         let [(back, found), (_, of_both), (_, of_haze)] = [&smoke, &both, &vec![1.0; both.len()]].map(|rho| carry.backward(&v, rho, &mu).unwrap());
         let largest = of_both.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         for ((found, both), haze) in found.iter().zip(&of_both).zip(&of_haze) {
@@ -103,7 +105,7 @@ fn even_smoke_is_not_passed_over() {
                 _ => 0.0,
             })
             .collect();
-        let carry = Carry { grid: &grid, scheme: Scheme::Quick, tolerance: 1e-30 };
+        let carry = Carry::new(&grid, Scheme::Quick, 1e-30);
         let (_, gradient) = carry.backward(&v, &rho, &mu).unwrap();
         taylor(&format!("even smoke on {cells:?}"), 1e-3, dot_all(&gradient, &d), |t| dot(&mu, &carry.forward(&add_scaled_all(&v, t, &d), &rho).unwrap()));
     }
@@ -122,7 +124,7 @@ fn gradient_at_rest_is_the_mean_of_both_sides() {
     let rest = zeros::<f64>(&grid, 1);
     let (rho, mu): (Vec<f64>, Vec<f64>) = (random.density(&grid), random.cells(&grid, 1));
     let d: Components<f64> = random.faces(&grid, 1);
-    let carry = Carry { grid: &grid, scheme: Scheme::Quick, tolerance: 1e-200 };
+    let carry = Carry::new(&grid, Scheme::Quick, 1e-200);
     let (_, gradient) = carry.backward(&rest, &rho, &mu).unwrap();
     let value = |t: f64| dot(&mu, &carry.forward(&add_scaled_all(&rest, t, &d), &rho).unwrap());
     let t = 1e-7;
@@ -187,7 +189,7 @@ fn data_term(control: &Control<'_, f64>, v: &Components<f64>) -> f64 {
     let (naive, mut rho, mut sum) = (Naive::new(control.grid), control.source.to_vec(), 0.0);
     for step in 0..control.steps {
         let v = if step == 0 { control.initial.clone() } else { slot_of_all(control.grid, control.steps - 1, step - 1, v) };
-        rho = naive.transport(control.advection.scheme, control.advection.tolerance, &v, &rho);
+        rho = naive.transport(control.advection.into(), &v, &rho);
         if let Some(at) = control.keyframes.iter().position(|&k| k as usize == step + 1) {
             let e: Vec<f64> = cast(&rho).iter().zip(&control.targets[at * rho.len()..]).map(|(x, y): (&f64, &f64)| x - y).collect();
             sum += 0.5 * dot(&e, &naive.metric(control.filters, &e));

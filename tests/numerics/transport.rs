@@ -8,7 +8,7 @@ use crate::fields::{Components, assert_close, cast, cast_all, dot, flow, gap, gr
 use core::ops::ControlFlow;
 use thurible_core::plan::{Ledger, Pool};
 use thurible_core::transport::{Flow, Stop, TooFast, Transport};
-use thurible_core::{Event, Real, Scheme, Serial, Silent};
+use thurible_core::{Advection, Event, Real, Scheme, Serial, Silent};
 
 const GRIDS: [(&[usize], &str); 7] =
     [(&[12, 12], "ww"), (&[13, 7], "ww"), (&[9, 14], "wp"), (&[4, 5], "pp"), (&[6, 5, 7], "www"), (&[5, 6, 4], "pwp"), (&[7, 7, 5], "ppp")];
@@ -22,10 +22,13 @@ fn both<T: Real>(scheme: Scheme, tolerance: f64, seed: u64) {
         for courant in [0.4, 0.97, 4.6] {
             let v: Components<T> = flow::rough(&mut random, &grid, 1, courant);
             let rho: Vec<T> = random.density(&grid);
-            let found = Carry { grid: &grid, scheme, tolerance }.forward(&v, &rho).unwrap();
-            let expected = Naive::new(&grid).transport(scheme, tolerance, &cast_all(&v), &cast(&rho));
-            let (error, size) = (gap(&cast(&found), &expected), largest(expected.iter().copied()));
-            assert!(error <= 100.0 * T::EPSILON * size, "{scheme:?} on {cells:?} {ends} at {courant}: {error:e} apart");
+            for longest in [1.0, 3.0] {
+                let carry = Carry::new(&grid, scheme, tolerance).in_substeps_of(longest);
+                let found = carry.forward(&v, &rho).unwrap();
+                let expected = Naive::new(&grid).transport(carry.stepping, &cast_all(&v), &cast(&rho));
+                let (error, size) = (gap(&cast(&found), &expected), largest(expected.iter().copied()));
+                assert!(error <= 100.0 * T::EPSILON * size, "{scheme:?} on {cells:?} {ends} at {courant}, {longest}: {error:e} apart");
+            }
         }
     }
 }
@@ -48,7 +51,7 @@ fn series_ends_with_the_first_term_below_the_cut() {
     let mut random = Random::new(35);
     let grid = grid(&[10, 10], "ww");
     let (v, rho): (Components<f64>, Vec<f64>) = (flow::rough(&mut random, &grid, 1, 0.9), random.density(&grid));
-    let at = |tolerance| Carry { grid: &grid, scheme: Scheme::Quick, tolerance }.forward(&v, &rho).unwrap();
+    let at = |tolerance| Carry::new(&grid, Scheme::Quick, tolerance).forward(&v, &rho).unwrap();
     let exact = at(1e-200);
     for tolerance in [1e-2, 1e-4, 1e-6] {
         let error = gap(&at(tolerance), &exact);
@@ -60,7 +63,7 @@ fn keeps<T: Real>() {
     let mut random = Random::new(36);
     for ((cells, ends), scheme) in GRIDS.into_iter().flat_map(|g| CENTRED.map(|s| (g, s))) {
         let grid = grid(cells, ends);
-        let carry = Carry { grid: &grid, scheme, tolerance: T::EPSILON };
+        let carry = Carry::new(&grid, scheme, T::EPSILON);
         for courant in [0.8, 5.4] {
             let what = format!("{scheme:?} on {cells:?} {ends} at {courant}");
             let (v, rho): (Components<T>, Vec<T>) = (flow::rough(&mut random, &grid, 1, courant), random.density(&grid));
@@ -89,7 +92,7 @@ fn mass_is_kept_by_flows_with_divergence_too() {
     let v: Components<f64> = random.faces(&grid, 1).map(|c| c.iter().map(|x: &f64| x / 40.0).collect());
     let rho: Vec<f64> = random.density(&grid);
     for scheme in CENTRED {
-        let after = Carry { grid: &grid, scheme, tolerance: 1e-14 }.forward(&v, &rho).unwrap();
+        let after = Carry::new(&grid, scheme, 1e-14).forward(&v, &rho).unwrap();
         assert_close("mass", after.iter().sum(), rho.iter().sum(), rho.iter().sum(), 1e-13);
     }
 }
@@ -102,7 +105,7 @@ fn translation(scheme: Scheme, n: usize) -> f64 {
     let at = |dx: f64, dy: f64| places(&grid).map(|[x, y, _]| density(x as f64 - dx, y as f64 - dy)).collect::<Vec<f64>>();
     let cells = n as f64 / 16.0;
     let v = flow::uniform(&grid, [cells * grid.h[0], -2.0 * cells * grid.h[1], 0.0]);
-    gap(&Carry { grid: &grid, scheme, tolerance: 1e-12 }.forward(&v, &at(0.0, 0.0)).unwrap(), &at(cells, -2.0 * cells))
+    gap(&Carry::new(&grid, scheme, 1e-12).forward(&v, &at(0.0, 0.0)).unwrap(), &at(cells, -2.0 * cells))
 }
 
 #[test]
@@ -115,7 +118,7 @@ fn translation_around_a_periodic_box() {
     assert!(translation(Scheme::Quick, 64) < 0.4 * translation(Scheme::Central, 64), "quick should be the more exact one");
     // Along one axis a sub-step of semi-Lagrangian goes exactly one cell.
     let (grid, rho) = (grid(&[9, 5], "pw"), Random::new(41).density::<f64>(&grid(&[9, 5], "pw")));
-    let carry = Carry { grid: &grid, scheme: Scheme::SemiLagrangian, tolerance: 1e-5 };
+    let carry = Carry::new(&grid, Scheme::SemiLagrangian, 1e-5);
     let after = carry.forward(&flow::uniform(&grid, [4.0 / 9.0, 0.0, 0.0]), &rho).unwrap();
     let shifted: Vec<f64> = places(&grid).map(|[x, y, _]| rho[9 * y + (x + 5) % 9]).collect();
     assert!(gap(&after, &shifted) < 1e-12);
@@ -126,7 +129,7 @@ fn more_than_64_sub_steps_are_refused() {
     let grid = grid(&[8, 6], "pp");
     let rho: Vec<f64> = Random::new(38).density(&grid);
     for scheme in [Scheme::Quick, Scheme::Central, Scheme::SemiLagrangian] {
-        let at = |courant: f64| Carry { grid: &grid, scheme, tolerance: 1e-5 }.forward(&flow::uniform(&grid, [courant * grid.h[0], 0.0, 0.0]), &rho);
+        let at = |courant: f64| Carry::new(&grid, scheme, 1e-5).forward(&flow::uniform(&grid, [courant * grid.h[0], 0.0, 0.0]), &rho);
         assert!(at(63.99).is_ok());
         assert_eq!(at(64.01), Err(TooFast));
         assert_eq!(at(1e30), Err(TooFast));
@@ -142,7 +145,7 @@ fn broken<T: Real>() {
                 for at in [grid.cells() - 1, grid.cells() / 2 + 1] {
                     let mut v = zeros::<T>(&grid, 1);
                     v[axis][at] = T::from_f64(poison);
-                    let result = Carry { grid: &grid, scheme: Scheme::Quick, tolerance: 1e-5 }.forward(&v, &rho);
+                    let result = Carry::new(&grid, Scheme::Quick, 1e-5).forward(&v, &rho);
                     assert_eq!(result, Err(TooFast), "{poison} at face {at} of axis {axis} on {cells:?} {ends}");
                 }
             }
@@ -163,7 +166,7 @@ fn poisoned<T: Real>(scheme: Scheme) {
     for (cells, ends) in GRIDS {
         let grid = grid(cells, ends);
         let (smoke, empty) = (random.density::<T>(&grid), vec![T::ZERO; grid.cells()]);
-        let carry = Carry { grid: &grid, scheme, tolerance: 1e-5 };
+        let carry = Carry::new(&grid, scheme, 1e-5);
         for (poison, courant) in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].into_iter().flat_map(|poison| [0.4, 4.6].map(|courant| (poison, courant))) {
             let v: Components<T> = flow::rough(&mut random, &grid, 1, courant);
             let with_poison = |field: &[T], at: usize| -> Vec<T> {
@@ -199,7 +202,7 @@ fn run(flow: &Flow<'_, f64>, grid: &thurible_core::grid::Grid, slots: usize, sou
     let mut ledger = Ledger::new();
     Transport::<f64>::requirement(&mut ledger, grid, 1);
     let (mut numbers, mut sums) = (vec![0.0; ledger.bytes().unwrap() / 8], vec![0.0; grid.rows()]);
-    let mut transport = Transport::carve(grid, Scheme::Quick, 1e-12, 1.0, 1, &mut Pool::new(&mut numbers));
+    let mut transport = Transport::carve(grid, Advection { scheme: Scheme::Quick, tolerance: 1e-12 }.into(), 1.0, 1, &mut Pool::new(&mut numbers));
     let mut rho = source.repeat(slots + 2);
     let mut observer = Stopper(stop);
     transport.run(&Serial, &mut observer, flow, slots, &mut rho, &mut sums).map(|()| rho)
@@ -228,7 +231,7 @@ fn trajectories_step_by_step() {
         let all: Components<f64> = core::array::from_fn(|a| if a < 2 { moved(a) } else { Vec::new() });
         let now = if step == 0 { all } else { fields::slot_of_all(&grid, slots, step - 1, &all) };
         assert!(gap(&rho[step * 42..][..42], &expected) < 1e-12, "rho_{step}");
-        expected = naive.transport(Scheme::Quick, 1e-12, &now, &expected);
+        expected = naive.transport(Advection { scheme: Scheme::Quick, tolerance: 1e-12 }.into(), &now, &expected);
     }
     assert!(gap(&rho[4 * 42..], &expected) < 1e-12, "rho_N");
     assert_eq!(run(&flow, &grid, slots, &source, 2), Err(Stop::Cancelled));

@@ -87,7 +87,7 @@ impl Settings {
         Self {
             grid: problem.grid(),
             keyframes: problem.keyframes.len(),
-            carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, advection: problem.advection, largest: 1.0, threads },
+            carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, stepping: problem.advection.into(), largest: 1.0, threads },
             projection_tolerance: problem.projection_tolerance,
             viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),

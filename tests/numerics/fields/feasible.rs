@@ -3,6 +3,7 @@
 use crate::fields::cases::{Scene, Solved};
 use crate::fields::naive::Naive;
 use crate::fields::{Components, add_scaled_all, assert_close, dot, gap, largest, largest_of, places};
+use thurible_core::Advection;
 use thurible_core::grid::Grid;
 
 /// A component of a file as the core keeps it: the high wall face left out. Panics if a wall face is not 0.
@@ -65,7 +66,7 @@ fn check_densities(scene: &Scene, solved: &Solved, naive: &Naive, v: &[Component
     let top = largest(rho_0.iter().copied());
     let mut rho = rho_0.clone();
     for (step, v) in v.iter().enumerate() {
-        rho = naive.transport(scene.scheme, scene.cut * top, v, &rho);
+        rho = naive.transport(Advection { scheme: scene.scheme, tolerance: scene.cut * top }.into(), v, &rho);
         let error = gap(&rho, &solved.density[step + 1]);
         assert!(error <= (1e-4 + 100.0 * epsilon) * top, "rho_{} is {error:e} from what v carries there", step + 1);
     }

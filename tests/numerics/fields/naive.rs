@@ -4,6 +4,7 @@
 use super::{Components, places};
 use thurible_core::Scheme;
 use thurible_core::grid::Grid;
+use thurible_core::transport::Stepping;
 
 /// A box of cells whose fields are read by whole-number places.
 #[derive(Clone, Copy)]
@@ -207,8 +208,9 @@ impl Naive {
     }
 
     /// One step rho' = A[rho, v] of length 1; `cut` is the tolerance times max rho_0.
-    pub fn transport(&self, scheme: Scheme, cut: f64, v: &Components<f64>, rho: &[f64]) -> Vec<f64> {
-        let substeps = self.courant(v).ceil().max(1.0);
+    pub fn transport(&self, Stepping { scheme, tolerance: cut, courant }: Stepping, v: &Components<f64>, rho: &[f64]) -> Vec<f64> {
+        let longest = if scheme == Scheme::SemiLagrangian { 1.0 } else { courant };
+        let substeps = (self.courant(v) / longest).ceil().max(1.0);
         let tau = 1.0 / substeps;
         let mut rho = rho.to_vec();
         for _ in 0..substeps as usize {
