@@ -83,8 +83,9 @@ fn weights(settings: &Settings, level: usize) -> [f64; 3] {
 const IDENTITY_BETWEEN: f64 = 0.25;
 
 /// Where the search cuts the series of transport, on the finest grid and on those that it starts from: at so many times the cut
-/// of the result, and at no more than this part of max rho_0. A minimum moves by the square of what that leaves out.
-const SEARCH_CUT: [(f64, f64); 2] = [(1e2, 1e-3), (1e3, 1e-2)];
+/// of the result, and at no more than this part of max rho_0. A minimum moves by the square of what that leaves out; but J goes in
+/// steps of it, which end a search whose tolerance is small, as it is on the coarser grids.
+const SEARCH_CUT: [(f64, f64); 2] = [(1e2, 1e-3), (1e1, 1e-4)];
 
 /// Courant number of the search's sub-steps at most: fewer of them need fewer terms in all. Terms grow before they fall, to e^7.5 at
 /// worst, which single precision holds to a tenth of the cut; twenty of them leave 7.5^20 / 20! = 0.13 of what could be worst.
