@@ -21,7 +21,7 @@ pub struct Setup {
     pub slots: usize,
     /// The metric.
     pub metric: Metric,
-    /// The transport.
+    /// How transport takes a step.
     pub stepping: Stepping,
     /// max rho_0.
     pub largest: f64,

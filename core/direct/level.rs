@@ -88,7 +88,7 @@ const IDENTITY_BETWEEN: f64 = 0.25;
 const SEARCH_CUT: [(f64, f64); 2] = [(1e2, 1e-3), (1e1, 1e-4)];
 
 /// Courant number of the search's sub-steps at most: fewer of them need fewer terms in all. Terms grow before they fall, to e^7.5 at
-/// worst, which single precision holds to a tenth of the cut; twenty of them leave 7.5^20 / 20! = 0.13 of what could be worst.
+/// worst, which single precision holds to 1e-4 of max rho_0; twenty of them leave 7.5^20 / 20! = 0.13 of what could be worst.
 const SEARCH_COURANT: f64 = 3.0;
 
 /// Transport of the search on grid `level` for that of the result.

@@ -97,7 +97,7 @@ fn other_units_give_the_same_iterates() {
     }
 }
 
-/// The search cuts the series of transport at a hundred times the cut of the result, on the coarser grids at a thousand times.
+/// The search cuts the series of transport at a hundred times the cut of the result, on the coarser grids at ten times.
 #[test]
 fn the_cut_of_the_search_does_not_move_the_minimum() {
     for (cells, ends, scheme) in [(&[16, 16], "ww", Scheme::Quick), (&[16, 12], "wp", Scheme::Central)] {

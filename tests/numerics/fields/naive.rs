@@ -207,7 +207,7 @@ impl Naive {
         places(&self.grid).map(cell).collect()
     }
 
-    /// One step rho' = A[rho, v] of length 1; `cut` is the tolerance times max rho_0.
+    /// One step rho' = A[rho, v] of length 1; the tolerance is that of `Stepping` times max rho_0.
     pub fn transport(&self, Stepping { scheme, tolerance: cut, courant }: Stepping, v: &Components<f64>, rho: &[f64]) -> Vec<f64> {
         let longest = if scheme == Scheme::SemiLagrangian { 1.0 } else { courant };
         let substeps = (self.courant(v) / longest).ceil().max(1.0);
