@@ -139,8 +139,8 @@ pub trait Vector: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = 
     fn load(from: &[Self::Elem]) -> Self;
     /// Into the first `LANES` numbers of `to`, which must have as many.
     fn store(self, to: &mut [Self::Elem]);
-    /// Numbers 0, 2, 4, .. of `from`, which must have `2 LANES` of them.
-    fn load_even(from: &[Self::Elem]) -> Self;
+    /// Numbers 0, 2, 4, .. of `from`, which must have `2 LANES` of them, and numbers 1, 3, 5, ..
+    fn load_pairs(from: &[Self::Elem]) -> [Self; 2];
     /// 1 / x.
     fn recip(self) -> Self;
     /// The larger of each pair; that of `other` where this one is NaN.
@@ -204,8 +204,8 @@ macro_rules! single {
                 to[0] = self;
             }
             #[inline(always)]
-            fn load_even(from: &[$t]) -> Self {
-                from[0]
+            fn load_pairs(from: &[$t]) -> [Self; 2] {
+                [from[0], from[1]]
             }
             #[inline(always)]
             fn recip(self) -> Self {
@@ -231,7 +231,7 @@ single!(f64);
 
 #[cfg(target_arch = "x86_64")]
 macro_rules! vector {
-    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $even:expr, $max:expr, $min:expr, $select:expr) => {
+    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $pairs:expr, $max:expr, $min:expr, $select:expr) => {
         /// A [`Vector`].
         #[derive(Clone, Copy, Debug)]
         pub struct $name($raw);
@@ -288,10 +288,11 @@ macro_rules! vector {
                 unsafe { $store(to.as_mut_ptr(), self.0) }
             }
             #[inline(always)]
-            fn load_even(from: &[$t]) -> Self {
+            fn load_pairs(from: &[$t]) -> [Self; 2] {
                 let from = &from[..2 * $lanes];
                 // SAFETY: `from` has `2 LANES` numbers.
-                Self(unsafe { $even($load(from.as_ptr()), $load(from.as_ptr().add($lanes))) })
+                let [even, odd] = unsafe { $pairs($load(from.as_ptr()), $load(from.as_ptr().add($lanes))) };
+                [Self(even), Self(odd)]
             }
             #[inline(always)]
             fn recip(self) -> Self {
@@ -323,30 +324,38 @@ mod x86 {
     use core::arch::x86_64::*;
 
     #[inline(always)]
-    unsafe fn even_ps512(a: __m512, b: __m512) -> __m512 {
+    unsafe fn pairs_ps512(a: __m512, b: __m512) -> [__m512; 2] {
         // SAFETY: the caller has AVX-512.
         unsafe {
-            let index = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
-            _mm512_permutex2var_ps(a, index, b)
+            let even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+            let odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+            [_mm512_permutex2var_ps(a, even, b), _mm512_permutex2var_ps(a, odd, b)]
         }
     }
     #[inline(always)]
-    unsafe fn even_pd512(a: __m512d, b: __m512d) -> __m512d {
+    unsafe fn pairs_pd512(a: __m512d, b: __m512d) -> [__m512d; 2] {
         // SAFETY: the caller has AVX-512.
-        unsafe { _mm512_permutex2var_pd(a, _mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14), b) }
-    }
-    #[inline(always)]
-    unsafe fn even_ps256(a: __m256, b: __m256) -> __m256 {
-        // SAFETY: the caller has AVX2.
         unsafe {
-            let pairs = _mm256_castps_pd(_mm256_shuffle_ps::<0b10_00_10_00>(a, b));
-            _mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(pairs))
+            let (even, odd) = (_mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14), _mm512_setr_epi64(1, 3, 5, 7, 9, 11, 13, 15));
+            [_mm512_permutex2var_pd(a, even, b), _mm512_permutex2var_pd(a, odd, b)]
         }
     }
     #[inline(always)]
-    unsafe fn even_pd256(a: __m256d, b: __m256d) -> __m256d {
+    unsafe fn pairs_ps256(a: __m256, b: __m256) -> [__m256; 2] {
         // SAFETY: the caller has AVX2.
-        unsafe { _mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_shuffle_pd::<0b0000>(a, b)) }
+        unsafe {
+            let (even, odd) = (_mm256_shuffle_ps::<0b10_00_10_00>(a, b), _mm256_shuffle_ps::<0b11_01_11_01>(a, b));
+            let (even, odd) = (_mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(even)), _mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(odd)));
+            [_mm256_castpd_ps(even), _mm256_castpd_ps(odd)]
+        }
+    }
+    #[inline(always)]
+    unsafe fn pairs_pd256(a: __m256d, b: __m256d) -> [__m256d; 2] {
+        // SAFETY: the caller has AVX2.
+        unsafe {
+            let (even, odd) = (_mm256_shuffle_pd::<0b0000>(a, b), _mm256_shuffle_pd::<0b1111>(a, b));
+            [_mm256_permute4x64_pd::<0b11_01_10_00>(even), _mm256_permute4x64_pd::<0b11_01_10_00>(odd)]
+        }
     }
 
     #[inline(always)]
@@ -382,7 +391,7 @@ mod x86 {
         _mm512_sub_ps,
         _mm512_mul_ps,
         _mm512_div_ps,
-        even_ps512,
+        pairs_ps512,
         _mm512_max_ps,
         _mm512_min_ps,
         select_ps512
@@ -399,7 +408,7 @@ mod x86 {
         _mm512_sub_pd,
         _mm512_mul_pd,
         _mm512_div_pd,
-        even_pd512,
+        pairs_pd512,
         _mm512_max_pd,
         _mm512_min_pd,
         select_pd512
@@ -416,7 +425,7 @@ mod x86 {
         _mm256_sub_ps,
         _mm256_mul_ps,
         _mm256_div_ps,
-        even_ps256,
+        pairs_ps256,
         _mm256_max_ps,
         _mm256_min_ps,
         select_ps256
@@ -433,7 +442,7 @@ mod x86 {
         _mm256_sub_pd,
         _mm256_mul_pd,
         _mm256_div_pd,
-        even_pd256,
+        pairs_pd256,
         _mm256_max_pd,
         _mm256_min_pd,
         select_pd256
@@ -503,9 +512,9 @@ macro_rules! plain {
                 to[..4].copy_from_slice(&self.0);
             }
             #[inline(always)]
-            fn load_even(from: &[$t]) -> Self {
+            fn load_pairs(from: &[$t]) -> [Self; 2] {
                 let from = &from[..8];
-                Self([from[0], from[2], from[4], from[6]])
+                [Self([from[0], from[2], from[4], from[6]]), Self([from[1], from[3], from[5], from[7]])]
             }
             #[inline(always)]
             fn recip(self) -> Self {

@@ -5,7 +5,10 @@ use super::reflection::{ABOVE, BELOW, Place, face};
 use super::{Changes, Group, Header, Kept, MAX_LANES, at, slot, unroll};
 use crate::grid::Space;
 use crate::real::Real;
-use crate::simd::Vector;
+use crate::simd::{Cache, Vector, prefetch};
+
+/// Slots between the one that is written and the one that is asked for.
+const AHEAD: usize = 2;
 
 impl<T: Real> Group<'_, '_, T> {
     #[inline(always)]
@@ -14,6 +17,9 @@ impl<T: Real> Group<'_, '_, T> {
         // y_k and M_k y_k.
         let (mut y, mut image) = ([zero; 5], [zero; 5]);
         for k in (0..=slots).rev() {
+            if let Some(k) = k.checked_sub(1 + AHEAD) {
+                (0..super::changes::<S>()).for_each(|quantity| prefetch(Cache::First, out.out, self.place(out, quantity, k), V::LANES));
+            }
             let mut before = [zero; 5];
             if k > 0 {
                 before = solve_factor::<S, V>(slot::<S, V>(kept, k - 1), &image);
@@ -69,16 +75,22 @@ impl<T: Real> Group<'_, '_, T> {
         self.put(-(bar * inverse + after), out, 2 * S::FACES + 1, k);
     }
 
+    /// Where the changes of `quantity` in slot k are.
+    #[inline(always)]
+    fn place(&self, changes: &Changes<'_, T>, quantity: usize, k: usize) -> usize {
+        (quantity * self.system.slots + k) * changes.half + self.first
+    }
+
     /// Stores the lanes that are cells, as `quantity` in slot k.
     #[inline(always)]
-    fn put<V: Vector<Elem = T>>(&self, v: V, Changes { out, half }: &mut Changes<'_, T>, quantity: usize, k: usize) {
-        let from = (quantity * self.system.slots + k) * *half + self.first;
+    fn put<V: Vector<Elem = T>>(&self, v: V, changes: &mut Changes<'_, T>, quantity: usize, k: usize) {
+        let from = self.place(changes, quantity, k);
         if self.count == V::LANES {
-            v.store(&mut out[from..from + V::LANES]);
+            v.store(&mut changes.out[from..from + V::LANES]);
         } else {
             let mut lanes = [T::ZERO; MAX_LANES];
             v.store(&mut lanes);
-            out[from..from + self.count].copy_from_slice(&lanes[..self.count]);
+            changes.out[from..from + self.count].copy_from_slice(&lanes[..self.count]);
         }
     }
 }

@@ -1,13 +1,13 @@
 //! What the equations of a slot read, cell by cell, side by side.
 //!
-//! They read some sixty rows of eight fields, every other number of each. Every row is a stream of its own through memory, more of them
-//! than processors follow; so all are read, and asked for ahead, in one small loop, and what is compiled for the equations finds its
-//! numbers in places that are known.
+//! They read some fifty rows of eight fields, every other number of each, and of some the numbers between too. Every row is a stream of its
+//! own through memory, more of them than processors follow; so all are read, and asked for ahead, in small loops, and what is compiled for
+//! the equations finds its numbers in places that are known.
 
 use super::GROUPS;
 use super::edge::Edge;
 use crate::field::Vector as Field;
-use crate::grid::{D3, Grid, Side, Space};
+use crate::grid::{Grid, Side, Space};
 use crate::nso::colours::Cells;
 use crate::nso::level::System;
 use crate::real::Real;
@@ -15,12 +15,6 @@ use crate::simd::{Cache, Vector, prefetch};
 
 /// Slots between the one that is read and the one that is asked for.
 const AHEAD: usize = 2;
-/// Streams at most.
-const MOST: usize = Gathered::<D3>::SIZE;
-/// Those of them that may begin or end across a periodic boundary.
-const MOST_WRAPPED: usize = 32;
-/// Streams of the given velocity at most.
-const FACES: usize = D3::FACES;
 
 /// Offsets, in vectors, of what is gathered for a group.
 pub(super) struct Gathered<S>(core::marker::PhantomData<S>);
@@ -42,28 +36,54 @@ impl<S: Space> Gathered<S> {
     pub(super) const SIZE: usize = Self::D + 1;
 }
 
-/// Every other number of a row of a field.
-struct Stream<'s, T> {
+/// A row of a field, of which the cells' own numbers are read, every other one; with `READS` = 2 those after them too, with 3 those
+/// before them.
+struct Row<'s, T, const READS: usize> {
     field: &'s [T],
-    /// Where the number of the first cell in slot 0 is; before the field where that is left of it.
+    /// Where the number of the first cell in slot 0 is.
     start: usize,
-    /// Which of the gathered vectors it becomes.
-    place: usize,
+    /// Which of the gathered vectors they become.
+    places: [usize; READS],
 }
 
-impl<T: Real> Stream<'_, T> {
+impl<T: Real, const READS: usize> Row<'_, T, READS> {
     /// Gathers for each of `COUNT` groups what is `shift` numbers after slot 0.
     #[inline(always)]
     fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, gathered: &mut [T]) {
-        let (from, both) = (self.start.wrapping_add(shift), 2 * V::LANES);
-        let row = self.field.get(from..from.wrapping_add(COUNT * both));
+        let (from, both, before) = (self.start.wrapping_add(shift), 2 * V::LANES, usize::from(READS > 2));
+        let Some(row) = self.field.get(from.wrapping_sub(before)..from.wrapping_add(COUNT * both)) else {
+            return self.fill_at_the_end::<S>(from, V::LANES, gathered);
+        };
         for group in 0..COUNT {
-            let place = (group * Gathered::<S>::SIZE + self.place) * V::LANES;
-            debug_assert!(place + V::LANES <= gathered.len());
-            let Some(to) = gathered.get_mut(place..place + V::LANES) else { return };
-            match row {
-                Some(row) => V::load_even(&row[group * both..]).store(to),
-                None => at_the_end(self.field, from.wrapping_add(group * both), to),
+            let [own, after] = V::load_pairs(&row[group * both + before..]);
+            self.put::<S, V>(own, group, 0, gathered);
+            if READS > 1 {
+                self.put::<S, V>(after, group, 1, gathered);
+            }
+            if READS > 2 {
+                self.put::<S, V>(V::load_pairs(&row[group * both..])[0], group, 2, gathered);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn put<S: Space, V: Vector<Elem = T>>(&self, vector: V, group: usize, read: usize, gathered: &mut [T]) {
+        let place = (group * Gathered::<S>::SIZE + self.places[read]) * V::LANES;
+        debug_assert!(place + V::LANES <= gathered.len());
+        if let Some(to) = gathered.get_mut(place..place + V::LANES) {
+            vector.store(to);
+        }
+    }
+
+    /// As [`Self::fill`] for groups of `lanes`, number by number, at the ends of a field, 0 beyond.
+    #[cold]
+    #[inline(never)]
+    fn fill_at_the_end<S: Space>(&self, from: usize, lanes: usize, gathered: &mut [T]) {
+        for (group, gathered) in gathered.chunks_exact_mut(Gathered::<S>::SIZE * lanes).enumerate() {
+            for (place, offset) in self.places.into_iter().zip([0, 1, usize::MAX]) {
+                for (lane, to) in gathered.iter_mut().skip(place * lanes).take(lanes).enumerate() {
+                    *to = self.field.get(from.wrapping_add(offset).wrapping_add(2 * (group * lanes + lane))).copied().unwrap_or(T::ZERO);
+                }
             }
         }
     }
@@ -80,59 +100,74 @@ struct Wrapped<'s, T> {
     cell: usize,
 }
 
-/// Streams, and what they read across a periodic boundary.
-struct Streams<'s, T, const MOST: usize, const WRAPPED: usize> {
-    list: heapless::Vec<Stream<'s, T>, MOST>,
-    /// The first so many ask for their rows ahead, for all that read the same.
-    leading: usize,
+/// Rows, so many at most by how much of them is read, and what is read across a periodic boundary.
+struct Rows<'s, T, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize> {
+    single: heapless::Vec<Row<'s, T, 1>, ONE>,
+    pairs: heapless::Vec<Row<'s, T, 2>, TWO>,
+    triples: heapless::Vec<Row<'s, T, 3>, THREE>,
     wrapped: heapless::Vec<Wrapped<'s, T>, WRAPPED>,
 }
+/// Those of all that the equations of a slot read.
+type OfSlot<'s, T> = Rows<'s, T, 34, 12, 10, 32>;
+/// Those of the cells' own faces.
+type OfFaces<'s, T> = Rows<'s, T, 4, 1, 0, 1>;
 
-impl<'s, T: Real, const MOST: usize, const WRAPPED: usize> Streams<'s, T, MOST, WRAPPED> {
-    const EMPTY: Self = Self { list: heapless::Vec::new(), leading: 0, wrapped: heapless::Vec::new() };
-
-    /// Adds a stream, in front of those that do not lead if it leads.
-    fn add(&mut self, stream: Stream<'s, T>, leads: bool) {
-        let last = self.list.len();
-        if self.list.push(stream).is_ok() && leads {
-            self.list.swap(self.leading, last);
-            self.leading += 1;
+/// Gathers for each of `COUNT` groups what is `shift` numbers after slot 0, and asks for what is `ahead` after that, unless that is 0.
+#[inline(always)]
+fn fill_all<T: Real, S: Space, V: Vector<Elem = T>, const COUNT: usize, const READS: usize>(
+    rows: &[Row<'_, T, READS>],
+    shift: usize,
+    ahead: usize,
+    gathered: &mut [T],
+) {
+    for row in rows {
+        if ahead > 0 {
+            prefetch(Cache::Second, row.field, row.start.wrapping_add(shift + ahead), 2 * V::LANES * COUNT);
         }
-    }
-
-    /// Gathers for each of `COUNT` groups what is `shift` numbers after slot 0, and asks for what is `ahead` after that.
-    #[inline(always)]
-    fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, gathered: &mut [T]) {
-        let mut streams = self.list.iter();
-        for stream in streams.by_ref().take(self.leading) {
-            prefetch(Cache::Second, stream.field, stream.start.wrapping_add(shift + ahead), 2 * V::LANES * COUNT);
-            stream.fill::<S, V, COUNT>(shift, gathered);
-        }
-        for stream in streams {
-            stream.fill::<S, V, COUNT>(shift, gathered);
-        }
-        let size = Gathered::<S>::SIZE * V::LANES;
-        for number in &self.wrapped {
-            let Some(&value) = number.field.get(number.start.wrapping_add(shift)) else { continue };
-            gathered[number.cell / V::LANES * size + number.place * V::LANES + number.cell % V::LANES] = value;
-        }
+        row.fill::<S, V, COUNT>(shift, gathered);
     }
 }
 
-/// Number by number at the ends of a field, 0 beyond.
-#[cold]
-#[inline(never)]
-fn at_the_end<T: Real>(field: &[T], from: usize, to: &mut [T]) {
-    for (lane, to) in to.iter_mut().enumerate() {
-        *to = field.get(from.wrapping_add(2 * lane)).copied().unwrap_or(T::ZERO);
+impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize> Rows<'_, T, ONE, TWO, THREE, WRAPPED> {
+    const EMPTY: Self = Self { single: heapless::Vec::new(), pairs: heapless::Vec::new(), triples: heapless::Vec::new(), wrapped: heapless::Vec::new() };
+
+    /// As [`fill_all`].
+    #[inline(always)]
+    fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, gathered: &mut [T]) {
+        fill_all::<T, S, V, COUNT, 3>(&self.triples, shift, ahead, gathered);
+        fill_all::<T, S, V, COUNT, 2>(&self.pairs, shift, ahead, gathered);
+        fill_all::<T, S, V, COUNT, 1>(&self.single, shift, ahead, gathered);
+        self.fill_wrapped::<S>(shift, V::LANES, gathered);
+    }
+
+    #[inline(always)]
+    fn fill_wrapped<S: Space>(&self, shift: usize, lanes: usize, gathered: &mut [T]) {
+        for number in &self.wrapped {
+            let place = (number.cell / lanes * Gathered::<S>::SIZE + number.place) * lanes + number.cell % lanes;
+            debug_assert!(place < gathered.len());
+            if let (Some(to), Some(&value)) = (gathered.get_mut(place), number.field.get(number.start.wrapping_add(shift))) {
+                *to = value;
+            }
+        }
+    }
+
+    /// Gathers slot 0 for groups of `lanes`, number by number.
+    #[inline(never)]
+    fn fill_first<S: Space>(&self, lanes: usize, gathered: &mut [T]) {
+        self.triples.iter().for_each(|row| row.fill_at_the_end::<S>(row.start, lanes, gathered));
+        self.pairs.iter().for_each(|row| row.fill_at_the_end::<S>(row.start, lanes, gathered));
+        self.single.iter().for_each(|row| row.fill_at_the_end::<S>(row.start, lanes, gathered));
+        self.fill_wrapped::<S>(0, lanes, gathered);
     }
 }
 
 /// All that some cells of one row read. Behind walls along y and z there is nothing, and what is gathered stays 0.
 pub(super) struct Gather<'s, T> {
-    streams: Streams<'s, T, MOST, MOST_WRAPPED>,
+    now: OfSlot<'s, T>,
+    /// w in the slot after.
+    after: OfFaces<'s, T>,
     /// The velocity before slot 0.
-    given: Streams<'s, T, FACES, 1>,
+    given: OfFaces<'s, T>,
     slots: usize,
     nx: usize,
 }
@@ -142,35 +177,28 @@ impl<'s, T: Real> Gather<'s, T> {
     pub(super) fn new<S: Space>(system: &System<'s, T>, row: usize, cells: Cells) -> Self {
         let &System { grid, slots, v, w, p, pbar, v0, rhs, .. } = system;
         let around = Around::new(grid, row, cells);
-        let mut gather = Self { streams: Streams::EMPTY, given: Streams::EMPTY, slots, nx: grid.n[0] };
-        let all = &mut gather.streams;
-        for (field, place) in [(v, Gathered::<S>::V), (w, Gathered::<S>::W)] {
-            around.own_faces(all, field, place, slots, 0);
-            for e in 0..S::EDGES {
-                let edge = Edge::new::<S>(e);
-                around.read(all, field[edge.a], place + S::FACES + 2 * e, slots, 0, edge.outside_a());
-                around.read(all, field[edge.b], place + S::FACES + 2 * e + 1, slots, 0, edge.outside_b());
+        let mut gather = Self { now: Rows::EMPTY, after: Rows::EMPTY, given: Rows::EMPTY, slots, nx: grid.n[0] };
+        let now = &mut gather.now;
+        for axis in 0..S::DIM {
+            let around_edges = Reads::own_faces(axis).with_outside_faces::<S>(axis);
+            for (field, place) in [(v, Gathered::<S>::V), (w, Gathered::<S>::W)] {
+                around.read(now, field[axis], slots, 0, &around_edges, place);
             }
         }
-        for (field, place) in [(p, Gathered::<S>::P), (pbar, Gathered::<S>::PBAR)] {
-            around.read(all, field, place, slots, 0, [0; 3]);
-            for f in 0..S::FACES {
-                let mut beside = [0; 3];
-                beside[f / 2] = [-1, 1][f % 2];
-                around.read(all, field, place + 1 + f, slots, 0, beside);
-            }
-        }
-        around.own_faces(all, v, Gathered::<S>::BEFORE, slots, -1);
-        around.own_faces(all, w, Gathered::<S>::AFTER, slots, 1);
-        around.own_faces(all, rhs.a, Gathered::<S>::TARGET, slots, 0);
-        around.own_faces(all, rhs.c, Gathered::<S>::SOURCE, slots, 0);
-        around.read(all, rhs.b, Gathered::<S>::B, slots, 0, [0; 3]);
-        around.read(all, rhs.d, Gathered::<S>::D, slots, 0, [0; 3]);
-        around.own_faces(&mut gather.given, v0, Gathered::<S>::BEFORE, 1, 0);
+        let beside = Reads::cell_and_beside::<S>();
+        around.read(now, p, slots, 0, &beside, Gathered::<S>::P);
+        around.read(now, pbar, slots, 0, &beside, Gathered::<S>::PBAR);
+        let own = Reads::cell();
+        around.read(now, rhs.b, slots, 0, &own, Gathered::<S>::B);
+        around.read(now, rhs.d, slots, 0, &own, Gathered::<S>::D);
+        around.own_faces(now, rhs.a, slots, 0, Gathered::<S>::TARGET);
+        around.own_faces(now, rhs.c, slots, 0, Gathered::<S>::SOURCE);
+        around.own_faces(&mut gather.after, w, slots, 1, Gathered::<S>::AFTER);
+        around.own_faces(&mut gather.given, v0, 1, 0, Gathered::<S>::BEFORE);
         gather
     }
 
-    /// Gathers slot `k`: group after group, [`Gathered::SIZE`] vectors each.
+    /// Gathers slot `k` after slot `k - 1`: group after group, [`Gathered::SIZE`] vectors each.
     #[inline(always)]
     pub(super) fn fill<S: Space, V: Vector<Elem = T>>(&self, k: usize, gathered: &mut [T]) {
         const { assert!(GROUPS == 2, "one group, or two") };
@@ -182,15 +210,75 @@ impl<'s, T: Real> Gather<'s, T> {
 
     #[inline(always)]
     fn fill_groups<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, k: usize, gathered: &mut [T]) {
-        self.streams.fill::<S, V, COUNT>(k * self.nx, AHEAD * self.nx, gathered);
+        let own_faces = |place: usize| place * V::LANES..(place + S::FACES) * V::LANES;
         if k == 0 {
-            self.given.fill::<S, V, COUNT>(0, 0, gathered);
-        }
-        if k + 1 == self.slots {
+            self.given.fill_first::<S>(V::LANES, gathered);
+        } else {
             for group in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES) {
-                group[Gathered::<S>::AFTER * V::LANES..][..S::FACES * V::LANES].fill(T::ZERO);
+                group.copy_within(own_faces(Gathered::<S>::V), Gathered::<S>::BEFORE * V::LANES);
             }
         }
+        self.now.fill::<S, V, COUNT>(k * self.nx, AHEAD * self.nx, gathered);
+        if k + 1 < self.slots {
+            self.after.fill::<S, V, COUNT>(k * self.nx, 0, gathered);
+        } else {
+            for group in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES) {
+                group[own_faces(Gathered::<S>::AFTER)].fill(T::ZERO);
+            }
+        }
+    }
+}
+
+/// Which numbers of a field the equations of a cell read, and which of the gathered vectors they become: for each of the rows around
+/// the cell (see [`Around`]) the cell's own, the one after it and the one before it.
+struct Reads([[Option<usize>; 3]; 9]);
+
+impl Reads {
+    /// The number at the cell.
+    fn cell() -> Self {
+        let mut reads = Self([[None; 3]; 9]);
+        reads.add([0; 3], 0);
+        reads
+    }
+
+    /// The number at the cell, then those beside its faces.
+    fn cell_and_beside<S: Space>() -> Self {
+        let mut reads = Self::cell();
+        for f in 0..S::FACES {
+            let mut beside = [0; 3];
+            beside[f / 2] = [-1, 1][f % 2];
+            reads.add(beside, 1 + f);
+        }
+        reads
+    }
+
+    /// The faces of the cell along `axis`.
+    fn own_faces(axis: usize) -> Self {
+        let mut reads = Self([[None; 3]; 9]);
+        for side in 0..2 {
+            let mut offset = [0; 3];
+            offset[axis] = side;
+            reads.add(offset, 2 * axis + side as usize);
+        }
+        reads
+    }
+
+    /// And those outside that meet them at edges.
+    fn with_outside_faces<S: Space>(mut self, axis: usize) -> Self {
+        for e in 0..S::EDGES {
+            let edge = Edge::new::<S>(e);
+            if edge.a == axis {
+                self.add(edge.outside_a(), S::FACES + 2 * e);
+            }
+            if edge.b == axis {
+                self.add(edge.outside_b(), S::FACES + 2 * e + 1);
+            }
+        }
+        self
+    }
+
+    fn add(&mut self, offset: [isize; 3], place: usize) {
+        self.0[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize][(offset[0].rem_euclid(3)) as usize] = Some(place);
     }
 }
 
@@ -215,44 +303,50 @@ impl<'g> Around<'g> {
         Self { grid, cells, rows }
     }
 
-    /// Adds a field of `slots` slots, `offset` from the cells and `time` slots after the one that is gathered.
-    fn read<'s, T: Real, const MOST: usize, const WRAPPED: usize>(
+    /// Adds what is read of a field of `slots` slots, `time` slots after the one that is gathered, the vectors beginning at `first`.
+    fn read<'s, T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize>(
         &self,
-        streams: &mut Streams<'s, T, MOST, WRAPPED>,
+        rows: &mut Rows<'s, T, ONE, TWO, THREE, WRAPPED>,
         field: &'s [T],
-        place: usize,
         slots: usize,
-        time: isize,
-        offset: [isize; 3],
+        time: usize,
+        reads: &Reads,
+        first: usize,
     ) {
-        let (grid, nx) = (self.grid, self.grid.n[0]);
-        let Some(row) = self.rows[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize].filter(|_| !field.is_empty()) else { return };
-        let Cells { start: x, count } = self.cells;
-        let start = (row * slots * nx).wrapping_add_signed(time * nx as isize + x as isize + offset[0]);
-        streams.add(Stream { field, start, place }, time == 0 && offset[0] == 0);
-        let last = 2 * (count - 1);
-        if grid.periodic[0] && offset[0] == -1 && x == 0 {
-            let _ = streams.wrapped.push(Wrapped { field, start: start.wrapping_add(nx), place, cell: 0 });
-        } else if grid.periodic[0] && offset[0] == 1 && x + last + 1 == nx {
-            let _ = streams.wrapped.push(Wrapped { field, start: start.wrapping_add(last).wrapping_sub(nx), place, cell: count - 1 });
+        if field.is_empty() {
+            return;
+        }
+        let (nx, Cells { start: x, count }) = (self.grid.n[0], self.cells);
+        for (&row, &places) in self.rows.iter().zip(&reads.0) {
+            let (Some(row), [Some(own), after, before]) = (row, places.map(|place| place.map(|place| first + place))) else { continue };
+            let (begin, last) = ((row * slots + time) * nx, x + 2 * (count - 1));
+            let start = begin + x;
+            let fits = match (after, before) {
+                (Some(after), Some(before)) => rows.triples.push(Row { field, start, places: [own, after, before] }).is_ok(),
+                (Some(after), None) => rows.pairs.push(Row { field, start, places: [own, after] }).is_ok(),
+                _ => rows.single.push(Row { field, start, places: [own] }).is_ok(),
+            };
+            debug_assert!(fits);
+            let across = [(before.filter(|_| x == 0), begin + nx - 1, 0), (after.filter(|_| last + 1 == nx), begin, count - 1)];
+            for (place, start, cell) in across {
+                if let Some(place) = place.filter(|_| self.grid.periodic[0]) {
+                    let _ = rows.wrapped.push(Wrapped { field, start, place, cell });
+                }
+            }
         }
     }
 
     /// Adds the cells' own faces, place after place.
-    fn own_faces<'s, T: Real, const MOST: usize, const WRAPPED: usize>(
+    fn own_faces<'s, T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize>(
         &self,
-        streams: &mut Streams<'s, T, MOST, WRAPPED>,
+        rows: &mut Rows<'s, T, ONE, TWO, THREE, WRAPPED>,
         field: Field<'s, T>,
-        place: usize,
         slots: usize,
-        time: isize,
+        time: usize,
+        first: usize,
     ) {
         for (axis, component) in field.into_iter().enumerate().take(self.grid.dims) {
-            for side in 0..2 {
-                let mut offset = [0; 3];
-                offset[axis] = side;
-                self.read(streams, component, place + 2 * axis + side as usize, slots, time, offset);
-            }
+            self.read(rows, component, slots, time, &Reads::own_faces(axis), first);
         }
     }
 }
