@@ -17,9 +17,6 @@ impl<T: Real> Group<'_, '_, T> {
         // y_k and M_k y_k.
         let (mut y, mut image) = ([zero; 5], [zero; 5]);
         for k in (0..=slots).rev() {
-            if let Some(k) = k.checked_sub(1 + AHEAD) {
-                (0..super::changes::<S>()).for_each(|quantity| prefetch(Cache::First, out.out, self.place(out, quantity, k), V::LANES));
-            }
             let mut before = [zero; 5];
             if k > 0 {
                 before = solve_factor::<S, V>(slot::<S, V>(kept, k - 1), &image);
@@ -48,7 +45,7 @@ impl<T: Real> Group<'_, '_, T> {
         let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
         let (mut bar, mut pressure): (V, V) = (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
         let (of_y, of_q) = (along_u::<V, S>(header, y), along_u::<V, S>(header, &q));
-        let (mut dv, mut dw) = ([zero; 6], [zero; 6]);
+        let (mut dv, mut dw, mut all) = ([zero; 6], [zero; 6], [zero; 14]);
         unroll!(i < S::FREE; 0 1 2 3 4; {
             (dv[face(i)], dw[face(i)]) = (y[i], q[i]);
         });
@@ -65,32 +62,29 @@ impl<T: Real> Group<'_, '_, T> {
             (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);
             pressure = pressure - at::<V>(now, Kept::<S>::ROW + f) * dv[f] + g * dw[f];
             bar = bar - kappa * g * dv[f] - at::<V>(now, Kept::<S>::COLUMN + f) * dw[f];
-            self.put(dv[f], out, f, k);
-            self.put(dw[f], out, S::FACES + f, k);
+            (all[f], all[S::FACES + f]) = (dv[f], dw[f]);
         });
         // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
         let before: V = if k > 0 { at(slot::<S, V>(kept, k - 1), Kept::<S>::NORMAL) } else { zero };
         let after: V = if k + 1 < slots { at(slot::<S, V>(kept, k + 1), Kept::<S>::NORMAL + 1) } else { zero };
-        self.put(-(pressure * inverse + before), out, 2 * S::FACES, k);
-        self.put(-(bar * inverse + after), out, 2 * S::FACES + 1, k);
+        (all[2 * S::FACES], all[2 * S::FACES + 1]) = (-(pressure * inverse + before), -(bar * inverse + after));
+        self.put(&all[..super::changes::<S>()], k, out);
     }
 
-    /// Where the changes of `quantity` in slot k are.
+    /// Stores the lanes that are cells, as the changes of all quantities in slot `k`, and asks for where those of a slot to come are.
     #[inline(always)]
-    fn place(&self, changes: &Changes<'_, T>, quantity: usize, k: usize) -> usize {
-        (quantity * self.system.slots + k) * changes.half + self.first
-    }
-
-    /// Stores the lanes that are cells, as `quantity` in slot k.
-    #[inline(always)]
-    fn put<V: Vector<Elem = T>>(&self, v: V, changes: &mut Changes<'_, T>, quantity: usize, k: usize) {
-        let from = self.place(changes, quantity, k);
-        if self.count == V::LANES {
-            v.store(&mut changes.out[from..from + V::LANES]);
-        } else {
-            let mut lanes = [T::ZERO; MAX_LANES];
-            v.store(&mut lanes);
-            changes.out[from..from + self.count].copy_from_slice(&lanes[..self.count]);
+    fn put<V: Vector<Elem = T>>(&self, changes: &[V], k: usize, Changes { out, half }: &mut Changes<'_, T>) {
+        let mut from = k * *half + self.first;
+        for change in changes {
+            prefetch(Cache::First, out, from.wrapping_sub(AHEAD * *half), V::LANES);
+            if self.count == V::LANES {
+                change.store(&mut out[from..from + V::LANES]);
+            } else {
+                let mut lanes = [T::ZERO; MAX_LANES];
+                change.store(&mut lanes);
+                out[from..from + self.count].copy_from_slice(&lanes[..self.count]);
+            }
+            from += self.system.slots * *half;
         }
     }
 }
