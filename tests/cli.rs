@@ -164,7 +164,6 @@ fn the_direct_method_names_its_grids() {
     assert!(history.iter().all(|row| row.get("kkt").is_none() && row["evaluations"].as_u64().unwrap() > 0));
 }
 
-/// An initial velocity of its own: a whirl, taken from the result of an earlier solve.
 /// The objective goes in steps where transport is cut early. Cut a hundred times earlier on the coarser grids, the search took one of
 /// them for its end and came to 33.6 here, not 31.0.
 #[test]
@@ -179,6 +178,7 @@ fn the_early_cut_of_the_search_does_not_end_it_on_coarser_grids() {
     assert!(as_usual < 1.02 * exact, "J = {as_usual}, with less cut {exact}");
 }
 
+/// An initial velocity of its own: a whirl, taken from the result of an earlier solve.
 #[test]
 fn initial_velocity_from_a_file() {
     let first = solve_example("small_central", "initial_velocity_first", &["--set", "method.iterations=2"]);
