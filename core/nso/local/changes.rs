@@ -3,7 +3,7 @@
 use super::factor::{solve_factor, times_m};
 use super::reflection::{ABOVE, BELOW, Place, face};
 use super::{Changes, Group, Header, Kept, MAX_LANES, at, slot, unroll};
-use crate::grid::Space;
+use crate::grid::{D3, Space};
 use crate::real::Real;
 use crate::simd::{Cache, Vector, prefetch};
 
@@ -45,7 +45,7 @@ impl<T: Real> Group<'_, '_, T> {
         let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
         let (mut bar, mut pressure): (V, V) = (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
         let (of_y, of_q) = (along_u::<V, S>(header, y), along_u::<V, S>(header, &q));
-        let (mut dv, mut dw, mut all) = ([zero; 6], [zero; 6], [zero; 14]);
+        let (mut dv, mut dw, mut all) = ([zero; 6], [zero; 6], [zero; super::changes::<D3>()]);
         unroll!(i < S::FREE; 0 1 2 3 4; {
             (dv[face(i)], dw[face(i)]) = (y[i], q[i]);
         });

@@ -52,7 +52,7 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
     fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, gathered: &mut [T]) {
         let (from, both, before) = (self.start.wrapping_add(shift), 2 * V::LANES, usize::from(READS > 2));
         let Some(row) = self.field.get(from.wrapping_sub(before)..from.wrapping_add(COUNT * both)) else {
-            return self.fill_at_the_end::<S>(from, V::LANES, gathered);
+            return self.fill_by_numbers::<S>(from, V::LANES, gathered);
         };
         for group in 0..COUNT {
             let [own, after] = V::load_pairs(&row[group * both + before..]);
@@ -75,10 +75,10 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
         }
     }
 
-    /// As [`Self::fill`] for groups of `lanes`, number by number, at the ends of a field, 0 beyond.
+    /// As [`Self::fill`] from number `from` for groups of `lanes`, number by number, 0 beyond the ends of the field.
     #[cold]
     #[inline(never)]
-    fn fill_at_the_end<S: Space>(&self, from: usize, lanes: usize, gathered: &mut [T]) {
+    fn fill_by_numbers<S: Space>(&self, from: usize, lanes: usize, gathered: &mut [T]) {
         for (group, gathered) in gathered.chunks_exact_mut(Gathered::<S>::SIZE * lanes).enumerate() {
             for (place, offset) in self.places.into_iter().zip([0, 1, usize::MAX]) {
                 for (lane, to) in gathered.iter_mut().skip(place * lanes).take(lanes).enumerate() {
@@ -154,9 +154,9 @@ impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAP
     /// Gathers slot 0 for groups of `lanes`, number by number.
     #[inline(never)]
     fn fill_first<S: Space>(&self, lanes: usize, gathered: &mut [T]) {
-        self.triples.iter().for_each(|row| row.fill_at_the_end::<S>(row.start, lanes, gathered));
-        self.pairs.iter().for_each(|row| row.fill_at_the_end::<S>(row.start, lanes, gathered));
-        self.single.iter().for_each(|row| row.fill_at_the_end::<S>(row.start, lanes, gathered));
+        self.triples.iter().for_each(|row| row.fill_by_numbers::<S>(row.start, lanes, gathered));
+        self.pairs.iter().for_each(|row| row.fill_by_numbers::<S>(row.start, lanes, gathered));
+        self.single.iter().for_each(|row| row.fill_by_numbers::<S>(row.start, lanes, gathered));
         self.fill_wrapped::<S>(0, lanes, gathered);
     }
 }
@@ -230,13 +230,15 @@ impl<'s, T: Real> Gather<'s, T> {
 }
 
 /// Which numbers of a field the equations of a cell read, and which of the gathered vectors they become: for each of the rows around
-/// the cell (see [`Around`]) the cell's own, the one after it and the one before it.
+/// the cell (see [`Around`]) the cell's own, the one after it and the one before it. Where one is read, so are those named before it.
 struct Reads([[Option<usize>; 3]; 9]);
 
 impl Reads {
+    const NOTHING: Self = Self([[None; 3]; 9]);
+
     /// The number at the cell.
     fn cell() -> Self {
-        let mut reads = Self([[None; 3]; 9]);
+        let mut reads = Self::NOTHING;
         reads.add([0; 3], 0);
         reads
     }
@@ -254,7 +256,7 @@ impl Reads {
 
     /// The faces of the cell along `axis`.
     fn own_faces(axis: usize) -> Self {
-        let mut reads = Self([[None; 3]; 9]);
+        let mut reads = Self::NOTHING;
         for side in 0..2 {
             let mut offset = [0; 3];
             offset[axis] = side;
@@ -318,6 +320,7 @@ impl<'g> Around<'g> {
         }
         let (nx, Cells { start: x, count }) = (self.grid.n[0], self.cells);
         for (&row, &places) in self.rows.iter().zip(&reads.0) {
+            debug_assert!(places.is_sorted_by_key(|place| place.is_none()));
             let (Some(row), [Some(own), after, before]) = (row, places.map(|place| place.map(|place| first + place))) else { continue };
             let (begin, last) = ((row * slots + time) * nx, x + 2 * (count - 1));
             let start = begin + x;
@@ -330,7 +333,8 @@ impl<'g> Around<'g> {
             let across = [(before.filter(|_| x == 0), begin + nx - 1, 0), (after.filter(|_| last + 1 == nx), begin, count - 1)];
             for (place, start, cell) in across {
                 if let Some(place) = place.filter(|_| self.grid.periodic[0]) {
-                    let _ = rows.wrapped.push(Wrapped { field, start, place, cell });
+                    let fits = rows.wrapped.push(Wrapped { field, start, place, cell }).is_ok();
+                    debug_assert!(fits);
                 }
             }
         }
