@@ -12,7 +12,7 @@ use thurible_core::{D2, D3, Exec, Silent, Space};
 fn main() {
     let quick = std::env::args().any(|argument| argument == "--quick");
     let exec = team();
-    let yardstick = Yardstick::measure(exec, quick);
+    let yardstick = sure(Yardstick::measure(exec, quick));
     println!("{}", yardstick.sentence());
     println!("{:<18}{:>12}{:>20}{:>34}", "cells, N", "s/cycle", "ns per cell, slot", "unknowns read at triad speed");
     for (n, steps) in [(64, 40), (128, 40), (256, 80)] {

@@ -13,6 +13,10 @@ pub const MARGIN: usize = 8192;
 const SHARE: usize = 1 << 21;
 const PAGE: usize = 4096;
 
+/// A huge page: a row of the grid in the next plane is megabytes on, and every small page between is one more address to translate.
+#[cfg(target_os = "linux")]
+const HUGE_PAGE: usize = 1 << 21;
+
 /// Owns the block; nothing else is ever allocated through it.
 pub struct Region {
     bump: Bump,
@@ -32,14 +36,29 @@ impl Region {
         self.bump.allocated_bytes_including_metadata()
     }
 
-    /// Exactly `bytes` bytes at the core's alignment; `None` if the block has not that many left.
+    /// Exactly `bytes` bytes at the core's alignment, in huge pages where the system has them; `None` if the block has not that many left.
     #[expect(unsafe_code, reason = "bumpalo hands out a raw pointer for a layout with an alignment above 16")]
     pub fn carve(&mut self, bytes: usize) -> Option<&mut [MaybeUninit<u8>]> {
         let layout = Layout::from_size_align(bytes, Plan::ALIGN).ok()?;
         let start = self.bump.try_alloc_layout(layout).ok()?;
         // SAFETY: bumpalo returned a block of `bytes` bytes that overlaps no other and lives as long as the arena is
         // borrowed, which is here the lifetime of `&mut self`. `MaybeUninit<u8>` needs neither initialisation nor alignment.
-        Some(unsafe { core::slice::from_raw_parts_mut(start.cast::<MaybeUninit<u8>>().as_ptr(), bytes) })
+        let block = unsafe { core::slice::from_raw_parts_mut(start.cast::<MaybeUninit<u8>>().as_ptr(), bytes) };
+        #[cfg(target_os = "linux")]
+        ask_for_huge_pages(block);
+        Some(block)
+    }
+}
+
+/// Advises the system to give `block` huge pages, but for its ends: what it takes stays within the block, and a refusal changes nothing but speed.
+#[cfg(target_os = "linux")]
+#[expect(unsafe_code, reason = "madvise is a call of the system")]
+fn ask_for_huge_pages(block: &mut [MaybeUninit<u8>]) {
+    let ends = block.as_mut_ptr_range();
+    let (before, after) = (ends.start.align_offset(HUGE_PAGE), ends.end.addr() % HUGE_PAGE);
+    if let Some(inner) = block.len().checked_sub(after).and_then(|end| block.get_mut(before..end)) {
+        // SAFETY: the range lies within a block that is borrowed for writing, and this advice leaves its numbers as they are.
+        unsafe { libc::madvise(inner.as_mut_ptr().cast(), inner.len(), libc::MADV_HUGEPAGE) };
     }
 }
 
@@ -65,5 +84,26 @@ mod tests {
             assert!(region.carve(MARGIN).is_none());
             assert_eq!(region.footprint(), before);
         }
+    }
+
+    /// The system notes the advice for the pages in the middle of a block; without its support for it there is nothing to see.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn block_asks_for_huge_pages() {
+        if !std::path::Path::new("/sys/kernel/mm/transparent_hugepage").exists() {
+            return;
+        }
+        let mut region = Region::new(8 * HUGE_PAGE).unwrap();
+        let middle = region.carve(8 * HUGE_PAGE).unwrap().as_ptr().addr() + 4 * HUGE_PAGE;
+        let pages = std::fs::read_to_string("/proc/self/smaps").unwrap();
+        let mut within = false;
+        let flags = pages.lines().find(|line| {
+            let ends = line.split_whitespace().next().and_then(|range| range.split_once('-'));
+            if let Some((Ok(start), Ok(end))) = ends.map(|(start, end)| (usize::from_str_radix(start, 16), usize::from_str_radix(end, 16))) {
+                within = (start..end).contains(&middle);
+            }
+            within && line.starts_with("VmFlags:")
+        });
+        assert!(flags.unwrap().split_whitespace().any(|flag| flag == "hg"), "{flags:?}");
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
     section::check(arguments.out.as_deref())?;
     let voice = Voice::of(arguments);
     with_team(arguments.threads, |exec| {
-        let yardstick = Yardstick::measure(exec, arguments.quick);
+        let yardstick = Yardstick::measure(exec, arguments.quick)?;
         voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
         let mut sheet = Sheet::begin(voice);
         for (side, steps) in if arguments.quick { QUICK_SIZES } else { SIZES } {

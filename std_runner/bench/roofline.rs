@@ -50,7 +50,7 @@ pub(super) fn run(arguments: &RooflineArguments) -> Result<u8, Failure> {
     let counts = arguments.flops.as_deref().map_or(Ok(Value::Null), counts)?;
     let voice = Voice::of(common);
     with_team(common.threads, |exec| {
-        let yardstick = Yardstick::measure(exec, common.quick);
+        let yardstick = Yardstick::measure(exec, common.quick)?;
         voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
         let mut sheet = Sheet::begin(voice);
         for (cells, steps) in if common.quick { QUICK_SIZES } else { SIZES } {

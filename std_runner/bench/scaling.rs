@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
     let sizes: &[_] = if arguments.quick { &QUICK_SIZES } else { &SIZES };
     let voice = Voice::of(arguments);
     let (yardstick, sheet) = with_team(arguments.threads, |exec| {
-        let yardstick = Yardstick::measure(exec, arguments.quick);
+        let yardstick = Yardstick::measure(exec, arguments.quick)?;
         voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
         let mut sheet = Sheet::begin(voice);
         for &(cells, steps) in sizes {
@@ -79,7 +79,7 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
 
 impl Row {
     fn measure<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize, quick: bool) -> Result<Self, Failure> {
-        let before = Moment::measure(exec, quick);
+        let before = Moment::measure(exec, quick)?;
         let count = cells.iter().product::<usize>() * steps;
         let repeats = (ENOUGH / count).clamp(1, 20);
         let ready = scenes::drift(cells, steps, true, exec.threads())?;
@@ -95,7 +95,7 @@ impl Row {
             evaluations: together.evaluations,
             courant: together.courant,
             cycle_ns: [ns(cycle(&Serial)?), ns(cycle(exec)?)],
-            moment: before.mean(Moment::measure(exec, quick)),
+            moment: before.mean(Moment::measure(exec, quick)?),
         })
     }
 }

@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     section::check(common.out.as_deref())?;
     with_team(common.threads, |exec| {
-        let (voice, yardstick) = (Voice::of(common), Yardstick::measure(exec, common.quick));
+        let (voice, yardstick) = (Voice::of(common), Yardstick::measure(exec, common.quick)?);
         voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
         let mut run = Run { exec, moment: yardstick.moment, sizes: Sizes::new(common.quick), quick: common.quick, sheet: Sheet::begin(voice) };
         let peak = run.iterations_in_3d()?;
@@ -74,9 +74,10 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<u8, Failure> {
 
 impl Run<'_> {
     /// Completes a row and tells it.
-    fn add(&mut self, row: Row) {
-        let before = core::mem::replace(&mut self.moment, Moment::measure(self.exec, self.quick));
+    fn add(&mut self, row: Row) -> Result<(), Failure> {
+        let before = core::mem::replace(&mut self.moment, Moment::measure(self.exec, self.quick)?);
         self.sheet.add(row.beside(before.mean(self.moment), self.quick));
+        Ok(())
     }
 
     fn kernels(&mut self) -> Result<(), Failure> {
@@ -84,7 +85,7 @@ impl Run<'_> {
         for (kernel, target) in [(Kernel::Cycle, 2.0), (Kernel::Forward, 0.3), (Kernel::Backward, 0.9), (Kernel::Projection, 0.35)] {
             let seconds = kernel.seconds::<D3>(self.exec, &cells, steps, 2)?;
             let row = Row::new(kernel.name(), &cells, steps, Some(seconds)).targeting(target);
-            self.add(row.moving(kernel.least_numbers(3)));
+            self.add(row.moving(kernel.least_numbers(3)))?;
         }
         Ok(())
     }
@@ -95,7 +96,7 @@ impl Run<'_> {
         let [iterations] = solves::iterations::<f32, D3, 1>([self.exec], &ready, FEW)?;
         let (cells, steps) = self.sizes.cube.clone();
         let row = Row::new("direct iteration, moving_sphere", &cells, steps, Some(iterations.seconds)).targeting(2.0);
-        self.add(row.moving(Kernel::Direct.least_numbers(3)).of(&iterations));
+        self.add(row.moving(Kernel::Direct.least_numbers(3)).of(&iterations))?;
         Ok(Peak::new(&iterations, self.exec.threads()))
     }
 
@@ -105,30 +106,28 @@ impl Run<'_> {
             let ready = scenes::letter_f(&sets, "direct", self.exec.threads())?;
             let [iterations] = solves::iterations::<f32, D2, 1>([self.exec], &ready, MANY)?;
             let row = Row::new("direct iteration, letter_f", &cells, steps, Some(iterations.seconds)).targeting(target);
-            self.add(row.moving(Kernel::Direct.least_numbers(2)).of(&iterations));
+            self.add(row.moving(Kernel::Direct.least_numbers(2)).of(&iterations))?;
         }
         let circles = scenes::two_circles(&self.sizes.sets, self.exec.threads())?;
         let reached = solves::to_part::<f32, D2>(self.exec, &circles, PART)?;
-        self.solved("circle to two, to 1 % of the distance", circles.problem().cells, circles.problem().steps, reached, 1.5);
+        self.solved("circle to two, to 1 % of the distance", circles.problem().cells, circles.problem().steps, reached, 1.5)?;
         let letter = scenes::letter_f(&self.sizes.sets, "direct", self.exec.threads())?;
         let reached = solves::to_final::<D2>(self.exec, &letter)?;
-        self.solved("letter_f, to 1 % of its end", letter.problem().cells, letter.problem().steps, reached, 2.0);
-        Ok(())
+        self.solved("letter_f, to 1 % of its end", letter.problem().cells, letter.problem().steps, reached, 2.0)
     }
 
     fn long(&mut self) -> Result<(), Failure> {
         let (cells, steps) = self.sizes.cube.clone();
         let sets = [self.sizes.sets_of_cube(), vec!["method.iterations=60".into()]].concat();
         let reached = solves::to_final::<D3>(self.exec, &scenes::moving_sphere(&sets, "direct", self.exec.threads())?)?;
-        self.solved("moving_sphere by direct, to 1 % of its end", &cells, steps, reached, 60.0);
+        self.solved("moving_sphere by direct, to 1 % of its end", &cells, steps, reached, 60.0)?;
         let sets = [self.sizes.sets_of_cube(), vec!["method.iterations=150".into(), "method.admm.penalty=4e3".into()]].concat();
         let reached = solves::to_stop::<D3>(self.exec, &scenes::moving_sphere(&sets, "admm", self.exec.threads())?)?;
-        self.solved("moving_sphere by admm, to its stop", &cells, steps, reached, 900.0);
-        Ok(())
+        self.solved("moving_sphere by admm, to its stop", &cells, steps, reached, 900.0)
     }
 
-    fn solved(&mut self, name: &str, cells: &[usize], steps: usize, reached: Reached, target: f64) {
+    fn solved(&mut self, name: &str, cells: &[usize], steps: usize, reached: Reached, target: f64) -> Result<(), Failure> {
         let row = Row::new(name, cells, steps, reached.seconds).targeting(target);
-        self.add(Row { iterations: Some(reached.iterations), ..row });
+        self.add(Row { iterations: Some(reached.iterations), ..row })
     }
 }

@@ -1,10 +1,14 @@
 //! Seconds, and what the machine can do: a triad for its memory, multiplications and additions for its arithmetic, how long a number
 //! is on its way from thread to thread; measured in the same run.
 
+use super::ready::no_memory;
+use crate::exit::Failure;
+use crate::region::Region;
 use core::hint::{black_box, spin_loop};
 use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use serde::Serialize;
 use std::time::Instant;
+use thurible_core::arena::{Arena, TooSmall};
 use thurible_core::exec::{RowBuffers, for_rows};
 use thurible_core::{Exec, Serial};
 
@@ -64,8 +68,11 @@ pub struct Moment {
 
 impl Moment {
     /// Measures; `quick` in arrays that fit in a cache.
-    pub fn measure(exec: &dyn Exec, quick: bool) -> Self {
-        Self { triad: triad(exec, numbers(quick)), flops: arithmetic(exec), handover: handover(exec) }
+    ///
+    /// # Errors
+    /// [`Failure`]: there is no memory for them.
+    pub fn measure(exec: &dyn Exec, quick: bool) -> Result<Self, Failure> {
+        Ok(Self { triad: triad(exec, numbers(quick))?, flops: arithmetic(exec), handover: handover(exec) })
     }
 
     /// The mean of what was before and what is after something.
@@ -83,8 +90,12 @@ const fn numbers(quick: bool) -> usize {
 
 impl Yardstick {
     /// Measures; `quick` in arrays that fit in a cache.
-    pub fn measure(exec: &dyn Exec, quick: bool) -> Self {
-        Self { threads: exec.threads(), moment: Moment::measure(exec, quick), triad_on_one: triad(&Serial, numbers(quick)), flops_on_one: arithmetic(&Serial) }
+    ///
+    /// # Errors
+    /// [`Failure`]: there is no memory for them.
+    pub fn measure(exec: &dyn Exec, quick: bool) -> Result<Self, Failure> {
+        let moment = Moment::measure(exec, quick)?;
+        Ok(Self { threads: exec.threads(), moment, triad_on_one: triad(&Serial, numbers(quick))?, flops_on_one: arithmetic(&Serial) })
     }
 
     /// In words.
@@ -99,18 +110,24 @@ impl Yardstick {
     }
 }
 
-/// Bytes a second of a = b + s c in f32 on the threads of `exec`, counting two reads and a write.
-fn triad(exec: &dyn Exec, numbers: usize) -> f64 {
-    let (mut a, b, c) = (vec![0f32; numbers], vec![1f32; numbers], vec![2f32; numbers]);
+/// Bytes a second of a = b + s c in f32 on the threads of `exec`, counting two reads and a write, in a block like a solve's.
+fn triad(exec: &dyn Exec, numbers: usize) -> Result<f64, Failure> {
+    let bytes = 3 * numbers * size_of::<f32>();
+    let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
+    let mut arena = Arena::new(region.carve(bytes).ok_or_else(|| no_memory(bytes))?);
+    let mut array = || arena.take::<f32>(numbers).map_err(|TooSmall { .. }| no_memory(bytes));
+    let (a, b, c) = (array()?, array()?, array()?);
+    b.fill(1.0);
+    c.fill(2.0);
     let seconds = best(REPEATS, || {
-        for_rows(exec, CHUNKS, 0..CHUNKS, RowBuffers { fields: [&mut a[..]], sums: &mut [], scratch: &mut [] }, |task| {
+        for_rows(exec, CHUNKS, 0..CHUNKS, RowBuffers { fields: [&mut *a], sums: &mut [], scratch: &mut [] }, |task| {
             let [a] = task.fields;
             let span = task.row * a.len()..(task.row + 1) * a.len();
             a.iter_mut().zip(&b[span.clone()]).zip(&c[span]).for_each(|((a, &b), &c)| *a = b + 3.0 * c);
         });
-        black_box(&a);
+        black_box(&mut *a);
     });
-    (3 * numbers * size_of::<f32>()) as f64 / seconds
+    Ok(bytes as f64 / seconds)
 }
 
 /// Operations a second in registers on the threads of `exec`.
