@@ -40,6 +40,15 @@ multiversion! {
 }
 
 multiversion! {
+    /// `out = s0 x0 + s1 x1 + s2 x2 + s3 x3`, from the left.
+    pub fn sum_of_four[T: Real](out: &mut [T], s: [T; 4], x0: &[T], x1: &[T], x2: &[T], x3: &[T]) {
+        for ((((o, &x0), &x1), &x2), &x3) in out.iter_mut().zip(x0).zip(x1).zip(x2).zip(x3) {
+            *o = s[0] * x0 + s[1] * x1 + s[2] * x2 + s[3] * x3;
+        }
+    }
+}
+
+multiversion! {
     /// `out = s x`.
     pub fn scale[T: Real](out: &mut [T], s: T, x: &[T]) {
         for (o, &x) in out.iter_mut().zip(x) {

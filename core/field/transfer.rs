@@ -2,7 +2,7 @@
 
 use super::{Block, rows};
 use crate::grid::Grid;
-use crate::grid::levels::{Tables, Transfer};
+use crate::grid::levels::{TAPS, Tables, Transfer};
 use crate::real::Real;
 
 /// Where the numbers of a field stand.
@@ -40,8 +40,22 @@ impl<T: Real> Move<'_, T> {
     pub fn add_row(&self, place: Place, field: &[T], slots: usize, first: usize, count: usize, row: usize, s: T, out: &mut [T], sum: &mut [T]) {
         let block = Block { grid: self.source, slots, first, count };
         let sum = &mut sum[..block.len()];
-        sum.fill(T::ZERO);
-        self.each_source_row(place, row, |from, weight| rows::add_scaled(sum, s * weight, block.of(field, from)));
+        let mut sources: heapless::Vec<(&[T], T), { TAPS * TAPS }> = heapless::Vec::new();
+        self.each_source_row(place, row, |from, weight| {
+            let pushed = sources.push((block.of(field, from), s * weight));
+            debug_assert!(pushed.is_ok());
+        });
+        let rest = match &sources[..] {
+            [(x0, s0), (x1, s1), (x2, s2), (x3, s3), rest @ ..] => {
+                rows::sum_of_four(sum, [*s0, *s1, *s2, *s3], x0, x1, x2, x3);
+                rest
+            }
+            few => {
+                sum.fill(T::ZERO);
+                few
+            }
+        };
+        rest.iter().for_each(|&(x, s)| rows::add_scaled(sum, s, x));
         self.tables.add_along_x(along(place, 0, self.cell, self.face), sum, self.source.n[0], out, self.target.n[0]);
     }
 

@@ -11,6 +11,7 @@ use crate::arena::{Arena, TooSmall};
 use crate::plan::Ledger;
 use crate::real::Real;
 use crate::simd::multiversion;
+use core::ops::Range;
 
 /// Most levels: 4096 cells halve eleven times.
 pub const MAX_LEVELS: usize = 12;
@@ -197,26 +198,55 @@ impl<'m, T: Real> Tables<'m, T> {
 
     /// Passes every row of `from` along x: `out[i] +=` the weighted sum of its sources.
     pub fn add_along_x(&self, transfer: Transfer, from: &[T], from_n: usize, out: &mut [T], out_n: usize) {
-        let (start, length) = (self.start[0][transfer as usize], self.length[0][transfer as usize]);
+        if self.halves && transfer.to_finer() {
+            return self.add_between(transfer, from, from_n, out, out_n);
+        }
         for (row, out) in out.chunks_exact_mut(out_n).enumerate() {
+            let own = from.get(row * from_n..).unwrap_or_default();
             for slot in 0..transfer.taps() {
-                let at = start + slot * length;
-                let (index, weight) = (&self.index[at..at + out_n], &self.weight[at..at + out_n]);
                 // Reaches into the rows beside it, where weights are 0.
                 let first = (row * from_n + slot).wrapping_add_signed(transfer.first());
-                let side_by_side = if self.halves { from.get(first..first.wrapping_add(from_n + usize::from(transfer.to_finer()))) } else { None };
-                match side_by_side {
-                    Some(from) if transfer.to_finer() => add_to_pairs(out, weight, from),
-                    Some(from) => add_every_other(out, weight, from),
-                    None => {
-                        let from = &from[row * from_n..(row + 1) * from_n];
-                        for ((o, &i), &w) in out.iter_mut().zip(index).zip(weight) {
-                            *o += w * from[i as usize];
-                        }
-                    }
+                match from.get(first..first.wrapping_add(from_n)) {
+                    Some(from) if self.halves => add_every_other(out, self.along_x(transfer, slot).1, from),
+                    _ => self.add_by_position(transfer, slot, own, 0..out_n, out),
                 }
             }
         }
+    }
+
+    /// [`Self::add_along_x`] to numbers of which each pair has its sources beside its place and the two next to it.
+    fn add_between(&self, transfer: Transfer, from: &[T], from_n: usize, out: &mut [T], out_n: usize) {
+        let weights = [0, 1].map(|slot| self.along_x(transfer, slot).1);
+        let rows = out.chunks_exact_mut(out_n);
+        let count = rows.len();
+        for (row, out) in rows.enumerate() {
+            let own = from.get(row * from_n..).unwrap_or_default();
+            // The ends of a row reach into the rows beside it, where weights are 0; only the first and the last have none there.
+            let (start, end) = (usize::from(row == 0), from_n - usize::from(row + 1 == count));
+            let [first, second] = weights.map(|weights| weights.get(2 * start..).unwrap_or_default());
+            let sources = from.get(row * from_n + start - 1..).unwrap_or_default();
+            add_to_pairs(out.get_mut(2 * start..2 * end).unwrap_or_default(), first, second, sources);
+            for slot in 0..2 {
+                for ends in [0..2 * start, 2 * end..out_n] {
+                    self.add_by_position(transfer, slot, own, ends, out);
+                }
+            }
+        }
+    }
+
+    /// Adds tap `slot` of some numbers of a row, whose sources `from` begins with.
+    fn add_by_position(&self, transfer: Transfer, slot: usize, from: &[T], span: Range<usize>, out: &mut [T]) {
+        let (index, weight) = self.along_x(transfer, slot);
+        for ((o, &i), &w) in out.iter_mut().zip(index).zip(weight).take(span.end).skip(span.start) {
+            *o += w * from[i as usize];
+        }
+    }
+
+    /// The positions and weights of tap `slot` of all numbers along x.
+    fn along_x(&self, transfer: Transfer, slot: usize) -> (&[u16], &[T]) {
+        let (start, length) = (self.start[0][transfer as usize], self.length[0][transfer as usize]);
+        let at = start + slot * length;
+        (&self.index[at..at + length], &self.weight[at..at + length])
     }
 }
 
@@ -227,12 +257,13 @@ fn side_by_side(transfer: Transfer, i: usize) -> usize {
 }
 
 multiversion! {
-    /// Adds number i of `from`, weighted, to the first of pair i and number i + 1 to the second.
-    fn add_to_pairs[T: Real](out: &mut [T], weight: &[T], from: &[T]) {
-        let neighbours = from.iter().zip(&from[1..]);
-        for ((pair, weight), (&low, &high)) in out.chunks_exact_mut(2).zip(weight.chunks_exact(2)).zip(neighbours) {
-            pair[0] += weight[0] * low;
-            pair[1] += weight[1] * high;
+    /// Adds numbers i and i + 1 of `from` to the first of pair i, numbers i + 1 and i + 2 to the second: `first` and `second` are their weights.
+    fn add_to_pairs[T: Real](out: &mut [T], first: &[T], second: &[T], from: &[T]) {
+        let [here, above] = [1, 2].map(|ahead| from.get(ahead..).unwrap_or_default());
+        let weights = first.chunks_exact(2).zip(second.chunks_exact(2));
+        for ((((pair, (first, second)), &below), &here), &above) in out.chunks_exact_mut(2).zip(weights).zip(from).zip(here).zip(above) {
+            pair[0] = (pair[0] + first[0] * below) + second[0] * here;
+            pair[1] = (pair[1] + first[1] * here) + second[1] * above;
         }
     }
 }
