@@ -13,7 +13,7 @@ pub const MARGIN: usize = 8192;
 const SHARE: usize = 1 << 21;
 const PAGE: usize = 4096;
 
-/// A huge page: a row of the grid in the next plane is megabytes on, and every small page between is one more address to translate.
+/// Bytes of a huge page. Rows beside each other across planes lie megabytes apart: in small pages nearly each is an address to translate.
 #[cfg(target_os = "linux")]
 const HUGE_PAGE: usize = 1 << 21;
 

@@ -1,9 +1,8 @@
 //! A Navier-Stokes problem (NSO) with a synthetic target, alone in its memory.
 
 use super::flow;
-use super::ready::no_memory;
+use super::ready::{in_block, no_memory};
 use crate::exit::Failure;
-use crate::region::Region;
 use thurible_core::arena::{Arena, TooSmall};
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
@@ -61,9 +60,7 @@ impl Case {
         let len = grid.cells() * setup.slots;
         let numbers = 3 * S::DIM * len + 2 * len + S::DIM * grid.cells() + pool_len::<T, S>(&grid, &setup);
         let bytes = T::BYTES * numbers + (1 << 23);
-        let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
-        let mut arena = Arena::new(region.carve(bytes).ok_or_else(|| no_memory(bytes))?);
-        self.pose_in(&mut arena, &grid, &setup, work).map_err(|TooSmall { .. }| no_memory(bytes))
+        in_block(bytes, |block| self.pose_in(&mut Arena::new(block), &grid, &setup, work).map_err(|TooSmall { .. }| no_memory(bytes)))
     }
 
     fn pose_in<T: Real, S: Space, R>(

@@ -1,9 +1,8 @@
 //! The transport and the projection alone, in f32 on synthetic flows.
 
 use super::flow;
-use super::ready::no_memory;
+use super::ready::{in_block, no_memory};
 use crate::exit::Failure;
-use crate::region::Region;
 use thurible_core::arena::Arena;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
@@ -89,9 +88,7 @@ impl Trajectories {
         let mut ledger = Ledger::new();
         Levels::<f32>::requirement(&mut ledger, &self.grid, filters);
         let bytes = ledger.bytes().unwrap_or(usize::MAX / 2);
-        let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
-        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
-        Ok(work(&Levels::carve(&mut Arena::new(block), &self.grid, filters).map_err(|_| no_memory(bytes))?))
+        in_block(bytes, |block| Ok(work(&Levels::carve(&mut Arena::new(block), &self.grid, filters).map_err(|_| no_memory(bytes))?)))
     }
 }
 

@@ -7,6 +7,7 @@ use crate::inputs::{hand_over, solver_refusal};
 use crate::problem::{OwnedProblem, Precision, params_of, refusal};
 use crate::region::Region;
 use crate::scene::{Document, Scene};
+use core::mem::MaybeUninit;
 use std::path::Path;
 use thurible_core::{Exec, Params, Plan, Problem, Real, Solver, Space};
 
@@ -52,12 +53,12 @@ impl Ready {
     pub fn with<T: Real, S: Space, R>(&self, exec: &dyn Exec, work: impl FnOnce(&mut Solver<'_, T, S>) -> R) -> Result<R, Failure> {
         let problem = self.problem();
         let bytes = self.plan(Precision::of::<T>())?.bytes();
-        let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
-        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
-        let mut solver = Solver::<T, S>::new(&problem, &self.params, block).map_err(|error| solver_refusal(&error))?;
-        hand_over(&self.scene, &mut solver)?;
-        solver.prepare(exec).map_err(|error| self.scene.document.refuse("source", format!("or a keyframe cannot be used: {error}; change it")))?;
-        Ok(work(&mut solver))
+        in_block(bytes, |block| {
+            let mut solver = Solver::<T, S>::new(&problem, &self.params, block).map_err(|error| solver_refusal(&error))?;
+            hand_over(&self.scene, &mut solver)?;
+            solver.prepare(exec).map_err(|error| self.scene.document.refuse("source", format!("or a keyframe cannot be used: {error}; change it")))?;
+            Ok(work(&mut solver))
+        })
     }
 
     /// The largest Courant number of the velocities as they are.
@@ -77,6 +78,15 @@ impl Ready {
         };
         (0..problem.steps).map(&mut of_step).fold(0.0, f64::max)
     }
+}
+
+/// Hands a block of its own to `work`, as a solve has one.
+///
+/// # Errors
+/// [`Failure`]: there is no memory for it, or that of `work`.
+pub(super) fn in_block<R>(bytes: usize, work: impl FnOnce(&mut [MaybeUninit<u8>]) -> Result<R, Failure>) -> Result<R, Failure> {
+    let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
+    work(region.carve(bytes).ok_or_else(|| no_memory(bytes))?)
 }
 
 /// The sentence for a block that the system does not give.

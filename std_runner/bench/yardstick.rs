@@ -1,9 +1,8 @@
 //! Seconds, and what the machine can do: a triad for its memory, multiplications and additions for its arithmetic, how long a number
 //! is on its way from thread to thread; measured in the same run.
 
-use super::ready::no_memory;
+use super::ready::{in_block, no_memory};
 use crate::exit::Failure;
-use crate::region::Region;
 use core::hint::{black_box, spin_loop};
 use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use serde::Serialize;
@@ -113,21 +112,22 @@ impl Yardstick {
 /// Bytes a second of a = b + s c in f32 on the threads of `exec`, counting two reads and a write, in a block like a solve's.
 fn triad(exec: &dyn Exec, numbers: usize) -> Result<f64, Failure> {
     let bytes = 3 * numbers * size_of::<f32>();
-    let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
-    let mut arena = Arena::new(region.carve(bytes).ok_or_else(|| no_memory(bytes))?);
-    let mut array = || arena.take::<f32>(numbers).map_err(|TooSmall { .. }| no_memory(bytes));
-    let (a, b, c) = (array()?, array()?, array()?);
-    b.fill(1.0);
-    c.fill(2.0);
-    let seconds = best(REPEATS, || {
-        for_rows(exec, CHUNKS, 0..CHUNKS, RowBuffers { fields: [&mut *a], sums: &mut [], scratch: &mut [] }, |task| {
-            let [a] = task.fields;
-            let span = task.row * a.len()..(task.row + 1) * a.len();
-            a.iter_mut().zip(&b[span.clone()]).zip(&c[span]).for_each(|((a, &b), &c)| *a = b + 3.0 * c);
+    in_block(bytes, |block| {
+        let mut arena = Arena::new(block);
+        let mut array = || arena.take::<f32>(numbers).map_err(|TooSmall { .. }| no_memory(bytes));
+        let (a, b, c) = (array()?, array()?, array()?);
+        b.fill(1.0);
+        c.fill(2.0);
+        let seconds = best(REPEATS, || {
+            for_rows(exec, CHUNKS, 0..CHUNKS, RowBuffers { fields: [&mut *a], sums: &mut [], scratch: &mut [] }, |task| {
+                let [a] = task.fields;
+                let span = task.row * a.len()..(task.row + 1) * a.len();
+                a.iter_mut().zip(&b[span.clone()]).zip(&c[span]).for_each(|((a, &b), &c)| *a = b + 3.0 * c);
+            });
+            black_box(&mut *a);
         });
-        black_box(&mut *a);
-    });
-    Ok(bytes as f64 / seconds)
+        Ok(bytes as f64 / seconds)
+    })
 }
 
 /// Operations a second in registers on the threads of `exec`.
