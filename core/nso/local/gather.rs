@@ -201,10 +201,12 @@ impl<'s, T: Real> Gather<'s, T> {
     /// Gathers slot `k` after slot `k - 1`: group after group, [`Gathered::SIZE`] vectors each.
     #[inline(always)]
     pub(super) fn fill<S: Space, V: Vector<Elem = T>>(&self, k: usize, gathered: &mut [T]) {
-        const { assert!(GROUPS == 2, "one group, or two") };
+        const { assert!(GROUPS == 4, "one to four groups") };
         match gathered.len() / (Gathered::<S>::SIZE * V::LANES) {
             1 => self.fill_groups::<S, V, 1>(k, gathered),
-            _ => self.fill_groups::<S, V, 2>(k, gathered),
+            2 => self.fill_groups::<S, V, 2>(k, gathered),
+            3 => self.fill_groups::<S, V, 3>(k, gathered),
+            _ => self.fill_groups::<S, V, 4>(k, gathered),
         }
     }
 

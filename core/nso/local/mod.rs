@@ -14,8 +14,8 @@
 //! O_k is the outside-face term: the force that the cell's own change stirs up on faces that are not its own.
 //! H is a Householder reflection, so B^T X B is X after two changes of rank 1.
 //!
-//! A slot is worked on in four steps: `gather` what its equations read, `assemble` its block, `factor` the block before; and
-//! on the way back its `changes`.
+//! A slot is worked on in four steps, each for a few groups of cells: `gather` what its equations read, `assemble` its block, `factor`
+//! the block before; and on the way back its `changes`.
 
 mod assemble;
 mod changes;
@@ -42,9 +42,9 @@ use reflection::Place;
 /// Most lanes of a vector.
 const MAX_LANES: usize = 16;
 
-/// Groups that go from slot to slot side by side at most: a row's numbers in a slot are read once, and one group is worked on while
-/// the other's divisions are under way.
-const GROUPS: usize = 2;
+/// Groups that go from slot to slot side by side at most, each step of one after that of the other: a row's numbers in a slot, of as many
+/// cells as a whole row of 64 has of one colour, are read once, whether they fill two vectors or four.
+const GROUPS: usize = 4;
 
 /// Changes that a cell's solution has in one slot: dv and dw at its faces, dp, dpbar.
 #[must_use]
@@ -185,10 +185,15 @@ impl<T: Real> Row<'_, '_, T> {
             for k in 0..=slots {
                 if k < slots {
                     gather.fill::<S, V>(k, gathered);
+                    let gathered = gathered.chunks_exact(Gathered::<S>::SIZE * V::LANES);
+                    for ((group, header, _, kept), gathered) in groups.iter_mut().flatten().zip(gathered) {
+                        group.assemble::<S, V, VISCOUS>(header, gathered, k, slot_mut::<S, V>(kept, k));
+                    }
                 }
-                let gathered = gathered.chunks_exact(Gathered::<S>::SIZE * V::LANES);
-                for ((group, header, lower, kept), gathered) in groups.iter_mut().flatten().zip(gathered) {
-                    group.factorise::<S, V, VISCOUS>(header, gathered, lower, kept, k);
+                if k > 0 {
+                    for (_, _, lower, kept) in groups.iter_mut().flatten() {
+                        factor::eliminate::<T, S, V>(kept, lower, k - 1, slots);
+                    }
                 }
             }
             for (group, header, _, kept) in groups.iter().flatten() {
@@ -280,18 +285,6 @@ impl<T: Real> Group<'_, '_, T> {
                     header[(Header::<S>::EDGES + 2 * e + i) * lanes + l] = inverse;
                 }
             }
-        }
-    }
-
-    /// Assembles slot `k` of the block-tridiagonal system, and factorises the one before.
-    #[inline(always)]
-    fn factorise<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], gathered: &[T], lower: &mut [T], kept: &mut [T], k: usize) {
-        let slots = self.system.slots;
-        if k < slots {
-            self.assemble::<S, V, VISCOUS>(header, gathered, k, slot_mut::<S, V>(kept, k));
-        }
-        if k > 0 {
-            factor::eliminate::<T, S, V>(kept, lower, k - 1, slots);
         }
     }
 }
