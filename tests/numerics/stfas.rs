@@ -144,8 +144,8 @@ fn shapes_agree<T: Real, S: Space>(list: &[(&[usize], &str)]) {
 
 #[test]
 fn use_of_the_memory_does_not_change_a_bit() {
-    shapes_agree::<f32, D2>(&[(&[40, 9], "ww"), (&[7, 11], "pp"), (&[6, 12], "wp")]);
-    shapes_agree::<f64, D2>(&[(&[19, 8], "wp"), (&[6, 5], "pp")]);
+    shapes_agree::<f32, D2>(&[(&[40, 9], "ww"), (&[7, 11], "pp"), (&[6, 12], "wp"), (&[70, 5], "pw")]);
+    shapes_agree::<f64, D2>(&[(&[19, 8], "wp"), (&[6, 5], "pp"), (&[34, 5], "ww")]);
     shapes_agree::<f32, D3>(&[(&[34, 4, 7], "wpw"), (&[5, 4, 9], "pwp")]);
     shapes_agree::<f64, D3>(&[(&[5, 4, 6], "ppp")]);
 }
