@@ -42,7 +42,7 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize],
         d: &mut [],
         table: &table,
     };
-    let weights = Weights { slots: SLOTS, kappa: 1.0, viscosity: 0.0, outside: 3.0 };
+    let weights = Weights { slots: SLOTS, kappa: 1.0, viscosity: 0.0, outside: 3.0, slow: local::Slow::USUAL.at(1.0) };
     let mut ring = vec![0f32; smoother::ring_len::<S>(&grid, SLOTS, together)];
     let mut scratch = vec![0f32; exec.threads() * local::scratch_len::<S>(SLOTS, LANES)];
     let mut group = criterion.benchmark_group(format!("smoother {}, {SLOTS} slots", size(cells)));

@@ -13,6 +13,7 @@ use std::time::Instant;
 use thurible::bench::navier_stokes::Case;
 use thurible::bench::ready::Ready;
 use thurible::bench::scenes::{letter_f, moving_sphere};
+use thurible_core::nso::local::Slow;
 use thurible_core::{Colours, D2, D3, Exec, Norm, Real, Silent, Space};
 
 /// A residual below this part of the largest one is rounding.
@@ -59,6 +60,7 @@ fn main() -> ExitCode {
     at_rest(exec, &mut table);
     other_boxes(exec, &mut table);
     fast_flows(exec, &mut table);
+    slow_flows(exec, &mut table);
     if !table.quick {
         real_runs(exec, &mut table);
     }
@@ -140,6 +142,24 @@ fn fast_flows(exec: &dyn Exec, table: &mut Table) {
             table.case::<D2>(exec, &name, &Case { colours, ..Case::new(&[32, 32], 20, courant) }, (courant <= 2.2).then_some(0.45));
         }
     }
+}
+
+/// With and without what the smoother leaves out where the flow is slow: the same to a tenth.
+fn slow_flows(exec: &dyn Exec, table: &mut Table) {
+    table.title("Terms left out where the flow is slow / nowhere, by kappa = K / r");
+    for (kappa, courant) in [(0.01, 0.2), (0.1, 0.6), (1.0, 0.6), (1.0, 1.0), (4.0, 2.0), (20.0, 2.0)] {
+        slow_flow::<D2>(exec, table, &Case { kappa, ..Case::new(&[64, 64], 40, courant) });
+        if !table.quick {
+            slow_flow::<D3>(exec, table, &Case { kappa, ..Case::new(&[24, 24, 24], 20, courant) });
+        }
+    }
+}
+
+fn slow_flow<S: Space>(exec: &dyn Exec, table: &mut Table, case: &Case) {
+    let name = format!("{}, N = {}, kappa {}, C {}", size(&case.cells), case.steps, case.kappa, case.courant);
+    let everywhere = cycles::<S>(exec, &Case { slow: Slow::AT_REST, ..case.clone() });
+    table.row(&format!("{name}, nowhere"), &everywhere, None);
+    table.case::<S>(exec, &name, case, Some(1.1 * asymptotic(&everywhere, FLOOR)));
 }
 
 /// NSO within real solves by ADMM: scenes of the examples, solved in f64 with an NSO tolerance far below the usual one.

@@ -149,6 +149,8 @@ pub trait Vector: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = 
     fn min(self, other: Self) -> Self;
     /// The number of `yes` where this one is above 0, else that of `no`.
     fn select(self, yes: Self, no: Self) -> Self;
+    /// Whether a number is above 0.
+    fn any_above_zero(self) -> bool;
 }
 
 /// Compiles a kernel once for every [`Level`], with the vectors of that level as its type parameter `V`.
@@ -223,6 +225,10 @@ macro_rules! single {
             fn select(self, yes: Self, no: Self) -> Self {
                 if self > 0.0 { yes } else { no }
             }
+            #[inline(always)]
+            fn any_above_zero(self) -> bool {
+                self > 0.0
+            }
         }
     };
 }
@@ -231,7 +237,7 @@ single!(f64);
 
 #[cfg(target_arch = "x86_64")]
 macro_rules! vector {
-    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $pairs:expr, $max:expr, $min:expr, $select:expr) => {
+    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $pairs:expr, $max:expr, $min:expr, $select:expr, $any:expr) => {
         /// A [`Vector`].
         #[derive(Clone, Copy, Debug)]
         pub struct $name($raw);
@@ -314,6 +320,11 @@ macro_rules! vector {
                 // SAFETY: as in `add`.
                 Self(unsafe { $select(self.0, yes.0, no.0) })
             }
+            #[inline(always)]
+            fn any_above_zero(self) -> bool {
+                // SAFETY: as in `add`.
+                unsafe { $any(self.0) }
+            }
         }
     };
 }
@@ -379,6 +390,27 @@ mod x86 {
         unsafe { _mm256_blendv_pd(no, yes, _mm256_cmp_pd::<_CMP_GT_OQ>(a, _mm256_setzero_pd())) }
     }
 
+    #[inline(always)]
+    unsafe fn any_ps512(a: __m512) -> bool {
+        // SAFETY: the caller has AVX-512.
+        unsafe { _mm512_cmp_ps_mask::<_CMP_GT_OQ>(a, _mm512_setzero_ps()) != 0 }
+    }
+    #[inline(always)]
+    unsafe fn any_pd512(a: __m512d) -> bool {
+        // SAFETY: the caller has AVX-512.
+        unsafe { _mm512_cmp_pd_mask::<_CMP_GT_OQ>(a, _mm512_setzero_pd()) != 0 }
+    }
+    #[inline(always)]
+    unsafe fn any_ps256(a: __m256) -> bool {
+        // SAFETY: the caller has AVX2.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(a, _mm256_setzero_ps())) != 0 }
+    }
+    #[inline(always)]
+    unsafe fn any_pd256(a: __m256d) -> bool {
+        // SAFETY: the caller has AVX2.
+        unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(a, _mm256_setzero_pd())) != 0 }
+    }
+
     vector!(
         F32Wide,
         f32,
@@ -394,7 +426,8 @@ mod x86 {
         pairs_ps512,
         _mm512_max_ps,
         _mm512_min_ps,
-        select_ps512
+        select_ps512,
+        any_ps512
     );
     vector!(
         F64Wide,
@@ -411,7 +444,8 @@ mod x86 {
         pairs_pd512,
         _mm512_max_pd,
         _mm512_min_pd,
-        select_pd512
+        select_pd512,
+        any_pd512
     );
     vector!(
         F32Medium,
@@ -428,7 +462,8 @@ mod x86 {
         pairs_ps256,
         _mm256_max_ps,
         _mm256_min_ps,
-        select_ps256
+        select_ps256,
+        any_ps256
     );
     vector!(
         F64Medium,
@@ -445,7 +480,8 @@ mod x86 {
         pairs_pd256,
         _mm256_max_pd,
         _mm256_min_pd,
-        select_pd256
+        select_pd256,
+        any_pd256
     );
 }
 #[cfg(target_arch = "x86_64")]
@@ -532,6 +568,10 @@ macro_rules! plain {
             fn select(self, yes: Self, no: Self) -> Self {
                 let (yes, no) = (yes.0, no.0);
                 Self(core::array::from_fn(|lane| if self.0[lane] > 0.0 { yes[lane] } else { no[lane] }))
+            }
+            #[inline(always)]
+            fn any_above_zero(self) -> bool {
+                self.0.iter().any(|&x| x > 0.0)
             }
         }
     };

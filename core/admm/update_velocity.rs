@@ -7,6 +7,7 @@ use crate::force;
 use crate::force::time_line::{TimeLine, drag};
 use crate::grid::Space;
 use crate::nso::level::State;
+use crate::nso::local::Slow;
 use crate::nso::{self, Ended, Finest, Info, Nso, NsoParams, NsoSolver, newton};
 use crate::observe::{Event, Observer};
 use crate::operators::self_advection::Fluid;
@@ -42,8 +43,15 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
 
     fn by_stfas(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
         let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
-        let setup =
-            nso::Setup { kappa, viscosity: self.settings.viscosity, slots, threads, params: self.settings.params.nso, shape: self.settings.dimensions.shape };
+        let setup = nso::Setup {
+            kappa,
+            viscosity: self.settings.viscosity,
+            slots,
+            threads,
+            params: self.settings.params.nso,
+            slow: Slow::USUAL,
+            shape: self.settings.dimensions.shape,
+        };
         let spare = if self.spare[0].is_empty() { &mut self.multiplier } else { &mut self.spare };
         let finest = Finest {
             state: State { v: reborrow(&mut self.v), w: reborrow(&mut self.w), p: self.p, pbar: self.pbar },

@@ -1,5 +1,6 @@
 //! One level of STFAS: its grid, solution and right-hand side.
 
+use super::local::Slow;
 use crate::field::{Vector, VectorMut, view};
 use crate::grid::Grid;
 
@@ -44,6 +45,8 @@ pub struct System<'a, T> {
     pub viscosity: T,
     /// Weight of the outside-face term of the smoother.
     pub outside: T,
+    /// Where the smoother leaves terms out.
+    pub slow: Slow<T>,
     /// Velocities.
     pub v: Vector<'a, T>,
     /// Forces.
@@ -94,6 +97,8 @@ pub struct Weights<T> {
     pub viscosity: T,
     /// Weight of the outside-face term.
     pub outside: T,
+    /// Where the smoother leaves terms out.
+    pub slow: Slow<T>,
 }
 
 impl<T: Copy> LevelMut<'_, T> {
@@ -105,6 +110,7 @@ impl<T: Copy> LevelMut<'_, T> {
             kappa: weights.kappa,
             viscosity: weights.viscosity,
             outside: weights.outside,
+            slow: weights.slow,
             v: view(&self.state.v),
             w: view(&self.state.w),
             p: self.state.p,

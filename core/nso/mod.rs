@@ -26,6 +26,7 @@ use colours::Colours;
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 use level::{LevelMut, State, Weights};
+use local::Slow;
 
 /// In which units divergences count in max |f|.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -144,6 +145,8 @@ pub struct Setup {
     pub threads: usize,
     /// Stop and smoother.
     pub params: NsoParams,
+    /// Where the smoother leaves terms out, at kappa = 1.
+    pub slow: Slow<f64>,
     /// Use of the memory.
     pub shape: Shape,
 }
@@ -256,6 +259,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             kappa: T::from_f64(setup.kappa),
             viscosity: T::from_f64(setup.viscosity),
             outside: T::from_f64(outside_weight::<S>(setup.params.colours)),
+            slow: setup.slow.at(setup.kappa),
         };
         let scratch = pool.take((sizes.ring + sizes.lines).max(sizes.transfer));
         Self { levels, tables: hierarchy.tables.iter().collect(), weights, setup: *setup, sizes, scratch, sums, spare: finest.spare, space: PhantomData }

@@ -143,6 +143,7 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
 
     fn set_kappa(&mut self, kappa: f64) {
         self.weights.kappa = T::from_f64(kappa);
+        self.weights.slow = self.setup.slow.at(kappa);
         self.levels[0].scale = T::from_f64(kappa);
     }
 

@@ -8,6 +8,7 @@ use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::nso::level::State;
+use thurible_core::nso::local::Slow;
 use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape};
 use thurible_core::plan::{Ledger, Pool};
 use thurible_core::{Boundary, Colours, Exec, Norm, NsoParams, Real, Space};
@@ -27,12 +28,14 @@ pub struct Case {
     pub colours: Colours,
     /// In which units max |f| is measured.
     pub norm: Norm,
+    /// Where the smoother leaves terms out, at kappa = 1.
+    pub slow: Slow<f64>,
 }
 
 impl Case {
     /// A box with walls, kappa = 1, red-black, all four equations as accelerations.
     pub fn new(cells: &[usize], steps: usize, courant: f64) -> Self {
-        Self { cells: cells.to_vec(), steps, kappa: 1.0, courant, colours: Colours::RedBlack, norm: Norm::Scaled }
+        Self { cells: cells.to_vec(), steps, kappa: 1.0, courant, colours: Colours::RedBlack, norm: Norm::Scaled, slow: Slow::USUAL }
     }
 
     /// The grid.
@@ -43,7 +46,7 @@ impl Case {
     fn setup<T: Real, S: Space>(&self, threads: usize) -> Setup {
         let params = NsoParams { tolerance: 0.0, cycles: 1, colours: self.colours, norm: self.norm, ..NsoParams::default() };
         let shape = Shape::all::<T, S>().next().unwrap_or(Shape::LEAST);
-        Setup { kappa: self.kappa, viscosity: 0.0, slots: self.steps - 1, threads, params, shape }
+        Setup { kappa: self.kappa, viscosity: 0.0, slots: self.steps - 1, threads, params, slow: self.slow, shape }
     }
 
     /// Bytes of the unknowns v, w, p, pbar of the finest level.

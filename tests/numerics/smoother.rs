@@ -9,7 +9,7 @@ use thurible_core::grid::Grid;
 use thurible_core::grid::levels::coarsen;
 use thurible_core::nso::colours::{Cells, Colours};
 use thurible_core::nso::level::{Rhs, System};
-use thurible_core::nso::local::{Changes, changes, fill_table, scratch_len, solve_row, table_len};
+use thurible_core::nso::local::{Changes, Slow, changes, fill_table, scratch_len, solve_row, table_len};
 use thurible_core::nso::residual::{Rows, of_block, rows_of, work_len};
 use thurible_core::nso::{Norm, NsoParams, Setup};
 use thurible_core::{D2, D3, Real, Serial, Space};
@@ -58,7 +58,7 @@ impl<T: Real> Both<T> {
         Both { case, equations, rhs, table }
     }
 
-    fn system(&self, outside: f64) -> System<'_, T> {
+    fn system(&self, outside: f64, slow: Slow<f64>) -> System<'_, T> {
         let case = &self.case;
         let kappa = T::from_f64(self.equations.kappa);
         let rhs = match &self.rhs {
@@ -71,6 +71,7 @@ impl<T: Real> Both<T> {
             kappa,
             viscosity: T::from_f64(self.equations.naive.viscosity),
             outside: T::from_f64(outside),
+            slow: Slow { without_jacobian: T::from_f64(slow.without_jacobian), without_outside: T::from_f64(slow.without_outside) },
             v: view(&case.v),
             w: view(&case.w),
             p: &case.p,
@@ -104,7 +105,7 @@ fn residual_agrees<T: Real, S: Space>(list: &[(&[usize], &str)]) {
     for (grid, coarse) in list.iter().flat_map(|(cells, ends)| grids(cells, ends)).flat_map(|grid| [(grid, false), (grid, true)]) {
         let viscosity = if coarse { 0.2 * grid.h[0] * grid.h[0] } else { 0.0 };
         let both = Both::<T>::new::<S>(&mut random, &grid, 0.7, 2.0, viscosity, coarse);
-        let (found, expected) = (found::<T, S>(&both.system(2.0)), both.equations.residual());
+        let (found, expected) = (found::<T, S>(&both.system(2.0, Slow::AT_REST)), both.equations.residual());
         let [a, c]: [Components<f64>; 2] = [&expected.a, &expected.c].map(|x| trajectories(&grid, x));
         let list = a.iter().chain(&c).cloned().chain([trajectory(&grid, &expected.b), trajectory(&grid, &expected.d)]);
         for (i, (found, expected)) in found.iter().zip(list).enumerate() {
@@ -136,35 +137,53 @@ fn norm_counts_all_four_equations() {
     }
 }
 
-/// Every cell's changes against the dense solution, for vectors of several widths.
+/// Every cell's changes against the dense solution, for vectors of several widths, of which none may change a bit, and for every order of
+/// slots in which a cell is slow and fast.
 fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
     let mut random = Random::new(63);
+    let mut paces = [0; 1 << SLOTS];
     for (n, (grid, coarse)) in list.iter().flat_map(|(cells, ends)| grids(cells, ends)).flat_map(|grid| [(grid, false), (grid, true)]).enumerate() {
         let (kappa, outside, viscosity) = ([1.0, 0.05][n % 2], [2.0, 0.0, 3.0][n % 3], [0.0, 0.0, 0.2][n % 5 % 3] * grid.h[0] * grid.h[0]);
+        let bound = 0.7 * S::DIM as f64;
+        let slow =
+            [Slow { without_jacobian: bound, without_outside: 1.2 * bound }, Slow::AT_REST, Slow { without_jacobian: 0.0, without_outside: bound }][n % 7 % 3];
         let both = Both::<T>::new::<S>(&mut random, &grid, kappa, 1.5, viscosity, coarse);
-        let (system, residual) = (both.system(outside), both.equations.residual());
+        let (system, residual) = (both.system(outside, slow), both.equations.residual());
         for row in 0..grid.rows() {
             let [y, z] = grid.row_at(row);
             for start in 0..2 {
                 let cells = Cells { start, count: (grid.n[0] - start) / 2 };
                 let half = grid.n[0].div_ceil(2);
-                let lanes = random.pick(&[1, 4, 8, 16, 32]);
-                let mut out = vec![T::ZERO; SLOTS * changes::<S>() * half];
-                let mut scratch = vec![T::from_f64(f64::NAN); scratch_len::<S>(SLOTS, lanes)];
-                solve_row::<T, S>(&system, row, cells, lanes, &mut scratch, Changes { out: &mut out, half });
+                let solved = |lanes: usize| {
+                    let mut out = vec![T::ZERO; SLOTS * changes::<S>() * half];
+                    let mut scratch = vec![T::from_f64(f64::NAN); scratch_len::<S>(SLOTS, lanes)];
+                    solve_row::<T, S>(&system, row, cells, lanes, &mut scratch, Changes { out: &mut out, half });
+                    out
+                };
+                let out = solved(1);
+                for lanes in [4, 8, 16, 32] {
+                    let differs = solved(lanes).iter().zip(&out).any(|(x, y)| x.to_f64().to_bits() != y.to_f64().to_bits());
+                    assert!(!differs, "{:?}, row {row} from {start}: other bits in {lanes} lanes", grid.n);
+                }
                 let i = random.between(0, cells.count - 1);
-                let expected = local::changes(&both.equations, &residual, outside, [start + 2 * i, y, z]);
+                let at = [start + 2 * i, y, z];
+                let expected = local::changes(&both.equations, &residual, outside, slow, at);
+                if bound == slow.without_jacobian && viscosity == 0.0 {
+                    let courant = local::courant(&both.equations, at);
+                    paces[courant.iter().fold(0, |code, &courant| 2 * code + usize::from(courant > bound))] += 1;
+                }
                 let scale = largest(expected.iter().flatten().copied());
                 for (k, expected) in expected.iter().enumerate() {
                     for (quantity, expected) in expected.iter().enumerate() {
                         let found = out[(quantity * SLOTS + k) * half + i].to_f64();
-                        let what = format!("{:?}, coarse {coarse}, cell {} {y} {z}, slot {k}, quantity {quantity}, {lanes} lanes", grid.n, start + 2 * i);
+                        let what = format!("{:?}, coarse {coarse}, cell {at:?}, slot {k}, quantity {quantity}", grid.n);
                         fields::assert_close(&what, found, *expected, scale, tolerance);
                     }
                 }
             }
         }
     }
+    assert!(!paces.contains(&0), "some order of slow and fast slots was not met: {paces:?}");
 }
 
 #[test]
@@ -209,7 +228,7 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
         let (mut ring, mut scratch) = (vec![f64::NAN; ring_len::<S>(&grid, SLOTS, 1)], vec![f64::NAN; scratch_len::<S>(SLOTS, 8)]);
         let mut table = vec![0.0; table_len::<S>()];
         fill_table::<f64, S>(grid.h, &mut table);
-        let weights = thurible_core::nso::level::Weights { slots: SLOTS, kappa: 0.6, viscosity: 0.0, outside: 0.0 };
+        let weights = thurible_core::nso::level::Weights { slots: SLOTS, kappa: 0.6, viscosity: 0.0, outside: 0.0, slow: Slow::AT_REST };
         let mut level = thurible_core::nso::level::LevelMut {
             grid: &grid,
             state: thurible_core::nso::level::State {

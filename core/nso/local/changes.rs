@@ -1,6 +1,7 @@
 //! From the last slot to the first: what changes at the cells.
 
 use super::factor::{solve_factor, times_m};
+use super::pace::Pace;
 use super::reflection::{ABOVE, BELOW, Place, face};
 use super::{Changes, Group, Header, Kept, MAX_LANES, at, slot, unroll};
 use crate::grid::{D3, Space};
@@ -19,13 +20,13 @@ impl<T: Real> Group<'_, '_, T> {
         for k in (0..=slots).rev() {
             let mut before = [zero; 5];
             if k > 0 {
-                before = solve_factor::<S, V>(slot::<S, V>(kept, k - 1), &image);
+                before = solve_factor::<T, S, V>(slot::<S, V>(kept, k - 1), &image);
             }
             if k < slots {
                 self.write_changes::<S, V>(header, kept, k, [&y, &image, &before], out);
             }
             if k > 0 {
-                image = times_m::<S, V>(slot::<S, V>(kept, k - 1), &before);
+                image = times_m::<T, S, V>(slot::<S, V>(kept, k - 1), &before);
             }
             y = before;
         }
@@ -57,11 +58,13 @@ impl<T: Real> Group<'_, '_, T> {
             dv.swap(BELOW, ABOVE);
             dw.swap(BELOW, ABOVE);
         }
+        let fast = Pace::of::<S, V>(now).is_fast();
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let g: V = at(header, Place::<S>::NORMAL + f);
             (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);
-            pressure = pressure - at::<V>(now, Kept::<S>::ROW + f) * dv[f] + g * dw[f];
-            bar = bar - kappa * g * dv[f] - at::<V>(now, Kept::<S>::COLUMN + f) * dw[f];
+            let (row, column) = if fast { (at(now, Kept::<S>::ROW + f), at(now, Kept::<S>::COLUMN + f)) } else { (g, g) };
+            pressure = pressure - row * dv[f] + g * dw[f];
+            bar = bar - kappa * g * dv[f] - column * dw[f];
             (all[f], all[S::FACES + f]) = (dv[f], dw[f]);
         });
         // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
@@ -75,7 +78,9 @@ impl<T: Real> Group<'_, '_, T> {
     #[inline(always)]
     fn put<V: Vector<Elem = T>>(&self, changes: &[V], k: usize, Changes { out, half }: &mut Changes<'_, T>) {
         let mut from = k * *half + self.first;
-        for change in changes {
+        for &change in changes {
+            // Which of the zeros a 0 is may depend on the pace of the cells beside; after this it is the positive one.
+            let change = change + V::splat(T::ZERO);
             prefetch(Cache::First, out, from.wrapping_sub(AHEAD * *half), V::LANES);
             if self.count == V::LANES {
                 change.store(&mut out[from..from + V::LANES]);

@@ -18,6 +18,18 @@ impl Edge {
         Self { a, b, side_a: e % 2, side_b: e / 2 % 2 }
     }
 
+    /// The cell's own a-face.
+    #[inline(always)]
+    pub(super) const fn face_a(self) -> usize {
+        2 * self.a + self.side_a
+    }
+
+    /// The cell's own b-face.
+    #[inline(always)]
+    pub(super) const fn face_b(self) -> usize {
+        2 * self.b + self.side_b
+    }
+
     /// Where, from the cell, the outside a-face is.
     #[inline(always)]
     pub(super) fn outside_a(self) -> [isize; 3] {

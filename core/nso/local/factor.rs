@@ -1,5 +1,6 @@
 //! The block-tridiagonal system in time: block L D L^T, one cell in each lane.
 
+use super::pace::Pace;
 use super::{Kept, at, unroll};
 use crate::grid::Space;
 use crate::real::Real;
@@ -13,9 +14,9 @@ pub(super) fn triangle(row: usize, column: usize) -> usize {
 
 /// Finishes slot k once slot k + 1 is assembled: its right-hand side, the elimination of slot k - 1 by X_k in `lower`, the factors
 /// L_k D_k L_k^T with the reciprocals of D_k on the diagonal, z_k = D_k^-1 L_k^-1 right-hand side, and X_{k+1} = -L_k^-1 M_{k+1},
-/// which takes the place of X_k.
+/// which takes the place of X_k. `diagonal` is what there is on the diagonal beside M^T M.
 #[inline(always)]
-pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], lower: &mut [T], k: usize, slots: usize) {
+pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], lower: &mut [T], k: usize, slots: usize, diagonal: T) {
     let (lanes, zero) = (V::LANES, V::splat(T::ZERO));
     let size = Kept::<S>::SIZE * lanes;
     let (before, rest) = kept.split_at_mut(k * size);
@@ -23,29 +24,56 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
     let before = if k > 0 { Some(&before[(k - 1) * size..][..size]) } else { None };
     let next = if k + 1 < slots { Some(&after[..size]) } else { None };
     let lower = &mut lower[..super::lower::<S>() * lanes];
+    let slow = !Pace::of::<S, V>(now).is_fast();
     let mut right = [zero; 5];
-    let mut l = [[zero; 5]; 5];
     unroll!(i < S::FREE; 0 1 2 3 4; {
         right[i] = at::<V>(now, Kept::<S>::RIGHT + i);
         if let Some(next) = next {
             right[i] = right[i] - at::<V>(next, Kept::<S>::FORCE + i);
         }
-        unroll!(j < i + 1; 0 1 2 3 4; {
-            l[i][j] = at::<V>(now, Kept::<S>::FACTOR + triangle(i, j));
-        });
     });
-    if let Some(before) = before {
-        unroll!(m < S::FREE; 0 1 2 3 4; {
-            let (z, pivot): (V, V) = (at(before, Kept::<S>::RIGHT + m), at(before, Kept::<S>::FACTOR + triangle(m, m)));
+    let reciprocal = match before.map(Pace::of::<S, V>) {
+        None => Some(T::ZERO),
+        Some(Pace::Still(reciprocal)) => Some(reciprocal),
+        Some(_) => None,
+    };
+    if let Some(of_before) = reciprocal.filter(|_| slow) {
+        let reciprocal = T::ONE / (T::ONE + diagonal - of_before);
+        Pace::Still(reciprocal).keep::<S, V>(now);
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            if let Some(before) = before {
+                right[i] = right[i] + at::<V>(before, Kept::<S>::RIGHT + i);
+            }
+            (right[i] * V::splat(reciprocal)).store(&mut now[(Kept::<S>::RIGHT + i) * lanes..]);
+        });
+        if let Some(next) = next.filter(|next| Pace::of::<S, V>(next).is_fast()) {
             unroll!(i < S::FREE; 0 1 2 3 4; {
-                let x = at::<V>(lower, m * S::FREE + i);
-                right[i] = right[i] - x * z;
-                let x = x * pivot;
-                unroll!(j < i + 1; 0 1 2 3 4; {
-                    l[i][j] = l[i][j] - x * at::<V>(lower, m * S::FREE + j);
+                V::splat(reciprocal).store(&mut now[(Kept::<S>::FACTOR + triangle(i, i)) * lanes..]);
+                unroll!(j < S::FREE; 0 1 2 3 4; {
+                    (-at::<V>(next, Kept::<S>::MATRIX + i * S::FREE + j)).store(&mut lower[(i * S::FREE + j) * lanes..]);
                 });
             });
+        }
+        return;
+    }
+    let mut l = [[zero; 5]; 5];
+    if slow {
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            l[i][i] = V::splat(T::ONE + diagonal);
         });
+    } else {
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            unroll!(j < i + 1; 0 1 2 3 4; {
+                l[i][j] = at::<V>(now, Kept::<S>::FACTOR + triangle(i, j));
+            });
+        });
+    }
+    if let Some(before) = before {
+        if slow {
+            absorb::<S, V, true>(before, lower, &mut right, &mut l);
+        } else {
+            absorb::<S, V, false>(before, lower, &mut right, &mut l);
+        }
     }
     // `l` becomes L D, `unit` L with the reciprocals of D.
     let mut unit = l;
@@ -69,22 +97,66 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
         });
     });
     let Some(next) = next else { return };
-    unroll!(column < S::FREE; 0 1 2 3 4; {
-        let mut x = [zero; 5];
-        unroll!(i < S::FREE; 0 1 2 3 4; {
-            x[i] = -at::<V>(next, Kept::<S>::MATRIX + i * S::FREE + column);
-            unroll!(j < i; 0 1 2 3; {
-                x[i] = x[i] - unit[i][j] * x[j];
+    if Pace::of::<S, V>(next).is_fast() {
+        unroll!(column < S::FREE; 0 1 2 3 4; {
+            let mut x = [zero; 5];
+            unroll!(i < S::FREE; 0 1 2 3 4; {
+                x[i] = -at::<V>(next, Kept::<S>::MATRIX + i * S::FREE + column);
+                unroll!(j < i; 0 1 2 3; {
+                    x[i] = x[i] - unit[i][j] * x[j];
+                });
+                x[i].store(&mut lower[(i * S::FREE + column) * lanes..]);
             });
-            x[i].store(&mut lower[(i * S::FREE + column) * lanes..]);
+        });
+    } else {
+        // M is 1, so X is -L^-1, of which only the lower triangle is written.
+        unroll!(column < S::FREE; 0 1 2 3 4; {
+            let mut x = [-V::splat(T::ONE); 5];
+            unroll!(i < S::FREE; 0 1 2 3 4; {
+                if i > column {
+                    x[i] = -(unit[i][column] * x[column]);
+                    unroll!(j < i; 1 2 3; {
+                        if j > column {
+                            x[i] = x[i] - unit[i][j] * x[j];
+                        }
+                    });
+                }
+                if i >= column {
+                    x[i].store(&mut lower[(i * S::FREE + column) * lanes..]);
+                }
+            });
+        });
+    }
+}
+
+/// The elimination of the slot `before` by X in `lower`, of which only the lower triangle is there if `TRIANGLE`.
+#[inline(always)]
+fn absorb<S: Space, V: Vector, const TRIANGLE: bool>(before: &[V::Elem], lower: &[V::Elem], right: &mut [V; 5], l: &mut [[V; 5]; 5]) {
+    unroll!(m < S::FREE; 0 1 2 3 4; {
+        let (z, pivot): (V, V) = (at(before, Kept::<S>::RIGHT + m), at(before, Kept::<S>::FACTOR + triangle(m, m)));
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            if !TRIANGLE || i <= m {
+                let x = at::<V>(lower, m * S::FREE + i);
+                right[i] = right[i] - x * z;
+                let x = x * pivot;
+                unroll!(j < i + 1; 0 1 2 3 4; {
+                    l[i][j] = l[i][j] - x * at::<V>(lower, m * S::FREE + j);
+                });
+            }
         });
     });
 }
 
 /// y_k = L_k^-T (z_k + D_k^-1 L_k^-1 M_{k+1} y_{k+1}) from M_{k+1} y_{k+1}, 0 behind the last slot.
 #[inline(always)]
-pub(super) fn solve_factor<S: Space, V: Vector>(now: &[V::Elem], image: &[V; 5]) -> [V; 5] {
+pub(super) fn solve_factor<T: Real, S: Space, V: Vector<Elem = T>>(now: &[T], image: &[V; 5]) -> [V; 5] {
     let (mut l, mut y) = ([[image[0]; 5]; 5], *image);
+    if let Pace::Still(reciprocal) = Pace::of::<S, V>(now) {
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            y[i] = V::splat(reciprocal) * y[i] + at::<V>(now, Kept::<S>::RIGHT + i);
+        });
+        return y;
+    }
     unroll!(i < S::FREE; 0 1 2 3 4; {
         unroll!(j < i + 1; 0 1 2 3 4; {
             l[i][j] = at::<V>(now, Kept::<S>::FACTOR + triangle(i, j));
@@ -106,8 +178,11 @@ pub(super) fn solve_factor<S: Space, V: Vector>(now: &[V::Elem], image: &[V; 5])
 
 /// M_k y.
 #[inline(always)]
-pub(super) fn times_m<S: Space, V: Vector>(now: &[V::Elem], y: &[V; 5]) -> [V; 5] {
+pub(super) fn times_m<T: Real, S: Space, V: Vector<Elem = T>>(now: &[T], y: &[V; 5]) -> [V; 5] {
     let mut image = *y;
+    if !Pace::of::<S, V>(now).is_fast() {
+        return image;
+    }
     unroll!(i < S::FREE; 0 1 2 3 4; {
         image[i] = at::<V>(now, Kept::<S>::MATRIX + i * S::FREE) * y[0];
         unroll!(j < S::FREE; 1 2 3 4; {

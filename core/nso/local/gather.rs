@@ -54,24 +54,32 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
         let Some(row) = self.field.get(from.wrapping_sub(before)..from.wrapping_add(COUNT * both)) else {
             return self.fill_by_numbers::<S>(from, V::LANES, gathered);
         };
+        let zero = V::splat(T::ZERO);
+        let (mut own, mut after, mut ahead) = ([zero; COUNT], [zero; COUNT], [zero; COUNT]);
         for group in 0..COUNT {
-            let [own, after] = V::load_pairs(&row[group * both + before..]);
-            self.put::<S, V>(own, group, 0, gathered);
-            if READS > 1 {
-                self.put::<S, V>(after, group, 1, gathered);
-            }
+            [own[group], after[group]] = V::load_pairs(&row[group * both + before..]);
             if READS > 2 {
-                self.put::<S, V>(V::load_pairs(&row[group * both..])[0], group, 2, gathered);
+                [ahead[group], _] = V::load_pairs(&row[group * both..]);
             }
+        }
+        self.put::<S, V, COUNT>(&own, 0, gathered);
+        if READS > 1 {
+            self.put::<S, V, COUNT>(&after, 1, gathered);
+        }
+        if READS > 2 {
+            self.put::<S, V, COUNT>(&ahead, 2, gathered);
         }
     }
 
+    /// Stores a vector of each group where it belongs.
     #[inline(always)]
-    fn put<S: Space, V: Vector<Elem = T>>(&self, vector: V, group: usize, read: usize, gathered: &mut [T]) {
-        let place = (group * Gathered::<S>::SIZE + self.places[read]) * V::LANES;
-        debug_assert!(place + V::LANES <= gathered.len());
-        if let Some(to) = gathered.get_mut(place..place + V::LANES) {
-            vector.store(to);
+    fn put<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, vectors: &[V; COUNT], read: usize, gathered: &mut [T]) {
+        let (first, size) = (self.places[read] * V::LANES, Gathered::<S>::SIZE * V::LANES);
+        let to = gathered.get_mut(first..first.wrapping_add((COUNT - 1) * size + V::LANES));
+        debug_assert!(to.is_some());
+        let Some(to) = to else { return };
+        for group in 0..COUNT {
+            vectors[group].store(&mut to[group * size..]);
         }
     }
 

@@ -15,15 +15,18 @@
 //! H is a Householder reflection, so B^T X B is X after two changes of rank 1.
 //!
 //! A slot is worked on in four steps, each for a few groups of cells: `gather` what its equations read, `assemble` its block, `factor`
-//! the block before; and on the way back its `changes`.
+//! the block before; and on the way back its `changes`. Where the flow is slow J or O are left out (`pace`).
 
 mod assemble;
 mod changes;
 mod edge;
 mod factor;
 mod gather;
+mod jacobian;
+mod pace;
 mod reflection;
 
+pub use pace::Slow;
 pub use reflection::{fill_table, table_len};
 
 use super::colours::Cells;
@@ -62,7 +65,8 @@ impl<S: Space> Kept<S> {
     const ROW: usize = Self::FORCE + S::FREE;
     const COLUMN: usize = Self::ROW + S::FACES;
     const NORMAL: usize = Self::COLUMN + S::FACES;
-    const SIZE: usize = Self::NORMAL + 4;
+    const PACE: usize = Self::NORMAL + 4;
+    const SIZE: usize = Self::PACE + 1;
 }
 
 /// Offsets, in vectors, of what a group of cells keeps for all slots: its rows of the table, and 1 / 4h of every edge.
@@ -191,8 +195,8 @@ impl<T: Real> Row<'_, '_, T> {
                     }
                 }
                 if k > 0 {
-                    for (_, _, lower, kept) in groups.iter_mut().flatten() {
-                        factor::eliminate::<T, S, V>(kept, lower, k - 1, slots);
+                    for (group, _, lower, kept) in groups.iter_mut().flatten() {
+                        factor::eliminate::<T, S, V>(kept, lower, k - 1, slots, group.diagonal(k - 1));
                     }
                 }
             }

@@ -2,6 +2,7 @@
 
 use super::naive::Naive;
 use super::spacetime::{Equations, Residual};
+use thurible_core::nso::local::Slow;
 
 /// What a cell's faces, in the order low x, high x, low y, .., are to the local problem.
 struct Face {
@@ -76,15 +77,26 @@ fn tangential(o: &[Vec<f64>], faces: &[Face]) -> Vec<Vec<f64>> {
     (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
 }
 
-/// The changes of the cell at `at`: for each slot dv and dw at its faces, dp and dpbar.
-pub fn changes(problem: &Equations, residual: &Residual, weight: f64, at: [usize; 3]) -> Vec<Vec<f64>> {
+/// The Courant number of the cell at `at` in each slot.
+pub fn courant(problem: &Equations, at: [usize; 3]) -> Vec<f64> {
+    let faces = faces(&problem.naive, at);
+    problem.v.iter().map(|v| faces.iter().map(|f| (f.normal * v[f.axis][problem.naive.id(f.at)]).abs() / 2.0).sum()).collect()
+}
+
+/// The changes of the cell at `at`: for each slot dv and dw at its faces, dp and dpbar. J and O are left out of slots in which the
+/// cell is slow.
+pub fn changes(problem: &Equations, residual: &Residual, weight: f64, slow: Slow<f64>, at: [usize; 3]) -> Vec<Vec<f64>> {
     let (naive, slots) = (&problem.naive, problem.v.len());
     let faces = faces(naive, at);
     let (n, size) = (faces.len(), 2 * faces.len() + 2);
     let mut matrix = vec![vec![0.0; size * slots]; size * slots];
     let mut right = vec![0.0; size * slots];
+    let courant = courant(problem, at);
     for k in 0..slots {
-        let (j, o) = (jacobian(problem, k, &faces), tangential(&outside(problem, k, &faces), &faces));
+        let above = |bound: f64| if courant[k] > bound || naive.viscosity > 0.0 { 1.0 } else { 0.0 };
+        let scaled = |x: Vec<Vec<f64>>, by: f64| -> Vec<Vec<f64>> { x.iter().map(|row| row.iter().map(|x| by * x).collect()).collect() };
+        let j = scaled(jacobian(problem, k, &faces), above(slow.without_jacobian));
+        let o = scaled(tangential(&outside(problem, k, &faces), &faces), above(slow.without_outside));
         let (v, w, p, pbar) = (k * size, k * size + n, k * size + 2 * n, k * size + 2 * n + 1);
         for (f, face) in faces.iter().enumerate() {
             let (a, c, i) = (v + f, w + f, naive.id(face.at));

@@ -7,6 +7,7 @@ use thurible_core::arena::Arena;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::nso::level::State;
+use thurible_core::nso::local::Slow;
 use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape};
 use thurible_core::plan::{Ledger, Pool};
 use thurible_core::{Exec, NsoParams, Real, Space};
@@ -34,7 +35,15 @@ pub struct Case<T> {
 
 /// One thread, all lanes, a few planes at a time; tolerance 0, so that only the cap on cycles ends a solve.
 pub fn setup(kappa: f64, slots: usize) -> Setup {
-    Setup { kappa, viscosity: 0.0, slots, threads: 1, params: NsoParams { tolerance: 0.0, ..NsoParams::default() }, shape: Shape { lanes: 16, together: 2 } }
+    Setup {
+        kappa,
+        viscosity: 0.0,
+        slots,
+        threads: 1,
+        params: NsoParams { tolerance: 0.0, ..NsoParams::default() },
+        slow: Slow::USUAL,
+        shape: Shape { lanes: 16, together: 2 },
+    }
 }
 
 impl<T: Real> Case<T> {
