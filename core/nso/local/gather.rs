@@ -50,16 +50,16 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
     /// Gathers for each of `COUNT` groups what is `shift` numbers after slot 0.
     #[inline(always)]
     fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, gathered: &mut [T]) {
-        let (from, both, before) = (self.start.wrapping_add(shift), 2 * V::LANES, usize::from(READS > 2));
-        let Some(row) = self.field.get(from.wrapping_sub(before)..from.wrapping_add(COUNT * both)) else {
+        let (from, both, lead) = (self.start.wrapping_add(shift), 2 * V::LANES, usize::from(READS > 2));
+        let Some(row) = self.field.get(from.wrapping_sub(lead)..from.wrapping_add(COUNT * both)) else {
             return self.fill_by_numbers::<S>(from, V::LANES, gathered);
         };
         let zero = V::splat(T::ZERO);
-        let (mut own, mut after, mut ahead) = ([zero; COUNT], [zero; COUNT], [zero; COUNT]);
+        let (mut own, mut after, mut before) = ([zero; COUNT], [zero; COUNT], [zero; COUNT]);
         for group in 0..COUNT {
-            [own[group], after[group]] = V::load_pairs(&row[group * both + before..]);
+            [own[group], after[group]] = V::load_pairs(&row[group * both + lead..]);
             if READS > 2 {
-                [ahead[group], _] = V::load_pairs(&row[group * both..]);
+                [before[group], _] = V::load_pairs(&row[group * both..]);
             }
         }
         self.put::<S, V, COUNT>(&own, 0, gathered);
@@ -67,7 +67,7 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
             self.put::<S, V, COUNT>(&after, 1, gathered);
         }
         if READS > 2 {
-            self.put::<S, V, COUNT>(&ahead, 2, gathered);
+            self.put::<S, V, COUNT>(&before, 2, gathered);
         }
     }
 
