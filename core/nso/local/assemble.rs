@@ -46,8 +46,7 @@ impl<T: Real> Group<'_, '_, T> {
         let [fast, very_fast] = if VISCOUS { [one; 2] } else { self.fast::<S, V>(header, gathered) };
         if !fast.any_above_zero() {
             Pace::Slow.keep::<S, V>(now);
-            let mut sides = [Side { of_g: [zero; 6], residual: residuals.a }, Side { of_g: [zero; 6], residual: residuals.c }];
-            let [right, force] = self.reduce_sides::<S, V>(header, &mut sides);
+            let [right, force] = self.reduce_sides::<S, V>(header, [residuals.a, residuals.c]);
             unroll!(i < S::FREE; 0 1 2 3 4; {
                 (right[i] + force[i]).store(&mut now[(Kept::<S>::RIGHT + i) * lanes..]);
                 force[i].store(&mut now[(Kept::<S>::FORCE + i) * lanes..]);
@@ -77,8 +76,7 @@ impl<T: Real> Group<'_, '_, T> {
             (row[f] + g[f]).store(&mut now[(Kept::<S>::ROW + f) * lanes..]);
             (column[f] + g[f]).store(&mut now[(Kept::<S>::COLUMN + f) * lanes..]);
         });
-        let mut sides = [Side { of_g: row, residual: rest_a }, Side { of_g: column, residual: rest_c }];
-        let reduced = self.reduce_sides::<S, V>(header, &mut sides);
+        let reduced = self.reduce_sides::<S, V>(header, [rest_a, rest_c]);
         let mut block = [[zero; 5]; 5];
         if very_fast.any_above_zero() {
             let mut outside = self.outside::<S, V, VISCOUS>(header, &plaquettes, very_fast);
@@ -89,16 +87,17 @@ impl<T: Real> Group<'_, '_, T> {
         }
         if self.above_wall {
             jacobian.flip::<S>();
+            row.swap(BELOW, ABOVE);
+            column.swap(BELOW, ABOVE);
         }
-        let matrix = jacobian.reduce::<S>(header, [&sides[0].of_g, &sides[1].of_g]);
+        let matrix = jacobian.reduce::<S>(header, [&row, &column]);
         self.keep_block::<S, V>(&matrix, &mut block, reduced, self.diagonal(k), now);
     }
 
     /// a + M^T c, c, M, and the diagonal block (kappa + 1) + M^T M + omega B^T O B, of which `block` is the last part.
     #[inline(always)]
-    fn keep_block<S: Space, V: Vector<Elem = T>>(&self, m: &[[V; 5]; 5], block: &mut [[V; 5]; 5], [right, force]: [[V; 5]; 2], diagonal: T, now: &mut [T]) {
+    fn keep_block<S: Space, V: Vector<Elem = T>>(&self, m: &[[V; 5]; 5], block: &mut [[V; 5]; 5], [mut right, force]: [[V; 5]; 2], diagonal: T, now: &mut [T]) {
         let lanes = V::LANES;
-        let mut right = right;
         unroll!(row < S::FREE; 0 1 2 3 4; {
             unroll!(i < row + 1; 0 1 2 3 4; {
                 unroll!(l < S::FREE; 0 1 2 3 4; {
@@ -139,28 +138,27 @@ impl<T: Real> Group<'_, '_, T> {
         if k + 1 == self.system.slots { self.system.kappa } else { self.system.kappa + T::ONE }
     }
 
-    /// The sides of equations a and c at the free faces, in the order of the system, and B^T of them.
+    /// B^T of both sides, those of equations a and c at the cell's faces.
     #[inline(always)]
-    fn reduce_sides<S: Space, V: Vector<Elem = T>>(&self, header: &[T], sides: &mut [Side<V>; 2]) -> [[V; 5]; 2] {
+    fn reduce_sides<S: Space, V: Vector<Elem = T>>(&self, header: &[T], [mut a, mut c]: [[V; 6]; 2]) -> [[V; 5]; 2] {
         let zero = V::splat(T::ZERO);
-        let [a, c] = sides;
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let free: V = at(header, Place::<S>::FREE + f);
-            (a.residual[f], c.residual[f]) = (free * a.residual[f], free * c.residual[f]);
+            (a[f], c[f]) = (free * a[f], free * c[f]);
         });
         if self.above_wall {
-            a.flip();
-            c.flip();
+            a.swap(BELOW, ABOVE);
+            c.swap(BELOW, ABOVE);
         }
         let (mut ua, mut uc) = (zero, zero);
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let u: V = at(header, Place::<S>::REFLECTION + f);
-            (ua, uc) = (ua + u * a.residual[f], uc + u * c.residual[f]);
+            (ua, uc) = (ua + u * a[f], uc + u * c[f]);
         });
         let mut reduced = [[zero; 5]; 2];
         unroll!(i < S::FREE; 0 1 2 3 4; {
             let u: V = at(header, Place::<S>::REFLECTION + face(i));
-            (reduced[0][i], reduced[1][i]) = (a.residual[face(i)] - u * ua, c.residual[face(i)] - u * uc);
+            (reduced[0][i], reduced[1][i]) = (a[face(i)] - u * ua, c[face(i)] - u * uc);
         });
         reduced
     }
@@ -240,20 +238,4 @@ fn quad<S: Space, V: Vector>(gathered: &[V::Elem], field: usize, own: &[V; 6], e
     let (own_a, own_b) = (own[edge.face_a()], own[edge.face_b()]);
     let (outside_a, outside_b) = (at(gathered, field + S::FACES + 2 * e), at(gathered, field + S::FACES + 2 * e + 1));
     (Edge::order(own_a, outside_a, edge.side_b), Edge::order(own_b, outside_b, edge.side_a))
-}
-
-/// One of the equations a and c at the faces, and what the Jacobian, transposed for a, makes of g.
-struct Side<V> {
-    of_g: [V; 6],
-    residual: [V; 6],
-}
-
-impl<V: Copy> Side<V> {
-    /// Lets the faces along y change places.
-    #[inline(always)]
-    fn flip(&mut self) {
-        let Self { of_g, residual } = self;
-        (of_g[BELOW], of_g[ABOVE]) = (of_g[ABOVE], of_g[BELOW]);
-        (residual[BELOW], residual[ABOVE]) = (residual[ABOVE], residual[BELOW]);
-    }
 }
