@@ -139,8 +139,16 @@ pub trait Vector: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = 
     fn load(from: &[Self::Elem]) -> Self;
     /// Into the first `LANES` numbers of `to`, which must have as many.
     fn store(self, to: &mut [Self::Elem]);
-    /// Numbers 0, 2, 4, .. of `from`, which must have `2 LANES` of them, and numbers 1, 3, 5, ..
+    /// The first and the second of each pair of `from`, which must have `LANES` pairs; pair `i` goes to lane [`Self::PAIRED`]`[i]`.
     fn load_pairs(from: &[Self::Elem]) -> [Self; 2];
+    /// The order of [`Self::load_pairs`], its own inverse.
+    const PAIRED: &'static [usize] = &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+    /// What is in lane [`Self::PAIRED`]`[i]` goes to lane `i`.
+    #[inline(always)]
+    #[must_use]
+    fn unpaired(self) -> Self {
+        self
+    }
     /// 1 / x.
     fn recip(self) -> Self;
     /// The larger of each pair; that of `other` where this one is NaN.
@@ -237,7 +245,7 @@ single!(f64);
 
 #[cfg(target_arch = "x86_64")]
 macro_rules! vector {
-    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $pairs:expr, $max:expr, $min:expr, $select:expr, $any:expr) => {
+    ($name:ident, $t:ty, $raw:ty, $lanes:expr, $splat:expr, $load:expr, $store:expr, $add:expr, $sub:expr, $mul:expr, $div:expr, $pairs:expr, $max:expr, $min:expr, $select:expr, $any:expr $(, $paired:expr, $unpaired:expr)?) => {
         /// A [`Vector`].
         #[derive(Clone, Copy, Debug)]
         pub struct $name($raw);
@@ -300,6 +308,12 @@ macro_rules! vector {
                 let [even, odd] = unsafe { $pairs($load(from.as_ptr()), $load(from.as_ptr().add($lanes))) };
                 [Self(even), Self(odd)]
             }
+            $(const PAIRED: &'static [usize] = &$paired;
+            #[inline(always)]
+            fn unpaired(self) -> Self {
+                // SAFETY: as in `add`.
+                Self(unsafe { $unpaired(self.0) })
+            })?
             #[inline(always)]
             fn recip(self) -> Self {
                 // SAFETY: as in `add`.
@@ -351,22 +365,30 @@ mod x86 {
             [_mm512_permutex2var_pd(a, even, b), _mm512_permutex2var_pd(a, odd, b)]
         }
     }
+    // Halves of 128 bits are shuffled apart, which leaves the middle quarters in each other's place.
     #[inline(always)]
     unsafe fn pairs_ps256(a: __m256, b: __m256) -> [__m256; 2] {
         // SAFETY: the caller has AVX2.
-        unsafe {
-            let (even, odd) = (_mm256_shuffle_ps::<0b10_00_10_00>(a, b), _mm256_shuffle_ps::<0b11_01_11_01>(a, b));
-            let (even, odd) = (_mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(even)), _mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(odd)));
-            [_mm256_castpd_ps(even), _mm256_castpd_ps(odd)]
-        }
+        unsafe { [_mm256_shuffle_ps::<0b10_00_10_00>(a, b), _mm256_shuffle_ps::<0b11_01_11_01>(a, b)] }
     }
     #[inline(always)]
     unsafe fn pairs_pd256(a: __m256d, b: __m256d) -> [__m256d; 2] {
         // SAFETY: the caller has AVX2.
-        unsafe {
-            let (even, odd) = (_mm256_shuffle_pd::<0b0000>(a, b), _mm256_shuffle_pd::<0b1111>(a, b));
-            [_mm256_permute4x64_pd::<0b11_01_10_00>(even), _mm256_permute4x64_pd::<0b11_01_10_00>(odd)]
-        }
+        unsafe { [_mm256_shuffle_pd::<0b0000>(a, b), _mm256_shuffle_pd::<0b1111>(a, b)] }
+    }
+
+    const PAIRED_PS256: [usize; 8] = [0, 1, 4, 5, 2, 3, 6, 7];
+    const PAIRED_PD256: [usize; 4] = [0, 2, 1, 3];
+
+    #[inline(always)]
+    unsafe fn unpaired_ps256(a: __m256) -> __m256 {
+        // SAFETY: the caller has AVX2.
+        unsafe { _mm256_castpd_ps(unpaired_pd256(_mm256_castps_pd(a))) }
+    }
+    #[inline(always)]
+    unsafe fn unpaired_pd256(a: __m256d) -> __m256d {
+        // SAFETY: the caller has AVX2.
+        unsafe { _mm256_permute4x64_pd::<0b11_01_10_00>(a) }
     }
 
     #[inline(always)]
@@ -463,7 +485,9 @@ mod x86 {
         _mm256_max_ps,
         _mm256_min_ps,
         select_ps256,
-        any_ps256
+        any_ps256,
+        PAIRED_PS256,
+        unpaired_ps256
     );
     vector!(
         F64Medium,
@@ -481,7 +505,9 @@ mod x86 {
         _mm256_max_pd,
         _mm256_min_pd,
         select_pd256,
-        any_pd256
+        any_pd256,
+        PAIRED_PD256,
+        unpaired_pd256
     );
 }
 #[cfg(target_arch = "x86_64")]

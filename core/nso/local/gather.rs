@@ -52,7 +52,7 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
     fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, gathered: &mut [T]) {
         let (from, both, lead) = (self.start.wrapping_add(shift), 2 * V::LANES, usize::from(READS > 2));
         let Some(row) = self.field.get(from.wrapping_sub(lead)..from.wrapping_add(COUNT * both)) else {
-            return self.fill_by_numbers::<S>(from, V::LANES, gathered);
+            return self.fill_by_numbers::<S, V>(from, gathered);
         };
         let zero = V::splat(T::ZERO);
         let (mut own, mut after, mut before) = ([zero; COUNT], [zero; COUNT], [zero; COUNT]);
@@ -83,14 +83,14 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
         }
     }
 
-    /// As [`Self::fill`] from number `from` for groups of `lanes`, number by number, 0 beyond the ends of the field.
+    /// As [`Self::fill`] from number `from`, number by number, 0 beyond the ends of the field.
     #[cold]
     #[inline(never)]
-    fn fill_by_numbers<S: Space>(&self, from: usize, lanes: usize, gathered: &mut [T]) {
-        for (group, gathered) in gathered.chunks_exact_mut(Gathered::<S>::SIZE * lanes).enumerate() {
+    fn fill_by_numbers<S: Space, V: Vector<Elem = T>>(&self, from: usize, gathered: &mut [T]) {
+        for (group, gathered) in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES).enumerate() {
             for (place, offset) in self.places.into_iter().zip([0, 1, usize::MAX]) {
-                for (lane, to) in gathered.iter_mut().skip(place * lanes).take(lanes).enumerate() {
-                    *to = self.field.get(from.wrapping_add(offset).wrapping_add(2 * (group * lanes + lane))).copied().unwrap_or(T::ZERO);
+                for (to, cell) in gathered.iter_mut().skip(place * V::LANES).zip(&V::PAIRED[..V::LANES]) {
+                    *to = self.field.get(from.wrapping_add(offset).wrapping_add(2 * (group * V::LANES + cell))).copied().unwrap_or(T::ZERO);
                 }
             }
         }
@@ -145,13 +145,14 @@ impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAP
         fill_all::<T, S, V, COUNT, 3>(&self.triples, shift, ahead, gathered);
         fill_all::<T, S, V, COUNT, 2>(&self.pairs, shift, ahead, gathered);
         fill_all::<T, S, V, COUNT, 1>(&self.single, shift, ahead, gathered);
-        self.fill_wrapped::<S>(shift, V::LANES, gathered);
+        self.fill_wrapped::<S, V>(shift, gathered);
     }
 
     #[inline(always)]
-    fn fill_wrapped<S: Space>(&self, shift: usize, lanes: usize, gathered: &mut [T]) {
+    fn fill_wrapped<S: Space, V: Vector<Elem = T>>(&self, shift: usize, gathered: &mut [T]) {
         for number in &self.wrapped {
-            let place = (number.cell / lanes * Gathered::<S>::SIZE + number.place) * lanes + number.cell % lanes;
+            let (group, lane) = (number.cell / V::LANES, V::PAIRED[number.cell % V::LANES]);
+            let place = (group * Gathered::<S>::SIZE + number.place) * V::LANES + lane;
             debug_assert!(place < gathered.len());
             if let (Some(to), Some(&value)) = (gathered.get_mut(place), number.field.get(number.start.wrapping_add(shift))) {
                 *to = value;
@@ -159,13 +160,13 @@ impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAP
         }
     }
 
-    /// Gathers slot 0 for groups of `lanes`, number by number.
+    /// Gathers slot 0 number by number.
     #[inline(never)]
-    fn fill_first<S: Space>(&self, lanes: usize, gathered: &mut [T]) {
-        self.triples.iter().for_each(|row| row.fill_by_numbers::<S>(row.start, lanes, gathered));
-        self.pairs.iter().for_each(|row| row.fill_by_numbers::<S>(row.start, lanes, gathered));
-        self.single.iter().for_each(|row| row.fill_by_numbers::<S>(row.start, lanes, gathered));
-        self.fill_wrapped::<S>(0, lanes, gathered);
+    fn fill_first<S: Space, V: Vector<Elem = T>>(&self, gathered: &mut [T]) {
+        self.triples.iter().for_each(|row| row.fill_by_numbers::<S, V>(row.start, gathered));
+        self.pairs.iter().for_each(|row| row.fill_by_numbers::<S, V>(row.start, gathered));
+        self.single.iter().for_each(|row| row.fill_by_numbers::<S, V>(row.start, gathered));
+        self.fill_wrapped::<S, V>(0, gathered);
     }
 }
 
@@ -222,7 +223,7 @@ impl<'s, T: Real> Gather<'s, T> {
     fn fill_groups<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, k: usize, gathered: &mut [T]) {
         let own_faces = |place: usize| place * V::LANES..(place + S::FACES) * V::LANES;
         if k == 0 {
-            self.given.fill_first::<S>(V::LANES, gathered);
+            self.given.fill_first::<S, V>(gathered);
         } else {
             for group in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES) {
                 group.copy_within(own_faces(Gathered::<S>::V), Gathered::<S>::BEFORE * V::LANES);

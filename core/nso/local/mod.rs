@@ -254,7 +254,7 @@ fn slot_mut<S: Space, V: Vector>(kept: &mut [V::Elem], k: usize) -> &mut [V::Ele
     &mut kept[k * Kept::<S>::SIZE * V::LANES..][..Kept::<S>::SIZE * V::LANES]
 }
 
-/// A few cells of one row, one a lane.
+/// A few cells of one row, one a lane, in the order of [`Vector::load_pairs`].
 struct Group<'s, 'a, T> {
     system: &'s System<'a, T>,
     row: usize,
@@ -273,8 +273,8 @@ impl<T: Real> Group<'_, '_, T> {
     fn fill_header<S: Space, V: Vector<Elem = T>>(&self, header: &mut [T]) {
         let (grid, lanes) = (self.system.grid, V::LANES);
         let [y, z] = grid.row_at(self.row);
-        for l in 0..lanes {
-            let at = [(self.x + 2 * l.min(self.count - 1)), y, z];
+        for (l, &cell) in V::PAIRED.iter().enumerate().take(lanes) {
+            let at = [(self.x + 2 * cell.min(self.count - 1)), y, z];
             let wall = |f: usize| !grid.periodic[f / 2] && at[f / 2] == [0, grid.n[f / 2] - 1][f % 2];
             let walls = (0..S::FACES).fold(0, |code, f| code | usize::from(wall(f)) << f);
             let row = &self.system.table[walls * Place::<S>::SIZE..][..Place::<S>::SIZE];
