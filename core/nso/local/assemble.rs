@@ -5,7 +5,7 @@ use super::factor::triangle;
 use super::gather::Gathered;
 use super::jacobian::{coupled, first_coupled, slopes};
 use super::pace::{Pace, Slow};
-use super::reflection::{ABOVE, BELOW, Place, face};
+use super::reflection::{ABOVE, BELOW, Place, face, reflection};
 use super::{Group, Header, Kept, at, unroll};
 use crate::grid::Space;
 use crate::operators::plaquette::Plaquette;
@@ -150,15 +150,15 @@ impl<T: Real> Group<'_, '_, T> {
             a.swap(BELOW, ABOVE);
             c.swap(BELOW, ABOVE);
         }
+        let u = reflection::<S, V>(header);
         let (mut ua, mut uc) = (zero, zero);
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
-            let u: V = at(header, Place::<S>::REFLECTION + f);
-            (ua, uc) = (ua + u * a[f], uc + u * c[f]);
+            (ua, uc) = (ua + u[f] * a[f], uc + u[f] * c[f]);
         });
         let mut reduced = [[zero; 5]; 2];
         unroll!(i < S::FREE; 0 1 2 3 4; {
-            let u: V = at(header, Place::<S>::REFLECTION + face(i));
-            (reduced[0][i], reduced[1][i]) = (a[face(i)] - u * ua, c[face(i)] - u * uc);
+            let f = face(i);
+            (reduced[0][i], reduced[1][i]) = (a[f] - u[f] * ua, c[f] - u[f] * uc);
         });
         reduced
     }

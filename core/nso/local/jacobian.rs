@@ -1,7 +1,7 @@
 //! The local Jacobian J and the outside-face term O of a cell in one slot, and what the reflection H makes of them.
 
 use super::edge::Edge;
-use super::reflection::{ABOVE, BELOW, Place, face};
+use super::reflection::{ABOVE, BELOW, Place, face, reflection};
 use super::{Group, Header, at, unroll};
 use crate::grid::Space;
 use crate::operators::plaquette::Plaquette;
@@ -165,16 +165,6 @@ impl<V: Vector> Outside<V> {
         });
         block
     }
-}
-
-/// u of all faces.
-#[inline(always)]
-fn reflection<S: Space, V: Vector>(header: &[V::Elem]) -> [V; 6] {
-    let mut u = [at(header, Place::<S>::REFLECTION); 6];
-    unroll!(f < S::FACES; 1 2 3 4 5; {
-        u[f] = at(header, Place::<S>::REFLECTION + f);
-    });
-    u
 }
 
 /// 1 / 4h along both axes of an edge, 0 on walls, and sigma_a and sigma_b, a quarter of the derivatives of omega by the cell's own a- and b-face.

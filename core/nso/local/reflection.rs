@@ -1,8 +1,10 @@
 //! H = 1 - u u^T, the Householder reflection of each combination of walls (Golub & Van Loan, Matrix Computations, section 5.1), and
 //! the normal g that it turns on e_p. p is a face along y, which is free in all cells of a row or in none.
 
+use super::{at, unroll};
 use crate::grid::Space;
 use crate::real::Real;
+use crate::simd::Vector;
 
 /// The faces along y: p is the one below, or above where there is a wall below.
 pub(super) const BELOW: usize = 2;
@@ -65,4 +67,14 @@ pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
 #[inline(always)]
 pub(super) const fn face(i: usize) -> usize {
     if i < BELOW { i } else { i + 1 }
+}
+
+/// u of all faces.
+#[inline(always)]
+pub(super) fn reflection<S: Space, V: Vector>(header: &[V::Elem]) -> [V; 6] {
+    let mut u = [at(header, Place::<S>::REFLECTION); 6];
+    unroll!(f < S::FACES; 1 2 3 4 5; {
+        u[f] = at(header, Place::<S>::REFLECTION + f);
+    });
+    u
 }
