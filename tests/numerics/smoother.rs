@@ -71,7 +71,7 @@ impl<T: Real> Both<T> {
             kappa,
             viscosity: T::from_f64(self.equations.naive.viscosity),
             outside: T::from_f64(outside),
-            slow: Slow { without_jacobian: T::from_f64(slow.without_jacobian), without_outside: T::from_f64(slow.without_outside) },
+            slow: Slow { squares: T::from_f64(slow.squares) },
             v: view(&case.v),
             w: view(&case.w),
             p: &case.p,
@@ -144,9 +144,7 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
     let mut paces = [0; 1 << SLOTS];
     for (n, (grid, coarse)) in list.iter().flat_map(|(cells, ends)| grids(cells, ends)).flat_map(|grid| [(grid, false), (grid, true)]).enumerate() {
         let (kappa, outside, viscosity) = ([1.0, 0.05][n % 2], [2.0, 0.0, 3.0][n % 3], [0.0, 0.0, 0.2][n % 5 % 3] * grid.h[0] * grid.h[0]);
-        let bound = 0.7 * S::DIM as f64;
-        let slow =
-            [Slow { without_jacobian: bound, without_outside: 1.2 * bound }, Slow::AT_REST, Slow { without_jacobian: 0.0, without_outside: bound }][n % 7 % 3];
+        let slow = [Slow { squares: 1.3 * S::DIM as f64 }, Slow::AT_REST][n % 7 % 2];
         let both = Both::<T>::new::<S>(&mut random, &grid, kappa, 1.5, viscosity, coarse);
         let (system, residual) = (both.system(outside, slow), both.equations.residual());
         for row in 0..grid.rows() {
@@ -168,9 +166,9 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
                 let i = random.between(0, cells.count - 1);
                 let at = [start + 2 * i, y, z];
                 let expected = local::changes(&both.equations, &residual, outside, slow, at);
-                if bound == slow.without_jacobian && viscosity == 0.0 {
-                    let courant = local::courant(&both.equations, at);
-                    paces[courant.iter().fold(0, |code, &courant| 2 * code + usize::from(courant > bound))] += 1;
+                if slow.squares > 0.0 && viscosity == 0.0 {
+                    let squares = local::squares(&both.equations, at);
+                    paces[squares.iter().fold(0, |code, &squares| 2 * code + usize::from(squares > slow.squares))] += 1;
                 }
                 let scale = largest(expected.iter().flatten().copied());
                 for (k, expected) in expected.iter().enumerate() {

@@ -4,7 +4,7 @@ use super::edge::Edge;
 use super::factor::triangle;
 use super::gather::Gathered;
 use super::jacobian::{coupled, first_coupled, slopes};
-use super::pace::{Pace, Slow};
+use super::pace::Pace;
 use super::reflection::{ABOVE, BELOW, Place, face, reflection};
 use super::{Group, Header, Kept, at, unroll};
 use crate::grid::Space;
@@ -21,8 +21,8 @@ struct Residuals<V> {
 }
 
 impl<T: Real> Group<'_, '_, T> {
-    /// Residuals, and from them and the Jacobian a, c, M and the diagonal block of slot `k`; where the whole group is slow M is 1, the
-    /// block a constant, and neither is kept.
+    /// Residuals, and from them and the Jacobian a, c, M and the diagonal block of slot `k`; where the whole group is slow M is 1,
+    /// and of the block what it is damped by is kept.
     #[inline(always)]
     pub(super) fn assemble<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], gathered: &[T], k: usize, now: &mut [T]) {
         let (lanes, zero, one) = (V::LANES, V::splat(T::ZERO), V::splat(T::ONE));
@@ -43,9 +43,10 @@ impl<T: Real> Group<'_, '_, T> {
         delta.store(&mut now[(Kept::<S>::NORMAL + 1) * lanes..]);
         normal_a.store(&mut now[(Kept::<S>::NORMAL + 2) * lanes..]);
         normal_c.store(&mut now[(Kept::<S>::NORMAL + 3) * lanes..]);
-        let [fast, very_fast] = if VISCOUS { [one; 2] } else { self.fast::<S, V>(header, gathered) };
+        let [fast, damping] = if VISCOUS { [one, zero] } else { self.pace::<S, V>(header, gathered) };
         if !fast.any_above_zero() {
-            Pace::Slow.keep::<S, V>(now);
+            Pace::<V>::Slow.keep::<S>(now);
+            damping.store(&mut now[Kept::<S>::DAMPING * lanes..]);
             let [right, force] = self.reduce_sides::<S, V>(header, [residuals.a, residuals.c]);
             unroll!(i < S::FREE; 0 1 2 3 4; {
                 (right[i] + force[i]).store(&mut now[(Kept::<S>::RIGHT + i) * lanes..]);
@@ -53,7 +54,7 @@ impl<T: Real> Group<'_, '_, T> {
             });
             return;
         }
-        Pace::Fast.keep::<S, V>(now);
+        Pace::<V>::Fast.keep::<S>(now);
         let mut jacobian = self.jacobian::<S, V, VISCOUS>(header, &plaquettes, fast);
         // J g and J^T g.
         let mut column = [zero; 6];
@@ -77,24 +78,22 @@ impl<T: Real> Group<'_, '_, T> {
             (column[f] + g[f]).store(&mut now[(Kept::<S>::COLUMN + f) * lanes..]);
         });
         let reduced = self.reduce_sides::<S, V>(header, [rest_a, rest_c]);
-        let mut block = [[zero; 5]; 5];
-        if very_fast.any_above_zero() {
-            let mut outside = self.outside::<S, V, VISCOUS>(header, &plaquettes, very_fast);
-            if self.above_wall {
-                outside.flip::<S>();
-            }
-            block = outside.reduce::<S>(header, V::splat(self.system.outside));
-        }
+        let mut outside = self.outside::<S, V, VISCOUS>(header, &plaquettes, fast);
         if self.above_wall {
+            outside.flip::<S>();
             jacobian.flip::<S>();
             row.swap(BELOW, ABOVE);
             column.swap(BELOW, ABOVE);
         }
+        let mut block = outside.reduce::<S>(header, V::splat(self.system.outside));
+        unroll!(i < S::FREE; 0 1 2 3 4; {
+            block[i][i] = block[i][i] + damping;
+        });
         let matrix = jacobian.reduce::<S>(header, [&row, &column]);
         self.keep_block::<S, V>(&matrix, &mut block, reduced, self.diagonal(k), now);
     }
 
-    /// a + M^T c, c, M, and the diagonal block (kappa + 1) + M^T M + omega B^T O B, of which `block` is the last part.
+    /// a + M^T c, c, M, and the diagonal block (kappa + 1) + M^T M + omega B^T O B + damping, of which `block` is the last two parts.
     #[inline(always)]
     fn keep_block<S: Space, V: Vector<Elem = T>>(&self, m: &[[V; 5]; 5], block: &mut [[V; 5]; 5], [mut right, force]: [[V; 5]; 2], diagonal: T, now: &mut [T]) {
         let lanes = V::LANES;
@@ -117,19 +116,17 @@ impl<T: Real> Group<'_, '_, T> {
         });
     }
 
-    /// 1 in cells whose Courant number in the slot, the sum of |g_f v_f| / 2 over their faces, is above that of slow ones, 0 elsewhere;
-    /// and so for what has no outside-face term.
+    /// 1 in cells that are fast in the slot, 0 elsewhere; and what slow ones are damped by, the sum of (g_f v_f)^2 over their faces.
     #[inline(always)]
-    fn fast<S: Space, V: Vector<Elem = T>>(&self, header: &[T], gathered: &[T]) -> [V; 2] {
+    fn pace<S: Space, V: Vector<Elem = T>>(&self, header: &[T], gathered: &[T]) -> [V; 2] {
         let (zero, one) = (V::splat(T::ZERO), V::splat(T::ONE));
-        let mut through = zero;
+        let mut squares = zero;
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
-            let flux = at::<V>(header, Place::<S>::NORMAL + f) * at::<V>(gathered, Gathered::<S>::V + f);
-            through = through + flux.max(-flux);
+            let speed = at::<V>(header, Place::<S>::NORMAL + f) * at::<V>(gathered, Gathered::<S>::V + f);
+            squares = squares + speed * speed;
         });
-        let (two, Slow { without_jacobian, without_outside }) = (T::from_f64(2.0), self.system.slow);
-        let (fast, very_fast) = (through - V::splat(two * without_jacobian), through - V::splat(two * without_outside));
-        [fast.select(one, zero), very_fast.select(one, zero)]
+        let fast = squares - V::splat(self.system.slow.squares);
+        [fast.select(one, zero), fast.select(zero, squares)]
     }
 
     /// What kappa and the changes' own derivatives in time add to M^T M on the diagonal in slot `k`.

@@ -58,7 +58,7 @@ impl<T: Real> Group<'_, '_, T> {
             dv.swap(BELOW, ABOVE);
             dw.swap(BELOW, ABOVE);
         }
-        let fast = Pace::of::<S, V>(now).is_fast();
+        let fast = Pace::<V>::of::<S>(now).is_fast();
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let g: V = at(header, Place::<S>::NORMAL + f);
             (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);

@@ -24,7 +24,7 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
     let before = if k > 0 { Some(&before[(k - 1) * size..][..size]) } else { None };
     let next = if k + 1 < slots { Some(&after[..size]) } else { None };
     let lower = &mut lower[..super::lower::<S>() * lanes];
-    let slow = !Pace::of::<S, V>(now).is_fast();
+    let slow = !Pace::<V>::of::<S>(now).is_fast();
     let mut right = [zero; 5];
     unroll!(i < S::FREE; 0 1 2 3 4; {
         right[i] = at::<V>(now, Kept::<S>::RIGHT + i);
@@ -32,23 +32,25 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
             right[i] = right[i] - at::<V>(next, Kept::<S>::FORCE + i);
         }
     });
-    let reciprocal = match before.map(Pace::of::<S, V>) {
-        None => Some(T::ZERO),
+    let reciprocal = match before.map(Pace::<V>::of::<S>) {
+        None => Some(zero),
         Some(Pace::Still(reciprocal)) => Some(reciprocal),
         Some(_) => None,
     };
+    // The diagonal of a slow cell, of which what it is damped by is kept.
+    let of_slow = at::<V>(now, Kept::<S>::DAMPING) + V::splat(T::ONE) + V::splat(diagonal);
     if let Some(of_before) = reciprocal.filter(|_| slow) {
-        let reciprocal = T::ONE / (T::ONE + diagonal - of_before);
-        Pace::Still(reciprocal).keep::<S, V>(now);
+        let reciprocal = (of_slow - of_before).recip();
+        Pace::Still(reciprocal).keep::<S>(now);
         unroll!(i < S::FREE; 0 1 2 3 4; {
             if let Some(before) = before {
                 right[i] = right[i] + at::<V>(before, Kept::<S>::RIGHT + i);
             }
-            (right[i] * V::splat(reciprocal)).store(&mut now[(Kept::<S>::RIGHT + i) * lanes..]);
+            (right[i] * reciprocal).store(&mut now[(Kept::<S>::RIGHT + i) * lanes..]);
         });
-        if let Some(next) = next.filter(|next| Pace::of::<S, V>(next).is_fast()) {
+        if let Some(next) = next.filter(|next| Pace::<V>::of::<S>(next).is_fast()) {
             unroll!(i < S::FREE; 0 1 2 3 4; {
-                V::splat(reciprocal).store(&mut now[(Kept::<S>::FACTOR + triangle(i, i)) * lanes..]);
+                reciprocal.store(&mut now[(Kept::<S>::FACTOR + triangle(i, i)) * lanes..]);
                 unroll!(j < S::FREE; 0 1 2 3 4; {
                     (-at::<V>(next, Kept::<S>::MATRIX + i * S::FREE + j)).store(&mut lower[(i * S::FREE + j) * lanes..]);
                 });
@@ -59,7 +61,7 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
     let mut l = [[zero; 5]; 5];
     if slow {
         unroll!(i < S::FREE; 0 1 2 3 4; {
-            l[i][i] = V::splat(T::ONE + diagonal);
+            l[i][i] = of_slow;
         });
     } else {
         unroll!(i < S::FREE; 0 1 2 3 4; {
@@ -97,7 +99,7 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
         });
     });
     let Some(next) = next else { return };
-    if Pace::of::<S, V>(next).is_fast() {
+    if Pace::<V>::of::<S>(next).is_fast() {
         unroll!(column < S::FREE; 0 1 2 3 4; {
             let mut x = [zero; 5];
             unroll!(i < S::FREE; 0 1 2 3 4; {
@@ -151,9 +153,9 @@ fn absorb<S: Space, V: Vector, const TRIANGLE: bool>(before: &[V::Elem], lower: 
 #[inline(always)]
 pub(super) fn solve_factor<T: Real, S: Space, V: Vector<Elem = T>>(now: &[T], image: &[V; 5]) -> [V; 5] {
     let (mut l, mut y) = ([[image[0]; 5]; 5], *image);
-    if let Pace::Still(reciprocal) = Pace::of::<S, V>(now) {
+    if let Pace::Still(reciprocal) = Pace::<V>::of::<S>(now) {
         unroll!(i < S::FREE; 0 1 2 3 4; {
-            y[i] = V::splat(reciprocal) * y[i] + at::<V>(now, Kept::<S>::RIGHT + i);
+            y[i] = reciprocal * y[i] + at::<V>(now, Kept::<S>::RIGHT + i);
         });
         return y;
     }
@@ -180,7 +182,7 @@ pub(super) fn solve_factor<T: Real, S: Space, V: Vector<Elem = T>>(now: &[T], im
 #[inline(always)]
 pub(super) fn times_m<T: Real, S: Space, V: Vector<Elem = T>>(now: &[T], y: &[V; 5]) -> [V; 5] {
     let mut image = *y;
-    if !Pace::of::<S, V>(now).is_fast() {
+    if !Pace::<V>::of::<S>(now).is_fast() {
         return image;
     }
     unroll!(i < S::FREE; 0 1 2 3 4; {

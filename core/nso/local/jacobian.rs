@@ -34,18 +34,13 @@ impl<T: Real> Group<'_, '_, T> {
         Jacobian(j)
     }
 
-    /// O, edge by edge, 0 where `very_fast` is 0.
+    /// O, edge by edge, 0 where `fast` is 0.
     #[inline(always)]
-    pub(super) fn outside<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
-        &self,
-        header: &[T],
-        plaquettes: &[Plaquette<V>; 12],
-        very_fast: V,
-    ) -> Outside<V> {
+    pub(super) fn outside<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], plaquettes: &[Plaquette<V>; 12], fast: V) -> Outside<V> {
         let mut o = [[V::splat(T::ZERO); 6]; 6];
         unroll!(e < S::EDGES; 0 1 2 3 4 5 6 7 8 9 10 11; {
             let (fa, fb) = (Edge::new::<S>(e).face_a(), Edge::new::<S>(e).face_b());
-            let [[aa, ab], [ba, bb]] = self.rows::<S, V, VISCOUS>(header, plaquettes, e, very_fast).outside;
+            let [[aa, ab], [ba, bb]] = self.rows::<S, V, VISCOUS>(header, plaquettes, e, fast).outside;
             o[fa][fa] = o[fa][fa] + (aa * aa + ba * ba);
             o[fb][fb] = o[fb][fb] + (ab * ab + bb * bb);
             o[fa.max(fb)][fa.min(fb)] = aa * ab + ba * bb;

@@ -15,7 +15,7 @@
 //! H is a Householder reflection, so B^T X B is X after two changes of rank 1.
 //!
 //! A slot is worked on in four steps, each for a few groups of cells: `gather` what its equations read, `assemble` its block, `factor`
-//! the block before; and on the way back its `changes`. Where the flow is slow J or O are left out (`pace`).
+//! the block before; and on the way back its `changes`. Where the flow is slow J and O are left out (`pace`).
 
 mod assemble;
 mod changes;
@@ -66,6 +66,8 @@ impl<S: Space> Kept<S> {
     const COLUMN: usize = Self::ROW + S::FACES;
     const NORMAL: usize = Self::COLUMN + S::FACES;
     const PACE: usize = Self::NORMAL + 4;
+    /// Of a slow slot, until it has factors.
+    const DAMPING: usize = Self::FACTOR;
     const SIZE: usize = Self::PACE + 1;
 }
 

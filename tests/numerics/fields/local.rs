@@ -68,6 +68,15 @@ fn outside(problem: &Equations, k: usize, faces: &[Face]) -> Vec<Vec<f64>> {
     sum
 }
 
+/// `by` on the diagonal.
+fn damping(by: f64, faces: &[Face]) -> Vec<Vec<f64>> {
+    (0..faces.len()).map(|i| (0..faces.len()).map(|j| if i == j { by } else { 0.0 }).collect()).collect()
+}
+
+fn scaled(by: f64, matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    matrix.iter().map(|row| row.iter().map(|x| by * x).collect()).collect()
+}
+
 /// P O P with P the projection onto changes that keep the cell's divergence.
 fn tangential(o: &[Vec<f64>], faces: &[Face]) -> Vec<Vec<f64>> {
     let squared: f64 = faces.iter().map(|f| f.normal * f.normal).sum();
@@ -77,26 +86,26 @@ fn tangential(o: &[Vec<f64>], faces: &[Face]) -> Vec<Vec<f64>> {
     (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
 }
 
-/// The Courant number of the cell at `at` in each slot.
-pub fn courant(problem: &Equations, at: [usize; 3]) -> Vec<f64> {
+/// The sum of (v_f / h)^2 over the faces of the cell at `at` in each slot.
+pub fn squares(problem: &Equations, at: [usize; 3]) -> Vec<f64> {
     let faces = faces(&problem.naive, at);
-    problem.v.iter().map(|v| faces.iter().map(|f| (f.normal * v[f.axis][problem.naive.id(f.at)]).abs() / 2.0).sum()).collect()
+    problem.v.iter().map(|v| faces.iter().map(|f| (f.normal * v[f.axis][problem.naive.id(f.at)]).powi(2)).sum()).collect()
 }
 
-/// The changes of the cell at `at`: for each slot dv and dw at its faces, dp and dpbar. J and O are left out of slots in which the
-/// cell is slow.
+/// The changes of the cell at `at`: for each slot dv and dw at its faces, dp and dpbar. In slots in which the cell is slow, J and O are left
+/// out, and changes that keep its divergence are damped.
 pub fn changes(problem: &Equations, residual: &Residual, weight: f64, slow: Slow<f64>, at: [usize; 3]) -> Vec<Vec<f64>> {
     let (naive, slots) = (&problem.naive, problem.v.len());
     let faces = faces(naive, at);
     let (n, size) = (faces.len(), 2 * faces.len() + 2);
     let mut matrix = vec![vec![0.0; size * slots]; size * slots];
     let mut right = vec![0.0; size * slots];
-    let courant = courant(problem, at);
+    let squares = squares(problem, at);
     for k in 0..slots {
-        let above = |bound: f64| if courant[k] > bound || naive.viscosity > 0.0 { 1.0 } else { 0.0 };
-        let scaled = |x: Vec<Vec<f64>>, by: f64| -> Vec<Vec<f64>> { x.iter().map(|row| row.iter().map(|x| by * x).collect()).collect() };
-        let j = scaled(jacobian(problem, k, &faces), above(slow.without_jacobian));
-        let o = scaled(tangential(&outside(problem, k, &faces), &faces), above(slow.without_outside));
+        let is_slow = squares[k] <= slow.squares && naive.viscosity == 0.0;
+        let j = if is_slow { vec![vec![0.0; n]; n] } else { jacobian(problem, k, &faces) };
+        let o = if is_slow { damping(squares[k], &faces) } else { scaled(weight, &outside(problem, k, &faces)) };
+        let o = tangential(&o, &faces);
         let (v, w, p, pbar) = (k * size, k * size + n, k * size + 2 * n, k * size + 2 * n + 1);
         for (f, face) in faces.iter().enumerate() {
             let (a, c, i) = (v + f, w + f, naive.id(face.at));
@@ -114,7 +123,7 @@ pub fn changes(problem: &Equations, residual: &Residual, weight: f64, slow: Slow
                 matrix[c][v + f - size] = -1.0;
             }
             for e in 0..n {
-                matrix[a][v + e] += weight * o[f][e];
+                matrix[a][v + e] += o[f][e];
                 matrix[a][w + e] += j[e][f];
                 matrix[c][v + e] += j[f][e];
             }
