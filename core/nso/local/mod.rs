@@ -15,7 +15,7 @@
 //! H is a Householder reflection, so B^T X B is X after two changes of rank 1.
 //!
 //! A slot is worked on in four steps, each for a few groups of cells: `gather` what its equations read, `assemble` its block, `factor`
-//! the block before; and on the way back its `changes`. Where the flow is slow J and O are left out (`pace`).
+//! the block before; and on the way back its `changes`. Where the flow is slow a damping takes the place of J and O (`pace`).
 
 mod assemble;
 mod changes;
