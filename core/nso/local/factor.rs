@@ -37,10 +37,10 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
         Some(Pace::Still(reciprocal)) => Some(reciprocal),
         Some(_) => None,
     };
-    // The diagonal of a slow cell, of which what it is damped by is kept.
-    let of_slow = at::<V>(now, Kept::<S>::DAMPING) + V::splat(T::ONE) + V::splat(diagonal);
+    // The diagonal of a slow slot, of which only what it is damped by is kept.
+    let of_slow = |now: &[T]| at::<V>(now, Kept::<S>::DAMPING) + V::splat(T::ONE) + V::splat(diagonal);
     if let Some(of_before) = reciprocal.filter(|_| slow) {
-        let reciprocal = (of_slow - of_before).recip();
+        let reciprocal = (of_slow(now) - of_before).recip();
         Pace::Still(reciprocal).keep::<S>(now);
         unroll!(i < S::FREE; 0 1 2 3 4; {
             if let Some(before) = before {
@@ -60,6 +60,7 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
     }
     let mut l = [[zero; 5]; 5];
     if slow {
+        let of_slow = of_slow(now);
         unroll!(i < S::FREE; 0 1 2 3 4; {
             l[i][i] = of_slow;
         });

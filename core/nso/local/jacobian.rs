@@ -34,7 +34,7 @@ impl<T: Real> Group<'_, '_, T> {
         Jacobian(j)
     }
 
-    /// O, edge by edge, 0 where `fast` is 0.
+    /// O, edge by edge, 0 where `fast` is 0. In one pass with J the smoother's frame with AVX-512 would be 3,200 bytes longer.
     #[inline(always)]
     pub(super) fn outside<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], plaquettes: &[Plaquette<V>; 12], fast: V) -> Outside<V> {
         let mut o = [[V::splat(T::ZERO); 6]; 6];

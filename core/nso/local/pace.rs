@@ -12,7 +12,7 @@ use crate::grid::Space;
 use crate::real::Real;
 use crate::simd::Vector;
 
-/// The bound for any kappa.
+/// What the bound is at most, whatever kappa: from a speed of 0.8 cells a step on, factors grow.
 const MOST: f64 = 1.3;
 
 /// Up to where the smoother leaves terms out.
