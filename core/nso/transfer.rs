@@ -3,7 +3,7 @@
 
 use super::level::{LevelMut, Weights};
 use super::residual;
-use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::exec::{Exec, Planes, RowBuffers, for_rows, for_rows_across};
 use crate::field::transfer::{Move, Place, along};
 use crate::field::{Block, rows};
 use crate::grid::levels::{Tables, Transfer};
@@ -15,7 +15,7 @@ fn place_of(field: usize) -> Place {
     if field < 6 { Place::Face(field % 3) } else { Place::Cell }
 }
 
-/// Fine planes that a coarse plane collects from, at most.
+/// Fine planes whose residuals wait, and that a coarse plane collects from, at most.
 const NEAR: usize = 8;
 
 /// Numbers of scratch for any transfer from `fine`, and for its norm: rows of a block for each thread, and residuals that wait.
@@ -107,19 +107,21 @@ pub fn restrict_residual<T: Real, S: Space>(
     for block in Block::all(system.grid, weights.slots) {
         let coarse_block = Block { grid, ..block };
         let (a_row, a_plane) = (residual::rows_of::<S>() * block.len(), system.grid.rows_per_plane());
-        let mut start = 0;
+        let room = NEAR.min(system.grid.planes());
+        let waiting = &mut waiting[..room * a_plane * a_row];
+        let (mut start, mut known) = (0, None);
         while start < grid.planes() {
-            let window = Window::new(tables, system.grid, grid, start, waiting.len() / (a_row * a_plane));
-            let rows = window.count * a_plane;
-            let waiting = &mut waiting[..rows * a_row];
-            for_rows(exec, rows, 0..rows, RowBuffers { fields: [&mut *waiting], sums: &mut [], scratch: &mut *scratch }, |task| {
+            let window = Window::new(tables, system.grid, grid, start, room);
+            let fresh = window.fresh(known);
+            let buffers = RowBuffers { fields: [&mut *waiting], sums: &mut [], scratch: &mut *scratch };
+            for_rows_across(exec, room * a_plane, a_plane, window.places(fresh), buffers, |task| {
                 let [numbers] = task.fields;
-                let row = window.plane(task.row / a_plane) * a_plane + task.row % a_plane;
+                let row = window.plane_at(fresh, task.row / a_plane) * a_plane + task.row % a_plane;
                 residual::of_block::<T, S>(&system, &block, row, &mut residual::Rows::new::<S>(block.len(), numbers), task.scratch);
             });
             let waiting = Waiting { numbers: waiting, window: &window, block: &block };
             let buffers = RowBuffers { fields: fields.each_mut().map(|field| &mut **field), sums: &mut [], scratch: &mut *scratch };
-            for_rows(exec, grid.rows(), start * grid.rows_per_plane()..window.end * grid.rows_per_plane(), buffers, |mut task| {
+            for_rows_across(exec, grid.rows(), grid.rows_per_plane(), Planes::of(start..window.end), buffers, |mut task| {
                 let mut out = task.fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[coarse_block.span_in_row()] });
                 waiting.collect::<S>(tables, grid, task.row, task.scratch, &mut out);
                 let (numbers, work) = task.scratch.split_at_mut(residual::rows_of::<S>() * coarse_block.len());
@@ -129,18 +131,22 @@ pub fn restrict_residual<T: Real, S: Space>(
                     rows::sub(out, minus_left);
                 }
             });
-            start = window.end;
+            (start, known) = (window.end, Some(window.first + window.count as isize));
         }
     }
 }
 
-/// The fine planes that some coarse planes collect from, one after the other; the first may follow the last of a periodic axis.
+/// The fine planes that some coarse planes collect from, one after the other, in a ring of places; those before plane 0 and behind the last are
+/// on the other side of a periodic axis.
 struct Window {
     /// Behind the last coarse plane.
     end: usize,
-    first: usize,
+    first: isize,
     count: usize,
+    /// Fine planes in all.
     planes: usize,
+    /// Places of the ring.
+    room: usize,
 }
 
 impl Window {
@@ -148,7 +154,7 @@ impl Window {
     fn new<T: Real>(tables: &Tables<'_, T>, fine: &Grid, coarse: &Grid, start: usize, room: usize) -> Self {
         let planes = fine.planes();
         let centre = |plane: usize| plane * planes / coarse.planes();
-        let mut window = Self { end: start, first: 0, count: 0, planes };
+        let mut window = Self { end: start, first: 0, count: 0, planes, room };
         let (mut low, mut high) = (isize::MAX, isize::MIN);
         while window.end < coarse.planes() {
             for (plane, _) in near(tables, fine.dims - 1, window.end) {
@@ -161,20 +167,34 @@ impl Window {
             if window.count > 0 && count > room {
                 break;
             }
-            window = Self { end: window.end + 1, first: (centre(start) as isize + low).rem_euclid(planes as isize) as usize, count, planes };
+            window = Self { end: window.end + 1, first: centre(start) as isize + low, count, ..window };
         }
         debug_assert!(window.count <= room);
         window
     }
 
-    /// The fine plane at a place.
-    fn plane(&self, place: usize) -> usize {
-        (self.first + place) % self.planes
+    /// Those that are not in the ring yet, where all before `known` are that the ring has room for: the first and how many.
+    fn fresh(&self, known: Option<isize>) -> (isize, usize) {
+        let end = self.first + self.count as isize;
+        let first = known.map_or(self.first, |known| known.clamp(self.first, end));
+        (first, (end - first) as usize)
+    }
+
+    /// The places of some of them.
+    fn places(&self, (first, count): (isize, usize)) -> Planes {
+        Planes { count, first: first.rem_euclid(self.room as isize) as usize, size: self.room, offset: 0 }
+    }
+
+    /// Which of some of them is at a place.
+    fn plane_at(&self, (first, _): (isize, usize), place: usize) -> usize {
+        let ahead = (place as isize - first).rem_euclid(self.room as isize);
+        (first + ahead).rem_euclid(self.planes as isize) as usize
     }
 
     /// The place of a fine plane.
     fn place(&self, plane: usize) -> usize {
-        (plane + self.planes - self.first) % self.planes
+        let ahead = (plane as isize - self.first).rem_euclid(self.planes as isize);
+        (self.first + ahead).rem_euclid(self.room as isize) as usize
     }
 }
 
