@@ -237,9 +237,8 @@ impl<'m, T: Real> Tables<'m, T> {
     /// Adds tap `slot` of some numbers of a row, whose sources `from` begins with.
     fn add_by_position(&self, transfer: Transfer, slot: usize, from: &[T], span: Range<usize>, out: &mut [T]) {
         let (index, weight) = self.along_x(transfer, slot);
-        let (Some(out), Some(index), Some(weight)) = (out.get_mut(span.clone()), index.get(span.clone()), weight.get(span)) else { return };
-        for ((o, &i), &w) in out.iter_mut().zip(index).zip(weight) {
-            *o += w * from[i as usize];
+        for i in span {
+            out[i] += weight[i] * from[index[i] as usize];
         }
     }
 

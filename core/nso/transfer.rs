@@ -9,6 +9,7 @@ use crate::field::{Block, rows};
 use crate::grid::levels::{Tables, Transfer};
 use crate::grid::{Grid, Space};
 use crate::real::Real;
+use core::ops::Range;
 
 /// The places of [`super::level::State::fields`].
 fn place_of(field: usize) -> Place {
@@ -109,14 +110,14 @@ pub fn restrict_residual<T: Real, S: Space>(
         let (a_row, a_plane) = (residual::rows_of::<S>() * block.len(), system.grid.rows_per_plane());
         let room = NEAR.min(system.grid.planes());
         let waiting = &mut waiting[..room * a_plane * a_row];
-        let (mut start, mut known) = (0, None);
+        let (mut start, mut known) = (0, isize::MIN);
         while start < grid.planes() {
             let window = Window::new(tables, system.grid, grid, start, room);
             let fresh = window.fresh(known);
             let buffers = RowBuffers { fields: [&mut *waiting], sums: &mut [], scratch: &mut *scratch };
-            for_rows_across(exec, room * a_plane, a_plane, window.places(fresh), buffers, |task| {
+            for_rows_across(exec, room * a_plane, a_plane, window.places(&fresh), buffers, |task| {
                 let [numbers] = task.fields;
-                let row = window.plane_at(fresh, task.row / a_plane) * a_plane + task.row % a_plane;
+                let row = window.plane_at(&fresh, task.row / a_plane) * a_plane + task.row % a_plane;
                 residual::of_block::<T, S>(&system, &block, row, &mut residual::Rows::new::<S>(block.len(), numbers), task.scratch);
             });
             let waiting = Waiting { numbers: waiting, window: &window, block: &block };
@@ -131,7 +132,7 @@ pub fn restrict_residual<T: Real, S: Space>(
                     rows::sub(out, minus_left);
                 }
             });
-            (start, known) = (window.end, Some(window.first + window.count as isize));
+            (start, known) = (window.end, window.fine.end);
         }
     }
 }
@@ -141,8 +142,7 @@ pub fn restrict_residual<T: Real, S: Space>(
 struct Window {
     /// Behind the last coarse plane.
     end: usize,
-    first: isize,
-    count: usize,
+    fine: Range<isize>,
     /// Fine planes in all.
     planes: usize,
     /// Places of the ring.
@@ -154,7 +154,7 @@ impl Window {
     fn new<T: Real>(tables: &Tables<'_, T>, fine: &Grid, coarse: &Grid, start: usize, room: usize) -> Self {
         let planes = fine.planes();
         let centre = |plane: usize| plane * planes / coarse.planes();
-        let mut window = Self { end: start, first: 0, count: 0, planes, room };
+        let mut window = Self { end: start, fine: 0..0, planes, room };
         let (mut low, mut high) = (isize::MAX, isize::MIN);
         while window.end < coarse.planes() {
             for (plane, _) in near(tables, fine.dims - 1, window.end) {
@@ -164,37 +164,36 @@ impl Window {
                 (low, high) = (low.min(from_start), high.max(from_start));
             }
             let count = planes.min((high - low + 1) as usize);
-            if window.count > 0 && count > room {
+            if !window.fine.is_empty() && count > room {
                 break;
             }
-            window = Self { end: window.end + 1, first: centre(start) as isize + low, count, ..window };
+            let first = centre(start) as isize + low;
+            window = Self { end: window.end + 1, fine: first..first + count as isize, ..window };
         }
-        debug_assert!(window.count <= room);
+        debug_assert!(window.fine.len() <= room);
         window
     }
 
-    /// Those that are not in the ring yet, where all before `known` are that the ring has room for: the first and how many.
-    fn fresh(&self, known: Option<isize>) -> (isize, usize) {
-        let end = self.first + self.count as isize;
-        let first = known.map_or(self.first, |known| known.clamp(self.first, end));
-        (first, (end - first) as usize)
+    /// Those that are not in the ring yet, where the last ones before `known` are.
+    fn fresh(&self, known: isize) -> Range<isize> {
+        known.clamp(self.fine.start, self.fine.end)..self.fine.end
     }
 
     /// The places of some of them.
-    fn places(&self, (first, count): (isize, usize)) -> Planes {
-        Planes { count, first: first.rem_euclid(self.room as isize) as usize, size: self.room, offset: 0 }
+    fn places(&self, fine: &Range<isize>) -> Planes {
+        Planes { count: fine.len(), first: fine.start.rem_euclid(self.room as isize) as usize, size: self.room, offset: 0 }
     }
 
     /// Which of some of them is at a place.
-    fn plane_at(&self, (first, _): (isize, usize), place: usize) -> usize {
-        let ahead = (place as isize - first).rem_euclid(self.room as isize);
-        (first + ahead).rem_euclid(self.planes as isize) as usize
+    fn plane_at(&self, fine: &Range<isize>, place: usize) -> usize {
+        let ahead = (place as isize - fine.start).rem_euclid(self.room as isize);
+        (fine.start + ahead).rem_euclid(self.planes as isize) as usize
     }
 
     /// The place of a fine plane.
     fn place(&self, plane: usize) -> usize {
-        let ahead = (plane as isize - self.first).rem_euclid(self.planes as isize);
-        (self.first + ahead).rem_euclid(self.room as isize) as usize
+        let ahead = (plane as isize - self.fine.start).rem_euclid(self.planes as isize);
+        (self.fine.start + ahead).rem_euclid(self.room as isize) as usize
     }
 }
 
