@@ -237,8 +237,9 @@ impl<'m, T: Real> Tables<'m, T> {
     /// Adds tap `slot` of some numbers of a row, whose sources `from` begins with.
     fn add_by_position(&self, transfer: Transfer, slot: usize, from: &[T], span: Range<usize>, out: &mut [T]) {
         let (index, weight) = self.along_x(transfer, slot);
-        for i in span {
-            out[i] += weight[i] * from[index[i] as usize];
+        let (index, weight) = (index.get(span.clone()).unwrap_or_default(), weight.get(span.clone()).unwrap_or_default());
+        for ((o, &i), &w) in out.get_mut(span).unwrap_or_default().iter_mut().zip(index).zip(weight) {
+            *o += w * from[i as usize];
         }
     }
 

@@ -176,25 +176,28 @@ impl Window {
 
     /// Those that are not in the ring yet, where the last ones before `known` are.
     fn fresh(&self, known: isize) -> Range<isize> {
-        known.clamp(self.fine.start, self.fine.end)..self.fine.end
+        known.max(self.fine.start).min(self.fine.end)..self.fine.end
     }
 
     /// The places of some of them.
     fn places(&self, fine: &Range<isize>) -> Planes {
-        Planes { count: fine.len(), first: fine.start.rem_euclid(self.room as isize) as usize, size: self.room, offset: 0 }
+        Planes { count: fine.len(), first: around(fine.start, self.room), size: self.room, offset: 0 }
     }
 
     /// Which of some of them is at a place.
     fn plane_at(&self, fine: &Range<isize>, place: usize) -> usize {
-        let ahead = (place as isize - fine.start).rem_euclid(self.room as isize);
-        (fine.start + ahead).rem_euclid(self.planes as isize) as usize
+        around(fine.start + around(place as isize - fine.start, self.room) as isize, self.planes)
     }
 
     /// The place of a fine plane.
     fn place(&self, plane: usize) -> usize {
-        let ahead = (plane as isize - self.fine.start).rem_euclid(self.planes as isize);
-        (self.fine.start + ahead).rem_euclid(self.room as isize) as usize
+        around(self.fine.start + around(plane as isize - self.fine.start, self.planes) as isize, self.room)
     }
+}
+
+/// Number `i` of a circle of `count`.
+fn around(i: isize, count: usize) -> usize {
+    i.rem_euclid(count as isize) as usize
 }
 
 /// A fine row near a coarse one along one axis, with the weights of cells, of faces across and of faces along the axis.
