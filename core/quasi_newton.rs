@@ -146,7 +146,7 @@ impl QuasiNewton {
     /// direction = -H g; <g, direction>.
     ///
     /// The two loops of algorithm 7.4 run over the inner products alone, so that all fields are read once: with q = g - sum a_j y_j
-    /// and z = P y, H g = scale (P g - sum a_j z_j) + sum (a_i - b_i) s_i.
+    /// and z = P y, H g = scale (P g - sum a_j z_j) + sum (a_i - b_i) s_i. One component at a time, for fewer streams from memory.
     pub fn descend<T: Real>(&mut self, exec: &dyn Exec, shape: Shape<'_>, fields: &mut Fields<'_, T>) -> f64 {
         let (pairs, scale) = (&self.pairs, self.scale);
         let mut away = [0.0; MAX_PAIRS];
@@ -169,16 +169,19 @@ impl QuasiNewton {
         self.slope = weights.iter().fold(-scale * self.norm, |sum, (pair, s, z)| sum + s * pair.gradient.s + z * pair.gradient.z);
         let mut direction = core::mem::take(&mut fields[self.direction]);
         let Shape { grid, slots } = shape;
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(&mut direction), sums: &mut [], scratch: &mut [] }, |task| {
-            let row = |field: usize, axis: usize| sums::row(grid, slots, &*fields[field][axis], task.row);
-            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                rows::scale(out, T::from_f64(-scale), row(self.preconditioned, axis));
-                for &(pair, s, z) in &weights {
-                    rows::add_scaled(out, T::from_f64(s), row(pair.s, axis));
-                    rows::add_scaled(out, T::from_f64(z), row(pair.z, axis));
+        for (axis, out) in direction.iter_mut().enumerate().take(grid.dims) {
+            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [out], sums: &mut [], scratch: &mut [] }, |task| {
+                let [out] = task.fields;
+                for (out, piece) in out.chunks_mut(rows::PIECE).zip(rows::pieces(slots * grid.n[0])) {
+                    let of = |field: usize| sums::row(grid, slots, &*fields[field][axis], task.row).get(piece.clone()).unwrap_or_default();
+                    rows::scale(out, T::from_f64(-scale), of(self.preconditioned));
+                    for &(pair, s, z) in &weights {
+                        rows::add_scaled(out, T::from_f64(s), of(pair.s));
+                        rows::add_scaled(out, T::from_f64(z), of(pair.z));
+                    }
                 }
-            }
-        });
+            });
+        }
         fields[self.direction] = direction;
         self.slope
     }
@@ -241,7 +244,7 @@ impl QuasiNewton {
     }
 
     /// The new gradient's inner products with s and z of every pair, with P times itself, with the step, which becomes s, and with the
-    /// preconditioned gradient before, which becomes z; the last two only with a step.
+    /// preconditioned gradient before, which becomes z; the last two only with a step. One component at a time, as in [`Self::descend`].
     fn products<T: Real>(
         &self,
         exec: &dyn Exec,
@@ -260,25 +263,30 @@ impl QuasiNewton {
             Some(_) => [self.direction, self.preconditioned].map(|field| core::mem::take(&mut fields[field])),
             None => Default::default(),
         };
-        let ([i0, i1, i2], [s0, s1, s2], [z0, z1, z2]) = (reborrow(&mut image), reborrow(&mut s), reborrow(&mut z));
-        let buffers = RowBuffers { fields: [i0, i1, i2, s0, s1, s2, z0, z1, z2], sums: &mut *sums, scratch: &mut [] };
-        for_rows(exec, rows, 0..rows, buffers, |task| {
-            let row = |field: usize, axis: usize| sums::row(grid, slots, &*fields[field][axis], task.row);
-            let [i0, i1, i2, s0, s1, s2, z0, z1, z2] = task.fields;
-            task.sums.fill(0.0);
-            for (axis, (image, s, z)) in [(i0, s0, z0), (i1, s1, z1), (i2, s2, z2)].into_iter().enumerate().take(grid.dims) {
-                let gradient = row(borrowed.gradient, axis);
-                rows::scale(image, T::from_f64(initial.scale), gradient);
+        sums.fill(0.0);
+        for (axis, ((image, s), z)) in image.iter_mut().zip(&mut s).zip(&mut z).enumerate().take(grid.dims) {
+            for_rows(exec, rows, 0..rows, RowBuffers { fields: [image, s, z], sums: &mut *sums, scratch: &mut [] }, |task| {
+                let row = |field: usize| sums::row(grid, slots, &*fields[field][axis], task.row);
+                let [image, s, z] = task.fields;
+                rows::scale(image, T::from_f64(initial.scale), row(borrowed.gradient));
                 if let Some(line) = &initial.line {
                     line.solve(image, grid.n[0]);
                 }
-                rows::scale_in_place(s, T::from_f64(step.unwrap_or_default()));
-                let of_pairs = self.pairs.iter().flat_map(|pair| [pair.s, pair.z]).map(|field| rows::dot(row(field, axis), gradient));
-                let others = [rows::dot(image, gradient), rows::dot(s, gradient), rows::dot(z, gradient)];
-                task.sums.iter_mut().zip(of_pairs.chain(others)).for_each(|(sum, product)| *sum += product);
-                rows::combine(z, -T::ONE, image);
-            }
-        });
+                let mut lanes = [[0.0; rows::LANES]; 2 * MAX_PAIRS + 3];
+                for piece in rows::pieces(image.len()) {
+                    let of = |field: usize| row(field).get(piece.clone()).unwrap_or_default();
+                    let image = image.get(piece.clone()).unwrap_or_default();
+                    let [s, z] = [&mut *s, &mut *z].map(|row| row.get_mut(piece.clone()).unwrap_or_default());
+                    rows::scale_in_place(s, T::from_f64(step.unwrap_or_default()));
+                    let of_pairs = self.pairs.iter().flat_map(|pair| [pair.s, pair.z]).map(of);
+                    for (lanes, factor) in lanes.iter_mut().zip(of_pairs.chain([image, s, z])) {
+                        rows::add_products(lanes, factor, of(borrowed.gradient));
+                    }
+                    rows::combine(z, -T::ONE, image);
+                }
+                task.sums.iter_mut().zip(&lanes).for_each(|(sum, lanes)| *sum += lanes.iter().sum::<f64>());
+            });
+        }
         fields[borrowed.work] = image;
         if step.is_some() {
             (fields[self.direction], fields[self.preconditioned]) = (s, z);

@@ -2,6 +2,7 @@
 
 use crate::real::Real;
 use crate::simd::multiversion;
+use core::ops::Range;
 
 multiversion! {
     /// `out += x`.
@@ -137,21 +138,38 @@ multiversion! {
     }
 }
 
+/// The sum of products.
+pub fn dot<T: Real>(x: &[T], y: &[T]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    add_products(&mut lanes, x, y);
+    lanes.iter().sum()
+}
+
 multiversion! {
-    /// The sum of products.
-    pub fn dot[T: Real](x: &[T], y: &[T]) -> f64 {
-        let mut sums = [0.0; LANES];
+    /// Adds products to lanes, number `i` to lane `i` modulo [`LANES`].
+    pub fn add_products[T: Real](lanes: &mut [f64; LANES], x: &[T], y: &[T]) {
+        let mut sums = *lanes;
         let (xs, ys) = (x.chunks_exact(LANES), y.chunks_exact(LANES));
-        for (l, (&x, &y)) in xs.remainder().iter().zip(ys.remainder()).enumerate() {
-            sums[l] += x.to_f64() * y.to_f64();
-        }
+        let rest = xs.remainder().iter().zip(ys.remainder());
         for (x, y) in xs.zip(ys) {
             for l in 0..LANES {
                 sums[l] += x[l].to_f64() * y[l].to_f64();
             }
         }
-        sums.iter().sum()
+        for (sum, (&x, &y)) in sums.iter_mut().zip(rest) {
+            *sum += x.to_f64() * y.to_f64();
+        }
+        *lanes = sums;
     }
+}
+
+/// Numbers of a row that many fields are gone through together for, one field after the other: enough for each to be read as a stream,
+/// and few enough to stay in the first cache. A multiple of [`LANES`].
+pub const PIECE: usize = 512;
+
+/// The pieces of a row of `len` numbers.
+pub fn pieces(len: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..len).step_by(PIECE).map(move |start| start..(start + PIECE).min(len))
 }
 
 multiversion! {

@@ -31,8 +31,9 @@ const QUICK_SIZES: [(&[usize], usize); 4] = [(&[16; 2], 6), (&[24; 2], 6), (&[8;
 /// Cells times steps that are worth one repetition fewer.
 const ENOUGH: usize = 20_000_000;
 /// Iterations of the direct method on the finest grid that are measured, in boxes of fewer and of more cells times steps than
-/// [`LARGE`], and as many more on all threads: few, since a solve that has converged only searches.
-const ITERATIONS: [[usize; 2]; 2] = [[2, 6], [2, 3]];
+/// [`LARGE`], and as many more on all threads: from where there are as many pairs as there will be, and few, since a solve that has
+/// converged only searches.
+const ITERATIONS: [[usize; 2]; 2] = [[7, 11], [7, 8]];
 const LARGE: usize = 1_000_000;
 
 /// One size.
