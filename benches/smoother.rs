@@ -8,21 +8,19 @@ use thurible::bench::flow;
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::nso::level::{LevelMut, State, Weights};
-use thurible_core::nso::{local, smoother};
+use thurible_core::nso::{Shape, local, smoother};
 use thurible_core::{Boundary, Colours, D2, D3, Exec, Space};
 
 /// Slots of the trajectories.
 const SLOTS: usize = 39;
-/// Cells side by side.
-const LANES: usize = 32;
 
 fn sweeps(criterion: &mut Criterion) {
     let exec = team();
-    of_box::<D2>(criterion, exec, &[128, 128], 8);
-    of_box::<D3>(criterion, exec, &[32, 32, 32], 1);
+    of_box::<D2>(criterion, exec, &[128, 128]);
+    of_box::<D3>(criterion, exec, &[32, 32, 32]);
 }
 
-fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize], together: usize) {
+fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize]) {
     let grid = Grid::new(cells, &vec![Boundary::Wall; cells.len()]);
     let len = grid.cells() * SLOTS;
     let [mut v, mut a] = [0; 2].map(|_| flow::synthetic::<f32, S>(&grid, SLOTS, 1.0));
@@ -43,13 +41,14 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize],
         table: &table,
     };
     let weights = Weights { slots: SLOTS, kappa: 1.0, viscosity: 0.0, outside: 3.0, slow: local::Slow::USUAL.at(1.0) };
-    let mut ring = vec![0f32; smoother::ring_len::<S>(&grid, SLOTS, together)];
-    let mut scratch = vec![0f32; exec.threads() * local::scratch_len::<S>(SLOTS, LANES)];
+    let shape = Shape::all::<f32, S>(&grid).next().unwrap_or(Shape::LEAST);
+    let mut waiting = vec![0f32; smoother::waiting_len::<S>(&grid, SLOTS, exec.threads(), shape.split)];
+    let mut scratch = vec![0f32; exec.threads() * smoother::scratch_len::<S>(&grid, SLOTS, shape)];
     let mut group = criterion.benchmark_group(format!("smoother {}, {SLOTS} slots", size(cells)));
     group.sample_size(10).throughput(Throughput::Elements(len as u64));
     for colours in [Colours::RedBlack, Colours::PowerOfTwo] {
         group.bench_function(format!("sweep, {colours:?}"), |bencher| {
-            let mut workspace = smoother::Workspace { ring: &mut ring, scratch: &mut scratch, lanes: LANES };
+            let mut workspace = smoother::Workspace { waiting: &mut waiting, scratch: &mut scratch, shape };
             bencher.iter(|| smoother::sweep::<f32, S>(exec, &mut level, &weights, colours, &mut workspace));
         });
     }

@@ -7,7 +7,7 @@ mod fields;
 use fields::cases::Scene;
 use fields::with_threads;
 use std::sync::Mutex;
-use thurible_core::exec::{Exec, Planes, RowBuffers, for_rows, for_rows_across, for_runs};
+use thurible_core::exec::{Exec, Planes, RowBuffers, Slabs, for_rows, for_rows_across, for_runs, for_slabs};
 use thurible_core::nso::colours::Colours;
 use thurible_core::simd::{Level, level, limit};
 use thurible_core::{D2, D3, Method, Params, Real, Scheme, Silent, Space};
@@ -65,6 +65,16 @@ fn every_row_is_visited_once() {
             assert!(numbers.iter().all(|&x| x == 1.0 + row as f32), "{} threads, runs of {length} numbers a row: row {row}", exec.threads());
         }
     };
+    let visits_in_slabs = |exec: &dyn Exec, count: usize, least: usize| {
+        let (slabs, mut field) = (Slabs::new(ROWS, count, least), vec![0f32; ROWS]);
+        assert!((1..=count.max(1)).contains(&slabs.count) && (0..slabs.count).all(|slab| slabs.rows_of(slab).len() >= least.min(ROWS)));
+        for_slabs(exec, slabs, [&mut field], &mut [], |task| {
+            let ([numbers], rows) = (task.fields, task.rows);
+            assert!(rows.clone().all(|row| slabs.rows_of(slabs.slab_of(row)) == rows));
+            rows.zip(numbers).for_each(|(row, x)| *x += 1.0 + row as f32);
+        });
+        assert!(field.iter().enumerate().all(|(row, &x)| x == 1.0 + row as f32), "{} threads, {count} slabs", exec.threads());
+    };
     // A ring of seven planes of eight rows behind one that is left out.
     let visits_across = |exec: &dyn Exec, count: usize, first: usize, length: usize| {
         let mut field = vec![0f32; 64 * length];
@@ -86,6 +96,10 @@ fn every_row_is_visited_once() {
                 visits_across(&Backwards(threads), count, first, length);
                 with_threads(threads, |exec| visits_across(exec, count, first, length));
             }
+        }
+        for (count, least) in [(0, 1), (1, 1), (2 * threads, 4), (60, 1), (7, 60)] {
+            visits_in_slabs(&Backwards(threads), count, least);
+            with_threads(threads, |exec| (0..20).for_each(|_| visits_in_slabs(exec, count, least)));
         }
         for range in [0..ROWS, 0..0, 7..8, 5..31] {
             for length in [1, 300, 5000] {

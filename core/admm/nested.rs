@@ -72,7 +72,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         if Self::coarse_bytes(&self.settings.coarsened(*coarse, 1, Shape::LEAST), keyframes)? > ledger.bytes()? {
             return None;
         }
-        let shapes = Shape::all::<T, S>();
+        let shapes = Shape::all::<T, S>(coarse);
         let fewer = nested::halvings(threads);
         let all = fewer.flat_map(|threads| shapes.clone().map(move |shape| (threads, shape)));
         let fits = |settings: &Settings| Self::coarse_bytes(settings, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES);

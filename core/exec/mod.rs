@@ -213,6 +213,55 @@ where
     });
 }
 
+/// Rows, or planes, cut into slabs that are as thick as each other, or thicker by one.
+#[derive(Clone, Copy, Debug)]
+pub struct Slabs {
+    /// How many are cut up.
+    pub rows: usize,
+    /// Slabs.
+    pub count: usize,
+}
+
+impl Slabs {
+    /// As many of `count` as have `least` rows each, but one at least.
+    #[must_use]
+    pub fn new(rows: usize, count: usize, least: usize) -> Self {
+        Self { rows, count: count.min(rows / least.max(1)).max(1) }
+    }
+
+    /// The rows of a slab.
+    #[must_use]
+    pub fn rows_of(self, slab: usize) -> Range<usize> {
+        let begin_of = |slab: usize| self.rows * slab / self.count.max(1);
+        begin_of(slab)..begin_of(slab + 1)
+    }
+
+    /// The slab that a row is in.
+    #[must_use]
+    pub fn slab_of(self, row: usize) -> usize {
+        ((row + 1) * self.count).saturating_sub(1) / self.rows.max(1)
+    }
+}
+
+/// As [`for_runs`], but each run is a slab, and a worker begins with the same ones each time.
+pub fn for_slabs<T, const K: usize, F>(exec: &dyn Exec, slabs: Slabs, fields: [&mut [T]; K], scratch: &mut [T], task: F)
+where
+    T: Send,
+    F: Fn(RunTask<'_, T, K>) + Sync,
+{
+    let fields = fields.map(|field| Chunks::new(field, slabs.rows));
+    let scratch = Chunks::new(scratch, exec.threads().max(1));
+    share_out(exec, 0..slabs.count, 0, move |worker, turn| {
+        for slab in turn {
+            let rows = slabs.rows_of(slab);
+            // SAFETY: as in `for_rows`, as slabs share no rows.
+            let task_of_slab =
+                unsafe { RunTask { fields: core::array::from_fn(|k| fields[k].get(rows.clone())), scratch: scratch.get(worker..worker + 1), rows } };
+            task(task_of_slab);
+        }
+    });
+}
+
 /// Calls `work` with the number of a worker and the rows of one of its turns until all rows of `range` are done, of each of which `a_row`
 /// numbers are written.
 ///
@@ -225,6 +274,9 @@ fn share_out(exec: &dyn Exec, range: Range<usize>, a_row: usize, work: impl Fn(u
     let small = (1..WORTH_A_THREAD).contains(&(a_row * range.len()));
     let workers = if small { 1 } else { exec.threads().max(1).min(range.len()) };
     let turn = if a_row == 0 { 1 } else { WORTH_A_TURN.div_ceil(a_row) };
+    if workers <= 1 {
+        return range.clone().step_by(turn).for_each(|first| work(0, first..(first + turn).min(range.end)));
+    }
     let parts = workers.min(MOST_PARTS);
     let begin_of = move |part: usize| range.start + range.len() * part / parts.max(1);
     // The first turn of a part is its worker's own, for which nobody asks.

@@ -112,6 +112,13 @@ impl Grid {
         if self.dims == 2 { 1 } else { self.n[1] }
     }
 
+    /// The plane that a row is in, and which of its rows it is.
+    #[must_use]
+    pub fn plane_of(&self, row: usize) -> [usize; 2] {
+        let rows = self.rows_per_plane().max(1);
+        [row / rows, row % rows]
+    }
+
     /// Planes normal to the last axis.
     #[must_use]
     pub fn planes(&self) -> usize {

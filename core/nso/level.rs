@@ -3,9 +3,10 @@
 use super::local::Slow;
 use crate::field::{Vector, VectorMut, view};
 use crate::grid::Grid;
+use core::ops::Range;
 
 /// The unknowns of slots 1..T on one grid, all trajectories.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct State<'a, T> {
     /// Velocities v_k at faces.
     pub v: VectorMut<'a, T>,
@@ -37,6 +38,8 @@ pub struct Rhs<'a, T> {
 pub struct System<'a, T> {
     /// The grid.
     pub grid: &'a Grid,
+    /// The row that fields begin with.
+    pub first: usize,
     /// Slots T.
     pub slots: usize,
     /// K / r.
@@ -106,6 +109,7 @@ impl<T: Copy> LevelMut<'_, T> {
     pub fn system(&self, weights: &Weights<T>) -> System<'_, T> {
         System {
             grid: self.grid,
+            first: 0,
             slots: weights.slots,
             kappa: weights.kappa,
             viscosity: weights.viscosity,
@@ -119,6 +123,18 @@ impl<T: Copy> LevelMut<'_, T> {
             rhs: Rhs { scale: self.scale, a: view(&self.a), b: self.b, c: view(&self.c), d: self.d },
             table: self.table,
         }
+    }
+}
+
+impl<'a, T: Copy> System<'a, T> {
+    /// The equations of some `rows` of all, with these unknowns of them, in the order of [`State::fields`].
+    #[must_use]
+    pub fn of_rows(&self, rows: Range<usize>, state: [&'a [T]; 8]) -> Self {
+        let Self { grid, slots, rhs, .. } = *self;
+        let [v0, v1, v2, w0, w1, w2, p, pbar] = state;
+        let part = |field: &'a [T], slots: usize| field.get(rows.start * slots * grid.n[0]..rows.end * slots * grid.n[0]).unwrap_or_default();
+        let rhs = Rhs { a: rhs.a.map(|a| part(a, slots)), b: part(rhs.b, slots), c: rhs.c.map(|c| part(c, slots)), d: part(rhs.d, slots), ..rhs };
+        Self { first: rows.start, v: [v0, v1, v2], w: [w0, w1, w2], p, pbar, v0: self.v0.map(|v0| part(v0, 1)), rhs, ..*self }
     }
 }
 

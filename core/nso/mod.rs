@@ -69,26 +69,42 @@ impl Default for NsoParams {
     }
 }
 
-/// How the smoother uses the memory that it has; changes speed, never results.
+/// How threads share the planes of a grid, which in 2D are its rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// Every thread has slabs of planes of its own.
+    Slabs,
+    /// All threads share so many planes, then the next ones.
+    Planes(usize),
+}
+
+/// How the memory that there is is used; changes speed, never results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
-    /// Cells that a thread solves side by side at most.
+    /// Cells that a thread smooths side by side at most.
     pub lanes: usize,
-    /// Planes solved before a barrier.
-    pub together: usize,
+    /// How threads share planes.
+    pub split: Split,
 }
 
 impl Shape {
     /// The least memory.
-    pub const LEAST: Self = Self { lanes: 1, together: 1 };
-    /// Bytes of two of the longest vectors.
-    const WIDEST: usize = 128;
+    pub const LEAST: Self = Self { lanes: 1, split: Split::Planes(1) };
+    /// Bytes of the longest vector, and vectors side by side at most.
+    const WIDEST: [usize; 2] = [64, 2];
+    /// Bytes side by side below which slabs bring less than more cells do.
+    const WORTH_SLABS: usize = 32;
 
-    /// Those to choose from, the fastest first.
-    pub fn all<T: Real, S: Space>() -> impl Iterator<Item = Self> + Clone {
-        let together: &[usize] = if S::DIM == 2 { &[8, 4, 2, 1] } else { &[2, 1] };
-        let lanes = [32, 16, 8, 4, 1].into_iter().filter(|lanes| lanes * T::BYTES <= Self::WIDEST);
-        lanes.flat_map(|lanes| together.iter().map(move |&together| Self { lanes, together }))
+    /// Those to choose from for a grid, the fastest first. In 3D every thread has the same rows of all planes that are shared, so slabs
+    /// would not be faster, and what waits for other threads would be a part of the state.
+    pub fn all<T: Real, S: Space>(grid: &Grid) -> impl Iterator<Item = Self> + Clone {
+        let [bytes, vectors] = Self::WIDEST;
+        let vector = bytes / T::BYTES;
+        let most = grid.n[0].div_ceil(2).next_multiple_of(vector).min(vectors * vector);
+        let lanes = [32, 16, 8, 4, 1].into_iter().filter(move |&lanes| lanes <= most);
+        let slabs = lanes.clone().filter(|lanes| S::DIM == 2 && lanes * T::BYTES >= Self::WORTH_SLABS).map(|lanes| Self { lanes, split: Split::Slabs });
+        let together: &[usize] = if S::DIM == 2 { &[1] } else { &[2, 1] };
+        slabs.chain(lanes.flat_map(|lanes| together.iter().map(move |&together| Self { lanes, split: Split::Planes(together) })))
     }
 }
 
@@ -168,7 +184,7 @@ pub struct Nso<'a, T, S> {
 #[derive(Clone, Copy, Debug)]
 struct Sizes {
     coarse: usize,
-    ring: usize,
+    waiting: usize,
     lines: usize,
     transfer: usize,
 }
@@ -178,9 +194,9 @@ impl Sizes {
         let level = |grid: &Grid| 4 * (1 + S::DIM) * pooled(grid.cells() * slots) + S::DIM * pooled(grid.cells());
         Self {
             coarse: levels::hierarchy(finest).iter().skip(1).map(level).sum(),
-            ring: pooled(smoother::ring_len::<S>(finest, slots, shape.together)),
-            lines: pooled(threads * local::scratch_len::<S>(slots, shape.lanes)),
-            transfer: pooled(levels::hierarchy(finest).iter().map(|grid| transfer::scratch_len::<S>(grid, slots, threads)).max().unwrap_or(0)),
+            waiting: pooled(smoother::waiting_len::<S>(finest, slots, threads, shape.split)),
+            lines: pooled(threads * smoother::scratch_len::<S>(finest, slots, shape)),
+            transfer: pooled(levels::hierarchy(finest).iter().map(|grid| transfer::scratch_len::<S>(grid, slots, threads, shape.split)).max().unwrap_or(0)),
         }
     }
 }
@@ -208,7 +224,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
         ledger.group("Navier-Stokes problem (NSO)", Sharing::Together, |ledger| {
             ledger.line("coarse levels", sizes.coarse, T::BYTES);
             ledger.group("smoothing or transfer", Sharing::InTurn, |ledger| {
-                ledger.line("smoother: waiting changes, lines in time", sizes.ring + sizes.lines, T::BYTES);
+                ledger.line("smoother: waiting changes, lines in time", sizes.waiting + sizes.lines, T::BYTES);
                 ledger.line("transfer: rows of a block, residuals that wait", sizes.transfer, T::BYTES);
             });
         });
@@ -261,14 +277,14 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             outside: T::from_f64(outside_weight::<S>(setup.params.colours)),
             slow: setup.slow.at(setup.kappa),
         };
-        let scratch = pool.take((sizes.ring + sizes.lines).max(sizes.transfer));
+        let scratch = pool.take((sizes.waiting + sizes.lines).max(sizes.transfer));
         Self { levels, tables: hierarchy.tables.iter().collect(), weights, setup: *setup, sizes, scratch, sums, spare: finest.spare, space: PhantomData }
     }
 
     /// Smooths level `level` a few times, more often where its cells are much longer than wide.
     fn smooth(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, level: usize, times: usize) -> ControlFlow<()> {
-        let (ring, lines) = self.scratch.split_at_mut(self.sizes.ring);
-        let mut workspace = smoother::Workspace { ring, scratch: &mut lines[..self.sizes.lines], lanes: self.setup.shape.lanes };
+        let (waiting, lines) = self.scratch.split_at_mut(self.sizes.waiting);
+        let mut workspace = smoother::Workspace { waiting, scratch: &mut lines[..self.sizes.lines], shape: self.setup.shape };
         for _ in 0..stretched::<S>(self.levels[level].grid, times) {
             smoother::sweep::<T, S>(exec, &mut self.levels[level], &self.weights, self.setup.params.colours, &mut workspace);
             observer.on(Event::Work)?;

@@ -1,153 +1,232 @@
 //! The order of cells: one colour after the other, every cell of a colour reading the state before its pass.
 //!
 //! Reads reach one and a half cells, so the changes of a plane of cells wait in a ring of a few planes until the planes
-//! next to it are solved. The result is the same whatever the ring's size, and for any number of threads.
+//! next to it are solved. Threads share the planes of the ring, or have a ring and a slab of planes each; then the first and the last plane of every slab,
+//! the only ones that others read, are solved before all. The result is the same whatever the shape, and for any number of threads.
 
 use super::colours::Colours;
-use super::level::{LevelMut, Weights};
-use super::local;
-use crate::exec::{Exec, Planes, RowBuffers, RowTask, for_rows_across};
+use super::level::{LevelMut, System, Weights};
+use super::{Shape, Split, local};
+use crate::exec::{Exec, Planes, RowBuffers, RowTask, Serial, Slabs, for_rows, for_rows_across, for_slabs};
 use crate::field::rows;
 use crate::grid::{Grid, Side, Space};
+use crate::plan::pooled;
 use crate::real::Real;
 use crate::simd::multiversion;
+use core::ops::Range;
 
 /// The smoother's buffers.
 #[derive(Debug)]
 pub struct Workspace<'a, T> {
-    /// Changes that wait: the ring.
-    pub ring: &'a mut [T],
-    /// Scratch of all threads, for `lanes` cells side by side.
+    /// Changes that wait for other threads: [`waiting_len`].
+    pub waiting: &'a mut [T],
+    /// Scratch of all threads, [`scratch_len`] each.
     pub scratch: &'a mut [T],
-    /// Cells that a thread solves side by side at most.
-    pub lanes: usize,
+    /// How these are used.
+    pub shape: Shape,
 }
+
+/// Planes that stay in the ring besides those being solved.
+const STAY: usize = 2;
+/// Planes of a slab, at least.
+const LEAST_PLANES: usize = 4;
 
 /// Numbers of the changes of one row of cells.
 fn row_changes<S: Space>(grid: &Grid, slots: usize) -> usize {
     slots * local::changes::<S>() * grid.n[0].div_ceil(2)
 }
 
-/// Planes that stay in the ring besides those being solved.
-fn waiting(grid: &Grid) -> usize {
-    if grid.periodic[grid.dims - 1] { 3 } else { 2 }
+/// Numbers of the changes of one plane of cells.
+fn plane_changes<S: Space>(grid: &Grid, slots: usize) -> usize {
+    row_changes::<S>(grid, slots) * grid.rows_per_plane()
 }
 
-/// Numbers of a ring in which `together` planes are solved at a time.
+/// The slabs of planes in which a grid is swept.
+fn slabs(grid: &Grid, threads: usize, split: Split) -> Slabs {
+    Slabs::new(grid.planes(), if split == Split::Slabs { threads } else { 1 }, LEAST_PLANES)
+}
+
+/// Planes at the edges of slabs, the first and the last one of each: none where there is nothing beyond.
+fn edges(grid: &Grid, slabs: Slabs) -> usize {
+    if slabs.count > 1 || grid.periodic[grid.dims - 1] { 2 * slabs.count } else { 0 }
+}
+
+/// Numbers of changes that wait for other threads.
 #[must_use]
-pub fn ring_len<S: Space>(grid: &Grid, slots: usize, together: usize) -> usize {
-    row_changes::<S>(grid, slots) * grid.rows_per_plane() * (together + waiting(grid)).min(grid.planes())
+pub fn waiting_len<S: Space>(grid: &Grid, slots: usize, threads: usize, split: Split) -> usize {
+    let ring = match split {
+        Split::Slabs => 0,
+        Split::Planes(together) => (together + STAY).min(grid.planes()),
+    };
+    plane_changes::<S>(grid, slots) * (edges(grid, slabs(grid, threads, split)) + ring)
+}
+
+/// Numbers of a ring that a thread has alone.
+fn own_ring_len<S: Space>(grid: &Grid, slots: usize, split: Split) -> usize {
+    if split == Split::Slabs { pooled(plane_changes::<S>(grid, slots) * (1 + STAY)) } else { 0 }
+}
+
+/// Numbers of scratch of a thread.
+#[must_use]
+pub fn scratch_len<S: Space>(grid: &Grid, slots: usize, shape: Shape) -> usize {
+    own_ring_len::<S>(grid, slots, shape.split) + local::scratch_len::<S>(slots, shape.lanes)
 }
 
 /// One smoothing of all colours.
 pub fn sweep<T: Real, S: Space>(exec: &dyn Exec, level: &mut LevelMut<'_, T>, weights: &Weights<T>, colours: Colours, workspace: &mut Workspace<'_, T>) {
-    for pass in 0..colours.passes(level.grid) {
-        let mut ring = Ring::new::<S>(level.grid, weights.slots, colours, pass, workspace);
-        let planes = level.grid.planes();
-        let mut applied = ring.first_applied();
-        for start in (0..planes).step_by(ring.together) {
-            let end = (start + ring.together).min(planes);
-            ring.solve::<S>(exec, level, weights, start, end);
-            let ready = if end == planes { planes } else { end.saturating_sub(1) };
-            if ready > applied {
-                ring.apply::<S>(exec, level, weights.slots, applied, ready);
-                applied = ready;
-            }
-        }
-        if ring.keep_first {
-            ring.apply::<S>(exec, level, weights.slots, 0, 1);
+    let mut state = core::mem::take(&mut level.state);
+    let (grid, slots, Shape { lanes, split }) = (level.grid, weights.slots, workspace.shape);
+    let slabs = slabs(grid, exec.threads(), split);
+    let at_edges = edges(grid, slabs);
+    let (edges, ring) = workspace.waiting.split_at_mut(at_edges * plane_changes::<S>(grid, slots));
+    let scratch = &mut *workspace.scratch;
+    for number in 0..colours.passes(grid) {
+        let pass = Pass { given: level.system(weights), slabs, colours, number, lanes };
+        pass.solve_edges::<S>(exec, state.fields().map(|field| &*field), at_edges, edges, scratch);
+        let edges = &*edges;
+        if split == Split::Slabs {
+            for_slabs(exec, slabs, state.fields(), &mut *scratch, |task| {
+                let (ring, scratch) = task.scratch.split_at_mut(own_ring_len::<S>(grid, slots, split));
+                Slab { pass: &pass, planes: task.rows, state: task.fields, edges, ring, scratch }.smooth::<S>(&Serial);
+            });
+        } else {
+            Slab { pass: &pass, planes: 0..grid.planes(), state: state.fields(), edges, ring: &mut *ring, scratch: &mut *scratch }.smooth::<S>(exec);
         }
     }
+    level.state = state;
 }
 
-/// The ring of planes of one pass.
-struct Ring<'a, T> {
-    changes: &'a mut [T],
-    scratch: &'a mut [T],
-    lanes: usize,
+/// One pass over a level.
+struct Pass<'a, T> {
+    /// The equations, but for the unknowns.
+    given: System<'a, T>,
+    slabs: Slabs,
     colours: Colours,
-    pass: usize,
-    /// Planes that the ring holds.
-    size: usize,
-    /// Planes solved at a time.
-    together: usize,
-    /// Whether plane 0 is read by the last plane, and so waits for it.
-    keep_first: bool,
-    rows_per_plane: usize,
-    row_len: usize,
-    half: usize,
+    number: usize,
+    lanes: usize,
 }
 
-impl<'a, T: Real> Ring<'a, T> {
-    fn new<S: Space>(grid: &Grid, slots: usize, colours: Colours, pass: usize, workspace: &'a mut Workspace<'_, T>) -> Self {
-        let (row_len, rows_per_plane, planes) = (row_changes::<S>(grid, slots), grid.rows_per_plane(), grid.planes());
-        let size = (workspace.ring.len() / (row_len * rows_per_plane)).min(planes);
-        let together = if size == planes { planes } else { size - waiting(grid) };
-        Self {
-            changes: &mut workspace.ring[..size * rows_per_plane * row_len],
-            scratch: workspace.scratch,
-            lanes: workspace.lanes,
-            colours,
-            pass,
-            size,
-            together,
-            keep_first: size < planes && grid.periodic[grid.dims - 1],
-            rows_per_plane,
-            row_len,
-            half: grid.n[0].div_ceil(2),
-        }
-    }
-
-    fn first_applied(&self) -> usize {
-        usize::from(self.keep_first)
-    }
-
-    /// The ring's place of a plane.
-    fn place(&self, plane: usize) -> usize {
-        place(plane, self.size, self.keep_first)
-    }
-
-    /// The ring's places of planes `start..end`, as many as are solved at a time or fewer.
-    fn places(&self, start: usize, end: usize) -> Planes {
-        let kept = usize::from(self.keep_first && start > 0);
-        Planes { count: end - start, first: self.place(start) - kept, size: self.size - kept, offset: kept }
-    }
-
-    /// Solves the cells of planes `start..end`; the state stays as it is.
-    fn solve<S: Space>(&mut self, exec: &dyn Exec, level: &LevelMut<'_, T>, weights: &Weights<T>, start: usize, end: usize) {
-        let system = level.system(weights);
-        let (rows_per_plane, lanes, half, colours, pass) = (self.rows_per_plane, self.lanes, self.half, self.colours, self.pass);
-        let (size, keep_first) = (self.size, self.keep_first);
-        let places = self.places(start, end);
-        let buffers = RowBuffers { fields: [&mut *self.changes], sums: &mut [], scratch: &mut *self.scratch };
-        for_rows_across(exec, size * rows_per_plane, rows_per_plane, places, buffers, |task| {
-            let Some(plane) = (start..end).find(|&plane| place(plane, size, keep_first) == task.row / rows_per_plane) else { return };
-            let row = plane * rows_per_plane + task.row % rows_per_plane;
-            let cells = colours.cells(system.grid, pass, row);
-            let [out] = task.fields;
-            if cells.count > 0 {
-                local::solve_row::<T, S>(&system, row, cells, lanes, task.scratch, local::Changes { out, half });
-            }
+impl<T: Real> Pass<'_, T> {
+    /// Solves the cells of the planes at the edges of slabs.
+    fn solve_edges<S: Space>(&self, exec: &dyn Exec, state: [&[T]; 8], count: usize, edges: &mut [T], scratch: &mut [T]) {
+        let grid = self.given.grid;
+        let (a_plane, system) = (grid.rows_per_plane(), self.given.of_rows(0..grid.rows(), state));
+        let rows = count * a_plane;
+        for_rows(exec, rows, 0..rows, RowBuffers { fields: [edges], sums: &mut [], scratch }, |task| {
+            let ([edge, in_plane], [changes]) = (grid.plane_of(task.row), task.fields);
+            let Range { start, end } = self.slabs.rows_of(edge / 2);
+            let plane = if edge % 2 == 0 { start } else { end - 1 };
+            self.solve_row::<S>(&system, plane * a_plane + in_plane, changes, task.scratch);
         });
     }
 
-    /// Adds the changes to the rows of planes `start..end`.
-    fn apply<S: Space>(&mut self, exec: &dyn Exec, level: &mut LevelMut<'_, T>, slots: usize, start: usize, end: usize) {
-        let grid = level.grid;
-        let buffers = RowBuffers { fields: level.state.fields(), sums: &mut [], scratch: &mut [] };
-        let ring = &*self;
-        for_rows_across(exec, grid.rows(), self.rows_per_plane, Planes::of(start..end), buffers, |task| ring.apply_to_row::<S>(grid, slots, task));
+    /// Solves the cells of one row.
+    fn solve_row<S: Space>(&self, system: &System<'_, T>, row: usize, out: &mut [T], scratch: &mut [T]) {
+        let cells = self.colours.cells(system.grid, self.number, row);
+        if cells.count > 0 {
+            local::solve_row::<T, S>(system, row, cells, self.lanes, scratch, local::Changes { out, half: system.grid.n[0].div_ceil(2) });
+        }
     }
 
+    /// Which of the planes at the edges of slabs a plane is.
+    fn edge(&self, plane: usize) -> Option<usize> {
+        let slab = self.slabs.slab_of(plane);
+        let Range { start, end } = self.slabs.rows_of(slab);
+        if plane == start { Some(2 * slab) } else { (plane + 1 == end).then_some(2 * slab + 1) }
+    }
+}
+
+/// Some planes whose unknowns nobody else reads or writes meanwhile.
+struct Slab<'a, T> {
+    pass: &'a Pass<'a, T>,
+    planes: Range<usize>,
+    /// The unknowns of these planes.
+    state: [&'a mut [T]; 8],
+    /// The changes of the planes at the edges of all slabs, if they have any.
+    edges: &'a [T],
+    ring: &'a mut [T],
+    scratch: &'a mut [T],
+}
+
+impl<T: Real> Slab<'_, T> {
+    /// Solves the planes between the edges, or all, and adds the changes of all.
+    fn smooth<S: Space>(&mut self, exec: &dyn Exec) {
+        let Range { start: low, end: high } = self.planes;
+        let inner = if self.edges.is_empty() { low..high } else { low + 1..high - 1 };
+        let a_plane = plane_changes::<S>(self.pass.given.grid, self.pass.given.slots);
+        let size = (self.ring.len() / a_plane).min(inner.len());
+        let together = if size == inner.len() { size.max(1) } else { size - STAY };
+        let mut applied = low;
+        for start in inner.clone().step_by(together) {
+            let end = (start + together).min(inner.end);
+            self.solve::<S>(exec, start..end, size);
+            // The last one is read by the next.
+            let ready = if end == inner.end { high } else { end - 1 };
+            self.apply::<S>(exec, applied..ready, size);
+            applied = ready;
+        }
+        self.apply::<S>(exec, applied..high, size);
+    }
+
+    /// Solves the cells of some planes into a ring of `size` planes; the state stays as it is.
+    fn solve<S: Space>(&mut self, exec: &dyn Exec, planes: Range<usize>, size: usize) {
+        let Self { pass, planes: all, state, ring, scratch, .. } = self;
+        let grid = pass.given.grid;
+        let (a_plane, row_len) = (grid.rows_per_plane(), row_changes::<S>(grid, pass.given.slots));
+        let system = pass.given.of_rows(all.start * a_plane..all.end * a_plane, state.each_ref().map(|field| &**field));
+        let places = Planes { count: planes.len(), first: planes.start, size, offset: 0 };
+        let ring = &mut ring[..size * a_plane * row_len];
+        for_rows_across(exec, size * a_plane, a_plane, places, RowBuffers { fields: [ring], sums: &mut [], scratch }, |task| {
+            let ([place, in_plane], [changes]) = (grid.plane_of(task.row), task.fields);
+            let Some(plane) = planes.clone().find(|&plane| place_in_ring(plane, size) == place) else { return };
+            pass.solve_row::<S>(&system, plane * a_plane + in_plane, changes, task.scratch);
+        });
+    }
+
+    /// Adds the changes to the rows of some planes.
+    fn apply<S: Space>(&mut self, exec: &dyn Exec, planes: Range<usize>, size: usize) {
+        let Self { pass, planes: all, state, edges, ring, .. } = self;
+        let (slots, a_plane) = (pass.given.slots, pass.given.grid.rows_per_plane());
+        let waiting = Waiting { pass, edges, ring, size, row_len: row_changes::<S>(pass.given.grid, slots) };
+        let buffers = RowBuffers { fields: state.each_mut().map(|field| &mut **field), sums: &mut [], scratch: &mut [] };
+        let within = Planes::of(planes.start - all.start..planes.end - all.start);
+        for_rows_across(exec, all.len() * a_plane, a_plane, within, buffers, |task| {
+            waiting.add_to_row::<S>(RowTask { row: all.start * a_plane + task.row, ..task })
+        });
+    }
+}
+
+/// The place of a plane in a ring of `size`.
+fn place_in_ring(plane: usize, size: usize) -> usize {
+    plane % size.max(1)
+}
+
+/// Changes that wait.
+struct Waiting<'a, T> {
+    pass: &'a Pass<'a, T>,
+    edges: &'a [T],
+    ring: &'a [T],
+    /// Planes of the ring.
+    size: usize,
+    row_len: usize,
+}
+
+impl<T: Real> Waiting<'_, T> {
     /// The changes of the cells of `row`.
-    fn row(&self, row: usize) -> &[T] {
-        let at = self.place(row / self.rows_per_plane) * self.rows_per_plane + row % self.rows_per_plane;
-        &self.changes[at * self.row_len..][..self.row_len]
+    fn of_row(&self, row: usize) -> Source<'_, T> {
+        let Pass { given: System { grid, .. }, colours, number, .. } = *self.pass;
+        let [plane, in_plane] = grid.plane_of(row);
+        let edge = if self.edges.is_empty() { None } else { self.pass.edge(plane) };
+        let (planes, place) = edge.map_or_else(|| (self.ring, place_in_ring(plane, self.size)), |edge| (self.edges, edge));
+        let changes = &planes[(place * grid.rows_per_plane() + in_plane) * self.row_len..][..self.row_len];
+        Source { changes, cells: colours.cells(grid, number, row), half: grid.n[0].div_ceil(2) }
     }
 
-    fn apply_to_row<S: Space>(&self, grid: &Grid, slots: usize, task: RowTask<'_, T, 8>) {
+    /// Adds to a row of the state the changes of its cells and of those below.
+    fn add_to_row<S: Space>(&self, task: RowTask<'_, T, 8>) {
         let RowTask { row, fields: [v0, v1, v2, w0, w1, w2, p, pbar], .. } = task;
-        let own = Source { changes: self.row(row), cells: self.colours.cells(grid, self.pass, row), half: self.half };
+        let System { grid, slots, .. } = self.pass.given;
+        let own = self.of_row(row);
         for (axis, (v, w)) in [(v0, w0), (v1, w1), (v2, w2)].into_iter().enumerate().take(S::DIM) {
             for (field, quantity) in [(v, 2 * axis), (w, S::FACES + 2 * axis)] {
                 if grid.periodic[axis] || axis == 0 || !grid.wall_below(row, axis) {
@@ -156,22 +235,12 @@ impl<'a, T: Real> Ring<'a, T> {
                 if axis == 0 {
                     own.add_to(grid, slots, field, quantity + 1, 1, !grid.periodic[0]);
                 } else if let Some(below) = grid.neighbour(row, axis, Side::Low) {
-                    let cells = self.colours.cells(grid, self.pass, below);
-                    Source { changes: self.row(below), cells, ..own }.add_to(grid, slots, field, quantity + 1, 0, false);
+                    self.of_row(below).add_to(grid, slots, field, quantity + 1, 0, false);
                 }
             }
         }
         own.add_to(grid, slots, p, 2 * S::FACES, 0, false);
         own.add_to(grid, slots, pbar, 2 * S::FACES + 1, 0, false);
-    }
-}
-
-/// The place of a plane in a ring of `size`, whose first place may be kept for plane 0.
-fn place(plane: usize, size: usize, keep_first: bool) -> usize {
-    match (keep_first, plane) {
-        (true, 0) => 0,
-        (true, _) => 1 + (plane - 1) % (size - 1),
-        (false, _) => plane % size,
     }
 }
 

@@ -1,11 +1,11 @@
 //! Between two levels (mathematics section 5): the solution is restricted by means that keep the divergence, residuals by
 //! the scaled transpose of the prolongation (cells: by the mean), corrections are prolonged linearly.
 
-use super::level::{LevelMut, Weights};
-use super::residual;
-use crate::exec::{Exec, Planes, RowBuffers, for_rows, for_rows_across};
+use super::level::{LevelMut, Rhs, System, Weights};
+use super::{Split, residual};
+use crate::exec::{Exec, Planes, RowBuffers, Serial, Slabs, for_rows, for_rows_across, for_slabs};
 use crate::field::transfer::{Move, Place, along};
-use crate::field::{Block, rows};
+use crate::field::{Block, rows, view};
 use crate::grid::levels::{Tables, Transfer};
 use crate::grid::{Grid, Space};
 use crate::real::Real;
@@ -19,11 +19,19 @@ fn place_of(field: usize) -> Place {
 /// Fine planes whose residuals wait, and that a coarse plane collects from, at most.
 const NEAR: usize = 8;
 
-/// Numbers of scratch for any transfer from `fine`, and for its norm: rows of a block for each thread, and residuals that wait.
+/// Coarse rows of a slab, at least.
+const LEAST_ROWS: usize = 4;
+
+/// Numbers of residuals that wait.
+fn waiting_len<S: Space>(fine: &Grid, slots: usize) -> usize {
+    NEAR.min(fine.planes()) * fine.rows_per_plane() * residual::rows_of::<S>() * Block::largest(fine.n[0], slots)
+}
+
+/// Numbers of scratch for any transfer from `fine`, and for its norm: rows of a block for each thread, and residuals that wait, with slabs for each thread too.
 #[must_use]
-pub fn scratch_len<S: Space>(fine: &Grid, slots: usize, threads: usize) -> usize {
-    let waiting = NEAR.min(fine.planes()) * fine.rows_per_plane() * residual::rows_of::<S>() * Block::largest(fine.n[0], slots);
-    threads * residual::norm_scratch::<S>(fine, slots) + waiting
+pub fn scratch_len<S: Space>(fine: &Grid, slots: usize, threads: usize, split: Split) -> usize {
+    let rings = if split == Split::Slabs { threads } else { 1 };
+    threads * residual::norm_scratch::<S>(fine, slots) + rings * waiting_len::<S>(fine, slots)
 }
 
 /// `coarse = R fine`, the solution and v_0.
@@ -38,7 +46,7 @@ pub fn restrict_solution<T: Real>(
     let step = Move { tables, source: fine.grid, target: coarse.grid, cell: Transfer::RestrictCell, face: Transfer::RestrictFace };
     let from = fine.state.fields().map(|field| &*field);
     move_fields(exec, step, from, coarse.state.fields(), slots, T::ONE, true, scratch);
-    let v0 = crate::field::view(&fine.v0);
+    let v0 = view(&fine.v0);
     let none = || <&mut [T]>::default();
     let [x, y, z] = coarse.v0.each_mut().map(|c| &mut **c);
     move_fields(exec, step, [v0[0], v0[1], v0[2], &[], &[], &[], &[], &[]], [x, y, z, none(), none(), none(), none(), none()], 1, T::ONE, true, scratch);
@@ -77,62 +85,92 @@ fn move_fields<T: Real>(exec: &dyn Exec, step: Move<'_, T>, from: [&[T]; 8], to:
 }
 
 /// The coarse right-hand side: f_coarse(R x) + R(residual), with the coarse solution already R x.
-///
-/// The residuals of some fine planes wait in `scratch` until the coarse planes among them have collected theirs.
 pub fn restrict_residual<T: Real, S: Space>(
     exec: &dyn Exec,
     fine: &LevelMut<'_, T>,
     coarse: &mut LevelMut<'_, T>,
     tables: &Tables<'_, T>,
     weights: &Weights<T>,
+    split: Split,
     scratch: &mut [T],
 ) {
-    let system = fine.system(weights);
+    let fine = fine.system(weights);
     let LevelMut { grid, state, v0, a, b, c, d, table, .. } = coarse;
     let (grid, [a0, a1, a2], [c0, c1, c2]) = (*grid, a.each_mut().map(|c| &mut **c), c.each_mut().map(|c| &mut **c));
     let none: &[T] = &[];
-    let coarse_system = super::level::System {
+    let coarse = System {
         grid,
-        rhs: super::level::Rhs { scale: T::ONE, a: [none; 3], b: none, c: [none; 3], d: none },
-        v: crate::field::view(&state.v),
-        w: crate::field::view(&state.w),
+        rhs: Rhs { scale: T::ONE, a: [none; 3], b: none, c: [none; 3], d: none },
+        v: view(&state.v),
+        w: view(&state.w),
         p: state.p,
         pbar: state.pbar,
-        v0: crate::field::view(v0),
+        v0: view(v0),
         table,
-        ..system
+        ..fine
     };
-    let mut fields = [a0, a1, a2, c0, c1, c2, &mut **b, &mut **d];
-    let of_threads = exec.threads().max(1) * residual::norm_scratch::<S>(system.grid, weights.slots);
-    let (scratch, waiting) = scratch.split_at_mut(of_threads);
-    for block in Block::all(system.grid, weights.slots) {
-        let coarse_block = Block { grid, ..block };
-        let (a_row, a_plane) = (residual::rows_of::<S>() * block.len(), system.grid.rows_per_plane());
-        let room = NEAR.min(system.grid.planes());
-        let waiting = &mut waiting[..room * a_plane * a_row];
-        let (mut start, mut known) = (0, isize::MIN);
-        while start < grid.planes() {
-            let window = Window::new(tables, system.grid, grid, start, room);
-            let fresh = window.fresh(known);
-            let buffers = RowBuffers { fields: [&mut *waiting], sums: &mut [], scratch: &mut *scratch };
-            for_rows_across(exec, room * a_plane, a_plane, window.places(&fresh), buffers, |task| {
-                let [numbers] = task.fields;
-                let row = window.plane_at(&fresh, task.row / a_plane) * a_plane + task.row % a_plane;
-                residual::of_block::<T, S>(&system, &block, row, &mut residual::Rows::new::<S>(block.len(), numbers), task.scratch);
-            });
-            let waiting = Waiting { numbers: waiting, window: &window, block: &block };
-            let buffers = RowBuffers { fields: fields.each_mut().map(|field| &mut **field), sums: &mut [], scratch: &mut *scratch };
-            for_rows_across(exec, grid.rows(), grid.rows_per_plane(), Planes::of(start..window.end), buffers, |mut task| {
-                let mut out = task.fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[coarse_block.span_in_row()] });
-                waiting.collect::<S>(tables, grid, task.row, task.scratch, &mut out);
-                let (numbers, work) = task.scratch.split_at_mut(residual::rows_of::<S>() * coarse_block.len());
-                let mut minus_left = residual::Rows::new::<S>(coarse_block.len(), numbers);
-                residual::of_block::<T, S>(&coarse_system, &coarse_block, task.row, &mut minus_left, work);
-                for (out, minus_left) in out.into_iter().zip(minus_left.list()) {
-                    rows::sub(out, minus_left);
-                }
-            });
-            (start, known) = (window.end, window.fine.end);
+    let sides = [a0, a1, a2, c0, c1, c2, &mut **b, &mut **d];
+    let (threads, waiting_len) = (exec.threads().max(1), waiting_len::<S>(fine.grid, weights.slots));
+    if split == Split::Slabs {
+        for_slabs(exec, Slabs::new(grid.planes(), threads, LEAST_ROWS), sides, scratch, |task| {
+            let (waiting, scratch) = task.scratch.split_at_mut(waiting_len);
+            Slab { tables, fine, coarse, planes: task.rows, sides: task.fields, waiting, scratch }.collect::<S>(&Serial);
+        });
+    } else {
+        let (waiting, scratch) = scratch.split_at_mut(waiting_len);
+        Slab { tables, fine, coarse, planes: 0..grid.planes(), sides, waiting, scratch }.collect::<S>(exec);
+    }
+}
+
+/// Some coarse planes, with the residuals of some fine planes that wait until the coarse planes among them have collected theirs.
+struct Slab<'a, T> {
+    tables: &'a Tables<'a, T>,
+    fine: System<'a, T>,
+    /// Without right-hand sides.
+    coarse: System<'a, T>,
+    planes: Range<usize>,
+    /// The right-hand sides of these planes: a, c by component, b, d.
+    sides: [&'a mut [T]; 8],
+    waiting: &'a mut [T],
+    scratch: &'a mut [T],
+}
+
+impl<T: Real> Slab<'_, T> {
+    fn collect<S: Space>(&mut self, exec: &dyn Exec) {
+        let Self { tables, fine, coarse, planes, sides, waiting, scratch } = self;
+        let (grid, rows_per_plane) = (coarse.grid, coarse.grid.rows_per_plane());
+        for block in Block::all(fine.grid, fine.slots) {
+            let coarse_block = Block { grid, ..block };
+            let (a_row, a_plane) = (residual::rows_of::<S>() * block.len(), fine.grid.rows_per_plane());
+            let room = NEAR.min(fine.grid.planes());
+            let waiting = &mut waiting[..room * a_plane * a_row];
+            let (mut start, mut known) = (planes.start, isize::MIN);
+            while start < planes.end {
+                let window = Window::new(tables, fine.grid, grid, start..planes.end, room);
+                let fresh = window.fresh(known);
+                let buffers = RowBuffers { fields: [&mut *waiting], sums: &mut [], scratch };
+                for_rows_across(exec, room * a_plane, a_plane, window.places(&fresh), buffers, |task| {
+                    let [numbers] = task.fields;
+                    let [place, in_plane] = fine.grid.plane_of(task.row);
+                    let row = window.plane_at(&fresh, place) * a_plane + in_plane;
+                    residual::of_block::<T, S>(fine, &block, row, &mut residual::Rows::new::<S>(block.len(), numbers), task.scratch);
+                });
+                let waiting = Waiting { numbers: waiting, window: &window, block: &block };
+                let buffers = RowBuffers { fields: sides.each_mut().map(|field| &mut **field), sums: &mut [], scratch };
+                let within = Planes::of(start - planes.start..window.end - planes.start);
+                for_rows_across(exec, planes.len() * rows_per_plane, rows_per_plane, within, buffers, |mut task| {
+                    let row = planes.start * rows_per_plane + task.row;
+                    let mut out = task.fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[coarse_block.span_in_row()] });
+                    waiting.collect::<S>(tables, grid, row, task.scratch, &mut out);
+                    let (numbers, work) = task.scratch.split_at_mut(residual::rows_of::<S>() * coarse_block.len());
+                    let mut minus_left = residual::Rows::new::<S>(coarse_block.len(), numbers);
+                    residual::of_block::<T, S>(coarse, &coarse_block, row, &mut minus_left, work);
+                    for (out, minus_left) in out.into_iter().zip(minus_left.list()) {
+                        rows::sub(out, minus_left);
+                    }
+                });
+                (start, known) = (window.end, window.fine.end);
+            }
         }
     }
 }
@@ -150,13 +188,13 @@ struct Window {
 }
 
 impl Window {
-    /// As many coarse planes from `start` on as need no more than `room` fine ones, but one of them at least.
-    fn new<T: Real>(tables: &Tables<'_, T>, fine: &Grid, coarse: &Grid, start: usize, room: usize) -> Self {
-        let planes = fine.planes();
+    /// As many of these coarse planes, from the first on, as need no more than `room` fine ones, but one of them at least.
+    fn new<T: Real>(tables: &Tables<'_, T>, fine: &Grid, coarse: &Grid, coarse_planes: Range<usize>, room: usize) -> Self {
+        let (planes, start) = (fine.planes(), coarse_planes.start);
         let centre = |plane: usize| plane * planes / coarse.planes();
         let mut window = Self { end: start, fine: 0..0, planes, room };
         let (mut low, mut high) = (isize::MAX, isize::MIN);
-        while window.end < coarse.planes() {
+        while window.end < coarse_planes.end {
             for (plane, _) in near(tables, fine.dims - 1, window.end) {
                 // Steps from the middle of its coarse plane, the shorter way around.
                 let steps = ((plane + planes + planes / 2 - centre(window.end)) % planes) as isize - (planes / 2) as isize;
@@ -267,7 +305,8 @@ impl<T: Real> Waiting<'_, T> {
     /// The residuals of a fine row, in the order of [`residual::Rows::list`].
     fn row<S: Space>(&self, row: usize) -> [&[T]; 8] {
         let (a_plane, len) = (self.block.grid.rows_per_plane(), self.block.len());
-        let place = self.window.place(row / a_plane) * a_plane + row % a_plane;
+        let [plane, in_plane] = self.block.grid.plane_of(row);
+        let place = self.window.place(plane) * a_plane + in_plane;
         residual::Rows::written::<S>(len, &self.numbers[place * residual::rows_of::<S>() * len..])
     }
 }

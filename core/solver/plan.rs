@@ -153,7 +153,7 @@ impl Plan {
         let with = |shape: Shape| Self::with::<T, S>(problem, params, Choice { shape, history: 0 });
         let (mut fastest, mut within_ceiling) = (None, None);
         let mut smallest: Option<(usize, Shape)> = None;
-        for shape in Shape::all::<T, S>() {
+        for shape in Shape::all::<T, S>(&problem.grid()) {
             let plan = with(shape)?;
             let fits = params.ceiling.is_none_or(|ceiling| plan.bytes <= ceiling);
             if fits && plan.method_bytes <= plan.paper_bound {

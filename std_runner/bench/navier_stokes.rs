@@ -45,7 +45,7 @@ impl Case {
 
     fn setup<T: Real, S: Space>(&self, threads: usize) -> Setup {
         let params = NsoParams { tolerance: 0.0, cycles: 1, colours: self.colours, norm: self.norm, ..NsoParams::default() };
-        let shape = Shape::all::<T, S>().next().unwrap_or(Shape::LEAST);
+        let shape = Shape::all::<T, S>(&self.grid()).next().unwrap_or(Shape::LEAST);
         Setup { kappa: self.kappa, viscosity: 0.0, slots: self.steps - 1, threads, params, slow: self.slow, shape }
     }
 

@@ -11,10 +11,10 @@ use thurible_core::nso::colours::{Cells, Colours};
 use thurible_core::nso::level::{Rhs, System};
 use thurible_core::nso::local::{Changes, Slow, changes, fill_table, scratch_len, solve_row, table_len};
 use thurible_core::nso::residual::{Rows, of_block, rows_of, work_len};
-use thurible_core::nso::{Norm, NsoParams, Setup};
+use thurible_core::nso::{Norm, NsoParams, Setup, Shape, Split};
 use thurible_core::{D2, D3, Real, Serial, Space};
 
-const IN_2D: [(&[usize], &str); 5] = [(&[6, 6], "ww"), (&[7, 5], "pw"), (&[4, 9], "wp"), (&[40, 4], "pp"), (&[5, 5], "pp")];
+const IN_2D: [(&[usize], &str); 6] = [(&[6, 6], "ww"), (&[7, 5], "pw"), (&[4, 9], "wp"), (&[40, 4], "pp"), (&[5, 5], "pp"), (&[4, 27], "ww")];
 const IN_3D: [(&[usize], &str); 4] = [(&[4, 4, 4], "www"), (&[5, 4, 3], "pwp"), (&[18, 3, 4], "wpw"), (&[3, 5, 4], "ppp")];
 const SLOTS: usize = 3;
 
@@ -67,6 +67,7 @@ impl<T: Real> Both<T> {
         };
         System {
             grid: &case.grid,
+            first: 0,
             slots: SLOTS,
             kappa,
             viscosity: T::from_f64(self.equations.naive.viscosity),
@@ -216,14 +217,18 @@ fn colours_visit_every_cell_once() {
 
 /// Nearly at rest the problem is linear and cells of a pass do not meet: after a sweep the last pass's cells are solved.
 fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
-    use thurible_core::nso::smoother::{Workspace, ring_len, sweep};
+    use thurible_core::nso::smoother::{Workspace, scratch_len, sweep, waiting_len};
     let mut random = Random::new(64);
-    for ((cells, ends), colours) in list.iter().flat_map(|&g| [(g, Colours::RedBlack), (g, Colours::PowerOfTwo)]) {
+    let shared = [(Split::Planes(1), 1), (Split::Planes(2), 3), (Split::Slabs, 1), (Split::Slabs, 3)];
+    let orders = [Colours::RedBlack, Colours::PowerOfTwo].into_iter().flat_map(|colours| shared.map(|(split, threads)| (colours, split, threads)));
+    for ((cells, ends), (colours, split, threads)) in list.iter().flat_map(|&g| orders.clone().map(move |order| (g, order))) {
         let grid = grid(cells, ends);
         let mut case = Case::<f64>::towards(&grid, SLOTS, random.faces::<f64>(&grid, SLOTS).map(|c| c.iter().map(|x| 1e-9 * x).collect()));
         case.v = zeros(&grid, SLOTS);
         let before = case.equations(0.6, 0.0).residual().norm(grid.h[0]);
-        let (mut ring, mut scratch) = (vec![f64::NAN; ring_len::<S>(&grid, SLOTS, 1)], vec![f64::NAN; scratch_len::<S>(SLOTS, 8)]);
+        let shape = Shape { lanes: 8, split };
+        let mut waiting = vec![f64::NAN; waiting_len::<S>(&grid, SLOTS, threads, split)];
+        let mut scratch = vec![f64::NAN; threads * scratch_len::<S>(&grid, SLOTS, shape)];
         let mut table = vec![0.0; table_len::<S>()];
         fill_table::<f64, S>(grid.h, &mut table);
         let weights = thurible_core::nso::level::Weights { slots: SLOTS, kappa: 0.6, viscosity: 0.0, outside: 0.0, slow: Slow::AT_REST };
@@ -243,10 +248,11 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
             d: &mut [],
             table: &table,
         };
-        sweep::<f64, S>(&Serial, &mut level, &weights, colours, &mut Workspace { ring: &mut ring, scratch: &mut scratch, lanes: 8 });
+        let mut workspace = Workspace { waiting: &mut waiting, scratch: &mut scratch, shape };
+        fields::with_threads(threads, |exec| sweep::<f64, S>(exec, &mut level, &weights, colours, &mut workspace));
         let after = case.equations(0.6, 0.0).residual();
         let worst = largest(last_cells(&grid, colours).flat_map(|at| of_cell(&grid, &after, at)));
-        assert!(worst < 1e-7 * before, "{cells:?} {ends} {colours:?}: {worst:e} is left of {before:e}");
+        assert!(worst < 1e-7 * before, "{cells:?} {ends} {colours:?} {split:?} on {threads}: {worst:e} is left of {before:e}");
     }
 }
 

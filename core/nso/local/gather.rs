@@ -184,8 +184,8 @@ pub(super) struct Gather<'s, T> {
 impl<'s, T: Real> Gather<'s, T> {
     /// For `cells` of `row`.
     pub(super) fn new<S: Space>(system: &System<'s, T>, row: usize, cells: Cells) -> Self {
-        let &System { grid, slots, v, w, p, pbar, v0, rhs, .. } = system;
-        let around = Around::new(grid, row, cells);
+        let &System { grid, first, slots, v, w, p, pbar, v0, rhs, .. } = system;
+        let around = Around::new(grid, first, row, cells);
         let mut gather = Self { now: Rows::EMPTY, after: Rows::EMPTY, given: Rows::EMPTY, slots, nx: grid.n[0] };
         let now = &mut gather.now;
         for axis in 0..S::DIM {
@@ -295,7 +295,7 @@ impl Reads {
     }
 }
 
-/// Where some cells of a row are, and the rows around it; `None` behind a wall.
+/// Where some cells of a row are, and the rows around it, by where they are in a field; `None` behind a wall.
 struct Around<'g> {
     grid: &'g Grid,
     cells: Cells,
@@ -303,7 +303,8 @@ struct Around<'g> {
 }
 
 impl<'g> Around<'g> {
-    fn new(grid: &'g Grid, row: usize, cells: Cells) -> Self {
+    /// For fields that begin with row `first`.
+    fn new(grid: &'g Grid, first: usize, row: usize, cells: Cells) -> Self {
         let step = |row: Option<usize>, axis: usize, offset: usize| match offset {
             0 => grid.neighbour(row?, axis, Side::Low),
             2 => grid.neighbour(row?, axis, Side::High),
@@ -311,7 +312,8 @@ impl<'g> Around<'g> {
         };
         let rows = core::array::from_fn(|i| {
             let in_y = step(Some(row), 1, i % 3);
-            if grid.dims == 3 { step(in_y, 2, i / 3) } else { in_y.filter(|_| i / 3 == 1) }
+            let row = if grid.dims == 3 { step(in_y, 2, i / 3) } else { in_y.filter(|_| i / 3 == 1) };
+            row?.checked_sub(first)
         });
         Self { grid, cells, rows }
     }

@@ -8,7 +8,7 @@ use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::nso::level::State;
 use thurible_core::nso::local::Slow;
-use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape};
+use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape, Split};
 use thurible_core::plan::{Ledger, Pool};
 use thurible_core::{Exec, NsoParams, Real, Space};
 
@@ -42,7 +42,7 @@ pub fn setup(kappa: f64, slots: usize) -> Setup {
         threads: 1,
         params: NsoParams { tolerance: 0.0, ..NsoParams::default() },
         slow: Slow::USUAL,
-        shape: Shape { lanes: 16, together: 2 },
+        shape: Shape { lanes: 16, split: Split::Planes(2) },
     }
 }
 
