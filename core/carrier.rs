@@ -3,16 +3,17 @@
 //! Forward rho_{i+1} = A[rho_i, v_i]; backward mu_{i-1} = A_rho^T mu_i - C_i e_i with mu_N = 0. The data term's derivative by v_i
 //! is -A_v^T mu_{i+1}: what the advection problem (paper Algorithm 1) and the direct method (mathematics section 6) move along.
 
-use crate::exec::Exec;
+use crate::exec::{Exec, Serial, join};
 use crate::field::{Vector, rows};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::observe::{Event, Observer};
 use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
+use crate::problem::Problem;
 use crate::problem::keyframes::{DataTerm, Keyframes};
 use crate::real::Real;
-use crate::transport::{Flow, Stepping, Stop, Transport};
+use crate::transport::{Flow, Stepping, Stop, TooFast, Transport};
 
 /// What does not change from flow to flow.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +28,27 @@ pub struct Setup {
     pub largest: f64,
     /// Threads that scratch was planned for.
     pub threads: usize,
+    /// Whether there is memory for two threads to do different works where fields are small.
+    pub tandem: bool,
+}
+
+/// Cells up to which two threads gain more by different works than by sharing the rows of every term.
+const MOST_IN_TANDEM: usize = 1 << 12;
+
+impl Setup {
+    /// That of `problem` on its own grid, for rho_0 of at most 1.
+    #[must_use]
+    pub fn new(problem: &Problem<'_>, threads: usize) -> Self {
+        let metric = Metric { filters: problem.filters(), identity: 1.0 };
+        Self { slots: problem.slots(), metric, stepping: problem.advection.into(), largest: 1.0, threads, tandem: false }
+    }
+
+    /// Whether two threads do different works on a grid: each every other step on the way back, and one what the force costs while the other
+    /// carries the density.
+    #[must_use]
+    pub fn in_tandem(&self, grid: &Grid) -> bool {
+        self.tandem && self.threads > 1 && grid.cells() <= MOST_IN_TANDEM
+    }
 }
 
 /// Densities of a trajectory: rho_0 .. rho_N.
@@ -35,12 +57,17 @@ pub fn densities(grid: &Grid, slots: usize) -> usize {
     (slots + 2) * grid.cells()
 }
 
+/// Receives the number of a slot and a velocity at its faces, with threads to use.
+pub type Each<'e, T> = dyn FnMut(&dyn Exec, usize, Vector<'_, T>) + Send + 'e;
+
 /// Transport and metric, carved from a shared pool.
 pub struct Carrier<'a, T> {
     grid: &'a Grid,
     slots: usize,
     mu: &'a mut [T],
     transport: Transport<'a, T>,
+    /// That of every other step on the way back.
+    other: Option<Transport<'a, T>>,
     data: DataTerm<'a, T>,
 }
 
@@ -50,6 +77,9 @@ impl<'a, T: Real> Carrier<'a, T> {
         ledger.group("transport and metric", Sharing::Together, |ledger| {
             ledger.line("mu", pooled(grid.cells()), T::BYTES);
             Transport::<T>::requirement(ledger, grid, setup.threads);
+            if setup.in_tandem(grid) {
+                Transport::<T>::requirement(ledger, grid, setup.threads);
+            }
             DataTerm::<T>::requirement(ledger, grid, setup.metric.filters, setup.threads);
         });
     }
@@ -58,13 +88,9 @@ impl<'a, T: Real> Carrier<'a, T> {
     pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, setup: &Setup, pool: &mut Pool<'a, T>) -> Self {
         let data = DataTerm::carve(hierarchy, level, setup.metric, setup.threads, pool);
         let grid = data.grid();
-        Self {
-            grid,
-            slots: setup.slots,
-            mu: pool.take(grid.cells()),
-            transport: Transport::carve(grid, setup.stepping, setup.largest, setup.threads, pool),
-            data,
-        }
+        let mu = pool.take(grid.cells());
+        let mut transport = || Transport::carve(grid, setup.stepping, setup.largest, setup.threads, pool);
+        Self { grid, slots: setup.slots, mu, transport: transport(), other: setup.in_tandem(grid).then(transport), data }
     }
 
     /// The grid.
@@ -112,7 +138,7 @@ impl<'a, T: Real> Carrier<'a, T> {
     }
 
     /// Backwards through the flow that carried `rho`: `each` receives every slot, last first, and A_v^T mu at its faces,
-    /// minus the derivative of the data term.
+    /// minus the derivative of the data term, with threads to use.
     ///
     /// # Errors
     /// [`Stop`].
@@ -124,18 +150,52 @@ impl<'a, T: Real> Carrier<'a, T> {
         rho: &[T],
         keyframes: &Keyframes<'_, T>,
         sums: &mut [f64],
-        each: &mut dyn FnMut(usize, Vector<'_, T>),
+        each: &mut Each<'_, T>,
     ) -> Result<(), Stop> {
         let cells = self.grid.cells();
+        let rho_of = |step: usize| rho.get(step * cells..(step + 1) * cells).unwrap_or_default();
         self.mu.fill(T::ZERO);
         for step in (1..=self.slots).rev() {
             if let Some(index) = keyframes.at(step + 1) {
-                self.data.evaluate(exec, &rho[(step + 1) * cells..][..cells], keyframes.density(index, cells), sums);
+                self.data.evaluate(exec, rho_of(step + 1), keyframes.density(index, cells), sums);
                 rows::sub(self.mu, self.data.image());
             }
-            self.transport.load(exec, flow, self.slots, step, sums).map_err(|_| Stop::TooFast)?;
-            self.transport.backward(exec, &rho[step * cells..][..cells], self.mu);
-            each(step - 1, self.transport.gradient());
+            match &mut self.other {
+                None => {
+                    self.transport.load(exec, flow, self.slots, step, sums).map_err(|TooFast| Stop::TooFast)?;
+                    self.transport.backward(exec, rho_of(step), self.mu);
+                    each(exec, step - 1, self.transport.gradient());
+                }
+                Some(other) => {
+                    // One thread goes back through a step while the other hands on the gradient of the step after, through which it went back, and
+                    // prepares the one before, through which it will: what a step holds stays in the cache of one core.
+                    let even = step.is_multiple_of(2);
+                    let (now, next) = if even { (&mut self.transport, other) } else { (other, &mut self.transport) };
+                    if step == self.slots {
+                        now.load(exec, flow, self.slots, step, sums).map_err(|TooFast| Stop::TooFast)?;
+                        now.prepare(exec, rho_of(step));
+                    }
+                    let (slots, mu, mut loaded) = (self.slots, &mut *self.mu, Ok(()));
+                    let mut go_back = || now.backward(&Serial, rho_of(step), mu);
+                    let mut prepare = || {
+                        if step < slots {
+                            each(&Serial, step, next.gradient());
+                        }
+                        if step > 1 {
+                            loaded = next.load(&Serial, flow, slots, step - 1, sums).map(|()| next.prepare(&Serial, rho_of(step - 1)));
+                        }
+                    };
+                    if even {
+                        join(exec, &mut go_back, &mut prepare)
+                    } else {
+                        join(exec, &mut prepare, &mut go_back)
+                    }
+                    loaded.map_err(|TooFast| Stop::TooFast)?;
+                    if step == 1 {
+                        each(exec, 0, now.gradient());
+                    }
+                }
+            }
             if observer.on(Event::Work).is_break() {
                 return Err(Stop::Cancelled);
             }

@@ -25,7 +25,6 @@ use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::nso::{self, Bases, Nso, NsoParams, NsoSolver, Shape};
 use crate::observe::{Event, Observer, Silent};
-use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing};
 use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
@@ -120,13 +119,7 @@ impl Settings {
             iterations: params.ao_iterations,
             momentum: params.ao_momentum,
             projection_tolerance: problem.projection_tolerance,
-            carrier: carrier::Setup {
-                slots: dimensions.slots,
-                metric: Metric { filters: dimensions.filters, identity: 1.0 },
-                stepping: problem.advection.into(),
-                largest: 1.0,
-                threads: dimensions.threads,
-            },
+            carrier: carrier::Setup::new(problem, dimensions.threads),
         };
         let (viscosity, force_weight) = (problem.scaled_viscosity(), problem.scaled_force_weight());
         Self { dimensions, params: *params, setup, viscosity, force_weight, iterations }

@@ -126,7 +126,7 @@ impl<'a, T: Real> Trial<'a, T> {
         let Fields { v, multiplier, star, direction, initial, keyframes, .. } = fields;
         let star = view(star);
         let flow = Flow { initial: *initial, v: star, along: None };
-        self.carrier.sweep_back(exec, observer, &flow, self.rho, keyframes, sums, &mut |slot, gradient| {
+        self.carrier.sweep_back(exec, observer, &flow, self.rho, keyframes, sums, &mut |exec, slot, gradient| {
             let buffers = RowBuffers { fields: reborrow(direction), sums: &mut [], scratch: &mut [] };
             for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
                 let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;

@@ -16,7 +16,6 @@ use crate::field::{Vector, VectorMut, sums, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer, Silent};
-use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing};
 use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
@@ -84,10 +83,9 @@ impl Settings {
     /// The settings of `problem`.
     #[must_use]
     pub fn new(problem: &Problem<'_>, params: &SimulationParams, target: Option<PdParams>, threads: usize) -> Self {
-        let (slots, filters) = (problem.slots(), problem.filters());
         Self {
             grid: problem.grid(),
-            carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, stepping: problem.advection.into(), largest: 1.0, threads },
+            carrier: carrier::Setup::new(problem, threads),
             projection_tolerance: problem.projection_tolerance,
             viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),

@@ -1,12 +1,12 @@
 //! The objective as a function of the flow, and its gradient (mathematics section 6): one sweep forward, one back, two projections.
 
 use crate::carrier::{self, Carrier};
-use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::exec::{Exec, RowBuffers, Serial, for_rows, join};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
-use crate::observe::{Observer, Silent};
+use crate::observe::{Event, Observer, Silent};
 use crate::operators::self_advection::Fluid;
 use crate::plan::{Ledger, Pool, Sharing};
 use crate::poisson::Projection;
@@ -57,10 +57,14 @@ pub struct Evaluation<'a, 'm, T> {
 impl<T: Real> Evaluation<'_, '_, T> {
     /// The ledger lines of the region.
     pub fn requirement(ledger: &mut Ledger, grid: &Grid, setup: &carrier::Setup) {
-        ledger.group("evaluation", Sharing::InTurn, |ledger| {
-            Carrier::<T>::requirement(ledger, grid, setup);
+        let force = |ledger: &mut Ledger| {
             Projection::<T>::requirement(ledger, grid, setup.slots, setup.threads);
             ledger.line("force: rows of a block", setup.threads * force::scratch_per_thread(grid, setup.slots), T::BYTES);
+        };
+        let sharing = if setup.in_tandem(grid) { Sharing::Together } else { Sharing::InTurn };
+        ledger.group("evaluation", sharing, |ledger| {
+            Carrier::<T>::requirement(ledger, grid, setup);
+            if sharing == Sharing::InTurn { force(ledger) } else { ledger.group("force and projection", Sharing::InTurn, force) }
         });
     }
 
@@ -77,7 +81,23 @@ impl<T: Real> Evaluation<'_, '_, T> {
         bound: f64,
     ) -> Result<Objective, Stop> {
         let flow = Flow { initial: self.initial, v, along: None };
-        let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut Pool::new(&mut *self.region));
+        let mut pool = Pool::new(&mut *self.region);
+        let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut pool);
+        if self.setup.carrier.in_tandem(carrier.grid()) {
+            let Self { levels, level, setup, initial, ref mut rho, keyframes, ref mut sums, .. } = *self;
+            let (of_data, of_force) = sums.split_at_mut_checked(carrier.grid().rows()).unwrap_or_default();
+            let mut rest = Evaluation { levels, level, setup, initial, rho: &mut [], keyframes, region: pool.into_rest(), sums: of_force };
+            let (mut data, mut force) = (Ok(0.0), Ok(0.0));
+            join(exec, &mut || data = carrier.carry(&Serial, &mut Silent, &flow, rho, &keyframes, of_data), &mut || {
+                force = rest.force::<S>(&Serial, &mut Silent, v, w)
+            });
+            let data = data?;
+            return if observer.on(Event::Work).is_break() {
+                Err(Stop::Cancelled)
+            } else {
+                Ok(Objective { data, force: if data > bound { 0.0 } else { force? } })
+            };
+        }
         let data = carrier.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
         let force = if data > bound { 0.0 } else { self.force::<S>(exec, observer, v, w)? };
         Ok(Objective { data, force })
@@ -113,7 +133,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         force::apply_adjoint::<T, S>(exec, Fluid { grid, slots, viscosity: self.setup.viscosity }, v, w, reborrow(out), scratch);
         let flow = Flow { initial: self.initial, v, along: None };
         let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut Pool::new(&mut *self.region));
-        carrier.sweep_back(exec, observer, &flow, self.rho, &self.keyframes, self.sums, &mut |slot, of_data| {
+        carrier.sweep_back(exec, observer, &flow, self.rho, &self.keyframes, self.sums, &mut |exec, slot, of_data| {
             for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, move |task| {
                 for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
                     prefetch(Cache::First, out, ROWS_AHEAD * out.len() + slot * n, n);

@@ -24,7 +24,6 @@ use crate::grid::levels::{self, Levels};
 use crate::grid::{Grid, Space};
 use crate::nested;
 use crate::observe::{Event, Observer};
-use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
@@ -114,15 +113,14 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The settings of `problem` with so many pairs.
+    /// The settings of `problem` with so many pairs; whether two threads may do different works, for which there is memory then.
     #[must_use]
-    pub fn new(problem: &Problem<'_>, params: &DirectParams, history: usize, threads: usize, iterations: usize) -> Self {
-        let (slots, filters) = (problem.slots(), problem.filters());
+    pub fn new(problem: &Problem<'_>, params: &DirectParams, history: usize, threads: usize, tandem: bool, iterations: usize) -> Self {
         Self {
             grid: problem.grid(),
             history,
             keyframes: problem.keyframes.len(),
-            carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, stepping: problem.advection.into(), largest: 1.0, threads },
+            carrier: carrier::Setup { tandem, ..carrier::Setup::new(problem, threads) },
             projection_tolerance: problem.projection_tolerance,
             viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),

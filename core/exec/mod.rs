@@ -262,6 +262,11 @@ where
     });
 }
 
+/// Two different works at the same time, each on one thread: the first on that which calls, if there is another.
+pub fn join<'a>(exec: &dyn Exec, first: &'a mut (dyn FnMut() + Send), second: &'a mut (dyn FnMut() + Send)) {
+    for_slabs(exec, Slabs::new(2, 2, 1), [&mut [first, second][..]], &mut [], |task| task.fields.into_iter().flatten().for_each(|work| work()));
+}
+
 /// Calls `work` with the number of a worker and the rows of one of its turns until all rows of `range` are done, of each of which `a_row`
 /// numbers are written.
 ///

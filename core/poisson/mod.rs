@@ -5,7 +5,7 @@
 pub mod multigrid;
 pub mod spectral;
 
-use crate::exec::Exec;
+use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, VectorMut, rows, sums, transform, view};
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
@@ -87,10 +87,16 @@ impl<'a, T: Real> Projection<'a, T> {
 
     /// max |div v| h_x / max |v|, the largest of all batches of slots of the trajectory `v`. `sums` holds two numbers a row.
     pub fn relative_divergence(&mut self, exec: &dyn Exec, slots: usize, v: &VectorMut<'_, T>, sums: &mut [f64]) -> f64 {
-        let h = self.grid.h[0];
+        let (grid, v) = (self.grid, view(v));
+        let sums = &mut sums[..Measured::SUMS * grid.rows()];
         rows::largest(Batch::all(slots, self.batch).map(|batch| {
-            let Measured { divergence, speed } = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
-            if divergence > 0.0 { divergence * h / speed } else { divergence }
+            let scratch = each!(&mut self.solver, solver => &mut *solver.scratch);
+            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch }, |task| {
+                let out = task.scratch.get_mut(..grid.n[0]).unwrap_or_default();
+                divergence_in_row(grid, batch, task.row, v, |faces, scales| divergence(faces, scales, out)).write(task.sums);
+            });
+            let Measured { divergence, speed } = Measured::read(sums);
+            if divergence > 0.0 { divergence * grid.h[0] / speed } else { divergence }
         }))
     }
 
@@ -201,19 +207,24 @@ impl Measured {
     }
 }
 
-/// div v at a row of cells in every slot of the batch, to `out` of each.
-fn divergence_in_row<'o, T: Real>(grid: &Grid, batch: Batch, row: usize, v: Vector<'_, T>, out: impl Iterator<Item = &'o mut [T]>) -> Measured {
-    let n = grid.n[0];
+/// Hands a row's faces in every slot of the batch to `divergence`, with 1 / h, and collects what it measures.
+fn divergence_in_row<T: Real>(
+    grid: &Grid,
+    batch: Batch,
+    row: usize,
+    v: Vector<'_, T>,
+    mut divergence: impl FnMut(&RowFaces<'_, T>, [T; 3]) -> [f64; 2],
+) -> Measured {
     let scales = grid.h.map(|h| T::from_f64(1.0 / h));
     let next = [1, 2].map(|axis| if axis < grid.dims { grid.neighbour(row, axis, Side::High) } else { None });
     let mut measured = Measured::default();
-    for (index, out) in out.enumerate().take(batch.count) {
+    for index in 0..batch.count {
         let slot = batch.slot(grid, index);
         let of = |axis: usize, row: Option<usize>| row.map_or(&[][..], |row| slot.of(v[axis], row));
         let x = slot.of(v[0], row);
         let low = [x, of(1, Some(row)), of(2, (grid.dims > 2).then_some(row))];
         let faces = RowFaces { low, end: if grid.periodic[0] { x[0] } else { T::ZERO }, high: [of(1, next[0]), of(2, next[1])] };
-        let [divergence, speed] = divergence(&faces, scales, &mut out[..n]);
+        let [divergence, speed] = divergence(&faces, scales);
         measured.add(Measured { divergence, speed });
     }
     measured

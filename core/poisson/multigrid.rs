@@ -10,6 +10,7 @@ use crate::field::{Block, VectorMut, rows, view};
 use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables, Transfer};
 use crate::grid::{Grid, Side};
 use crate::observe::{Event, Observer};
+use crate::operators::divergence::divergence;
 use crate::plan::{Pool, pooled};
 use crate::real::Real;
 use crate::simd::multiversion;
@@ -40,7 +41,7 @@ struct LevelMut<'a, T> {
 pub struct Multigrid<'a, T> {
     levels: heapless::Vec<LevelMut<'a, T>, MAX_LEVELS>,
     tables: heapless::Vec<&'a Tables<'a, T>, MAX_LEVELS>,
-    scratch: &'a mut [T],
+    pub(super) scratch: &'a mut [T],
 }
 
 /// Numbers of scratch of a thread.
@@ -88,7 +89,8 @@ impl<'a, T: Real> Multigrid<'a, T> {
         let rhs = &mut rhs[..grid.cells() * batch.count];
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [rhs], sums: &mut *sums, scratch: &mut [] }, |task| {
             let [rhs] = task.fields;
-            divergence_in_row(grid, batch, task.row, v, rhs.chunks_exact_mut(grid.n[0])).write(task.sums);
+            let mut slots = rhs.chunks_exact_mut(grid.n[0]);
+            divergence_in_row(grid, batch, task.row, v, |faces, scales| divergence(faces, scales, slots.next().unwrap_or_default())).write(task.sums);
         });
         Measured::read(sums)
     }

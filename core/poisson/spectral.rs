@@ -6,6 +6,7 @@ use crate::field::{Block, VectorMut, transform, view};
 use crate::grid::Grid;
 use crate::grid::spectrum::Spectrum;
 use crate::observe::{Event, Observer};
+use crate::operators::divergence::divergence;
 use crate::plan::Pool;
 use crate::real::Real;
 use crate::simd::multiversion;
@@ -17,7 +18,7 @@ pub struct Spectral<'a, T> {
     grid: &'a Grid,
     spectrum: Spectrum<'a, T>,
     q: &'a mut [T],
-    scratch: &'a mut [T],
+    pub(super) scratch: &'a mut [T],
 }
 
 impl<'a, T: Real> Spectral<'a, T> {
@@ -33,7 +34,8 @@ impl<'a, T: Real> Spectral<'a, T> {
         let mut slots = self.q.chunks_exact_mut(grid.cells()).take(batch.count);
         let fields: [_; MAX_BATCH] = core::array::from_fn(|_| slots.next().unwrap_or_default());
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut *sums, scratch: &mut [] }, |task| {
-            divergence_in_row(grid, batch, task.row, v, task.fields.into_iter()).write(task.sums);
+            let mut slots = task.fields.into_iter();
+            divergence_in_row(grid, batch, task.row, v, |faces, scales| divergence(faces, scales, slots.next().unwrap_or_default())).write(task.sums);
         });
         Measured::read(sums)
     }

@@ -117,6 +117,8 @@ pub(super) struct Choice {
     shape: Shape,
     /// The direct method: pairs of L-BFGS.
     pub(super) history: usize,
+    /// The direct method: whether two threads may do different works at a time.
+    tandem: bool,
 }
 
 /// Every buffer of a solve, to the byte.
@@ -143,14 +145,16 @@ impl Plan {
         match params.method {
             Method::Admm => Self::of_admm::<T, S>(problem, params),
             Method::Direct => Self::of_direct::<T, S>(problem, params),
-            Method::Lbfgs | Method::Pd | Method::Simulate => Self::with::<T, S>(problem, params, Choice { shape: Shape::LEAST, history: params.lbfgs.history }),
+            Method::Lbfgs | Method::Pd | Method::Simulate => {
+                Self::with::<T, S>(problem, params, Choice { shape: Shape::LEAST, history: params.lbfgs.history, tandem: false })
+            }
         }
     }
 
     /// The fastest shape of the smoother's memory within the ceiling and the paper's bound, the fastest of all if there is none.
     #[inline(never)]
     fn of_admm<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
-        let with = |shape: Shape| Self::with::<T, S>(problem, params, Choice { shape, history: 0 });
+        let with = |shape: Shape| Self::with::<T, S>(problem, params, Choice { shape, history: 0, tandem: false });
         let (mut fastest, mut within_ceiling) = (None, None);
         let mut smallest: Option<(usize, Shape)> = None;
         for shape in Shape::all::<T, S>(&problem.grid()) {
@@ -174,16 +178,22 @@ impl Plan {
     /// As many pairs as are asked for, or as many as the ceiling allows one thread, so that results do not depend on threads.
     #[inline(never)]
     fn of_direct<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
-        let with = |history: usize, threads: usize| Self::with::<T, S>(problem, &Params { threads, ..*params }, Choice { shape: Shape::LEAST, history });
+        let with = |history: usize, threads: usize, tandem: bool| {
+            Self::with::<T, S>(problem, &Params { threads, ..*params }, Choice { shape: Shape::LEAST, history, tandem })
+        };
+        let fits = |plan: &Self| params.ceiling.is_none_or(|ceiling| plan.bytes <= ceiling);
+        let on_all_threads = |history: usize| {
+            let fastest = with(history, params.threads, true)?;
+            if fits(&fastest) { Ok(fastest) } else { with(history, params.threads, false) }
+        };
         let most = params.direct.history.unwrap_or(DirectParams::MOST_BY_DEFAULT);
         let least = params.direct.history.unwrap_or(1);
         for history in (least + 1..=most).rev() {
-            let alone = with(history, 1)?;
-            if params.ceiling.is_none_or(|ceiling| alone.bytes <= ceiling) {
-                return with(history, params.threads);
+            if fits(&with(history, 1, false)?) {
+                return on_all_threads(history);
             }
         }
-        with(least, params.threads)
+        on_all_threads(least)
     }
 
     #[inline(never)]
@@ -281,7 +291,7 @@ pub(super) fn admm_settings(problem: &Problem<'_>, params: &Params, choice: Choi
 }
 
 pub(super) fn direct_settings(problem: &Problem<'_>, params: &Params, choice: Choice) -> direct::Settings {
-    direct::Settings::new(problem, &params.direct, choice.history, params.threads, params.iterations)
+    direct::Settings::new(problem, &params.direct, choice.history, params.threads, choice.tandem, params.iterations)
 }
 
 pub(super) fn lbfgs_settings(problem: &Problem<'_>, params: &Params) -> lbfgs::Settings {

@@ -137,6 +137,8 @@ pub struct Transport<'a, T> {
     /// See [`flux::Velocity`].
     velocity: VectorMut<'a, T>,
     substeps: usize,
+    /// Where the terms of the last sub-steps are, if they are there.
+    held: Option<Held>,
     states: &'a mut [T],
     terms: &'a mut [T],
     /// See [`series::Terms`].
@@ -179,6 +181,7 @@ impl<'a, T: Real> Transport<'a, T> {
             courant: if stepping.scheme == Scheme::SemiLagrangian { 1.0 } else { stepping.courant },
             velocity: [velocity, y, z],
             substeps: 1,
+            held: None,
             states,
             terms,
             sizes: pool.take(MAX_TERMS * grid.rows()),
@@ -201,6 +204,7 @@ impl<'a, T: Real> Transport<'a, T> {
     /// [`TooFast`].
     pub fn load(&mut self, exec: &dyn Exec, flow: &Flow<'_, T>, slots: usize, step: usize, sums: &mut [f64]) -> Result<(), TooFast> {
         let (grid, n) = (self.grid, self.grid.n[0]);
+        self.held = None;
         let sums = &mut sums[..grid.rows()];
         let [v0, v1, v2] = reborrow(&mut self.velocity);
         for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [v0, v1, v2], sums: &mut [], scratch: &mut [] }, move |task| {
@@ -260,25 +264,41 @@ impl<'a, T: Real> Transport<'a, T> {
         series::sum(exec, &series, from, terms, to, scratch)
     }
 
+    /// The terms of the step's last sub-steps from `rho`, which [`Self::backward`] begins with: it does this itself unless it was done before.
+    pub fn prepare(&mut self, exec: &dyn Exec, rho: &[T]) {
+        self.held = Some(self.hold(exec, rho, (self.substeps - 1) / STATES * STATES));
+    }
+
+    /// The terms of as many sub-steps from number `first` on as there are states for.
+    fn hold(&mut self, exec: &dyn Exec, rho: &[T], first: usize) -> Held {
+        let (len, stride, count) = (rho.len(), pooled(rho.len()), STATES.min(self.substeps - first));
+        let states = core::mem::take(&mut self.states);
+        if first > 0 {
+            let (begin, work) = states.split_at_mut(stride);
+            self.carry(exec, first, rho, [&mut begin[..len], &mut work[..len]]);
+        }
+        let mut held = Held::default();
+        for state in 0..count {
+            let (before, after) = states.split_at_mut((state + 1) * stride);
+            let from = if first + state == 0 { rho } else { &before[state * stride..][..len] };
+            let to = if state + 1 < count { &mut after[..len] } else { &mut [] };
+            held.push(|at| self.substep(exec, from, to, at));
+        }
+        self.states = states;
+        held
+    }
+
     /// The adjoint of the step from `rho`: `mu` <- A_rho^T mu where there is smoke (elsewhere it may stay as it is, which no gradient
     /// depends on), and [`Self::gradient`] = A_v^T mu.
     pub fn backward(&mut self, exec: &dyn Exec, rho: &[T], mu: &mut [T]) {
         let (len, stride) = (rho.len(), pooled(rho.len()));
-        let states = core::mem::take(&mut self.states);
         for first in (0..self.substeps).step_by(STATES).rev() {
-            let count = STATES.min(self.substeps - first);
-            if first > 0 {
-                let (begin, work) = states.split_at_mut(stride);
-                self.carry(exec, first, rho, [&mut begin[..len], &mut work[..len]]);
-            }
-            let mut held = Held::default();
-            for state in 0..count {
-                let (before, after) = states.split_at_mut((state + 1) * stride);
-                let from = if first + state == 0 { rho } else { &before[state * stride..][..len] };
-                let to = if state + 1 < count { &mut after[..len] } else { &mut [] };
-                held.push(|at| self.substep(exec, from, to, at));
-            }
-            for state in (0..count).rev() {
+            let held = match self.held.take() {
+                Some(held) => held,
+                None => self.hold(exec, rho, first),
+            };
+            let states = core::mem::take(&mut self.states);
+            for state in (0..STATES.min(self.substeps - first)).rev() {
                 let from = if first + state == 0 { rho } else { &states[state * stride..][..len] };
                 let terms = match held.get(state) {
                     Some(held) => held,
@@ -286,8 +306,8 @@ impl<'a, T: Real> Transport<'a, T> {
                 };
                 self.substep_backward(exec, from, terms, mu, first + state + 1 == self.substeps);
             }
+            self.states = states;
         }
-        self.states = states;
     }
 
     /// The adjoint of the sub-step from `rho`, whose `terms` begin at field `at`: `mu` and the gradient, which begins with the `first`.

@@ -141,7 +141,7 @@ impl<T: Real> Simulated<'_, '_, T> {
         let (grid, flow) = (&levels.grids[*level], Flow { initial: *initial, v, along: None });
         let n = grid.n[0];
         let mut carrier = Carrier::carve(levels, *level, &setup.carrier, &mut Pool::new(region));
-        carrier.sweep_back(exec, observer, &flow, rho, keyframes, sums, &mut |slot, of_data| {
+        carrier.sweep_back(exec, observer, &flow, rho, keyframes, sums, &mut |exec, slot, of_data| {
             for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
                 for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
                     rows::scale(&mut out[slot * n..(slot + 1) * n], -T::ONE, &of_data[axis][task.row * n..(task.row + 1) * n]);

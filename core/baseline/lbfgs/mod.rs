@@ -14,7 +14,6 @@ use crate::field::{Vector, VectorMut, reborrow, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer};
-use crate::operators::blur::Metric;
 use crate::plan::{Ledger, Pool, Sharing};
 use crate::poisson::{self, Projection};
 use crate::problem::keyframes::Keyframes;
@@ -83,11 +82,10 @@ impl Settings {
     /// The settings of `problem`.
     #[must_use]
     pub fn new(problem: &Problem<'_>, params: &LbfgsParams, step_tolerance: f64, threads: usize, iterations: usize) -> Self {
-        let (slots, filters) = (problem.slots(), problem.filters());
         Self {
             grid: problem.grid(),
             keyframes: problem.keyframes.len(),
-            carrier: carrier::Setup { slots, metric: Metric { filters, identity: 1.0 }, stepping: problem.advection.into(), largest: 1.0, threads },
+            carrier: carrier::Setup::new(problem, threads),
             projection_tolerance: problem.projection_tolerance,
             viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),

@@ -76,7 +76,7 @@ impl<T: Real> Control<'_, T> {
 
     fn carrier(&self) -> carrier::Setup {
         let metric = Metric { filters: self.filters, identity: 1.0 };
-        carrier::Setup { slots: self.steps - 1, metric, stepping: self.advection.into(), largest: 1.0, threads: 1 }
+        carrier::Setup { slots: self.steps - 1, metric, stepping: self.advection.into(), largest: 1.0, threads: 1, tandem: false }
     }
 
     /// The objective of the direct method at v with force weight r, and its gradient.
