@@ -50,12 +50,12 @@ impl<'m, T: Real, S: Space> Engine<'m, T, S> {
     }
 
     pub fn carve(arena: &mut Arena<'m>, problem: &Problem<'_>, params: &Params, choice: Choice) -> Result<Self, TooSmall> {
-        Ok(match params.method {
-            Method::Admm => Self::Admm(Admm::carve(arena, &admm_settings(problem, params, choice))?),
-            Method::Direct => Self::Direct(Direct::carve(arena, &direct_settings(problem, params, choice))?),
-            Method::Lbfgs => Self::Lbfgs(Lbfgs::carve(arena, &lbfgs_settings(problem, params))?),
-            Method::Pd | Method::Simulate => Self::Forward(Forward::carve(arena, &forward_settings(problem, params))?),
-        })
+        match params.method {
+            Method::Admm => in_its_frame(|| Admm::carve(arena, &admm_settings(problem, params, choice)).map(Self::Admm)),
+            Method::Direct => in_its_frame(|| Direct::carve(arena, &direct_settings(problem, params, choice)).map(Self::Direct)),
+            Method::Lbfgs => in_its_frame(|| Lbfgs::carve(arena, &lbfgs_settings(problem, params)).map(Self::Lbfgs)),
+            Method::Pd | Method::Simulate => in_its_frame(|| Forward::carve(arena, &forward_settings(problem, params)).map(Self::Forward)),
+        }
     }
 
     /// Numbers that [`Self::record`] passes over.
@@ -119,4 +119,10 @@ impl<'m, T: Real, S: Space> Engine<'m, T, S> {
     pub fn force(&self) -> Vector<'_, T> {
         each!(self, inner => inner.force())
     }
+}
+
+/// Calls `make` in a function of its own, so that the stack never holds what another method would need.
+#[inline(never)]
+fn in_its_frame<R>(make: impl FnOnce() -> R) -> R {
+    make()
 }

@@ -175,25 +175,28 @@ impl Plan {
         with(chosen.ok_or(PlanError::TooLarge)?)
     }
 
-    /// As many pairs as are asked for, or as many as the ceiling allows one thread, so that results do not depend on threads.
+    /// As many pairs as are asked for, or as many as the ceiling allows one thread, so that results do not depend on threads; two threads that do
+    /// different works where it allows that too.
     #[inline(never)]
     fn of_direct<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
-        let with = |history: usize, threads: usize, tandem: bool| {
-            Self::with::<T, S>(problem, &Params { threads, ..*params }, Choice { shape: Shape::LEAST, history, tandem })
+        let choice = |history: usize, tandem: bool| Choice { shape: Shape::LEAST, history, tandem };
+        let fits = |choice: Choice, threads: usize| match params.ceiling {
+            Some(ceiling) => Ok::<_, PlanError>(Self::bytes_with::<T, S>(problem, &Params { threads, ..*params }, choice)? <= ceiling),
+            None => Ok(true),
         };
-        let fits = |plan: &Self| params.ceiling.is_none_or(|ceiling| plan.bytes <= ceiling);
-        let on_all_threads = |history: usize| {
-            let fastest = with(history, params.threads, true)?;
-            if fits(&fastest) { Ok(fastest) } else { with(history, params.threads, false) }
-        };
-        let most = params.direct.history.unwrap_or(DirectParams::MOST_BY_DEFAULT);
         let least = params.direct.history.unwrap_or(1);
-        for history in (least + 1..=most).rev() {
-            if fits(&with(history, 1, false)?) {
-                return on_all_threads(history);
-            }
+        let mut history = params.direct.history.unwrap_or(DirectParams::MOST_BY_DEFAULT);
+        while history > least && !fits(choice(history, false), 1)? {
+            history -= 1;
         }
-        on_all_threads(least)
+        let tandem = fits(choice(history, true), params.threads)?;
+        Self::with::<T, S>(problem, params, choice(history, tandem))
+    }
+
+    /// Bytes alone: a plan takes much of a stack.
+    #[inline(never)]
+    fn bytes_with<T: Real, S: Space>(problem: &Problem<'_>, params: &Params, choice: Choice) -> Result<usize, PlanError> {
+        Self::with::<T, S>(problem, params, choice).map(|plan| plan.bytes)
     }
 
     #[inline(never)]

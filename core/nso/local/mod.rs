@@ -144,12 +144,12 @@ impl<T: Real> Row<'_, '_, T> {
         if self.system.viscosity == T::ZERO { self.solve_at_level::<S, false>() } else { self.solve_at_level::<S, true>() }
     }
 
-    /// With the longest vectors that the processor has and `lanes` allows.
+    /// With the longest vectors that the processor has, `lanes` allows and the cells fill by more than a half.
     #[inline(always)]
     fn solve_at_level<S: Space, const VISCOUS: bool>(self) {
         #[cfg(target_arch = "x86_64")]
         {
-            if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes {
+            if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes && T::Medium::LANES < self.cells.count {
                 #[allow(unsafe_code)]
                 // SAFETY: `level` says that the processor has AVX-512.
                 return unsafe { avx512::<T, S, VISCOUS>(self) };
