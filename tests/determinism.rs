@@ -67,7 +67,7 @@ fn every_row_is_visited_once() {
     };
     let visits_in_slabs = |exec: &dyn Exec, count: usize, least: usize| {
         let (slabs, mut field) = (Slabs::new(ROWS, count, least), vec![0f32; ROWS]);
-        assert!((1..=count.max(1)).contains(&slabs.count) && (0..slabs.count).all(|slab| slabs.rows_of(slab).len() >= least.min(ROWS)));
+        assert!((1..=count.max(1)).contains(&slabs.count()) && (0..slabs.count()).all(|slab| slabs.rows_of(slab).len() >= least.min(ROWS)));
         for_slabs(exec, slabs, [&mut field], &mut [], |task| {
             let ([numbers], rows) = (task.fields, task.rows);
             assert!(rows.clone().all(|row| slabs.rows_of(slabs.slab_of(row)) == rows));

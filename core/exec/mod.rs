@@ -216,10 +216,8 @@ where
 /// Rows, or planes, cut into slabs that are as thick as each other, or thicker by one.
 #[derive(Clone, Copy, Debug)]
 pub struct Slabs {
-    /// How many are cut up.
-    pub rows: usize,
-    /// Slabs.
-    pub count: usize,
+    rows: usize,
+    count: usize,
 }
 
 impl Slabs {
@@ -229,17 +227,32 @@ impl Slabs {
         Self { rows, count: count.min(rows / least.max(1)).max(1) }
     }
 
+    /// How many there are.
+    #[must_use]
+    pub fn count(self) -> usize {
+        self.count
+    }
+
     /// The rows of a slab.
     #[must_use]
     pub fn rows_of(self, slab: usize) -> Range<usize> {
-        let begin_of = |slab: usize| self.rows * slab / self.count.max(1);
+        let (thin, thick) = self.thickness();
+        let begin_of = |slab: usize| slab * thin + slab.min(thick);
         begin_of(slab)..begin_of(slab + 1)
     }
 
     /// The slab that a row is in.
     #[must_use]
     pub fn slab_of(self, row: usize) -> usize {
-        ((row + 1) * self.count).saturating_sub(1) / self.rows.max(1)
+        let (thin, thick) = self.thickness();
+        let in_thick = row / thin.saturating_add(1);
+        if in_thick < thick { in_thick } else { (row - thick) / thin.max(1) }
+    }
+
+    /// Rows of a thin slab, and how many are thicker by one: the first ones.
+    fn thickness(self) -> (usize, usize) {
+        let count = self.count.max(1);
+        (self.rows / count, self.rows % count)
     }
 }
 
@@ -254,7 +267,7 @@ where
     share_out(exec, 0..slabs.count, 0, move |worker, turn| {
         for slab in turn {
             let rows = slabs.rows_of(slab);
-            // SAFETY: as in `for_rows`, as slabs share no rows.
+            // SAFETY: as in `for_rows`: slabs share no rows, and nothing overflows where their number is below `count`, and `count` no more than `rows`.
             let task_of_slab =
                 unsafe { RunTask { fields: core::array::from_fn(|k| fields[k].get(rows.clone())), scratch: scratch.get(worker..worker + 1), rows } };
             task(task_of_slab);

@@ -48,7 +48,7 @@ fn slabs(grid: &Grid, threads: usize, split: Split) -> Slabs {
 
 /// Planes at the edges of slabs, the first and the last one of each: none where there is nothing beyond.
 fn edges(grid: &Grid, slabs: Slabs) -> usize {
-    if slabs.count > 1 || grid.periodic[grid.dims - 1] { 2 * slabs.count } else { 0 }
+    if slabs.count() > 1 || grid.periodic[grid.dims - 1] { 2 * slabs.count() } else { 0 }
 }
 
 /// Numbers of changes that wait for other threads.
