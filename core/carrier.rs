@@ -57,6 +57,11 @@ pub fn densities(grid: &Grid, slots: usize) -> usize {
     (slots + 2) * grid.cells()
 }
 
+/// The density of a step among those of all.
+fn density_of<T>(rho: &[T], cells: usize, step: usize) -> &[T] {
+    rho.get(step * cells..(step + 1) * cells).unwrap_or_default()
+}
+
 /// Receives the number of a slot and a velocity at its faces, with threads to use.
 pub type Each<'e, T> = dyn FnMut(&dyn Exec, usize, Vector<'_, T>) + Send + 'e;
 
@@ -153,53 +158,56 @@ impl<'a, T: Real> Carrier<'a, T> {
         each: &mut Each<'_, T>,
     ) -> Result<(), Stop> {
         let cells = self.grid.cells();
-        let rho_of = |step: usize| rho.get(step * cells..(step + 1) * cells).unwrap_or_default();
         self.mu.fill(T::ZERO);
         for step in (1..=self.slots).rev() {
             if let Some(index) = keyframes.at(step + 1) {
-                self.data.evaluate(exec, rho_of(step + 1), keyframes.density(index, cells), sums);
+                self.data.evaluate(exec, density_of(rho, cells, step + 1), keyframes.density(index, cells), sums);
                 rows::sub(self.mu, self.data.image());
             }
-            match &mut self.other {
-                None => {
-                    self.transport.load(exec, flow, self.slots, step, sums).map_err(|TooFast| Stop::TooFast)?;
-                    self.transport.backward(exec, rho_of(step), self.mu);
-                    each(exec, step - 1, self.transport.gradient());
-                }
-                Some(other) => {
-                    // One thread goes back through a step while the other hands on the gradient of the step after, through which it went back, and
-                    // prepares the one before, through which it will: what a step holds stays in the cache of one core.
-                    let even = step.is_multiple_of(2);
-                    let (now, next) = if even { (&mut self.transport, other) } else { (other, &mut self.transport) };
-                    if step == self.slots {
-                        now.load(exec, flow, self.slots, step, sums).map_err(|TooFast| Stop::TooFast)?;
-                        now.prepare(exec, rho_of(step));
-                    }
-                    let (slots, mu, mut loaded) = (self.slots, &mut *self.mu, Ok(()));
-                    let mut go_back = || now.backward(&Serial, rho_of(step), mu);
-                    let mut prepare = || {
-                        if step < slots {
-                            each(&Serial, step, next.gradient());
-                        }
-                        if step > 1 {
-                            loaded = next.load(&Serial, flow, slots, step - 1, sums).map(|()| next.prepare(&Serial, rho_of(step - 1)));
-                        }
-                    };
-                    if even {
-                        join(exec, &mut go_back, &mut prepare)
-                    } else {
-                        join(exec, &mut prepare, &mut go_back)
-                    }
-                    loaded.map_err(|TooFast| Stop::TooFast)?;
-                    if step == 1 {
-                        each(exec, 0, now.gradient());
-                    }
-                }
-            }
+            self.back_through(exec, flow, rho, step, sums, each).map_err(|TooFast| Stop::TooFast)?;
             if observer.on(Event::Work).is_break() {
                 return Err(Stop::Cancelled);
             }
         }
         Ok(())
+    }
+
+    /// Back through a step: `each` receives its gradient now, or in tandem while the step before is gone through.
+    fn back_through(&mut self, exec: &dyn Exec, flow: &Flow<'_, T>, rho: &[T], step: usize, sums: &mut [f64], each: &mut Each<'_, T>) -> Result<(), TooFast> {
+        let (slots, cells) = (self.slots, self.grid.cells());
+        let rho_of = |step: usize| density_of(rho, cells, step);
+        let Some(other) = &mut self.other else {
+            self.transport.load(exec, flow, slots, step, sums)?;
+            self.transport.backward(exec, rho_of(step), self.mu);
+            each(exec, step - 1, self.transport.gradient());
+            return Ok(());
+        };
+        // One thread goes back through the step while the other hands on the gradient of the step after, through which it went back, and
+        // prepares the one before, through which it will: what a step holds stays in the cache of one core.
+        let even = step.is_multiple_of(2);
+        let (now, next) = if even { (&mut self.transport, other) } else { (other, &mut self.transport) };
+        if step == slots {
+            now.load(exec, flow, slots, step, sums)?;
+            now.prepare(exec, rho_of(step));
+        }
+        let (mu, mut loaded) = (&mut *self.mu, Ok(()));
+        let mut go_back = || now.backward(&Serial, rho_of(step), mu);
+        let mut prepare = || {
+            if step < slots {
+                each(&Serial, step, next.gradient());
+            }
+            if step > 1 {
+                loaded = next.load(&Serial, flow, slots, step - 1, sums).map(|()| next.prepare(&Serial, rho_of(step - 1)));
+            }
+        };
+        if even {
+            join(exec, &mut go_back, &mut prepare);
+        } else {
+            join(exec, &mut prepare, &mut go_back);
+        }
+        if step == 1 {
+            each(exec, 0, now.gradient());
+        }
+        loaded
     }
 }

@@ -83,24 +83,22 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let flow = Flow { initial: self.initial, v, along: None };
         let mut pool = Pool::new(&mut *self.region);
         let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut pool);
-        if self.setup.carrier.in_tandem(carrier.grid()) {
-            let Self { levels, level, setup, initial, ref mut rho, keyframes, ref mut sums, .. } = *self;
-            let (of_data, of_force) = sums.split_at_mut_checked(carrier.grid().rows()).unwrap_or_default();
-            let mut rest = Evaluation { levels, level, setup, initial, rho: &mut [], keyframes, region: pool.into_rest(), sums: of_force };
-            let (mut data, mut force) = (Ok(0.0), Ok(0.0));
-            join(exec, &mut || data = carrier.carry(&Serial, &mut Silent, &flow, rho, &keyframes, of_data), &mut || {
-                force = rest.force::<S>(&Serial, &mut Silent, v, w)
-            });
-            let data = data?;
-            return if observer.on(Event::Work).is_break() {
-                Err(Stop::Cancelled)
-            } else {
-                Ok(Objective { data, force: if data > bound { 0.0 } else { force? } })
-            };
+        if !self.setup.carrier.in_tandem(carrier.grid()) {
+            let data = carrier.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
+            let force = if data > bound { 0.0 } else { self.force::<S>(exec, observer, v, w)? };
+            return Ok(Objective { data, force });
         }
-        let data = carrier.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
-        let force = if data > bound { 0.0 } else { self.force::<S>(exec, observer, v, w)? };
-        Ok(Objective { data, force })
+        let Self { levels, level, setup, initial, ref mut rho, keyframes, ref mut sums, .. } = *self;
+        let (of_data, of_force) = sums.split_at_mut_checked(carrier.grid().rows()).unwrap_or_default();
+        let mut rest = Evaluation { levels, level, setup, initial, rho: &mut [], keyframes, region: pool.into_rest(), sums: of_force };
+        let (mut data, mut force) = (Ok(0.0), Ok(0.0));
+        let mut carry = || data = carrier.carry(&Serial, &mut Silent, &flow, rho, &keyframes, of_data);
+        join(exec, &mut carry, &mut || force = rest.force::<S>(&Serial, &mut Silent, v, w));
+        if observer.on(Event::Work).is_break() {
+            return Err(Stop::Cancelled);
+        }
+        let data = data?;
+        Ok(Objective { data, force: if data > bound { 0.0 } else { force? } })
     }
 
     /// The force that produces v, and its part of the objective.

@@ -15,7 +15,7 @@ pub mod vcycle;
 pub use solve::{Ended, Info};
 
 use crate::arena::{Arena, TooSmall};
-use crate::exec::Exec;
+use crate::exec::{Exec, Slabs};
 use crate::field::{VectorMut, means};
 use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables};
 use crate::grid::{Grid, Space};
@@ -76,6 +76,16 @@ pub enum Split {
     Slabs,
     /// All threads share so many planes, then the next ones.
     Planes(usize),
+}
+
+impl Split {
+    /// Planes of a slab, at least.
+    const LEAST: usize = 4;
+
+    /// The slabs of a grid's planes: one, unless threads have their own.
+    fn slabs(self, grid: &Grid, threads: usize) -> Slabs {
+        Slabs::new(grid.planes(), if self == Self::Slabs { threads } else { 1 }, Self::LEAST)
+    }
 }
 
 /// How the memory that there is is used; changes speed, never results.

@@ -28,8 +28,6 @@ pub struct Workspace<'a, T> {
 
 /// Planes that stay in the ring besides those being solved.
 const STAY: usize = 2;
-/// Planes of a slab, at least.
-const LEAST_PLANES: usize = 4;
 
 /// Numbers of the changes of one row of cells.
 fn row_changes<S: Space>(grid: &Grid, slots: usize) -> usize {
@@ -39,11 +37,6 @@ fn row_changes<S: Space>(grid: &Grid, slots: usize) -> usize {
 /// Numbers of the changes of one plane of cells.
 fn plane_changes<S: Space>(grid: &Grid, slots: usize) -> usize {
     row_changes::<S>(grid, slots) * grid.rows_per_plane()
-}
-
-/// The slabs of planes in which a grid is swept.
-fn slabs(grid: &Grid, threads: usize, split: Split) -> Slabs {
-    Slabs::new(grid.planes(), if split == Split::Slabs { threads } else { 1 }, LEAST_PLANES)
 }
 
 /// Planes at the edges of slabs, the first and the last one of each: none where there is nothing beyond.
@@ -58,7 +51,7 @@ pub fn waiting_len<S: Space>(grid: &Grid, slots: usize, threads: usize, split: S
         Split::Slabs => 0,
         Split::Planes(together) => (together + STAY).min(grid.planes()),
     };
-    plane_changes::<S>(grid, slots) * (edges(grid, slabs(grid, threads, split)) + ring)
+    plane_changes::<S>(grid, slots) * (edges(grid, split.slabs(grid, threads)) + ring)
 }
 
 /// Numbers of a ring that a thread has alone.
@@ -76,7 +69,7 @@ pub fn scratch_len<S: Space>(grid: &Grid, slots: usize, shape: Shape) -> usize {
 pub fn sweep<T: Real, S: Space>(exec: &dyn Exec, level: &mut LevelMut<'_, T>, weights: &Weights<T>, colours: Colours, workspace: &mut Workspace<'_, T>) {
     let mut state = core::mem::take(&mut level.state);
     let (grid, slots, Shape { lanes, split }) = (level.grid, weights.slots, workspace.shape);
-    let slabs = slabs(grid, exec.threads(), split);
+    let slabs = split.slabs(grid, exec.threads());
     let at_edges = edges(grid, slabs);
     let (edges, ring) = workspace.waiting.split_at_mut(at_edges * plane_changes::<S>(grid, slots));
     let scratch = &mut *workspace.scratch;
@@ -228,14 +221,15 @@ impl<T: Real> Waiting<'_, T> {
         let System { grid, slots, .. } = self.pass.given;
         let own = self.of_row(row);
         for (axis, (v, w)) in [(v0, w0), (v1, w1), (v2, w2)].into_iter().enumerate().take(S::DIM) {
+            let below = if axis > 0 { grid.neighbour(row, axis, Side::Low).map(|below| self.of_row(below)) } else { None };
             for (field, quantity) in [(v, 2 * axis), (w, S::FACES + 2 * axis)] {
                 if grid.periodic[axis] || axis == 0 || !grid.wall_below(row, axis) {
                     own.add_to(grid, slots, field, quantity, 0, !grid.periodic[0] && axis == 0);
                 }
                 if axis == 0 {
                     own.add_to(grid, slots, field, quantity + 1, 1, !grid.periodic[0]);
-                } else if let Some(below) = grid.neighbour(row, axis, Side::Low) {
-                    self.of_row(below).add_to(grid, slots, field, quantity + 1, 0, false);
+                } else if let Some(below) = &below {
+                    below.add_to(grid, slots, field, quantity + 1, 0, false);
                 }
             }
         }

@@ -3,7 +3,7 @@
 
 use super::level::{LevelMut, Rhs, System, Weights};
 use super::{Split, residual};
-use crate::exec::{Exec, Planes, RowBuffers, Serial, Slabs, for_rows, for_rows_across, for_slabs};
+use crate::exec::{Exec, Planes, RowBuffers, Serial, for_rows, for_rows_across, for_slabs};
 use crate::field::transfer::{Move, Place, along};
 use crate::field::{Block, rows, view};
 use crate::grid::levels::{Tables, Transfer};
@@ -18,9 +18,6 @@ fn place_of(field: usize) -> Place {
 
 /// Fine planes whose residuals wait, and that a coarse plane collects from, at most.
 const NEAR: usize = 8;
-
-/// Coarse rows of a slab, at least.
-const LEAST_ROWS: usize = 4;
 
 /// Numbers of residuals that wait.
 fn waiting_len<S: Space>(fine: &Grid, slots: usize) -> usize {
@@ -110,9 +107,9 @@ pub fn restrict_residual<T: Real, S: Space>(
         ..fine
     };
     let sides = [a0, a1, a2, c0, c1, c2, &mut **b, &mut **d];
-    let (threads, waiting_len) = (exec.threads().max(1), waiting_len::<S>(fine.grid, weights.slots));
+    let waiting_len = waiting_len::<S>(fine.grid, weights.slots);
     if split == Split::Slabs {
-        for_slabs(exec, Slabs::new(grid.planes(), threads, LEAST_ROWS), sides, scratch, |task| {
+        for_slabs(exec, split.slabs(grid, exec.threads()), sides, scratch, |task| {
             let (waiting, scratch) = task.scratch.split_at_mut(waiting_len);
             Slab { tables, fine, coarse, planes: task.rows, sides: task.fields, waiting, scratch }.collect::<S>(&Serial);
         });
