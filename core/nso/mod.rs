@@ -79,12 +79,9 @@ pub enum Split {
 }
 
 impl Split {
-    /// Planes of a slab, at least.
-    const LEAST: usize = 4;
-
-    /// The slabs of a grid's planes: one, unless threads have their own.
-    fn slabs(self, grid: &Grid, threads: usize) -> Slabs {
-        Slabs::new(grid.planes(), if self == Self::Slabs { threads } else { 1 }, Self::LEAST)
+    /// The slabs of a grid's planes, of `least` each: one, unless threads have their own.
+    fn slabs(self, grid: &Grid, threads: usize, least: usize) -> Slabs {
+        Slabs::new(grid.planes(), if self == Self::Slabs { threads } else { 1 }, least)
     }
 }
 

@@ -26,6 +26,9 @@ pub struct Workspace<'a, T> {
     pub shape: Shape,
 }
 
+/// Planes of a slab, at least: in fewer, what one thread reads of the other's takes longer than the other saves.
+const LEAST: usize = 8;
+
 /// Planes that stay in the ring besides those being solved.
 const STAY: usize = 2;
 
@@ -51,7 +54,7 @@ pub fn waiting_len<S: Space>(grid: &Grid, slots: usize, threads: usize, split: S
         Split::Slabs => 0,
         Split::Planes(together) => (together + STAY).min(grid.planes()),
     };
-    plane_changes::<S>(grid, slots) * (edges(grid, split.slabs(grid, threads)) + ring)
+    plane_changes::<S>(grid, slots) * (edges(grid, split.slabs(grid, threads, LEAST)) + ring)
 }
 
 /// Numbers of a ring that a thread has alone.
@@ -69,7 +72,7 @@ pub fn scratch_len<S: Space>(grid: &Grid, slots: usize, shape: Shape) -> usize {
 pub fn sweep<T: Real, S: Space>(exec: &dyn Exec, level: &mut LevelMut<'_, T>, weights: &Weights<T>, colours: Colours, workspace: &mut Workspace<'_, T>) {
     let mut state = core::mem::take(&mut level.state);
     let (grid, slots, Shape { lanes, split }) = (level.grid, weights.slots, workspace.shape);
-    let slabs = split.slabs(grid, exec.threads());
+    let slabs = split.slabs(grid, exec.threads(), LEAST);
     let at_edges = edges(grid, slabs);
     let (edges, ring) = workspace.waiting.split_at_mut(at_edges * plane_changes::<S>(grid, slots));
     let scratch = &mut *workspace.scratch;

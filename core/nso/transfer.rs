@@ -16,6 +16,9 @@ fn place_of(field: usize) -> Place {
     if field < 6 { Place::Face(field % 3) } else { Place::Cell }
 }
 
+/// Coarse planes of a slab, at least.
+const LEAST: usize = 4;
+
 /// Fine planes whose residuals wait, and that a coarse plane collects from, at most.
 const NEAR: usize = 8;
 
@@ -109,7 +112,7 @@ pub fn restrict_residual<T: Real, S: Space>(
     let sides = [a0, a1, a2, c0, c1, c2, &mut **b, &mut **d];
     let waiting_len = waiting_len::<S>(fine.grid, weights.slots);
     if split == Split::Slabs {
-        for_slabs(exec, split.slabs(grid, exec.threads()), sides, scratch, |task| {
+        for_slabs(exec, split.slabs(grid, exec.threads(), LEAST), sides, scratch, |task| {
             let (waiting, scratch) = task.scratch.split_at_mut(waiting_len);
             Slab { tables, fine, coarse, planes: task.rows, sides: task.fields, waiting, scratch }.collect::<S>(&Serial);
         });

@@ -3,7 +3,7 @@
 use super::kernels::Kernel;
 use super::sheet::{Line, Sheet};
 use super::solves;
-use super::yardstick::{Moment, Yardstick};
+use super::yardstick::{Moment, Yardstick, gain};
 use super::{Voice, page, scenes, section, with_team};
 use crate::cli::MeasureArguments;
 use crate::exit::{DONE, Failure};
@@ -50,6 +50,8 @@ struct Row {
     courant: f64,
     /// The same of a V(2,2) cycle of STFAS.
     cycle_ns: [f64; 2],
+    /// How many times as fast a triad over one slot of a field is on all threads as on one, and over all slots.
+    triad_gains: [f64; 2],
     /// What the machine did before and after, on average.
     #[serde(flatten)]
     moment: Moment,
@@ -87,6 +89,7 @@ impl Row {
         let among = ITERATIONS[usize::from(count > LARGE)];
         let cycle = |exec: &dyn Exec| Kernel::Cycle.seconds::<S>(exec, cells, steps, repeats);
         let [alone, together] = solves::iterations::<f32, S, 2>([&Serial, exec], &ready, among)?;
+        let rows = cells.iter().skip(1).product();
         let ns = |seconds: f64| 1e9 * seconds / count as f64;
         Ok(Self {
             cells: cells.to_vec(),
@@ -96,18 +99,33 @@ impl Row {
             evaluations: together.evaluations,
             courant: together.courant,
             cycle_ns: [ns(cycle(&Serial)?), ns(cycle(exec)?)],
+            triad_gains: [gain(exec, rows, cells[0])?, gain(exec, rows, cells[0] * steps)?],
             moment: before.mean(Moment::measure(exec, quick)?),
         })
     }
 }
 
-impl Line<12> for Row {
-    const HEAD: [&'static str; 12] =
-        ["cells", "steps", "direct, 1", "direct, all", "speed-up", "evaluations", "Courant", "cycle, 1", "cycle, all", "speed-up", "GB/s", "ns"];
+impl Line<14> for Row {
+    const HEAD: [&'static str; 14] = [
+        "cells",
+        "steps",
+        "direct, 1",
+        "direct, all",
+        "speed-up",
+        "evaluations",
+        "Courant",
+        "cycle, 1",
+        "cycle, all",
+        "speed-up",
+        "triad, a slot",
+        "triad, all slots",
+        "GB/s",
+        "ns",
+    ];
     const WIDTHS: &'static [usize] = &[14];
 
-    fn texts(&self) -> [String; 12] {
-        let [alone, together] = self.direct_ns;
+    fn texts(&self) -> [String; 14] {
+        let ([alone, together], [in_slot, in_all]) = (self.direct_ns, self.triad_gains);
         let [cycle_alone, cycle_together] = self.cycle_ns;
         let nanoseconds = [alone, together, cycle_alone, cycle_together].map(|ns| format!("{ns:.1}"));
         let [alone_ns, together_ns, cycle_alone_ns, cycle_together_ns] = nanoseconds;
@@ -122,15 +140,17 @@ impl Line<12> for Row {
             cycle_alone_ns,
             cycle_together_ns,
             format!("{:.2}", cycle_alone / cycle_together),
+            format!("{in_slot:.2}"),
+            format!("{in_all:.2}"),
             format!("{:.1}", 1e-9 * self.moment.triad),
             self.moment.handover.map_or_else(|| "-".into(), |seconds| format!("{:.0}", 1e9 * seconds)),
         ]
     }
 }
 
-fn text(yardstick: &Yardstick, sheet: &Sheet<Row, 12>) -> String {
+fn text(yardstick: &Yardstick, sheet: &Sheet<Row, 14>) -> String {
     format!(
-        "{} The triad gains {:.2} from all threads.\n\nNanoseconds for each cell and step, f32, on one thread and on all:\n\n{}\n\
+        "{} The triad gains {:.2} from all threads.\n\nNanoseconds for each cell and step, f32, on one thread and on all, and what all gain on a triad over the box:\n\n{}\n\
          ![Cost in 2D](scaling_2d.svg)\n\n![Cost in 3D](scaling_3d.svg)",
         yardstick.sentence(),
         yardstick.moment.triad / yardstick.triad_on_one,

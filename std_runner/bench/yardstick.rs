@@ -111,7 +111,13 @@ impl Yardstick {
 
 /// Bytes a second of a = b + s c in f32 on the threads of `exec`, counting two reads and a write, in a block like a solve's.
 fn triad(exec: &dyn Exec, numbers: usize) -> Result<f64, Failure> {
-    let bytes = 3 * numbers * size_of::<f32>();
+    triad_of(exec, CHUNKS, numbers / CHUNKS)
+}
+
+/// As [`triad`], over `rows` rows of `a_row` numbers, as often in a timing as it takes for as many numbers as [`FEW_NUMBERS`].
+fn triad_of(exec: &dyn Exec, rows: usize, a_row: usize) -> Result<f64, Failure> {
+    let numbers = rows * a_row;
+    let (bytes, passes) = (3 * numbers * size_of::<f32>(), FEW_NUMBERS.div_ceil(numbers));
     in_block(bytes, |block| {
         let mut arena = Arena::new(block);
         let mut array = || arena.take::<f32>(numbers).map_err(|TooSmall { .. }| no_memory(bytes));
@@ -119,15 +125,25 @@ fn triad(exec: &dyn Exec, numbers: usize) -> Result<f64, Failure> {
         b.fill(1.0);
         c.fill(2.0);
         let seconds = best(REPEATS, || {
-            for_rows(exec, CHUNKS, 0..CHUNKS, RowBuffers { fields: [&mut *a], sums: &mut [], scratch: &mut [] }, |task| {
-                let [a] = task.fields;
-                let span = task.row * a.len()..(task.row + 1) * a.len();
-                a.iter_mut().zip(&b[span.clone()]).zip(&c[span]).for_each(|((a, &b), &c)| *a = b + 3.0 * c);
-            });
-            black_box(&mut *a);
+            for _ in 0..passes {
+                for_rows(exec, rows, 0..rows, RowBuffers { fields: [&mut *a], sums: &mut [], scratch: &mut [] }, |task| {
+                    let [a] = task.fields;
+                    let span = task.row * a.len()..(task.row + 1) * a.len();
+                    a.iter_mut().zip(&b[span.clone()]).zip(&c[span]).for_each(|((a, &b), &c)| *a = b + 3.0 * c);
+                });
+                black_box(&mut *a);
+            }
         });
-        Ok(bytes as f64 / seconds)
+        Ok((passes * bytes) as f64 / seconds)
     })
+}
+
+/// How many times as fast all threads of `exec` are as one where they meet after every triad over `rows` rows of `a_row` numbers.
+///
+/// # Errors
+/// [`Failure`]: there is no memory for it.
+pub fn gain(exec: &dyn Exec, rows: usize, a_row: usize) -> Result<f64, Failure> {
+    Ok(triad_of(exec, rows, a_row)? / triad_of(&Serial, rows, a_row)?)
 }
 
 /// Operations a second in registers on the threads of `exec`.

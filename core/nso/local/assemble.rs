@@ -21,10 +21,10 @@ struct Residuals<V> {
 }
 
 impl<T: Real> Group<'_, '_, T> {
-    /// Residuals, and from them and the Jacobian a, c, M and the diagonal block of slot `k`; where the whole group is slow M is 1,
-    /// and of the block what it is damped by is kept.
+    /// Residuals, and from them and the Jacobian a, c, M and the diagonal block of a slot; where the whole group is slow M is 1,
+    /// and of the block what it is damped by is kept. `diagonal` is what there is on the diagonal beside M^T M.
     #[inline(always)]
-    pub(super) fn assemble<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], gathered: &[T], k: usize, now: &mut [T]) {
+    pub(super) fn assemble<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], gathered: &[T], diagonal: V, now: &mut [T]) {
         let (lanes, zero, one) = (V::LANES, V::splat(T::ZERO), V::splat(T::ONE));
         let (header, gathered) = (&header[..Header::<S>::SIZE * lanes], &gathered[..Gathered::<S>::SIZE * lanes]);
         let (residuals, plaquettes) = self.residuals::<S, V, VISCOUS>(header, gathered);
@@ -90,12 +90,12 @@ impl<T: Real> Group<'_, '_, T> {
             block[i][i] = block[i][i] + damping;
         });
         let matrix = jacobian.reduce::<S>(header, [&row, &column]);
-        self.keep_block::<S, V>(&matrix, &mut block, reduced, self.diagonal(k), now);
+        self.keep_block::<S, V>(&matrix, &mut block, reduced, diagonal, now);
     }
 
     /// a + M^T c, c, M, and the diagonal block (kappa + 1) + M^T M + omega B^T O B + damping, of which `block` is the last two parts.
     #[inline(always)]
-    fn keep_block<S: Space, V: Vector<Elem = T>>(&self, m: &[[V; 5]; 5], block: &mut [[V; 5]; 5], [mut right, force]: [[V; 5]; 2], diagonal: T, now: &mut [T]) {
+    fn keep_block<S: Space, V: Vector<Elem = T>>(&self, m: &[[V; 5]; 5], block: &mut [[V; 5]; 5], [mut right, force]: [[V; 5]; 2], diagonal: V, now: &mut [T]) {
         let lanes = V::LANES;
         unroll!(row < S::FREE; 0 1 2 3 4; {
             unroll!(i < row + 1; 0 1 2 3 4; {
@@ -103,7 +103,7 @@ impl<T: Real> Group<'_, '_, T> {
                     block[row][i] = block[row][i] + m[l][row] * m[l][i];
                 });
                 if row == i {
-                    block[row][i] = block[row][i] + V::splat(diagonal);
+                    block[row][i] = block[row][i] + diagonal;
                 }
                 block[row][i].store(&mut now[(Kept::<S>::FACTOR + triangle(row, i)) * lanes..]);
             });

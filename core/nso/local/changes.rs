@@ -80,7 +80,8 @@ impl<T: Real> Group<'_, '_, T> {
         let mut from = k * *half + self.first;
         for &change in changes {
             // Which of the zeros a 0 is may depend on the pace of the cells beside; after this it is the positive one.
-            let change = (change + V::splat(T::ZERO)).unpaired();
+            let change = change + V::splat(T::ZERO);
+            let change = if self.in_order { change } else { change.unpaired() };
             prefetch(Cache::First, out, from.wrapping_sub(AHEAD * *half), V::LANES);
             if self.count == V::LANES {
                 change.store(&mut out[from..from + V::LANES]);

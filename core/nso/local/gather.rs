@@ -46,51 +46,73 @@ struct Row<'s, T, const READS: usize> {
     places: [usize; READS],
 }
 
-impl<T: Real, const READS: usize> Row<'_, T, READS> {
-    /// Gathers for each of `COUNT` groups what is `shift` numbers after slot 0.
+/// Where what is read goes: the lane of the first cell, and whether cells stay in order or are as [`Vector::load_pairs`] leaves them.
+#[derive(Clone, Copy)]
+struct Onto {
+    lane: usize,
+    in_order: bool,
+}
+
+impl Onto {
+    /// A row's cells in groups of their own.
+    const GROUPS: Self = Self { lane: 0, in_order: false };
+
+    /// The lane of a cell read by `P`.
     #[inline(always)]
-    fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, gathered: &mut [T]) {
-        let (from, both, lead) = (self.start.wrapping_add(shift), 2 * V::LANES, usize::from(READS > 2));
+    fn lane<P: Vector>(self, cell: usize) -> usize {
+        self.lane + if self.in_order { cell } else { P::PAIRED[cell] }
+    }
+}
+
+impl<T: Real, const READS: usize> Row<'_, T, READS> {
+    /// Gathers for each of `COUNT` groups, of vectors `V`, as many cells as `P` has lanes, from what is `shift` numbers after slot 0.
+    #[inline(always)]
+    fn fill<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, onto: Onto, gathered: &mut [T]) {
+        let (from, both, lead) = (self.start.wrapping_add(shift), 2 * P::LANES, usize::from(READS > 2));
         let Some(row) = self.field.get(from.wrapping_sub(lead)..from.wrapping_add(COUNT * both)) else {
-            return self.fill_by_numbers::<S, V>(from, gathered);
+            return self.fill_by_numbers::<S, V, P>(from, P::LANES, onto, gathered);
         };
-        let zero = V::splat(T::ZERO);
+        let zero = P::splat(T::ZERO);
         let (mut own, mut after, mut before) = ([zero; COUNT], [zero; COUNT], [zero; COUNT]);
         for group in 0..COUNT {
-            [own[group], after[group]] = V::load_pairs(&row[group * both + lead..]);
+            [own[group], after[group]] = P::load_pairs(&row[group * both + lead..]);
             if READS > 2 {
-                [before[group], _] = V::load_pairs(&row[group * both..]);
+                [before[group], _] = P::load_pairs(&row[group * both..]);
             }
         }
-        self.put::<S, V, COUNT>(&own, 0, gathered);
+        self.put::<S, V, P, COUNT>(&own, 0, onto, gathered);
         if READS > 1 {
-            self.put::<S, V, COUNT>(&after, 1, gathered);
+            self.put::<S, V, P, COUNT>(&after, 1, onto, gathered);
         }
         if READS > 2 {
-            self.put::<S, V, COUNT>(&before, 2, gathered);
+            self.put::<S, V, P, COUNT>(&before, 2, onto, gathered);
         }
     }
 
     /// Stores a vector of each group where it belongs.
     #[inline(always)]
-    fn put<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, vectors: &[V; COUNT], read: usize, gathered: &mut [T]) {
-        let (first, size) = (self.places[read] * V::LANES, Gathered::<S>::SIZE * V::LANES);
-        let to = gathered.get_mut(first..first.wrapping_add((COUNT - 1) * size + V::LANES));
+    fn put<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(&self, vectors: &[P; COUNT], read: usize, onto: Onto, gathered: &mut [T]) {
+        let (first, size) = (self.places[read] * V::LANES + onto.lane, Gathered::<S>::SIZE * V::LANES);
+        let to = gathered.get_mut(first..first.wrapping_add((COUNT - 1) * size + P::LANES));
         debug_assert!(to.is_some());
         let Some(to) = to else { return };
         for group in 0..COUNT {
-            vectors[group].store(&mut to[group * size..]);
+            let vector = if onto.in_order { vectors[group].unpaired() } else { vectors[group] };
+            vector.store(&mut to[group * size..]);
         }
     }
 
-    /// As [`Self::fill`] from number `from`, number by number, 0 beyond the ends of the field.
+    /// As [`Self::fill`] from number `from`, the first `cells` of each group number by number, 0 beyond the ends of the field.
     #[cold]
     #[inline(never)]
-    fn fill_by_numbers<S: Space, V: Vector<Elem = T>>(&self, from: usize, gathered: &mut [T]) {
+    fn fill_by_numbers<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(&self, from: usize, cells: usize, onto: Onto, gathered: &mut [T]) {
         for (group, gathered) in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES).enumerate() {
             for (place, offset) in self.places.into_iter().zip([0, 1, usize::MAX]) {
-                for (to, cell) in gathered.iter_mut().skip(place * V::LANES).zip(&V::PAIRED[..V::LANES]) {
-                    *to = self.field.get(from.wrapping_add(offset).wrapping_add(2 * (group * V::LANES + cell))).copied().unwrap_or(T::ZERO);
+                for cell in 0..cells {
+                    let number = from.wrapping_add(offset).wrapping_add(2 * (group * V::LANES + cell));
+                    if let Some(to) = gathered.get_mut(place * V::LANES + onto.lane::<P>(cell)) {
+                        *to = self.field.get(number).copied().unwrap_or(T::ZERO);
+                    }
                 }
             }
         }
@@ -120,39 +142,39 @@ type OfSlot<'s, T> = Rows<'s, T, 34, 12, 10, 32>;
 /// Those of the cells' own faces.
 type OfFaces<'s, T> = Rows<'s, T, 4, 1, 0, 1>;
 
-/// Gathers for each of `COUNT` groups what is `shift` numbers after slot 0, and asks for what is `ahead` after that, unless that is 0.
+/// As [`Row::fill`] for all of them, and asks for what is `ahead` after that, unless that is 0.
 #[inline(always)]
-fn fill_all<T: Real, S: Space, V: Vector<Elem = T>, const COUNT: usize, const READS: usize>(
+fn fill_all<T: Real, S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize, const READS: usize>(
     rows: &[Row<'_, T, READS>],
     shift: usize,
     ahead: usize,
+    onto: Onto,
     gathered: &mut [T],
 ) {
     for row in rows {
         if ahead > 0 {
-            prefetch(Cache::Second, row.field, row.start.wrapping_add(shift + ahead), 2 * V::LANES * COUNT);
+            prefetch(Cache::Second, row.field, row.start.wrapping_add(shift + ahead), 2 * P::LANES * COUNT);
         }
-        row.fill::<S, V, COUNT>(shift, gathered);
+        row.fill::<S, V, P, COUNT>(shift, onto, gathered);
     }
 }
 
 impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize> Rows<'_, T, ONE, TWO, THREE, WRAPPED> {
     const EMPTY: Self = Self { single: heapless::Vec::new(), pairs: heapless::Vec::new(), triples: heapless::Vec::new(), wrapped: heapless::Vec::new() };
 
-    /// As [`fill_all`].
+    /// As [`fill_all`], without what is across a boundary.
     #[inline(always)]
-    fn fill<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, gathered: &mut [T]) {
-        fill_all::<T, S, V, COUNT, 3>(&self.triples, shift, ahead, gathered);
-        fill_all::<T, S, V, COUNT, 2>(&self.pairs, shift, ahead, gathered);
-        fill_all::<T, S, V, COUNT, 1>(&self.single, shift, ahead, gathered);
-        self.fill_wrapped::<S, V>(shift, gathered);
+    fn fill<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, onto: Onto, gathered: &mut [T]) {
+        fill_all::<T, S, V, P, COUNT, 3>(&self.triples, shift, ahead, onto, gathered);
+        fill_all::<T, S, V, P, COUNT, 2>(&self.pairs, shift, ahead, onto, gathered);
+        fill_all::<T, S, V, P, COUNT, 1>(&self.single, shift, ahead, onto, gathered);
     }
 
     #[inline(always)]
-    fn fill_wrapped<S: Space, V: Vector<Elem = T>>(&self, shift: usize, gathered: &mut [T]) {
+    fn fill_wrapped<S: Space, V: Vector<Elem = T>>(&self, shift: usize, onto: Onto, gathered: &mut [T]) {
         for number in &self.wrapped {
-            let (group, lane) = (number.cell / V::LANES, V::PAIRED[number.cell % V::LANES]);
-            let place = (group * Gathered::<S>::SIZE + number.place) * V::LANES + lane;
+            let (group, cell) = (number.cell / V::LANES, number.cell % V::LANES);
+            let place = (group * Gathered::<S>::SIZE + number.place) * V::LANES + onto.lane::<V>(cell);
             debug_assert!(place < gathered.len());
             if let (Some(to), Some(&value)) = (gathered.get_mut(place), number.field.get(number.start.wrapping_add(shift))) {
                 *to = value;
@@ -160,13 +182,14 @@ impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAP
         }
     }
 
-    /// Gathers slot 0 number by number.
+    /// Gathers the first `cells` of each group number by number.
     #[inline(never)]
-    fn fill_first<S: Space, V: Vector<Elem = T>>(&self, gathered: &mut [T]) {
-        self.triples.iter().for_each(|row| row.fill_by_numbers::<S, V>(row.start, gathered));
-        self.pairs.iter().for_each(|row| row.fill_by_numbers::<S, V>(row.start, gathered));
-        self.single.iter().for_each(|row| row.fill_by_numbers::<S, V>(row.start, gathered));
-        self.fill_wrapped::<S, V>(0, gathered);
+    fn fill_by_numbers<S: Space, V: Vector<Elem = T>>(&self, shift: usize, cells: usize, onto: Onto, gathered: &mut [T]) {
+        let from = |start: usize| start.wrapping_add(shift);
+        self.triples.iter().for_each(|row| row.fill_by_numbers::<S, V, V>(from(row.start), cells, onto, gathered));
+        self.pairs.iter().for_each(|row| row.fill_by_numbers::<S, V, V>(from(row.start), cells, onto, gathered));
+        self.single.iter().for_each(|row| row.fill_by_numbers::<S, V, V>(from(row.start), cells, onto, gathered));
+        self.fill_wrapped::<S, V>(shift, onto, gathered);
     }
 }
 
@@ -223,19 +246,60 @@ impl<'s, T: Real> Gather<'s, T> {
     fn fill_groups<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, k: usize, gathered: &mut [T]) {
         let own_faces = |place: usize| place * V::LANES..(place + S::FACES) * V::LANES;
         if k == 0 {
-            self.given.fill_first::<S, V>(gathered);
+            self.given.fill_by_numbers::<S, V>(0, V::LANES, Onto::GROUPS, gathered);
         } else {
             for group in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES) {
                 group.copy_within(own_faces(Gathered::<S>::V), Gathered::<S>::BEFORE * V::LANES);
             }
         }
-        self.now.fill::<S, V, COUNT>(k * self.nx, AHEAD * self.nx, gathered);
+        self.now.fill::<S, V, V, COUNT>(k * self.nx, AHEAD * self.nx, Onto::GROUPS, gathered);
+        self.now.fill_wrapped::<S, V>(k * self.nx, Onto::GROUPS, gathered);
         if k + 1 < self.slots {
-            self.after.fill::<S, V, COUNT>(k * self.nx, 0, gathered);
+            self.after.fill::<S, V, V, COUNT>(k * self.nx, 0, Onto::GROUPS, gathered);
+            self.after.fill_wrapped::<S, V>(k * self.nx, Onto::GROUPS, gathered);
         } else {
             for group in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES) {
                 group[own_faces(Gathered::<S>::AFTER)].fill(T::ZERO);
             }
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl<T: Real> Gather<'_, T> {
+    /// Gathers the slots from `k` on that lie side by side in the vectors of one group, `each` lanes for each, after those before them.
+    ///
+    /// Where a row has twice as many cells, its slots are read as one long row; elsewhere one by one, by vectors of `each` numbers.
+    #[inline(always)]
+    pub(super) fn fill_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(&self, k: usize, each: usize, gathered: &mut [T]) {
+        let (behind, nx) = (V::LANES - each, self.nx);
+        let side_by_side = (self.slots - k).min(V::LANES / each);
+        let onto = |slot: usize| Onto { lane: slot * each, in_order: true };
+        let vectors = |place: usize| (place..place + S::FACES).map(|place| place * V::LANES);
+        if k == 0 {
+            self.given.fill_by_numbers::<S, V>(0, each, onto(0), gathered);
+        } else {
+            for (v, before) in vectors(Gathered::<S>::V).zip(vectors(Gathered::<S>::BEFORE)) {
+                gathered.copy_within(v + behind..v + V::LANES, before);
+            }
+        }
+        if nx == 2 * each {
+            self.now.fill::<S, V, V, 1>(k * nx, 0, onto(0), gathered);
+        } else {
+            (0..side_by_side).for_each(|slot| self.now.fill::<S, V, P, 1>((k + slot) * nx, 0, onto(slot), gathered));
+        }
+        (0..side_by_side).for_each(|slot| self.now.fill_wrapped::<S, V>((k + slot) * nx, onto(slot), gathered));
+        for (v, before) in vectors(Gathered::<S>::V).zip(vectors(Gathered::<S>::BEFORE)) {
+            gathered.copy_within(v..v + behind, before + each);
+        }
+        for (w, after) in vectors(Gathered::<S>::W).zip(vectors(Gathered::<S>::AFTER)) {
+            gathered.copy_within(w + each..w + V::LANES, after);
+        }
+        let last = side_by_side - 1;
+        if k + side_by_side < self.slots {
+            self.after.fill_by_numbers::<S, V>((k + last) * nx, each, onto(last), gathered);
+        } else {
+            vectors(Gathered::<S>::AFTER).for_each(|after| gathered[after + last * each..][..each].fill(T::ZERO));
         }
     }
 }

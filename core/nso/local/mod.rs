@@ -89,6 +89,12 @@ pub fn scratch_len<S: Space>(slots: usize, lanes: usize) -> usize {
     (Gathered::<S>::SIZE + per_group::<S>(slots)) * lanes
 }
 
+/// Lanes of a slot where a few are side by side in rows of `nx` cells: half as many, where that divides every vector, else those of `P`.
+#[cfg(target_arch = "x86_64")]
+fn slot_lanes<P: Vector>(nx: usize) -> usize {
+    if nx.is_multiple_of(2) && (nx / 2).is_power_of_two() { nx / 2 } else { P::LANES }
+}
+
 /// Vectors of scratch of a group, besides what is gathered.
 fn per_group<S: Space>(slots: usize) -> usize {
     Header::<S>::SIZE + lower::<S>() + slots * Kept::<S>::SIZE
@@ -144,19 +150,32 @@ impl<T: Real> Row<'_, '_, T> {
         if self.system.viscosity == T::ZERO { self.solve_at_level::<S, false>() } else { self.solve_at_level::<S, true>() }
     }
 
-    /// With the longest vectors that the processor has, `lanes` allows and the cells fill by more than a half.
+    /// With the longest vectors that the processor has and `lanes` allows; where a row has no more cells than the shortest have lanes, with a few slots in each.
     #[inline(always)]
     fn solve_at_level<S: Space, const VISCOUS: bool>(self) {
         #[cfg(target_arch = "x86_64")]
         {
-            if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes && T::Medium::LANES < self.cells.count {
-                #[allow(unsafe_code)]
-                // SAFETY: `level` says that the processor has AVX-512.
-                return unsafe { avx512::<T, S, VISCOUS>(self) };
+            let half = self.out.half;
+            if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes {
+                if half <= T::Narrow::LANES && self.has_room_for_slots::<S, T::Wide, T::Narrow>() {
+                    #[allow(unsafe_code)]
+                    // SAFETY: `level` says that the processor has AVX-512.
+                    return unsafe { avx512_slots::<T, S, T::Narrow, VISCOUS>(self) };
+                }
+                if T::Medium::LANES < self.cells.count {
+                    #[allow(unsafe_code)]
+                    // SAFETY: as above.
+                    return unsafe { avx512::<T, S, VISCOUS>(self) };
+                }
             }
             if simd::level() >= Level::Avx2 && T::Medium::LANES <= self.lanes {
+                if half <= T::Narrow::LANES && self.has_room_for_slots::<S, T::Medium, T::Narrow>() {
+                    #[allow(unsafe_code)]
+                    // SAFETY: `level` says that the processor has AVX2.
+                    return unsafe { avx2_slots::<T, S, T::Narrow, VISCOUS>(self) };
+                }
                 #[allow(unsafe_code)]
-                // SAFETY: `level` says that the processor has AVX2.
+                // SAFETY: as above.
                 return unsafe { avx2::<T, S, VISCOUS>(self) };
             }
         }
@@ -182,9 +201,10 @@ impl<T: Real> Row<'_, '_, T> {
             let mut groups: [_; GROUPS] = core::array::from_fn(|index| {
                 let first = start + index * V::LANES;
                 let scratch = if first < cells.count { rest.next()? } else { return None };
-                let group = Group { system, row, x: cells.start + 2 * first, first, count: V::LANES.min(cells.count - first), above_wall };
+                let count = V::LANES.min(cells.count - first);
+                let group = Group { system, row, x: cells.start + 2 * first, first, count, above_wall, in_order: false };
                 let (header, scratch) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
-                group.fill_header::<S, V>(header);
+                group.fill_header::<S, V>(V::LANES, header);
                 let (lower, kept) = scratch.split_at_mut(lower::<S>() * V::LANES);
                 Some((group, header, lower, kept))
             });
@@ -193,7 +213,7 @@ impl<T: Real> Row<'_, '_, T> {
                     gather.fill::<S, V>(k, gathered);
                     let gathered = gathered.chunks_exact(Gathered::<S>::SIZE * V::LANES);
                     for ((group, header, _, kept), gathered) in groups.iter_mut().flatten().zip(gathered) {
-                        group.assemble::<S, V, VISCOUS>(header, gathered, k, slot_mut::<S, V>(kept, k));
+                        group.assemble::<S, V, VISCOUS>(header, gathered, V::splat(group.diagonal(k)), slot_mut::<S, V>(kept, k));
                     }
                 }
                 if k > 0 {
@@ -206,6 +226,50 @@ impl<T: Real> Row<'_, '_, T> {
                 group.back_substitute::<S, V>(header, kept, &mut out);
             }
         }
+    }
+
+    /// Whether scratch has room for [`Self::solve_slots`].
+    #[cfg(target_arch = "x86_64")]
+    fn has_room_for_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(&self) -> bool {
+        let in_long = Gathered::<S>::SIZE + Header::<S>::SIZE + Kept::<S>::SIZE;
+        P::LANES < V::LANES && in_long * V::LANES + per_group::<S>(self.system.slots) * P::LANES + P::LANES <= self.scratch.len()
+    }
+
+    /// One group, of a row too short for vectors `V`: a few slots side by side are gathered and assembled, then cut up into vectors `P` of a slot each.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn solve_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const VISCOUS: bool>(self) {
+        let Row { system, row, cells, scratch, mut out, .. } = self;
+        let (slots, above_wall) = (system.slots, system.grid.wall_below(row, 1));
+        let each = slot_lanes::<P>(system.grid.n[0]);
+        let (gathered, scratch) = scratch.split_at_mut(Gathered::<S>::SIZE * V::LANES);
+        let (long_header, scratch) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
+        let (header, scratch) = scratch.split_at_mut(Header::<S>::SIZE * P::LANES);
+        let (lower, scratch) = scratch.split_at_mut(lower::<S>() * P::LANES);
+        let (kept, side_by_side) = scratch.split_at_mut(slots * Kept::<S>::SIZE * P::LANES);
+        let group = Group { system, row, x: cells.start, first: 0, count: cells.count, above_wall, in_order: true };
+        group.fill_header::<S, V>(each, long_header);
+        group.fill_header::<S, P>(P::LANES, header);
+        let gather = Gather::new::<S>(system, row, cells);
+        gathered.fill(T::ZERO);
+        for first in (0..slots).step_by(V::LANES / each) {
+            gather.fill_slots::<S, V, P>(first, each, gathered);
+            let mut diagonal = [T::ZERO; MAX_LANES];
+            for (lane, diagonal) in diagonal.iter_mut().enumerate() {
+                *diagonal = group.diagonal(first + lane / each);
+            }
+            group.assemble::<S, V, VISCOUS>(long_header, gathered, V::load(&diagonal), side_by_side);
+            for (place, k) in (first..slots.min(first + V::LANES / each)).enumerate() {
+                for (vector, now) in slot_mut::<S, P>(kept, k).chunks_exact_mut(P::LANES).enumerate() {
+                    P::load(&side_by_side[vector * V::LANES + place * each..]).store(now);
+                }
+                if k > 0 {
+                    factor::eliminate::<T, S, P>(kept, lower, k - 1, slots, group.diagonal(k - 1));
+                }
+            }
+        }
+        factor::eliminate::<T, S, P>(kept, lower, slots - 1, slots, group.diagonal(slots - 1));
+        group.back_substitute::<S, P>(header, kept, &mut out);
     }
 }
 
@@ -221,6 +285,18 @@ fn avx512<T: Real, S: Space, const VISCOUS: bool>(row: Row<'_, '_, T>) {
 #[target_feature(enable = "avx2")]
 fn avx2<T: Real, S: Space, const VISCOUS: bool>(row: Row<'_, '_, T>) {
     row.solve_groups::<S, T::Medium, VISCOUS>();
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2")]
+fn avx512_slots<T: Real, S: Space, P: Vector<Elem = T>, const VISCOUS: bool>(row: Row<'_, '_, T>) {
+    row.solve_slots::<S, T::Wide, P, VISCOUS>();
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn avx2_slots<T: Real, S: Space, P: Vector<Elem = T>, const VISCOUS: bool>(row: Row<'_, '_, T>) {
+    row.solve_slots::<S, T::Medium, P, VISCOUS>();
 }
 
 #[inline(never)]
@@ -256,7 +332,7 @@ fn slot_mut<S: Space, V: Vector>(kept: &mut [V::Elem], k: usize) -> &mut [V::Ele
     &mut kept[k * Kept::<S>::SIZE * V::LANES..][..Kept::<S>::SIZE * V::LANES]
 }
 
-/// A few cells of one row, one a lane, in the order of [`Vector::load_pairs`].
+/// A few cells of one row, one a lane.
 struct Group<'s, 'a, T> {
     system: &'s System<'a, T>,
     row: usize,
@@ -267,15 +343,18 @@ struct Group<'s, 'a, T> {
     count: usize,
     /// Whether there is a wall below along y: then p is the face above, and the faces along y change places in the system.
     above_wall: bool,
+    /// Whether lanes are in the order of the cells, or in that of [`Vector::load_pairs`].
+    in_order: bool,
 }
 
 impl<T: Real> Group<'_, '_, T> {
-    /// The header of the scratch; 1 / 4h of an edge is 0 where it is on a wall.
+    /// The header of the scratch, the same for every `each` lanes; 1 / 4h of an edge is 0 where it is on a wall.
     #[inline(always)]
-    fn fill_header<S: Space, V: Vector<Elem = T>>(&self, header: &mut [T]) {
+    fn fill_header<S: Space, V: Vector<Elem = T>>(&self, each: usize, header: &mut [T]) {
         let (grid, lanes) = (self.system.grid, V::LANES);
         let [y, z] = grid.row_at(self.row);
-        for (l, &cell) in V::PAIRED.iter().enumerate().take(lanes) {
+        for l in 0..lanes {
+            let cell = if self.in_order { l % each } else { V::PAIRED[l] };
             let at = [(self.x + 2 * cell.min(self.count - 1)), y, z];
             let wall = |f: usize| !grid.periodic[f / 2] && at[f / 2] == [0, grid.n[f / 2] - 1][f % 2];
             let walls = (0..S::FACES).fold(0, |code, f| code | usize::from(wall(f)) << f);
