@@ -157,7 +157,8 @@ impl<T: Real> Row<'_, '_, T> {
         {
             let half = self.out.half;
             if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes {
-                if half <= T::Narrow::LANES && self.has_room_for_slots::<S, T::Wide, T::Narrow>() {
+                // In 3D, where it brings next to nothing, its frame would be too long for the C library's stack.
+                if S::DIM == 2 && half <= T::Narrow::LANES && self.has_room_for_slots::<S, T::Wide, T::Narrow>() {
                     #[allow(unsafe_code)]
                     // SAFETY: `level` says that the processor has AVX-512.
                     return unsafe { avx512_slots::<T, S, T::Narrow, VISCOUS>(self) };
