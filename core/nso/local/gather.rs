@@ -60,7 +60,7 @@ impl Onto {
     /// The lane of a cell read by `P`.
     #[inline(always)]
     fn lane<P: Vector>(self, cell: usize) -> usize {
-        self.lane + if self.in_order { cell } else { P::PAIRED[cell] }
+        self.lane + if self.in_order { cell } else { P::PAIRED.get(cell).copied().unwrap_or(cell) }
     }
 }
 
@@ -162,9 +162,16 @@ fn fill_all<T: Real, S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const C
 impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize> Rows<'_, T, ONE, TWO, THREE, WRAPPED> {
     const EMPTY: Self = Self { single: heapless::Vec::new(), pairs: heapless::Vec::new(), triples: heapless::Vec::new(), wrapped: heapless::Vec::new() };
 
-    /// As [`fill_all`], without what is across a boundary.
+    /// As [`fill_all`].
     #[inline(always)]
     fn fill<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, onto: Onto, gathered: &mut [T]) {
+        self.fill_rows::<S, V, P, COUNT>(shift, ahead, onto, gathered);
+        self.fill_wrapped::<S, V>(shift, onto, gathered);
+    }
+
+    /// As [`fill_all`], without what is across a boundary.
+    #[inline(always)]
+    fn fill_rows<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, onto: Onto, gathered: &mut [T]) {
         fill_all::<T, S, V, P, COUNT, 3>(&self.triples, shift, ahead, onto, gathered);
         fill_all::<T, S, V, P, COUNT, 2>(&self.pairs, shift, ahead, onto, gathered);
         fill_all::<T, S, V, P, COUNT, 1>(&self.single, shift, ahead, onto, gathered);
@@ -196,6 +203,9 @@ impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAP
 /// All that some cells of one row read. Behind walls along y and z there is nothing, and what is gathered stays 0.
 pub(super) struct Gather<'s, T> {
     now: OfSlot<'s, T>,
+    /// v in the slot before, of slots side by side.
+    #[cfg(target_arch = "x86_64")]
+    before: OfFaces<'s, T>,
     /// w in the slot after.
     after: OfFaces<'s, T>,
     /// The velocity before slot 0.
@@ -209,7 +219,15 @@ impl<'s, T: Real> Gather<'s, T> {
     pub(super) fn new<S: Space>(system: &System<'s, T>, row: usize, cells: Cells) -> Self {
         let &System { grid, first, slots, v, w, p, pbar, v0, rhs, .. } = system;
         let around = Around::new(grid, first, row, cells);
-        let mut gather = Self { now: Rows::EMPTY, after: Rows::EMPTY, given: Rows::EMPTY, slots, nx: grid.n[0] };
+        let mut gather = Self {
+            now: Rows::EMPTY,
+            #[cfg(target_arch = "x86_64")]
+            before: Rows::EMPTY,
+            after: Rows::EMPTY,
+            given: Rows::EMPTY,
+            slots,
+            nx: grid.n[0],
+        };
         let now = &mut gather.now;
         for axis in 0..S::DIM {
             let around_edges = Reads::own_faces(axis).with_outside_faces::<S>(axis);
@@ -253,10 +271,8 @@ impl<'s, T: Real> Gather<'s, T> {
             }
         }
         self.now.fill::<S, V, V, COUNT>(k * self.nx, AHEAD * self.nx, Onto::GROUPS, gathered);
-        self.now.fill_wrapped::<S, V>(k * self.nx, Onto::GROUPS, gathered);
         if k + 1 < self.slots {
             self.after.fill::<S, V, V, COUNT>(k * self.nx, 0, Onto::GROUPS, gathered);
-            self.after.fill_wrapped::<S, V>(k * self.nx, Onto::GROUPS, gathered);
         } else {
             for group in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES) {
                 group[own_faces(Gathered::<S>::AFTER)].fill(T::ZERO);
@@ -266,40 +282,61 @@ impl<'s, T: Real> Gather<'s, T> {
 }
 
 #[cfg(target_arch = "x86_64")]
-impl<T: Real> Gather<'_, T> {
-    /// Gathers the slots from `k` on that lie side by side in the vectors of one group, `each` lanes for each, after those before them.
-    ///
-    /// Where a row has twice as many cells, its slots are read as one long row; elsewhere one by one, by vectors of `each` numbers.
+impl<'s, T: Real> Gather<'s, T> {
+    /// Adds what slots side by side read besides.
+    pub(super) fn add_before<S: Space>(&mut self, system: &System<'s, T>, row: usize, cells: Cells) {
+        Around::new(system.grid, system.first, row, cells).own_faces(&mut self.before, system.v, self.slots, 0, Gathered::<S>::BEFORE);
+    }
+
+    /// Gathers the slots from `k` on that lie side by side in the vectors of one group, `each` lanes for each.
     #[inline(always)]
     pub(super) fn fill_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(&self, k: usize, each: usize, gathered: &mut [T]) {
-        let (behind, nx) = (V::LANES - each, self.nx);
-        let side_by_side = (self.slots - k).min(V::LANES / each);
-        let onto = |slot: usize| Onto { lane: slot * each, in_order: true };
-        let vectors = |place: usize| (place..place + S::FACES).map(|place| place * V::LANES);
+        let side_by_side = SideBySide { each, count: (self.slots - k).min(V::LANES / each), nx: self.nx };
+        let shift = k * self.nx;
+        side_by_side.fill::<T, S, V, P, 34, 12, 10, 32>(&self.now, shift, gathered);
+        side_by_side.fill::<T, S, V, P, 4, 1, 0, 1>(&self.before, shift.wrapping_sub(self.nx), gathered);
         if k == 0 {
-            self.given.fill_by_numbers::<S, V>(0, each, onto(0), gathered);
-        } else {
-            for (v, before) in vectors(Gathered::<S>::V).zip(vectors(Gathered::<S>::BEFORE)) {
-                gathered.copy_within(v + behind..v + V::LANES, before);
+            self.given.fill_by_numbers::<S, V>(0, each, side_by_side.onto(0), gathered);
+        }
+        side_by_side.fill::<T, S, V, P, 4, 1, 0, 1>(&self.after, shift, gathered);
+        if k + side_by_side.count == self.slots {
+            for face in Gathered::<S>::AFTER..Gathered::<S>::AFTER + S::FACES {
+                gathered.iter_mut().skip(face * V::LANES + (side_by_side.count - 1) * each).take(each).for_each(|after| *after = T::ZERO);
             }
         }
-        if nx == 2 * each {
-            self.now.fill::<S, V, V, 1>(k * nx, 0, onto(0), gathered);
+    }
+}
+
+/// A few slots side by side in a vector, `each` lanes for each.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+struct SideBySide {
+    each: usize,
+    count: usize,
+    nx: usize,
+}
+
+#[cfg(target_arch = "x86_64")]
+impl SideBySide {
+    fn onto(self, slot: usize) -> Onto {
+        Onto { lane: slot * self.each, in_order: true }
+    }
+
+    /// Gathers the first of them from what is `shift` numbers after slot 0: where a row has twice as many cells as a slot has lanes, all of them as
+    /// one long row, elsewhere one by one, by vectors of `each` numbers.
+    #[inline(always)]
+    fn fill<T: Real, S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize>(
+        self,
+        rows: &Rows<'_, T, ONE, TWO, THREE, WRAPPED>,
+        shift: usize,
+        gathered: &mut [T],
+    ) {
+        let at = |slot: usize| shift.wrapping_add(slot * self.nx);
+        if self.nx == 2 * self.each {
+            rows.fill_rows::<S, V, V, 1>(shift, 0, self.onto(0), gathered);
+            (0..self.count).for_each(|slot| rows.fill_wrapped::<S, V>(at(slot), self.onto(slot), gathered));
         } else {
-            (0..side_by_side).for_each(|slot| self.now.fill::<S, V, P, 1>((k + slot) * nx, 0, onto(slot), gathered));
-        }
-        (0..side_by_side).for_each(|slot| self.now.fill_wrapped::<S, V>((k + slot) * nx, onto(slot), gathered));
-        for (v, before) in vectors(Gathered::<S>::V).zip(vectors(Gathered::<S>::BEFORE)) {
-            gathered.copy_within(v..v + behind, before + each);
-        }
-        for (w, after) in vectors(Gathered::<S>::W).zip(vectors(Gathered::<S>::AFTER)) {
-            gathered.copy_within(w + each..w + V::LANES, after);
-        }
-        let last = side_by_side - 1;
-        if k + side_by_side < self.slots {
-            self.after.fill_by_numbers::<S, V>((k + last) * nx, each, onto(last), gathered);
-        } else {
-            vectors(Gathered::<S>::AFTER).for_each(|after| gathered[after + last * each..][..each].fill(T::ZERO));
+            (0..self.count).for_each(|slot| rows.fill::<S, V, P, 1>(at(slot), 0, self.onto(slot), gathered));
         }
     }
 }

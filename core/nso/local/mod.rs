@@ -32,6 +32,8 @@ pub use reflection::{fill_table, table_len};
 use super::colours::Cells;
 use super::level::System;
 use crate::grid::{D2, D3, Space};
+#[cfg(target_arch = "x86_64")]
+use crate::plan::{Pool, pooled};
 use crate::real::Real;
 use crate::simd::Vector;
 #[cfg(target_arch = "x86_64")]
@@ -157,7 +159,7 @@ impl<T: Real> Row<'_, '_, T> {
         {
             let half = self.out.half;
             if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes {
-                // In 3D, where it brings next to nothing, its frame would be too long for the C library's stack.
+                // In 3D those of AVX2 do as well, and this frame would be too long for the C library's stack.
                 if S::DIM == 2 && half <= T::Narrow::LANES && self.has_room_for_slots::<S, T::Wide, T::Narrow>() {
                     #[allow(unsafe_code)]
                     // SAFETY: `level` says that the processor has AVX-512.
@@ -232,8 +234,7 @@ impl<T: Real> Row<'_, '_, T> {
     /// Whether scratch has room for [`Self::solve_slots`].
     #[cfg(target_arch = "x86_64")]
     fn has_room_for_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(&self) -> bool {
-        let in_long = Gathered::<S>::SIZE + Header::<S>::SIZE + Kept::<S>::SIZE;
-        P::LANES < V::LANES && in_long * V::LANES + per_group::<S>(self.system.slots) * P::LANES + P::LANES <= self.scratch.len()
+        P::LANES < V::LANES && parts_for_slots::<S, V, P>(self.system.slots).into_iter().map(pooled).sum::<usize>() <= self.scratch.len()
     }
 
     /// One group, of a row too short for vectors `V`: a few slots side by side are gathered and assembled, then cut up into vectors `P` of a slot each.
@@ -243,35 +244,44 @@ impl<T: Real> Row<'_, '_, T> {
         let Row { system, row, cells, scratch, mut out, .. } = self;
         let (slots, above_wall) = (system.slots, system.grid.wall_below(row, 1));
         let each = slot_lanes::<P>(system.grid.n[0]);
-        let (gathered, scratch) = scratch.split_at_mut(Gathered::<S>::SIZE * V::LANES);
-        let (long_header, scratch) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
-        let (header, scratch) = scratch.split_at_mut(Header::<S>::SIZE * P::LANES);
-        let (lower, scratch) = scratch.split_at_mut(lower::<S>() * P::LANES);
-        let (kept, side_by_side) = scratch.split_at_mut(slots * Kept::<S>::SIZE * P::LANES);
+        let (side_by_side, mut pool) = ((V::LANES / each).max(1), Pool::new(scratch));
+        let [gathered, long_header, long, header, lower, kept] = parts_for_slots::<S, V, P>(slots).map(|len| pool.take(len));
         let group = Group { system, row, x: cells.start, first: 0, count: cells.count, above_wall, in_order: true };
         group.fill_header::<S, V>(each, long_header);
         group.fill_header::<S, P>(P::LANES, header);
-        let gather = Gather::new::<S>(system, row, cells);
+        let mut gather = Gather::new::<S>(system, row, cells);
+        gather.add_before::<S>(system, row, cells);
         gathered.fill(T::ZERO);
-        for first in (0..slots).step_by(V::LANES / each) {
-            gather.fill_slots::<S, V, P>(first, each, gathered);
-            let mut diagonal = [T::ZERO; MAX_LANES];
-            for (lane, diagonal) in diagonal.iter_mut().enumerate() {
-                *diagonal = group.diagonal(first + lane / each);
+        for k in 0..slots {
+            let place = k % side_by_side;
+            if place == 0 {
+                gather.fill_slots::<S, V, P>(k, each, gathered);
+                let mut diagonal = [T::ZERO; MAX_LANES];
+                for (lane, diagonal) in diagonal.iter_mut().enumerate() {
+                    *diagonal = group.diagonal(k + lane / each);
+                }
+                group.assemble::<S, V, VISCOUS>(long_header, gathered, V::load(&diagonal), slot_mut::<S, V>(long, 0));
             }
-            group.assemble::<S, V, VISCOUS>(long_header, gathered, V::load(&diagonal), side_by_side);
-            for (place, k) in (first..slots.min(first + V::LANES / each)).enumerate() {
-                for (vector, now) in slot_mut::<S, P>(kept, k).chunks_exact_mut(P::LANES).enumerate() {
-                    P::load(&side_by_side[vector * V::LANES + place * each..]).store(now);
-                }
-                if k > 0 {
-                    factor::eliminate::<T, S, P>(kept, lower, k - 1, slots, group.diagonal(k - 1));
-                }
+            let numbers = long.get(place * each..).unwrap_or_default().chunks(V::LANES);
+            for (numbers, now) in numbers.zip(slot_mut::<S, P>(kept, k).chunks_exact_mut(P::LANES)) {
+                P::load(numbers).store(now);
+            }
+            if k > 0 {
+                factor::eliminate::<T, S, P>(kept, lower, k - 1, slots, group.diagonal(k - 1));
             }
         }
         factor::eliminate::<T, S, P>(kept, lower, slots - 1, slots, group.diagonal(slots - 1));
         group.back_substitute::<S, P>(header, kept, &mut out);
     }
+}
+
+/// Numbers of the parts of scratch of [`Row::solve_slots`]: what is gathered, the header and what is kept of slots side by side, which are read by
+/// vectors `P` from any lane on; header, lower block and what is kept of each slot.
+#[cfg(target_arch = "x86_64")]
+fn parts_for_slots<S: Space, V: Vector, P: Vector>(slots: usize) -> [usize; 6] {
+    let long = [Gathered::<S>::SIZE * V::LANES, Header::<S>::SIZE * V::LANES, Kept::<S>::SIZE * V::LANES + P::LANES];
+    let short = [Header::<S>::SIZE, lower::<S>(), slots * Kept::<S>::SIZE].map(|vectors| vectors * P::LANES);
+    [long[0], long[1], long[2], short[0], short[1], short[2]]
 }
 
 // Functions of their own, so that the stack holds the frame of one of them at a time.
