@@ -32,8 +32,8 @@ pub struct Setup {
     pub tandem: bool,
 }
 
-/// Cells up to which two threads gain more by different works than by sharing the rows of every term.
-const MOST_IN_TANDEM: usize = 1 << 12;
+/// Cells up to which two threads gain more by different works than by sharing the rows of every term, wherever their caches are.
+const MOST_IN_TANDEM: usize = 1 << 15;
 
 impl Setup {
     /// That of `problem` on its own grid, for rho_0 of at most 1.

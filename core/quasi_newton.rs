@@ -11,7 +11,9 @@ use crate::force::time_line::TimeLine;
 use crate::grid::Grid;
 use crate::plan::{Pool, pooled};
 use crate::real::Real;
+use crate::simd::{Cache, prefetch};
 use core::cmp::Ordering;
+use core::ops::Range;
 
 /// Most pairs.
 pub const MAX_PAIRS: usize = 8;
@@ -173,7 +175,7 @@ impl QuasiNewton {
             for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [out], sums: &mut [], scratch: &mut [] }, |task| {
                 let [out] = task.fields;
                 for (out, piece) in out.chunks_mut(rows::PIECE).zip(rows::pieces(slots * grid.n[0])) {
-                    let of = |field: usize| sums::row(grid, slots, &*fields[field][axis], task.row).get(piece.clone()).unwrap_or_default();
+                    let of = |field: usize| piece_of(sums::row(grid, slots, &*fields[field][axis], task.row), &piece);
                     rows::scale(out, T::from_f64(-scale), of(self.preconditioned));
                     for &(pair, s, z) in &weights {
                         rows::add_scaled(out, T::from_f64(s), of(pair.s));
@@ -274,13 +276,15 @@ impl QuasiNewton {
                 }
                 let mut lanes = [[0.0; rows::LANES]; 2 * MAX_PAIRS + 3];
                 for piece in rows::pieces(image.len()) {
-                    let of = |field: usize| row(field).get(piece.clone()).unwrap_or_default();
-                    let image = image.get(piece.clone()).unwrap_or_default();
-                    let [s, z] = [&mut *s, &mut *z].map(|row| row.get_mut(piece.clone()).unwrap_or_default());
+                    let [image, gradient] = [&*image, row(borrowed.gradient)].map(|row| row.get(piece.clone()).unwrap_or_default());
+                    let [s, z] = [&mut *s, &mut *z].map(|row| {
+                        prefetch(Cache::Second, row, piece.end, rows::PIECE);
+                        row.get_mut(piece.clone()).unwrap_or_default()
+                    });
                     rows::scale_in_place(s, T::from_f64(step.unwrap_or_default()));
-                    let of_pairs = self.pairs.iter().flat_map(|pair| [pair.s, pair.z]).map(of);
+                    let of_pairs = self.pairs.iter().flat_map(|pair| [pair.s, pair.z]).map(|field| piece_of(row(field), &piece));
                     for (lanes, factor) in lanes.iter_mut().zip(of_pairs.chain([image, s, z])) {
-                        rows::add_products(lanes, factor, of(borrowed.gradient));
+                        rows::add_products(lanes, factor, gradient);
                     }
                     rows::combine(z, -T::ONE, image);
                 }
@@ -326,6 +330,13 @@ impl QuasiNewton {
         *self = read;
         Ok(())
     }
+}
+
+/// A piece of a row, and asks for the next one: every field is left for all the others after each piece, and what a processor asks for
+/// ahead by itself begins anew with the next.
+fn piece_of<'r, T>(row: &'r [T], piece: &Range<usize>) -> &'r [T] {
+    prefetch(Cache::Second, row, piece.end, rows::PIECE);
+    row.get(piece.clone()).unwrap_or_default()
 }
 
 /// <x, y> over all faces and slots.
