@@ -93,7 +93,9 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let mut rest = Evaluation { levels, level, setup, initial, rho: &mut [], keyframes, region: pool.into_rest(), sums: of_force };
         let (mut data, mut force) = (Ok(0.0), Ok(0.0));
         let mut carry = || data = carrier.carry(&Serial, &mut Silent, &flow, rho, &keyframes, of_data);
-        join(exec, &mut carry, &mut || force = rest.force::<S>(&Serial, &mut Silent, v, w));
+        // Together, so that what is left of the force takes about as long as the density.
+        rest.acceleration::<S>(exec, v, w);
+        join(exec, &mut carry, &mut || force = rest.projected(&Serial, &mut Silent, w));
         if observer.on(Event::Work).is_break() {
             return Err(Stop::Cancelled);
         }
@@ -106,9 +108,20 @@ impl<T: Real> Evaluation<'_, '_, T> {
     /// # Errors
     /// [`Stop::Cancelled`].
     pub fn force<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, v: Vector<'_, T>, w: &mut VectorMut<'_, T>) -> Result<f64, Stop> {
+        self.acceleration::<S>(exec, v, w);
+        self.projected(exec, observer, w)
+    }
+
+    /// What the force would be without a pressure.
+    fn acceleration<S: Space>(&mut self, exec: &dyn Exec, v: Vector<'_, T>, w: &mut VectorMut<'_, T>) {
         let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
-        let scratch = &mut self.region[..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)];
+        let scratch = self.region.get_mut(..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)).unwrap_or_default();
         force::from_velocity::<T, S>(exec, Fluid { grid, slots, viscosity: self.setup.viscosity }, v, self.initial, &[], reborrow(w), scratch);
+    }
+
+    /// Projects that; the force's part of the objective.
+    fn projected(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, w: &mut VectorMut<'_, T>) -> Result<f64, Stop> {
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
         self.project(exec, observer, w, self.setup.projection_tolerance)?;
         Ok(0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums))
     }
@@ -127,7 +140,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
     ) -> Result<(), Stop> {
         let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
         let (n, weight) = (grid.n[0], T::from_f64(self.setup.force_weight));
-        let scratch = &mut self.region[..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)];
+        let scratch = self.region.get_mut(..self.setup.carrier.threads * force::scratch_per_thread(grid, slots)).unwrap_or_default();
         force::apply_adjoint::<T, S>(exec, Fluid { grid, slots, viscosity: self.setup.viscosity }, v, w, reborrow(out), scratch);
         let flow = Flow { initial: self.initial, v, along: None };
         let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut Pool::new(&mut *self.region));
