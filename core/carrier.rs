@@ -32,8 +32,9 @@ pub struct Setup {
     pub tandem: bool,
 }
 
-/// Cells up to which two threads gain more by different works than by sharing the rows of every term, wherever their caches are.
-const MOST_IN_TANDEM: usize = 1 << 15;
+/// Cells up to which two threads gain more by different works than by sharing the rows of every term, wherever their caches are: of two
+/// threads, and of more, since the others wait.
+const MOST_IN_TANDEM: [usize; 2] = [1 << 15, 1 << 12];
 
 impl Setup {
     /// That of `problem` on its own grid, for rho_0 of at most 1.
@@ -43,11 +44,11 @@ impl Setup {
         Self { slots: problem.slots(), metric, stepping: problem.advection.into(), largest: 1.0, threads, tandem: false }
     }
 
-    /// Whether two threads do different works on a grid: each every other step on the way back, and one what the force costs while the other
+    /// Whether two threads do different works on a grid: each every other step on the way back, and one projects the force while the other
     /// carries the density.
     #[must_use]
     pub fn in_tandem(&self, grid: &Grid) -> bool {
-        self.tandem && self.threads > 1 && grid.cells() <= MOST_IN_TANDEM
+        self.tandem && self.threads > 1 && grid.cells() <= MOST_IN_TANDEM[usize::from(self.threads > 2)]
     }
 }
 
