@@ -32,9 +32,15 @@ pub struct Setup {
     pub tandem: bool,
 }
 
-/// Cells up to which two threads gain more by different works than by sharing the rows of every term, wherever their caches are: of two
-/// threads, and of more, since the others wait.
-const MOST_IN_TANDEM: [usize; 2] = [1 << 15, 1 << 12];
+/// Cells up to which two of so many threads gain more by different works than by sharing the rows of every term, wherever their caches are.
+/// All others wait meanwhile.
+const fn most_in_tandem(threads: usize) -> usize {
+    match threads {
+        0 | 1 => 0,
+        2 => 1 << 15,
+        _ => 1 << 12,
+    }
+}
 
 impl Setup {
     /// That of `problem` on its own grid, for rho_0 of at most 1.
@@ -48,7 +54,7 @@ impl Setup {
     /// carries the density.
     #[must_use]
     pub fn in_tandem(&self, grid: &Grid) -> bool {
-        self.tandem && self.threads > 1 && grid.cells() <= MOST_IN_TANDEM[usize::from(self.threads > 2)]
+        self.tandem && grid.cells() <= most_in_tandem(self.threads)
     }
 }
 

@@ -332,7 +332,7 @@ impl QuasiNewton {
     }
 }
 
-/// A piece of a row, and asks for the next one: every field is left for all the others after each piece, and what a processor asks for
+/// A piece of a row; asks for the next one, since every field is left for all the others after each piece, and what a processor asks for
 /// ahead by itself begins anew with the next.
 fn piece_of<'r, T>(row: &'r [T], piece: &Range<usize>) -> &'r [T] {
     prefetch(Cache::Second, row, piece.end, rows::PIECE);
