@@ -14,11 +14,18 @@ fn main() {
     let exec = team();
     let yardstick = sure(Yardstick::measure(exec, quick));
     println!("{}", yardstick.sentence());
-    println!("{:<18}{:>12}{:>20}{:>34}", "cells, N", "s/cycle", "ns per cell, slot", "unknowns read at triad speed");
+    println!(
+        "{:<18}{:>12}{:>20}{:>34}",
+        "cells, N", "s/cycle", "ns per cell, slot", "unknowns read at triad speed"
+    );
     for (n, steps) in [(64, 40), (128, 40), (256, 80)] {
         report::<D2>(exec, &Case::new(&[n, n], steps, 1.0), yardstick.moment.triad);
     }
-    let sizes: &[(usize, usize)] = if quick { &[(32, 30)] } else { &[(32, 30), (64, 20), (64, 60)] };
+    let sizes: &[(usize, usize)] = if quick {
+        &[(32, 30)]
+    } else {
+        &[(32, 30), (64, 20), (64, 60)]
+    };
     for &(n, steps) in sizes {
         report::<D3>(exec, &Case::new(&[n; 3], steps, 1.0), yardstick.moment.triad);
     }
@@ -34,5 +41,9 @@ fn report<S: Space>(exec: &dyn Exec, case: &Case, triad: f64) {
     }));
     let passes = seconds * triad / case.state_bytes::<f32, S>() as f64;
     let work = (case.grid().cells() * slots) as f64;
-    println!("{:<18}{seconds:>12.4}{:>20.1}{passes:>34.1}", format!("{}, {}", size(&case.cells), case.steps), 1e9 * seconds / work);
+    println!(
+        "{:<18}{seconds:>12.4}{:>20.1}{passes:>34.1}",
+        format!("{}, {}", size(&case.cells), case.steps),
+        1e9 * seconds / work
+    );
 }

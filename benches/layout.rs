@@ -2,7 +2,10 @@
 //!
 //! `cargo bench --bench layout` prints ns per cell and slot, the best of some rounds, on one thread (see `docs/layout.md`).
 //! All layouts must end with the same bits.
-#![allow(unsafe_code, reason = "calling functions compiled for AVX-512 after asking the machine for it")]
+#![allow(
+    unsafe_code,
+    reason = "calling functions compiled for AVX-512 after asking the machine for it"
+)]
 
 use thurible::bench::yardstick::best;
 
@@ -27,13 +30,35 @@ impl Layout {
     fn all(n: [usize; 3], slots: usize) -> Vec<Self> {
         let [nx, ny, nz] = n;
         let plane = nx * ny;
-        let base = Self { name: "slot-major", slots, n, of_slot: nz * plane, of_row: nx, of_plane: plane };
+        let base = Self {
+            name: "slot-major",
+            slots,
+            n,
+            of_slot: nz * plane,
+            of_row: nx,
+            of_plane: plane,
+        };
         let mut all = vec![base];
         if nz > 1 {
-            all.push(Self { name: "plane-major", of_slot: plane, of_plane: slots * plane, ..base });
+            all.push(Self {
+                name: "plane-major",
+                of_slot: plane,
+                of_plane: slots * plane,
+                ..base
+            });
         }
-        all.push(Self { name: "padded", of_slot: nz * plane + 80, ..base });
-        all.push(Self { name: "pencil-major", of_slot: nx, of_row: slots * nx, of_plane: slots * plane, ..base });
+        all.push(Self {
+            name: "padded",
+            of_slot: nz * plane + 80,
+            ..base
+        });
+        all.push(Self {
+            name: "pencil-major",
+            of_slot: nx,
+            of_row: slots * nx,
+            of_plane: slots * plane,
+            ..base
+        });
         all
     }
 
@@ -49,7 +74,9 @@ impl Layout {
     /// Every row of every slot, in the order in which they lie.
     fn rows(&self, mut visit: impl FnMut(usize, usize, usize)) {
         let [_, ny, nz] = self.n;
-        let mut rows: Vec<_> = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..self.slots).map(move |slot| (slot, y, z)))).collect();
+        let mut rows: Vec<_> = (0..nz)
+            .flat_map(|z| (0..ny).flat_map(move |y| (0..self.slots).map(move |slot| (slot, y, z))))
+            .collect();
         rows.sort_by_key(|&(slot, y, z)| self.at(slot, y, z));
         rows.into_iter().for_each(|(slot, y, z)| visit(slot, y, z));
     }
@@ -79,7 +106,9 @@ fn checksum(layout: &Layout, fields: &Fields) -> u64 {
             for z in 0..layout.n[2] {
                 for y in 0..layout.n[1] {
                     let at = layout.at(slot, y, z);
-                    sum = field[at..at + layout.n[0]].iter().fold(sum, |sum, x| sum.rotate_left(5).wrapping_mul(0x0100_0000_01b3) ^ u64::from(x.to_bits()));
+                    sum = field[at..at + layout.n[0]].iter().fold(sum, |sum, x| {
+                        sum.rotate_left(5).wrapping_mul(0x0100_0000_01b3) ^ u64::from(x.to_bits())
+                    });
                 }
             }
         }
@@ -109,7 +138,14 @@ fn smooth_body(layout: &Layout, fields: &mut Fields) {
 
 /// The cells of one colour of one group, in all slots.
 #[inline(always)]
-fn smooth_group(layout: &Layout, fields: &mut Fields, here: usize, around: &[usize], group: usize, parity: usize) {
+fn smooth_group(
+    layout: &Layout,
+    fields: &mut Fields,
+    here: usize,
+    around: &[usize],
+    group: usize,
+    parity: usize,
+) {
     let own: [bool; GROUP] = core::array::from_fn(|x| x % 2 == parity);
     let count = fields.len();
     let mut carried = [[0f32; GROUP]; 8];
@@ -156,7 +192,10 @@ fn stencils_body(layout: &Layout, fields: &mut Fields, rows: &[(usize, usize, us
         out[nx - 1] = low[0] - low[nx - 1];
         for axis in 1..dims {
             let (low, high) = (&v[axis][at..at + nx], &v[axis][next[axis - 1]..][..nx]);
-            out.iter_mut().zip(low).zip(high).for_each(|((out, &low), &high)| *out += high - low);
+            out.iter_mut()
+                .zip(low)
+                .zip(high)
+                .for_each(|((out, &low), &high)| *out += high - low);
         }
         let (out, low) = (&mut w[0][at..at + nx], &pbar[0][at..at + nx]);
         for x in 0..nx - 1 {
@@ -165,7 +204,10 @@ fn stencils_body(layout: &Layout, fields: &mut Fields, rows: &[(usize, usize, us
         out[nx - 1] = low[0] - low[nx - 1];
         for axis in 1..dims {
             let (out, high) = (&mut w[axis][at..at + nx], &pbar[0][next[axis - 1]..][..nx]);
-            out.iter_mut().zip(low).zip(high).for_each(|((out, &low), &high)| *out = high - low);
+            out.iter_mut()
+                .zip(low)
+                .zip(high)
+                .for_each(|((out, &low), &high)| *out = high - low);
         }
     }
 }
@@ -206,7 +248,10 @@ fn smooth(layout: &Layout, fields: &mut Fields) {
 fn measure(n: [usize; 3], slots: usize, rounds: usize) {
     let dims = if n[2] > 1 { 3 } else { 2 };
     let work = (n[0] * n[1] * n[2] * slots) as f64 * 1e-9;
-    println!("\n{n:?}, T = {slots}, f32: ns per cell and slot\n{:<14}{:>12}{:>12}{:>12}", "", "smoother", "div, grad", "slot copy");
+    println!(
+        "\n{n:?}, T = {slots}, f32: ns per cell and slot\n{:<14}{:>12}{:>12}{:>12}",
+        "", "smoother", "div, grad", "slot copy"
+    );
     let mut ends = Vec::new();
     for layout in Layout::all(n, slots) {
         let mut fields: Fields = (0..2 * (dims + 1)).map(|_| vec![0.0; layout.len()]).collect();
@@ -217,10 +262,19 @@ fn measure(n: [usize; 3], slots: usize, rounds: usize) {
         let smoother = best(rounds, || smooth(&layout, &mut fields));
         let stencils = best(rounds, || stencils_body(&layout, &mut fields, &rows));
         let copies = best(rounds, || copy_slots(&layout, &mut fields, &mut buffer));
-        println!("{:<14}{:>12.2}{:>12.2}{:>12.2}", layout.name, smoother / work, stencils / work, copies / work);
+        println!(
+            "{:<14}{:>12.2}{:>12.2}{:>12.2}",
+            layout.name,
+            smoother / work,
+            stencils / work,
+            copies / work
+        );
         ends.push(checksum(&layout, &fields));
     }
-    assert!(ends.windows(2).all(|pair| pair[0] == pair[1]), "the layouts computed different things");
+    assert!(
+        ends.windows(2).all(|pair| pair[0] == pair[1]),
+        "the layouts computed different things"
+    );
 }
 
 fn main() {

@@ -15,13 +15,23 @@ fn methods(criterion: &mut Criterion) {
         ("direct", &["method.direct.nested=false"][..]),
         ("admm", &[]),
         ("lbfgs", &[]),
-        ("pd", &["grid.cells=[64,64]", "time.steps=20", "keyframe[0].step=20"]),
+        (
+            "pd",
+            &["grid.cells=[64,64]", "time.steps=20", "keyframe[0].step=20"],
+        ),
     ] {
         let sets: Vec<String> = sets.iter().map(|&set| set.into()).collect();
         let ready = sure(letter_f(&sets, method, THREADS));
         let problem = ready.problem();
-        let mut group = criterion.benchmark_group(format!("{method}, letter_f {}, {} steps", size(problem.cells), problem.steps));
-        group.sample_size(10).warm_up_time(Duration::from_millis(1)).measurement_time(Duration::from_secs(10));
+        let mut group = criterion.benchmark_group(format!(
+            "{method}, letter_f {}, {} steps",
+            size(problem.cells),
+            problem.steps
+        ));
+        group
+            .sample_size(10)
+            .warm_up_time(Duration::from_millis(1))
+            .measurement_time(Duration::from_secs(10));
         group.bench_function("an iteration", |bencher| {
             sure(ready.with::<f32, D2, _>(exec, |solver| {
                 if method != "pd" {

@@ -3,7 +3,9 @@
 mod common;
 
 use common::{size, sure, team};
-use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime};
+use criterion::{
+    BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
+};
 use thurible::bench::flow;
 use thurible::bench::pieces::Trajectories;
 use thurible_core::exec::{RowBuffers, for_rows};
@@ -27,39 +29,68 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
     let field = flow::synthetic::<f32, S>(&grid, SLOTS, 1.0);
     let v: Vector<'_, f32> = [&field[0], &field[1], &field[2]];
     let mut group = criterion.benchmark_group(format!("operators {}, {SLOTS} slots", size(cells)));
-    group.sample_size(10).throughput(Throughput::Elements((grid.cells() * SLOTS) as u64));
+    group
+        .sample_size(10)
+        .throughput(Throughput::Elements((grid.cells() * SLOTS) as u64));
     bench_divergence(&mut group, exec, &grid, v);
     bench_self_advection::<S>(&mut group, exec, &grid, v);
     bench_blur(&mut group, exec, cells);
     group.finish();
 }
 
-fn bench_divergence(group: &mut BenchmarkGroup<'_, WallTime>, exec: &dyn Exec, grid: &Grid, v: Vector<'_, f32>) {
+fn bench_divergence(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    exec: &dyn Exec,
+    grid: &Grid,
+    v: Vector<'_, f32>,
+) {
     let mut out = vec![0f32; grid.cells() * SLOTS];
     let mut scratch = vec![0f32; exec.threads() * Block::largest(grid.n[0], SLOTS)];
     group.bench_function("divergence", |bencher| {
         bencher.iter(|| {
-            let buffers = RowBuffers { fields: [&mut out[..]], sums: &mut [], scratch: &mut scratch[..] };
+            let buffers = RowBuffers {
+                fields: [&mut out[..]],
+                sums: &mut [],
+                scratch: &mut scratch[..],
+            };
             for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
                 let [out] = task.fields;
                 out.fill(0.0);
                 for block in Block::all(grid, SLOTS) {
-                    divergence::add_divergence(&block, task.row, 1.0, v, &mut out[block.span_in_row()], &mut task.scratch[..block.len()]);
+                    divergence::add_divergence(
+                        &block,
+                        task.row,
+                        1.0,
+                        v,
+                        &mut out[block.span_in_row()],
+                        &mut task.scratch[..block.len()],
+                    );
                 }
             });
         });
     });
 }
 
-fn bench_self_advection<S: Space>(group: &mut BenchmarkGroup<'_, WallTime>, exec: &dyn Exec, grid: &Grid, v: Vector<'_, f32>) {
+fn bench_self_advection<S: Space>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    exec: &dyn Exec,
+    grid: &Grid,
+    v: Vector<'_, f32>,
+) {
     let mut out: [Vec<f32>; 3] = core::array::from_fn(|axis| vec![0.0; v[axis].len()]);
     let mut scratch = vec![0f32; exec.threads() * self_advection::scratch_per_thread(grid, SLOTS)];
-    let fluid = Fluid { grid, slots: SLOTS, viscosity: 0.0 };
+    let fluid = Fluid {
+        grid,
+        slots: SLOTS,
+        viscosity: 0.0,
+    };
     group.bench_function("self-advection", |bencher| {
         bencher.iter(|| self_advection::apply::<f32, S>(exec, fluid, v, writable(&mut out), &mut scratch));
     });
     group.bench_function("its adjoint", |bencher| {
-        bencher.iter(|| self_advection::apply_adjoint::<f32, S>(exec, fluid, v, v, writable(&mut out), &mut scratch));
+        bencher.iter(|| {
+            self_advection::apply_adjoint::<f32, S>(exec, fluid, v, v, writable(&mut out), &mut scratch)
+        });
     });
 }
 
@@ -69,7 +100,9 @@ fn bench_blur(group: &mut BenchmarkGroup<'_, WallTime>, exec: &dyn Exec, cells: 
     let mut out = vec![0f32; all.grid.cells()];
     group.throughput(Throughput::Elements(out.len() as u64));
     sure(all.blur(exec, filters, |blur, error| {
-        group.bench_function(format!("blur of one field, {filters} filters"), |bencher| bencher.iter(|| blur.apply(exec, error, &mut out)));
+        group.bench_function(format!("blur of one field, {filters} filters"), |bencher| {
+            bencher.iter(|| blur.apply(exec, error, &mut out))
+        });
     }));
 }
 

@@ -22,11 +22,15 @@ fn projection(criterion: &mut Criterion) {
 fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize]) {
     let all = Trajectories::new(cells, SLOTS);
     let mut group = criterion.benchmark_group(format!("projection {}, {SLOTS} slots", size(cells)));
-    group.sample_size(10).throughput(Throughput::Elements((all.grid.cells() * SLOTS) as u64));
+    group
+        .sample_size(10)
+        .throughput(Throughput::Elements((all.grid.cells() * SLOTS) as u64));
     sure(all.projection::<S, _>(exec, |projection, start, sums| {
         let mut v = start.clone();
         let v = v.each_mut().map(|component| &mut component[..]);
-        group.bench_function("divergence", |bencher| bencher.iter(|| projection.relative_divergence(exec, SLOTS, &v, sums)));
+        group.bench_function("divergence", |bencher| {
+            bencher.iter(|| projection.relative_divergence(exec, SLOTS, &v, sums))
+        });
         group.bench_function("to 1e-5", |bencher| {
             bencher.iter_batched_ref(
                 || start.clone(),

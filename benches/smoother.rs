@@ -31,7 +31,12 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
     local::fill_table::<f32, S>(grid.h, &mut table);
     let mut level = LevelMut {
         grid: &grid,
-        state: State { v: writable(&mut v), w: writable(&mut w), p: &mut p, pbar: &mut pbar },
+        state: State {
+            v: writable(&mut v),
+            w: writable(&mut w),
+            p: &mut p,
+            pbar: &mut pbar,
+        },
         v0: writable(&mut v0),
         a: writable(&mut a),
         scale: 1.0,
@@ -40,7 +45,13 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
         d: &mut [],
         table: &table,
     };
-    let weights = Weights { slots: SLOTS, kappa: 1.0, viscosity: 0.0, outside: 3.0, slow: local::Slow::USUAL.at(1.0) };
+    let weights = Weights {
+        slots: SLOTS,
+        kappa: 1.0,
+        viscosity: 0.0,
+        outside: 3.0,
+        slow: local::Slow::USUAL.at(1.0),
+    };
     let shape = Shape::all::<f32, S>(&grid).next().unwrap_or(Shape::LEAST);
     let mut waiting = vec![0f32; smoother::waiting_len::<S>(&grid, SLOTS, exec.threads(), shape.split)];
     let mut scratch = vec![0f32; exec.threads() * smoother::scratch_len::<S>(&grid, SLOTS, shape)];
@@ -48,7 +59,11 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
     group.sample_size(10).throughput(Throughput::Elements(len as u64));
     for colours in [Colours::RedBlack, Colours::PowerOfTwo] {
         group.bench_function(format!("sweep, {colours:?}"), |bencher| {
-            let mut workspace = smoother::Workspace { waiting: &mut waiting, scratch: &mut scratch, shape };
+            let mut workspace = smoother::Workspace {
+                waiting: &mut waiting,
+                scratch: &mut scratch,
+                shape,
+            };
             bencher.iter(|| smoother::sweep::<f32, S>(exec, &mut level, &weights, colours, &mut workspace));
         });
     }

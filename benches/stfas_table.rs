@@ -31,7 +31,10 @@ struct Table {
 
 impl Table {
     fn title(&self, text: &str) {
-        println!("\n{text}\n{:<45}{:>8}{:>8}  ratio of each cycle", "", "ratio", "bound");
+        println!(
+            "\n{text}\n{:<45}{:>8}{:>8}  ratio of each cycle",
+            "", "ratio", "bound"
+        );
     }
 
     fn row(&mut self, name: &str, residuals: &[f64], bound: Option<f64>) {
@@ -39,7 +42,11 @@ impl Table {
         let missed = bound.is_some_and(|bound| ratio.is_nan() || ratio > bound);
         self.missed += usize::from(missed);
         let bound = bound.map_or_else(|| "-".into(), |bound| format!("{bound:.2}"));
-        println!("{name:<45}{ratio:>8.3}{bound:>8}  {}{}", listed(residuals), if missed { "  MISSED" } else { "" });
+        println!(
+            "{name:<45}{ratio:>8.3}{bound:>8}  {}{}",
+            listed(residuals),
+            if missed { "  MISSED" } else { "" }
+        );
     }
 
     fn case<S: Space>(&mut self, exec: &dyn Exec, name: &str, case: &Case, bound: Option<f64>) {
@@ -52,7 +59,10 @@ fn main() -> ExitCode {
         floors(team());
         return ExitCode::SUCCESS;
     }
-    let mut table = Table { missed: 0, quick: std::env::args().any(|argument| argument == "--quick") };
+    let mut table = Table {
+        missed: 0,
+        quick: std::env::args().any(|argument| argument == "--quick"),
+    };
     let began = Instant::now();
     let exec = team();
     synthetic_2d(exec, &mut table);
@@ -64,8 +74,16 @@ fn main() -> ExitCode {
     if !table.quick {
         real_runs(exec, &mut table);
     }
-    println!("\n{:.0} s, {} rows missed their bound", began.elapsed().as_secs_f64(), table.missed);
-    if table.missed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    println!(
+        "\n{:.0} s, {} rows missed their bound",
+        began.elapsed().as_secs_f64(),
+        table.missed
+    );
+    if table.missed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
 }
 
 /// max |f| before the first cycle and after each, down to the rounding floor.
@@ -76,8 +94,16 @@ fn cycles<S: Space>(exec: &dyn Exec, case: &Case) -> Vec<f64> {
 fn residuals_of<T: Real, S: Space>(exec: &dyn Exec, case: &Case) -> Vec<f64> {
     sure(case.pose::<T, S, _>(exec, |nso| {
         let mut residuals = vec![nso.residual(exec)];
-        let goes = |residuals: &[f64]| residuals.windows(2).last().is_none_or(|pair| pair[1] < STALLED * pair[0]);
-        while residuals.len() <= CYCLES && residuals.last() > Some(&(FLOOR * residuals[0])) && goes(&residuals) {
+        let goes = |residuals: &[f64]| {
+            residuals
+                .windows(2)
+                .last()
+                .is_none_or(|pair| pair[1] < STALLED * pair[0])
+        };
+        while residuals.len() <= CYCLES
+            && residuals.last() > Some(&(FLOOR * residuals[0]))
+            && goes(&residuals)
+        {
             let _ = nso.vcycle(exec, &mut Silent);
             residuals.push(nso.residual(exec));
         }
@@ -87,7 +113,11 @@ fn residuals_of<T: Real, S: Space>(exec: &dyn Exec, case: &Case) -> Vec<f64> {
 
 fn synthetic_2d(exec: &dyn Exec, table: &mut Table) {
     table.title("2D, kappa = 1, synthetic targets");
-    let (sides, steps): (&[usize], &[usize]) = if table.quick { (&[32], &[20, 40]) } else { (&[32, 64, 128], &[20, 40, 80]) };
+    let (sides, steps): (&[usize], &[usize]) = if table.quick {
+        (&[32], &[20, 40])
+    } else {
+        (&[32, 64, 128], &[20, 40, 80])
+    };
     for courant in [0.5, 1.0] {
         for &n in sides {
             for &steps in steps {
@@ -100,7 +130,11 @@ fn synthetic_2d(exec: &dyn Exec, table: &mut Table) {
 
 fn synthetic_3d(exec: &dyn Exec, table: &mut Table) {
     table.title("3D, kappa = 1, synthetic targets");
-    let cases: &[(usize, usize)] = if table.quick { &[(16, 16)] } else { &[(16, 16), (32, 20), (64, 20)] };
+    let cases: &[(usize, usize)] = if table.quick {
+        &[(16, 16)]
+    } else {
+        &[(16, 16), (32, 20), (64, 20)]
+    };
     for &(n, steps) in cases {
         let courants: &[f64] = if n == 64 { &[1.0] } else { &[0.5, 1.0] };
         for courant in courants {
@@ -123,7 +157,15 @@ fn at_rest(exec: &dyn Exec, table: &mut Table) {
     ] {
         let kappa = penalty / weight * dt * dt;
         let name = format!("N = {steps}, K = {penalty:e}, r = {weight:e}, dt = {dt:.3}");
-        table.case::<D2>(exec, &name, &Case { kappa, ..Case::new(&[32, 32], steps, 1e-4) }, None);
+        table.case::<D2>(
+            exec,
+            &name,
+            &Case {
+                kappa,
+                ..Case::new(&[32, 32], steps, 1e-4)
+            },
+            None,
+        );
     }
 }
 
@@ -139,7 +181,15 @@ fn fast_flows(exec: &dyn Exec, table: &mut Table) {
     for courant in [2.0, 2.2, 3.0] {
         for colours in [Colours::RedBlack, Colours::PowerOfTwo] {
             let name = format!("Courant {courant}, {colours:?}");
-            table.case::<D2>(exec, &name, &Case { colours, ..Case::new(&[32, 32], 20, courant) }, (courant <= 2.2).then_some(0.45));
+            table.case::<D2>(
+                exec,
+                &name,
+                &Case {
+                    colours,
+                    ..Case::new(&[32, 32], 20, courant)
+                },
+                (courant <= 2.2).then_some(0.45),
+            );
         }
     }
 }
@@ -147,17 +197,50 @@ fn fast_flows(exec: &dyn Exec, table: &mut Table) {
 /// With and without what the smoother leaves out where the flow is slow: the same to a tenth.
 fn slow_flows(exec: &dyn Exec, table: &mut Table) {
     table.title("Terms left out where the flow is slow / nowhere, by kappa = K / r");
-    for (kappa, courant) in [(0.01, 0.2), (0.1, 0.6), (1.0, 0.6), (1.0, 1.0), (4.0, 2.0), (20.0, 2.0)] {
-        slow_flow::<D2>(exec, table, &Case { kappa, ..Case::new(&[64, 64], 40, courant) });
+    for (kappa, courant) in [
+        (0.01, 0.2),
+        (0.1, 0.6),
+        (1.0, 0.6),
+        (1.0, 1.0),
+        (4.0, 2.0),
+        (20.0, 2.0),
+    ] {
+        slow_flow::<D2>(
+            exec,
+            table,
+            &Case {
+                kappa,
+                ..Case::new(&[64, 64], 40, courant)
+            },
+        );
         if !table.quick {
-            slow_flow::<D3>(exec, table, &Case { kappa, ..Case::new(&[24, 24, 24], 20, courant) });
+            slow_flow::<D3>(
+                exec,
+                table,
+                &Case {
+                    kappa,
+                    ..Case::new(&[24, 24, 24], 20, courant)
+                },
+            );
         }
     }
 }
 
 fn slow_flow<S: Space>(exec: &dyn Exec, table: &mut Table, case: &Case) {
-    let name = format!("{}, N = {}, kappa {}, C {}", size(&case.cells), case.steps, case.kappa, case.courant);
-    let everywhere = cycles::<S>(exec, &Case { slow: Slow::AT_REST, ..case.clone() });
+    let name = format!(
+        "{}, N = {}, kappa {}, C {}",
+        size(&case.cells),
+        case.steps,
+        case.kappa,
+        case.courant
+    );
+    let everywhere = cycles::<S>(
+        exec,
+        &Case {
+            slow: Slow::AT_REST,
+            ..case.clone()
+        },
+    );
     table.row(&format!("{name}, nowhere"), &everywhere, None);
     table.case::<S>(exec, &name, case, Some(1.1 * asymptotic(&everywhere, FLOOR)));
 }
@@ -172,13 +255,31 @@ fn real_runs(exec: &dyn Exec, table: &mut Table) {
             let circle = |x: f64| format!("{{circle={{center=[{x}, 0.5], radius=0.14}}}}");
             let shapes = [circle(0.5 - shift), circle(0.5 + shift)].join(", ");
             let keyframe = format!("keyframe=[{{step={steps}, shapes=[{shapes}]}}]");
-            real_run(exec, table, "two circles", &[format!("grid.cells=[{n}, {n}]"), format!("time.steps={steps}"), keyframe], 2, None);
+            real_run(
+                exec,
+                table,
+                "two circles",
+                &[
+                    format!("grid.cells=[{n}, {n}]"),
+                    format!("time.steps={steps}"),
+                    keyframe,
+                ],
+                2,
+                None,
+            );
         }
     }
     real_run(exec, table, "letter_f", &[], 3, Some(0.45));
 }
 
-fn real_run(exec: &dyn Exec, table: &mut Table, name: &str, assignments: &[String], iterations: usize, first_bound: Option<f64>) {
+fn real_run(
+    exec: &dyn Exec,
+    table: &mut Table,
+    name: &str,
+    assignments: &[String],
+    iterations: usize,
+    first_bound: Option<f64>,
+) {
     let mut ready = sure(letter_f(assignments, "admm", exec.threads()));
     ready.params.admm.nso.tolerance = 1e-13;
     ready.params.admm.nso.cycles = 20;
@@ -199,7 +300,10 @@ const PAPERS: f64 = 1e-5;
 
 /// The least residuals in both precisions, with divergences as accelerations and as they are (the paper's norm).
 fn floors(exec: &dyn Exec) {
-    println!("{:<50}{:>12}{:>12}{:>12}{:>12}{:>12}", "max |f|", "at first", "least, f32", "least, f64", "cycles f32", "cycles f64");
+    println!(
+        "{:<50}{:>12}{:>12}{:>12}{:>12}{:>12}",
+        "max |f|", "at first", "least, f32", "least, f64", "cycles f32", "cycles f64"
+    );
     for (cells, steps) in [([64, 64], 20), ([128, 128], 40), ([256, 256], 40)] {
         floor::<D2>(exec, &cells, steps);
     }
@@ -208,33 +312,71 @@ fn floors(exec: &dyn Exec) {
     }
     for norm in ["scaled", "plain"] {
         let sets = [format!("method.admm.nso_norm={norm}")];
-        solved::<D2>(exec, &format!("letter_f, it. 1 to 3, {norm}"), &sure(letter_f(&sets, "admm", exec.threads())));
+        solved::<D2>(
+            exec,
+            &format!("letter_f, it. 1 to 3, {norm}"),
+            &sure(letter_f(&sets, "admm", exec.threads())),
+        );
         let cells = ["grid.cells=[32,32,32]".into(), "method.admm.nested=false".into()];
-        solved::<D3>(exec, &format!("moving_sphere 32x32x32, it. 1 to 3, {norm}"), &sure(moving_sphere(&[&sets[..], &cells].concat(), "admm", exec.threads())));
+        solved::<D3>(
+            exec,
+            &format!("moving_sphere 32x32x32, it. 1 to 3, {norm}"),
+            &sure(moving_sphere(
+                &[&sets[..], &cells].concat(),
+                "admm",
+                exec.threads(),
+            )),
+        );
     }
 }
 
 fn floor<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize) {
     for norm in [Norm::Scaled, Norm::Plain] {
-        let case = Case { norm, ..Case::new(cells, steps, 1.0) };
-        let [single, double] = [residuals_of::<f32, S>(exec, &case), residuals_of::<f64, S>(exec, &case)];
-        print_floor(&format!("{}, N = {steps}, Courant 1, {norm:?}", size(cells)), &single, &double);
+        let case = Case {
+            norm,
+            ..Case::new(cells, steps, 1.0)
+        };
+        let [single, double] = [
+            residuals_of::<f32, S>(exec, &case),
+            residuals_of::<f64, S>(exec, &case),
+        ];
+        print_floor(
+            &format!("{}, N = {steps}, Courant 1, {norm:?}", size(cells)),
+            &single,
+            &double,
+        );
     }
 }
 
 fn print_floor(name: &str, single: &[f64], double: &[f64]) {
     let least = |residuals: &[f64]| residuals.iter().copied().fold(f64::INFINITY, f64::min);
-    let cycles = |residuals: &[f64]| residuals.iter().position(|&r| r < PAPERS).map_or_else(|| "never".into(), |count| count.to_string());
+    let cycles = |residuals: &[f64]| {
+        residuals
+            .iter()
+            .position(|&r| r < PAPERS)
+            .map_or_else(|| "never".into(), |count| count.to_string())
+    };
     let (first, of_single, of_double) = (double[0], least(single), least(double));
-    println!("{name:<50}{first:>12.1e}{of_single:>12.1e}{of_double:>12.1e}{:>12}{:>12}", cycles(single), cycles(double));
+    println!(
+        "{name:<50}{first:>12.1e}{of_single:>12.1e}{of_double:>12.1e}{:>12}{:>12}",
+        cycles(single),
+        cycles(double)
+    );
 }
 
 /// The first iterations of ADMM, each of which may take all cycles.
 fn solved<S: Space>(exec: &dyn Exec, name: &str, ready: &Ready) {
     fn iterations<T: Real, S: Space>(exec: &dyn Exec, ready: &Ready) -> Vec<Vec<f64>> {
-        sure(ready.with::<T, S, _>(exec, |solver| (0..3).map(|_| solver.step(exec, &mut Silent).admm.nso_residuals.to_vec()).collect()))
+        sure(ready.with::<T, S, _>(exec, |solver| {
+            (0..3)
+                .map(|_| solver.step(exec, &mut Silent).admm.nso_residuals.to_vec())
+                .collect()
+        }))
     }
-    let [single, double] = [iterations::<f32, S>(exec, ready), iterations::<f64, S>(exec, ready)];
+    let [single, double] = [
+        iterations::<f32, S>(exec, ready),
+        iterations::<f64, S>(exec, ready),
+    ];
     for (single, double) in single.iter().zip(&double) {
         print_floor(name, single, double);
     }

@@ -22,9 +22,14 @@ fn velocities<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usi
     let all = Trajectories::new(cells, slots);
     all.transport::<S, _>(exec, Scheme::Quick, |transport, carried| {
         let mut group = criterion.benchmark_group(format!("velocities {}, {slots} slots", size(cells)));
-        group.sample_size(10).throughput(Throughput::Elements((all.grid.cells() * slots) as u64));
+        group
+            .sample_size(10)
+            .throughput(Throughput::Elements((all.grid.cells() * slots) as u64));
         group.bench_function("load", |bencher| {
-            bencher.iter(|| (1..=slots).try_for_each(|step| transport.load(exec, &carried.flow, slots, step, carried.sums)));
+            bencher.iter(|| {
+                (1..=slots)
+                    .try_for_each(|step| transport.load(exec, &carried.flow, slots, step, carried.sums))
+            });
         });
         group.finish();
     });
@@ -34,12 +39,17 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize],
     let all = Trajectories::new(cells, 1);
     let len = all.grid.cells();
     all.transport::<S, _>(exec, scheme, |transport, carried| {
-        assert!(transport.load(exec, &carried.flow, 1, 1, carried.sums).is_ok(), "the flow is too fast");
+        assert!(
+            transport.load(exec, &carried.flow, 1, 1, carried.sums).is_ok(),
+            "the flow is too fast"
+        );
         let (source, rest) = carried.rho.split_at_mut(len);
         let (out, mu) = (&mut rest[..len], &mut vec![0f32; len]);
         let mut group = criterion.benchmark_group(format!("transport {}, {scheme:?}", size(cells)));
         group.sample_size(10).throughput(Throughput::Elements(len as u64));
-        group.bench_function("forward", |bencher| bencher.iter(|| transport.forward(exec, source, out)));
+        group.bench_function("forward", |bencher| {
+            bencher.iter(|| transport.forward(exec, source, out))
+        });
         group.bench_function("backward", |bencher| {
             bencher.iter(|| {
                 mu.copy_from_slice(source);

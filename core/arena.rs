@@ -56,7 +56,8 @@ impl<'m> Arena<'m> {
         let len = size_of_val(numbers);
         // SAFETY: the bytes are exclusively ours for 'm and any bytes are allowed as `MaybeUninit`; `take` is the only way to
         // write to them and leaves them initialised, and every pattern of bits is a value of a `Plain`.
-        let memory = unsafe { core::slice::from_raw_parts_mut(numbers.as_mut_ptr().cast::<MaybeUninit<u8>>(), len) };
+        let memory =
+            unsafe { core::slice::from_raw_parts_mut(numbers.as_mut_ptr().cast::<MaybeUninit<u8>>(), len) };
         Self { rest: memory }
     }
 
@@ -73,7 +74,10 @@ impl<'m> Arena<'m> {
     pub fn take<P: Plain>(&mut self, len: usize) -> Result<&'m mut [P], TooSmall> {
         let needed = footprint(len, size_of::<P>()).unwrap_or(usize::MAX);
         if needed > self.rest.len() || !self.rest.as_ptr().addr().is_multiple_of(ALIGN) {
-            return Err(TooSmall { needed, left: self.rest.len() });
+            return Err(TooSmall {
+                needed,
+                left: self.rest.len(),
+            });
         }
         let (taken, rest) = core::mem::take(&mut self.rest).split_at_mut(needed);
         self.rest = rest;

@@ -46,8 +46,18 @@ impl Setup {
     /// That of `problem` on its own grid, for rho_0 of at most 1.
     #[must_use]
     pub fn new(problem: &Problem<'_>, threads: usize) -> Self {
-        let metric = Metric { filters: problem.filters(), identity: 1.0 };
-        Self { slots: problem.slots(), metric, stepping: problem.advection.into(), largest: 1.0, threads, tandem: false }
+        let metric = Metric {
+            filters: problem.filters(),
+            identity: 1.0,
+        };
+        Self {
+            slots: problem.slots(),
+            metric,
+            stepping: problem.advection.into(),
+            largest: 1.0,
+            threads,
+            tandem: false,
+        }
     }
 
     /// Whether two threads do different works on a grid: each every other step on the way back, and one projects the force while the other
@@ -102,7 +112,14 @@ impl<'a, T: Real> Carrier<'a, T> {
         let grid = data.grid();
         let mu = pool.take(grid.cells());
         let mut transport = || Transport::carve(grid, setup.stepping, setup.largest, setup.threads, pool);
-        Self { grid, slots: setup.slots, mu, transport: transport(), other: setup.in_tandem(grid).then(transport), data }
+        Self {
+            grid,
+            slots: setup.slots,
+            mu,
+            transport: transport(),
+            other: setup.in_tandem(grid).then(transport),
+            data,
+        }
     }
 
     /// The grid.
@@ -141,11 +158,18 @@ impl<'a, T: Real> Carrier<'a, T> {
         step: usize,
         sums: &mut [f64],
     ) -> Result<(), Stop> {
-        self.transport.step(exec, observer, flow, self.slots, step, rho, sums)
+        self.transport
+            .step(exec, observer, flow, self.slots, step, rho, sums)
     }
 
     /// The data term of densities that were carried.
-    pub fn data(&mut self, exec: &dyn Exec, rho: &[T], keyframes: &Keyframes<'_, T>, sums: &mut [f64]) -> f64 {
+    pub fn data(
+        &mut self,
+        exec: &dyn Exec,
+        rho: &[T],
+        keyframes: &Keyframes<'_, T>,
+        sums: &mut [f64],
+    ) -> f64 {
         self.data.total(exec, rho, keyframes, sums)
     }
 
@@ -168,10 +192,16 @@ impl<'a, T: Real> Carrier<'a, T> {
         self.mu.fill(T::ZERO);
         for step in (1..=self.slots).rev() {
             if let Some(index) = keyframes.at(step + 1) {
-                self.data.evaluate(exec, density_of(rho, cells, step + 1), keyframes.density(index, cells), sums);
+                self.data.evaluate(
+                    exec,
+                    density_of(rho, cells, step + 1),
+                    keyframes.density(index, cells),
+                    sums,
+                );
                 rows::sub(self.mu, self.data.image());
             }
-            self.back_through(exec, flow, rho, step, sums, each).map_err(|TooFast| Stop::TooFast)?;
+            self.back_through(exec, flow, rho, step, sums, each)
+                .map_err(|TooFast| Stop::TooFast)?;
             if observer.on(Event::Work).is_break() {
                 return Err(Stop::Cancelled);
             }
@@ -180,7 +210,15 @@ impl<'a, T: Real> Carrier<'a, T> {
     }
 
     /// Back through a step: `each` receives its gradient now, or in tandem while the step before is gone through.
-    fn back_through(&mut self, exec: &dyn Exec, flow: &Flow<'_, T>, rho: &[T], step: usize, sums: &mut [f64], each: &mut Each<'_, T>) -> Result<(), TooFast> {
+    fn back_through(
+        &mut self,
+        exec: &dyn Exec,
+        flow: &Flow<'_, T>,
+        rho: &[T],
+        step: usize,
+        sums: &mut [f64],
+        each: &mut Each<'_, T>,
+    ) -> Result<(), TooFast> {
         let (slots, cells) = (self.slots, self.grid.cells());
         let rho_of = |step: usize| density_of(rho, cells, step);
         let Some(other) = &mut self.other else {
@@ -192,7 +230,11 @@ impl<'a, T: Real> Carrier<'a, T> {
         // One thread goes back through the step while the other hands on the gradient of the step after, through which it went back, and
         // prepares the one before, through which it will: what a step holds stays in the cache of one core.
         let even = step.is_multiple_of(2);
-        let (now, next) = if even { (&mut self.transport, other) } else { (other, &mut self.transport) };
+        let (now, next) = if even {
+            (&mut self.transport, other)
+        } else {
+            (other, &mut self.transport)
+        };
         if step == slots {
             now.load(exec, flow, slots, step, sums)?;
             now.prepare(exec, rho_of(step));
@@ -204,7 +246,9 @@ impl<'a, T: Real> Carrier<'a, T> {
                 each(&Serial, step, next.gradient());
             }
             if step > 1 {
-                loaded = next.load(&Serial, flow, slots, step - 1, sums).map(|()| next.prepare(&Serial, rho_of(step - 1)));
+                loaded = next
+                    .load(&Serial, flow, slots, step - 1, sums)
+                    .map(|()| next.prepare(&Serial, rho_of(step - 1)));
             }
         };
         if even {

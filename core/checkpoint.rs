@@ -45,13 +45,21 @@ impl<'a> Record<'a> {
         if let Some(head) = bytes.get_mut(..HEAD) {
             head.fill(0);
         }
-        Self { bytes: Bytes::Write(bytes), word: LABEL, at: HEAD }
+        Self {
+            bytes: Bytes::Write(bytes),
+            word: LABEL,
+            at: HEAD,
+        }
     }
 
     /// Reads from `bytes`.
     #[must_use]
     pub fn read(bytes: &'a [u8]) -> Self {
-        Self { bytes: Bytes::Read(bytes), word: LABEL, at: HEAD }
+        Self {
+            bytes: Bytes::Read(bytes),
+            word: LABEL,
+            at: HEAD,
+        }
     }
 
     /// A word of the head.
@@ -64,7 +72,10 @@ impl<'a> Record<'a> {
             return Err(Damaged);
         }
         match &mut self.bytes {
-            Bytes::Write(bytes) => bytes.get_mut(place).ok_or(Damaged)?.copy_from_slice(&value.to_le_bytes()),
+            Bytes::Write(bytes) => bytes
+                .get_mut(place)
+                .ok_or(Damaged)?
+                .copy_from_slice(&value.to_le_bytes()),
             Bytes::Read(bytes) => *value = word_at(bytes, word).ok_or(Damaged)?,
         }
         self.word += 1;
@@ -89,7 +100,10 @@ impl<'a> Record<'a> {
     pub fn count(&mut self, value: &mut usize, most: usize) -> Result<(), Damaged> {
         let mut word = *value as u64;
         self.word(&mut word)?;
-        *value = usize::try_from(word).ok().filter(|&count| count <= most).ok_or(Damaged)?;
+        *value = usize::try_from(word)
+            .ok()
+            .filter(|&count| count <= most)
+            .ok_or(Damaged)?;
         Ok(())
     }
 
@@ -108,7 +122,11 @@ impl<'a> Record<'a> {
     ///
     /// # Errors
     /// As [`Self::flag`] and `each`.
-    pub fn option<V: Copy + Default>(&mut self, value: &mut Option<V>, each: impl FnOnce(&mut Self, &mut V) -> Result<(), Damaged>) -> Result<(), Damaged> {
+    pub fn option<V: Copy + Default>(
+        &mut self,
+        value: &mut Option<V>,
+        each: impl FnOnce(&mut Self, &mut V) -> Result<(), Damaged>,
+    ) -> Result<(), Damaged> {
         let (mut there, mut inner) = (value.is_some(), value.unwrap_or_default());
         self.flag(&mut there)?;
         each(self, &mut inner)?;
@@ -122,12 +140,17 @@ impl<'a> Record<'a> {
         self.at = place.end;
         match &mut self.bytes {
             Bytes::Write(bytes) => {
-                let bytes = bytes.get_mut(place).unwrap_or_default().chunks_exact_mut(T::BYTES);
+                let bytes = bytes
+                    .get_mut(place)
+                    .unwrap_or_default()
+                    .chunks_exact_mut(T::BYTES);
                 bytes.zip(numbers).for_each(|(bytes, number)| number.write(bytes));
             }
             Bytes::Read(bytes) => {
                 let bytes = bytes.get(place).unwrap_or_default().chunks_exact(T::BYTES);
-                bytes.zip(numbers).for_each(|(bytes, number)| *number = T::read(bytes));
+                bytes
+                    .zip(numbers)
+                    .for_each(|(bytes, number)| *number = T::read(bytes));
             }
         }
     }
@@ -172,7 +195,13 @@ impl Label {
     #[must_use]
     pub fn of(bytes: &[u8]) -> Option<Self> {
         let word = |index| word_at(bytes, index);
-        Some(Self { magic: word(0)?, format: word(1)?, bytes: word(2)?, fingerprint: word(3)?, checksum: word(CHECKSUM)? })
+        Some(Self {
+            magic: word(0)?,
+            format: word(1)?,
+            bytes: word(2)?,
+            fingerprint: word(3)?,
+            checksum: word(CHECKSUM)?,
+        })
     }
 
     /// Whether `bytes` are those that it was written for.

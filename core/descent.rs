@@ -23,19 +23,36 @@ pub trait Function<T: Real, S> {
     ///
     /// # Errors
     /// [`Stop`].
-    fn direction(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, newton: &mut QuasiNewton) -> Result<f64, Stop>;
+    fn direction(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        newton: &mut QuasiNewton,
+    ) -> Result<f64, Stop>;
     /// Moves the point by `s` times field `direction`.
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64);
     /// The value, with what the gradient needs of it in field `work`; perhaps not all of it where a part is above `bound`.
     ///
     /// # Errors
     /// [`Stop`].
-    fn value(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, work: usize, bound: f64) -> Result<Objective, Stop>;
+    fn value(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        work: usize,
+        bound: f64,
+    ) -> Result<Objective, Stop>;
     /// The gradient into field `into`, from field `work`: the point is the new one from here on.
     ///
     /// # Errors
     /// [`Stop`].
-    fn gradient(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, work: usize, into: usize) -> Result<(), Stop>;
+    fn gradient(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        work: usize,
+        into: usize,
+    ) -> Result<(), Stop>;
     /// Calls [`QuasiNewton::arrive`] with its fields.
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>);
 }
@@ -67,7 +84,12 @@ impl Descent {
     /// Not begun, with so many pairs at most.
     #[must_use]
     pub fn new(history: usize) -> Self {
-        Self { newton: QuasiNewton::new(history), objective: None, iterations: 0, slow: 0 }
+        Self {
+            newton: QuasiNewton::new(history),
+            objective: None,
+            iterations: 0,
+            slow: 0,
+        }
     }
 
     /// Its state in a checkpoint, the fields' numbers aside.
@@ -119,8 +141,20 @@ impl Descent {
         if slope >= 0.0 {
             return Ok((Outcome::Converged, before));
         }
-        let Some(borrowed) = newton.borrow() else { return Ok((Outcome::Stalled, before)) };
-        let Some((length, after)) = search(exec, observer, function, newton, borrowed, before.total(), slope, progress)? else {
+        let Some(borrowed) = newton.borrow() else {
+            return Ok((Outcome::Stalled, before));
+        };
+        let Some((length, after)) = search(
+            exec,
+            observer,
+            function,
+            newton,
+            borrowed,
+            before.total(),
+            slope,
+            progress,
+        )?
+        else {
             newton.give_back(borrowed);
             let again = newton.has_pairs();
             newton.forget();
@@ -132,7 +166,14 @@ impl Descent {
         progress.step = length;
         let slow = before.total() - after.total() < tolerance * after.total();
         self.slow = if slow { self.slow + 1 } else { 0 };
-        Ok((if self.slow >= PATIENCE { Outcome::Converged } else { Outcome::Goes }, after))
+        Ok((
+            if self.slow >= PATIENCE {
+                Outcome::Converged
+            } else {
+                Outcome::Goes
+            },
+            after,
+        ))
     }
 }
 
@@ -159,7 +200,11 @@ fn search<T: Real, S>(
             // Where the parabola through the value and the slope before and the value here is lowest.
             Ok(after) => {
                 let lowest = -0.5 * slope * length * length / (after.total() - before - slope * length);
-                length = if lowest.is_finite() { lowest.clamp(SHRINK[0] * length, SHRINK[1] * length) } else { SHRINK[1] * length };
+                length = if lowest.is_finite() {
+                    lowest.clamp(SHRINK[0] * length, SHRINK[1] * length)
+                } else {
+                    SHRINK[1] * length
+                };
             }
             Err(Stop::TooFast) => length *= SHRINK[1],
             Err(Stop::Cancelled) => return Err(Stop::Cancelled),

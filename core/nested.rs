@@ -23,7 +23,10 @@ pub struct Fewer<'a> {
 impl<'a> Fewer<'a> {
     /// At most `threads` of the threads of `exec`.
     pub fn new(exec: &'a dyn Exec, threads: usize) -> Self {
-        Self { exec, threads: exec.threads().min(threads).max(1) }
+        Self {
+            exec,
+            threads: exec.threads().min(threads).max(1),
+        }
     }
 }
 
@@ -92,22 +95,63 @@ pub fn scratch_per_thread(fine: &Grid, slots: usize) -> usize {
 }
 
 /// The scene on grid `level + 1` from that on grid `level`.
-pub fn restrict<T: Real>(exec: &dyn Exec, levels: &Levels<'_, T>, level: usize, fine: &Scene<'_, T>, coarse: SceneMut<'_, T>, scratch: &mut [T]) {
+pub fn restrict<T: Real>(
+    exec: &dyn Exec,
+    levels: &Levels<'_, T>,
+    level: usize,
+    fine: &Scene<'_, T>,
+    coarse: SceneMut<'_, T>,
+    scratch: &mut [T],
+) {
     let (source, target) = (&levels.grids[level], &levels.grids[level + 1]);
-    let step = Move { tables: &levels.tables[level], source, target, cell: Transfer::RestrictCell, face: Transfer::RestrictFace };
+    let step = Move {
+        tables: &levels.tables[level],
+        source,
+        target,
+        cell: Transfer::RestrictCell,
+        face: Transfer::RestrictFace,
+    };
     for (index, density) in coarse.densities.chunks_exact_mut(target.cells()).enumerate() {
-        pass(exec, step, Place::Cell, fine.keyframes.density(index, source.cells()), density, 1, scratch);
+        pass(
+            exec,
+            step,
+            Place::Cell,
+            fine.keyframes.density(index, source.cells()),
+            density,
+            1,
+            scratch,
+        );
     }
     pass(exec, step, Place::Cell, fine.source, coarse.source, 1, scratch);
-    for (axis, (from, to)) in fine.initial.into_iter().zip(coarse.initial).enumerate().take(source.dims) {
+    for (axis, (from, to)) in fine
+        .initial
+        .into_iter()
+        .zip(coarse.initial)
+        .enumerate()
+        .take(source.dims)
+    {
         pass(exec, step, Place::Face(axis), from, to, 1, scratch);
     }
 }
 
 /// The flow on grid `level` from that on grid `level + 1`; its divergence is not zero.
-pub fn prolong<T: Real>(exec: &dyn Exec, levels: &Levels<'_, T>, level: usize, slots: usize, coarse: Vector<'_, T>, fine: VectorMut<'_, T>, scratch: &mut [T]) {
+pub fn prolong<T: Real>(
+    exec: &dyn Exec,
+    levels: &Levels<'_, T>,
+    level: usize,
+    slots: usize,
+    coarse: Vector<'_, T>,
+    fine: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
     let (source, target) = (&levels.grids[level + 1], &levels.grids[level]);
-    let step = Move { tables: &levels.tables[level], source, target, cell: Transfer::ProlongCell, face: Transfer::ProlongFace };
+    let step = Move {
+        tables: &levels.tables[level],
+        source,
+        target,
+        cell: Transfer::ProlongCell,
+        face: Transfer::ProlongFace,
+    };
     for (axis, (from, to)) in coarse.into_iter().zip(fine).enumerate().take(source.dims) {
         pass(exec, step, Place::Face(axis), from, to, slots, scratch);
     }
@@ -115,35 +159,85 @@ pub fn prolong<T: Real>(exec: &dyn Exec, levels: &Levels<'_, T>, level: usize, s
 
 /// The flow at all slots, 2 `few` + 1 of them, from that of the same grid at steps twice as long: linear in time between the middles
 /// of the long steps, of which `initial` fills the first, constant after the last, and halved, as a step is half as long.
-pub fn refine_time<T: Real>(exec: &dyn Exec, grid: &Grid, few: usize, initial: Vector<'_, T>, coarse: Vector<'_, T>, fine: VectorMut<'_, T>) {
+pub fn refine_time<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    few: usize,
+    initial: Vector<'_, T>,
+    coarse: Vector<'_, T>,
+    fine: VectorMut<'_, T>,
+) {
     let (n, near, far) = (grid.n[0], T::from_f64(0.5 * 0.75), T::from_f64(0.5 * 0.25));
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: fine, sums: &mut [], scratch: &mut [] }, |task| {
-        for (axis, fine) in task.fields.into_iter().enumerate().take(grid.dims) {
-            let long = |step: usize| match step.min(few).checked_sub(1) {
-                None => &initial[axis][task.row * n..][..n],
-                Some(slot) => &coarse[axis][(task.row * few + slot) * n..][..n],
-            };
-            for (slot, out) in fine.chunks_exact_mut(n).enumerate() {
-                let step = slot.div_ceil(2);
-                rows::scale(out, near, long(step));
-                rows::add_scaled(out, far, long(if slot % 2 == 0 { step + 1 } else { step - 1 }));
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: fine,
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            for (axis, fine) in task.fields.into_iter().enumerate().take(grid.dims) {
+                let long = |step: usize| match step.min(few).checked_sub(1) {
+                    None => &initial[axis][task.row * n..][..n],
+                    Some(slot) => &coarse[axis][(task.row * few + slot) * n..][..n],
+                };
+                for (slot, out) in fine.chunks_exact_mut(n).enumerate() {
+                    let step = slot.div_ceil(2);
+                    rows::scale(out, near, long(step));
+                    rows::add_scaled(out, far, long(if slot % 2 == 0 { step + 1 } else { step - 1 }));
+                }
             }
-        }
-    });
+        },
+    );
 }
 
 /// `to` = `from` passed to the other grid, on as many threads as `scratch` is enough for.
-fn pass<T: Real>(exec: &dyn Exec, step: Move<'_, T>, place: Place, from: &[T], to: &mut [T], slots: usize, scratch: &mut [T]) {
+fn pass<T: Real>(
+    exec: &dyn Exec,
+    step: Move<'_, T>,
+    place: Place,
+    from: &[T],
+    to: &mut [T],
+    slots: usize,
+    scratch: &mut [T],
+) {
     let (grid, wide) = (step.target, step.source.n[0].max(step.target.n[0]));
     let (count, row) = (Block::slots_per_block(wide, slots), Block::largest(wide, slots));
     let exec = &Fewer::new(exec, scratch.len() / row);
     let scratch = &mut scratch[..exec.threads() * row];
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch }, |task| {
-        let [out] = task.fields;
-        out.fill(T::ZERO);
-        for first in (0..slots).step_by(count) {
-            let block = Block { grid, slots, first, count: count.min(slots - first) };
-            step.add_row(place, from, slots, first, block.count, task.row, T::ONE, &mut out[block.span_in_row()], task.scratch);
-        }
-    });
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: [to],
+            sums: &mut [],
+            scratch,
+        },
+        |task| {
+            let [out] = task.fields;
+            out.fill(T::ZERO);
+            for first in (0..slots).step_by(count) {
+                let block = Block {
+                    grid,
+                    slots,
+                    first,
+                    count: count.min(slots - first),
+                };
+                step.add_row(
+                    place,
+                    from,
+                    slots,
+                    first,
+                    block.count,
+                    task.row,
+                    T::ONE,
+                    &mut out[block.span_in_row()],
+                    task.scratch,
+                );
+            }
+        },
+    );
 }

@@ -77,7 +77,15 @@ impl Ledger {
 
     fn push(&mut self, name: &'static str, bytes: usize, sharing: Sharing) {
         let depth = self.open.len();
-        self.overflow |= self.entries.push(Entry { name, bytes, depth, sharing }).is_err();
+        self.overflow |= self
+            .entries
+            .push(Entry {
+                name,
+                bytes,
+                depth,
+                sharing,
+            })
+            .is_err();
     }
 
     /// Counts `bytes` in the group that is open.
@@ -105,7 +113,10 @@ impl Ledger {
         if self.overflow {
             return None;
         }
-        self.entries.iter().filter(|entry| entry.depth == 0).try_fold(0usize, |sum, entry| sum.checked_add(entry.bytes))
+        self.entries
+            .iter()
+            .filter(|entry| entry.depth == 0)
+            .try_fold(0usize, |sum, entry| sum.checked_add(entry.bytes))
     }
 }
 
@@ -142,6 +153,12 @@ impl<'a, T> Pool<'a, T> {
 
     /// One part for each axis of a vector field, empty for the axes that a 2D field has not.
     pub fn take_vector(&mut self, dims: usize, len: usize) -> [&'a mut [T]; 3] {
-        core::array::from_fn(|axis| if axis < dims { self.take(len) } else { Default::default() })
+        core::array::from_fn(|axis| {
+            if axis < dims {
+                self.take(len)
+            } else {
+                Default::default()
+            }
+        })
     }
 }

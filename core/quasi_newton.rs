@@ -43,7 +43,9 @@ pub type Fields<'a, T> = heapless::Vec<VectorMut<'a, T>, MAX_FIELDS>;
 
 /// Takes the fields from a pool.
 pub fn take<'a, T: Real>(grid: &Grid, slots: usize, pairs: usize, pool: &mut Pool<'a, T>) -> Fields<'a, T> {
-    (0..fields(pairs)).map(|_| pool.take_vector(grid.dims, grid.cells() * slots)).collect()
+    (0..fields(pairs))
+        .map(|_| pool.take_vector(grid.dims, grid.cells() * slots))
+        .collect()
 }
 
 /// Inner products of a pair's s and z = P y with some covector.
@@ -118,7 +120,16 @@ impl QuasiNewton {
     pub fn new(most: usize) -> Self {
         let most = most.clamp(1, MAX_PAIRS);
         let free = (2..fields(most)).collect();
-        Self { pairs: heapless::Vec::new(), scale: 1.0, norm: 0.0, slope: 0.0, most, free, direction: 0, preconditioned: 1 }
+        Self {
+            pairs: heapless::Vec::new(),
+            scale: 1.0,
+            norm: 0.0,
+            slope: 0.0,
+            most,
+            free,
+            direction: 0,
+            preconditioned: 1,
+        }
     }
 
     /// Whether there are pairs.
@@ -153,7 +164,11 @@ impl QuasiNewton {
         let (pairs, scale) = (&self.pairs, self.scale);
         let mut away = [0.0; MAX_PAIRS];
         for (i, pair) in pairs.iter().enumerate().rev() {
-            let newer: f64 = pairs[i + 1..].iter().zip(&away[i + 1..]).map(|(newer, a)| a * newer.older[i].s).sum();
+            let newer: f64 = pairs[i + 1..]
+                .iter()
+                .zip(&away[i + 1..])
+                .map(|(newer, a)| a * newer.older[i].s)
+                .sum();
             away[i] = (pair.gradient.s - newer) / pair.own.s;
         }
         let mut along = [0.0; MAX_PAIRS];
@@ -167,22 +182,40 @@ impl QuasiNewton {
             let older: f64 = pair.older.iter().zip(&along).map(|(older, c)| c * older.s).sum();
             along[i] = away[i] - (scale * (pair.gradient.z - images) + older) / pair.own.s;
         }
-        let weights: heapless::Vec<_, MAX_PAIRS> = pairs.iter().zip(away.iter().zip(&along)).map(|(pair, (a, c))| (pair, -c, scale * a)).collect();
-        self.slope = weights.iter().fold(-scale * self.norm, |sum, (pair, s, z)| sum + s * pair.gradient.s + z * pair.gradient.z);
+        let weights: heapless::Vec<_, MAX_PAIRS> = pairs
+            .iter()
+            .zip(away.iter().zip(&along))
+            .map(|(pair, (a, c))| (pair, -c, scale * a))
+            .collect();
+        self.slope = weights.iter().fold(-scale * self.norm, |sum, (pair, s, z)| {
+            sum + s * pair.gradient.s + z * pair.gradient.z
+        });
         let mut direction = core::mem::take(&mut fields[self.direction]);
         let Shape { grid, slots } = shape;
         for (axis, out) in direction.iter_mut().enumerate().take(grid.dims) {
-            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [out], sums: &mut [], scratch: &mut [] }, |task| {
-                let [out] = task.fields;
-                for (out, piece) in out.chunks_mut(rows::PIECE).zip(rows::pieces(slots * grid.n[0])) {
-                    let of = |field: usize| piece_of(sums::row(grid, slots, &*fields[field][axis], task.row), &piece);
-                    rows::scale(out, T::from_f64(-scale), of(self.preconditioned));
-                    for &(pair, s, z) in &weights {
-                        rows::add_scaled(out, T::from_f64(s), of(pair.s));
-                        rows::add_scaled(out, T::from_f64(z), of(pair.z));
+            for_rows(
+                exec,
+                grid.rows(),
+                0..grid.rows(),
+                RowBuffers {
+                    fields: [out],
+                    sums: &mut [],
+                    scratch: &mut [],
+                },
+                |task| {
+                    let [out] = task.fields;
+                    for (out, piece) in out.chunks_mut(rows::PIECE).zip(rows::pieces(slots * grid.n[0])) {
+                        let of = |field: usize| {
+                            piece_of(sums::row(grid, slots, &*fields[field][axis], task.row), &piece)
+                        };
+                        rows::scale(out, T::from_f64(-scale), of(self.preconditioned));
+                        for &(pair, s, z) in &weights {
+                            rows::add_scaled(out, T::from_f64(s), of(pair.s));
+                            rows::add_scaled(out, T::from_f64(z), of(pair.z));
+                        }
                     }
-                }
-            });
+                },
+            );
         }
         fields[self.direction] = direction;
         self.slope
@@ -191,7 +224,10 @@ impl QuasiNewton {
     /// The fields of the first evaluation: those of the preconditioned gradient and of the direction.
     #[must_use]
     pub fn first(&self) -> Borrowed {
-        Borrowed { work: self.preconditioned, gradient: self.direction }
+        Borrowed {
+            work: self.preconditioned,
+            gradient: self.direction,
+        }
     }
 
     /// Two free fields; the oldest pair is dropped for them where there are as many pairs as there may be.
@@ -199,7 +235,10 @@ impl QuasiNewton {
         if self.free.len() < 2 {
             self.drop_oldest();
         }
-        Some(Borrowed { work: self.free.pop()?, gradient: self.free.pop()? })
+        Some(Borrowed {
+            work: self.free.pop()?,
+            gradient: self.free.pop()?,
+        })
     }
 
     /// Gives them back.
@@ -227,16 +266,31 @@ impl QuasiNewton {
         let mut older = heapless::Vec::new();
         for (pair, now) in self.pairs.iter_mut().zip(products.chunks_exact(2)) {
             let now = Products { s: now[0], z: now[1] };
-            let _ = older.push(Products { s: now.s - pair.gradient.s, z: now.z - pair.gradient.z });
+            let _ = older.push(Products {
+                s: now.s - pair.gradient.s,
+                z: now.z - pair.gradient.z,
+            });
             pair.gradient = now;
         }
         let Some(length) = step else {
             self.norm = norm;
             return;
         };
-        let own = Products { s: with_s - length * self.slope, z: norm - 2.0 * with_z + self.norm };
+        let own = Products {
+            s: with_s - length * self.slope,
+            z: norm - 2.0 * with_z + self.norm,
+        };
         (self.norm, self.direction, self.preconditioned) = (norm, borrowed.gradient, borrowed.work);
-        let pair = Pair { s, z, own, gradient: Products { s: with_s, z: norm - with_z }, older };
+        let pair = Pair {
+            s,
+            z,
+            own,
+            gradient: Products {
+                s: with_s,
+                z: norm - with_z,
+            },
+            older,
+        };
         if own.s > 0.0 && own.z > 0.0 && self.pairs.push(pair).is_ok() {
             self.scale = own.s / own.z;
         } else {
@@ -266,36 +320,62 @@ impl QuasiNewton {
             None => Default::default(),
         };
         sums.fill(0.0);
-        for (axis, ((image, s), z)) in image.iter_mut().zip(&mut s).zip(&mut z).enumerate().take(grid.dims) {
-            for_rows(exec, rows, 0..rows, RowBuffers { fields: [image, s, z], sums: &mut *sums, scratch: &mut [] }, |task| {
-                let row = |field: usize| sums::row(grid, slots, &*fields[field][axis], task.row);
-                let [image, s, z] = task.fields;
-                rows::scale(image, T::from_f64(initial.scale), row(borrowed.gradient));
-                if let Some(line) = &initial.line {
-                    line.solve(image, grid.n[0]);
-                }
-                let mut lanes = [[0.0; rows::LANES]; 2 * MAX_PAIRS + 3];
-                for piece in rows::pieces(image.len()) {
-                    let [image, gradient] = [&*image, row(borrowed.gradient)].map(|row| row.get(piece.clone()).unwrap_or_default());
-                    let [s, z] = [&mut *s, &mut *z].map(|row| {
-                        prefetch(Cache::Second, row, piece.end, rows::PIECE);
-                        row.get_mut(piece.clone()).unwrap_or_default()
-                    });
-                    rows::scale_in_place(s, T::from_f64(step.unwrap_or_default()));
-                    let of_pairs = self.pairs.iter().flat_map(|pair| [pair.s, pair.z]).map(|field| piece_of(row(field), &piece));
-                    for (lanes, factor) in lanes.iter_mut().zip(of_pairs.chain([image, s, z])) {
-                        rows::add_products(lanes, factor, gradient);
+        for (axis, ((image, s), z)) in image
+            .iter_mut()
+            .zip(&mut s)
+            .zip(&mut z)
+            .enumerate()
+            .take(grid.dims)
+        {
+            for_rows(
+                exec,
+                rows,
+                0..rows,
+                RowBuffers {
+                    fields: [image, s, z],
+                    sums: &mut *sums,
+                    scratch: &mut [],
+                },
+                |task| {
+                    let row = |field: usize| sums::row(grid, slots, &*fields[field][axis], task.row);
+                    let [image, s, z] = task.fields;
+                    rows::scale(image, T::from_f64(initial.scale), row(borrowed.gradient));
+                    if let Some(line) = &initial.line {
+                        line.solve(image, grid.n[0]);
                     }
-                    rows::combine(z, -T::ONE, image);
-                }
-                task.sums.iter_mut().zip(&lanes).for_each(|(sum, lanes)| *sum += lanes.iter().sum::<f64>());
-            });
+                    let mut lanes = [[0.0; rows::LANES]; 2 * MAX_PAIRS + 3];
+                    for piece in rows::pieces(image.len()) {
+                        let [image, gradient] = [&*image, row(borrowed.gradient)]
+                            .map(|row| row.get(piece.clone()).unwrap_or_default());
+                        let [s, z] = [&mut *s, &mut *z].map(|row| {
+                            prefetch(Cache::Second, row, piece.end, rows::PIECE);
+                            row.get_mut(piece.clone()).unwrap_or_default()
+                        });
+                        rows::scale_in_place(s, T::from_f64(step.unwrap_or_default()));
+                        let of_pairs = self
+                            .pairs
+                            .iter()
+                            .flat_map(|pair| [pair.s, pair.z])
+                            .map(|field| piece_of(row(field), &piece));
+                        for (lanes, factor) in lanes.iter_mut().zip(of_pairs.chain([image, s, z])) {
+                            rows::add_products(lanes, factor, gradient);
+                        }
+                        rows::combine(z, -T::ONE, image);
+                    }
+                    task.sums
+                        .iter_mut()
+                        .zip(&lanes)
+                        .for_each(|(sum, lanes)| *sum += lanes.iter().sum::<f64>());
+                },
+            );
         }
         fields[borrowed.work] = image;
         if step.is_some() {
             (fields[self.direction], fields[self.preconditioned]) = (s, z);
         }
-        (0..count).map(|which| sums.iter().skip(which).step_by(count).sum()).collect()
+        (0..count)
+            .map(|which| sums.iter().skip(which).step_by(count).sum())
+            .collect()
     }
 
     /// Its state in a checkpoint, the fields' numbers aside.
@@ -304,7 +384,9 @@ impl QuasiNewton {
     /// [`Damaged`] where not every field plays one part.
     pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         let (mut read, last) = (self.clone(), fields(self.most) - 1);
-        [&mut read.scale, &mut read.norm, &mut read.slope].into_iter().try_for_each(|number| record.real(number))?;
+        [&mut read.scale, &mut read.norm, &mut read.slope]
+            .into_iter()
+            .try_for_each(|number| record.real(number))?;
         record.count(&mut read.direction, last)?;
         record.count(&mut read.preconditioned, last)?;
         let (mut pairs, mut free) = (read.pairs.len(), read.free.len());
@@ -315,14 +397,26 @@ impl QuasiNewton {
         for (index, pair) in read.pairs.iter_mut().enumerate() {
             record.count(&mut pair.s, last)?;
             record.count(&mut pair.z, last)?;
-            pair.older.resize(index, Products::default()).map_err(|_| Damaged)?;
-            for products in [&mut pair.own, &mut pair.gradient].into_iter().chain(&mut pair.older) {
+            pair.older
+                .resize(index, Products::default())
+                .map_err(|_| Damaged)?;
+            for products in [&mut pair.own, &mut pair.gradient]
+                .into_iter()
+                .chain(&mut pair.older)
+            {
                 record.real(&mut products.s)?;
                 record.real(&mut products.z)?;
             }
         }
-        read.free.iter_mut().try_for_each(|field| record.count(field, last))?;
-        let parts = read.pairs.iter().flat_map(|pair| [pair.s, pair.z]).chain(read.free.iter().copied()).chain([read.direction, read.preconditioned]);
+        read.free
+            .iter_mut()
+            .try_for_each(|field| record.count(field, last))?;
+        let parts = read
+            .pairs
+            .iter()
+            .flat_map(|pair| [pair.s, pair.z])
+            .chain(read.free.iter().copied())
+            .chain([read.direction, read.preconditioned]);
         let (count, seen) = parts.fold((0, 0u32), |(count, seen), field| (count + 1, seen | 1 << field));
         if (count, seen.count_ones() as usize) != (last + 1, last + 1) {
             return Err(Damaged);
@@ -340,28 +434,60 @@ fn piece_of<'r, T>(row: &'r [T], piece: &Range<usize>) -> &'r [T] {
 }
 
 /// <x, y> over all faces and slots.
-pub fn dot<T: Real>(exec: &dyn Exec, shape: Shape<'_>, x: Vector<'_, T>, y: Vector<'_, T>, sums: &mut [f64]) -> f64 {
+pub fn dot<T: Real>(
+    exec: &dyn Exec,
+    shape: Shape<'_>,
+    x: Vector<'_, T>,
+    y: Vector<'_, T>,
+    sums: &mut [f64],
+) -> f64 {
     let Shape { grid, slots } = shape;
-    sums::total(exec, grid, sums, |row| (0..grid.dims).map(|a| rows::dot(sums::row(grid, slots, x[a], row), sums::row(grid, slots, y[a], row))).sum())
+    sums::total(exec, grid, sums, |row| {
+        (0..grid.dims)
+            .map(|a| {
+                rows::dot(
+                    sums::row(grid, slots, x[a], row),
+                    sums::row(grid, slots, y[a], row),
+                )
+            })
+            .sum()
+    })
 }
 
 /// `out = s out + t x`; with s = 0 `out` may hold anything.
-pub fn add<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_, T>, s: f64, t: f64, x: Vector<'_, T>) {
+pub fn add<T: Real>(
+    exec: &dyn Exec,
+    shape: Shape<'_>,
+    out: &mut VectorMut<'_, T>,
+    s: f64,
+    t: f64,
+    x: Vector<'_, T>,
+) {
     let Shape { grid, slots } = shape;
     let (own, other) = (T::from_f64(s), T::from_f64(t));
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
-        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-            let x = sums::row(grid, slots, x[axis], task.row);
-            match () {
-                () if s == 0.0 => rows::scale(out, other, x),
-                () if s == 1.0 => rows::add_scaled(out, other, x),
-                () => {
-                    rows::scale_in_place(out, own);
-                    rows::add_scaled(out, other, x);
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: reborrow(out),
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                let x = sums::row(grid, slots, x[axis], task.row);
+                match () {
+                    () if s == 0.0 => rows::scale(out, other, x),
+                    () if s == 1.0 => rows::add_scaled(out, other, x),
+                    () => {
+                        rows::scale_in_place(out, own);
+                        rows::add_scaled(out, other, x);
+                    }
                 }
             }
-        }
-    });
+        },
+    );
 }
 
 /// `out = s out`.
@@ -370,7 +496,20 @@ pub fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_,
         return;
     }
     let grid = shape.grid;
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
-        task.fields.into_iter().take(grid.dims).for_each(|out| rows::scale_in_place(out, T::from_f64(s)));
-    });
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: reborrow(out),
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            task.fields
+                .into_iter()
+                .take(grid.dims)
+                .for_each(|out| rows::scale_in_place(out, T::from_f64(s)));
+        },
+    );
 }

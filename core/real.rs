@@ -106,7 +106,10 @@ macro_rules! real {
             }
             #[inline(always)]
             fn write(self, bytes: &mut [u8]) {
-                bytes.iter_mut().zip(self.to_le_bytes()).for_each(|(to, from)| *to = from);
+                bytes
+                    .iter_mut()
+                    .zip(self.to_le_bytes())
+                    .for_each(|(to, from)| *to = from);
             }
             #[inline(always)]
             fn read(bytes: &[u8]) -> Self {

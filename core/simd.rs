@@ -108,7 +108,11 @@ pub fn prefetch<T>(cache: Cache, from: &[T], index: usize, count: usize) {
     #[cfg(target_arch = "x86_64")]
     for line in 0..(count * size_of::<T>()).div_ceil(CACHE_LINE) {
         use core::arch::x86_64::{_MM_HINT_T0, _MM_HINT_T1, _mm_prefetch};
-        let number = from.as_ptr().wrapping_add(index).wrapping_add(line * (CACHE_LINE / size_of::<T>())).cast();
+        let number = from
+            .as_ptr()
+            .wrapping_add(index)
+            .wrapping_add(line * (CACHE_LINE / size_of::<T>()))
+            .cast();
         // SAFETY: a prefetch never faults, whatever the address.
         unsafe {
             match cache {
@@ -128,7 +132,9 @@ const CACHE_LINE: usize = 64;
 /// A few numbers side by side, one cell a lane.
 ///
 /// A type wider than the processor must not be used; [`level`] says which may.
-pub trait Vector: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> {
+pub trait Vector:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
     /// The number in a lane.
     type Elem: Copy;
     /// How many lanes.
@@ -354,27 +360,46 @@ mod x86 {
         unsafe {
             let even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
             let odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
-            [_mm512_permutex2var_ps(a, even, b), _mm512_permutex2var_ps(a, odd, b)]
+            [
+                _mm512_permutex2var_ps(a, even, b),
+                _mm512_permutex2var_ps(a, odd, b),
+            ]
         }
     }
     #[inline(always)]
     unsafe fn pairs_pd512(a: __m512d, b: __m512d) -> [__m512d; 2] {
         // SAFETY: the caller has AVX-512.
         unsafe {
-            let (even, odd) = (_mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14), _mm512_setr_epi64(1, 3, 5, 7, 9, 11, 13, 15));
-            [_mm512_permutex2var_pd(a, even, b), _mm512_permutex2var_pd(a, odd, b)]
+            let (even, odd) = (
+                _mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14),
+                _mm512_setr_epi64(1, 3, 5, 7, 9, 11, 13, 15),
+            );
+            [
+                _mm512_permutex2var_pd(a, even, b),
+                _mm512_permutex2var_pd(a, odd, b),
+            ]
         }
     }
     // Halves of 128 bits are shuffled apart, which leaves the middle quarters in each other's place.
     #[inline(always)]
     unsafe fn pairs_ps256(a: __m256, b: __m256) -> [__m256; 2] {
         // SAFETY: the caller has AVX2.
-        unsafe { [_mm256_shuffle_ps::<0b10_00_10_00>(a, b), _mm256_shuffle_ps::<0b11_01_11_01>(a, b)] }
+        unsafe {
+            [
+                _mm256_shuffle_ps::<0b10_00_10_00>(a, b),
+                _mm256_shuffle_ps::<0b11_01_11_01>(a, b),
+            ]
+        }
     }
     #[inline(always)]
     unsafe fn pairs_pd256(a: __m256d, b: __m256d) -> [__m256d; 2] {
         // SAFETY: the caller has AVX2.
-        unsafe { [_mm256_shuffle_pd::<0b0000>(a, b), _mm256_shuffle_pd::<0b1111>(a, b)] }
+        unsafe {
+            [
+                _mm256_shuffle_pd::<0b0000>(a, b),
+                _mm256_shuffle_pd::<0b1111>(a, b),
+            ]
+        }
     }
 
     const PAIRED_PS256: [usize; 8] = [0, 1, 4, 5, 2, 3, 6, 7];
@@ -576,7 +601,10 @@ macro_rules! plain {
             #[inline(always)]
             fn load_pairs(from: &[$t]) -> [Self; 2] {
                 let from = &from[..8];
-                [Self([from[0], from[2], from[4], from[6]]), Self([from[1], from[3], from[5], from[7]])]
+                [
+                    Self([from[0], from[2], from[4], from[6]]),
+                    Self([from[1], from[3], from[5], from[7]]),
+                ]
             }
             #[inline(always)]
             fn recip(self) -> Self {
@@ -593,7 +621,13 @@ macro_rules! plain {
             #[inline(always)]
             fn select(self, yes: Self, no: Self) -> Self {
                 let (yes, no) = (yes.0, no.0);
-                Self(core::array::from_fn(|lane| if self.0[lane] > 0.0 { yes[lane] } else { no[lane] }))
+                Self(core::array::from_fn(|lane| {
+                    if self.0[lane] > 0.0 {
+                        yes[lane]
+                    } else {
+                        no[lane]
+                    }
+                }))
             }
             #[inline(always)]
             fn any_above_zero(self) -> bool {

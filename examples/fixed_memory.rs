@@ -26,7 +26,10 @@ struct Memory {
 // SAFETY: `take_memory` hands the bytes to one caller only.
 unsafe impl Sync for Memory {}
 
-static MEMORY: Memory = Memory { bytes: UnsafeCell::new([MaybeUninit::uninit(); BYTES]), taken: AtomicBool::new(false) };
+static MEMORY: Memory = Memory {
+    bytes: UnsafeCell::new([MaybeUninit::uninit(); BYTES]),
+    taken: AtomicBool::new(false),
+};
 
 /// All of [`MEMORY`], the first time.
 fn take_memory() -> Option<&'static mut [MaybeUninit<u8>]> {
@@ -54,12 +57,24 @@ fn disc(x: f32, y: f32, radius: f32) -> [f32; SIDE * SIDE] {
 fn print(density: &[f32]) {
     for row in density.chunks_exact(SIDE).rev() {
         let shade = |&d: &f32| [" ", ".", ":", "o", "#"][(d * 4.0 + 0.5).clamp(0.0, 4.0) as usize];
-        println!("|{}|", row.iter().map(shade).map(|shade| [shade, shade].concat()).collect::<String>());
+        println!(
+            "|{}|",
+            row.iter()
+                .map(shade)
+                .map(|shade| [shade, shade].concat())
+                .collect::<String>()
+        );
     }
 }
 
 fn main() -> Result<(), Box<dyn core::error::Error>> {
-    let (problem, params) = (problem(), Params { iterations: 20, ..Params::default() });
+    let (problem, params) = (
+        problem(),
+        Params {
+            iterations: 20,
+            ..Params::default()
+        },
+    );
     let plan = Plan::new::<f32, D2>(&problem, &params)?;
     println!("{} of {BYTES} bytes of a static array", plan.bytes());
     let memory = take_memory().ok_or("the memory is taken")?;
@@ -67,10 +82,21 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     solver.set_source(&disc(0.35, 0.4, 0.2))?;
     solver.set_keyframe(0, &disc(0.62, 0.6, 0.2))?;
     let status = solver.solve(&Serial, &mut Silent, &mut |progress| {
-        println!("iteration {:2}: objective {:.3}", progress.iteration, progress.objective.total());
+        println!(
+            "iteration {:2}: objective {:.3}",
+            progress.iteration,
+            progress.objective.total()
+        );
     });
     let objective = solver.objective();
-    println!("{status:?}: keyframe {:.3}, force {:.3}; step {STEPS}:", objective.data, objective.force);
+    println!(
+        "{status:?}: keyframe {:.3}, force {:.3}; step {STEPS}:",
+        objective.data, objective.force
+    );
     print(solver.density(STEPS));
-    if matches!(status, Status::NotFinite | Status::NotReady) { Err("no result".into()) } else { Ok(()) }
+    if matches!(status, Status::NotFinite | Status::NotReady) {
+        Err("no result".into())
+    } else {
+        Ok(())
+    }
 }

@@ -10,7 +10,11 @@ pub const OF_A_THREAD: usize = 68 << 20;
 
 /// Addresses that `threads` threads take; glibc needs room once more to begin an allocator's part on a multiple of its size.
 pub const fn of_threads(threads: usize) -> usize {
-    if threads > 1 { OF_A_THREAD.saturating_mul(threads.saturating_add(1)) } else { 0 }
+    if threads > 1 {
+        OF_A_THREAD.saturating_mul(threads.saturating_add(1))
+    } else {
+        0
+    }
 }
 
 /// Refuses `threads` threads for which there are not the addresses.
@@ -30,9 +34,18 @@ pub fn check(threads: usize) -> Result<(), Failure> {
 /// Addresses that this process may still take, or `None` where nothing limits them or nobody tells.
 fn left() -> Option<usize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
-    let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    let limit = limits
+        .lines()
+        .find_map(|line| line.strip_prefix("Max address space"))?;
     let limit: usize = limit.split_whitespace().next()?.parse().ok()?;
     let status = fs::read_to_string("/proc/self/status").ok()?;
-    let size: usize = status.lines().find_map(|line| line.strip_prefix("VmSize:"))?.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    let size: usize = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmSize:"))?
+        .trim()
+        .strip_suffix("kB")?
+        .trim()
+        .parse()
+        .ok()?;
     Some(limit.saturating_sub(size.saturating_mul(1024)))
 }

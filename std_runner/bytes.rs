@@ -1,14 +1,30 @@
 //! Byte counts as people write and read them.
 
 /// The units of `--memory-limit`, longest names first.
-const UNITS: [(&str, f64); 9] =
-    [("bytes", 1.0), ("byte", 1.0), ("kib", 1024.0), ("mib", 1_048_576.0), ("gib", 1_073_741_824.0), ("kb", 1e3), ("mb", 1e6), ("gb", 1e9), ("b", 1.0)];
+const UNITS: [(&str, f64); 9] = [
+    ("bytes", 1.0),
+    ("byte", 1.0),
+    ("kib", 1024.0),
+    ("mib", 1_048_576.0),
+    ("gib", 1_073_741_824.0),
+    ("kb", 1e3),
+    ("mb", 1e6),
+    ("gb", 1e9),
+    ("b", 1.0),
+];
 
 /// Reads `1GiB`, `512 MiB`, `1.5GB`, `4096`; the error says what is allowed.
 pub fn parse(text: &str) -> Result<usize, String> {
     let lower = text.trim().to_ascii_lowercase();
-    let (number, scale) = UNITS.iter().find_map(|&(unit, scale)| lower.strip_suffix(unit).map(|number| (number, scale))).unwrap_or((lower.as_str(), 1.0));
-    let refuse = || format!("found \"{text}\", allowed is a number above 0 with KiB, MiB, GiB, KB, MB, GB or bytes, as in 1GiB");
+    let (number, scale) = UNITS
+        .iter()
+        .find_map(|&(unit, scale)| lower.strip_suffix(unit).map(|number| (number, scale)))
+        .unwrap_or((lower.as_str(), 1.0));
+    let refuse = || {
+        format!(
+            "found \"{text}\", allowed is a number above 0 with KiB, MiB, GiB, KB, MB, GB or bytes, as in 1GiB"
+        )
+    };
     let number = number.trim();
     if scale == 1.0
         && let Ok(bytes) = number.parse::<usize>()
@@ -17,7 +33,11 @@ pub fn parse(text: &str) -> Result<usize, String> {
         return Ok(bytes);
     }
     let bytes = number.parse::<f64>().map_err(|_| refuse())? * scale;
-    if (1.0..9e18).contains(&bytes) { Ok(bytes as usize) } else { Err(refuse()) }
+    if (1.0..9e18).contains(&bytes) {
+        Ok(bytes as usize)
+    } else {
+        Err(refuse())
+    }
 }
 
 /// `1,150,437,668`.
@@ -38,7 +58,11 @@ pub fn rounded(bytes: usize) -> String {
     let mut value = bytes as f64;
     for unit in ["bytes", "KiB", "MiB", "GiB"] {
         if value < 1024.0 {
-            return if unit == "bytes" { format!("{bytes} bytes") } else { format!("{value:.2} {unit}") };
+            return if unit == "bytes" {
+                format!("{bytes} bytes")
+            } else {
+                format!("{value:.2} {unit}")
+            };
         }
         value /= 1024.0;
     }
@@ -68,10 +92,19 @@ mod tests {
 
     #[test]
     fn reads_what_people_write() {
-        for (text, bytes) in [("1GiB", 1 << 30), ("512 mib", 512 << 20), ("1.5GB", 1_500_000_000), ("4096", 4096), ("7 bytes", 7), ("3KB", 3000)] {
+        for (text, bytes) in [
+            ("1GiB", 1 << 30),
+            ("512 mib", 512 << 20),
+            ("1.5GB", 1_500_000_000),
+            ("4096", 4096),
+            ("7 bytes", 7),
+            ("3KB", 3000),
+        ] {
             assert_eq!(parse(text), Ok(bytes), "{text}");
         }
-        for text in ["", "GiB", "-1GiB", "0", "nan", "inf GB", "1e30GB", "1 TiB?", "lots"] {
+        for text in [
+            "", "GiB", "-1GiB", "0", "nan", "inf GB", "1e30GB", "1 TiB?", "lots",
+        ] {
             assert!(parse(text).is_err(), "{text}");
         }
     }

@@ -66,7 +66,11 @@ pub struct Options {
     #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
     pub memory_limit: Option<usize>,
     /// Overrides of single keys of the scene.
-    #[arg(long, value_name = "KEY=VALUE", help = "Override any key of the scene, as in --set time.steps=20 or --set 'keyframe[0].text=\"G\"'")]
+    #[arg(
+        long,
+        value_name = "KEY=VALUE",
+        help = "Override any key of the scene, as in --set time.steps=20 or --set 'keyframe[0].text=\"G\"'"
+    )]
     pub set: Vec<String>,
     /// Print nothing but errors.
     #[arg(long, conflicts_with = "json")]
@@ -110,7 +114,12 @@ pub struct SimulateArguments {
 #[derive(Args, Debug)]
 pub struct Contenders {
     /// The methods, in the order in which they run.
-    #[arg(long, value_name = "M,M", value_delimiter = ',', default_value = "direct,admm")]
+    #[arg(
+        long,
+        value_name = "M,M",
+        value_delimiter = ',',
+        default_value = "direct,admm"
+    )]
     pub methods: Vec<String>,
 }
 
@@ -248,7 +257,11 @@ pub struct NewArguments {
 impl Options {
     /// What they say about the plan.
     pub fn wishes(&self) -> Wishes {
-        Wishes { precision: self.precision.unwrap_or(Precision::F32), threads: self.threads, limit: self.memory_limit }
+        Wishes {
+            precision: self.precision.unwrap_or(Precision::F32),
+            threads: self.threads,
+            limit: self.memory_limit,
+        }
     }
 
     /// How progress is shown.
@@ -264,6 +277,9 @@ impl Options {
 fn thread_count(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=threads::MOST).contains(&count) => Ok(count),
-        _ => Err(format!("found \"{text}\", allowed is a whole number from 1 to {}", threads::MOST)),
+        _ => Err(format!(
+            "found \"{text}\", allowed is a whole number from 1 to {}",
+            threads::MOST
+        )),
     }
 }

@@ -7,7 +7,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// What a result folder holds; anything else in it belongs to the user and stays.
-const OURS: [&str; 6] = ["result.npz", "report.json", "report.html", "frames", "animation.png", "animation.gif"];
+const OURS: [&str; 6] = [
+    "result.npz",
+    "report.json",
+    "report.html",
+    "frames",
+    "animation.png",
+    "animation.gif",
+];
 
 /// A folder that a result may be written to.
 #[derive(Clone, Debug)]
@@ -25,10 +32,18 @@ impl Destination {
     /// As [`Self::check`], where the JSON file `mark` tells that a folder holds a result.
     pub fn check_for(folder: &Path, mark: &str) -> Result<Self, Failure> {
         let shown = folder.display();
-        let cannot = |error: io::Error| Failure::File(format!("cannot write the result folder {shown}: {error}; choose another one with -o DIR"));
+        let cannot = |error: io::Error| {
+            Failure::File(format!(
+                "cannot write the result folder {shown}: {error}; choose another one with -o DIR"
+            ))
+        };
         let exists = match fs::metadata(folder) {
             Ok(found) if found.is_dir() => true,
-            Ok(_) => return Err(Failure::File(format!("the result folder {shown} is a file; choose another one with -o DIR"))),
+            Ok(_) => {
+                return Err(Failure::File(format!(
+                    "the result folder {shown} is a file; choose another one with -o DIR"
+                )));
+            }
             Err(error) if error.kind() == io::ErrorKind::NotFound => false,
             Err(error) => return Err(cannot(error)),
         };
@@ -36,9 +51,14 @@ impl Destination {
             let why = "is not empty and holds no result of thurible, so it is not overwritten; empty it or choose another one with -o DIR";
             return Err(Failure::File(format!("the folder {shown} {why}")));
         }
-        let destination = Destination { folder: folder.to_path_buf(), exists };
+        let destination = Destination {
+            folder: folder.to_path_buf(),
+            exists,
+        };
         let probe = destination.aside("probe");
-        fs::create_dir_all(&probe).and_then(|()| fs::remove_dir(&probe)).map_err(cannot)?;
+        fs::create_dir_all(&probe)
+            .and_then(|()| fs::remove_dir(&probe))
+            .map_err(cannot)?;
         Ok(destination)
     }
 
@@ -52,14 +72,22 @@ impl Destination {
         self.staged(&[], write)
     }
 
-    fn staged<R>(&self, replaced: &[&str], write: impl FnOnce(&Path) -> Result<R, Failure>) -> Result<R, Failure> {
+    fn staged<R>(
+        &self,
+        replaced: &[&str],
+        write: impl FnOnce(&Path) -> Result<R, Failure>,
+    ) -> Result<R, Failure> {
         let shown = self.folder.display();
-        let cannot =
-            |error: io::Error| Failure::File(format!("cannot write the result folder {shown}: {error}; free some space or choose another one with -o DIR"));
+        let cannot = |error: io::Error| {
+            Failure::File(format!(
+                "cannot write the result folder {shown}: {error}; free some space or choose another one with -o DIR"
+            ))
+        };
         let staging = self.aside("new");
         let fresh = staging.join(self.folder.file_name().unwrap_or(OsStr::new("out")));
         fs::create_dir_all(&fresh).map_err(cannot)?;
-        let done = write(&fresh).and_then(|answer| self.move_in(&fresh, replaced).map(|()| answer).map_err(cannot));
+        let done =
+            write(&fresh).and_then(|answer| self.move_in(&fresh, replaced).map(|()| answer).map_err(cannot));
         // The failure itself is what the user must hear; a folder left behind is not.
         let _ = fs::remove_dir_all(&staging);
         done
@@ -96,7 +124,9 @@ impl Destination {
 }
 
 fn names(folder: &Path) -> io::Result<Vec<OsString>> {
-    fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.file_name())).collect()
+    fs::read_dir(folder)?
+        .map(|entry| entry.map(|entry| entry.file_name()))
+        .collect()
 }
 
 fn is_empty(folder: &Path) -> io::Result<bool> {

@@ -14,8 +14,16 @@ pub struct SolverFrames<'a, 'm, T: Real, S: Space> {
 impl<'a, 'm, T: Real, S: Space> SolverFrames<'a, 'm, T, S> {
     /// The frames of `solver`, which solved `problem`.
     pub fn new(solver: &'a Solver<'m, T, S>, problem: &'a OwnedProblem) -> Self {
-        let periodic = problem.boundary.iter().map(|&boundary| boundary == Boundary::Periodic).collect();
-        SolverFrames { solver, problem, periodic }
+        let periodic = problem
+            .boundary
+            .iter()
+            .map(|&boundary| boundary == Boundary::Periodic)
+            .collect();
+        SolverFrames {
+            solver,
+            problem,
+            periodic,
+        }
     }
 }
 
@@ -49,11 +57,13 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
     }
 
     fn velocity(&self, step: usize, axis: usize, out: &mut Samples) {
-        self.solver.velocity(step, axis, room::<T>(out, self.solver.faces(axis)));
+        self.solver
+            .velocity(step, axis, room::<T>(out, self.solver.faces(axis)));
     }
 
     fn force(&self, step: usize, axis: usize, out: &mut Samples) {
-        self.solver.force(step, axis, room::<T>(out, self.solver.faces(axis)));
+        self.solver
+            .force(step, axis, room::<T>(out, self.solver.faces(axis)));
     }
 }
 

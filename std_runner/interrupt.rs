@@ -25,8 +25,13 @@ impl Interrupt {
         let flag = || Arc::clone(&interrupt.asked);
         for signal in SIGNALS {
             // In this order: the first signal finds the flag down and raises it, the second one finds it up.
-            let listening = flag::register_conditional_shutdown(signal, INTERRUPTED.into(), flag()).and_then(|_| flag::register(signal, flag()));
-            listening.map_err(|error| Failure::Input(format!("cannot listen for Ctrl-C: {error}; start the program from another shell")))?;
+            let listening = flag::register_conditional_shutdown(signal, INTERRUPTED.into(), flag())
+                .and_then(|_| flag::register(signal, flag()));
+            listening.map_err(|error| {
+                Failure::Input(format!(
+                    "cannot listen for Ctrl-C: {error}; start the program from another shell"
+                ))
+            })?;
         }
         Ok(interrupt)
     }

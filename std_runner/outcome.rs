@@ -8,19 +8,32 @@ use crate::scene::{boundary_name, method_name, scheme_name};
 use thurible_core::{Real, Solver, Space, Status};
 
 /// The record of `job`, solved by `solver` under the eyes of `watch`.
-pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: Status, watch: &mut Watch, mass_factors: &[f64]) -> RunRecord {
+pub fn record<T: Real, S: Space>(
+    job: &Job,
+    solver: &Solver<'_, T, S>,
+    status: Status,
+    watch: &mut Watch,
+    mass_factors: &[f64],
+) -> RunRecord {
     let problem = &job.planned.problem;
     RunRecord {
         format: 1,
         cells: problem.cells.clone(),
-        boundary: problem.boundary.iter().map(|&boundary| boundary_name(boundary).into()).collect(),
+        boundary: problem
+            .boundary
+            .iter()
+            .map(|&boundary| boundary_name(boundary).into())
+            .collect(),
         length: problem.length,
         dt: problem.dt,
         steps: problem.steps,
         viscosity: problem.viscosity,
         force_weight: problem.force_weight,
         filters: problem.problem().filters(),
-        advection: AdvectionRecord { scheme: scheme_name(problem.advection.scheme).into(), tolerance: problem.advection.tolerance },
+        advection: AdvectionRecord {
+            scheme: scheme_name(problem.advection.scheme).into(),
+            tolerance: problem.advection.tolerance,
+        },
         method: method_name(job.planned.params.method).into(),
         precision: job.planned.precision.name().into(),
         status: status_name(status).into(),
@@ -38,7 +51,11 @@ pub fn record<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, status: S
 
 fn memory(job: &Job) -> MemoryRecord {
     let plan = &job.planned.plan;
-    let line = |entry: &thurible_core::Entry| LedgerLine { name: entry.name.into(), bytes: entry.bytes, depth: entry.depth };
+    let line = |entry: &thurible_core::Entry| LedgerLine {
+        name: entry.name.into(),
+        bytes: entry.bytes,
+        depth: entry.depth,
+    };
     MemoryRecord {
         planned_bytes: plan.bytes(),
         used_bytes: job.footprint,
@@ -62,7 +79,11 @@ fn seconds(clock: &Clock) -> SecondsRecord {
     }
 }
 
-fn keyframes<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, mass_factors: &[f64]) -> Vec<KeyframeRecord> {
+fn keyframes<T: Real, S: Space>(
+    job: &Job,
+    solver: &Solver<'_, T, S>,
+    mass_factors: &[f64],
+) -> Vec<KeyframeRecord> {
     let steps = job.planned.problem.keyframes.iter().zip(mass_factors).enumerate();
     steps
         .map(|(index, (&step, &mass_factor))| {
@@ -72,14 +93,30 @@ fn keyframes<T: Real, S: Space>(job: &Job, solver: &Solver<'_, T, S>, mass_facto
                 off += (found - wanted) * (found - wanted);
                 size += wanted * wanted;
             }
-            KeyframeRecord { step, relative_l2: (off / size).sqrt(), mass_factor }
+            KeyframeRecord {
+                step,
+                relative_l2: (off / size).sqrt(),
+                mass_factor,
+            }
         })
         .collect()
 }
 
 /// The command line, with quotes around what a shell would split.
 fn command_line() -> String {
-    let plain = |text: &str| text.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_./=:,+".contains(letter));
-    let quoted = |text: String| if plain(&text) && !text.is_empty() { text } else { format!("'{}'", text.replace('\'', r"'\''")) };
-    std::env::args_os().map(|argument| quoted(argument.to_string_lossy().into_owned())).collect::<Vec<_>>().join(" ")
+    let plain = |text: &str| {
+        text.chars()
+            .all(|letter| letter.is_ascii_alphanumeric() || "-_./=:,+".contains(letter))
+    };
+    let quoted = |text: String| {
+        if plain(&text) && !text.is_empty() {
+            text
+        } else {
+            format!("'{}'", text.replace('\'', r"'\''"))
+        }
+    };
+    std::env::args_os()
+        .map(|argument| quoted(argument.to_string_lossy().into_owned()))
+        .collect::<Vec<_>>()
+        .join(" ")
 }

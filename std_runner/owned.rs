@@ -35,9 +35,32 @@ impl OwnedProblem {
     /// Everything by default, in a box of walls; N is the last keyframe's step, 0 without any.
     pub fn new(cells: Vec<usize>, keyframes: Vec<usize>) -> Self {
         let boundary = vec![Boundary::Wall; cells.len()];
-        let Problem { length, dt, steps, viscosity, force_weight, filters, match_mass, advection, projection_tolerance, .. } =
-            Problem::new(&cells, &boundary, &keyframes);
-        Self { cells, boundary, keyframes, steps, length, dt, viscosity, force_weight, filters, match_mass, advection, projection_tolerance }
+        let Problem {
+            length,
+            dt,
+            steps,
+            viscosity,
+            force_weight,
+            filters,
+            match_mass,
+            advection,
+            projection_tolerance,
+            ..
+        } = Problem::new(&cells, &boundary, &keyframes);
+        Self {
+            cells,
+            boundary,
+            keyframes,
+            steps,
+            length,
+            dt,
+            viscosity,
+            force_weight,
+            filters,
+            match_mass,
+            advection,
+            projection_tolerance,
+        }
     }
 
     /// What the core borrows.

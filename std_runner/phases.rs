@@ -19,14 +19,23 @@ pub fn phases(entries: &[Entry], total: usize) -> Vec<Phase> {
         visit(entries, index, total, "", &mut found);
     }
     if found.is_empty() {
-        found.push(Phase { name: "all".into(), bytes: total });
+        found.push(Phase {
+            name: "all".into(),
+            bytes: total,
+        });
     }
     found
 }
 
 /// Lines of `depth` from `first` on, up to the first line above them.
 fn children(entries: &[Entry], first: usize, depth: usize) -> impl Iterator<Item = usize> + '_ {
-    entries.iter().enumerate().skip(first).take_while(move |(_, entry)| entry.depth >= depth).filter(move |(_, entry)| entry.depth == depth).map(|(i, _)| i)
+    entries
+        .iter()
+        .enumerate()
+        .skip(first)
+        .take_while(move |(_, entry)| entry.depth >= depth)
+        .filter(move |(_, entry)| entry.depth == depth)
+        .map(|(i, _)| i)
 }
 
 /// Adds the phases at and below line `index`, while which `total` bytes are in use; whether there are any.
@@ -34,11 +43,17 @@ fn visit(entries: &[Entry], index: usize, total: usize, path: &str, found: &mut 
     let line = entries[index];
     let below = children(entries, index + 1, line.depth + 1);
     if line.sharing != Sharing::InTurn {
-        return below.fold(false, |any, child| visit(entries, child, total, path, found) | any);
+        return below.fold(false, |any, child| {
+            visit(entries, child, total, path, found) | any
+        });
     }
     for child in below {
         let (name, bytes) = (entries[child].name, total - line.bytes + entries[child].bytes);
-        let name = if path.is_empty() { name.to_string() } else { format!("{path}: {name}") };
+        let name = if path.is_empty() {
+            name.to_string()
+        } else {
+            format!("{path}: {name}")
+        };
         if !visit(entries, child, bytes, &name, found) {
             found.push(Phase { name, bytes });
         }
@@ -51,7 +66,12 @@ mod tests {
     use super::*;
 
     fn line(depth: usize, name: &'static str, bytes: usize, sharing: Sharing) -> Entry {
-        Entry { name, bytes, depth, sharing }
+        Entry {
+            name,
+            bytes,
+            depth,
+            sharing,
+        }
     }
 
     #[test]
@@ -69,9 +89,25 @@ mod tests {
             line(2, "projection", 10, Buffer),
             line(0, "keyframes", 5, Buffer),
         ];
-        let expected = [("search: forward", 175), ("search: back", 165), ("projection", 115)];
+        let expected = [
+            ("search: forward", 175),
+            ("search: back", 165),
+            ("projection", 115),
+        ];
         let found = phases(&ledger, 175);
-        assert_eq!(found, expected.map(|(name, bytes)| Phase { name: name.into(), bytes }));
-        assert_eq!(phases(&ledger[9..], 5), [Phase { name: "all".into(), bytes: 5 }]);
+        assert_eq!(
+            found,
+            expected.map(|(name, bytes)| Phase {
+                name: name.into(),
+                bytes
+            })
+        );
+        assert_eq!(
+            phases(&ledger[9..], 5),
+            [Phase {
+                name: "all".into(),
+                bytes: 5
+            }]
+        );
     }
 }

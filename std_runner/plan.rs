@@ -37,8 +37,17 @@ pub struct Planned {
 impl Planned {
     /// Iterations that the solver reports at most.
     pub fn most_iterations(&self) -> usize {
-        let Params { method, iterations, direct, .. } = &self.params;
-        if *method == Method::Direct { direct.most_iterations(&self.problem.problem(), *iterations) } else { *iterations }
+        let Params {
+            method,
+            iterations,
+            direct,
+            ..
+        } = &self.params;
+        if *method == Method::Direct {
+            direct.most_iterations(&self.problem.problem(), *iterations)
+        } else {
+            *iterations
+        }
     }
 }
 
@@ -56,28 +65,55 @@ pub fn make(scene: &Scene, wishes: &Wishes) -> Result<Planned, Failure> {
     let problem = OwnedProblem::of(scene);
     let ceiling = ceiling(wishes).map(|limit| limit.saturating_sub(MARGIN));
     let params = params_of(scene, wishes.threads.unwrap_or_else(threads::available), ceiling);
-    let plan = problem.plan(&params, wishes.precision).map_err(|error| refusal(scene, error))?;
-    Ok(Planned { problem, params, precision: wishes.precision, plan })
+    let plan = problem
+        .plan(&params, wishes.precision)
+        .map_err(|error| refusal(scene, error))?;
+    Ok(Planned {
+        problem,
+        params,
+        precision: wishes.precision,
+        plan,
+    })
 }
 
 /// The plan of `scene` within the ceiling, on fewer threads if that is what it takes and nobody asked for a number.
 pub fn choose(scene: &Scene, wishes: &Wishes) -> Result<Planned, Failure> {
     let mut planned = make(scene, wishes)?;
-    let Some(limit) = ceiling(wishes) else { return Ok(planned) };
+    let Some(limit) = ceiling(wishes) else {
+        return Ok(planned);
+    };
     while block_bytes(&planned.plan) > limit {
         if wishes.threads.is_some() || planned.params.threads <= 1 {
             return Err(over_limit(scene, &planned, wishes, limit));
         }
-        planned = make(scene, &Wishes { threads: Some(planned.params.threads / 2), ..*wishes })?;
+        planned = make(
+            scene,
+            &Wishes {
+                threads: Some(planned.params.threads / 2),
+                ..*wishes
+            },
+        )?;
     }
     Ok(planned)
 }
 
 fn over_limit(scene: &Scene, planned: &Planned, wishes: &Wishes, limit: usize) -> Failure {
     let needed = block_bytes(&planned.plan);
-    let whose = if wishes.limit.is_some() { "--memory-limit allows" } else { "this machine has" };
-    let mut ways = vec![format!("raise --memory-limit to {} bytes", bytes::grouped(needed))];
-    let fits = |precision| planned.problem.plan(&planned.params, precision).is_ok_and(|plan| block_bytes(&plan) <= limit);
+    let whose = if wishes.limit.is_some() {
+        "--memory-limit allows"
+    } else {
+        "this machine has"
+    };
+    let mut ways = vec![format!(
+        "raise --memory-limit to {} bytes",
+        bytes::grouped(needed)
+    )];
+    let fits = |precision| {
+        planned
+            .problem
+            .plan(&planned.params, precision)
+            .is_ok_and(|plan| block_bytes(&plan) <= limit)
+    };
     if planned.precision == Precision::F64 && fits(Precision::F32) {
         ways.push("use --precision f32, which fits".into());
     }
@@ -99,10 +135,15 @@ fn over_limit(scene: &Scene, planned: &Planned, wishes: &Wishes, limit: usize) -
 /// The largest grid of the same proportions, in steps of four cells, whose plan is within `limit`.
 pub fn largest_grid(planned: &Planned, limit: usize) -> Option<Vec<usize>> {
     let longest = planned.problem.cells.iter().copied().max()?;
-    (1..longest.div_ceil(4)).rev().map(|quarter| scaled(&planned.problem.cells, 4 * quarter, longest, 4)).find(|cells| {
-        let smaller = planned.problem.resized(cells.clone(), planned.problem.steps);
-        smaller.plan(&planned.params, planned.precision).is_ok_and(|plan| block_bytes(&plan) <= limit)
-    })
+    (1..longest.div_ceil(4))
+        .rev()
+        .map(|quarter| scaled(&planned.problem.cells, 4 * quarter, longest, 4))
+        .find(|cells| {
+            let smaller = planned.problem.resized(cells.clone(), planned.problem.steps);
+            smaller
+                .plan(&planned.params, planned.precision)
+                .is_ok_and(|plan| block_bytes(&plan) <= limit)
+        })
 }
 
 /// `cells` times `over / under`, each rounded to a multiple of `unit` and at least 4.

@@ -13,7 +13,11 @@ use thurible_core::Plan;
 
 /// Runs `plan`.
 pub fn run(arguments: &SceneArguments) -> Result<u8, Failure> {
-    let scene = Scene::load(&arguments.scene, &arguments.options.set, arguments.method.as_deref())?;
+    let scene = Scene::load(
+        &arguments.scene,
+        &arguments.options.set,
+        arguments.method.as_deref(),
+    )?;
     let wishes = arguments.options.wishes();
     let planned = match wishes.limit {
         Some(_) => plan::choose(&scene, &wishes)?,
@@ -44,7 +48,12 @@ fn others(planned: &Planned) -> Vec<Other> {
     let steps = planned.problem.steps;
     let half = scaled(cells, 1, 2, 1);
     let double = scaled(cells, 2, 1, 1);
-    let mut sizes = vec![(cells.clone(), steps), (half, steps), (double, steps), (cells.clone(), 2 * steps)];
+    let mut sizes = vec![
+        (cells.clone(), steps),
+        (half, steps),
+        (double, steps),
+        (cells.clone(), 2 * steps),
+    ];
     sizes.extend(match cells.len() {
         2 => [(vec![128; 2], 40), (vec![256; 2], 80), (vec![512; 2], 120)],
         _ => [(vec![32; 3], 30), (vec![64; 3], 60), (vec![128; 3], 60)],
@@ -56,12 +65,21 @@ fn others(planned: &Planned) -> Vec<Other> {
             true
         }
     });
-    let bytes_of = |problem: &OwnedProblem, precision| problem.plan(&planned.params, precision).ok().map(|plan| plan.bytes());
+    let bytes_of = |problem: &OwnedProblem, precision| {
+        problem
+            .plan(&planned.params, precision)
+            .ok()
+            .map(|plan| plan.bytes())
+    };
     sizes
         .into_iter()
         .map(|(cells, steps)| {
             let problem = planned.problem.resized(cells.clone(), steps);
-            Other { cells, steps, bytes: [Precision::F32, Precision::F64].map(|precision| bytes_of(&problem, precision)) }
+            Other {
+                cells,
+                steps,
+                bytes: [Precision::F32, Precision::F64].map(|precision| bytes_of(&problem, precision)),
+            }
         })
         .collect()
 }
@@ -83,24 +101,50 @@ fn print_plan(scene: &Scene, planned: &Planned, others: &[Other]) {
     ));
     print(&format!("\n{:>18}  buffer", "bytes"));
     for entry in plan.entries() {
-        print(&format!("{:>18}  {:indent$}{}", grouped(entry.bytes), "", entry.name, indent = 2 * entry.depth));
+        print(&format!(
+            "{:>18}  {:indent$}{}",
+            grouped(entry.bytes),
+            "",
+            entry.name,
+            indent = 2 * entry.depth
+        ));
     }
-    print(&format!("{:>18}  in all ({})", grouped(plan.bytes()), rounded(plan.bytes())));
+    print(&format!(
+        "{:>18}  in all ({})",
+        grouped(plan.bytes()),
+        rounded(plan.bytes())
+    ));
     print_bound(plan);
-    print(&format!("\n{:>18}{:>8}{:>18}{:>20}", "cells", "steps", "f32 bytes", "f64 bytes"));
+    print(&format!(
+        "\n{:>18}{:>8}{:>18}{:>20}",
+        "cells", "steps", "f32 bytes", "f64 bytes"
+    ));
     for other in others {
         let [single, double] = other.bytes.map(|bytes| bytes.map_or_else(|| "-".into(), grouped));
-        print(&format!("{:>18}{:>8}{single:>18}{double:>20}", size_in_words(&other.cells), other.steps));
+        print(&format!(
+            "{:>18}{:>8}{single:>18}{double:>20}",
+            size_in_words(&other.cells),
+            other.steps
+        ));
     }
     if let Some(machine) = crate::bytes::of_machine()
         && block_bytes(plan) > machine
     {
-        print(&format!("\nwarning: this machine has {} bytes, so `solve` would refuse", grouped(machine)));
+        print(&format!(
+            "\nwarning: this machine has {} bytes, so `solve` would refuse",
+            grouped(machine)
+        ));
     }
 }
 
 fn print_bound(plan: &Plan) {
     let share = 100.0 * plan.method_bytes() as f64 / plan.paper_bound().max(1) as f64;
-    print(&format!("{:>18}  of it the method, without source and keyframes", grouped(plan.method_bytes())));
-    print(&format!("{:>18}  the paper's bound for the method; {share:.1} % of it is used", grouped(plan.paper_bound())));
+    print(&format!(
+        "{:>18}  of it the method, without source and keyframes",
+        grouped(plan.method_bytes())
+    ));
+    print(&format!(
+        "{:>18}  the paper's bound for the method; {share:.1} % of it is used",
+        grouped(plan.paper_bound())
+    ));
 }

@@ -17,7 +17,11 @@ pub enum Precision {
 impl Precision {
     /// That of `T`.
     pub fn of<T: Real>() -> Self {
-        if T::BYTES == size_of::<f64>() { Precision::F64 } else { Precision::F32 }
+        if T::BYTES == size_of::<f64>() {
+            Precision::F64
+        } else {
+            Precision::F32
+        }
     }
 
     /// `f32` or `f64`.
@@ -51,11 +55,20 @@ impl OwnedProblem {
     /// The same problem on other cells, with `steps` steps; the keyframes keep their share of the time.
     pub fn resized(&self, cells: Vec<usize>, steps: usize) -> Self {
         let count = self.keyframes.len();
-        let mut keyframes: Vec<usize> = self.keyframes.iter().map(|step| step * steps / self.steps).collect();
+        let mut keyframes: Vec<usize> = self
+            .keyframes
+            .iter()
+            .map(|step| step * steps / self.steps)
+            .collect();
         for (index, step) in keyframes.iter_mut().enumerate() {
             *step = (*step).clamp(2 + index, steps.saturating_sub(count - 1 - index).max(2 + index));
         }
-        OwnedProblem { cells, steps, keyframes, ..self.clone() }
+        OwnedProblem {
+            cells,
+            steps,
+            keyframes,
+            ..self.clone()
+        }
     }
 
     /// The plan in `precision`.
@@ -72,17 +85,35 @@ impl OwnedProblem {
 
 /// The core's parameters for a scene on `threads` threads, within `ceiling` bytes if that can be.
 pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Params {
-    let MethodSection { name, iterations, direct, admm, lbfgs, pd, .. } = scene.method;
-    Params { method: name, iterations, threads, ceiling, admm, direct, lbfgs, pd, simulation: scene.simulation }
+    let MethodSection {
+        name,
+        iterations,
+        direct,
+        admm,
+        lbfgs,
+        pd,
+        ..
+    } = scene.method;
+    Params {
+        method: name,
+        iterations,
+        threads,
+        ceiling,
+        admm,
+        direct,
+        lbfgs,
+        pd,
+        simulation: scene.simulation,
+    }
 }
 
 /// The sentence for a plan that the core refuses.
 pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
     let path = scene.document.path().display();
     match error {
-        PlanError::TooLarge => {
-            Failure::Memory(format!("{path}: the scene needs more bytes than this machine can address; make `grid.cells` or `time.steps` smaller"))
-        }
+        PlanError::TooLarge => Failure::Memory(format!(
+            "{path}: the scene needs more bytes than this machine can address; make `grid.cells` or `time.steps` smaller"
+        )),
         other => Failure::Input(format!("{path}: {other}; change that value in the scene")),
     }
 }

@@ -37,13 +37,17 @@ impl Region {
     }
 
     /// Exactly `bytes` bytes at the core's alignment, in huge pages where the system has them; `None` if the block has not that many left.
-    #[expect(unsafe_code, reason = "bumpalo hands out a raw pointer for a layout with an alignment above 16")]
+    #[expect(
+        unsafe_code,
+        reason = "bumpalo hands out a raw pointer for a layout with an alignment above 16"
+    )]
     pub fn carve(&mut self, bytes: usize) -> Option<&mut [MaybeUninit<u8>]> {
         let layout = Layout::from_size_align(bytes, Plan::ALIGN).ok()?;
         let start = self.bump.try_alloc_layout(layout).ok()?;
         // SAFETY: bumpalo returned a block of `bytes` bytes that overlaps no other and lives as long as the arena is
         // borrowed, which is here the lifetime of `&mut self`. `MaybeUninit<u8>` needs neither initialisation nor alignment.
-        let block = unsafe { core::slice::from_raw_parts_mut(start.cast::<MaybeUninit<u8>>().as_ptr(), bytes) };
+        let block =
+            unsafe { core::slice::from_raw_parts_mut(start.cast::<MaybeUninit<u8>>().as_ptr(), bytes) };
         #[cfg(target_os = "linux")]
         ask_for_huge_pages(block);
         Some(block)
@@ -56,7 +60,11 @@ impl Region {
 fn ask_for_huge_pages(block: &mut [MaybeUninit<u8>]) {
     let ends = block.as_mut_ptr_range();
     let (before, after) = (ends.start.align_offset(HUGE_PAGE), ends.end.addr() % HUGE_PAGE);
-    if let Some(inner) = block.len().checked_sub(after).and_then(|end| block.get_mut(before..end)) {
+    if let Some(inner) = block
+        .len()
+        .checked_sub(after)
+        .and_then(|end| block.get_mut(before..end))
+    {
         // SAFETY: the range lies within a block that is borrowed for writing, and this advice leaves its numbers as they are.
         unsafe { libc::madvise(inner.as_mut_ptr().cast(), inner.len(), libc::MADV_HUGEPAGE) };
     }
@@ -64,7 +72,12 @@ fn ask_for_huge_pages(block: &mut [MaybeUninit<u8>]) {
 
 /// Writes to every page, so that the system clears them on all threads instead of on the one that clears the block.
 pub fn touch(block: &mut [MaybeUninit<u8>]) {
-    block.par_chunks_mut(SHARE).for_each(|share| share.iter_mut().step_by(PAGE).for_each(|byte| *byte = MaybeUninit::new(0)));
+    block.par_chunks_mut(SHARE).for_each(|share| {
+        share
+            .iter_mut()
+            .step_by(PAGE)
+            .for_each(|byte| *byte = MaybeUninit::new(0))
+    });
 }
 
 #[cfg(test)]
@@ -98,12 +111,20 @@ mod tests {
         let pages = std::fs::read_to_string("/proc/self/smaps").unwrap();
         let mut within = false;
         let flags = pages.lines().find(|line| {
-            let ends = line.split_whitespace().next().and_then(|range| range.split_once('-'));
-            if let Some((Ok(start), Ok(end))) = ends.map(|(start, end)| (usize::from_str_radix(start, 16), usize::from_str_radix(end, 16))) {
+            let ends = line
+                .split_whitespace()
+                .next()
+                .and_then(|range| range.split_once('-'));
+            if let Some((Ok(start), Ok(end))) =
+                ends.map(|(start, end)| (usize::from_str_radix(start, 16), usize::from_str_radix(end, 16)))
+            {
                 within = (start..end).contains(&middle);
             }
             within && line.starts_with("VmFlags:")
         });
-        assert!(flags.unwrap().split_whitespace().any(|flag| flag == "hg"), "{flags:?}");
+        assert!(
+            flags.unwrap().split_whitespace().any(|flag| flag == "hg"),
+            "{flags:?}"
+        );
     }
 }

@@ -16,13 +16,28 @@ pub fn run(arguments: &SimulateArguments) -> Result<u8, Failure> {
     let assignments: Vec<String> = options.set.iter().cloned().chain(steps).collect();
     let scene = Scene::load_free(&arguments.scene, &assignments)?;
     // Without control the forces are the residuals of the steps, which single precision would not resolve.
-    let wishes = Wishes { precision: options.precision.unwrap_or(Precision::F64), ..options.wishes() };
-    let parts = Parts { arrays: true, images: scene.output.frames };
+    let wishes = Wishes {
+        precision: options.precision.unwrap_or(Precision::F64),
+        ..options.wishes()
+    };
+    let parts = Parts {
+        arrays: true,
+        images: scene.output.frames,
+    };
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let mut name = scene.output.folder.clone().into_os_string();
         name.push("_flow");
         name.into()
     });
-    let start = Start { from: arguments.from.clone(), ..Start::default() };
-    Order { wishes, mode: options.mode(), parts }.solve(scene, folder, clock, start).map(|finished| code_of(finished.status))
+    let start = Start {
+        from: arguments.from.clone(),
+        ..Start::default()
+    };
+    Order {
+        wishes,
+        mode: options.mode(),
+        parts,
+    }
+    .solve(scene, folder, clock, start)
+    .map(|finished| code_of(finished.status))
 }

@@ -35,10 +35,19 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     let clock = Clock::start();
     let scene = Scene::load(&common.scene, &common.options.set, common.method.as_deref())?;
-    let parts = Parts { arrays: true, images: scene.output.frames };
-    let order = Order { wishes: common.options.wishes(), mode: common.options.mode(), parts };
+    let parts = Parts {
+        arrays: true,
+        images: scene.output.frames,
+    };
+    let order = Order {
+        wishes: common.options.wishes(),
+        mode: common.options.mode(),
+        parts,
+    };
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
-    order.solve(scene, folder, clock, Start::default()).map(|finished| code_of(finished.status))
+    order
+        .solve(scene, folder, clock, Start::default())
+        .map(|finished| code_of(finished.status))
 }
 
 /// How scenes are to be solved.
@@ -82,14 +91,33 @@ pub(crate) struct Finished {
 
 impl Order {
     /// Solves `scene` into `folder`; `clock` has run since the scene was read.
-    pub fn solve(&self, scene: Scene, folder: PathBuf, clock: Clock, start: Start) -> Result<Finished, Failure> {
+    pub fn solve(
+        &self,
+        scene: Scene,
+        folder: PathBuf,
+        clock: Clock,
+        start: Start,
+    ) -> Result<Finished, Failure> {
         let planned = plan::choose(&scene, &self.wishes)?;
         let bytes = planned.plan.bytes();
-        let beside = BESIDE + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>() + history_bytes(planned.most_iterations());
-        let region = Region::new(bytes).filter(|_| bytes::are_free(beside)).ok_or_else(|| no_memory(bytes))?;
+        let beside = BESIDE
+            + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>()
+            + history_bytes(planned.most_iterations());
+        let region = Region::new(bytes)
+            .filter(|_| bytes::are_free(beside))
+            .ok_or_else(|| no_memory(bytes))?;
         address_space::check(planned.params.threads)?;
         let Start { from, interrupt } = start;
-        let job = Job { scene, planned, from, folder, footprint: region.footprint(), mode: self.mode, parts: self.parts, interrupt };
+        let job = Job {
+            scene,
+            planned,
+            from,
+            folder,
+            footprint: region.footprint(),
+            mode: self.mode,
+            parts: self.parts,
+            interrupt,
+        };
         threads::with(job.planned.params.threads, || job.run(region, clock))?
     }
 }
@@ -116,10 +144,17 @@ impl Job {
         let bytes = self.planned.plan.bytes();
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
         touch(block);
-        let solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block, clock))?;
+        let solved = threads::together(self.planned.params.threads, |exec| {
+            self.dispatch(exec, block, clock)
+        })?;
         drop(region);
         let draw = |folder: &Path| report::draw(&self.folder, folder, &solved.record, self.parts.images);
-        let left = |error| Failure::File(format!("{error}; result.npz and report.json are in {}", self.folder.display()));
+        let left = |error| {
+            Failure::File(format!(
+                "{error}; result.npz and report.json are in {}",
+                self.folder.display()
+            ))
+        };
         let drawn = solved.destination.add(|folder| draw(folder).map_err(left));
         solved.watch.display.close();
         let gallery = drawn?;
@@ -128,10 +163,19 @@ impl Job {
         }
         if !self.parts.arrays {
             let path = self.folder.join(report::ARCHIVE);
-            fs::remove_file(&path).map_err(|error| Failure::File(format!("cannot remove {}: {error}; remove it yourself", path.display())))?;
+            fs::remove_file(&path).map_err(|error| {
+                Failure::File(format!(
+                    "cannot remove {}: {error}; remove it yourself",
+                    path.display()
+                ))
+            })?;
         }
         self.tell(&solved);
-        Ok(Finished { status: solved.status, record: solved.record, gallery: gallery.unwrap_or_default() })
+        Ok(Finished {
+            status: solved.status,
+            record: solved.record,
+            gallery: gallery.unwrap_or_default(),
+        })
     }
 
     fn announce(&self, display: &Display) {
@@ -150,7 +194,12 @@ impl Job {
         ));
     }
 
-    fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], clock: Clock) -> Result<Solved, Failure> {
+    fn dispatch(
+        &self,
+        exec: &dyn Exec,
+        block: &mut [MaybeUninit<u8>],
+        clock: Clock,
+    ) -> Result<Solved, Failure> {
         match (self.planned.problem.cells.len(), self.planned.precision) {
             (2, Precision::F32) => self.solve::<f32, D2>(exec, block, clock),
             (2, Precision::F64) => self.solve::<f64, D2>(exec, block, clock),
@@ -159,9 +208,15 @@ impl Job {
         }
     }
 
-    fn solve<T: Real + Sample, S: Space>(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>], clock: Clock) -> Result<Solved, Failure> {
+    fn solve<T: Real + Sample, S: Space>(
+        &self,
+        exec: &dyn Exec,
+        block: &mut [MaybeUninit<u8>],
+        clock: Clock,
+    ) -> Result<Solved, Failure> {
         let problem = self.planned.problem.problem();
-        let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block).map_err(|error| solver_refusal(&error))?;
+        let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block)
+            .map_err(|error| solver_refusal(&error))?;
         let mass_factors = match &self.from {
             Some(folder) => hand_on(&self.scene, folder, &mut solver).map(|()| Vec::new())?,
             None => hand_over(&self.scene, &mut solver)?,
@@ -175,7 +230,9 @@ impl Job {
         watch.clock.begin();
         let status = iterate(&mut solver, exec, &mut watch);
         watch.clock.solved();
-        watch.display.detail(format_args!("making the result feasible and writing it"));
+        watch
+            .display
+            .detail(format_args!("making the result feasible and writing it"));
         if matches!(status, Status::NotFinite | Status::NotReady) || solver.finish(exec).is_err() {
             watch.display.close();
             return Err(not_finite(&self.scene));
@@ -183,23 +240,46 @@ impl Job {
         watch.clock.finished();
         let frames = SolverFrames::new(&solver, &self.planned.problem);
         let record = outcome::record(self, &solver, status, &mut watch, &mass_factors);
-        destination.fill(|folder| report::write_numbers(folder, &frames, &record).map_err(|error| Failure::File(error.to_string())))?;
-        Ok(Solved { destination, record, status, watch })
+        destination.fill(|folder| {
+            report::write_numbers(folder, &frames, &record).map_err(|error| Failure::File(error.to_string()))
+        })?;
+        Ok(Solved {
+            destination,
+            record,
+            status,
+            watch,
+        })
     }
 
     /// Projects v_0 and warns if it needed that.
-    fn prepare<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec, watch: &Watch) -> Result<(), Failure> {
-        let changed =
-            solver.prepare(exec).map_err(|error| self.scene.document.refuse("source", format!("or a keyframe cannot be used: {error}; change it")))?;
+    fn prepare<T: Real, S: Space>(
+        &self,
+        solver: &mut Solver<'_, T, S>,
+        exec: &dyn Exec,
+        watch: &Watch,
+    ) -> Result<(), Failure> {
+        let changed = solver.prepare(exec).map_err(|error| {
+            self.scene.document.refuse(
+                "source",
+                format!("or a keyframe cannot be used: {error}; change it"),
+            )
+        })?;
         if changed > DIVERGENT {
-            let text = format!("the initial velocity was not divergence-free; projecting it changed it by {changed:.1e} of its largest value");
+            let text = format!(
+                "the initial velocity was not divergence-free; projecting it changed it by {changed:.1e} of its largest value"
+            );
             watch.display.warning(&text);
         }
         Ok(())
     }
 
     fn tell(&self, solved: &Solved) {
-        let Solved { record, status, watch, .. } = solved;
+        let Solved {
+            record,
+            status,
+            watch,
+            ..
+        } = solved;
         let (folder, objective) = (self.folder.display(), record.objective);
         watch.display.event(
             "result",
@@ -215,9 +295,22 @@ impl Job {
         if self.mode != Mode::Human {
             return;
         }
-        console::print(&format!("{} after {} iterations and {}", in_sentence(*status), record.history.len(), in_words(watch.clock.seconds())));
-        console::print(&format!("objective {:.5e} = keyframes {:.5e} + force {:.5e}", objective.total(), objective.data, objective.force));
-        console::print(&format!("result in {folder}; open {}", self.folder.join("report.html").display()));
+        console::print(&format!(
+            "{} after {} iterations and {}",
+            in_sentence(*status),
+            record.history.len(),
+            in_words(watch.clock.seconds())
+        ));
+        console::print(&format!(
+            "objective {:.5e} = keyframes {:.5e} + force {:.5e}",
+            objective.total(),
+            objective.data,
+            objective.force
+        ));
+        console::print(&format!(
+            "result in {folder}; open {}",
+            self.folder.join("report.html").display()
+        ));
     }
 }
 

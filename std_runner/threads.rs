@@ -19,7 +19,9 @@ const SLEEP: Duration = Duration::from_micros(50);
 
 /// How many threads this machine offers.
 pub fn available() -> usize {
-    thread::available_parallelism().map_or(1, NonZeroUsize::get).min(MOST)
+    thread::available_parallelism()
+        .map_or(1, NonZeroUsize::get)
+        .min(MOST)
 }
 
 /// Calls `work` on a rayon pool of `threads` threads; on one thread, in place.
@@ -27,11 +29,18 @@ pub fn with<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> Result<
     if threads <= 1 {
         // Pictures are drawn on rayon's global pool when there is no other; it must not be wider than asked for.
         // A pool that is there already (in tests) stays.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
+        let _ = rayon::ThreadPoolBuilder::new()
+            .num_threads(1)
+            .use_current_thread()
+            .build_global();
         return Ok(work());
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Failure::Memory(format!("cannot start {threads} threads: {error}; ask for fewer with --threads")))?;
+    let pool = pool.map_err(|error| {
+        Failure::Memory(format!(
+            "cannot start {threads} threads: {error}; ask for fewer with --threads"
+        ))
+    })?;
     Ok(pool.install(work))
 }
 
@@ -108,7 +117,13 @@ mod tests {
 
     #[test]
     fn a_panic_is_handed_on() {
-        let caught = std::panic::catch_unwind(|| with(2, || together(2, |exec: &dyn Exec| exec.run(100, &|i| assert!(i != 63, "task 63")))));
+        let caught = std::panic::catch_unwind(|| {
+            with(2, || {
+                together(2, |exec: &dyn Exec| {
+                    exec.run(100, &|i| assert!(i != 63, "task 63"))
+                })
+            })
+        });
         assert!(caught.is_err());
     }
 }

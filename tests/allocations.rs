@@ -1,5 +1,10 @@
 //! Nothing is allocated between `Solver::new` and the end of `solve`, saving and restoring included.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
 #[path = "numerics/fields/mod.rs"]
@@ -61,8 +66,22 @@ fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
     let status = solver.solve(&Serial, &mut Silent, &mut |_| {});
     let after = count();
     let one_pass = matches!(scene.params.method, Method::Pd | Method::Simulate);
-    assert_eq!(status, if one_pass { Status::Converged } else { Status::MaxIterations });
-    assert_eq!(after - before, 0, "{} allocations in {} on {:?}", after - before, T::NAME, scene.cells);
+    assert_eq!(
+        status,
+        if one_pass {
+            Status::Converged
+        } else {
+            Status::MaxIterations
+        }
+    );
+    assert_eq!(
+        after - before,
+        0,
+        "{} allocations in {} on {:?}",
+        after - before,
+        T::NAME,
+        scene.cells
+    );
 }
 
 #[test]
@@ -70,11 +89,28 @@ fn nothing_is_allocated() {
     let before = count();
     drop(core::hint::black_box(vec![0u8; 100]));
     assert_eq!(count() - before, 1, "the counter does not count");
-    for method in [Method::Admm, Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate] {
+    for method in [
+        Method::Admm,
+        Method::Direct,
+        Method::Lbfgs,
+        Method::Pd,
+        Method::Simulate,
+    ] {
         let by = |cells: &[usize], ends: &str, steps: usize| {
             let scene = Scene::small(cells, ends, steps);
-            let mut scene = Scene { params: Params { method, iterations: 3, ..scene.params }, ..scene };
-            (scene.params.lbfgs.nested, scene.params.simulation.buoyancy, scene.params.pd.gathering) = (true, 1e-3, 0.01);
+            let mut scene = Scene {
+                params: Params {
+                    method,
+                    iterations: 3,
+                    ..scene.params
+                },
+                ..scene
+            };
+            (
+                scene.params.lbfgs.nested,
+                scene.params.simulation.buoyancy,
+                scene.params.pd.gathering,
+            ) = (true, 1e-3, 0.01);
             scene
         };
         allocates_nothing::<f32, D2>(&by(&[14, 9], "wp", 5));

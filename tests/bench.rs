@@ -1,6 +1,11 @@
 //! `thurible bench`: the memory table against sums and formulas of its own, the tables of speed in small, and the pages.
 #![cfg(feature = "std")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 mod support;
 
@@ -20,33 +25,84 @@ fn bound(cells: u64, dims: u32, steps: u64, bytes: u64) -> u64 {
 #[test]
 fn the_memory_table_adds_up() {
     let folder = fresh_folder("bench_memory").join("docs");
-    let ended = run(&["bench", "memory", "--quick", "--json", "--out", folder.to_str().unwrap()]);
+    let ended = run(&[
+        "bench",
+        "memory",
+        "--quick",
+        "--json",
+        "--out",
+        folder.to_str().unwrap(),
+    ]);
     assert_eq!(ended.code, 0, "{}", ended.err);
-    let rows: Vec<Value> = ended.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let rows: Vec<Value> = ended
+        .out
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
     assert_eq!(rows.len(), 16, "two sizes, four methods, two precisions");
     let page = fs::read_to_string(folder.join("memory.md")).unwrap();
     for row in &rows {
-        let sides: Vec<u64> = row["cells"].as_array().unwrap().iter().map(|side| side.as_u64().unwrap()).collect();
-        let (dims, steps, cells) = (u32::try_from(sides.len()).unwrap(), number(row, "steps"), sides.iter().product::<u64>());
+        let sides: Vec<u64> = row["cells"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|side| side.as_u64().unwrap())
+            .collect();
+        let (dims, steps, cells) = (
+            u32::try_from(sides.len()).unwrap(),
+            number(row, "steps"),
+            sides.iter().product::<u64>(),
+        );
         let bytes = if row["precision"] == "f64" { 8 } else { 4 };
         let planned = number(row, "planned_bytes");
-        assert_eq!(number(row, "paper_bound_bytes"), bound(cells, dims, steps, bytes), "{row}");
+        assert_eq!(
+            number(row, "paper_bound_bytes"),
+            bound(cells, dims, steps, bytes),
+            "{row}"
+        );
         // The keyframe and its step, each on whole cache lines.
         assert_eq!(planned - number(row, "method_bytes"), cells * bytes + 64, "{row}");
-        assert!((row["bytes_per_cell_and_step"].as_f64().unwrap() * (cells * steps) as f64 - planned as f64).abs() < 1.0, "{row}");
-        let phases: Vec<u64> = row["phases"].as_array().unwrap().iter().map(|phase| number(phase, "bytes")).collect();
-        assert!(phases.len() > 1 && phases.iter().max() == Some(&planned) && phases.iter().min() < Some(&planned), "{row}");
+        assert!(
+            (row["bytes_per_cell_and_step"].as_f64().unwrap() * (cells * steps) as f64 - planned as f64)
+                .abs()
+                < 1.0,
+            "{row}"
+        );
+        let phases: Vec<u64> = row["phases"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|phase| number(phase, "bytes"))
+            .collect();
+        assert!(
+            phases.len() > 1 && phases.iter().max() == Some(&planned) && phases.iter().min() < Some(&planned),
+            "{row}"
+        );
         if cfg!(target_os = "linux") {
             let touched = number(row, "touched_bytes");
-            assert!((planned..planned + (4 << 20)).contains(&touched), "{touched} touched of {row}");
+            assert!(
+                (planned..planned + (4 << 20)).contains(&touched),
+                "{touched} touched of {row}"
+            );
         }
-        let shown = format!("| {} | {} |", row["method"].as_str().unwrap(), row["precision"].as_str().unwrap());
-        assert!(page.lines().any(|line| line.contains(&shown) && line.contains(&thurible::bytes::grouped(usize::try_from(planned).unwrap()))), "{row}");
+        let shown = format!(
+            "| {} | {} |",
+            row["method"].as_str().unwrap(),
+            row["precision"].as_str().unwrap()
+        );
+        assert!(
+            page.lines().any(|line| line.contains(&shown)
+                && line.contains(&thurible::bytes::grouped(usize::try_from(planned).unwrap()))),
+            "{row}"
+        );
     }
     for dims in [2, 3] {
         let figure = fs::read_to_string(folder.join(format!("memory_{dims}d.svg"))).unwrap();
         assert!(figure.starts_with("<svg") && figure.trim_end().ends_with("</svg>"));
-        assert!((1..=5).all(|colour| figure.contains(&format!("class=\"c{colour}\""))), "a curve is missing");
+        assert!(
+            (1..=5).all(|colour| figure.contains(&format!("class=\"c{colour}\""))),
+            "a curve is missing"
+        );
         assert!(page.contains(&format!("(memory_{dims}d.svg)")));
     }
 }
@@ -54,65 +110,155 @@ fn the_memory_table_adds_up() {
 /// The rows are those that `plan` knows.
 #[test]
 fn the_memory_table_is_that_of_plan() {
-    let sets = ["--set", "grid.cells=[64,64]", "--set", "time.steps=20", "--set", "keyframe[0].step=20", "--set", "grid.length=1"];
-    let plan = run(&[&["plan", "examples/small_letter.toml", "--threads", "1", "--json", "--method", "admm", "--precision", "f64"][..], &sets].concat());
+    let sets = [
+        "--set",
+        "grid.cells=[64,64]",
+        "--set",
+        "time.steps=20",
+        "--set",
+        "keyframe[0].step=20",
+        "--set",
+        "grid.length=1",
+    ];
+    let plan = run(&[
+        &[
+            "plan",
+            "examples/small_letter.toml",
+            "--threads",
+            "1",
+            "--json",
+            "--method",
+            "admm",
+            "--precision",
+            "f64",
+        ][..],
+        &sets,
+    ]
+    .concat());
     let plan: Value = serde_json::from_str(&plan.out).unwrap();
     let ended = run(&["bench", "memory", "--quick"]);
     let planned = thurible::bytes::grouped(usize::try_from(number(&plan, "planned_bytes")).unwrap());
-    assert!(ended.out.lines().any(|line| line.contains("64 x 64") && line.contains("admm") && line.contains(&planned)), "{planned}: {}", ended.out);
+    assert!(
+        ended
+            .out
+            .lines()
+            .any(|line| line.contains("64 x 64") && line.contains("admm") && line.contains(&planned)),
+        "{planned}: {}",
+        ended.out
+    );
     for phase in plan["phases"].as_array().unwrap() {
-        assert!(ended.out.contains(phase["name"].as_str().unwrap()), "{phase}: {}", ended.out);
+        assert!(
+            ended.out.contains(phase["name"].as_str().unwrap()),
+            "{phase}: {}",
+            ended.out
+        );
     }
 }
 
 #[test]
 fn bench_refuses_what_it_does_not_know() {
-    for words in [&["speed"][..], &["memory", "--row", "99"], &["--threads", "0"], &["--quiet", "--json"], &["roofline", "--only", "cycle,4,1"]] {
+    for words in [
+        &["speed"][..],
+        &["memory", "--row", "99"],
+        &["--threads", "0"],
+        &["--quiet", "--json"],
+        &["roofline", "--only", "cycle,4,1"],
+    ] {
         assert_eq!(run(&[&["bench"], words].concat()).code, 2, "{words:?}");
     }
     let ended = run(&["bench", "roofline", "--quick", "--flops", "no/such/file"]);
     assert_eq!(ended.code, 4, "{}", ended.err);
-    assert!(ended.err.contains("no/such/file") && ended.err.contains("benches/flops.py") && ended.out.is_empty(), "{}", ended.err);
+    assert!(
+        ended.err.contains("no/such/file") && ended.err.contains("benches/flops.py") && ended.out.is_empty(),
+        "{}",
+        ended.err
+    );
 }
 
 /// The rows that a command prints in small, after what the machine can do.
 fn rows(words: &[&str]) -> Vec<Value> {
     let ended = run(&[&["bench"], words, &["--quick", "--json"]].concat());
     assert_eq!(ended.code, 0, "{}", ended.err);
-    let lines: Vec<Value> = ended.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let lines: Vec<Value> = ended
+        .out
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
     let machine = &lines[0]["machine"];
-    assert!(["triad", "triad_on_one", "flops", "flops_on_one"].iter().all(|name| positive(&machine[*name])), "{machine}");
-    assert!(machine["handover"].is_null() || positive(&machine["handover"]), "{machine}");
+    assert!(
+        ["triad", "triad_on_one", "flops", "flops_on_one"]
+            .iter()
+            .all(|name| positive(&machine[*name])),
+        "{machine}"
+    );
+    assert!(
+        machine["handover"].is_null() || positive(&machine["handover"]),
+        "{machine}"
+    );
     lines.iter().filter_map(|line| line.get("row")).cloned().collect()
 }
 
 fn positive(value: &Value) -> bool {
-    value.as_f64().is_some_and(|value| value > 0.0 && value.is_finite())
+    value
+        .as_f64()
+        .is_some_and(|value| value > 0.0 && value.is_finite())
 }
 
 #[test]
 fn the_speed_table_has_its_rows() {
     let folder = fresh_folder("bench_speed");
-    fs::write(folder.join("performance.md"), "# By hand\n\n<!-- begin speed -->\nold\n<!-- end speed -->\n\nBelow.\n").unwrap();
+    fs::write(
+        folder.join("performance.md"),
+        "# By hand\n\n<!-- begin speed -->\nold\n<!-- end speed -->\n\nBelow.\n",
+    )
+    .unwrap();
     let rows = rows(&["--out", folder.to_str().unwrap(), "--threads", "1"]);
     let page = fs::read_to_string(folder.join("performance.md")).unwrap();
-    assert!(page.starts_with("# By hand\n\n<!-- begin speed -->\n") && page.ends_with("<!-- end speed -->\n\nBelow.\n") && !page.contains("old"), "{page}");
+    assert!(
+        page.starts_with("# By hand\n\n<!-- begin speed -->\n")
+            && page.ends_with("<!-- end speed -->\n\nBelow.\n")
+            && !page.contains("old"),
+        "{page}"
+    );
     assert_eq!(rows.len(), 9);
     for row in &rows {
         let name = row["name"].as_str().unwrap();
         let solve = name.contains("to 1 %");
         assert!(page.contains(&format!("| {name} | ")), "{name} is not in {page}");
         assert!(solve || positive(&row["seconds"]), "{row}");
-        assert!(solve || positive(&row["least_bytes"]) && positive(&row["floor_seconds"]), "{row}");
-        assert!(row["target_seconds"].is_null(), "targets are not for tiny sizes: {row}");
-        assert!(positive(&row["triad"]) && positive(&row["flops"]), "what the machine did beside {row}");
+        assert!(
+            solve || positive(&row["least_bytes"]) && positive(&row["floor_seconds"]),
+            "{row}"
+        );
+        assert!(
+            row["target_seconds"].is_null(),
+            "targets are not for tiny sizes: {row}"
+        );
+        assert!(
+            positive(&row["triad"]) && positive(&row["flops"]),
+            "what the machine did beside {row}"
+        );
         assert!(row["handover"].is_null(), "one thread hands nothing over: {row}");
     }
     // Forward transport reads density and velocity and writes density: 5 numbers in 3D.
-    let forward = rows.iter().find(|row| row["name"] == "forward transport").unwrap();
-    let cells: u64 = forward["cells"].as_array().unwrap().iter().map(|side| side.as_u64().unwrap()).product();
-    assert_eq!(forward["least_bytes"].as_f64().unwrap(), (4 * 5 * cells * number(forward, "steps")) as f64);
-    assert!(page.contains("Triad") && page.contains("Peak resident memory"), "{page}");
+    let forward = rows
+        .iter()
+        .find(|row| row["name"] == "forward transport")
+        .unwrap();
+    let cells: u64 = forward["cells"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|side| side.as_u64().unwrap())
+        .product();
+    assert_eq!(
+        forward["least_bytes"].as_f64().unwrap(),
+        (4 * 5 * cells * number(forward, "steps")) as f64
+    );
+    assert!(
+        page.contains("Triad") && page.contains("Peak resident memory"),
+        "{page}"
+    );
 }
 
 #[test]
@@ -121,13 +267,27 @@ fn the_scaling_table_has_its_rows_and_curves() {
     let rows = rows(&["scaling", "--out", folder.to_str().unwrap()]);
     assert_eq!(rows.len(), 4);
     for row in &rows {
-        let pair = |name: &str| row[name].as_array().unwrap().iter().filter(|value| positive(value)).count();
-        assert!(pair("direct_ns") == 2 && pair("cycle_ns") == 2 && positive(&row["evaluations"]), "{row}");
+        let pair = |name: &str| {
+            row[name]
+                .as_array()
+                .unwrap()
+                .iter()
+                .filter(|value| positive(value))
+                .count()
+        };
+        assert!(
+            pair("direct_ns") == 2 && pair("cycle_ns") == 2 && positive(&row["evaluations"]),
+            "{row}"
+        );
     }
     let page = fs::read_to_string(folder.join("performance.md")).unwrap();
     for dims in [2, 3] {
         let figure = fs::read_to_string(folder.join(format!("scaling_{dims}d.svg"))).unwrap();
-        assert!((1..=4).all(|colour| figure.contains(&format!("class=\"c{colour}\""))) && page.contains(&format!("(scaling_{dims}d.svg)")), "{page}");
+        assert!(
+            (1..=4).all(|colour| figure.contains(&format!("class=\"c{colour}\"")))
+                && page.contains(&format!("(scaling_{dims}d.svg)")),
+            "{page}"
+        );
     }
 }
 
@@ -140,11 +300,26 @@ fn the_roofline_takes_counted_operations() {
     assert_eq!(rows.len(), 10, "five kernels in 2D and 3D");
     for row in &rows {
         let counted = row["kernel"] == "forward transport" && row["cells"].as_array().unwrap().len() == 3;
-        assert_eq!(counted, positive(&row["flops"]) && positive(&row["of_arithmetic"]), "{row}");
-        assert!(positive(&row["seconds"]) && positive(&row["least_bytes"]) && positive(&row["of_memory"]), "{row}");
+        assert_eq!(
+            counted,
+            positive(&row["flops"]) && positive(&row["of_arithmetic"]),
+            "{row}"
+        );
+        assert!(
+            positive(&row["seconds"]) && positive(&row["least_bytes"]) && positive(&row["of_memory"]),
+            "{row}"
+        );
         if counted {
-            let cells: u64 = row["cells"].as_array().unwrap().iter().map(|side| side.as_u64().unwrap()).product();
-            assert_eq!(row["flops"].as_f64().unwrap(), (100 * cells * (number(row, "steps") - 1)) as f64);
+            let cells: u64 = row["cells"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|side| side.as_u64().unwrap())
+                .product();
+            assert_eq!(
+                row["flops"].as_f64().unwrap(),
+                (100 * cells * (number(row, "steps") - 1)) as f64
+            );
         }
     }
 }
@@ -152,9 +327,16 @@ fn the_roofline_takes_counted_operations() {
 #[test]
 fn the_circles_are_timed_in_both_precisions() {
     let rows = rows(&["circles"]);
-    let precisions: Vec<&str> = rows.iter().map(|row| row["precision"].as_str().unwrap()).collect();
+    let precisions: Vec<&str> = rows
+        .iter()
+        .map(|row| row["precision"].as_str().unwrap())
+        .collect();
     assert_eq!(precisions, ["f32", "f64", "f32", "f64"]);
-    assert!(rows.iter().all(|row| positive(&row["iteration_seconds"]) && positive(&row["evaluations"])), "{rows:?}");
+    assert!(
+        rows.iter()
+            .all(|row| positive(&row["iteration_seconds"]) && positive(&row["evaluations"])),
+        "{rows:?}"
+    );
 }
 
 #[test]
@@ -164,7 +346,12 @@ fn a_page_that_cannot_be_written_is_refused_before_anything_is_measured() {
     for words in [&["memory"][..], &[], &["scaling"], &["roofline"], &["circles"]] {
         let ended = run(&[&["bench"], words, &["--quick", "--out", file.to_str().unwrap()]].concat());
         assert_eq!(ended.code, 4, "{words:?}: {}", ended.err);
-        assert!(ended.err.contains("--out") && ended.out.is_empty(), "{words:?}: {}{}", ended.out, ended.err);
+        assert!(
+            ended.err.contains("--out") && ended.out.is_empty(),
+            "{words:?}: {}{}",
+            ended.out,
+            ended.err
+        );
     }
     assert_eq!(fs::read_to_string(file).unwrap(), "mine");
 }

@@ -3,7 +3,12 @@
 //! size at start and the plan, for the shapes as they are drawn and the buffers of files. Less is a clean error, and pictures that do
 //! not fit are left out.
 #![cfg(all(target_os = "linux", feature = "std"))]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 #![allow(unsafe_code, reason = "a system call before the program starts")]
 
 use serde_json::Value;
@@ -45,8 +50,15 @@ fn limited(folder: &Path, limit: u64, arguments: &[&str]) -> Command {
     // SAFETY: between fork and exec only one system call is made, on a value of its own.
     unsafe {
         command.pre_exec(move || {
-            let limit = libc::rlimit { rlim_cur: limit, rlim_max: limit };
-            if libc::setrlimit(libc::RLIMIT_AS, &limit) == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
+            let limit = libc::rlimit {
+                rlim_cur: limit,
+                rlim_max: limit,
+            };
+            if libc::setrlimit(libc::RLIMIT_AS, &limit) == 0 {
+                Ok(())
+            } else {
+                Err(std::io::Error::last_os_error())
+            }
         });
     }
     command
@@ -74,7 +86,11 @@ fn prepared(name: &str, scene: &str) -> (PathBuf, u64, u64) {
     fs::create_dir_all(&folder).unwrap();
     fs::write(folder.join("scene.toml"), scene).unwrap();
     let everything = 1 << 40;
-    let plan = run(&folder, everything, &["plan", "scene.toml", "--threads", "1", "--json"]);
+    let plan = run(
+        &folder,
+        everything,
+        &["plan", "scene.toml", "--threads", "1", "--json"],
+    );
     assert!(plan.status.success(), "{plan:?}");
     let plan: Value = serde_json::from_slice(&plan.stdout).unwrap();
     let start = size_at_start(&folder);
@@ -91,13 +107,25 @@ fn the_program_needs_its_plan_and_little_more() {
     assert!(bytes > 4 * MIB);
     let solve = ["solve", "scene.toml", "--threads", "1", "--quiet", "-o", "out"];
     let enough = run(&folder, start + bytes + SPARE, &solve);
-    assert!(matches!(enough.status.code(), Some(0 | 5)), "with {start} + {bytes} + {SPARE}: {enough:?}");
-    assert!(fs::read_to_string(folder.join("out/report.html")).unwrap().contains("data:image"), "no pictures");
+    assert!(
+        matches!(enough.status.code(), Some(0 | 5)),
+        "with {start} + {bytes} + {SPARE}: {enough:?}"
+    );
+    assert!(
+        fs::read_to_string(folder.join("out/report.html"))
+            .unwrap()
+            .contains("data:image"),
+        "no pictures"
+    );
     for less in (0..=16).map(|step| step * 32 * 1024) {
         let short = run(&folder, start + bytes + SPARE - less, &solve);
         match short.status.code() {
             Some(0 | 5) => {}
-            Some(3) => assert!(words(&short).trim().lines().count() == 1 && words(&short).contains("bytes"), "{}", words(&short)),
+            Some(3) => assert!(
+                words(&short).trim().lines().count() == 1 && words(&short).contains("bytes"),
+                "{}",
+                words(&short)
+            ),
             _ => panic!("{less} bytes less: {short:?}"),
         }
     }
@@ -108,11 +136,23 @@ fn the_program_needs_its_plan_and_little_more() {
 /// Pictures of a small scene are larger than its plan.
 #[test]
 fn pictures_that_do_not_fit_are_left_out() {
-    let small = SCENE.replace("[64, 64]", "[16, 16]").replace("steps = 24", "steps = 4").replace("step = 24", "step = 4").replace("frames = false", "");
+    let small = SCENE
+        .replace("[64, 64]", "[16, 16]")
+        .replace("steps = 24", "steps = 4")
+        .replace("step = 24", "step = 4")
+        .replace("frames = false", "");
     let (folder, start, bytes) = prepared("ceiling_pictures", &small);
-    let ended = run(&folder, start + bytes + SPARE, &["solve", "scene.toml", "--threads", "1", "-o", "out"]);
+    let ended = run(
+        &folder,
+        start + bytes + SPARE,
+        &["solve", "scene.toml", "--threads", "1", "-o", "out"],
+    );
     assert!(matches!(ended.status.code(), Some(0 | 5)), "{ended:?}");
-    assert!(words(&ended).contains("warning: the system has not the memory to draw pictures"), "{}", words(&ended));
+    assert!(
+        words(&ended).contains("warning: the system has not the memory to draw pictures"),
+        "{}",
+        words(&ended)
+    );
     for name in ["result.npz", "report.json", "report.html"] {
         assert!(folder.join("out").join(name).exists(), "{name}");
     }
@@ -135,8 +175,21 @@ struct Row {
     set: &'static str,
 }
 
-const fn row(cells: &'static [usize], steps: usize, method: &'static str, precision: &'static str, threads: usize) -> Row {
-    Row { cells, steps, method, precision, threads, set: "grid.boundary=wall" }
+const fn row(
+    cells: &'static [usize],
+    steps: usize,
+    method: &'static str,
+    precision: &'static str,
+    threads: usize,
+) -> Row {
+    Row {
+        cells,
+        steps,
+        method,
+        precision,
+        threads,
+        set: "grid.boundary=wall",
+    }
 }
 
 const TABLE: [Row; 20] = [
@@ -156,16 +209,32 @@ const TABLE: [Row; 20] = [
     row(&[12, 14, 12], 6, "lbfgs", "f64", 1),
     row(&[24, 24, 24], 8, "pd", "f32", 1),
     row(&[20, 20, 20], 8, "pd", "f64", 2),
-    Row { set: "grid.boundary=periodic", ..row(&[61, 77], 20, "direct", "f32", 2) },
-    Row { set: "grid.boundary=periodic", ..row(&[61, 77], 20, "admm", "f64", 1) },
-    Row { set: "method.direct.history=1", ..row(&[19, 17, 23], 8, "direct", "f64", 2) },
-    Row { set: "method.admm.nso=newton_cg", ..row(&[16, 16, 16], 8, "admm", "f32", 2) },
+    Row {
+        set: "grid.boundary=periodic",
+        ..row(&[61, 77], 20, "direct", "f32", 2)
+    },
+    Row {
+        set: "grid.boundary=periodic",
+        ..row(&[61, 77], 20, "admm", "f64", 1)
+    },
+    Row {
+        set: "method.direct.history=1",
+        ..row(&[19, 17, 23], 8, "direct", "f64", 2)
+    },
+    Row {
+        set: "method.admm.nso=newton_cg",
+        ..row(&[16, 16, 16], 8, "admm", "f32", 2)
+    },
 ];
 
 impl Row {
     /// A ball, or a disc, that moves.
     fn scene(&self) -> String {
-        let (shape, rest) = if self.cells.len() == 2 { ("circle", "0.5]") } else { ("sphere", "0.5, 0.5]") };
+        let (shape, rest) = if self.cells.len() == 2 {
+            ("circle", "0.5]")
+        } else {
+            ("sphere", "0.5, 0.5]")
+        };
         let Self { cells, steps, .. } = self;
         format!(
             "[grid]\ncells = {cells:?}\n[time]\nsteps = {steps}\n[source]\n{shape} = {{ center = [0.4, {rest}, radius = 0.2 }}\n\
@@ -174,14 +243,29 @@ impl Row {
     }
 
     fn arguments<'a>(&'a self, command: &'a str, threads: &'a str) -> Vec<&'a str> {
-        vec![command, "scene.toml", "--method", self.method, "--precision", self.precision, "--threads", threads, "--set", self.set]
+        vec![
+            command,
+            "scene.toml",
+            "--method",
+            self.method,
+            "--precision",
+            self.precision,
+            "--threads",
+            threads,
+            "--set",
+            self.set,
+        ]
     }
 }
 
 /// How a child ended, and the most memory that it had at a time.
 #[expect(clippy::zombie_processes, reason = "`wait4` waits, and tells the memory too")]
 fn ended(mut command: Command) -> (Option<i32>, u64) {
-    let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let child = command
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
     // SAFETY: all zeros is a value of these numbers.
     let mut usage: libc::rusage = unsafe { core::mem::zeroed() };
     let (mut status, child) = (0, libc::pid_t::try_from(child.id()).unwrap());
@@ -199,24 +283,59 @@ fn every_method_keeps_what_is_promised() {
     fs::create_dir_all(&folder).unwrap();
     let start = size_at_start(&folder);
     for row in &TABLE {
-        let Row { cells, method, precision, threads, set, .. } = row;
+        let Row {
+            cells,
+            method,
+            precision,
+            threads,
+            set,
+            ..
+        } = row;
         let name = format!("{cells:?} by {method} in {precision} on {threads} threads, {set}");
         fs::write(folder.join("scene.toml"), row.scene()).unwrap();
         let words_of_threads = threads.to_string();
-        let plan = run(&folder, 1 << 40, &[row.arguments("plan", &words_of_threads), vec!["--json"]].concat());
+        let plan = run(
+            &folder,
+            1 << 40,
+            &[row.arguments("plan", &words_of_threads), vec!["--json"]].concat(),
+        );
         let plan: Value = serde_json::from_slice(&plan.stdout).unwrap();
-        let (planned, block) = (plan["planned_bytes"].as_u64().unwrap(), plan["block_bytes"].as_u64().unwrap());
-        assert!(planned > 2 * MIB && planned <= block, "{name}: {planned} bytes do not show");
+        let (planned, block) = (
+            plan["planned_bytes"].as_u64().unwrap(),
+            plan["block_bytes"].as_u64().unwrap(),
+        );
+        assert!(
+            planned > 2 * MIB && planned <= block,
+            "{name}: {planned} bytes do not show"
+        );
         let limit = block.to_string();
-        let solve = [row.arguments("solve", &words_of_threads), vec!["--quiet", "-o", "out", "--memory-limit", &limit]].concat();
+        let solve = [
+            row.arguments("solve", &words_of_threads),
+            vec!["--quiet", "-o", "out", "--memory-limit", &limit],
+        ]
+        .concat();
         let promised = block + BESIDE + DRAWING * u64::try_from(cells.iter().product::<usize>()).unwrap();
         let addresses = promised + u64::try_from(of_threads(*threads)).unwrap();
         let (code, peak) = ended(limited(&folder, addresses, &solve));
-        assert!(matches!(code, Some(0 | 5)), "{name}: with {addresses} bytes of addresses: {code:?}");
-        assert!((planned..=promised).contains(&peak), "{name}: {peak} bytes were resident, of {planned} planned");
+        assert!(
+            matches!(code, Some(0 | 5)),
+            "{name}: with {addresses} bytes of addresses: {code:?}"
+        );
+        assert!(
+            (planned..=promised).contains(&peak),
+            "{name}: {peak} bytes were resident, of {planned} planned"
+        );
         let short = run(&folder, start + planned - 4096, &solve);
-        assert_eq!(short.status.code(), Some(3), "{name}: a page less than the plan: {short:?}");
-        assert!(words(&short).trim().lines().count() == 1 && words(&short).contains("bytes"), "{name}: {}", words(&short));
+        assert_eq!(
+            short.status.code(),
+            Some(3),
+            "{name}: a page less than the plan: {short:?}"
+        );
+        assert!(
+            words(&short).trim().lines().count() == 1 && words(&short).contains("bytes"),
+            "{name}: {}",
+            words(&short)
+        );
     }
 }
 
@@ -224,28 +343,53 @@ fn every_method_keeps_what_is_promised() {
 #[test]
 fn drawing_takes_what_is_promised() {
     let (cells, steps) = ("cells = [1024, 1024]", "steps = 2");
-    let large = SCENE.replace("cells = [64, 64]", cells).replace("steps = 24", steps).replace("step = 24", "step = 2").replace("[0.6, 0.5]", "[9.0, 9.0]");
+    let large = SCENE
+        .replace("cells = [64, 64]", cells)
+        .replace("steps = 24", steps)
+        .replace("step = 24", "step = 2")
+        .replace("[0.6, 0.5]", "[9.0, 9.0]");
     let (folder, _, bytes) = prepared("ceiling_drawing", &large);
     let solve = ["solve", "scene.toml", "--threads", "1", "--quiet", "-o", "out"];
     let promised = bytes + BESIDE + DRAWING * 1024 * 1024;
-    assert!(words(&run(&folder, promised, &solve)).contains("puts no smoke into the box"), "with {promised} bytes of addresses");
+    assert!(
+        words(&run(&folder, promised, &solve)).contains("puts no smoke into the box"),
+        "with {promised} bytes of addresses"
+    );
     let (code, peak) = ended(limited(&folder, promised, &solve));
     assert_eq!(code, Some(2));
-    assert!((bytes..=promised).contains(&peak), "{peak} bytes were resident, of {bytes} planned");
+    assert!(
+        (bytes..=promised).contains(&peak),
+        "{peak} bytes were resident, of {bytes} planned"
+    );
 }
 
 #[test]
 fn a_picture_that_does_not_fit_is_refused() {
-    let (folder, start, bytes) = prepared("ceiling_picture", &SCENE.replacen("circle = { center = [0.4, 0.5], radius = 0.2 }", "image = \"large.png\"", 1));
+    let (folder, start, bytes) = prepared(
+        "ceiling_picture",
+        &SCENE.replacen(
+            "circle = { center = [0.4, 0.5], radius = 0.2 }",
+            "image = \"large.png\"",
+            1,
+        ),
+    );
     let side = 2048;
     let mut encoder = png::Encoder::new(fs::File::create(folder.join("large.png")).unwrap(), side, side);
     encoder.set_color(png::ColorType::Grayscale);
-    encoder.write_header().unwrap().write_image_data(&vec![255; (side * side) as usize]).unwrap();
+    encoder
+        .write_header()
+        .unwrap()
+        .write_image_data(&vec![255; (side * side) as usize])
+        .unwrap();
     let needed = u64::from(side * side) * 9;
     let solve = ["solve", "scene.toml", "--threads", "1", "--quiet", "-o", "out"];
     let short = run(&folder, start + bytes + needed / 2, &solve);
     assert_eq!(short.status.code(), Some(2), "{short:?}");
-    assert!(words(&short).contains("37,748,736 bytes to read"), "{}", words(&short));
+    assert!(
+        words(&short).contains("37,748,736 bytes to read"),
+        "{}",
+        words(&short)
+    );
     let enough = run(&folder, start + bytes + BESIDE + needed, &solve);
     assert!(matches!(enough.status.code(), Some(0 | 5)), "{enough:?}");
 }
@@ -255,7 +399,11 @@ fn a_picture_that_does_not_fit_is_refused() {
 fn threads_without_addresses_are_refused() {
     let (folder, start, bytes) = prepared("ceiling_threads", SCENE);
     for more in [1, 3, 8, 16, 40, 70, 100, 130, 190, 240, 300] {
-        let ended = run(&folder, start + bytes + MIB + more * MIB, &["solve", "scene.toml", "--threads", "2", "--quiet", "-o", "out"]);
+        let ended = run(
+            &folder,
+            start + bytes + MIB + more * MIB,
+            &["solve", "scene.toml", "--threads", "2", "--quiet", "-o", "out"],
+        );
         match ended.status.code() {
             Some(3) if more < 200 => assert!(words(&ended).contains("use --threads 1"), "{}", words(&ended)),
             Some(0 | 5) if more > 200 => {}

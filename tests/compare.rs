@@ -1,6 +1,11 @@
 //! `thurible compare` and `thurible paper` from end to end: every figure of a page is one that the run itself wrote down.
 #![cfg(feature = "std")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 mod support;
 
@@ -15,18 +20,30 @@ fn json(path: &Path) -> Value {
 }
 
 fn number(value: &Value, pointer: &str) -> f64 {
-    value.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("{pointer} is no number in {value}"))
+    value
+        .pointer(pointer)
+        .and_then(Value::as_f64)
+        .unwrap_or_else(|| panic!("{pointer} is no number in {value}"))
 }
 
 /// Rows of the first table of a Markdown page, heads first.
 fn table(page: &str) -> Vec<Vec<&str>> {
-    let lines = page.lines().skip_while(|line| !line.starts_with('|')).take_while(|line| line.starts_with('|'));
-    lines.filter(|line| !line.contains("---")).map(|line| line.trim_matches('|').split('|').map(str::trim).collect()).collect()
+    let lines = page
+        .lines()
+        .skip_while(|line| !line.starts_with('|'))
+        .take_while(|line| line.starts_with('|'));
+    lines
+        .filter(|line| !line.contains("---"))
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect()
 }
 
 /// What a row says in the column `name`.
 fn cell<'a>(table: &[Vec<&'a str>], row: usize, name: &str) -> &'a str {
-    let column = table[0].iter().position(|head| *head == name).unwrap_or_else(|| panic!("no column {name}"));
+    let column = table[0]
+        .iter()
+        .position(|head| *head == name)
+        .unwrap_or_else(|| panic!("no column {name}"));
     table[row + 1][column]
 }
 
@@ -39,29 +56,70 @@ fn about(text: &str, value: f64) -> bool {
 fn check_row(row: &Value, report: &Value) {
     let method = report["method"].as_str().unwrap();
     assert_eq!(row["method"], report["method"]);
-    assert_eq!((&row["status"], &row["threads"]), (&report["status"], &report["threads"]));
-    for (of_row, of_report) in [("/objective/total", "/objective/total"), ("/objective/data", "/objective/data"), ("/planned_bytes", "/memory/planned_bytes")] {
-        assert_eq!(number(row, of_row), number(report, of_report), "{method}: {of_row}");
+    assert_eq!(
+        (&row["status"], &row["threads"]),
+        (&report["status"], &report["threads"])
+    );
+    for (of_row, of_report) in [
+        ("/objective/total", "/objective/total"),
+        ("/objective/data", "/objective/data"),
+        ("/planned_bytes", "/memory/planned_bytes"),
+    ] {
+        assert_eq!(
+            number(row, of_row),
+            number(report, of_report),
+            "{method}: {of_row}"
+        );
     }
     let history = report["history"].as_array().unwrap();
-    let finest = history.iter().filter(|entry| entry.get("level").is_none_or(|level| *level == report["cells"])).count();
-    assert_eq!(row["iterations"].as_u64(), Some(finest as u64), "{method}: iterations");
-    assert_eq!(row["coarser_iterations"].as_u64(), Some((history.len() - finest) as u64));
-    assert_eq!(number(row, "/seconds"), number(history.last().unwrap(), "/seconds"), "{method}: seconds");
+    let finest = history
+        .iter()
+        .filter(|entry| entry.get("level").is_none_or(|level| *level == report["cells"]))
+        .count();
+    assert_eq!(
+        row["iterations"].as_u64(),
+        Some(finest as u64),
+        "{method}: iterations"
+    );
+    assert_eq!(
+        row["coarser_iterations"].as_u64(),
+        Some((history.len() - finest) as u64)
+    );
+    assert_eq!(
+        number(row, "/seconds"),
+        number(history.last().unwrap(), "/seconds"),
+        "{method}: seconds"
+    );
     assert_eq!(row["ao_average"].is_number(), method == "admm");
     if method == "admm" {
-        assert_eq!(number(row, "/nso_average"), number(report, "/seconds/nso_average"));
-        assert!(history.iter().all(|entry| entry["kkt"].is_number() && entry.get("level").is_none()));
+        assert_eq!(
+            number(row, "/nso_average"),
+            number(report, "/seconds/nso_average")
+        );
+        assert!(
+            history
+                .iter()
+                .all(|entry| entry["kkt"].is_number() && entry.get("level").is_none())
+        );
     } else {
-        assert!(history.iter().all(|entry| entry["level"].is_array() && entry["evaluations"].is_number() && entry.get("kkt").is_none()));
+        assert!(history.iter().all(|entry| entry["level"].is_array()
+            && entry["evaluations"].is_number()
+            && entry.get("kkt").is_none()));
     }
 }
 
 /// The seconds to 1 % are those of the first iteration on the finest grid that is so near, if the method ends there.
 fn check_near(row: &Value, report: &Value, best: f64) {
     let ended = number(report, "/objective/total");
-    let finest = report["history"].as_array().unwrap().iter().filter(|entry| entry.get("level").is_none_or(|level| *level == report["cells"]));
-    let near = finest.filter(|entry| number(entry, "/total") <= 1.01 * best).map(|entry| number(entry, "/seconds")).next();
+    let finest = report["history"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|entry| entry.get("level").is_none_or(|level| *level == report["cells"]));
+    let near = finest
+        .filter(|entry| number(entry, "/total") <= 1.01 * best)
+        .map(|entry| number(entry, "/seconds"))
+        .next();
     match row["seconds_to_best"].as_f64() {
         Some(seconds) => assert_eq!(near.unwrap_or_else(|| number(row, "/seconds")), seconds),
         None => assert!(ended > 1.01 * best),
@@ -72,13 +130,28 @@ fn check_near(row: &Value, report: &Value, best: f64) {
 fn two_methods_on_one_page() {
     let folder = fresh_folder("compare").join("out");
     let out = folder.to_str().unwrap();
-    let arguments = ["compare", "examples/small_nonsquare.toml", "--threads", "1", "--set", "output.frames=false", "-o", out];
+    let arguments = [
+        "compare",
+        "examples/small_nonsquare.toml",
+        "--threads",
+        "1",
+        "--set",
+        "output.frames=false",
+        "-o",
+        out,
+    ];
     let ended = run(&arguments);
     assert_eq!(ended.code, 0, "{}", ended.err);
 
-    let (facts, page) = (json(&folder.join("compare.json")), fs::read_to_string(folder.join("compare.md")).unwrap());
+    let (facts, page) = (
+        json(&folder.join("compare.json")),
+        fs::read_to_string(folder.join("compare.md")).unwrap(),
+    );
     let reports = ["direct", "admm"].map(|method| verify(method, &folder.join(method)).report);
-    let totals = [number(&reports[0], "/objective/total"), number(&reports[1], "/objective/total")];
+    let totals = [
+        number(&reports[0], "/objective/total"),
+        number(&reports[1], "/objective/total"),
+    ];
     let best = totals[0].min(totals[1]);
     assert_eq!(number(&facts, "/best"), best);
     let table = table(&page);
@@ -90,11 +163,22 @@ fn two_methods_on_one_page() {
         assert!(row["seconds_to_worst"].is_number());
         assert_eq!(cell(&table, index, "method"), report["method"]);
         assert!(about(cell(&table, index, "objective"), totals[index]));
-        assert!(about(cell(&table, index, "force part"), number(report, "/objective/force")));
-        assert!(about(cell(&table, index, "s to own stop"), number(row, "/seconds")) || number(row, "/seconds") >= 1.0);
+        assert!(about(
+            cell(&table, index, "force part"),
+            number(report, "/objective/force")
+        ));
+        assert!(
+            about(cell(&table, index, "s to own stop"), number(row, "/seconds"))
+                || number(row, "/seconds") >= 1.0
+        );
         assert_eq!(cell(&table, index, "iterations"), row["iterations"].to_string());
     }
-    assert!(ended.out.contains(page.lines().find(|line| line.starts_with("| direct")).unwrap()), "the table is not printed");
+    assert!(
+        ended
+            .out
+            .contains(page.lines().find(|line| line.starts_with("| direct")).unwrap()),
+        "the table is not printed"
+    );
 
     let html = fs::read_to_string(folder.join("compare.html")).unwrap();
     let text = without_pictures(&html);
@@ -103,7 +187,11 @@ fn two_methods_on_one_page() {
     }
     assert_eq!(html.matches("<svg").count(), 2);
     assert!(html.matches("data:image/png;base64,").count() >= 5);
-    for picture in page.split("src=\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+    for picture in page
+        .split("src=\"")
+        .skip(1)
+        .map(|rest| rest.split('"').next().unwrap())
+    {
         assert!(folder.join(picture).is_file(), "{picture} is missing");
     }
     let again = run(&arguments);
@@ -113,14 +201,30 @@ fn two_methods_on_one_page() {
 #[test]
 fn one_method_in_json_lines() {
     let folder = fresh_folder("compare_json").join("out");
-    let arguments = ["compare", "examples/small_letter.toml", "--methods", "direct", "--json", "--set", "method.iterations=2", "-o", folder.to_str().unwrap()];
+    let arguments = [
+        "compare",
+        "examples/small_letter.toml",
+        "--methods",
+        "direct",
+        "--json",
+        "--set",
+        "method.iterations=2",
+        "-o",
+        folder.to_str().unwrap(),
+    ];
     let ended = run(&arguments);
     assert_eq!(ended.code, 0, "{}", ended.err);
-    let events: Vec<Value> = ended.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let events: Vec<Value> = ended
+        .out
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
     let named = |name: &str| events.iter().filter(|event| event["event"] == name).count();
     assert_eq!((named("plan"), named("result"), named("compare")), (1, 1, 1));
     let iteration = events.iter().find(|event| event["event"] == "iteration").unwrap();
-    assert!(iteration["level"].is_array() && iteration["slope"].is_number() && iteration.get("kkt").is_none());
+    assert!(
+        iteration["level"].is_array() && iteration["slope"].is_number() && iteration.get("kkt").is_none()
+    );
     assert!(events.last().unwrap()["rows"][0]["seconds_to_best"].is_number());
 }
 
@@ -133,20 +237,56 @@ fn what_cannot_be_compared_is_refused() {
     let new = folder.join("new").to_str().unwrap().to_owned();
     let scene = "examples/small_letter.toml";
     let table: [(&[&str], i32, &[&str]); 8] = [
-        (&["compare", scene, "--methods", "direct,magic", "-o", &new], 2, &["--methods magic", "\"direct\""]),
-        (&["compare", scene, "--methods", "admm,admm", "-o", &new], 2, &["named twice"]),
-        (&["compare", "examples/nowhere.toml", "-o", &new], 4, &["nowhere.toml"]),
-        (&["compare", scene, "--memory-limit", "1MiB", "-o", &new], 3, &["--memory-limit"]),
-        (&["compare", scene, "-o", full.to_str().unwrap()], 4, &["not empty", "-o DIR"]),
-        (&["paper", "mona_lisa", "-o", &new], 2, &["\"mona_lisa\"", "fluid", "--list"]),
-        (&["paper", "fluid", "--scale", "1/3", "-o", &new], 2, &["1/3", "1/2"]),
-        (&["paper", "fig7", "--methods", "direct", "-o", &new], 2, &["fig7", "--methods admm"]),
+        (
+            &["compare", scene, "--methods", "direct,magic", "-o", &new],
+            2,
+            &["--methods magic", "\"direct\""],
+        ),
+        (
+            &["compare", scene, "--methods", "admm,admm", "-o", &new],
+            2,
+            &["named twice"],
+        ),
+        (
+            &["compare", "examples/nowhere.toml", "-o", &new],
+            4,
+            &["nowhere.toml"],
+        ),
+        (
+            &["compare", scene, "--memory-limit", "1MiB", "-o", &new],
+            3,
+            &["--memory-limit"],
+        ),
+        (
+            &["compare", scene, "-o", full.to_str().unwrap()],
+            4,
+            &["not empty", "-o DIR"],
+        ),
+        (
+            &["paper", "mona_lisa", "-o", &new],
+            2,
+            &["\"mona_lisa\"", "fluid", "--list"],
+        ),
+        (
+            &["paper", "fluid", "--scale", "1/3", "-o", &new],
+            2,
+            &["1/3", "1/2"],
+        ),
+        (
+            &["paper", "fig7", "--methods", "direct", "-o", &new],
+            2,
+            &["fig7", "--methods admm"],
+        ),
     ];
     for (arguments, code, words) in table {
         let ended = run(arguments);
         assert_eq!(ended.code, code, "{arguments:?}: {}", ended.err);
         for word in words {
-            assert!(ended.err.contains(word), "{arguments:?}: {word} is not in: {}", ended.err);
+            assert!(
+                ended.err.contains(word),
+                "{arguments:?}: {word} is not in: {}",
+                ended.err
+            );
         }
         assert!(!Path::new(&new).exists(), "{arguments:?} wrote something");
     }
@@ -154,10 +294,21 @@ fn what_cannot_be_compared_is_refused() {
 
 #[test]
 fn every_scene_of_the_paper_parses_and_plans() {
-    for (scale, size) in [("1", "128 x 128, 40 steps"), ("1/2", "64 x 64, 40 steps"), ("1/8", "16 x 16, 40 steps")] {
+    for (scale, size) in [
+        ("1", "128 x 128, 40 steps"),
+        ("1/2", "64 x 64, 40 steps"),
+        ("1/8", "16 x 16, 40 steps"),
+    ] {
         let ended = run(&["paper", "--list", "--scale", scale, "--memory-limit", "64GiB"]);
         assert_eq!(ended.code, 0, "{}", ended.err);
-        let line = |name: &str| ended.out.lines().find(|line| line.trim_start().starts_with(name)).unwrap_or_else(|| panic!("{name} is not listed")).to_owned();
+        let line = |name: &str| {
+            ended
+                .out
+                .lines()
+                .find(|line| line.trim_start().starts_with(name))
+                .unwrap_or_else(|| panic!("{name} is not listed"))
+                .to_owned()
+        };
         assert!(line("fluid_f ").contains(size), "{}", line("fluid_f "));
         assert!(line("optimality ").ends_with("by admm") && line("figure ").contains("punches"));
         assert!(line("pd_gathering ").ends_with("only by pd"));
@@ -168,13 +319,40 @@ fn every_scene_of_the_paper_parses_and_plans() {
 fn a_page_of_the_papers_scenes() {
     let folder = fresh_folder("paper").join("out");
     let out = folder.to_str().unwrap();
-    let arguments = ["paper", "abc", "fig7", "genus", "--scale", "1/8", "--threads", "1", "--quiet", "--set", "method.iterations=3", "-o", out];
+    let arguments = [
+        "paper",
+        "abc",
+        "fig7",
+        "genus",
+        "--scale",
+        "1/8",
+        "--threads",
+        "1",
+        "--quiet",
+        "--set",
+        "method.iterations=3",
+        "-o",
+        out,
+    ];
     let ended = run(&arguments);
     assert_eq!(ended.code, 0, "{}", ended.err);
-    let (facts, page) = (json(&folder.join("paper.json")), fs::read_to_string(folder.join("paper.md")).unwrap());
+    let (facts, page) = (
+        json(&folder.join("paper.json")),
+        fs::read_to_string(folder.join("paper.md")).unwrap(),
+    );
     let scenes = facts["scenes"].as_array().unwrap();
-    assert_eq!(scenes.iter().map(|scene| scene["name"].as_str().unwrap()).collect::<Vec<_>>(), ["abc", "genus", "optimality"]);
-    assert_eq!(scenes[2]["rows"].as_array().unwrap().len(), 1, "figure 7 is about admm alone");
+    assert_eq!(
+        scenes
+            .iter()
+            .map(|scene| scene["name"].as_str().unwrap())
+            .collect::<Vec<_>>(),
+        ["abc", "genus", "optimality"]
+    );
+    assert_eq!(
+        scenes[2]["rows"].as_array().unwrap().len(),
+        1,
+        "figure 7 is about admm alone"
+    );
     for scene in scenes {
         let name = scene["name"].as_str().unwrap();
         for row in scene["rows"].as_array().unwrap() {
@@ -186,8 +364,24 @@ fn a_page_of_the_papers_scenes() {
     let table = table(&page);
     assert_eq!(table.len(), 1 + 5);
     assert_eq!(cell(&table, 0, "size"), "16 \u{d7} 16, 60 steps");
-    assert!(page.contains("not for the 1/8 of this run") && page.contains("0.67 GB"), "the paper's own figures are not set apart");
-    let again = run(&["paper", "abc", "--methods", "direct", "--scale", "1/8", "--arrays", "--quiet", "--set", "method.iterations=1", "-o", out]);
+    assert!(
+        page.contains("not for the 1/8 of this run") && page.contains("0.67 GB"),
+        "the paper's own figures are not set apart"
+    );
+    let again = run(&[
+        "paper",
+        "abc",
+        "--methods",
+        "direct",
+        "--scale",
+        "1/8",
+        "--arrays",
+        "--quiet",
+        "--set",
+        "method.iterations=1",
+        "-o",
+        out,
+    ]);
     assert_eq!(again.code, 0, "{}", again.err);
     verify("abc", &folder.join("abc/direct"));
 }

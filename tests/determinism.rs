@@ -1,5 +1,10 @@
 //! The same bits for any number of threads and every instruction set.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 #[path = "numerics/fields/mod.rs"]
 mod fields;
@@ -17,13 +22,22 @@ static LEVEL: Mutex<()> = Mutex::new(());
 
 fn in_2d() -> [Scene; 3] {
     let wide = Scene::small(&[37, 18], "wp", 6);
-    let mut papers = Scene { scheme: Scheme::Central, ..Scene::small(&[11, 13], "pp", 5) };
+    let mut papers = Scene {
+        scheme: Scheme::Central,
+        ..Scene::small(&[11, 13], "pp", 5)
+    };
     papers.params.admm.nso.colours = Colours::PowerOfTwo;
     [Scene::small(&[20, 16], "ww", 5), wide, papers]
 }
 
 fn in_3d() -> [Scene; 2] {
-    [Scene::small(&[18, 8, 7], "wwp", 4), Scene { scheme: Scheme::SemiLagrangian, ..Scene::small(&[7, 6, 9], "pww", 3) }]
+    [
+        Scene::small(&[18, 8, 7], "wwp", 4),
+        Scene {
+            scheme: Scheme::SemiLagrangian,
+            ..Scene::small(&[7, 6, 9], "pww", 3)
+        },
+    ]
 }
 
 /// Says that there are some threads, and runs their tasks one by one from the last.
@@ -44,12 +58,33 @@ fn every_row_is_visited_once() {
     const ROWS: usize = 53;
     let visits = |exec: &dyn Exec, range: core::ops::Range<usize>, length: usize| {
         let mut field = vec![0f32; ROWS * length];
-        for_rows(exec, ROWS, range.clone(), RowBuffers { fields: [&mut field], sums: &mut [], scratch: &mut [] }, |task| {
-            task.fields.into_iter().flatten().for_each(|x| *x += 1.0 + task.row as f32);
-        });
+        for_rows(
+            exec,
+            ROWS,
+            range.clone(),
+            RowBuffers {
+                fields: [&mut field],
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            |task| {
+                task.fields
+                    .into_iter()
+                    .flatten()
+                    .for_each(|x| *x += 1.0 + task.row as f32);
+            },
+        );
         for (row, numbers) in field.chunks_exact(length).enumerate() {
-            let expected = if range.contains(&row) { 1.0 + row as f32 } else { 0.0 };
-            assert!(numbers.iter().all(|&x| x == expected), "{} threads, rows {range:?} of {length} numbers: row {row}", exec.threads());
+            let expected = if range.contains(&row) {
+                1.0 + row as f32
+            } else {
+                0.0
+            };
+            assert!(
+                numbers.iter().all(|&x| x == expected),
+                "{} threads, rows {range:?} of {length} numbers: row {row}",
+                exec.threads()
+            );
         }
     };
     let visits_in_runs = |exec: &dyn Exec, length: usize| {
@@ -62,30 +97,68 @@ fn every_row_is_visited_once() {
             }
         });
         for (row, numbers) in field.chunks_exact(length).enumerate() {
-            assert!(numbers.iter().all(|&x| x == 1.0 + row as f32), "{} threads, runs of {length} numbers a row: row {row}", exec.threads());
+            assert!(
+                numbers.iter().all(|&x| x == 1.0 + row as f32),
+                "{} threads, runs of {length} numbers a row: row {row}",
+                exec.threads()
+            );
         }
     };
     let visits_in_slabs = |exec: &dyn Exec, count: usize, least: usize| {
         let (slabs, mut field) = (Slabs::new(ROWS, count, least), vec![0f32; ROWS]);
-        assert!((1..=count.max(1)).contains(&slabs.count()) && (0..slabs.count()).all(|slab| slabs.rows_of(slab).len() >= least.min(ROWS)));
+        assert!(
+            (1..=count.max(1)).contains(&slabs.count())
+                && (0..slabs.count()).all(|slab| slabs.rows_of(slab).len() >= least.min(ROWS))
+        );
         for_slabs(exec, slabs, [&mut field], &mut [], |task| {
             let ([numbers], rows) = (task.fields, task.rows);
             assert!(rows.clone().all(|row| slabs.rows_of(slabs.slab_of(row)) == rows));
             rows.zip(numbers).for_each(|(row, x)| *x += 1.0 + row as f32);
         });
-        assert!(field.iter().enumerate().all(|(row, &x)| x == 1.0 + row as f32), "{} threads, {count} slabs", exec.threads());
+        assert!(
+            field.iter().enumerate().all(|(row, &x)| x == 1.0 + row as f32),
+            "{} threads, {count} slabs",
+            exec.threads()
+        );
     };
     // A ring of seven planes of eight rows behind one that is left out.
     let visits_across = |exec: &dyn Exec, count: usize, first: usize, length: usize| {
         let mut field = vec![0f32; 64 * length];
-        let planes = Planes { count, first, size: 7, offset: 1 };
-        for_rows_across(exec, 64, 8, planes, RowBuffers { fields: [&mut field], sums: &mut [], scratch: &mut [] }, |task| {
-            task.fields.into_iter().flatten().for_each(|x| *x += 1.0 + task.row as f32);
-        });
+        let planes = Planes {
+            count,
+            first,
+            size: 7,
+            offset: 1,
+        };
+        for_rows_across(
+            exec,
+            64,
+            8,
+            planes,
+            RowBuffers {
+                fields: [&mut field],
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            |task| {
+                task.fields
+                    .into_iter()
+                    .flatten()
+                    .for_each(|x| *x += 1.0 + task.row as f32);
+            },
+        );
         let expected = (0..count).map(|at| 1 + (first % 7 + at) % 7).collect::<Vec<_>>();
         for (row, numbers) in field.chunks_exact(length).enumerate() {
-            let expected = if expected.contains(&(row / 8)) { 1.0 + row as f32 } else { 0.0 };
-            assert!(numbers.iter().all(|&x| x == expected), "{} threads, {count} planes from {first}, rows of {length} numbers: row {row}", exec.threads());
+            let expected = if expected.contains(&(row / 8)) {
+                1.0 + row as f32
+            } else {
+                0.0
+            };
+            assert!(
+                numbers.iter().all(|&x| x == expected),
+                "{} threads, {count} planes from {first}, rows of {length} numbers: row {row}",
+                exec.threads()
+            );
         }
     };
     for threads in [1, 2, 3, 16, 17, 40] {
@@ -99,12 +172,16 @@ fn every_row_is_visited_once() {
         }
         for (count, least) in [(0, 1), (1, 1), (2 * threads, 4), (60, 1), (7, 60)] {
             visits_in_slabs(&Backwards(threads), count, least);
-            with_threads(threads, |exec| (0..20).for_each(|_| visits_in_slabs(exec, count, least)));
+            with_threads(threads, |exec| {
+                (0..20).for_each(|_| visits_in_slabs(exec, count, least))
+            });
         }
         for range in [0..ROWS, 0..0, 7..8, 5..31] {
             for length in [1, 300, 5000] {
                 visits(&Backwards(threads), range.clone(), length);
-                with_threads(threads, |exec| (0..20).for_each(|_| visits(exec, range.clone(), length)));
+                with_threads(threads, |exec| {
+                    (0..20).for_each(|_| visits(exec, range.clone(), length))
+                });
             }
         }
     }
@@ -112,15 +189,32 @@ fn every_row_is_visited_once() {
 
 /// Scenes that begin on a coarser grid.
 fn nested() -> (Scene, Scene) {
-    (Scene::small(&[32, 20], "wp", 6), Scene::small(&[16, 8, 8], "www", 4))
+    (
+        Scene::small(&[32, 20], "wp", 6),
+        Scene::small(&[16, 8, 8], "www", 4),
+    )
 }
 
-const METHODS: [Method; 5] = [Method::Admm, Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate];
+const METHODS: [Method; 5] = [
+    Method::Admm,
+    Method::Direct,
+    Method::Lbfgs,
+    Method::Pd,
+    Method::Simulate,
+];
 
 /// The bits of two iterations of each method.
 fn bits<T: Real, S: Space>(scene: &Scene, threads: usize) -> Vec<u64> {
     let by = |method| {
-        let mut scene = Scene { params: Params { method, threads, iterations: 2, ..scene.params }, ..scene.clone() };
+        let mut scene = Scene {
+            params: Params {
+                method,
+                threads,
+                iterations: 2,
+                ..scene.params
+            },
+            ..scene.clone()
+        };
         (scene.params.simulation.buoyancy, scene.params.pd.gathering) = (1e-3, 0.01);
         scene.params.lbfgs.nested = scene.params.direct.nested;
         with_threads(threads, |exec| scene.solve::<T, S>(exec, &mut Silent).bits())
@@ -133,7 +227,12 @@ fn threads_agree<T: Real, S: Space>(list: &[Scene]) {
     for scene in list {
         let alone = bits::<T, S>(scene, 1);
         for threads in [2, 3] {
-            assert!(bits::<T, S>(scene, threads) == alone, "{threads} threads give other bits in {} on {:?}", T::NAME, scene.cells);
+            assert!(
+                bits::<T, S>(scene, threads) == alone,
+                "{threads} threads give other bits in {} on {:?}",
+                T::NAME,
+                scene.cells
+            );
         }
     }
 }
@@ -143,12 +242,21 @@ fn levels_agree<T: Real, S: Space>(list: &[Scene]) {
     let best = level();
     for scene in list {
         let at_best = bits::<T, S>(scene, 1);
-        for lower in [Level::Avx2, Level::Baseline].into_iter().filter(|&lower| lower < best) {
+        for lower in [Level::Avx2, Level::Baseline]
+            .into_iter()
+            .filter(|&lower| lower < best)
+        {
             assert_eq!(limit(lower), lower);
             let found = bits::<T, S>(scene, 1);
             limit(best);
             let different = found.iter().zip(&at_best).filter(|(x, y)| x != y).count();
-            assert_eq!(different, 0, "{lower:?} gives other bits than {best:?} in {} on {:?}", T::NAME, scene.cells);
+            assert_eq!(
+                different,
+                0,
+                "{lower:?} gives other bits than {best:?} in {} on {:?}",
+                T::NAME,
+                scene.cells
+            );
         }
     }
 }
@@ -182,11 +290,34 @@ fn starts_agree<T: Real, S: Space>(scene: &Scene) {
     let mut at_rest = scene.clone();
     (at_rest.params.admm.nested, at_rest.params.direct.nested) = (false, false);
     let alone = bits::<T, S>(scene, 1);
-    assert!(bits::<T, S>(&at_rest, 1) != alone, "{:?} does not begin on a coarser grid", scene.cells);
-    for (threads, ceiling) in [(2, None), (3, None), (16, None), (64, None), (1, Some(0)), (3, Some(0)), (64, Some(0))] {
-        let mut other = Scene { params: Params { ceiling, ..scene.params }, ..scene.clone() };
+    assert!(
+        bits::<T, S>(&at_rest, 1) != alone,
+        "{:?} does not begin on a coarser grid",
+        scene.cells
+    );
+    for (threads, ceiling) in [
+        (2, None),
+        (3, None),
+        (16, None),
+        (64, None),
+        (1, Some(0)),
+        (3, Some(0)),
+        (64, Some(0)),
+    ] {
+        let mut other = Scene {
+            params: Params {
+                ceiling,
+                ..scene.params
+            },
+            ..scene.clone()
+        };
         other.params.direct.history = scene.params.direct.history.or(Some(5));
-        assert!(bits::<T, S>(&other, threads) == alone, "{} on {:?}: {threads} threads, ceiling {ceiling:?}", T::NAME, scene.cells);
+        assert!(
+            bits::<T, S>(&other, threads) == alone,
+            "{} on {:?}: {threads} threads, ceiling {ceiling:?}",
+            T::NAME,
+            scene.cells
+        );
     }
 }
 

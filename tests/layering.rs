@@ -1,5 +1,10 @@
 //! The order of the core's modules: each imports only from those before it.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -50,11 +55,18 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 
 /// The top-level modules that `crate::..` and `$crate::..` name in a file, comments left out.
 fn imports(text: &str) -> Vec<String> {
-    let code: Vec<&str> = text.lines().map(|line| line.split("//").next().unwrap_or("")).collect();
+    let code: Vec<&str> = text
+        .lines()
+        .map(|line| line.split("//").next().unwrap_or(""))
+        .collect();
     let code = code.join("\n");
     let mut list = Vec::new();
     for rest in code.split("crate::").skip(1) {
-        let name = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+        let name = |text: &str| {
+            text.chars()
+                .take_while(|c| c.is_alphanumeric() || *c == '_')
+                .collect::<String>()
+        };
         match rest.strip_prefix('{') {
             // `use crate::{a, b::c}`: the first name of every entry at the top of the braces.
             Some(group) => {
@@ -63,7 +75,12 @@ fn imports(text: &str) -> Vec<String> {
                     depth += i32::from(c == '{') - i32::from(c == '}');
                     depth >= 0
                 });
-                list.extend(inside.collect::<String>().split(',').map(|entry| name(entry.trim())));
+                list.extend(
+                    inside
+                        .collect::<String>()
+                        .split(',')
+                        .map(|entry| name(entry.trim())),
+                );
             }
             None => list.push(name(rest)),
         }
@@ -75,14 +92,24 @@ fn imports(text: &str) -> Vec<String> {
 /// The module of a file of the core.
 fn module_of(core: &Path, file: &Path) -> String {
     let path = file.strip_prefix(core).unwrap();
-    path.components().next().unwrap().as_os_str().to_str().unwrap().trim_end_matches(".rs").to_owned()
+    path.components()
+        .next()
+        .unwrap()
+        .as_os_str()
+        .to_str()
+        .unwrap()
+        .trim_end_matches(".rs")
+        .to_owned()
 }
 
 #[test]
 fn modules_import_only_from_their_left() {
     let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("core");
     let mut wrong = Vec::new();
-    for file in sources(&core).into_iter().filter(|file| !file.ends_with("lib.rs")) {
+    for file in sources(&core)
+        .into_iter()
+        .filter(|file| !file.ends_with("lib.rs"))
+    {
         let (module, text) = (module_of(&core, &file), fs::read_to_string(&file).unwrap());
         let Some(own) = place(&module) else {
             wrong.push(format!("{module} has no place in the order"));
@@ -91,21 +118,34 @@ fn modules_import_only_from_their_left() {
         for import in imports(&text) {
             match place(&import) {
                 Some(other) if other <= own => {}
-                Some(_) => wrong.push(format!("{} imports from {import}, which comes later", file.strip_prefix(&core).unwrap().display())),
+                Some(_) => wrong.push(format!(
+                    "{} imports from {import}, which comes later",
+                    file.strip_prefix(&core).unwrap().display()
+                )),
                 None if ["multiversion", "vectorised"].contains(&import.as_str()) => {}
-                None => wrong.push(format!("{} imports from {import}, which has no place in the order", file.display())),
+                None => wrong.push(format!(
+                    "{} imports from {import}, which has no place in the order",
+                    file.display()
+                )),
             }
         }
     }
     wrong.sort();
     wrong.dedup();
-    assert!(wrong.is_empty(), "the order of the modules is broken:\n{}", wrong.join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "the order of the modules is broken:\n{}",
+        wrong.join("\n")
+    );
 }
 
 #[test]
 fn every_module_of_the_order_is_public_in_the_crate() {
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("core/lib.rs")).unwrap();
-    let modules: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';')).collect();
+    let modules: Vec<&str> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';'))
+        .collect();
     for module in &modules {
         assert!(place(module).is_some(), "{module} has no place in the order");
     }

@@ -15,7 +15,10 @@ use thurible::report::{RunRecord, write_numbers, write_pictures};
 
 fn write(folder: &Path, frames: &dyn Frames, record: &RunRecord, images: bool) -> Result<(), OutputError> {
     write_numbers(folder, frames, record)?;
-    assert!(write_pictures(folder, folder, record, images)?, "no memory for pictures");
+    assert!(
+        write_pictures(folder, folder, record, images)?,
+        "no memory for pictures"
+    );
     Ok(())
 }
 
@@ -29,10 +32,20 @@ fn folder(name: &str) -> PathBuf {
 fn array(folder: &Path, name: &str) -> (String, Vec<u8>) {
     let mut archive = zip::ZipArchive::new(File::open(folder.join("result.npz")).unwrap()).unwrap();
     let mut bytes = Vec::new();
-    archive.by_name(&format!("{name}.npy")).unwrap().read_to_end(&mut bytes).unwrap();
+    archive
+        .by_name(&format!("{name}.npy"))
+        .unwrap()
+        .read_to_end(&mut bytes)
+        .unwrap();
     let length = u16::from_le_bytes([bytes[8], bytes[9]]) as usize;
     assert_eq!((10 + length) % 64, 0);
-    (String::from_utf8(bytes[10..10 + length].to_vec()).unwrap().trim_end().to_owned(), bytes[10 + length..].to_vec())
+    (
+        String::from_utf8(bytes[10..10 + length].to_vec())
+            .unwrap()
+            .trim_end()
+            .to_owned(),
+        bytes[10 + length..].to_vec(),
+    )
 }
 
 fn bytes(samples: &Samples) -> Vec<u8> {
@@ -56,14 +69,59 @@ fn check_archive<T: Number>(name: &str, kind: &str) {
     let frames = MadeUp::<T>::new(&[12, 10, 8], &[false, true, false], 3, &[2, 3]);
     write(&folder, &frames, &record(&frames, 2), false).unwrap();
     let head = |shape: &str| format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
-    assert_eq!(array(&folder, "density"), (head("(4, 8, 10, 12,)"), fields(4, |step, out| frames.density(step, out))));
-    assert_eq!(array(&folder, "velocity_x"), (head("(3, 8, 10, 13,)"), fields(3, |step, out| frames.velocity(step, 0, out))));
-    assert_eq!(array(&folder, "velocity_y"), (head("(3, 8, 10, 12,)"), fields(3, |step, out| frames.velocity(step, 1, out))));
-    assert_eq!(array(&folder, "velocity_z"), (head("(3, 9, 10, 12,)"), fields(3, |step, out| frames.velocity(step, 2, out))));
-    assert_eq!(array(&folder, "force_z"), (head("(2, 9, 10, 12,)"), fields(2, |step, out| frames.force(step, 2, out))));
-    assert_eq!(array(&folder, "keyframe_density"), (head("(2, 8, 10, 12,)"), fields(2, |index, out| frames.keyframe(index, out))));
-    let steps = [2_i64, 3].iter().flat_map(|step| step.to_le_bytes()).collect::<Vec<u8>>();
-    assert_eq!(array(&folder, "keyframe_step"), ("{'descr': '<i8', 'fortran_order': False, 'shape': (2,), }".into(), steps));
+    assert_eq!(
+        array(&folder, "density"),
+        (
+            head("(4, 8, 10, 12,)"),
+            fields(4, |step, out| frames.density(step, out))
+        )
+    );
+    assert_eq!(
+        array(&folder, "velocity_x"),
+        (
+            head("(3, 8, 10, 13,)"),
+            fields(3, |step, out| frames.velocity(step, 0, out))
+        )
+    );
+    assert_eq!(
+        array(&folder, "velocity_y"),
+        (
+            head("(3, 8, 10, 12,)"),
+            fields(3, |step, out| frames.velocity(step, 1, out))
+        )
+    );
+    assert_eq!(
+        array(&folder, "velocity_z"),
+        (
+            head("(3, 9, 10, 12,)"),
+            fields(3, |step, out| frames.velocity(step, 2, out))
+        )
+    );
+    assert_eq!(
+        array(&folder, "force_z"),
+        (
+            head("(2, 9, 10, 12,)"),
+            fields(2, |step, out| frames.force(step, 2, out))
+        )
+    );
+    assert_eq!(
+        array(&folder, "keyframe_density"),
+        (
+            head("(2, 8, 10, 12,)"),
+            fields(2, |index, out| frames.keyframe(index, out))
+        )
+    );
+    let steps = [2_i64, 3]
+        .iter()
+        .flat_map(|step| step.to_le_bytes())
+        .collect::<Vec<u8>>();
+    assert_eq!(
+        array(&folder, "keyframe_step"),
+        (
+            "{'descr': '<i8', 'fortran_order': False, 'shape': (2,), }".into(),
+            steps
+        )
+    );
     assert!(!folder.join("frames").exists() && !folder.join("animation.png").exists());
 }
 
@@ -82,8 +140,16 @@ fn the_record_is_json_and_what_is_not_finite_is_null() {
     record.history[1].objective.data = f64::INFINITY;
     record.history[2].admm = None;
     write(&folder, &frames, &record, false).unwrap();
-    let json: serde_json::Value = serde_json::from_slice(&fs::read(folder.join("report.json")).unwrap()).unwrap();
-    assert_eq!((json["format"].as_u64(), json["steps"].as_u64(), json["cells"][1].as_u64()), (Some(1), Some(4), Some(16)));
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.join("report.json")).unwrap()).unwrap();
+    assert_eq!(
+        (
+            json["format"].as_u64(),
+            json["steps"].as_u64(),
+            json["cells"][1].as_u64()
+        ),
+        (Some(1), Some(4), Some(16))
+    );
     assert!(json["objective"]["force"].is_null() && json["objective"]["total"].is_null());
     assert!(json["history"][1]["data"].is_null());
     assert!(json["history"][0]["total"].is_number() && json["history"][0]["nso_residuals"].is_array());
@@ -100,18 +166,43 @@ fn pictures_are_there_and_left_overs_are_not() {
     write(&folder, &long, &record(&long, 1), true).unwrap();
     let short = MadeUp::<f32>::new(&[16, 12], &[false, false], 3, &[3]);
     write(&folder, &short, &record(&short, 1), true).unwrap();
-    let mut names: Vec<String> = fs::read_dir(folder.join("frames")).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    let mut names: Vec<String> = fs::read_dir(folder.join("frames"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
     names.sort();
-    assert_eq!(names, ["frame_0000.png", "frame_0001.png", "frame_0002.png", "frame_0003.png"]);
-    let decoder = png::Decoder::new(std::io::BufReader::new(File::open(folder.join("animation.png")).unwrap()));
+    assert_eq!(
+        names,
+        [
+            "frame_0000.png",
+            "frame_0001.png",
+            "frame_0002.png",
+            "frame_0003.png"
+        ]
+    );
+    let decoder = png::Decoder::new(std::io::BufReader::new(
+        File::open(folder.join("animation.png")).unwrap(),
+    ));
     let mut reader = decoder.read_info().unwrap();
     let control = *reader.info().animation_control().unwrap();
-    assert_eq!((reader.info().width, reader.info().height, control.num_frames, control.num_plays), (384, 288, 4, 0));
+    assert_eq!(
+        (
+            reader.info().width,
+            reader.info().height,
+            control.num_frames,
+            control.num_plays
+        ),
+        (384, 288, 4, 0)
+    );
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     for _ in 0..4 {
         reader.next_frame(&mut pixels).unwrap();
     }
-    assert!(!fs::read_dir(&folder).unwrap().any(|entry| entry.unwrap().path().extension() == Some("part".as_ref())));
+    assert!(
+        !fs::read_dir(&folder)
+            .unwrap()
+            .any(|entry| entry.unwrap().path().extension() == Some("part".as_ref()))
+    );
 }
 
 #[test]
@@ -121,7 +212,9 @@ fn the_page_links_to_nothing_and_escapes_the_scene() {
     write(&folder, &frames, &record(&frames, 30), true).unwrap();
     let page = fs::read_to_string(folder.join("report.html")).unwrap();
     let text = without_pictures(&page);
-    for forbidden in ["http:", "https:", "<script", "<link", "url(", "src=\"f", "NaN", "inf,"] {
+    for forbidden in [
+        "http:", "https:", "<script", "<link", "url(", "src=\"f", "NaN", "inf,",
+    ] {
         assert!(!text.contains(forbidden), "{forbidden}");
     }
     assert!(page.contains("&lt;not&gt; a &quot;tag&quot;"));
@@ -157,9 +250,14 @@ fn errors_name_the_file() {
     fs::write(&blocked, "a file, not a folder").unwrap();
     let frames = MadeUp::<f32>::new(&[4, 4], &[false; 2], 2, &[2]);
     let error = write(&blocked, &frames, &record(&frames, 1), false).unwrap_err();
-    assert!(matches!(&error, OutputError::Write { path, .. } if path == &blocked), "{error}");
+    assert!(
+        matches!(&error, OutputError::Write { path, .. } if path == &blocked),
+        "{error}"
+    );
     let taken = folder.join("taken");
     fs::create_dir_all(taken.join("report.json")).unwrap();
-    let error = write(&taken, &frames, &record(&frames, 1), false).unwrap_err().to_string();
+    let error = write(&taken, &frames, &record(&frames, 1), false)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("report.json"), "{error}");
 }

@@ -7,7 +7,11 @@ use std::path::{Path, PathBuf};
 use thurible::keyframes::{Canvas, ShapeError, ShapeSpec, read_velocity};
 
 fn canvas(dimensions: usize) -> Canvas {
-    Canvas { cells: vec![16; dimensions], periodic: vec![false; dimensions], length: 1.0 }
+    Canvas {
+        cells: vec![16; dimensions],
+        periodic: vec![false; dimensions],
+        length: 1.0,
+    }
 }
 
 /// A fresh folder of its own for a test.
@@ -20,7 +24,9 @@ fn folder(name: &str) -> PathBuf {
 
 fn refusal(shape: &str, dimensions: usize, base: &Path) -> ShapeError {
     let spec: ShapeSpec = toml::from_str(shape).unwrap_or_else(|error| panic!("{shape}: {error}"));
-    spec.rasterise(&canvas(dimensions), base).err().unwrap_or_else(|| panic!("{shape}: was drawn"))
+    spec.rasterise(&canvas(dimensions), base)
+        .err()
+        .unwrap_or_else(|| panic!("{shape}: was drawn"))
 }
 
 /// A `.npy` file of the given type, shape and bytes.
@@ -42,34 +48,105 @@ fn wrong_keys_are_refused_by_name() {
     let table: [(&str, usize, &str); 26] = [
         ("", 2, "`shape` is missing"),
         ("density = 1.0", 2, "`shape` is missing"),
-        ("circle = { center = [0.5, 0.5], radius = 0.0 }", 2, "`circle.radius` is 0"),
-        ("circle = { center = [0.5, 0.5], radius = -0.1 }", 2, "`circle.radius` is -0.1"),
-        ("circle = { center = [0.5, 0.5], radius = nan }", 2, "`circle.radius` is NaN"),
-        ("circle = { center = [0.5, inf], radius = 0.1 }", 2, "`circle.center` is inf"),
-        ("circle = { center = [0.5], radius = 0.1 }", 2, "`circle.center` has 1 numbers"),
-        ("circle = { center = [0.5, 0.5, 0.5], radius = 0.1 }", 2, "`circle.center` has 3 numbers"),
-        ("sphere = { center = [1, 2, 3, 4], radius = 0.1 }", 3, "`sphere.center` has 4 numbers"),
-        ("circle = { center = [5, 5], radius = 0.1 }", 2, "`circle` puts no smoke into the box"),
-        ("box = { min = [0.5, 0.5], max = [0.4, 0.6] }", 2, "`box.max` is 0.4 along axis x"),
-        ("box = { min = [0.2, 0.2], max = [0.4, 0.6] }", 3, "`box.min` has 2 numbers"),
-        ("torus = { center = [0.5, 0.5], axis = \"w\", radius = 0.2, tube = 0.1 }", 3, "`torus.axis` is \"w\""),
-        ("torus = { center = [0.5, 0.5], axis = [0, 0, 0], radius = 0.2, tube = 0.1 }", 3, "`torus.axis` is [0.0"),
-        ("torus = { center = [0.5, 0.5], axis = \"x\", radius = 0.2, tube = 0.1 }", 2, "`torus.axis` tilts"),
-        ("torus = { center = [0.5, 0.5], radius = 0.2, tube = 0 }", 2, "`torus.tube` is 0"),
+        (
+            "circle = { center = [0.5, 0.5], radius = 0.0 }",
+            2,
+            "`circle.radius` is 0",
+        ),
+        (
+            "circle = { center = [0.5, 0.5], radius = -0.1 }",
+            2,
+            "`circle.radius` is -0.1",
+        ),
+        (
+            "circle = { center = [0.5, 0.5], radius = nan }",
+            2,
+            "`circle.radius` is NaN",
+        ),
+        (
+            "circle = { center = [0.5, inf], radius = 0.1 }",
+            2,
+            "`circle.center` is inf",
+        ),
+        (
+            "circle = { center = [0.5], radius = 0.1 }",
+            2,
+            "`circle.center` has 1 numbers",
+        ),
+        (
+            "circle = { center = [0.5, 0.5, 0.5], radius = 0.1 }",
+            2,
+            "`circle.center` has 3 numbers",
+        ),
+        (
+            "sphere = { center = [1, 2, 3, 4], radius = 0.1 }",
+            3,
+            "`sphere.center` has 4 numbers",
+        ),
+        (
+            "circle = { center = [5, 5], radius = 0.1 }",
+            2,
+            "`circle` puts no smoke into the box",
+        ),
+        (
+            "box = { min = [0.5, 0.5], max = [0.4, 0.6] }",
+            2,
+            "`box.max` is 0.4 along axis x",
+        ),
+        (
+            "box = { min = [0.2, 0.2], max = [0.4, 0.6] }",
+            3,
+            "`box.min` has 2 numbers",
+        ),
+        (
+            "torus = { center = [0.5, 0.5], axis = \"w\", radius = 0.2, tube = 0.1 }",
+            3,
+            "`torus.axis` is \"w\"",
+        ),
+        (
+            "torus = { center = [0.5, 0.5], axis = [0, 0, 0], radius = 0.2, tube = 0.1 }",
+            3,
+            "`torus.axis` is [0.0",
+        ),
+        (
+            "torus = { center = [0.5, 0.5], axis = \"x\", radius = 0.2, tube = 0.1 }",
+            2,
+            "`torus.axis` tilts",
+        ),
+        (
+            "torus = { center = [0.5, 0.5], radius = 0.2, tube = 0 }",
+            2,
+            "`torus.tube` is 0",
+        ),
         ("text = \"\"", 2, "`text` is \"\""),
         ("text = \"  \"", 2, "`text` is \"  \""),
         ("text = \"\u{4e2d}\"", 2, "`text` has the letter '\u{4e2d}'"),
         ("text = \"F\"\nheight = -1", 2, "`height` is -1"),
         ("text = \"F\"\ndepth = 0.1", 2, "`depth` is given"),
         ("text = \"F\"\nweight = 7", 2, "`weight` is 7"),
-        ("text = \"F\"\ncircle = { center = [0.5, 0.5], radius = 0.1 }", 2, "two shapes in one table"),
-        ("circle = { center = [0.5, 0.5], radius = 0.1 }\nheight = 1", 2, "`height` is a key of `text`"),
-        ("circle = { center = [0.5, 0.5], radius = 0.1 }\ndensity = -1", 2, "`density` is -1"),
+        (
+            "text = \"F\"\ncircle = { center = [0.5, 0.5], radius = 0.1 }",
+            2,
+            "two shapes in one table",
+        ),
+        (
+            "circle = { center = [0.5, 0.5], radius = 0.1 }\nheight = 1",
+            2,
+            "`height` is a key of `text`",
+        ),
+        (
+            "circle = { center = [0.5, 0.5], radius = 0.1 }\ndensity = -1",
+            2,
+            "`density` is -1",
+        ),
         ("shapes = []", 2, "`shapes` is empty"),
     ];
     for (shape, dimensions, expected) in table {
         let error = refusal(shape, dimensions, Path::new("")).to_string();
-        assert!(error.contains(expected), "{shape}\n  said    {error}\n  not     {expected}");
+        assert!(
+            error.contains(expected),
+            "{shape}\n  said    {error}\n  not     {expected}"
+        );
         assert!(error.contains("; "), "no remedy: {error}");
     }
 }
@@ -78,14 +155,23 @@ fn wrong_keys_are_refused_by_name() {
 fn unknown_keys_and_wrong_types_are_refused() {
     for (shape, expected) in [
         ("circel = 1", "unknown field `circel`"),
-        ("circle = { center = [0.5, 0.5], radius = 0.2, colour = 1 }", "unknown field `colour`"),
+        (
+            "circle = { center = [0.5, 0.5], radius = 0.2, colour = 1 }",
+            "unknown field `colour`",
+        ),
         ("circle = { center = [0.5, 0.5] }", "missing field `radius`"),
         ("circle = 0.2", "{ center = [x, y], radius = r }"),
         ("text = 5", "expected a string"),
-        ("torus = { center = [0.5, 0.5], axis = 3, radius = 0.2, tube = 0.1 }", "three numbers"),
+        (
+            "torus = { center = [0.5, 0.5], axis = 3, radius = 0.2, tube = 0.1 }",
+            "three numbers",
+        ),
     ] {
         let error = toml::from_str::<ShapeSpec>(shape).unwrap_err().to_string();
-        assert!(error.contains(expected), "{shape}\n  said    {error}\n  not     {expected}");
+        assert!(
+            error.contains(expected),
+            "{shape}\n  said    {error}\n  not     {expected}"
+        );
     }
 }
 
@@ -129,16 +215,27 @@ fn wrong_files_are_refused_by_name() {
         ("image = \"missing.png\"", 2, "cannot be read"),
         ("image = \"text.png\"", 2, "cannot be read as PNG"),
         ("image = \"text.png\"", 3, "the grid is 3D"),
-        ("text = \"F\"\nfont = \"missing.ttf\"", 2, "missing.ttf` cannot be read"),
+        (
+            "text = \"F\"\nfont = \"missing.ttf\"",
+            2,
+            "missing.ttf` cannot be read",
+        ),
         ("text = \"F\"\nfont = \"text.ttf\"", 2, "is no TrueType"),
         ("mesh = \"x.obj\"", 3, "not implemented yet"),
     ];
     for (shape, dimensions, expected) in table {
         let error = refusal(shape, dimensions, &base);
         let text = error.to_string();
-        assert!(text.contains(expected), "{shape}\n  said    {text}\n  not     {expected}");
+        assert!(
+            text.contains(expected),
+            "{shape}\n  said    {text}\n  not     {expected}"
+        );
         assert!(text.contains("; "), "no remedy: {text}");
-        assert_eq!(error.is_unreadable(), expected.ends_with("cannot be read"), "{text}");
+        assert_eq!(
+            error.is_unreadable(),
+            expected.ends_with("cannot be read"),
+            "{text}"
+        );
     }
 }
 
@@ -148,7 +245,11 @@ fn every_cut_and_every_flipped_byte_ends_in_a_sentence_or_a_drawing() {
     let mut png = Vec::new();
     let mut encoder = png::Encoder::new(&mut png, 8, 8);
     encoder.set_color(png::ColorType::Rgba);
-    encoder.write_header().unwrap().write_image_data(&[200; 256]).unwrap();
+    encoder
+        .write_header()
+        .unwrap()
+        .write_image_data(&[200; 256])
+        .unwrap();
     let array = npy("<f4", "(2, 2)", &floats(&[1.0, 2.0, 3.0, 4.0]));
     for (name, key, bytes) in [("a.png", "image", png), ("a.npy", "file", array)] {
         for place in 0..bytes.len() {
@@ -171,17 +272,37 @@ fn draw_mutant(base: &Path, name: &str, key: &str, bytes: &[u8]) {
 #[test]
 fn arrays_and_pictures_are_drawn_the_right_way_up() {
     let base = folder("right");
-    fs::write(base.join("a.npy"), npy("<f4", "(2, 2)", &floats(&[0.0, 1.0, 2.0, 3.0]))).unwrap();
-    let small = Canvas { cells: vec![4, 4], periodic: vec![false; 2], length: 1.0 };
-    let draw = |shape: &str| toml::from_str::<ShapeSpec>(shape).unwrap().rasterise(&small, &base).unwrap();
+    fs::write(
+        base.join("a.npy"),
+        npy("<f4", "(2, 2)", &floats(&[0.0, 1.0, 2.0, 3.0])),
+    )
+    .unwrap();
+    let small = Canvas {
+        cells: vec![4, 4],
+        periodic: vec![false; 2],
+        length: 1.0,
+    };
+    let draw = |shape: &str| {
+        toml::from_str::<ShapeSpec>(shape)
+            .unwrap()
+            .rasterise(&small, &base)
+            .unwrap()
+    };
     let cells = draw("file = \"a.npy\"");
     assert_eq!([cells[0], cells[3], cells[12], cells[15]], [0.0, 1.0, 2.0, 3.0]);
     let mut png = Vec::new();
     let encoder = png::Encoder::new(&mut png, 2, 2);
-    encoder.write_header().unwrap().write_image_data(&[255, 0, 0, 0]).unwrap();
+    encoder
+        .write_header()
+        .unwrap()
+        .write_image_data(&[255, 0, 0, 0])
+        .unwrap();
     fs::write(base.join("a.png"), png).unwrap();
     let cells = draw("image = \"a.png\"");
-    assert!(cells[12] == 1.0 && cells[0] == 0.0 && cells[15] == 0.0, "{cells:?}");
+    assert!(
+        cells[12] == 1.0 && cells[0] == 0.0 && cells[15] == 0.0,
+        "{cells:?}"
+    );
 }
 
 #[test]
@@ -192,7 +313,9 @@ fn velocities_need_their_faces() {
         let mut archive = zip::ZipWriter::new(fs::File::create(&path).unwrap());
         for (axis, (shape, count)) in ["x", "y"].iter().zip(shapes.iter().zip(counts)) {
             let options = zip::write::SimpleFileOptions::default();
-            archive.start_file(format!("velocity_{axis}.npy"), options).unwrap();
+            archive
+                .start_file(format!("velocity_{axis}.npy"), options)
+                .unwrap();
             std::io::Write::write_all(&mut archive, &npy("<f4", shape, &floats(&vec![0.5; count]))).unwrap();
         }
         archive.finish().unwrap();
@@ -202,7 +325,10 @@ fn velocities_need_their_faces() {
     assert_eq!(velocity, vec![vec![0.5; 272]; 2]);
     write(["(16, 16)", "(17, 16)"], [256, 272]);
     let error = read_velocity(&path, &canvas(2)).unwrap_err().to_string();
-    assert!(error.contains("velocity_x of shape (16 x 16)") && error.contains("[16, 17]"), "{error}");
+    assert!(
+        error.contains("velocity_x of shape (16 x 16)") && error.contains("[16, 17]"),
+        "{error}"
+    );
     let error = read_velocity(&path, &canvas(3)).unwrap_err().to_string();
     assert!(error.contains("initial_velocity"), "{error}");
 }

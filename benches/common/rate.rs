@@ -18,5 +18,9 @@ pub fn asymptotic(residuals: &[f64], floor: f64) -> f64 {
 
 /// The ratios between neighbours, in two digits.
 pub fn listed(residuals: &[f64]) -> String {
-    residuals.windows(2).map(|pair| format!("{:.2}", pair[1] / pair[0])).collect::<Vec<_>>().join(" ")
+    residuals
+        .windows(2)
+        .map(|pair| format!("{:.2}", pair[1] / pair[0]))
+        .collect::<Vec<_>>()
+        .join(" ")
 }

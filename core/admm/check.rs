@@ -54,7 +54,13 @@ impl History {
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
     /// The objective of v, and how the iteration ends the solve, if it does.
-    pub(super) fn check(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, progress: &mut Progress) -> Result<(), Status> {
+    pub(super) fn check(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        progress: &mut Progress,
+    ) -> Result<(), Status> {
         progress.objective = self.objective(exec, observer, keyframes)?;
         let admm = &progress.admm;
         let agree = (progress.objective.data - admm.data_of_star).abs() <= AGREEMENT * admm.data_of_star;
@@ -75,19 +81,29 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     }
 
     /// Data term of what v carries, force term of w; the region then begins with the densities of v. A flow too fast to transport counts as infinitely bad.
-    pub(crate) fn objective(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+    pub(crate) fn objective(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<Objective, Status> {
         let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
         let mut pool = Pool::new(&mut *self.region);
         let rho = pool.take(densities(grid, slots));
         let mut carrier = Carrier::carve(&self.levels, 0, &self.settings.setup.carrier, &mut pool);
         rho[..grid.cells()].copy_from_slice(&self.rho[..grid.cells()]);
-        let flow = Flow { initial: view(&self.initial), v: view(&self.v), along: None };
+        let flow = Flow {
+            initial: view(&self.initial),
+            v: view(&self.v),
+            along: None,
+        };
         let data = match carrier.carry(exec, observer, &flow, rho, keyframes, self.sums) {
             Ok(data) => data,
             Err(Stop::Cancelled) => return Err(Status::Cancelled),
             Err(Stop::TooFast) => f64::INFINITY,
         };
-        let force = 0.5 * self.settings.force_weight * sums::sum_squares(exec, grid, slots, view(&self.w), self.sums);
+        let force =
+            0.5 * self.settings.force_weight * sums::sum_squares(exec, grid, slots, view(&self.w), self.sums);
         Ok(Objective { data, force })
     }
 }

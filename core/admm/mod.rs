@@ -55,7 +55,15 @@ pub struct AdmmParams {
 
 impl Default for AdmmParams {
     fn default() -> Self {
-        Self { penalty: 1e3, relaxation: 1.0, ao_iterations: 2, ao_momentum: 0.0, density_tolerance: 0.01, nested: true, nso: NsoParams::default() }
+        Self {
+            penalty: 1e3,
+            relaxation: 1.0,
+            ao_iterations: 2,
+            ao_momentum: 0.0,
+            density_tolerance: 0.01,
+            nested: true,
+            nso: NsoParams::default(),
+        }
     }
 }
 
@@ -69,7 +77,9 @@ impl AdmmParams {
         positive("admm.relaxation", self.relaxation)?;
         positive("admm.ao_iterations", self.ao_iterations as f64)?;
         if !(0.0..1.0).contains(&self.ao_momentum) {
-            return Err(ProblemError::Momentum { given: self.ao_momentum });
+            return Err(ProblemError::Momentum {
+                given: self.ao_momentum,
+            });
         }
         positive("admm.density_tolerance", self.density_tolerance)?;
         positive("admm.nso_tolerance", self.nso.tolerance)?;
@@ -112,7 +122,12 @@ pub struct Settings {
 impl Settings {
     /// The settings of `problem`.
     #[must_use]
-    pub fn new(problem: &Problem<'_>, params: &AdmmParams, dimensions: Dimensions, iterations: usize) -> Self {
+    pub fn new(
+        problem: &Problem<'_>,
+        params: &AdmmParams,
+        dimensions: Dimensions,
+        iterations: usize,
+    ) -> Self {
         let units = problem.units();
         let setup = ao::Setup {
             penalty: params.penalty * units.velocity * units.velocity,
@@ -122,7 +137,14 @@ impl Settings {
             carrier: carrier::Setup::new(problem, dimensions.threads),
         };
         let (viscosity, force_weight) = (problem.scaled_viscosity(), problem.scaled_force_weight());
-        Self { dimensions, params: *params, setup, viscosity, force_weight, iterations }
+        Self {
+            dimensions,
+            params: *params,
+            setup,
+            viscosity,
+            force_weight,
+            iterations,
+        }
     }
 }
 
@@ -165,11 +187,21 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
         ledger.line("densities rho_0 .. rho_N", densities(&grid, slots), T::BYTES);
         Levels::<T>::requirement(ledger, &grid, settings.dimensions.filters);
         Bases::<T>::requirement::<S>(ledger, &levels_of(&grid));
-        for name in ["velocity v", "force w (AO: direction)", "target t (AO: v*)", "multiplier lambda / K (NSO: damping)"] {
+        for name in [
+            "velocity v",
+            "force w (AO: direction)",
+            "target t (AO: v*)",
+            "multiplier lambda / K (NSO: damping)",
+        ] {
             ledger.vector(name, S::DIM, len, T::BYTES);
         }
         if settings.params.relaxation != 1.0 {
-            ledger.vector("damping of NSO beside the multiplier (beta is not 1)", S::DIM, len, T::BYTES);
+            ledger.vector(
+                "damping of NSO beside the multiplier (beta is not 1)",
+                S::DIM,
+                len,
+                T::BYTES,
+            );
         }
         ledger.line("pressure p", len, T::BYTES);
         ledger.line("pressure pbar", len, T::BYTES);
@@ -180,7 +212,13 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
 
     /// The lines of the bytes that AO and NSO use in turn.
     fn in_turn(ledger: &mut Ledger, settings: &Settings) {
-        let Dimensions { grid, slots, threads, shape, .. } = settings.dimensions;
+        let Dimensions {
+            grid,
+            slots,
+            threads,
+            shape,
+            ..
+        } = settings.dimensions;
         ledger.group("used in turn", Sharing::InTurn, |ledger| {
             ao::requirement::<T>(ledger, &grid, &settings.setup);
             match settings.params.nso.solver {
@@ -203,7 +241,11 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
         let bases = Bases::carve::<S>(arena, &levels.grids)?;
         let mut vector = |len: usize| arena.take_vector(S::DIM, len);
         let (v, w, target, multiplier) = (vector(len)?, vector(len)?, vector(len)?, vector(len)?);
-        let spare = if settings.params.relaxation != 1.0 { vector(len)? } else { Default::default() };
+        let spare = if settings.params.relaxation != 1.0 {
+            vector(len)?
+        } else {
+            Default::default()
+        };
         let (p, pbar) = (arena.take(len)?, arena.take(len)?);
         let initial = arena.take_vector(S::DIM, cells)?;
         let sums = arena.take(sums_len(&settings.dimensions))?;
@@ -233,7 +275,12 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
     }
 
     /// One outer iteration.
-    pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Progress {
+    pub fn step(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Progress {
         let mut progress = Progress::default();
         progress.status = self.iterate(exec, observer, keyframes, &mut progress).err();
         progress
@@ -242,13 +289,24 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
     /// The loop's body; an error is how the solve ended.
-    fn iterate(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, progress: &mut Progress) -> Result<(), Status> {
+    fn iterate(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        progress: &mut Progress,
+    ) -> Result<(), Status> {
         if self.iteration == 0 {
             self.nested_start(exec, observer, keyframes)?;
         }
         self.iteration += 1;
         progress.iteration = self.iteration;
-        if observer.on(Event::IterationBegin { iteration: self.iteration }).is_break() {
+        if observer
+            .on(Event::IterationBegin {
+                iteration: self.iteration,
+            })
+            .is_break()
+        {
             return Err(Status::Cancelled);
         }
         self.update_density(exec, observer, keyframes, progress)?;
@@ -275,9 +333,20 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
 
     /// Projects v_0; the change relative to max |v_0|.
     pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let (threads, tolerance) = (self.settings.dimensions.threads, self.settings.setup.projection_tolerance);
+        let (threads, tolerance) = (
+            self.settings.dimensions.threads,
+            self.settings.setup.projection_tolerance,
+        );
         let projection = Projection::carve(&self.levels, 0, 1, threads, &mut Pool::new(&mut *self.region));
-        poisson::project_given(exec, &self.levels.finest, projection, &mut self.initial, &mut self.w, tolerance, self.sums)
+        poisson::project_given(
+            exec,
+            &self.levels.finest,
+            projection,
+            &mut self.initial,
+            &mut self.w,
+            tolerance,
+            self.sums,
+        )
     }
 
     /// The forces of the result.
@@ -286,11 +355,24 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     }
 
     /// Projects v, takes w from it and transports rho_0 by it.
-    pub(crate) fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+    pub(crate) fn make_feasible(
+        &mut self,
+        exec: &dyn Exec,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<Objective, Status> {
         let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
         {
-            let mut projection = Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
-            let _ = projection.project(exec, &mut Silent, slots, &mut self.v, None, self.settings.setup.projection_tolerance, self.sums);
+            let mut projection =
+                Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
+            let _ = projection.project(
+                exec,
+                &mut Silent,
+                slots,
+                &mut self.v,
+                None,
+                self.settings.setup.projection_tolerance,
+                self.sums,
+            );
         }
         self.consistent_force(exec, &mut Silent)?;
         let objective = self.objective(exec, &mut Silent, keyframes)?;
@@ -312,15 +394,36 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
 
     /// The state in a checkpoint: what iterations in turn overwrite is left out, and what follows from the problem.
     pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
-        let (mut step, mut iteration, mut history, mut largest) = (self.step, self.iteration, self.history, self.settings.setup.carrier.largest);
+        let (mut step, mut iteration, mut history, mut largest) = (
+            self.step,
+            self.iteration,
+            self.history,
+            self.settings.setup.carrier.largest,
+        );
         record.real(&mut step)?;
         record.count(&mut iteration, MANY)?;
         record.real(&mut largest)?;
         history.record(record)?;
-        (self.step, self.iteration, self.history, self.settings.setup.carrier.largest) = (step, iteration, history, largest);
+        (
+            self.step,
+            self.iteration,
+            self.history,
+            self.settings.setup.carrier.largest,
+        ) = (step, iteration, history, largest);
         record.numbers(self.rho);
-        let Self { v, w, target, multiplier, spare, initial, .. } = self;
-        [v, w, target, multiplier, spare, initial].into_iter().flatten().for_each(|field| record.numbers(field));
+        let Self {
+            v,
+            w,
+            target,
+            multiplier,
+            spare,
+            initial,
+            ..
+        } = self;
+        [v, w, target, multiplier, spare, initial]
+            .into_iter()
+            .flatten()
+            .for_each(|field| record.numbers(field));
         record.numbers(self.p);
         record.numbers(self.pbar);
         Ok(())

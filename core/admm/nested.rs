@@ -26,7 +26,12 @@ const COARSER: f64 = 0.25;
 impl Settings {
     /// The same solve with other scratch.
     fn in_space(mut self, grid: Grid, threads: usize, shape: Shape) -> Self {
-        self.dimensions = Dimensions { grid, threads, shape, ..self.dimensions };
+        self.dimensions = Dimensions {
+            grid,
+            threads,
+            shape,
+            ..self.dimensions
+        };
         self.setup.carrier.threads = threads;
         self
     }
@@ -44,17 +49,29 @@ impl Settings {
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
     /// v from the coarse solve, if there is one.
-    pub(super) fn nested_start(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
-        let Some(settings) = self.coarse_settings(keyframes.count()) else { return Ok(()) };
+    pub(super) fn nested_start(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<(), Status> {
+        let Some(settings) = self.coarse_settings(keyframes.count()) else {
+            return Ok(());
+        };
         if self.solve_coarse(exec, observer, &settings, keyframes)? == Status::NotFinite {
             self.v.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
         self.pbar.fill(T::ZERO);
         let Dimensions { slots, threads, .. } = self.settings.dimensions;
-        let mut projection = Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
+        let mut projection =
+            Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
         let tolerance = self.settings.setup.projection_tolerance;
         let projected = projection.project(exec, observer, slots, &mut self.v, None, tolerance, self.sums);
-        if projected.is_break() { Err(Status::Cancelled) } else { Ok(()) }
+        if projected.is_break() {
+            Err(Status::Cancelled)
+        } else {
+            Ok(())
+        }
     }
 
     /// The settings of the coarse solve on as many threads as its bytes allow, or `None` when there is to be no coarse solve.
@@ -69,35 +86,67 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
         let mut ledger = Ledger::new();
         Self::in_turn(&mut ledger, &self.settings.in_space(*fine, 1, Shape::LEAST));
-        if Self::coarse_bytes(&self.settings.coarsened(*coarse, 1, Shape::LEAST), keyframes)? > ledger.bytes()? {
+        if Self::coarse_bytes(&self.settings.coarsened(*coarse, 1, Shape::LEAST), keyframes)?
+            > ledger.bytes()?
+        {
             return None;
         }
         let shapes = Shape::all::<T, S>(coarse);
         let fewer = nested::halvings(threads);
         let all = fewer.flat_map(|threads| shapes.clone().map(move |shape| (threads, shape)));
-        let fits = |settings: &Settings| Self::coarse_bytes(settings, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES);
-        all.map(|(threads, shape)| self.settings.coarsened(*coarse, threads, shape)).find(fits)
+        let fits = |settings: &Settings| {
+            Self::coarse_bytes(settings, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
+        };
+        all.map(|(threads, shape)| self.settings.coarsened(*coarse, threads, shape))
+            .find(fits)
     }
 
     /// Bytes of a coarse solve.
     fn coarse_bytes(settings: &Settings, keyframes: usize) -> Option<usize> {
         let mut ledger = Ledger::new();
         Self::requirement(&mut ledger, settings);
-        ledger.line("keyframe densities", keyframes * settings.dimensions.grid.cells(), T::BYTES);
+        ledger.line(
+            "keyframe densities",
+            keyframes * settings.dimensions.grid.cells(),
+            T::BYTES,
+        );
         ledger.bytes()
     }
 
     /// Solves the coarse scene in `region` and prolongs its flow.
-    fn solve_coarse(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, settings: &Settings, keyframes: &Keyframes<'_, T>) -> Result<Status, Status> {
-        let Self { levels, region, rho, initial, v, pbar: scratch, settings: fine, .. } = self;
+    fn solve_coarse(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        settings: &Settings,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<Status, Status> {
+        let Self {
+            levels,
+            region,
+            rho,
+            initial,
+            v,
+            pbar: scratch,
+            settings: fine,
+            ..
+        } = self;
         let exec = &Fewer::new(exec, settings.dimensions.threads);
         let (cells, coarse) = (fine.dimensions.grid.cells(), settings.dimensions.grid.cells());
         let mut arena = Arena::over(region);
         let full = |_| Status::NotFinite;
         let mut admm = Admm::<T, S>::carve(&mut arena, settings).map_err(full)?;
         let densities = arena.take(keyframes.count() * coarse).map_err(full)?;
-        let scene = nested::Scene { source: &rho[..cells], initial: view(initial), keyframes };
-        let coarser = nested::SceneMut { source: &mut admm.rho[..coarse], initial: reborrow(&mut admm.initial), densities: &mut *densities };
+        let scene = nested::Scene {
+            source: &rho[..cells],
+            initial: view(initial),
+            keyframes,
+        };
+        let coarser = nested::SceneMut {
+            source: &mut admm.rho[..coarse],
+            initial: reborrow(&mut admm.initial),
+            densities: &mut *densities,
+        };
         nested::restrict(exec, levels, 0, &scene, coarser, scratch);
         let coarse_keyframes = keyframes.coarse(1, densities);
         let status = loop {
@@ -108,7 +157,15 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         if status == Status::Cancelled {
             return Err(status);
         }
-        nested::prolong(exec, levels, 0, fine.dimensions.slots, view(&admm.v), reborrow(v), scratch);
+        nested::prolong(
+            exec,
+            levels,
+            0,
+            fine.dimensions.slots,
+            view(&admm.v),
+            reborrow(v),
+            scratch,
+        );
         Ok(status)
     }
 }

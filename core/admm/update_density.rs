@@ -35,7 +35,16 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             rho: self.rho,
             keyframes,
         };
-        let solved = ao::solve(exec, observer, &self.levels, &self.settings.setup, fields, &mut self.step, self.region, self.sums);
+        let solved = ao::solve(
+            exec,
+            observer,
+            &self.levels,
+            &self.settings.setup,
+            fields,
+            &mut self.step,
+            self.region,
+            self.sums,
+        );
         if observer.on(Event::AoEnd).is_break() {
             return Err(Status::Cancelled);
         }
@@ -44,7 +53,11 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
                 let admm = &mut progress.admm;
                 (admm.ao_step, admm.ao_residuals, admm.data_of_star) = (info.step, info.residuals, info.data);
                 admm.density_change = info.density_change / self.settings.setup.carrier.largest;
-                if info.data.is_finite() { Ok(()) } else { Err(Status::NotFinite) }
+                if info.data.is_finite() {
+                    Ok(())
+                } else {
+                    Err(Status::NotFinite)
+                }
             }
             Err(Stop::Cancelled) => Err(Status::Cancelled),
             Err(Stop::TooFast) => Err(Status::NotFinite),

@@ -82,7 +82,11 @@ pub struct Info {
 pub fn requirement<T: Real>(ledger: &mut Ledger, grid: &Grid, setup: &Setup) {
     ledger.group("advection problem (AO)", Sharing::InTurn, |ledger| {
         ledger.group("forward and backward", Sharing::Together, |ledger| {
-            ledger.line("densities of a trial", pooled(densities(grid, setup.carrier.slots)), T::BYTES);
+            ledger.line(
+                "densities of a trial",
+                pooled(densities(grid, setup.carrier.slots)),
+                T::BYTES,
+            );
             Carrier::<T>::requirement(ledger, grid, &setup.carrier);
         });
         Projection::<T>::requirement(ledger, grid, setup.carrier.slots, setup.carrier.threads);
@@ -98,16 +102,31 @@ struct Trial<'a, T> {
 impl<'a, T: Real> Trial<'a, T> {
     fn carve(levels: &'a Levels<'_, T>, setup: &Setup, region: &'a mut [T]) -> Self {
         let mut pool = Pool::new(region);
-        Self { rho: pool.take(densities(&levels.finest, setup.carrier.slots)), carrier: Carrier::carve(levels, 0, &setup.carrier, &mut pool) }
+        Self {
+            rho: pool.take(densities(&levels.finest, setup.carrier.slots)),
+            carrier: Carrier::carve(levels, 0, &setup.carrier, &mut pool),
+        }
     }
 
     /// The data term of v* + `s` direction.
-    fn carry(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, fields: &Fields<'_, T>, s: f64, sums: &mut [f64]) -> Result<f64, Stop> {
+    fn carry(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        fields: &Fields<'_, T>,
+        s: f64,
+        sums: &mut [f64],
+    ) -> Result<f64, Stop> {
         let cells = self.carrier.grid().cells();
         self.rho[..cells].copy_from_slice(&fields.rho[..cells]);
         let along = (s != 0.0).then(|| (view(&fields.direction), T::from_f64(s)));
-        let flow = Flow { initial: fields.initial, v: view(&fields.star), along };
-        self.carrier.carry(exec, observer, &flow, self.rho, fields.keyframes, sums)
+        let flow = Flow {
+            initial: fields.initial,
+            v: view(&fields.star),
+            along,
+        };
+        self.carrier
+            .carry(exec, observer, &flow, self.rho, fields.keyframes, sums)
     }
 
     /// `direction` = v + lambda/K + A_v^T mu / K - v* + `momentum` direction, all at v* (paper Algorithm 1, lines 6 to 9), not
@@ -123,23 +142,47 @@ impl<'a, T: Real> Trial<'a, T> {
     ) -> Result<(), Stop> {
         let (grid, slots) = (self.carrier.grid(), setup.carrier.slots);
         let (n, scale, momentum) = (grid.n[0], T::from_f64(1.0 / setup.penalty), T::from_f64(momentum));
-        let Fields { v, multiplier, star, direction, initial, keyframes, .. } = fields;
+        let Fields {
+            v,
+            multiplier,
+            star,
+            direction,
+            initial,
+            keyframes,
+            ..
+        } = fields;
         let star = view(star);
-        let flow = Flow { initial: *initial, v: star, along: None };
-        self.carrier.sweep_back(exec, observer, &flow, self.rho, keyframes, sums, &mut |exec, slot, gradient| {
-            let buffers = RowBuffers { fields: reborrow(direction), sums: &mut [], scratch: &mut [] };
-            for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
-                let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;
-                for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                    let out = &mut out[slot * n..(slot + 1) * n];
-                    rows::scale_in_place(out, momentum);
-                    rows::add_scaled(out, scale, &gradient[axis][task.row * n..(task.row + 1) * n]);
-                    rows::add(out, &v[axis][span.clone()]);
-                    rows::add(out, &multiplier[axis][span.clone()]);
-                    rows::sub(out, &star[axis][span.clone()]);
-                }
-            });
-        })
+        let flow = Flow {
+            initial: *initial,
+            v: star,
+            along: None,
+        };
+        self.carrier.sweep_back(
+            exec,
+            observer,
+            &flow,
+            self.rho,
+            keyframes,
+            sums,
+            &mut |exec, slot, gradient| {
+                let buffers = RowBuffers {
+                    fields: reborrow(direction),
+                    sums: &mut [],
+                    scratch: &mut [],
+                };
+                for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
+                    let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;
+                    for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                        let out = &mut out[slot * n..(slot + 1) * n];
+                        rows::scale_in_place(out, momentum);
+                        rows::add_scaled(out, scale, &gradient[axis][task.row * n..(task.row + 1) * n]);
+                        rows::add(out, &v[axis][span.clone()]);
+                        rows::add(out, &multiplier[axis][span.clone()]);
+                        rows::sub(out, &star[axis][span.clone()]);
+                    }
+                });
+            },
+        )
     }
 }
 
@@ -166,17 +209,44 @@ pub fn solve<T: Real>(
             info.data = trial.carry(exec, observer, &fields, 0.0, sums)?;
             info.objective = info.data + distance(exec, grid, setup, &fields, 0.0, sums);
             info.data_before = info.data;
-            fields.direction.iter_mut().for_each(|component| component.fill(T::ZERO));
+            fields
+                .direction
+                .iter_mut()
+                .for_each(|component| component.fill(T::ZERO));
         }
         let before = info.objective;
-        trial.sweep_back(exec, observer, setup, &mut fields, if info.step > 0.0 { setup.momentum } else { 0.0 }, sums)?;
+        trial.sweep_back(
+            exec,
+            observer,
+            setup,
+            &mut fields,
+            if info.step > 0.0 { setup.momentum } else { 0.0 },
+            sums,
+        )?;
         project(exec, observer, levels, setup, &mut fields.direction, region, sums)?;
         let residual = sums::max_abs(exec, grid, slots, view(&fields.direction), sums);
         if let (Err(_), Some(last)) = (info.residuals.push(residual), info.residuals.last_mut()) {
             *last = residual;
         }
-        blend(exec, observer, levels, setup, &mut fields, step, before, region, sums, &mut info)?;
-        if observer.on(Event::AoIteration { objective: info.objective, step: info.step }).is_break() {
+        blend(
+            exec,
+            observer,
+            levels,
+            setup,
+            &mut fields,
+            step,
+            before,
+            region,
+            sums,
+            &mut info,
+        )?;
+        if observer
+            .on(Event::AoIteration {
+                objective: info.objective,
+                step: info.step,
+            })
+            .is_break()
+        {
             return Err(Stop::Cancelled);
         }
     }
@@ -203,13 +273,26 @@ fn project<T: Real>(
 }
 
 /// K/2 sum |v* + s direction - v - lambda/K|^2.
-fn distance<T: Real>(exec: &dyn Exec, grid: &Grid, setup: &Setup, fields: &Fields<'_, T>, s: f64, sums: &mut [f64]) -> f64 {
-    let (star, direction, slots, s) = (view(&fields.star), view(&fields.direction), setup.carrier.slots, T::from_f64(s));
+fn distance<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    setup: &Setup,
+    fields: &Fields<'_, T>,
+    s: f64,
+    sums: &mut [f64],
+) -> f64 {
+    let (star, direction, slots, s) = (
+        view(&fields.star),
+        view(&fields.direction),
+        setup.carrier.slots,
+        T::from_f64(s),
+    );
     let total = sums::total(exec, grid, sums, |row| {
         (0..grid.dims)
             .map(|a| {
                 let [star, direction, v, multiplier] =
-                    [star[a], direction[a], fields.v[a], fields.multiplier[a]].map(|field| sums::row(grid, slots, field, row));
+                    [star[a], direction[a], fields.v[a], fields.multiplier[a]]
+                        .map(|field| sums::row(grid, slots, field, row));
                 rows::distance(star, direction, s, v, multiplier)
             })
             .sum()
@@ -247,13 +330,27 @@ fn blend<T: Real>(
         *step *= 0.5;
     }
     if info.step > 0.0 {
-        let (direction, s, slots) = (view(&fields.direction), T::from_f64(info.step), setup.carrier.slots);
+        let (direction, s, slots) = (
+            view(&fields.direction),
+            T::from_f64(info.step),
+            setup.carrier.slots,
+        );
         let star = reborrow(&mut fields.star);
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: star, sums: &mut [], scratch: &mut [] }, |task| {
-            for (axis, star) in task.fields.into_iter().enumerate().take(grid.dims) {
-                rows::add_scaled(star, s, sums::row(grid, slots, direction[axis], task.row));
-            }
-        });
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: star,
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            |task| {
+                for (axis, star) in task.fields.into_iter().enumerate().take(grid.dims) {
+                    rows::add_scaled(star, s, sums::row(grid, slots, direction[axis], task.row));
+                }
+            },
+        );
     } else {
         trial.carry(exec, observer, fields, 0.0, sums)?;
     }

@@ -36,7 +36,11 @@ pub struct PdParams {
 
 impl Default for PdParams {
     fn default() -> Self {
-        Self { drive: 10.0, attenuation: 20.0, gathering: 0.0 }
+        Self {
+            drive: 10.0,
+            attenuation: 20.0,
+            gathering: 0.0,
+        }
     }
 }
 
@@ -46,8 +50,14 @@ impl PdParams {
     /// # Errors
     /// [`ProblemError::Negative`] names the first that is wrong.
     pub fn check(&self) -> Result<(), ProblemError> {
-        let numbers = [("pd.drive", self.drive), ("pd.attenuation", self.attenuation), ("pd.gathering", self.gathering)];
-        numbers.into_iter().try_for_each(|(field, given)| crate::problem::not_negative(field, given))
+        let numbers = [
+            ("pd.drive", self.drive),
+            ("pd.attenuation", self.attenuation),
+            ("pd.gathering", self.gathering),
+        ];
+        numbers
+            .into_iter()
+            .try_for_each(|(field, given)| crate::problem::not_negative(field, given))
     }
 
     /// What one of `steps` steps from keyframe to keyframe keeps of momentum, and the impulse that it gets from a force of 1:
@@ -55,7 +65,11 @@ impl PdParams {
     #[must_use]
     pub fn step(&self, steps: usize) -> [f64; 2] {
         let rate = self.attenuation / steps as f64;
-        let impulse = if rate > 0.0 { -libm::expm1(-rate) / rate } else { 1.0 };
+        let impulse = if rate > 0.0 {
+            -libm::expm1(-rate) / rate
+        } else {
+            1.0
+        };
         [libm::exp(-rate), impulse * self.drive / (steps * steps) as f64]
     }
 }
@@ -74,16 +88,32 @@ impl<'a, T: Real> Drive<'a, T> {
     /// Writes the ledger lines of [`Self::carve`].
     pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
         ledger.group("driving force", Sharing::Together, |ledger| {
-            ledger.line("blurred densities, gathered smoke", 3 * pooled(grid.cells()), T::BYTES);
+            ledger.line(
+                "blurred densities, gathered smoke",
+                3 * pooled(grid.cells()),
+                T::BYTES,
+            );
             Blur::<T>::requirement(ledger, grid, filters, threads);
         });
     }
 
     /// Takes its numbers, for the finest grid.
-    pub fn carve(hierarchy: &'a Levels<'_, T>, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(
+        hierarchy: &'a Levels<'_, T>,
+        metric: Metric,
+        threads: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
         let (grid, len) = (&hierarchy.finest, hierarchy.finest.cells());
         let (smoke, target, gathered) = (pool.take(len), pool.take(len), pool.take(len));
-        Self { grid, filters: metric.filters, smoke, target, gathered, blur: Blur::carve(hierarchy, 0, metric, threads, pool) }
+        Self {
+            grid,
+            filters: metric.filters,
+            smoke,
+            target,
+            gathered,
+            blur: Blur::carve(hierarchy, 0, metric, threads, pool),
+        }
     }
 
     /// Blurs the smoke and its target.
@@ -96,7 +126,9 @@ impl<'a, T: Real> Drive<'a, T> {
     pub fn force(&self, exec: &dyn Exec, s: f64, out: &mut VectorMut<'_, T>, slot: usize, sums: &mut [f64]) {
         let (grid, smoke, target) = (self.grid, &*self.smoke, &*self.target);
         let n = grid.n[0];
-        let largest = sums::largest(exec, grid, sums, |row| rows::max_abs(&target[row * n..(row + 1) * n]));
+        let largest = sums::largest(exec, grid, sums, |row| {
+            rows::max_abs(&target[row * n..(row + 1) * n])
+        });
         let s = s / (self.filters + 1) as f64;
         at_faces(exec, grid, out, slot, |axis, low, high| {
             let [near, far] = [low, high].map(|cell| target[cell].to_f64());
@@ -110,10 +142,21 @@ impl<'a, T: Real> Drive<'a, T> {
     ///
     /// # Errors
     /// [`Stop::TooFast`] when that is too many.
-    pub fn gather(&mut self, exec: &dyn Exec, s: f64, rho: &mut [T], goal: &[T], sums: &mut [f64]) -> Result<(), Stop> {
+    pub fn gather(
+        &mut self,
+        exec: &dyn Exec,
+        s: f64,
+        rho: &mut [T],
+        goal: &[T],
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
         let (grid, target) = (self.grid, &*self.target);
         let n = grid.n[0];
-        let top = |field: &[T], sums: &mut [f64]| sums::largest(exec, grid, sums, |row| rows::max_abs(&field[row * n..(row + 1) * n]));
+        let top = |field: &[T], sums: &mut [f64]| {
+            sums::largest(exec, grid, sums, |row| {
+                rows::max_abs(&field[row * n..(row + 1) * n])
+            })
+        };
         let s = s / (self.filters + 1) as f64;
         let stiffness: f64 = (0..grid.dims).map(|a| 4.0 / (grid.h[a] * grid.h[a])).sum();
         let rate = s * stiffness * top(rho, sums) * top(target, sums);
@@ -126,20 +169,34 @@ impl<'a, T: Real> Drive<'a, T> {
             let from = &*rho;
             let flux = |axis: usize, low: usize, high: usize| {
                 let [at, around] = [from, target].map(|field| 0.5 * (field[low] + field[high]).to_f64());
-                at.max(0.0) * around * ((from[high] - goal[high]) - (from[low] - goal[low])).to_f64() / grid.h[axis]
+                at.max(0.0) * around * ((from[high] - goal[high]) - (from[low] - goal[low])).to_f64()
+                    / grid.h[axis]
             };
-            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *next], sums: &mut [], scratch: &mut [] }, |task| {
-                let [next] = task.fields;
-                for (x, next) in next.iter_mut().enumerate() {
-                    let here = task.row * n + x;
-                    let along = |axis: usize| {
-                        let low = beside(grid, task.row, x, axis, Side::Low).map_or(0.0, |low| flux(axis, low, here));
-                        let high = beside(grid, task.row, x, axis, Side::High).map_or(0.0, |high| flux(axis, here, high));
-                        (high - low) / grid.h[axis]
-                    };
-                    *next = from[here] + T::from_f64(s / substeps * (0..grid.dims).map(along).sum::<f64>());
-                }
-            });
+            for_rows(
+                exec,
+                grid.rows(),
+                0..grid.rows(),
+                RowBuffers {
+                    fields: [&mut *next],
+                    sums: &mut [],
+                    scratch: &mut [],
+                },
+                |task| {
+                    let [next] = task.fields;
+                    for (x, next) in next.iter_mut().enumerate() {
+                        let here = task.row * n + x;
+                        let along = |axis: usize| {
+                            let low = beside(grid, task.row, x, axis, Side::Low)
+                                .map_or(0.0, |low| flux(axis, low, here));
+                            let high = beside(grid, task.row, x, axis, Side::High)
+                                .map_or(0.0, |high| flux(axis, here, high));
+                            (high - low) / grid.h[axis]
+                        };
+                        *next =
+                            from[here] + T::from_f64(s / substeps * (0..grid.dims).map(along).sum::<f64>());
+                    }
+                },
+            );
             rho.copy_from_slice(next);
         }
         Ok(())
@@ -147,21 +204,50 @@ impl<'a, T: Real> Drive<'a, T> {
 }
 
 /// Slot `slot` of `out` = b (rho_low + rho_high) / 2 at the faces along the last axis, which points up, and 0 elsewhere.
-pub fn buoyancy<T: Real>(exec: &dyn Exec, grid: &Grid, b: f64, rho: &[T], out: &mut VectorMut<'_, T>, slot: usize) {
-    at_faces(exec, grid, out, slot, |axis, low, high| if axis + 1 == grid.dims { 0.5 * b * (rho[low] + rho[high]).to_f64() } else { 0.0 });
+pub fn buoyancy<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    b: f64,
+    rho: &[T],
+    out: &mut VectorMut<'_, T>,
+    slot: usize,
+) {
+    at_faces(exec, grid, out, slot, |axis, low, high| {
+        if axis + 1 == grid.dims {
+            0.5 * b * (rho[low] + rho[high]).to_f64()
+        } else {
+            0.0
+        }
+    });
 }
 
 /// Writes `value(axis, low cell, high cell)` to every face of slot `slot`, 0 on walls.
-fn at_faces<T: Real>(exec: &dyn Exec, grid: &Grid, out: &mut VectorMut<'_, T>, slot: usize, value: impl Fn(usize, usize, usize) -> f64 + Sync) {
+fn at_faces<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    out: &mut VectorMut<'_, T>,
+    slot: usize,
+    value: impl Fn(usize, usize, usize) -> f64 + Sync,
+) {
     let n = grid.n[0];
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
-        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-            for (x, out) in out[slot * n..(slot + 1) * n].iter_mut().enumerate() {
-                let low = beside(grid, task.row, x, axis, Side::Low);
-                *out = low.map_or(T::ZERO, |low| T::from_f64(value(axis, low, task.row * n + x)));
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: reborrow(out),
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                for (x, out) in out[slot * n..(slot + 1) * n].iter_mut().enumerate() {
+                    let low = beside(grid, task.row, x, axis, Side::Low);
+                    *out = low.map_or(T::ZERO, |low| T::from_f64(value(axis, low, task.row * n + x)));
+                }
             }
-        }
-    });
+        },
+    );
 }
 
 /// The cell next to cell `x` of `row`, or `None` behind a wall.

@@ -36,7 +36,10 @@ pub struct SimulationParams {
 
 impl Default for SimulationParams {
     fn default() -> Self {
-        Self { buoyancy: 0.0, tolerance: 1e-5 }
+        Self {
+            buoyancy: 0.0,
+            tolerance: 1e-5,
+        }
     }
 }
 
@@ -47,7 +50,14 @@ impl SimulationParams {
     /// [`ProblemError`] names the first that is wrong.
     pub fn check(&self) -> Result<(), ProblemError> {
         positive("simulation.tolerance", self.tolerance)?;
-        if self.buoyancy.is_finite() { Ok(()) } else { Err(ProblemError::NotFinite { field: "simulation.buoyancy", given: self.buoyancy }) }
+        if self.buoyancy.is_finite() {
+            Ok(())
+        } else {
+            Err(ProblemError::NotFinite {
+                field: "simulation.buoyancy",
+                given: self.buoyancy,
+            })
+        }
     }
 }
 
@@ -82,7 +92,12 @@ pub struct Settings {
 impl Settings {
     /// The settings of `problem`.
     #[must_use]
-    pub fn new(problem: &Problem<'_>, params: &SimulationParams, target: Option<PdParams>, threads: usize) -> Self {
+    pub fn new(
+        problem: &Problem<'_>,
+        params: &SimulationParams,
+        target: Option<PdParams>,
+        threads: usize,
+    ) -> Self {
         Self {
             grid: problem.grid(),
             carrier: carrier::Setup::new(problem, threads),
@@ -90,13 +105,20 @@ impl Settings {
             viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),
             tolerance: params.tolerance,
-            push: target.map_or(Push::Buoyancy(params.buoyancy / problem.units().force), Push::Target),
+            push: target.map_or(
+                Push::Buoyancy(params.buoyancy / problem.units().force),
+                Push::Target,
+            ),
         }
     }
 
     /// The settings of a step.
     fn step(&self) -> step::Setup {
-        step::Setup { viscosity: self.viscosity, tolerance: self.tolerance, threads: self.carrier.threads }
+        step::Setup {
+            viscosity: self.viscosity,
+            tolerance: self.tolerance,
+            threads: self.carrier.threads,
+        }
     }
 }
 
@@ -160,7 +182,18 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
         let mut ledger = Ledger::new();
         Self::in_turn(&mut ledger, settings);
         let region = arena.take(ledger.bytes().unwrap_or(usize::MAX) / T::BYTES)?;
-        Ok(Self { levels, v, initial, rho, w, region, sums, settings: *settings, marched: false, space: PhantomData })
+        Ok(Self {
+            levels,
+            v,
+            initial,
+            rho,
+            w,
+            region,
+            sums,
+            settings: *settings,
+            marched: false,
+            space: PhantomData,
+        })
     }
 
     /// The grid.
@@ -193,15 +226,30 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
         (self.marched, self.settings.carrier.largest) = (marched, largest);
         record.numbers(self.rho);
         let Self { v, w, initial, .. } = self;
-        [v, w, initial].into_iter().flatten().for_each(|field| record.numbers(field));
+        [v, w, initial]
+            .into_iter()
+            .flatten()
+            .for_each(|field| record.numbers(field));
         Ok(())
     }
 
     /// Projects v_0; the change relative to max |v_0|.
     pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let (grid, threads, tolerance) = (&self.levels.finest, self.settings.carrier.threads, self.settings.projection_tolerance);
+        let (grid, threads, tolerance) = (
+            &self.levels.finest,
+            self.settings.carrier.threads,
+            self.settings.projection_tolerance,
+        );
         let projection = Projection::carve(&self.levels, 0, 1, threads, &mut Pool::new(&mut *self.region));
-        poisson::project_given(exec, grid, projection, &mut self.initial, &mut self.w, tolerance, self.sums)
+        poisson::project_given(
+            exec,
+            grid,
+            projection,
+            &mut self.initial,
+            &mut self.w,
+            tolerance,
+            self.sums,
+        )
     }
 
     /// The forces of the result, after [`Self::make_feasible`].
@@ -210,8 +258,16 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     }
 
     /// The whole pass.
-    pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Progress {
-        let mut progress = Progress { iteration: 1, ..Progress::default() };
+    pub fn step(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Progress {
+        let mut progress = Progress {
+            iteration: 1,
+            ..Progress::default()
+        };
         let ended = match self.march(exec, observer, keyframes) {
             Ok(()) => self.make_feasible(exec, keyframes),
             Err(Stop::Cancelled) => Err(Status::Cancelled),
@@ -228,7 +284,12 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     }
 
     /// Simulates all steps.
-    fn march(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Stop> {
+    fn march(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<(), Stop> {
         let slots = self.settings.carrier.slots;
         put_everywhere(exec, &self.levels.finest, view(&self.initial), &mut self.v, slots);
         self.marched = false;
@@ -237,11 +298,33 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
         }
         for k in 1..=slots {
             let kept = self.push(exec, observer, keyframes, k)?;
-            let Self { levels, v, initial, w, region, sums, settings, .. } = self;
+            let Self {
+                levels,
+                v,
+                initial,
+                w,
+                region,
+                sums,
+                settings,
+                ..
+            } = self;
             let mut step = Step::carve(levels, 0, settings.step(), &mut Pool::new(region));
             let at = |k: usize| Slot::at(k, view(initial), view(v), slots);
             let (before, earlier) = (at(k - 1), at(k.saturating_sub(2)));
-            step.give(exec, [(kept, before), (1.0, Slot { field: view(w), slots, slot: k - 1 })]);
+            step.give(
+                exec,
+                [
+                    (kept, before),
+                    (
+                        1.0,
+                        Slot {
+                            field: view(w),
+                            slots,
+                            slot: k - 1,
+                        },
+                    ),
+                ],
+            );
             step.guess(exec, [(2.0, before), (-1.0, earlier)]);
             step.advance::<S>(exec, observer, sums)?;
             put(exec, &levels.finest, view(&step.v), v, k - 1);
@@ -252,9 +335,23 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     }
 
     /// Density k and, in slot k of w, the force that it asks for; what v_{k-1} keeps of its momentum.
-    fn push(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, k: usize) -> Result<f64, Stop> {
+    fn push(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        k: usize,
+    ) -> Result<f64, Stop> {
         self.carry(exec, observer, keyframes, k - 1)?;
-        let Self { levels, rho, w, region, sums, settings, .. } = self;
+        let Self {
+            levels,
+            rho,
+            w,
+            region,
+            sums,
+            settings,
+            ..
+        } = self;
         let grid = &levels.finest;
         let rho = &rho[k * grid.cells()..][..grid.cells()];
         Ok(match settings.push {
@@ -264,7 +361,12 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
             }
             Push::Target(pd) => {
                 let (target, steps) = next_target(keyframes, k, grid.cells());
-                let mut drive = Drive::carve(levels, settings.carrier.metric, settings.carrier.threads, &mut Pool::new(region));
+                let mut drive = Drive::carve(
+                    levels,
+                    settings.carrier.metric,
+                    settings.carrier.threads,
+                    &mut Pool::new(region),
+                );
                 drive.load(exec, rho, target);
                 let [kept, impulse] = pd.step(steps);
                 drive.force(exec, impulse, w, k - 1, sums);
@@ -274,9 +376,31 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     }
 
     /// Density `step + 1` from the one before.
-    fn carry(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, step: usize) -> Result<(), Stop> {
-        let Self { levels, v, initial, rho, region, sums, settings, .. } = self;
-        let (grid, flow) = (&levels.finest, Flow { initial: view(initial), v: view(v), along: None });
+    fn carry(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        step: usize,
+    ) -> Result<(), Stop> {
+        let Self {
+            levels,
+            v,
+            initial,
+            rho,
+            region,
+            sums,
+            settings,
+            ..
+        } = self;
+        let (grid, flow) = (
+            &levels.finest,
+            Flow {
+                initial: view(initial),
+                v: view(v),
+                along: None,
+            },
+        );
         let mut carrier = Carrier::carve(levels, 0, &settings.carrier, &mut Pool::new(region));
         carrier.carry_step(exec, observer, &flow, rho, step, sums)?;
         if let Push::Target(pd) = settings.push
@@ -284,7 +408,12 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
         {
             let rho = &mut rho[(step + 1) * grid.cells()..][..grid.cells()];
             let (target, steps) = next_target(keyframes, step + 1, grid.cells());
-            let mut drive = Drive::carve(levels, settings.carrier.metric, settings.carrier.threads, &mut Pool::new(region));
+            let mut drive = Drive::carve(
+                levels,
+                settings.carrier.metric,
+                settings.carrier.threads,
+                &mut Pool::new(region),
+            );
             drive.load(exec, rho, target);
             drive.gather(exec, pd.gathering / steps as f64, rho, target, sums)?;
         }
@@ -292,24 +421,66 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
     }
 
     /// Projects v, takes the forces from it, and transports rho_0 by it, but where densities were gathered; the objective.
-    pub(crate) fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+    pub(crate) fn make_feasible(
+        &mut self,
+        exec: &dyn Exec,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<Objective, Status> {
         let gathered = matches!(self.settings.push, Push::Target(pd) if pd.gathering > 0.0) && self.marched;
-        let Self { levels, v, initial, rho, w, region, sums, settings, .. } = self;
-        let Settings { carrier, viscosity, force_weight, projection_tolerance, .. } = *settings;
-        let (grid, setup) = (&levels.finest, evaluate::Setup { carrier, viscosity, force_weight, projection_tolerance });
+        let Self {
+            levels,
+            v,
+            initial,
+            rho,
+            w,
+            region,
+            sums,
+            settings,
+            ..
+        } = self;
+        let Settings {
+            carrier,
+            viscosity,
+            force_weight,
+            projection_tolerance,
+            ..
+        } = *settings;
+        let (grid, setup) = (
+            &levels.finest,
+            evaluate::Setup {
+                carrier,
+                viscosity,
+                force_weight,
+                projection_tolerance,
+            },
+        );
         let keyframes = *keyframes;
-        let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region, sums };
+        let mut evaluation = Evaluation {
+            levels,
+            level: 0,
+            setup,
+            initial: view(initial),
+            rho,
+            keyframes,
+            region,
+            sums,
+        };
         let mut objective = Objective::default();
         if gathered {
             let mut carrier = Carrier::carve(levels, 0, &carrier, &mut Pool::new(&mut *evaluation.region));
             objective.data = carrier.data(exec, evaluation.rho, &evaluation.keyframes, evaluation.sums);
-            evaluation.force::<S>(exec, &mut Silent, view(v), w).map_err(|_| Status::Cancelled)?;
+            evaluation
+                .force::<S>(exec, &mut Silent, view(v), w)
+                .map_err(|_| Status::Cancelled)?;
         } else {
             objective = evaluation.finish::<S>(exec, v, w)?;
         }
         // Where hardly any force acts the first projection leaves more than there is.
-        evaluation.project(exec, &mut Silent, w, evaluation.setup.projection_tolerance).map_err(|_| Status::Cancelled)?;
-        objective.force = 0.5 * force_weight * sums::sum_squares(exec, grid, carrier.slots, view(w), evaluation.sums);
+        evaluation
+            .project(exec, &mut Silent, w, evaluation.setup.projection_tolerance)
+            .map_err(|_| Status::Cancelled)?;
+        objective.force =
+            0.5 * force_weight * sums::sum_squares(exec, grid, carrier.slots, view(w), evaluation.sums);
         Ok(objective)
     }
 }

@@ -14,7 +14,8 @@ const DIRECTIONS: usize = 20;
 const ACCURACY: f64 = 0.1;
 
 /// What is solved: writes L d for the direction d, with a relative error of at most the given one.
-pub type Apply<'a, T> = dyn FnMut(Vector<'_, T>, &mut VectorMut<'_, T>, f64, &mut [f64]) -> Result<(), Stop> + 'a;
+pub type Apply<'a, T> =
+    dyn FnMut(Vector<'_, T>, &mut VectorMut<'_, T>, f64, &mut [f64]) -> Result<(), Stop> + 'a;
 
 /// The orthonormal directions.
 pub struct Krylov<'a, T> {
@@ -24,12 +25,20 @@ pub struct Krylov<'a, T> {
 impl<'a, T: Real> Krylov<'a, T> {
     /// Writes the ledger line of [`Self::carve`].
     pub fn requirement(ledger: &mut Ledger, grid: &Grid) {
-        ledger.line("Krylov directions", (DIRECTIONS + 1) * grid.dims * pooled(grid.cells()), T::BYTES);
+        ledger.line(
+            "Krylov directions",
+            (DIRECTIONS + 1) * grid.dims * pooled(grid.cells()),
+            T::BYTES,
+        );
     }
 
     /// Takes its numbers.
     pub fn carve(grid: &Grid, pool: &mut Pool<'a, T>) -> Self {
-        Self { basis: (0..=DIRECTIONS).map(|_| pool.take_vector(grid.dims, grid.cells())).collect() }
+        Self {
+            basis: (0..=DIRECTIONS)
+                .map(|_| pool.take_vector(grid.dims, grid.cells()))
+                .collect(),
+        }
     }
 
     /// `out` = a d for which |residual - L d| is at most `left` times |residual|, which is not 0, or the best of one cycle.
@@ -55,7 +64,12 @@ impl<'a, T: Real> Krylov<'a, T> {
         while triangle.columns < DIRECTIONS && triangle.left() > left {
             let (known, next) = self.basis.split_at_mut(triangle.columns + 1);
             let (last, next) = (&known[triangle.columns], &mut next[0]);
-            apply(view(last), next, (ACCURACY * left / triangle.left()).min(ACCURACY), sums)?;
+            apply(
+                view(last),
+                next,
+                (ACCURACY * left / triangle.left()).min(ACCURACY),
+                sums,
+            )?;
             let mut column = [0.0; DIRECTIONS + 1];
             for (direction, entry) in known.iter().zip(&mut column) {
                 *entry = dot(exec, shape, view(direction), view(next), sums);
@@ -90,7 +104,12 @@ impl Triangle {
     fn new() -> Self {
         let mut right = [0.0; DIRECTIONS + 1];
         right[0] = 1.0;
-        Self { columns: 0, entries: [[0.0; DIRECTIONS + 1]; DIRECTIONS], rotations: [[0.0; 2]; DIRECTIONS], right }
+        Self {
+            columns: 0,
+            entries: [[0.0; DIRECTIONS + 1]; DIRECTIONS],
+            rotations: [[0.0; 2]; DIRECTIONS],
+            right,
+        }
     }
 
     /// What is left of the right-hand side.
@@ -100,12 +119,18 @@ impl Triangle {
 
     fn push(&mut self, mut column: [f64; DIRECTIONS + 1]) {
         let at = self.columns;
-        let rotate = |[c, s]: [f64; 2], pair: &mut [f64]| (pair[0], pair[1]) = (c * pair[0] + s * pair[1], c * pair[1] - s * pair[0]);
+        let rotate = |[c, s]: [f64; 2], pair: &mut [f64]| {
+            (pair[0], pair[1]) = (c * pair[0] + s * pair[1], c * pair[1] - s * pair[0])
+        };
         for (i, &rotation) in self.rotations.iter().enumerate().take(at) {
             rotate(rotation, &mut column[i..i + 2]);
         }
         let length = libm::hypot(column[at], column[at + 1]);
-        self.rotations[at] = if length > 0.0 { [column[at] / length, column[at + 1] / length] } else { [1.0, 0.0] };
+        self.rotations[at] = if length > 0.0 {
+            [column[at] / length, column[at + 1] / length]
+        } else {
+            [1.0, 0.0]
+        };
         rotate(self.rotations[at], &mut column[at..at + 2]);
         rotate(self.rotations[at], &mut self.right[at..at + 2]);
         self.entries[at] = column;
@@ -116,9 +141,15 @@ impl Triangle {
     fn solve(&self) -> [f64; DIRECTIONS] {
         let mut weights = [0.0; DIRECTIONS];
         for i in (0..self.columns).rev() {
-            let known: f64 = (i + 1..self.columns).map(|j| self.entries[j][i] * weights[j]).sum();
+            let known: f64 = (i + 1..self.columns)
+                .map(|j| self.entries[j][i] * weights[j])
+                .sum();
             let pivot = self.entries[i][i];
-            weights[i] = if pivot == 0.0 { 0.0 } else { (self.right[i] - known) / pivot };
+            weights[i] = if pivot == 0.0 {
+                0.0
+            } else {
+                (self.right[i] - known) / pivot
+            };
         }
         weights
     }

@@ -68,9 +68,17 @@ impl<'a, T: Real> Step<'a, T> {
     pub fn requirement(ledger: &mut Ledger, grid: &Grid, threads: usize) {
         ledger.group("implicit step", Sharing::Together, |ledger| {
             Projection::<T>::requirement(ledger, grid, 1, threads);
-            ledger.line("velocities, residual and correction", FIELDS * grid.dims * pooled(grid.cells()), T::BYTES);
+            ledger.line(
+                "velocities, residual and correction",
+                FIELDS * grid.dims * pooled(grid.cells()),
+                T::BYTES,
+            );
             Krylov::<T>::requirement(ledger, grid);
-            ledger.line("rows of a block", pooled(threads * self_advection::scratch_per_thread(grid, 1)), T::BYTES);
+            ledger.line(
+                "rows of a block",
+                pooled(threads * self_advection::scratch_per_thread(grid, 1)),
+                T::BYTES,
+            );
         });
     }
 
@@ -82,7 +90,18 @@ impl<'a, T: Real> Step<'a, T> {
         let (given, v, adjoint, residual, correction) = (field(), field(), field(), field(), field());
         let krylov = Krylov::carve(grid, pool);
         let scratch = pool.take(setup.threads * self_advection::scratch_per_thread(grid, 1));
-        Self { grid, setup, projection, given, v, adjoint, residual, correction, krylov, scratch }
+        Self {
+            grid,
+            setup,
+            projection,
+            given,
+            v,
+            adjoint,
+            residual,
+            correction,
+            krylov,
+            scratch,
+        }
     }
 
     /// `given` = the sum of `s x`.
@@ -96,11 +115,18 @@ impl<'a, T: Real> Step<'a, T> {
     }
 
     fn fluid(&self) -> Fluid<'a> {
-        Fluid { grid: self.grid, slots: 1, viscosity: self.setup.viscosity }
+        Fluid {
+            grid: self.grid,
+            slots: 1,
+            viscosity: self.setup.viscosity,
+        }
     }
 
     fn shape(&self) -> Shape<'a> {
-        Shape { grid: self.grid, slots: 1 }
+        Shape {
+            grid: self.grid,
+            slots: 1,
+        }
     }
 
     fn speed(&self, exec: &dyn Exec, x: Vector<'_, T>, sums: &mut [f64]) -> f64 {
@@ -117,12 +143,19 @@ impl<'a, T: Real> Step<'a, T> {
     ///
     /// # Errors
     /// [`Stop::TooFast`] when Newton's method does not converge.
-    pub fn advance<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, sums: &mut [f64]) -> Result<(), Stop> {
+    pub fn advance<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
         let (shape, mut before, mut length) = (self.shape(), f64::INFINITY, 1.0);
         for _ in 0..CORRECTIONS {
             self.residual::<S>(exec, observer, Law::Flow, sums)?;
             let size = self.speed(exec, view(&self.residual), sums);
-            let speed = self.speed(exec, view(&self.given), sums).max(self.speed(exec, view(&self.v), sums));
+            let speed = self
+                .speed(exec, view(&self.given), sums)
+                .max(self.speed(exec, view(&self.v), sums));
             let enough = speed * self.setup.tolerance.max(self.rounding(speed));
             if size <= enough {
                 return Ok(());
@@ -149,28 +182,46 @@ impl<'a, T: Real> Step<'a, T> {
     ///
     /// # Errors
     /// [`Stop::TooFast`] when GMRES does not converge.
-    pub fn adjoin<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, sums: &mut [f64]) -> Result<(), Stop> {
+    pub fn adjoin<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
         let (shape, mut enough) = (self.shape(), None);
         let speed = self.speed(exec, view(&self.v), sums);
         let known = libm::sqrt(dot(exec, shape, view(&self.adjoint), view(&self.adjoint), sums));
         for _ in 0..CORRECTIONS {
             self.residual::<S>(exec, observer, Law::Adjoint, sums)?;
             let size = libm::sqrt(dot(exec, shape, view(&self.residual), view(&self.residual), sums));
-            let enough = *enough.get_or_insert((known + size) * self.setup.tolerance.max(self.rounding(speed)));
+            let enough =
+                *enough.get_or_insert((known + size) * self.setup.tolerance.max(self.rounding(speed)));
             if size <= enough {
                 return Ok(());
             }
             if !size.is_finite() {
                 return Err(Stop::TooFast);
             }
-            self.correct::<S>(exec, observer, Law::Adjoint, (SURE * enough / size).max(LEFT_OF_ADJOINT), sums)?;
+            self.correct::<S>(
+                exec,
+                observer,
+                Law::Adjoint,
+                (SURE * enough / size).max(LEFT_OF_ADJOINT),
+                sums,
+            )?;
             add(exec, shape, &mut self.adjoint, 1.0, 1.0, view(&self.correction));
         }
         Err(Stop::TooFast)
     }
 
     /// residual = Q(given - Adv(v)) - v, or Q(given - J(v)^T z) - z.
-    fn residual<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, law: Law, sums: &mut [f64]) -> Result<(), Stop> {
+    fn residual<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        law: Law,
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
         let (fluid, shape, out) = (self.fluid(), self.shape(), &mut self.residual);
         let x = match law {
             Law::Flow => {
@@ -178,29 +229,75 @@ impl<'a, T: Real> Step<'a, T> {
                 view(&self.v)
             }
             Law::Adjoint => {
-                self_advection::apply_adjoint::<T, S>(exec, fluid, view(&self.v), view(&self.adjoint), reborrow(out), self.scratch);
+                self_advection::apply_adjoint::<T, S>(
+                    exec,
+                    fluid,
+                    view(&self.v),
+                    view(&self.adjoint),
+                    reborrow(out),
+                    self.scratch,
+                );
                 view(&self.adjoint)
             }
         };
         add(exec, shape, out, -1.0, 1.0, view(&self.given));
-        project(&mut self.projection, exec, observer, out, SURE * self.setup.tolerance, sums)?;
+        project(
+            &mut self.projection,
+            exec,
+            observer,
+            out,
+            SURE * self.setup.tolerance,
+            sums,
+        )?;
         add(exec, shape, out, 1.0, -1.0, x);
         Ok(())
     }
 
     /// correction = d with d + Q J(v) d, or d + Q J(v)^T d, nearer to the residual than `left`.
-    fn correct<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, law: Law, left: f64, sums: &mut [f64]) -> Result<(), Stop> {
+    fn correct<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        law: Law,
+        left: f64,
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
         let (grid, fluid, shape) = (self.grid, self.fluid(), self.shape());
-        let Self { projection, v, residual, correction, krylov, scratch, .. } = self;
-        krylov.correct(exec, grid, view(residual), left, correction, sums, &mut |d, out, accuracy, sums| {
-            match law {
-                Law::Flow => self_advection::apply_derivative::<T, S>(exec, fluid, view(v), d, reborrow(out), scratch),
-                Law::Adjoint => self_advection::apply_adjoint::<T, S>(exec, fluid, view(v), d, reborrow(out), scratch),
-            }
-            project(projection, exec, observer, out, accuracy, sums)?;
-            add(exec, shape, out, 1.0, 1.0, d);
-            Ok(())
-        })
+        let Self {
+            projection,
+            v,
+            residual,
+            correction,
+            krylov,
+            scratch,
+            ..
+        } = self;
+        krylov.correct(
+            exec,
+            grid,
+            view(residual),
+            left,
+            correction,
+            sums,
+            &mut |d, out, accuracy, sums| {
+                match law {
+                    Law::Flow => self_advection::apply_derivative::<T, S>(
+                        exec,
+                        fluid,
+                        view(v),
+                        d,
+                        reborrow(out),
+                        scratch,
+                    ),
+                    Law::Adjoint => {
+                        self_advection::apply_adjoint::<T, S>(exec, fluid, view(v), d, reborrow(out), scratch)
+                    }
+                }
+                project(projection, exec, observer, out, accuracy, sums)?;
+                add(exec, shape, out, 1.0, 1.0, d);
+                Ok(())
+            },
+        )
     }
 }
 
@@ -220,5 +317,12 @@ fn project<T: Real>(
     tolerance: f64,
     sums: &mut [f64],
 ) -> Result<(), Stop> {
-    if projection.project(exec, observer, 1, field, None, tolerance, sums).is_break() { Err(Stop::Cancelled) } else { Ok(()) }
+    if projection
+        .project(exec, observer, 1, field, None, tolerance, sums)
+        .is_break()
+    {
+        Err(Stop::Cancelled)
+    } else {
+        Ok(())
+    }
 }

@@ -44,9 +44,15 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
 }
 
 impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
-    fn direction(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, newton: &mut QuasiNewton) -> Result<f64, Stop> {
+    fn direction(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        newton: &mut QuasiNewton,
+    ) -> Result<f64, Stop> {
         let slope = newton.descend(exec, self.shape(), &mut self.fields);
-        self.evaluation.clean(exec, observer, &mut self.fields[newton.direction])?;
+        self.evaluation
+            .clean(exec, observer, &mut self.fields[newton.direction])?;
         Ok(slope)
     }
 
@@ -55,19 +61,46 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
         quasi_newton::add(exec, shape, &mut self.v, 1.0, s, view(&self.fields[direction]));
     }
 
-    fn value(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, force: usize, bound: f64) -> Result<Objective, Stop> {
-        self.evaluation.value::<S>(exec, observer, view(&self.v), &mut self.fields[force], bound)
+    fn value(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        force: usize,
+        bound: f64,
+    ) -> Result<Objective, Stop> {
+        self.evaluation
+            .value::<S>(exec, observer, view(&self.v), &mut self.fields[force], bound)
     }
 
-    fn gradient(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, force: usize, into: usize) -> Result<(), Stop> {
+    fn gradient(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        force: usize,
+        into: usize,
+    ) -> Result<(), Stop> {
         let mut gradient = core::mem::take(&mut self.fields[into]);
-        let done = self.evaluation.gradient::<S>(exec, observer, view(&self.v), view(&self.fields[force]), &mut gradient);
+        let done = self.evaluation.gradient::<S>(
+            exec,
+            observer,
+            view(&self.v),
+            view(&self.fields[force]),
+            &mut gradient,
+        );
         self.fields[into] = gradient;
         done
     }
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
         let initial = self.initial();
-        newton.arrive(exec, self.shape(), &mut self.fields, borrowed, step, &initial, self.evaluation.sums);
+        newton.arrive(
+            exec,
+            self.shape(),
+            &mut self.fields,
+            borrowed,
+            step,
+            &initial,
+            self.evaluation.sums,
+        );
     }
 }

@@ -49,9 +49,16 @@ impl<T: Real> Sizes<T> {
 
     /// The ledger lines of `rest`.
     pub fn requirement(ledger: &mut Ledger, settings: &Settings, level: usize, threads: usize) {
-        let (grid, setup) = (grid_of(settings, level), carrier_setup(settings, level, 0, threads));
+        let (grid, setup) = (
+            grid_of(settings, level),
+            carrier_setup(settings, level, 0, threads),
+        );
         ledger.group("quasi-Newton", Sharing::Together, |ledger| {
-            ledger.line("gradients, directions and pairs", quasi_newton::numbers(&grid, setup.slots, settings.history), T::BYTES);
+            ledger.line(
+                "gradients, directions and pairs",
+                quasi_newton::numbers(&grid, setup.slots, settings.history),
+                T::BYTES,
+            );
             Evaluation::<T>::requirement(ledger, &grid, &setup);
         });
     }
@@ -75,7 +82,11 @@ pub(super) fn slots_on(settings: &Settings, level: usize) -> usize {
 /// there are s times fewer of each.
 fn weights(settings: &Settings, level: usize) -> [f64; 3] {
     let s = f64::from(stride(settings, level));
-    [super::STIFFNESS / (s * s), settings.viscosity * s, settings.force_weight / (s * s * s)]
+    [
+        super::STIFFNESS / (s * s),
+        settings.viscosity * s,
+        settings.force_weight / (s * s * s),
+    ]
 }
 
 /// Weight of e in the metric on the grids between the coarsest and the finest. What those grids cannot resolve would make them
@@ -94,20 +105,39 @@ const SEARCH_COURANT: f64 = 3.0;
 /// Transport of the search on grid `level` for that of the result.
 fn search_stepping(result: Stepping, level: usize) -> Stepping {
     let (times, most) = SEARCH_CUT[usize::from(level > 0)];
-    Stepping { tolerance: result.tolerance.max(most.min(times * result.tolerance)), courant: SEARCH_COURANT, ..result }
+    Stepping {
+        tolerance: result.tolerance.max(most.min(times * result.tolerance)),
+        courant: SEARCH_COURANT,
+        ..result
+    }
 }
 
 /// Transport and metric of the search on grid `level` of `levels`.
 fn carrier_setup(settings: &Settings, level: usize, levels: usize, threads: usize) -> carrier::Setup {
     let between = (1..levels.saturating_sub(1)).contains(&level);
-    let metric = Metric { filters: settings.carrier.metric.filters.saturating_sub(level), identity: if between { IDENTITY_BETWEEN } else { 1.0 } };
-    carrier::Setup { slots: slots_on(settings, level), metric, stepping: search_stepping(settings.carrier.stepping, level), threads, ..settings.carrier }
+    let metric = Metric {
+        filters: settings.carrier.metric.filters.saturating_sub(level),
+        identity: if between { IDENTITY_BETWEEN } else { 1.0 },
+    };
+    carrier::Setup {
+        slots: slots_on(settings, level),
+        metric,
+        stepping: search_stepping(settings.carrier.stepping, level),
+        threads,
+        ..settings.carrier
+    }
 }
 
 /// Numbers of the finest grid's rest in which one iteration finds what another left, on whichever grid: the data of the grids down
 /// to that one and quasi-Newton's fields there. Behind them is work.
 pub(super) fn live<T: Real>(settings: &Settings) -> usize {
-    let fields = |level: usize| quasi_newton::numbers(&grid_of(settings, level), slots_on(settings, level), settings.history);
+    let fields = |level: usize| {
+        quasi_newton::numbers(
+            &grid_of(settings, level),
+            slots_on(settings, level),
+            settings.history,
+        )
+    };
     let coarser = (1..Threads::new::<T>(settings).len()).scan(0, |above, level| {
         *above += Sizes::<T>::new(settings, level, 1).data;
         Some(*above + fields(level))
@@ -126,13 +156,19 @@ impl Threads {
         let mut list = heapless::Vec::new();
         let _ = list.push(settings.carrier.threads);
         for (level, pair) in grids.windows(2).enumerate() {
-            let (room, alone) = (Sizes::<T>::new(settings, level, 1).rest, Sizes::<T>::new(settings, level + 1, 1).all());
+            let (room, alone) = (
+                Sizes::<T>::new(settings, level, 1).rest,
+                Sizes::<T>::new(settings, level + 1, 1).all(),
+            );
             if !(settings.params.nested && nested::begins_on(&pair[0], &pair[1]) && alone <= room) {
                 break;
             }
             let room = Sizes::<T>::new(settings, level, list[level]).rest;
             let fewer = nested::halvings(list[level]);
-            let threads = fewer.into_iter().find(|&threads| Sizes::<T>::new(settings, level + 1, threads).all() <= room).unwrap_or(1);
+            let threads = fewer
+                .into_iter()
+                .find(|&threads| Sizes::<T>::new(settings, level + 1, threads).all() <= room)
+                .unwrap_or(1);
             let _ = list.push(threads);
         }
         Self(list)
@@ -173,13 +209,28 @@ impl<'a, T: Real> NextMut<'a, T> {
         let cells = grid.cells();
         let mut pool = Pool::new(rest);
         let (densities, rho) = (pool.take(keyframes * cells), pool.take(densities(grid, slots)));
-        let (initial, v) = (pool.take_vector(grid.dims, cells), pool.take_vector(grid.dims, cells * slots));
-        Self { initial, rho, v, densities, rest: pool.into_rest() }
+        let (initial, v) = (
+            pool.take_vector(grid.dims, cells),
+            pool.take_vector(grid.dims, cells * slots),
+        );
+        Self {
+            initial,
+            rho,
+            v,
+            densities,
+            rest: pool.into_rest(),
+        }
     }
 
     /// With its keyframes, at the steps of those on another grid.
     pub fn complete(self, keyframes: &Keyframes<'a, T>, stride: u32) -> LevelMut<'a, T> {
-        LevelMut { initial: self.initial, rho: self.rho, v: self.v, keyframes: keyframes.coarse(stride, self.densities), rest: self.rest }
+        LevelMut {
+            initial: self.initial,
+            rho: self.rho,
+            v: self.v,
+            keyframes: keyframes.coarse(stride, self.densities),
+            rest: self.rest,
+        }
     }
 }
 
@@ -194,30 +245,53 @@ pub(super) struct Work<'a, 'm, T> {
 impl<'a, T> Work<'a, '_, T> {
     /// Where its trajectories live.
     pub fn shape(&self) -> Shape<'a> {
-        let Evaluation { levels, level, setup, .. } = &self.evaluation;
-        Shape { grid: &levels.grids[*level], slots: setup.carrier.slots }
+        let Evaluation {
+            levels, level, setup, ..
+        } = &self.evaluation;
+        Shape {
+            grid: &levels.grids[*level],
+            slots: setup.carrier.slots,
+        }
     }
 
     /// The first inverse Hessian (K + r S)^-1.
     pub fn initial(&self) -> Initial<'a> {
-        Initial { line: Some(self.line), scale: 1.0 / self.evaluation.setup.force_weight }
+        Initial {
+            line: Some(self.line),
+            scale: 1.0 / self.evaluation.setup.force_weight,
+        }
     }
 }
 
 /// Grid `level` from the finest one, all in between carved one in the rest of the other.
-pub(super) fn down<'a, T: Real>(levels: &Levels<'_, T>, settings: &Settings, finest: LevelMut<'a, T>, level: usize) -> LevelMut<'a, T> {
+pub(super) fn down<'a, T: Real>(
+    levels: &Levels<'_, T>,
+    settings: &Settings,
+    finest: LevelMut<'a, T>,
+    level: usize,
+) -> LevelMut<'a, T> {
     let keyframes = finest.keyframes;
     let grids = levels.grids.iter().enumerate().skip(1).take(level);
     grids.fold(finest, |at, (level, grid)| {
-        NextMut::carve(grid, slots_on(settings, level), keyframes.count(), at.rest).complete(&keyframes, stride(settings, level))
+        NextMut::carve(grid, slots_on(settings, level), keyframes.count(), at.rest)
+            .complete(&keyframes, stride(settings, level))
     })
 }
 
 impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     /// The hierarchy, and the finest grid with everything else in its rest.
-    pub(super) fn finest<'a>(&'a mut self, keyframes: &Keyframes<'a, T>) -> (&'a Levels<'m, T>, LevelMut<'a, T>) {
+    pub(super) fn finest<'a>(
+        &'a mut self,
+        keyframes: &Keyframes<'a, T>,
+    ) -> (&'a Levels<'m, T>, LevelMut<'a, T>) {
         let keyframes = *keyframes;
-        let at = LevelMut { initial: reborrow(&mut self.initial), rho: self.rho, v: reborrow(&mut self.v), keyframes, rest: self.rest };
+        let at = LevelMut {
+            initial: reborrow(&mut self.initial),
+            rho: self.rho,
+            v: reborrow(&mut self.v),
+            keyframes,
+            rest: self.rest,
+        };
         (&self.levels, at)
     }
 
@@ -225,17 +299,63 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     pub(super) fn work<'a>(&'a mut self, level: usize, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
         let (slots, history) = (slots_on(&self.settings, level), self.settings.history);
         let (count, threads) = (self.threads.len(), self.threads.on(level));
-        let Self { levels, v, initial, rho, rest, pivots, sums, settings, .. } = self;
+        let Self {
+            levels,
+            v,
+            initial,
+            rho,
+            rest,
+            pivots,
+            sums,
+            settings,
+            ..
+        } = self;
         let keyframes = *keyframes;
-        let finest = LevelMut { initial: reborrow(initial), rho, v: reborrow(v), keyframes, rest };
-        let LevelMut { initial: [x, y, z], rho, v, keyframes, rest } = down(levels, settings, finest, level);
+        let finest = LevelMut {
+            initial: reborrow(initial),
+            rho,
+            v: reborrow(v),
+            keyframes,
+            rest,
+        };
+        let LevelMut {
+            initial: [x, y, z],
+            rho,
+            v,
+            keyframes,
+            rest,
+        } = down(levels, settings, finest, level);
         let mut pool = Pool::new(rest);
         let fields = quasi_newton::take(&levels.grids[level], slots, history, &mut pool);
         let (initial, region) = ([&*x, &*y, &*z], pool.into_rest());
-        let ([stiffness, viscosity, force_weight], projection_tolerance) = (weights(settings, level), settings.projection_tolerance);
-        let setup = evaluate::Setup { carrier: carrier_setup(settings, level, count, threads), viscosity, force_weight, projection_tolerance };
-        let evaluation = Evaluation { levels, level, setup, initial, rho, keyframes, region, sums };
-        let line = TimeLine::new(stiffness / force_weight, drag(&levels.grids[level], viscosity), &mut pivots[..slots]);
-        Work { evaluation, v, fields, line }
+        let ([stiffness, viscosity, force_weight], projection_tolerance) =
+            (weights(settings, level), settings.projection_tolerance);
+        let setup = evaluate::Setup {
+            carrier: carrier_setup(settings, level, count, threads),
+            viscosity,
+            force_weight,
+            projection_tolerance,
+        };
+        let evaluation = Evaluation {
+            levels,
+            level,
+            setup,
+            initial,
+            rho,
+            keyframes,
+            region,
+            sums,
+        };
+        let line = TimeLine::new(
+            stiffness / force_weight,
+            drag(&levels.grids[level], viscosity),
+            &mut pivots[..slots],
+        );
+        Work {
+            evaluation,
+            v,
+            fields,
+            line,
+        }
     }
 }

@@ -60,7 +60,11 @@ pub struct DirectParams {
 
 impl Default for DirectParams {
     fn default() -> Self {
-        Self { history: None, tolerance: 1e-4, nested: true }
+        Self {
+            history: None,
+            tolerance: 1e-4,
+            nested: true,
+        }
     }
 }
 
@@ -82,8 +86,13 @@ impl DirectParams {
     #[must_use]
     pub fn most_iterations(&self, problem: &Problem<'_>, on_finest: usize) -> usize {
         let grids = levels::hierarchy(&problem.grid());
-        let coarser = grids.windows(2).take_while(|pair| self.nested && nested::begins_on(&pair[0], &pair[1])).count();
-        (1..=coarser).map(|level| coarse_iterations(level, coarser)).fold(on_finest, usize::saturating_add)
+        let coarser = grids
+            .windows(2)
+            .take_while(|pair| self.nested && nested::begins_on(&pair[0], &pair[1]))
+            .count();
+        (1..=coarser)
+            .map(|level| coarse_iterations(level, coarser))
+            .fold(on_finest, usize::saturating_add)
     }
 }
 
@@ -115,17 +124,31 @@ pub struct Settings {
 impl Settings {
     /// The settings of `problem` with so many pairs; whether two threads may do different works, for which there is memory then.
     #[must_use]
-    pub fn new(problem: &Problem<'_>, params: &DirectParams, history: usize, threads: usize, tandem: bool, iterations: usize) -> Self {
+    pub fn new(
+        problem: &Problem<'_>,
+        params: &DirectParams,
+        history: usize,
+        threads: usize,
+        tandem: bool,
+        iterations: usize,
+    ) -> Self {
         Self {
             grid: problem.grid(),
             history,
             keyframes: problem.keyframes.len(),
-            carrier: carrier::Setup { tandem, ..carrier::Setup::new(problem, threads) },
+            carrier: carrier::Setup {
+                tandem,
+                ..carrier::Setup::new(problem, threads)
+            },
             projection_tolerance: problem.projection_tolerance,
             viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),
             iterations,
-            halves_time: problem.steps.is_multiple_of(2) && problem.keyframes.iter().all(|&step| step.is_multiple_of(2) && step >= 4),
+            halves_time: problem.steps.is_multiple_of(2)
+                && problem
+                    .keyframes
+                    .iter()
+                    .all(|&step| step.is_multiple_of(2) && step >= 4),
             params: *params,
         }
     }
@@ -164,7 +187,11 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         Levels::<T>::requirement(ledger, &grid, settings.carrier.metric.filters);
         ledger.vector("velocity v", S::DIM, len, T::BYTES);
         ledger.vector("given velocity v_0", S::DIM, cells, T::BYTES);
-        ledger.line("sums of rows", quasi_newton::sums_per_row(settings.history) * grid.rows(), 8);
+        ledger.line(
+            "sums of rows",
+            quasi_newton::sums_per_row(settings.history) * grid.rows(),
+            8,
+        );
         ledger.line("pivots in time", slots, 8);
         Self::in_turn(ledger, settings);
     }
@@ -174,7 +201,11 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         ledger.group("used in turn", Sharing::InTurn, |ledger| {
             Sizes::<T>::requirement(ledger, settings, 0, settings.carrier.threads);
             if level::Threads::new::<T>(settings).len() > 1 {
-                ledger.line("coarser grids before", Sizes::<T>::new(settings, 1, 1).all(), T::BYTES);
+                ledger.line(
+                    "coarser grids before",
+                    Sizes::<T>::new(settings, 1, 1).all(),
+                    T::BYTES,
+                );
             }
         });
     }
@@ -236,63 +267,118 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
 
     /// The state in a checkpoint.
     pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
-        let (mut level, mut descent, mut iteration, mut largest) = (self.level, self.descent.clone(), self.iteration, self.settings.carrier.largest);
+        let (mut level, mut descent, mut iteration, mut largest) = (
+            self.level,
+            self.descent.clone(),
+            self.iteration,
+            self.settings.carrier.largest,
+        );
         let coarsest = self.threads.len() - 1;
         record.option(&mut level, |record, level| record.count(level, coarsest))?;
         record.count(&mut iteration, MANY)?;
         record.real(&mut largest)?;
         descent.record(record)?;
-        (self.level, self.descent, self.iteration, self.settings.carrier.largest) = (level, descent, iteration, largest);
+        (
+            self.level,
+            self.descent,
+            self.iteration,
+            self.settings.carrier.largest,
+        ) = (level, descent, iteration, largest);
         record.numbers(self.rho);
         let Self { v, initial, .. } = self;
-        [v, initial].into_iter().flatten().for_each(|field| record.numbers(field));
+        [v, initial]
+            .into_iter()
+            .flatten()
+            .for_each(|field| record.numbers(field));
         record.numbers(&mut self.rest[..level::live::<T>(&self.settings)]);
         Ok(())
     }
 
     /// Projects v_0; the change relative to max |v_0|.
     pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let (grid, threads, tolerance) = (&self.levels.finest, self.settings.carrier.threads, self.settings.projection_tolerance);
+        let (grid, threads, tolerance) = (
+            &self.levels.finest,
+            self.settings.carrier.threads,
+            self.settings.projection_tolerance,
+        );
         let mut pool = Pool::new(&mut *self.rest);
         let mut copy = pool.take_vector(S::DIM, grid.cells());
         let projection = Projection::carve(&self.levels, 0, 1, threads, &mut pool);
-        poisson::project_given(exec, grid, projection, &mut self.initial, &mut copy, tolerance, self.sums)
+        poisson::project_given(
+            exec,
+            grid,
+            projection,
+            &mut self.initial,
+            &mut copy,
+            tolerance,
+            self.sums,
+        )
     }
 
     /// The forces of the result, after [`Self::make_feasible`].
     pub(crate) fn force(&self) -> Vector<'_, T> {
         let len = self.grid().cells() * self.slots();
         let start = self.descent.newton.direction * S::DIM * pooled(len);
-        core::array::from_fn(|axis| if axis < S::DIM { &self.rest[start + axis * pooled(len)..][..len] } else { &[] })
+        core::array::from_fn(|axis| {
+            if axis < S::DIM {
+                &self.rest[start + axis * pooled(len)..][..len]
+            } else {
+                &[]
+            }
+        })
     }
 
     /// Iterations on grid `level` at most.
     fn iterations_on(&self, level: usize) -> usize {
-        if level == 0 { self.settings.iterations } else { coarse_iterations(level, self.threads.len() - 1) }
+        if level == 0 {
+            self.settings.iterations
+        } else {
+            coarse_iterations(level, self.threads.len() - 1)
+        }
     }
 
     /// What an iteration on grid `level` must gain, in parts of the objective.
     fn tolerance_on(&self, level: usize) -> f64 {
         let tolerance = self.settings.params.tolerance;
-        if level == 0 { tolerance } else { COARSE_TOLERANCE * tolerance }
+        if level == 0 {
+            tolerance
+        } else {
+            COARSE_TOLERANCE * tolerance
+        }
     }
 
     /// One iteration, on the grid that the solve has come to.
-    pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Progress {
+    pub fn step(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Progress {
         let mut progress = Progress::default();
         progress.status = self.iterate(exec, observer, keyframes, &mut progress).err();
         progress
     }
 
     /// The step's body; an error is how the solve ended.
-    fn iterate(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, progress: &mut Progress) -> Result<(), Status> {
+    fn iterate(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        progress: &mut Progress,
+    ) -> Result<(), Status> {
         let level = match self.level {
             Some(level) => level,
             None => self.begin(exec, keyframes),
         };
         self.iteration += 1;
         progress.iteration = self.iteration;
-        if observer.on(Event::IterationBegin { iteration: self.iteration }).is_break() {
+        if observer
+            .on(Event::IterationBegin {
+                iteration: self.iteration,
+            })
+            .is_break()
+        {
             return Err(Status::Cancelled);
         }
         let outcome = self.descend(exec, observer, keyframes, progress)?;

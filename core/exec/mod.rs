@@ -55,7 +55,12 @@ unsafe impl<T: Send> Sync for Chunks<'_, T> {}
 impl<'a, T> Chunks<'a, T> {
     fn new(slice: &'a mut [T], count: usize) -> Self {
         let size = slice.len().checked_div(count).unwrap_or(0);
-        Self { start: slice.as_mut_ptr(), count, size, slice: PhantomData }
+        Self {
+            start: slice.as_mut_ptr(),
+            count,
+            size,
+            slice: PhantomData,
+        }
     }
 
     /// Chunks one after the other.
@@ -66,7 +71,12 @@ impl<'a, T> Chunks<'a, T> {
     unsafe fn get(&self, chunks: Range<usize>) -> &'a mut [T] {
         assert!(chunks.start <= chunks.end && chunks.end <= self.count);
         // SAFETY: `end <= count`, so the chunks lie in the slice; the caller keeps chunks disjoint.
-        unsafe { core::slice::from_raw_parts_mut(self.start.add(chunks.start * self.size), chunks.len() * self.size) }
+        unsafe {
+            core::slice::from_raw_parts_mut(
+                self.start.add(chunks.start * self.size),
+                chunks.len() * self.size,
+            )
+        }
     }
 }
 
@@ -113,8 +123,13 @@ pub struct RunTask<'a, T, const K: usize> {
 /// Calls `task` for every row of `range`, each with its own chunk of every field; `rows` is the number of chunks in all.
 ///
 /// Reductions go through `sums`, added up by the caller in row order.
-pub fn for_rows<T, const K: usize, F>(exec: &dyn Exec, rows: usize, range: Range<usize>, buffers: RowBuffers<'_, T, K>, task: F)
-where
+pub fn for_rows<T, const K: usize, F>(
+    exec: &dyn Exec,
+    rows: usize,
+    range: Range<usize>,
+    buffers: RowBuffers<'_, T, K>,
+    task: F,
+) where
     T: Send,
     F: Fn(RowTask<'_, T, K>) + Sync,
 {
@@ -140,7 +155,12 @@ impl Planes {
     /// Those of a range.
     #[must_use]
     pub fn of(range: Range<usize>) -> Self {
-        Self { count: range.len(), first: 0, size: range.len(), offset: range.start }
+        Self {
+            count: range.len(),
+            first: 0,
+            size: range.len(),
+            offset: range.start,
+        }
     }
 }
 
@@ -148,15 +168,28 @@ impl Planes {
 ///
 /// # Panics
 /// When a ring has fewer places than there are planes, or more than `rows` has.
-pub fn for_rows_across<T, const K: usize, F>(exec: &dyn Exec, rows: usize, rows_per_plane: usize, planes: Planes, buffers: RowBuffers<'_, T, K>, task: F)
-where
+pub fn for_rows_across<T, const K: usize, F>(
+    exec: &dyn Exec,
+    rows: usize,
+    rows_per_plane: usize,
+    planes: Planes,
+    buffers: RowBuffers<'_, T, K>,
+    task: F,
+) where
     T: Send,
     F: Fn(RowTask<'_, T, K>) + Sync,
 {
-    let Planes { count, first, size, offset } = planes;
+    let Planes {
+        count,
+        first,
+        size,
+        offset,
+    } = planes;
     assert!(count <= size && offset.saturating_add(size).saturating_mul(rows_per_plane) <= rows);
     let first = first % size.max(1);
-    let row_at = move |at: usize| (offset + (first + at % count.max(1)) % size.max(1)) * rows_per_plane + at / count.max(1);
+    let row_at = move |at: usize| {
+        (offset + (first + at % count.max(1)) % size.max(1)) * rows_per_plane + at / count.max(1)
+    };
     // SAFETY: nothing above overflows, and `count <= size`, so planes differ, and every number is that of another row.
     unsafe { in_order(exec, rows, 0..count * rows_per_plane, row_at, buffers, task) }
 }
@@ -197,8 +230,13 @@ unsafe fn in_order<T, const K: usize, F>(
 }
 
 /// Calls `task` for the `rows` chunks of the fields, some rows after another at a time: those that a thread takes at once.
-pub fn for_runs<T, const K: usize, F>(exec: &dyn Exec, rows: usize, fields: [&mut [T]; K], scratch: &mut [T], task: F)
-where
+pub fn for_runs<T, const K: usize, F>(
+    exec: &dyn Exec,
+    rows: usize,
+    fields: [&mut [T]; K],
+    scratch: &mut [T],
+    task: F,
+) where
     T: Send,
     F: Fn(RunTask<'_, T, K>) + Sync,
 {
@@ -207,8 +245,13 @@ where
     let scratch = Chunks::new(scratch, exec.threads().max(1));
     share_out(exec, 0..rows, a_row, move |worker, turn| {
         // SAFETY: as in `for_rows`.
-        let task_of_turn =
-            unsafe { RunTask { fields: core::array::from_fn(|k| fields[k].get(turn.clone())), scratch: scratch.get(worker..worker + 1), rows: turn } };
+        let task_of_turn = unsafe {
+            RunTask {
+                fields: core::array::from_fn(|k| fields[k].get(turn.clone())),
+                scratch: scratch.get(worker..worker + 1),
+                rows: turn,
+            }
+        };
         task(task_of_turn);
     });
 }
@@ -224,7 +267,10 @@ impl Slabs {
     /// As many of `count` as have `least` rows each, but one at least.
     #[must_use]
     pub fn new(rows: usize, count: usize, least: usize) -> Self {
-        Self { rows, count: count.min(rows / least.max(1)).max(1) }
+        Self {
+            rows,
+            count: count.min(rows / least.max(1)).max(1),
+        }
     }
 
     /// How many there are.
@@ -246,7 +292,11 @@ impl Slabs {
     pub fn slab_of(self, row: usize) -> usize {
         let (thin, thick) = self.thickness();
         let in_thick = row / thin.saturating_add(1);
-        if in_thick < thick { in_thick } else { (row - thick) / thin.max(1) }
+        if in_thick < thick {
+            in_thick
+        } else {
+            (row - thick) / thin.max(1)
+        }
     }
 
     /// Rows of a thin slab, and how many are thicker by one: the first ones.
@@ -257,8 +307,13 @@ impl Slabs {
 }
 
 /// As [`for_runs`], but each run is a slab, and a worker begins with the same ones each time.
-pub fn for_slabs<T, const K: usize, F>(exec: &dyn Exec, slabs: Slabs, fields: [&mut [T]; K], scratch: &mut [T], task: F)
-where
+pub fn for_slabs<T, const K: usize, F>(
+    exec: &dyn Exec,
+    slabs: Slabs,
+    fields: [&mut [T]; K],
+    scratch: &mut [T],
+    task: F,
+) where
     T: Send,
     F: Fn(RunTask<'_, T, K>) + Sync,
 {
@@ -268,8 +323,13 @@ where
         for slab in turn {
             let rows = slabs.rows_of(slab);
             // SAFETY: as in `for_rows`: slabs share no rows, and nothing overflows where their number is below `count`, and `count` no more than `rows`.
-            let task_of_slab =
-                unsafe { RunTask { fields: core::array::from_fn(|k| fields[k].get(rows.clone())), scratch: scratch.get(worker..worker + 1), rows } };
+            let task_of_slab = unsafe {
+                RunTask {
+                    fields: core::array::from_fn(|k| fields[k].get(rows.clone())),
+                    scratch: scratch.get(worker..worker + 1),
+                    rows,
+                }
+            };
             task(task_of_slab);
         }
     });
@@ -277,7 +337,13 @@ where
 
 /// Two different works at the same time, each on one thread: the first on that which calls, if there is another.
 pub fn join<'a>(exec: &dyn Exec, first: &'a mut (dyn FnMut() + Send), second: &'a mut (dyn FnMut() + Send)) {
-    for_slabs(exec, Slabs::new(2, 2, 1), [&mut [first, second][..]], &mut [], |task| task.fields.into_iter().flatten().for_each(|work| work()));
+    for_slabs(
+        exec,
+        Slabs::new(2, 2, 1),
+        [&mut [first, second][..]],
+        &mut [],
+        |task| task.fields.into_iter().flatten().for_each(|work| work()),
+    );
 }
 
 /// Calls `work` with the number of a worker and the rows of one of its turns until all rows of `range` are done, of each of which `a_row`
@@ -290,21 +356,39 @@ pub fn join<'a>(exec: &dyn Exec, first: &'a mut (dyn FnMut() + Send), second: &'
 /// small and many, let `work` own what it captures.
 fn share_out(exec: &dyn Exec, range: Range<usize>, a_row: usize, work: impl Fn(usize, Range<usize>) + Sync) {
     let small = (1..WORTH_A_THREAD).contains(&(a_row * range.len()));
-    let workers = if small { 1 } else { exec.threads().max(1).min(range.len()) };
-    let turn = if a_row == 0 { 1 } else { WORTH_A_TURN.div_ceil(a_row) };
+    let workers = if small {
+        1
+    } else {
+        exec.threads().max(1).min(range.len())
+    };
+    let turn = if a_row == 0 {
+        1
+    } else {
+        WORTH_A_TURN.div_ceil(a_row)
+    };
     if workers <= 1 {
-        return range.clone().step_by(turn).for_each(|first| work(0, first..(first + turn).min(range.end)));
+        return range
+            .clone()
+            .step_by(turn)
+            .for_each(|first| work(0, first..(first + turn).min(range.end)));
     }
     let parts = workers.min(MOST_PARTS);
     let begin_of = move |part: usize| range.start + range.len() * part / parts.max(1);
     // The first turn of a part is its worker's own, for which nobody asks.
-    let next: [Line<AtomicUsize>; MOST_PARTS] = core::array::from_fn(|part| Line(AtomicUsize::new(begin_of(part) + turn)));
+    let next: [Line<AtomicUsize>; MOST_PARTS] =
+        core::array::from_fn(|part| Line(AtomicUsize::new(begin_of(part) + turn)));
     let next = &next;
     exec.run(workers, &move |worker| {
         for ahead in 0..parts {
             let part = (worker + ahead) % parts;
             let end = begin_of(part + 1);
-            let claim = || if next[part].0.load(Ordering::Relaxed) < end { next[part].0.fetch_add(turn, Ordering::Relaxed) } else { end };
+            let claim = || {
+                if next[part].0.load(Ordering::Relaxed) < end {
+                    next[part].0.fetch_add(turn, Ordering::Relaxed)
+                } else {
+                    end
+                }
+            };
             let mut first = if part == worker { begin_of(part) } else { claim() };
             while first < end {
                 work(worker, first..(first + turn).min(end));

@@ -21,7 +21,12 @@ impl Seat {
     /// Claims the task of region `number` for the thread, or closes it to the thread with `done`.
     fn take(&self, number: u64, done: u64) -> bool {
         let seen = self.0.0.load(Ordering::Relaxed);
-        seen < 2 * number && self.0.0.compare_exchange(seen, 2 * number + done, Ordering::Acquire, Ordering::Relaxed).is_ok()
+        seen < 2 * number
+            && self
+                .0
+                .0
+                .compare_exchange(seen, 2 * number + done, Ordering::Acquire, Ordering::Relaxed)
+                .is_ok()
     }
 }
 
@@ -62,13 +67,19 @@ impl<'a> Team<'a> {
     /// `relax` is called with 0, 1, 2, .. while a thread waits: it should spin at first, then yield, and may sleep in the end.
     #[must_use]
     pub fn new(seats: &'a [Seat], relax: fn(u32)) -> Self {
-        let region = UnsafeCell::new(Region { tasks: 0, task: &|_| {} });
+        let region = UnsafeCell::new(Region {
+            tasks: 0,
+            task: &|_| {},
+        });
         Self {
             seats,
             relax,
             enlisted: AtomicUsize::new(0),
             dismissed: AtomicBool::new(false),
-            board: Line(Board { number: AtomicU64::new(0), region }),
+            board: Line(Board {
+                number: AtomicU64::new(0),
+                region,
+            }),
             next: Line(AtomicUsize::new(0)),
             busy: Line(AtomicBool::new(false)),
         }
@@ -159,7 +170,12 @@ impl Exec for Team<'_> {
         let _close = Close { team: self, number };
         // SAFETY: `busy` was free, so no other thread is here, and every seat is closed to the region before. `Close` keeps this
         // call from returning before the last thread is done, so `task` outlives every use.
-        unsafe { *self.board.0.region.get() = Region { tasks, task: core::mem::transmute::<&(dyn Fn(usize) + Sync), &'static (dyn Fn(usize) + Sync)>(task) } };
+        unsafe {
+            *self.board.0.region.get() = Region {
+                tasks,
+                task: core::mem::transmute::<&(dyn Fn(usize) + Sync), &'static (dyn Fn(usize) + Sync)>(task),
+            }
+        };
         self.next.0.store(self.threads(), Ordering::Relaxed);
         self.board.0.number.store(number, Ordering::Release);
         task(0);
@@ -174,6 +190,8 @@ impl Exec for Team<'_> {
 
 impl core::fmt::Debug for Team<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Team").field("threads", &self.threads()).finish_non_exhaustive()
+        f.debug_struct("Team")
+            .field("threads", &self.threads())
+            .finish_non_exhaustive()
     }
 }

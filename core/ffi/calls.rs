@@ -25,7 +25,11 @@ unsafe fn numbers<'a, T: Real>(values: *const c_void, bytes: usize) -> Result<&'
 
 /// Refuses a place that may be null but is misaligned, before anything is done.
 fn writable<V>(place: *mut V) -> Result<(), ThuribleResult> {
-    if place.is_null() || place.is_aligned() { Ok(()) } else { Err(ThuribleResult::Misaligned) }
+    if place.is_null() || place.is_aligned() {
+        Ok(())
+    } else {
+        Err(ThuribleResult::Misaligned)
+    }
 }
 
 /// Writes to a place of the caller that is null or [`writable`].
@@ -45,12 +49,21 @@ unsafe fn put<V>(place: *mut V, value: V) {
 /// # Safety
 /// `config` is null or points to a configuration whose `keyframes` are there; the others are null or may be written.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_plan(config: *const ThuribleConfig, bytes: *mut usize, alignment: *mut usize, saved_bytes: *mut usize) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_plan(
+    config: *const ThuribleConfig,
+    bytes: *mut usize,
+    alignment: *mut usize,
+    saved_bytes: *mut usize,
+) -> ThuribleResult {
     let plan = || {
-        [bytes, alignment, saved_bytes].into_iter().try_for_each(writable)?;
+        [bytes, alignment, saved_bytes]
+            .into_iter()
+            .try_for_each(writable)?;
         // SAFETY: the caller's promises; the places were checked.
         unsafe {
-            let Planned { bytes: needed, saved } = ThuribleConfig::read(config).and_then(|config| instance::plan(&config)).map_err(ConfigError::result)?;
+            let Planned { bytes: needed, saved } = ThuribleConfig::read(config)
+                .and_then(|config| instance::plan(&config))
+                .map_err(ConfigError::result)?;
             put(bytes, needed);
             put(alignment, ALIGN);
             put(saved_bytes, saved);
@@ -66,14 +79,25 @@ pub unsafe extern "C" fn thurible_plan(config: *const ThuribleConfig, bytes: *mu
 /// # Safety
 /// `memory` is null or points to `bytes` bytes that nobody else uses; `config` as in `thurible_plan`; `out` is null or may be written.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_init(memory: *mut c_void, bytes: usize, config: *const ThuribleConfig, out: *mut *mut Thurible) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_init(
+    memory: *mut c_void,
+    bytes: usize,
+    config: *const ThuribleConfig,
+    out: *mut *mut Thurible,
+) -> ThuribleResult {
     if out.is_null() || !out.is_aligned() {
-        return if out.is_null() { ThuribleResult::Null } else { ThuribleResult::Misaligned };
+        return if out.is_null() {
+            ThuribleResult::Null
+        } else {
+            ThuribleResult::Misaligned
+        };
     }
     // SAFETY: the caller's promises; `out` was checked.
     unsafe {
         put(out, core::ptr::null_mut());
-        let made = ThuribleConfig::read(config).map_err(ConfigError::result).and_then(|config| instance::make(memory.cast(), bytes, &config));
+        let made = ThuribleConfig::read(config)
+            .map_err(ConfigError::result)
+            .and_then(|config| instance::make(memory.cast(), bytes, &config));
         match made {
             Ok(instance) => {
                 put(out, instance);
@@ -99,7 +123,11 @@ pub unsafe extern "C" fn thurible_close(instance: *mut Thurible) -> ThuribleResu
 /// # Safety
 /// `instance` as in `thurible_close`; `buffer` is null or points to `size` bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_message(instance: *const Thurible, buffer: *mut c_char, size: usize) -> usize {
+pub unsafe extern "C" fn thurible_message(
+    instance: *const Thurible,
+    buffer: *mut c_char,
+    size: usize,
+) -> usize {
     // SAFETY: the caller's promises.
     unsafe { instance::message(instance, buffer, size) }
 }
@@ -109,9 +137,17 @@ pub unsafe extern "C" fn thurible_message(instance: *const Thurible, buffer: *mu
 /// # Safety
 /// `instance` as in `thurible_close`; `density` is null or points to `bytes` bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_set_source(instance: *mut Thurible, density: *const c_void, bytes: usize) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_set_source(
+    instance: *mut Thurible,
+    density: *const c_void,
+    bytes: usize,
+) -> ThuribleResult {
     // SAFETY: the caller's promises.
-    unsafe { instance::enter(instance, |body| Ok(each!(&mut body.solver, solver => solver.set_source(numbers(density, bytes)?))?)) }
+    unsafe {
+        instance::enter(instance, |body| {
+            Ok(each!(&mut body.solver, solver => solver.set_source(numbers(density, bytes)?))?)
+        })
+    }
 }
 
 /// Sets the target of keyframe `index`, as `thurible_set_source`, which comes first. Where keyframes are scaled to the source's mass,
@@ -131,7 +167,10 @@ pub unsafe extern "C" fn thurible_set_keyframe(
     unsafe {
         instance::enter(instance, |body| {
             writable(factor)?;
-            put(factor, each!(&mut body.solver, solver => solver.set_keyframe(index, numbers(density, bytes)?))?);
+            put(
+                factor,
+                each!(&mut body.solver, solver => solver.set_keyframe(index, numbers(density, bytes)?))?,
+            );
             Ok(())
         })
     }
@@ -142,9 +181,18 @@ pub unsafe extern "C" fn thurible_set_keyframe(
 /// # Safety
 /// As `thurible_set_source`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_set_initial_velocity(instance: *mut Thurible, axis: usize, faces: *const c_void, bytes: usize) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_set_initial_velocity(
+    instance: *mut Thurible,
+    axis: usize,
+    faces: *const c_void,
+    bytes: usize,
+) -> ThuribleResult {
     // SAFETY: the caller's promises.
-    unsafe { instance::enter(instance, |body| Ok(each!(&mut body.solver, solver => solver.set_initial_velocity(axis, numbers(faces, bytes)?))?)) }
+    unsafe {
+        instance::enter(instance, |body| {
+            Ok(each!(&mut body.solver, solver => solver.set_initial_velocity(axis, numbers(faces, bytes)?))?)
+        })
+    }
 }
 
 /// Runs `work` with the host's threads and observer, once all densities are there.
@@ -186,7 +234,15 @@ pub unsafe extern "C" fn thurible_step(
     progress: *mut ThuribleProgress,
 ) -> ThuribleResult {
     // SAFETY: the caller's promises.
-    unsafe { run(instance, executor, observer, progress, |body, threads, observer| body.step(threads, observer)) }
+    unsafe {
+        run(
+            instance,
+            executor,
+            observer,
+            progress,
+            |body, threads, observer| body.step(threads, observer),
+        )
+    }
 }
 
 /// Makes the result feasible: the flow free of divergence, the forces those that make it, the densities those that it carries. Results
@@ -195,9 +251,21 @@ pub unsafe extern "C" fn thurible_step(
 /// # Safety
 /// As `thurible_step`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_finish(instance: *mut Thurible, executor: *const ThuribleExecutor, progress: *mut ThuribleProgress) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_finish(
+    instance: *mut Thurible,
+    executor: *const ThuribleExecutor,
+    progress: *mut ThuribleProgress,
+) -> ThuribleResult {
     // SAFETY: the caller's promises.
-    unsafe { run(instance, executor, core::ptr::null(), progress, |body, threads, _| body.finish(threads)) }
+    unsafe {
+        run(
+            instance,
+            executor,
+            core::ptr::null(),
+            progress,
+            |body, threads, _| body.finish(threads),
+        )
+    }
 }
 
 /// Steps to the end and finishes. `progress` says how it ended.
@@ -227,7 +295,10 @@ pub unsafe extern "C" fn thurible_solve(
 /// # Safety
 /// `instance` as in `thurible_close`; `progress` is null or may be written.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_progress(instance: *const Thurible, progress: *mut ThuribleProgress) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_progress(
+    instance: *const Thurible,
+    progress: *mut ThuribleProgress,
+) -> ThuribleResult {
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
@@ -244,7 +315,11 @@ pub unsafe extern "C" fn thurible_progress(instance: *const Thurible, progress: 
 /// # Safety
 /// `instance` as in `thurible_close`; `bytes` is null or points to `size` bytes to write.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_save(instance: *mut Thurible, bytes: *mut c_void, size: usize) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_save(
+    instance: *mut Thurible,
+    bytes: *mut c_void,
+    size: usize,
+) -> ThuribleResult {
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
@@ -270,7 +345,11 @@ pub unsafe extern "C" fn thurible_save(instance: *mut Thurible, bytes: *mut c_vo
 /// # Safety
 /// `instance` as in `thurible_close`; `bytes` is null or points to `size` bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_restore(instance: *mut Thurible, bytes: *const c_void, size: usize) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_restore(
+    instance: *mut Thurible,
+    bytes: *const c_void,
+    size: usize,
+) -> ThuribleResult {
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {

@@ -5,7 +5,9 @@ use core::ffi::c_char;
 use core::fmt;
 use core::mem::size_of;
 use thurible_core::problem::MAX_STEPS;
-use thurible_core::{Advection, Boundary, Colours, Method, Norm, NsoSolver, Params, PlanError, Problem, Scheme};
+use thurible_core::{
+    Advection, Boundary, Colours, Method, Norm, NsoSolver, Params, PlanError, Problem, Scheme,
+};
 
 /// What a number of the configuration holds to leave the choice to the library.
 pub const THURIBLE_AUTOMATIC: u32 = u32::MAX;
@@ -236,10 +238,17 @@ impl fmt::Display for ConfigError {
         match self {
             Self::Result(ThuribleResult::Null) => write!(f, "the pointer to the configuration is null"),
             Self::Result(ThuribleResult::Misaligned) => write!(f, "the configuration is misaligned"),
-            Self::Result(_) => write!(f, "the size of the configuration is that of no known version; call thurible_defaults first"),
+            Self::Result(_) => write!(
+                f,
+                "the size of the configuration is that of no known version; call thurible_defaults first"
+            ),
             Self::Code { field, given } => write!(f, "{field} is {given}, which stands for nothing"),
-            Self::Keyframes { given } => write!(f, "keyframe_count is {given}; it must be at most {MAX_STEPS}"),
-            Self::KeyframePointer => write!(f, "keyframes is null or misaligned, but keyframe_count is not 0"),
+            Self::Keyframes { given } => {
+                write!(f, "keyframe_count is {given}; it must be at most {MAX_STEPS}")
+            }
+            Self::KeyframePointer => {
+                write!(f, "keyframes is null or misaligned, but keyframe_count is not 0")
+            }
             Self::Plan(error) => error.fmt(f),
         }
     }
@@ -256,7 +265,16 @@ fn narrow(count: usize) -> u32 {
 
 impl Default for ThuribleConfig {
     fn default() -> Self {
-        let Params { iterations, threads, admm, direct, lbfgs, pd, simulation, .. } = Params::default();
+        let Params {
+            iterations,
+            threads,
+            admm,
+            direct,
+            lbfgs,
+            pd,
+            simulation,
+            ..
+        } = Params::default();
         let problem = Problem::new(&[], &[], &[]);
         Self {
             size: SIZE,
@@ -345,11 +363,22 @@ impl ThuribleConfig {
     /// # Safety
     /// `keyframes` points to `keyframe_count` numbers.
     pub unsafe fn with<R>(&self, work: impl FnOnce(&Problem<'_>, &Params) -> R) -> Result<R, ConfigError> {
-        let boundary = self.boundary.map(|end| if end == ThuribleBoundary::Periodic as u32 { Boundary::Periodic } else { Boundary::Wall });
+        let boundary = self.boundary.map(|end| {
+            if end == ThuribleBoundary::Periodic as u32 {
+                Boundary::Periodic
+            } else {
+                Boundary::Wall
+            }
+        });
         let dims = match self.dimensions {
             2 => 2,
             3 => 3,
-            given => return Err(ConfigError::Code { field: "dimensions", given }),
+            given => {
+                return Err(ConfigError::Code {
+                    field: "dimensions",
+                    given,
+                });
+            }
         };
         for &given in self.boundary.iter().take(dims) {
             let [wall, periodic] = [ThuribleBoundary::Wall, ThuribleBoundary::Periodic].map(|end| end as u32);
@@ -392,7 +421,9 @@ impl ThuribleConfig {
         match self.keyframe_count {
             0 => Ok(&[]),
             given if given > MAX_STEPS => Err(ConfigError::Keyframes { given }),
-            _ if self.keyframes.is_null() || !self.keyframes.is_aligned() => Err(ConfigError::KeyframePointer),
+            _ if self.keyframes.is_null() || !self.keyframes.is_aligned() => {
+                Err(ConfigError::KeyframePointer)
+            }
             // SAFETY: not null, aligned, and the caller promises the numbers.
             count => Ok(unsafe { core::slice::from_raw_parts(self.keyframes, count) }),
         }
@@ -416,7 +447,14 @@ impl ThuribleConfig {
             ceiling: (self.memory_ceiling != 0).then_some(self.memory_ceiling),
             ..Params::default()
         };
-        let Params { admm, direct, lbfgs, pd, simulation, .. } = &mut params;
+        let Params {
+            admm,
+            direct,
+            lbfgs,
+            pd,
+            simulation,
+            ..
+        } = &mut params;
         direct.history = (self.direct_history != THURIBLE_AUTOMATIC).then(|| wide(self.direct_history));
         direct.nested = flag("direct_nested", self.direct_nested)?;
         direct.tolerance = self.direct_tolerance;
@@ -426,11 +464,20 @@ impl ThuribleConfig {
         admm.density_tolerance = self.admm_density_tolerance;
         admm.ao_iterations = wide(self.admm_ao_iterations);
         admm.nested = flag("admm_nested", self.admm_nested)?;
-        let solvers = [(ThuribleNsoSolver::Stfas as u32, NsoSolver::Stfas), (ThuribleNsoSolver::NewtonCg as u32, NsoSolver::NewtonCg)];
+        let solvers = [
+            (ThuribleNsoSolver::Stfas as u32, NsoSolver::Stfas),
+            (ThuribleNsoSolver::NewtonCg as u32, NsoSolver::NewtonCg),
+        ];
         admm.nso.solver = code("nso_solver", self.nso_solver, solvers)?;
-        let colours = [(ThuribleColours::RedBlack as u32, Colours::RedBlack), (ThuribleColours::PowerOfTwo as u32, Colours::PowerOfTwo)];
+        let colours = [
+            (ThuribleColours::RedBlack as u32, Colours::RedBlack),
+            (ThuribleColours::PowerOfTwo as u32, Colours::PowerOfTwo),
+        ];
         admm.nso.colours = code("nso_colours", self.nso_colours, colours)?;
-        let norms = [(ThuribleNorm::Scaled as u32, Norm::Scaled), (ThuribleNorm::Plain as u32, Norm::Plain)];
+        let norms = [
+            (ThuribleNorm::Scaled as u32, Norm::Scaled),
+            (ThuribleNorm::Plain as u32, Norm::Plain),
+        ];
         admm.nso.norm = code("nso_norm", self.nso_norm, norms)?;
         admm.nso.cycles = wide(self.nso_cycles);
         admm.nso.tolerance = self.nso_tolerance;
@@ -444,9 +491,15 @@ impl ThuribleConfig {
 }
 
 /// What a code stands for.
-fn code<V: Copy, const N: usize>(field: &'static str, given: u32, codes: [(u32, V); N]) -> Result<V, ConfigError> {
+fn code<V: Copy, const N: usize>(
+    field: &'static str,
+    given: u32,
+    codes: [(u32, V); N],
+) -> Result<V, ConfigError> {
     let found = codes.iter().find(|(code, _)| *code == given);
-    found.map(|&(_, value)| value).ok_or(ConfigError::Code { field, given })
+    found
+        .map(|&(_, value)| value)
+        .ok_or(ConfigError::Code { field, given })
 }
 
 fn flag(field: &'static str, given: u32) -> Result<bool, ConfigError> {
@@ -467,7 +520,10 @@ pub unsafe extern "C" fn thurible_defaults(config: *mut ThuribleConfig, size: us
             // SAFETY: not null, aligned, and the caller promises `size` bytes, which are no fewer than this version's.
             unsafe {
                 config.cast::<u8>().add(SIZE).write_bytes(0, size - SIZE);
-                config.write(ThuribleConfig { size, ..ThuribleConfig::default() });
+                config.write(ThuribleConfig {
+                    size,
+                    ..ThuribleConfig::default()
+                });
             }
             ThuribleResult::Ok
         }
@@ -480,7 +536,11 @@ pub unsafe extern "C" fn thurible_defaults(config: *mut ThuribleConfig, size: us
 /// # Safety
 /// `config` is null or points to a configuration whose `keyframes` are there; `buffer` is null or points to `size` bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_explain(config: *const ThuribleConfig, buffer: *mut c_char, size: usize) -> usize {
+pub unsafe extern "C" fn thurible_explain(
+    config: *const ThuribleConfig,
+    buffer: *mut c_char,
+    size: usize,
+) -> usize {
     // SAFETY: the caller's promises.
     let planned = unsafe { ThuribleConfig::read(config).and_then(|config| crate::instance::plan(&config)) };
     match planned {

@@ -51,19 +51,33 @@ impl Place {
     /// Checks that there is such a field, and that it has something to say.
     fn new(body: &Body, field: u32, step: usize, axis: usize) -> Result<Self, ThuribleResult> {
         let sizes = body.sizes;
-        let all = [ThuribleField::Density, ThuribleField::Keyframe, ThuribleField::Velocity, ThuribleField::Force];
-        let field = all.into_iter().find(|&known| known as u32 == field).ok_or(ThuribleResult::Index)?;
+        let all = [
+            ThuribleField::Density,
+            ThuribleField::Keyframe,
+            ThuribleField::Velocity,
+            ThuribleField::Force,
+        ];
+        let field = all
+            .into_iter()
+            .find(|&known| known as u32 == field)
+            .ok_or(ThuribleResult::Index)?;
         let steps = match field {
             ThuribleField::Density => sizes.steps + 1,
             ThuribleField::Keyframe => sizes.keyframes,
             ThuribleField::Velocity => sizes.steps,
             ThuribleField::Force => sizes.steps - 1,
         };
-        let axes = if matches!(field, ThuribleField::Velocity | ThuribleField::Force) { sizes.dims } else { 1 };
+        let axes = if matches!(field, ThuribleField::Velocity | ThuribleField::Force) {
+            sizes.dims
+        } else {
+            1
+        };
         let given = field == ThuribleField::Keyframe || field != ThuribleField::Force && step == 0;
         match () {
             () if step >= steps || axis >= axes => Err(ThuribleResult::Index),
-            () if !given && !each!(&body.solver, solver => solver.is_finished()) => Err(ThuribleResult::NoResult),
+            () if !given && !each!(&body.solver, solver => solver.is_finished()) => {
+                Err(ThuribleResult::NoResult)
+            }
             () => Ok(Self { field, step, axis }),
         }
     }
@@ -77,17 +91,35 @@ impl Place {
     }
 
     fn view<T: Real, S: Space>(self, solver: &Solver<'_, T, S>) -> ThuribleView {
-        let Strided { numbers, extent, strides, unit } = match self.field {
+        let Strided {
+            numbers,
+            extent,
+            strides,
+            unit,
+        } = match self.field {
             ThuribleField::Density => solver.density_in_place(self.step),
-            ThuribleField::Keyframe => Strided { numbers: solver.keyframe(self.step), ..solver.density_in_place(0) },
+            ThuribleField::Keyframe => Strided {
+                numbers: solver.keyframe(self.step),
+                ..solver.density_in_place(0)
+            },
             ThuribleField::Velocity => solver.velocity_in_place(self.step, self.axis),
             ThuribleField::Force => solver.force_in_place(self.step, self.axis),
         };
-        ThuribleView { data: numbers.as_ptr().cast(), extent, strides, unit, bytes_per_number: T::BYTES }
+        ThuribleView {
+            data: numbers.as_ptr().cast(),
+            extent,
+            strides,
+            unit,
+            bytes_per_number: T::BYTES,
+        }
     }
 
     fn copy<T: Real, S: Space>(self, solver: &Solver<'_, T, S>, out: &mut [T]) {
-        let cells = |out: &mut [T], density: &[T]| out.iter_mut().zip(density).for_each(|(out, &density)| *out = density);
+        let cells = |out: &mut [T], density: &[T]| {
+            out.iter_mut()
+                .zip(density)
+                .for_each(|(out, &density)| *out = density)
+        };
         match self.field {
             ThuribleField::Density => cells(out, solver.density(self.step)),
             ThuribleField::Keyframe => cells(out, solver.keyframe(self.step)),
@@ -104,7 +136,13 @@ impl Place {
 /// # Safety
 /// `instance` as in `thurible_close`; `view` is null or may be written.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_view(instance: *const Thurible, field: u32, step: usize, axis: usize, view: *mut ThuribleView) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_view(
+    instance: *const Thurible,
+    field: u32,
+    step: usize,
+    axis: usize,
+    view: *mut ThuribleView,
+) -> ThuribleResult {
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
@@ -126,7 +164,12 @@ pub unsafe extern "C" fn thurible_view(instance: *const Thurible, field: u32, st
 /// # Safety
 /// `instance` as in `thurible_close`; `bytes` is null or may be written.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_copy_bytes(instance: *const Thurible, field: u32, axis: usize, bytes: *mut usize) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_copy_bytes(
+    instance: *const Thurible,
+    field: u32,
+    axis: usize,
+    bytes: *mut usize,
+) -> ThuribleResult {
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
@@ -136,12 +179,28 @@ pub unsafe extern "C" fn thurible_copy_bytes(instance: *const Thurible, field: u
             if !bytes.is_aligned() {
                 return Err(ThuribleResult::Misaligned.into());
             }
-            let axes = if field == ThuribleField::Velocity as u32 || field == ThuribleField::Force as u32 { body.sizes.dims } else { 1 };
+            let axes = if field == ThuribleField::Velocity as u32 || field == ThuribleField::Force as u32 {
+                body.sizes.dims
+            } else {
+                1
+            };
             if field > ThuribleField::Force as u32 || axis >= axes {
                 return Err(ThuribleResult::Index.into());
             }
-            let kind = if axes == 1 { ThuribleField::Density } else { ThuribleField::Velocity };
-            bytes.write(Place { field: kind, step: 0, axis }.count(body) * body.sizes.precision);
+            let kind = if axes == 1 {
+                ThuribleField::Density
+            } else {
+                ThuribleField::Velocity
+            };
+            bytes.write(
+                Place {
+                    field: kind,
+                    step: 0,
+                    axis,
+                }
+                .count(body)
+                    * body.sizes.precision,
+            );
             Ok(())
         })
     }
@@ -154,7 +213,14 @@ pub unsafe extern "C" fn thurible_copy_bytes(instance: *const Thurible, field: u
 /// # Safety
 /// `instance` as in `thurible_close`; `out` is null or points to `bytes` bytes to write.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn thurible_copy(instance: *const Thurible, field: u32, step: usize, axis: usize, out: *mut c_void, bytes: usize) -> ThuribleResult {
+pub unsafe extern "C" fn thurible_copy(
+    instance: *const Thurible,
+    field: u32,
+    step: usize,
+    axis: usize,
+    out: *mut c_void,
+    bytes: usize,
+) -> ThuribleResult {
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
@@ -162,7 +228,9 @@ pub unsafe extern "C" fn thurible_copy(instance: *const Thurible, field: u32, st
             let count = place.count(body);
             match () {
                 () if out.is_null() => return Err(ThuribleResult::Null.into()),
-                () if !out.addr().is_multiple_of(body.sizes.precision) => return Err(ThuribleResult::Misaligned.into()),
+                () if !out.addr().is_multiple_of(body.sizes.precision) => {
+                    return Err(ThuribleResult::Misaligned.into());
+                }
                 () if bytes != count * body.sizes.precision => return Err(ThuribleResult::Length.into()),
                 () => out.cast::<u8>().write_bytes(0, bytes),
             }

@@ -12,7 +12,9 @@ pub type ThuribleTask = Option<unsafe extern "C" fn(argument: *mut c_void, index
 /// Runs `task(argument, i)` once for every `i < tasks`, on any threads and in any order, and returns when all are done. Neither
 /// `task` nor `argument` may be used afterwards. An index that is called twice is ignored the second time; one that is not called
 /// at all is run on the calling thread when this returns.
-pub type ThuribleRun = Option<unsafe extern "C" fn(context: *mut c_void, tasks: usize, task: ThuribleTask, argument: *mut c_void)>;
+pub type ThuribleRun = Option<
+    unsafe extern "C" fn(context: *mut c_void, tasks: usize, task: ThuribleTask, argument: *mut c_void),
+>;
 
 /// The host's threads. Results do not depend on them.
 #[repr(C)]
@@ -40,7 +42,9 @@ struct Call<'a> {
 impl Call<'_> {
     /// Runs task `index`, if there is one and nobody has taken it.
     fn run(&self, index: usize) {
-        let Some(word) = self.taken.get(index / 32).filter(|_| index < self.tasks) else { return };
+        let Some(word) = self.taken.get(index / 32).filter(|_| index < self.tasks) else {
+            return;
+        };
         let bit = 1 << (index % 32);
         if word.fetch_or(bit, Ordering::Relaxed) & bit == 0 {
             (self.task)(index);
@@ -62,7 +66,10 @@ unsafe extern "C" fn run_task(argument: *mut c_void, index: usize) {
 #[derive(Debug)]
 pub struct Threads {
     threads: usize,
-    run: Option<(unsafe extern "C" fn(*mut c_void, usize, ThuribleTask, *mut c_void), *mut c_void)>,
+    run: Option<(
+        unsafe extern "C" fn(*mut c_void, usize, ThuribleTask, *mut c_void),
+        *mut c_void,
+    )>,
 }
 
 // SAFETY: the context is only handed back to the host's own function, and by the thread that made the call alone: the core calls
@@ -77,15 +84,25 @@ impl Threads {
     #[must_use]
     pub unsafe fn new(executor: *const ThuribleExecutor, most: usize) -> Option<Self> {
         if executor.is_null() {
-            return Some(Self { threads: 1, run: None });
+            return Some(Self {
+                threads: 1,
+                run: None,
+            });
         }
         if !executor.is_aligned() {
             return None;
         }
         // SAFETY: not null, aligned, and the caller promises the rest.
-        let ThuribleExecutor { threads, run, context } = unsafe { executor.read() };
+        let ThuribleExecutor {
+            threads,
+            run,
+            context,
+        } = unsafe { executor.read() };
         let run = run.filter(|_| (1..=most.min(MAX_THREADS)).contains(&threads))?;
-        Some(Self { threads, run: Some((run, context)) })
+        Some(Self {
+            threads,
+            run: Some((run, context)),
+        })
     }
 }
 
@@ -98,9 +115,21 @@ impl Exec for Threads {
         let Some((run, context)) = self.run.filter(|_| (2..=MAX_THREADS).contains(&tasks)) else {
             return (0..tasks).for_each(task);
         };
-        let call = Call { tasks, task, taken: [const { AtomicU32::new(0) }; WORDS], done: AtomicUsize::new(0) };
+        let call = Call {
+            tasks,
+            task,
+            taken: [const { AtomicU32::new(0) }; WORDS],
+            done: AtomicUsize::new(0),
+        };
         // SAFETY: the host's function with its context, by the contract of `ThuribleRun`; `call` outlives it.
-        unsafe { run(context, tasks, Some(run_task), (&raw const call).cast_mut().cast()) };
+        unsafe {
+            run(
+                context,
+                tasks,
+                Some(run_task),
+                (&raw const call).cast_mut().cast(),
+            )
+        };
         (0..tasks).for_each(|index| call.run(index));
         while call.done.load(Ordering::Acquire) < tasks {
             core::hint::spin_loop();
@@ -146,14 +175,30 @@ pub struct ThuribleEvent {
 
 impl From<Event> for ThuribleEvent {
     fn from(event: Event) -> Self {
-        let of = |kind| Self { kind, iteration: 0, value: 0.0, step: 0.0 };
+        let of = |kind| Self {
+            kind,
+            iteration: 0,
+            value: 0.0,
+            step: 0.0,
+        };
         match event {
-            Event::IterationBegin { iteration } => Self { iteration, ..of(ThuribleEventKind::Iteration) },
+            Event::IterationBegin { iteration } => Self {
+                iteration,
+                ..of(ThuribleEventKind::Iteration)
+            },
             Event::AoBegin => of(ThuribleEventKind::AoBegin),
-            Event::AoIteration { objective, step } => Self { value: objective, step, ..of(ThuribleEventKind::AoIteration) },
+            Event::AoIteration { objective, step } => Self {
+                value: objective,
+                step,
+                ..of(ThuribleEventKind::AoIteration)
+            },
             Event::AoEnd => of(ThuribleEventKind::AoEnd),
             Event::NsoBegin => of(ThuribleEventKind::NsoBegin),
-            Event::NsoCycle { cycle, residual } => Self { iteration: cycle, value: residual, ..of(ThuribleEventKind::NsoCycle) },
+            Event::NsoCycle { cycle, residual } => Self {
+                iteration: cycle,
+                value: residual,
+                ..of(ThuribleEventKind::NsoCycle)
+            },
             Event::NsoEnd => of(ThuribleEventKind::NsoEnd),
             _ => of(ThuribleEventKind::Work),
         }
@@ -177,8 +222,14 @@ impl Observer for ThuribleObserver {
     fn on(&mut self, event: Event) -> ControlFlow<()> {
         let event = ThuribleEvent::from(event);
         // SAFETY: the host's function with its context; the event lives as long as the call.
-        let stop = self.on.is_some_and(|on| unsafe { on(self.context, &raw const event) } != 0);
-        if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        let stop = self
+            .on
+            .is_some_and(|on| unsafe { on(self.context, &raw const event) } != 0);
+        if stop {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }
 
@@ -189,7 +240,10 @@ impl Observer for ThuribleObserver {
 #[must_use]
 pub unsafe fn observer(observer: *const ThuribleObserver) -> Option<ThuribleObserver> {
     match () {
-        () if observer.is_null() => Some(ThuribleObserver { on: None, context: core::ptr::null_mut() }),
+        () if observer.is_null() => Some(ThuribleObserver {
+            on: None,
+            context: core::ptr::null_mut(),
+        }),
         () if !observer.is_aligned() => None,
         // SAFETY: not null, aligned, and the caller promises the rest.
         () => Some(unsafe { observer.read() }),

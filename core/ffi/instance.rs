@@ -9,7 +9,10 @@ use core::cell::UnsafeCell;
 use core::fmt;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use thurible_core::{D2, D3, Exec, InputError, Objective, Observer, Params, Plan, Problem, Progress, Real, SavedError, Solver, Space, Status};
+use thurible_core::{
+    D2, D3, Exec, InputError, Objective, Observer, Params, Plan, Problem, Progress, Real, SavedError, Solver,
+    Space, Status,
+};
 
 /// A solver of either precision in either dimension.
 #[derive(Debug)]
@@ -86,7 +89,13 @@ pub struct ThuribleProgress {
 
 impl From<&Progress> for ThuribleProgress {
     fn from(progress: &Progress) -> Self {
-        let Progress { iteration, status, objective, admm, direct } = progress;
+        let Progress {
+            iteration,
+            status,
+            objective,
+            admm,
+            direct,
+        } = progress;
         Self {
             status: (*status).into(),
             iteration: *iteration,
@@ -95,7 +104,11 @@ impl From<&Progress> for ThuribleProgress {
             cells: direct.cells,
             level: direct.level,
             level_iteration: direct.level_iteration,
-            step: if direct.level_iteration > 0 { direct.step } else { admm.ao_step },
+            step: if direct.level_iteration > 0 {
+                direct.step
+            } else {
+                admm.ao_step
+            },
             evaluations: direct.evaluations,
             density_change: admm.density_change,
             gap: admm.gap,
@@ -200,7 +213,11 @@ pub struct Thurible {
 /// What marks an instance, together with its address.
 const MARK: usize = 0x5468_7572;
 /// Alignment of the caller's memory.
-pub const ALIGN: usize = if align_of::<Thurible>() > Plan::ALIGN { align_of::<Thurible>() } else { Plan::ALIGN };
+pub const ALIGN: usize = if align_of::<Thurible>() > Plan::ALIGN {
+    align_of::<Thurible>()
+} else {
+    Plan::ALIGN
+};
 /// Where the solver's block begins.
 const BLOCK: usize = size_of::<Thurible>().next_multiple_of(ALIGN);
 
@@ -242,8 +259,14 @@ pub unsafe fn plan(config: &ThuribleConfig) -> Result<Planned, ConfigError> {
 #[inline(never)]
 fn sizes_of<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Planned, ConfigError> {
     let plan = Plan::new::<T, S>(problem, params)?;
-    let bytes = plan.bytes().checked_add(BLOCK).ok_or(ConfigError::Result(ThuribleResult::TooLarge))?;
-    Ok(Planned { bytes, saved: plan.saved_bytes() })
+    let bytes = plan
+        .bytes()
+        .checked_add(BLOCK)
+        .ok_or(ConfigError::Result(ThuribleResult::TooLarge))?;
+    Ok(Planned {
+        bytes,
+        saved: plan.saved_bytes(),
+    })
 }
 
 /// Precision and dimension.
@@ -251,7 +274,10 @@ fn choose(config: &ThuribleConfig) -> Result<(ThuriblePrecision, u32), ConfigErr
     match config.precision {
         4 => Ok((ThuriblePrecision::F32, config.dimensions)),
         8 => Ok((ThuriblePrecision::F64, config.dimensions)),
-        given => Err(ConfigError::Code { field: "precision", given }),
+        given => Err(ConfigError::Code {
+            field: "precision",
+            given,
+        }),
     }
 }
 
@@ -263,7 +289,11 @@ fn choose(config: &ThuribleConfig) -> Result<(ThuriblePrecision, u32), ConfigErr
 /// # Safety
 /// `memory` is null or points to `bytes` bytes that nobody else uses while the instance lives; `config.keyframes` points to
 /// `keyframe_count` numbers.
-pub unsafe fn make(memory: *mut u8, bytes: usize, config: &ThuribleConfig) -> Result<*mut Thurible, ThuribleResult> {
+pub unsafe fn make(
+    memory: *mut u8,
+    bytes: usize,
+    config: &ThuribleConfig,
+) -> Result<*mut Thurible, ThuribleResult> {
     if memory.is_null() {
         return Err(ThuribleResult::Null);
     }
@@ -277,7 +307,8 @@ pub unsafe fn make(memory: *mut u8, bytes: usize, config: &ThuribleConfig) -> Re
     }
     // SAFETY: `needed` bytes are there and no more than the address space, the instance takes `BLOCK` of them, and the rest is the
     // solver's alone: nothing else of this library points there.
-    let block: &'static mut [MaybeUninit<u8>] = unsafe { core::slice::from_raw_parts_mut(memory.add(BLOCK).cast(), needed - BLOCK) };
+    let block: &'static mut [MaybeUninit<u8>] =
+        unsafe { core::slice::from_raw_parts_mut(memory.add(BLOCK).cast(), needed - BLOCK) };
     let dims = if config.dimensions == 2 { 2 } else { 3 };
     let sizes = Sizes {
         steps: config.steps,
@@ -290,12 +321,22 @@ pub unsafe fn make(memory: *mut u8, bytes: usize, config: &ThuribleConfig) -> Re
     let instance: *mut Thurible = memory.cast();
     // SAFETY: the caller's promise; `instance` is aligned, and the bytes before the solver's block are its own.
     let made = unsafe {
-        config.with(|problem, params| match choose(config).map_err(ConfigError::result)? {
-            (ThuriblePrecision::F32, 2) => place(instance, sizes, problem, params, block, AnySolver::Plane32),
-            (ThuriblePrecision::F64, 2) => place(instance, sizes, problem, params, block, AnySolver::Plane64),
-            (ThuriblePrecision::F32, _) => place(instance, sizes, problem, params, block, AnySolver::Space32),
-            (ThuriblePrecision::F64, _) => place(instance, sizes, problem, params, block, AnySolver::Space64),
-        })
+        config.with(
+            |problem, params| match choose(config).map_err(ConfigError::result)? {
+                (ThuriblePrecision::F32, 2) => {
+                    place(instance, sizes, problem, params, block, AnySolver::Plane32)
+                }
+                (ThuriblePrecision::F64, 2) => {
+                    place(instance, sizes, problem, params, block, AnySolver::Plane64)
+                }
+                (ThuriblePrecision::F32, _) => {
+                    place(instance, sizes, problem, params, block, AnySolver::Space32)
+                }
+                (ThuriblePrecision::F64, _) => {
+                    place(instance, sizes, problem, params, block, AnySolver::Space64)
+                }
+            },
+        )
     };
     made.map_err(ConfigError::result)??;
     Ok(instance)
@@ -315,15 +356,30 @@ unsafe fn place<T: Real, S: Space>(
     wrap: fn(Solver<'static, T, S>) -> AnySolver<'static>,
 ) -> Result<(), ThuribleResult> {
     let solver = wrap(Solver::new(problem, params, block)?);
-    let body = Body { solver, sizes, progress: ThuribleProgress::default(), refusal: ThuribleResult::Ok.into() };
+    let body = Body {
+        solver,
+        sizes,
+        progress: ThuribleProgress::default(),
+        refusal: ThuribleResult::Ok.into(),
+    };
     // SAFETY: the caller's promise.
-    unsafe { instance.write(Thurible { mark: AtomicUsize::new(mark(instance)), busy: AtomicBool::new(false), body: UnsafeCell::new(body) }) };
+    unsafe {
+        instance.write(Thurible {
+            mark: AtomicUsize::new(mark(instance)),
+            busy: AtomicBool::new(false),
+            body: UnsafeCell::new(body),
+        })
+    };
     Ok(())
 }
 
 /// One iteration of one kind.
 #[inline(never)]
-fn step_of<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, observer: &mut dyn Observer) -> ThuribleProgress {
+fn step_of<T: Real, S: Space>(
+    solver: &mut Solver<'_, T, S>,
+    exec: &dyn Exec,
+    observer: &mut dyn Observer,
+) -> ThuribleProgress {
     ThuribleProgress::from(&solver.step(exec, observer))
 }
 
@@ -337,7 +393,10 @@ fn finish_of<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec) 
 ///
 /// # Safety
 /// `instance` is null or points to readable memory of an instance's size.
-pub unsafe fn enter(instance: *const Thurible, work: impl FnOnce(&mut Body) -> Result<(), Refusal>) -> ThuribleResult {
+pub unsafe fn enter(
+    instance: *const Thurible,
+    work: impl FnOnce(&mut Body) -> Result<(), Refusal>,
+) -> ThuribleResult {
     if instance.is_null() {
         return ThuribleResult::Null;
     }

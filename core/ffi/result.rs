@@ -63,9 +63,15 @@ impl ThuribleResult {
         (Self::Ok, c"done"),
         (Self::Null, c"a pointer that must not be null is"),
         (Self::Misaligned, c"a pointer is not aligned"),
-        (Self::NoInstance, c"the handle points to no instance: never made, closed, overwritten or moved"),
+        (
+            Self::NoInstance,
+            c"the handle points to no instance: never made, closed, overwritten or moved",
+        ),
         (Self::Busy, c"the instance is in another call"),
-        (Self::ConfigSize, c"the size of the configuration is that of no known version"),
+        (
+            Self::ConfigSize,
+            c"the size of the configuration is that of no known version",
+        ),
         (Self::Config, c"a field of the configuration is wrong"),
         (Self::TooLarge, c"the sizes do not fit this machine's addresses"),
         (Self::TooSmall, c"the memory has fewer bytes than planned"),
@@ -76,11 +82,23 @@ impl ThuribleResult {
         (Self::Empty, c"a density has no mass"),
         (Self::NoSource, c"the source must be set first"),
         (Self::NoKeyframe, c"a keyframe was not set"),
-        (Self::NoResult, c"there is no result: the solve was not finished, or went on since"),
-        (Self::Executor, c"the executor has no function, no thread, or more threads than were planned for"),
+        (
+            Self::NoResult,
+            c"there is no result: the solve was not finished, or went on since",
+        ),
+        (
+            Self::Executor,
+            c"the executor has no function, no thread, or more threads than were planned for",
+        ),
         (Self::NotSaved, c"the bytes are no saved instance"),
-        (Self::SavedFormat, c"the saved instance is in a format that is not read"),
-        (Self::SavedOther, c"the saved instance is of another scene, precision, method or choice"),
+        (
+            Self::SavedFormat,
+            c"the saved instance is in a format that is not read",
+        ),
+        (
+            Self::SavedOther,
+            c"the saved instance is of another scene, precision, method or choice",
+        ),
         (Self::SavedDamaged, c"the saved instance is damaged"),
         (Self::Unknown, c"a refusal that this interface has no word for"),
     ];
@@ -197,13 +215,23 @@ fn word(found: Option<&'static CStr>) -> *const c_char {
 /// A few words for a `ThuribleResult`, in static memory.
 #[unsafe(no_mangle)]
 pub extern "C" fn thurible_result_text(result: u32) -> *const c_char {
-    word(ThuribleResult::ALL.iter().find(|(code, _)| *code as u32 == result).map(|(_, text)| *text))
+    word(
+        ThuribleResult::ALL
+            .iter()
+            .find(|(code, _)| *code as u32 == result)
+            .map(|(_, text)| *text),
+    )
 }
 
 /// A few words for a `ThuribleStatus`, in static memory.
 #[unsafe(no_mangle)]
 pub extern "C" fn thurible_status_text(status: u32) -> *const c_char {
-    word(ThuribleStatus::ALL.iter().find(|(code, _)| *code as u32 == status).map(|(_, text)| *text))
+    word(
+        ThuribleStatus::ALL
+            .iter()
+            .find(|(code, _)| *code as u32 == status)
+            .map(|(_, text)| *text),
+    )
 }
 
 /// The version of the library that is linked: compare it with `THURIBLE_VERSION` of the header.

@@ -14,7 +14,9 @@ unsafe extern "C" {
 fn panic(_info: &PanicInfo<'_>) -> ! {
     #[cfg(feature = "host_panic")]
     {
-        let (file, line) = _info.location().map_or(("", 0), |place| (place.file(), place.line()));
+        let (file, line) = _info
+            .location()
+            .map_or(("", 0), |place| (place.file(), place.line()));
         // SAFETY: the host defines it and it does not return; the text lives for ever.
         unsafe { thurible_panicked(file.as_ptr().cast(), file.len(), line) }
     }
@@ -42,7 +44,13 @@ fn trap() -> ! {
     }
     #[cfg(target_arch = "wasm32")]
     core::arch::wasm32::unreachable();
-    #[cfg(not(any(target_arch = "x86_64", target_arch = "x86", target_arch = "arm", target_arch = "aarch64", target_arch = "wasm32")))]
+    #[cfg(not(any(
+        target_arch = "x86_64",
+        target_arch = "x86",
+        target_arch = "arm",
+        target_arch = "aarch64",
+        target_arch = "wasm32"
+    )))]
     loop {
         core::hint::spin_loop();
     }

@@ -15,23 +15,43 @@ pub fn sums_len(grid: &Grid, slots: usize) -> usize {
 pub fn remove<T: Real>(exec: &dyn Exec, grid: &Grid, slots: usize, field: &mut [T], sums: &mut [f64]) {
     let (nx, rows) = (grid.n[0], grid.rows());
     let sums = &mut sums[..rows * slots];
-    for_rows(exec, rows, 0..rows, RowBuffers { fields: [&mut *field], sums: &mut *sums, scratch: &mut [] }, |task| {
-        let [field] = task.fields;
-        for (row, sum) in field.chunks_exact(nx).zip(task.sums) {
-            *sum = rows::sum(row);
-        }
-    });
+    for_rows(
+        exec,
+        rows,
+        0..rows,
+        RowBuffers {
+            fields: [&mut *field],
+            sums: &mut *sums,
+            scratch: &mut [],
+        },
+        |task| {
+            let [field] = task.fields;
+            for (row, sum) in field.chunks_exact(nx).zip(task.sums) {
+                *sum = rows::sum(row);
+            }
+        },
+    );
     let (means, others) = sums.split_at_mut(slots);
     for row in others.chunks_exact(slots) {
         means.iter_mut().zip(row).for_each(|(mean, sum)| *mean += sum);
     }
     means.iter_mut().for_each(|mean| *mean /= grid.cells() as f64);
     let means = &*means;
-    for_rows(exec, rows, 0..rows, RowBuffers { fields: [field], sums: &mut [], scratch: &mut [] }, |task| {
-        let [field] = task.fields;
-        for (row, &mean) in field.chunks_exact_mut(nx).zip(means) {
-            let mean = T::from_f64(mean);
-            row.iter_mut().for_each(|x| *x -= mean);
-        }
-    });
+    for_rows(
+        exec,
+        rows,
+        0..rows,
+        RowBuffers {
+            fields: [field],
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            let [field] = task.fields;
+            for (row, &mean) in field.chunks_exact_mut(nx).zip(means) {
+                let mean = T::from_f64(mean);
+                row.iter_mut().for_each(|x| *x -= mean);
+            }
+        },
+    );
 }

@@ -58,7 +58,12 @@ impl<'g> Block<'g> {
     /// The blocks that cover all slots.
     pub fn all(grid: &'g Grid, slots: usize) -> impl Iterator<Item = Self> {
         let step = Self::slots_per_block(grid.n[0], slots);
-        (0..slots).step_by(step).map(move |first| Self { grid, slots, first, count: step.min(slots - first) })
+        (0..slots).step_by(step).map(move |first| Self {
+            grid,
+            slots,
+            first,
+            count: step.min(slots - first),
+        })
     }
 
     /// Numbers of a row of the block.

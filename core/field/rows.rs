@@ -101,7 +101,11 @@ pub fn largest_lane<T: Real>(mut largest: [T; LANES], mut poison: [T; LANES]) ->
             poison[l] += poison[l + half];
         }
     }
-    if poison[0].is_finite() { largest[0].to_f64() } else { f64::NAN }
+    if poison[0].is_finite() {
+        largest[0].to_f64()
+    } else {
+        f64::NAN
+    }
 }
 
 multiversion! {
@@ -169,7 +173,9 @@ pub const PIECE: usize = 512;
 
 /// The pieces of a row of `len` numbers.
 pub fn pieces(len: usize) -> impl Iterator<Item = Range<usize>> {
-    (0..len).step_by(PIECE).map(move |start| start..(start + PIECE).min(len))
+    (0..len)
+        .step_by(PIECE)
+        .map(move |start| start..(start + PIECE).min(len))
 }
 
 multiversion! {
@@ -191,7 +197,13 @@ multiversion! {
 
 /// The largest of some maxima, NaN when any is.
 pub fn largest(maxima: impl IntoIterator<Item = f64>) -> f64 {
-    maxima.into_iter().fold(0.0, |all, x| if all.is_nan() || x.is_nan() { f64::NAN } else { all.max(x) })
+    maxima.into_iter().fold(0.0, |all, x| {
+        if all.is_nan() || x.is_nan() {
+            f64::NAN
+        } else {
+            all.max(x)
+        }
+    })
 }
 
 /// `out[x] = row[x - 1]` in every row of `nx` numbers; the first is the last one on a periodic axis and 0 at a wall.

@@ -20,13 +20,25 @@ impl<'a, T> Slot<'a, T> {
     /// A field that has but one slot.
     #[must_use]
     pub fn only(field: Vector<'a, T>) -> Self {
-        Self { field, slots: 1, slot: 0 }
+        Self {
+            field,
+            slots: 1,
+            slot: 0,
+        }
     }
 
     /// Slot `k` of a trajectory, counted from 1, or the field `initial` that stands before it for k = 0.
     #[must_use]
     pub fn at(k: usize, initial: Vector<'a, T>, field: Vector<'a, T>, slots: usize) -> Self {
-        if k == 0 { Self::only(initial) } else { Self { field, slots, slot: k - 1 } }
+        if k == 0 {
+            Self::only(initial)
+        } else {
+            Self {
+                field,
+                slots,
+                slot: k - 1,
+            }
+        }
     }
 
     fn row(&self, grid: &Grid, axis: usize, row: usize) -> &'a [T] {
@@ -36,28 +48,65 @@ impl<'a, T> Slot<'a, T> {
 }
 
 /// `out` = the sum of `s x` over `terms`, of one slot.
-pub fn combine<T: Real, const K: usize>(exec: &dyn Exec, grid: &Grid, terms: [(f64, Slot<'_, T>); K], out: &mut VectorMut<'_, T>) {
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
-        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-            out.fill(T::ZERO);
-            for (s, x) in &terms {
-                rows::add_scaled(out, T::from_f64(*s), x.row(grid, axis, task.row));
+pub fn combine<T: Real, const K: usize>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    terms: [(f64, Slot<'_, T>); K],
+    out: &mut VectorMut<'_, T>,
+) {
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: reborrow(out),
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                out.fill(T::ZERO);
+                for (s, x) in &terms {
+                    rows::add_scaled(out, T::from_f64(*s), x.row(grid, axis, task.row));
+                }
             }
-        }
-    });
+        },
+    );
 }
 
 /// Writes `from`, of one slot, to slot `slot` of the trajectory `out`.
-pub fn put<T: Real>(exec: &dyn Exec, grid: &Grid, from: Vector<'_, T>, out: &mut VectorMut<'_, T>, slot: usize) {
+pub fn put<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    from: Vector<'_, T>,
+    out: &mut VectorMut<'_, T>,
+    slot: usize,
+) {
     let n = grid.n[0];
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
-        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-            out[slot * n..(slot + 1) * n].copy_from_slice(&from[axis][task.row * n..(task.row + 1) * n]);
-        }
-    });
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: reborrow(out),
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                out[slot * n..(slot + 1) * n].copy_from_slice(&from[axis][task.row * n..(task.row + 1) * n]);
+            }
+        },
+    );
 }
 
 /// Writes `from`, of one slot, to all slots of the trajectory `out`.
-pub fn put_everywhere<T: Real>(exec: &dyn Exec, grid: &Grid, from: Vector<'_, T>, out: &mut VectorMut<'_, T>, slots: usize) {
+pub fn put_everywhere<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    from: Vector<'_, T>,
+    out: &mut VectorMut<'_, T>,
+    slots: usize,
+) {
     (0..slots).for_each(|slot| put(exec, grid, from, out, slot));
 }

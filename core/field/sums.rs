@@ -15,11 +15,26 @@ pub fn largest<F: Fn(usize) -> f64 + Sync>(exec: &dyn Exec, grid: &Grid, sums: &
     rows::largest(fill(exec, grid, sums, of).iter().copied())
 }
 
-fn fill<'a, F: Fn(usize) -> f64 + Sync>(exec: &dyn Exec, grid: &Grid, sums: &'a mut [f64], of: F) -> &'a [f64] {
+fn fill<'a, F: Fn(usize) -> f64 + Sync>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    sums: &'a mut [f64],
+    of: F,
+) -> &'a [f64] {
     let sums = &mut sums[..grid.rows()];
-    for_rows::<f64, 0, _>(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch: &mut [] }, |task| {
-        task.sums[0] = of(task.row);
-    });
+    for_rows::<f64, 0, _>(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: [],
+            sums: &mut *sums,
+            scratch: &mut [],
+        },
+        |task| {
+            task.sums[0] = of(task.row);
+        },
+    );
     sums
 }
 
@@ -30,11 +45,29 @@ pub fn row<'a, T>(grid: &Grid, slots: usize, field: &'a [T], row: usize) -> &'a 
 }
 
 /// max |v| over all faces and slots.
-pub fn max_abs<T: Real>(exec: &dyn Exec, grid: &Grid, slots: usize, v: Vector<'_, T>, sums: &mut [f64]) -> f64 {
-    largest(exec, grid, sums, |r| rows::largest((0..grid.dims).map(|a| rows::max_abs(row(grid, slots, v[a], r)))))
+pub fn max_abs<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    slots: usize,
+    v: Vector<'_, T>,
+    sums: &mut [f64],
+) -> f64 {
+    largest(exec, grid, sums, |r| {
+        rows::largest((0..grid.dims).map(|a| rows::max_abs(row(grid, slots, v[a], r))))
+    })
 }
 
 /// The sum of squares over all faces and slots.
-pub fn sum_squares<T: Real>(exec: &dyn Exec, grid: &Grid, slots: usize, v: Vector<'_, T>, sums: &mut [f64]) -> f64 {
-    total(exec, grid, sums, |r| (0..grid.dims).map(|a| rows::sum_squares(row(grid, slots, v[a], r))).sum())
+pub fn sum_squares<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    slots: usize,
+    v: Vector<'_, T>,
+    sums: &mut [f64],
+) -> f64 {
+    total(exec, grid, sums, |r| {
+        (0..grid.dims)
+            .map(|a| rows::sum_squares(row(grid, slots, v[a], r)))
+            .sum()
+    })
 }

@@ -37,8 +37,24 @@ pub struct Move<'a, T> {
 
 impl<T: Real> Move<'_, T> {
     /// `out += s` times `field` passed to `row` of the target, in slots `first..first + count`. `sum` holds a row of the source.
-    pub fn add_row(&self, place: Place, field: &[T], slots: usize, first: usize, count: usize, row: usize, s: T, out: &mut [T], sum: &mut [T]) {
-        let block = Block { grid: self.source, slots, first, count };
+    pub fn add_row(
+        &self,
+        place: Place,
+        field: &[T],
+        slots: usize,
+        first: usize,
+        count: usize,
+        row: usize,
+        s: T,
+        out: &mut [T],
+        sum: &mut [T],
+    ) {
+        let block = Block {
+            grid: self.source,
+            slots,
+            first,
+            count,
+        };
         let sum = &mut sum[..block.len()];
         let mut sources: heapless::Vec<(&[T], T), { TAPS * TAPS }> = heapless::Vec::new();
         self.each_source_row(place, row, |from, weight| {
@@ -56,7 +72,13 @@ impl<T: Real> Move<'_, T> {
             }
         };
         rest.iter().for_each(|&(x, s)| rows::add_scaled(sum, s, x));
-        self.tables.add_along_x(along(place, 0, self.cell, self.face), sum, self.source.n[0], out, self.target.n[0]);
+        self.tables.add_along_x(
+            along(place, 0, self.cell, self.face),
+            sum,
+            self.source.n[0],
+            out,
+            self.target.n[0],
+        );
     }
 
     /// Calls `visit` with every source row of `row` of the target and its weight.
@@ -64,7 +86,9 @@ impl<T: Real> Move<'_, T> {
         let [y, z] = self.target.row_at(row);
         let in_y = along(place, 1, self.cell, self.face);
         if self.source.dims == 2 {
-            self.tables.taps(1, in_y, y).for_each(|(y, weight)| visit(self.source.row(y, 0), weight));
+            self.tables
+                .taps(1, in_y, y)
+                .for_each(|(y, weight)| visit(self.source.row(y, 0), weight));
             return;
         }
         for (from_z, weight_z) in self.tables.taps(2, along(place, 2, self.cell, self.face), z) {

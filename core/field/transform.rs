@@ -15,24 +15,52 @@ const PANEL: usize = 2 * COLUMNS;
 /// Numbers of scratch.
 #[must_use]
 pub fn scratch_len(grid: &Grid) -> usize {
-    let longest = grid.n.iter().skip(1).take(grid.dims - 1).fold(0, |longest, &n| n.max(longest));
+    let longest = grid
+        .n
+        .iter()
+        .skip(1)
+        .take(grid.dims - 1)
+        .fold(0, |longest, &n| n.max(longest));
     (2 * longest * PANEL).max(TOGETHER * (grid.n[0] + padded(grid.n[0])))
 }
 
 /// Columns of both parities along the first axis.
 fn padded(n: usize) -> usize {
-    PARITIES.iter().map(|parity| parity.count(n).next_multiple_of(COLUMNS)).sum()
+    PARITIES
+        .iter()
+        .map(|parity| parity.count(n).next_multiple_of(COLUMNS))
+        .sum()
 }
 
 /// Replaces the coefficients of `field`, of one slot, by what `symbol` makes of them: it is given a row of coefficients, which
 /// of those along the first axis (even ones first), their values, and room for as many new ones.
-pub fn multiply<T: Real>(grid: &Grid, spectrum: &Spectrum<'_, T>, field: &mut [T], scratch: &mut [T], symbol: impl Fn(usize, Range<usize>, &[T], &mut [T])) {
+pub fn multiply<T: Real>(
+    grid: &Grid,
+    spectrum: &Spectrum<'_, T>,
+    field: &mut [T],
+    scratch: &mut [T],
+    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
+) {
     for axis in (1..grid.dims).rev() {
-        along_columns(grid, axis, &spectrum.axes[axis], Direction::Analysis, field, scratch);
+        along_columns(
+            grid,
+            axis,
+            &spectrum.axes[axis],
+            Direction::Analysis,
+            field,
+            scratch,
+        );
     }
     along_rows(grid.n[0], &spectrum.axes[0], field, scratch, symbol);
     for axis in 1..grid.dims {
-        along_columns(grid, axis, &spectrum.axes[axis], Direction::Synthesis, field, scratch);
+        along_columns(
+            grid,
+            axis,
+            &spectrum.axes[axis],
+            Direction::Synthesis,
+            field,
+            scratch,
+        );
     }
 }
 
@@ -46,7 +74,14 @@ enum Direction {
 }
 
 /// Transforms `field` along an axis but the first, in place.
-fn along_columns<T: Real>(grid: &Grid, axis: usize, eigenvectors: &Axis<'_, T>, direction: Direction, field: &mut [T], scratch: &mut [T]) {
+fn along_columns<T: Real>(
+    grid: &Grid,
+    axis: usize,
+    eigenvectors: &Axis<'_, T>,
+    direction: Direction,
+    field: &mut [T],
+    scratch: &mut [T],
+) {
     let n = grid.n[axis];
     let width: usize = grid.n[..axis].iter().product();
     let (from, to) = scratch.split_at_mut(n * PANEL);
@@ -60,7 +95,12 @@ fn along_columns<T: Real>(grid: &Grid, axis: usize, eigenvectors: &Axis<'_, T>, 
             if direction == Direction::Analysis {
                 for i in 0..n / 2 {
                     let (even, odd) = from.split_at_mut(Parity::Even.count(n) * columns);
-                    fold(&field[row(i)], &field[row(n - 1 - i)], &mut even[i * columns..][..count], &mut odd[i * columns..][..count]);
+                    fold(
+                        &field[row(i)],
+                        &field[row(n - 1 - i)],
+                        &mut even[i * columns..][..count],
+                        &mut odd[i * columns..][..count],
+                    );
                 }
                 if n % 2 == 1 {
                     from[n / 2 * columns..][..count].copy_from_slice(&field[row(n / 2)]);
@@ -71,7 +111,11 @@ fn along_columns<T: Real>(grid: &Grid, axis: usize, eigenvectors: &Axis<'_, T>, 
             let mut before = 0;
             for parity in PARITIES {
                 let part = parity.count(n);
-                let matrix = if direction == Direction::Analysis { eigenvectors.analysis(parity) } else { eigenvectors.synthesis(parity) };
+                let matrix = if direction == Direction::Analysis {
+                    eigenvectors.analysis(parity)
+                } else {
+                    eigenvectors.synthesis(parity)
+                };
                 let range = before * columns..(before + part) * columns;
                 product(matrix, part, &from[range.clone()], columns, &mut to[range]);
                 before += part;
@@ -82,7 +126,12 @@ fn along_columns<T: Real>(grid: &Grid, axis: usize, eigenvectors: &Axis<'_, T>, 
                 let (even, odd) = to.split_at(Parity::Even.count(n) * columns);
                 for i in 0..n / 2 {
                     let (low, high) = field.split_at_mut((n - 1 - i) * width);
-                    fold(&even[i * columns..][..count], &odd[i * columns..][..count], &mut low[row(i)], &mut high[start..start + count]);
+                    fold(
+                        &even[i * columns..][..count],
+                        &odd[i * columns..][..count],
+                        &mut low[row(i)],
+                        &mut high[start..start + count],
+                    );
                 }
                 if n % 2 == 1 {
                     field[row(n / 2)].copy_from_slice(&even[n / 2 * columns..][..count]);
@@ -93,30 +142,57 @@ fn along_columns<T: Real>(grid: &Grid, axis: usize, eigenvectors: &Axis<'_, T>, 
 }
 
 /// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back: [`TOGETHER`] rows at a time.
-fn along_rows<T: Real>(n: usize, eigenvectors: &Axis<'_, T>, field: &mut [T], scratch: &mut [T], symbol: impl Fn(usize, Range<usize>, &[T], &mut [T])) {
+fn along_rows<T: Real>(
+    n: usize,
+    eigenvectors: &Axis<'_, T>,
+    field: &mut [T],
+    scratch: &mut [T],
+    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
+) {
     let (halves, products) = scratch.split_at_mut(TOGETHER * n);
     let products = &mut products[..TOGETHER * padded(n)];
     for (group, rows) in field.chunks_mut(TOGETHER * n).enumerate() {
         let count = rows.len() / n;
         let (even, odd) = halves.split_at_mut(TOGETHER * Parity::Even.count(n));
-        for ((row, even), odd) in rows.chunks_exact(n).zip(even.chunks_exact_mut(n.div_ceil(2))).zip(odd.chunks_exact_mut(n / 2)) {
+        for ((row, even), odd) in rows
+            .chunks_exact(n)
+            .zip(even.chunks_exact_mut(n.div_ceil(2)))
+            .zip(odd.chunks_exact_mut(n / 2))
+        {
             fold_row(row, even, odd);
         }
         let (mut first, mut column) = (0, 0);
         for parity in PARITIES {
             let part = parity.count(n);
             let columns = part.next_multiple_of(COLUMNS);
-            let (halves, of_parity) = (&mut halves[TOGETHER * first..][..TOGETHER * part], &mut products[column..][..TOGETHER * columns]);
+            let (halves, of_parity) = (
+                &mut halves[TOGETHER * first..][..TOGETHER * part],
+                &mut products[column..][..TOGETHER * columns],
+            );
             product(halves, part, eigenvectors.analysis(parity), columns, of_parity);
-            for (r, (coefficients, out)) in of_parity.chunks_exact(columns).zip(halves.chunks_exact_mut(part)).enumerate().take(count) {
-                symbol(TOGETHER * group + r, first..first + part, &coefficients[..part], out);
+            for (r, (coefficients, out)) in of_parity
+                .chunks_exact(columns)
+                .zip(halves.chunks_exact_mut(part))
+                .enumerate()
+                .take(count)
+            {
+                symbol(
+                    TOGETHER * group + r,
+                    first..first + part,
+                    &coefficients[..part],
+                    out,
+                );
             }
             product(halves, part, eigenvectors.synthesis(parity), columns, of_parity);
             (first, column) = (first + part, column + TOGETHER * columns);
         }
         let columns = PARITIES.map(|parity| parity.count(n).next_multiple_of(COLUMNS));
         let (even, odd) = products.split_at(TOGETHER * columns[0]);
-        for ((row, even), odd) in rows.chunks_exact_mut(n).zip(even.chunks_exact(columns[0])).zip(odd.chunks_exact(columns[1])) {
+        for ((row, even), odd) in rows
+            .chunks_exact_mut(n)
+            .zip(even.chunks_exact(columns[0]))
+            .zip(odd.chunks_exact(columns[1]))
+        {
             unfold_row(even, odd, row);
         }
     }

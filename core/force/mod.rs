@@ -32,7 +32,13 @@ pub fn from_velocity<T: Real, S: Space>(
     for_blocks::<T, S, _, _>(
         exec,
         fluid,
-        (Advection { viscosity: T::from_f64(fluid.viscosity) }, v, [&[]; 3]),
+        (
+            Advection {
+                viscosity: T::from_f64(fluid.viscosity),
+            },
+            v,
+            [&[]; 3],
+        ),
         (Start::Zero, w),
         scratch,
         |block, row, parts, scratch| {
@@ -48,11 +54,24 @@ pub fn from_velocity<T: Real, S: Space>(
 }
 
 /// `out_k = d_k - d_{k-1} + J(v_k) d_k` in every slot, d_0 = 0: the derivative of [`from_velocity`] along d, without a gradient.
-pub fn apply_derivative<T: Real, S: Space>(exec: &dyn Exec, fluid: Fluid<'_>, v: Vector<'_, T>, d: Vector<'_, T>, out: VectorMut<'_, T>, scratch: &mut [T]) {
+pub fn apply_derivative<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fluid: Fluid<'_>,
+    v: Vector<'_, T>,
+    d: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
     for_blocks::<T, S, _, _>(
         exec,
         fluid,
-        (Derivative { viscosity: T::from_f64(fluid.viscosity) }, v, d),
+        (
+            Derivative {
+                viscosity: T::from_f64(fluid.viscosity),
+            },
+            v,
+            d,
+        ),
         (Start::Zero, out),
         scratch,
         |block, row, parts, _| {
@@ -67,17 +86,51 @@ pub fn apply_derivative<T: Real, S: Space>(exec: &dyn Exec, fluid: Fluid<'_>, v:
 /// `out_k = w_k - w_{k+1} + J(v_k)^T w_k` in every slot, w_{T+1} = 0: the derivative of 1/2 sum |w(v)|^2, not projected yet.
 ///
 /// It is the adjoint of [`apply_derivative`], applied to w.
-pub fn apply_adjoint<T: Real, S: Space>(exec: &dyn Exec, fluid: Fluid<'_>, v: Vector<'_, T>, w: Vector<'_, T>, out: VectorMut<'_, T>, scratch: &mut [T]) {
-    for_blocks::<T, S, _, _>(exec, fluid, (Adjoint { viscosity: T::from_f64(fluid.viscosity) }, v, w), (Start::Zero, out), scratch, |block, row, parts, _| {
-        for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
-            rows::add(part, block.of(w[axis], row));
-            subtract_next(block, row, w[axis], part);
-        }
-    });
+pub fn apply_adjoint<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fluid: Fluid<'_>,
+    v: Vector<'_, T>,
+    w: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    for_blocks::<T, S, _, _>(
+        exec,
+        fluid,
+        (
+            Adjoint {
+                viscosity: T::from_f64(fluid.viscosity),
+            },
+            v,
+            w,
+        ),
+        (Start::Zero, out),
+        scratch,
+        |block, row, parts, _| {
+            for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
+                rows::add(part, block.of(w[axis], row));
+                subtract_next(block, row, w[axis], part);
+            }
+        },
+    );
 }
 
 /// `out_k += J(d_k)^T w_k` in every slot, without viscosity: with the derivative and its adjoint, D^T D d + J(d)^T w is the
 /// second derivative of 1/2 sum |w(v)|^2 along d, since J is linear in v but for a constant.
-pub fn add_curvature<T: Real, S: Space>(exec: &dyn Exec, fluid: Fluid<'_>, d: Vector<'_, T>, w: Vector<'_, T>, out: VectorMut<'_, T>, scratch: &mut [T]) {
-    for_blocks::<T, S, _, _>(exec, fluid, (Adjoint { viscosity: T::ZERO }, d, w), (Start::Kept, out), scratch, |_, _, _, _| {});
+pub fn add_curvature<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fluid: Fluid<'_>,
+    d: Vector<'_, T>,
+    w: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    for_blocks::<T, S, _, _>(
+        exec,
+        fluid,
+        (Adjoint { viscosity: T::ZERO }, d, w),
+        (Start::Kept, out),
+        scratch,
+        |_, _, _, _| {},
+    );
 }

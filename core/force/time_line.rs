@@ -49,7 +49,11 @@ impl<'a> TimeLine<'a> {
         }
         for (k, &pivot) in self.pivots.iter().enumerate().rev().skip(1) {
             let (now, after) = row.split_at_mut((k + 1) * nx);
-            rows::add_scaled(&mut now[k * nx..], T::from_f64(pivot * self.coupling), &after[..nx]);
+            rows::add_scaled(
+                &mut now[k * nx..],
+                T::from_f64(pivot * self.coupling),
+                &after[..nx],
+            );
         }
     }
 }

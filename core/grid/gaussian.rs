@@ -17,14 +17,23 @@ impl Gaussian {
     #[must_use]
     pub fn new(j: usize) -> Self {
         let sigma = (1u64 << (j - 1)) as f64;
-        let unscaled = Self { sigma, radius: libm::ceil(3.0 * sigma) as usize, total: 1.0 };
-        let total = unscaled.taps().map(|(offset, tap)| if offset == 0 { tap } else { 2.0 * tap }).sum();
+        let unscaled = Self {
+            sigma,
+            radius: libm::ceil(3.0 * sigma) as usize,
+            total: 1.0,
+        };
+        let total = unscaled
+            .taps()
+            .map(|(offset, tap)| if offset == 0 { tap } else { 2.0 * tap })
+            .sum();
         Self { total, ..unscaled }
     }
 
     /// The taps at the centre and on one side of it, with their offsets.
     pub fn taps(self) -> impl Iterator<Item = (usize, f64)> {
-        let tap = move |offset: usize| libm::exp(-0.5 * (offset as f64 / self.sigma) * (offset as f64 / self.sigma)) / self.total;
+        let tap = move |offset: usize| {
+            libm::exp(-0.5 * (offset as f64 / self.sigma) * (offset as f64 / self.sigma)) / self.total
+        };
         (0..=self.radius).map(move |offset| (offset, tap(offset)))
     }
 }

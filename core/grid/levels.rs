@@ -19,7 +19,13 @@ pub const MAX_LEVELS: usize = 12;
 /// The next coarser grid, or `None` when no axis has more than two cells.
 #[must_use]
 pub fn coarsen(grid: &Grid) -> Option<Grid> {
-    let n = grid.n.map(|n| if n > 2 { n.div_ceil(2) - usize::from(n % 4 == 1 && n > 5) } else { n });
+    let n = grid.n.map(|n| {
+        if n > 2 {
+            n.div_ceil(2) - usize::from(n % 4 == 1 && n > 5)
+        } else {
+            n
+        }
+    });
     let h = core::array::from_fn(|a| grid.h[a] * grid.n[a] as f64 / n[a] as f64);
     (n != grid.n).then_some(Grid { n, h, ..*grid })
 }
@@ -27,7 +33,9 @@ pub fn coarsen(grid: &Grid) -> Option<Grid> {
 /// The grids of a hierarchy, finest first.
 #[must_use]
 pub fn hierarchy(finest: &Grid) -> heapless::Vec<Grid, MAX_LEVELS> {
-    core::iter::successors(Some(*finest), coarsen).take(MAX_LEVELS).collect()
+    core::iter::successors(Some(*finest), coarsen)
+        .take(MAX_LEVELS)
+        .collect()
 }
 
 /// Where a number of one axis comes from.
@@ -48,8 +56,14 @@ pub enum Transfer {
 }
 
 /// All transfers, in the order of [`Tables`].
-pub const TRANSFERS: [Transfer; 6] =
-    [Transfer::RestrictCell, Transfer::RestrictFace, Transfer::ProlongCell, Transfer::ProlongFace, Transfer::CollectCell, Transfer::CollectFace];
+pub const TRANSFERS: [Transfer; 6] = [
+    Transfer::RestrictCell,
+    Transfer::RestrictFace,
+    Transfer::ProlongCell,
+    Transfer::ProlongFace,
+    Transfer::CollectCell,
+    Transfer::CollectFace,
+];
 
 /// Most sources of one number.
 pub const TAPS: usize = 5;
@@ -72,7 +86,11 @@ impl Transfer {
 
     /// Where, from 2i (or, from coarse to fine, from i / 2 rounded up), the first source of number `i` is on an axis that halves.
     const fn first(self) -> isize {
-        if matches!(self, Self::RestrictCell | Self::RestrictFace) { 0 } else { -1 }
+        if matches!(self, Self::RestrictCell | Self::RestrictFace) {
+            0
+        } else {
+            -1
+        }
     }
 
     /// Numbers along an axis of what it makes.
@@ -94,7 +112,11 @@ pub fn taps(transfer: Transfer, i: usize, fine: usize, coarse: usize, periodic: 
         if weight.abs() < 1e-12 || (wall_face && !periodic && (outside || at == 0)) {
             return;
         }
-        let at = if periodic { at.rem_euclid(n as isize) } else { at.clamp(0, n as isize - 1) } as usize;
+        let at = if periodic {
+            at.rem_euclid(n as isize)
+        } else {
+            at.clamp(0, n as isize - 1)
+        } as usize;
         match list.iter_mut().find(|(have, _)| *have == at) {
             Some((_, have)) => *have += weight,
             None => {
@@ -107,7 +129,12 @@ pub fn taps(transfer: Transfer, i: usize, fine: usize, coarse: usize, periodic: 
         Transfer::RestrictCell => {
             let (start, end) = (i as f64 * ratio, (i + 1) as f64 * ratio);
             for f in libm::floor(start + 1e-9) as usize..fine.min(libm::ceil(end - 1e-9) as usize) {
-                put(f as isize, (end.min(f as f64 + 1.0) - start.max(f as f64)) / ratio, fine, false);
+                put(
+                    f as isize,
+                    (end.min(f as f64 + 1.0) - start.max(f as f64)) / ratio,
+                    fine,
+                    false,
+                );
             }
         }
         Transfer::RestrictFace => linear(i as f64 * ratio, |at, w| put(at, w, fine, true)),
@@ -133,12 +160,20 @@ fn collect(transfer: Transfer, i: usize, fine: usize, coarse: usize, periodic: b
     let mut seen: heapless::Vec<usize, 16> = heapless::Vec::new();
     for offset in -4..=5isize {
         let at = centre as isize + offset;
-        let f = if periodic { at.rem_euclid(fine as isize) } else { at } as usize;
+        let f = if periodic {
+            at.rem_euclid(fine as isize)
+        } else {
+            at
+        } as usize;
         if (!periodic && (at < 0 || at >= fine as isize)) || seen.contains(&f) {
             continue;
         }
         let _ = seen.push(f);
-        let weight: f64 = taps(transfer, f, fine, coarse, periodic).iter().filter(|(c, _)| *c == i).map(|(_, w)| w).sum();
+        let weight: f64 = taps(transfer, f, fine, coarse, periodic)
+            .iter()
+            .filter(|(c, _)| *c == i)
+            .map(|(_, w)| w)
+            .sum();
         if weight != 0.0 {
             let pushed = list.push((f, weight * coarse as f64 / fine as f64));
             debug_assert!(pushed.is_ok());
@@ -161,7 +196,12 @@ impl<'m, T: Real> Tables<'m, T> {
     /// Taps that the tables between `fine` and `coarse` hold.
     #[must_use]
     pub fn len(fine: &Grid, coarse: &Grid) -> usize {
-        let along = |a: usize| TRANSFERS.iter().map(|transfer| transfer.taps() * transfer.length(fine.n[a], coarse.n[a])).sum::<usize>();
+        let along = |a: usize| {
+            TRANSFERS
+                .iter()
+                .map(|transfer| transfer.taps() * transfer.length(fine.n[a], coarse.n[a]))
+                .sum::<usize>()
+        };
         (0..fine.dims).map(along).sum()
     }
 
@@ -169,7 +209,13 @@ impl<'m, T: Real> Tables<'m, T> {
     #[must_use]
     pub fn new(fine: &Grid, coarse: &Grid, index: &'m mut [u16], weight: &'m mut [T]) -> Self {
         let halves = fine.n[0] == 2 * coarse.n[0] && !fine.periodic[0];
-        let mut tables = Self { index, weight, start: Default::default(), length: Default::default(), halves };
+        let mut tables = Self {
+            index,
+            weight,
+            start: Default::default(),
+            length: Default::default(),
+            halves,
+        };
         let mut next = 0;
         for a in 0..fine.dims {
             for (t, &transfer) in TRANSFERS.iter().enumerate() {
@@ -179,7 +225,11 @@ impl<'m, T: Real> Tables<'m, T> {
                 for i in 0..length {
                     let list = taps(transfer, i, fine.n[a], coarse.n[a], fine.periodic[a]);
                     for (slot, &(at, weight)) in list.iter().enumerate() {
-                        let slot = if a == 0 && halves { at.wrapping_sub(side_by_side(transfer, i)) } else { slot };
+                        let slot = if a == 0 && halves {
+                            at.wrapping_sub(side_by_side(transfer, i))
+                        } else {
+                            slot
+                        };
                         tables.index[next + slot * length + i] = at as u16;
                         tables.weight[next + slot * length + i] = T::from_f64(weight);
                     }
@@ -192,8 +242,14 @@ impl<'m, T: Real> Tables<'m, T> {
 
     /// The sources of number `i` along `axis`, those of weight 0 left out.
     pub fn taps(&self, axis: usize, transfer: Transfer, i: usize) -> impl Iterator<Item = (usize, T)> {
-        let (start, length) = (self.start[axis][transfer as usize], self.length[axis][transfer as usize]);
-        (0..transfer.taps()).map(move |slot| start + slot * length + i).map(|at| (self.index[at] as usize, self.weight[at])).filter(|&(_, w)| w != T::ZERO)
+        let (start, length) = (
+            self.start[axis][transfer as usize],
+            self.length[axis][transfer as usize],
+        );
+        (0..transfer.taps())
+            .map(move |slot| start + slot * length + i)
+            .map(|at| (self.index[at] as usize, self.weight[at]))
+            .filter(|&(_, w)| w != T::ZERO)
     }
 
     /// Passes every row of `from` along x: `out[i] +=` the weighted sum of its sources.
@@ -225,7 +281,12 @@ impl<'m, T: Real> Tables<'m, T> {
             let (start, end) = (usize::from(row == 0), from_n - usize::from(row + 1 == count));
             let [first, second] = weights.map(|weights| weights.get(2 * start..).unwrap_or_default());
             let sources = from.get(row * from_n + start - 1..).unwrap_or_default();
-            add_to_pairs(out.get_mut(2 * start..2 * end).unwrap_or_default(), first, second, sources);
+            add_to_pairs(
+                out.get_mut(2 * start..2 * end).unwrap_or_default(),
+                first,
+                second,
+                sources,
+            );
             for slot in 0..2 {
                 for ends in [0..2 * start, 2 * end..out_n] {
                     self.add_by_position(transfer, slot, own, ends, out);
@@ -235,17 +296,36 @@ impl<'m, T: Real> Tables<'m, T> {
     }
 
     /// Adds tap `slot` of some numbers of a row, whose sources `from` begins with.
-    fn add_by_position(&self, transfer: Transfer, slot: usize, from: &[T], span: Range<usize>, out: &mut [T]) {
+    fn add_by_position(
+        &self,
+        transfer: Transfer,
+        slot: usize,
+        from: &[T],
+        span: Range<usize>,
+        out: &mut [T],
+    ) {
         let (index, weight) = self.along_x(transfer, slot);
-        let (index, weight) = (index.get(span.clone()).unwrap_or_default(), weight.get(span.clone()).unwrap_or_default());
-        for ((o, &i), &w) in out.get_mut(span).unwrap_or_default().iter_mut().zip(index).zip(weight) {
+        let (index, weight) = (
+            index.get(span.clone()).unwrap_or_default(),
+            weight.get(span.clone()).unwrap_or_default(),
+        );
+        for ((o, &i), &w) in out
+            .get_mut(span)
+            .unwrap_or_default()
+            .iter_mut()
+            .zip(index)
+            .zip(weight)
+        {
             *o += w * from[i as usize];
         }
     }
 
     /// The positions and weights of tap `slot` of all numbers along x.
     fn along_x(&self, transfer: Transfer, slot: usize) -> (&[u16], &[T]) {
-        let (start, length) = (self.start[0][transfer as usize], self.length[0][transfer as usize]);
+        let (start, length) = (
+            self.start[0][transfer as usize],
+            self.length[0][transfer as usize],
+        );
         let at = start + slot * length;
         (&self.index[at..at + length], &self.weight[at..at + length])
     }
@@ -299,11 +379,21 @@ impl<'m, T: Real> Levels<'m, T> {
         let taps = Self::taps(&hierarchy(finest));
         ledger.line("transfer positions", taps, 2);
         ledger.line("transfer weights", taps, T::BYTES);
-        ledger.line("eigenvectors", hierarchy(finest).iter().map(|grid| Spectrum::<T>::len(grid, filters)).sum(), T::BYTES);
+        ledger.line(
+            "eigenvectors",
+            hierarchy(finest)
+                .iter()
+                .map(|grid| Spectrum::<T>::len(grid, filters))
+                .sum(),
+            T::BYTES,
+        );
     }
 
     fn taps(grids: &[Grid]) -> usize {
-        grids.windows(2).map(|pair| Tables::<T>::len(&pair[0], &pair[1])).sum()
+        grids
+            .windows(2)
+            .map(|pair| Tables::<T>::len(&pair[0], &pair[1]))
+            .sum()
     }
 
     /// Takes its buffers and fills them; `filters` is that of the finest metric.
@@ -323,21 +413,35 @@ impl<'m, T: Real> Levels<'m, T> {
             let pushed = tables.push(Tables::new(&pair[0], &pair[1], these_index, these_weight));
             debug_assert!(pushed.is_ok());
         }
-        let eigenvectors = arena.take::<T>(grids.iter().map(|grid| Spectrum::<T>::len(grid, filters)).sum())?;
+        let eigenvectors =
+            arena.take::<T>(grids.iter().map(|grid| Spectrum::<T>::len(grid, filters)).sum())?;
         let mut rest = &mut *eigenvectors;
         for grid in &grids {
             let (these, after) = rest.split_at_mut(Spectrum::<T>::len(grid, filters));
             Spectrum::fill(grid, filters, these);
             rest = after;
         }
-        Ok(Self { finest: *finest, grids, tables, eigenvectors, filters })
+        Ok(Self {
+            finest: *finest,
+            grids,
+            tables,
+            eigenvectors,
+            filters,
+        })
     }
 
     /// The eigenvectors of grid `level`, if it has any.
     #[must_use]
     pub fn spectrum(&self, level: usize) -> Option<Spectrum<'_, T>> {
-        let start = self.grids[..level].iter().map(|grid| Spectrum::<T>::len(grid, self.filters)).sum();
-        let numbers = self.eigenvectors.get(start..).filter(|numbers| !numbers.is_empty())?;
-        Spectrum::<T>::exists(&self.grids[level]).then(|| Spectrum::view(&self.grids[level], self.filters, numbers))
+        let start = self.grids[..level]
+            .iter()
+            .map(|grid| Spectrum::<T>::len(grid, self.filters))
+            .sum();
+        let numbers = self
+            .eigenvectors
+            .get(start..)
+            .filter(|numbers| !numbers.is_empty())?;
+        Spectrum::<T>::exists(&self.grids[level])
+            .then(|| Spectrum::view(&self.grids[level], self.filters, numbers))
     }
 }

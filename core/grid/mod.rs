@@ -91,7 +91,12 @@ impl Grid {
         let largest = cells.iter().copied().max().unwrap_or(1);
         let n = core::array::from_fn(|a| cells.get(a).copied().unwrap_or(1));
         let periodic = core::array::from_fn(|a| boundary.get(a) == Some(&Boundary::Periodic));
-        Self { dims: cells.len(), n, periodic, h: [1.0 / largest as f64; 3] }
+        Self {
+            dims: cells.len(),
+            n,
+            periodic,
+            h: [1.0 / largest as f64; 3],
+        }
     }
 
     /// Cells.

@@ -58,7 +58,15 @@ fn eigenvector(n: usize, periodic: bool, parity: Parity, k: usize, i: usize) -> 
     let alone = waves == 0 || (sine && waves == n);
     let length = libm::sqrt(if alone { 1.0 } else { 2.0 } / n as f64);
     let half = libm::sin(angle / (2 * n) as f64);
-    (length * if sine { libm::sin(angle * place) } else { libm::cos(angle * place) }, 4.0 * half * half)
+    (
+        length
+            * if sine {
+                libm::sin(angle * place)
+            } else {
+                libm::cos(angle * place)
+            },
+        4.0 * half * half,
+    )
 }
 
 /// What twice the Gaussian `j` of the metric makes of every eigenvector along an axis: (sum over taps of w_o cos(pi waves o / n))^2.
@@ -70,7 +78,9 @@ fn fill_blur<T: Real>(n: usize, periodic: bool, j: usize, factors: &mut [T]) {
     let mut sums = [0.0; LONGEST];
     for (offset, tap) in Gaussian::new(j).taps() {
         let twice = if offset == 0 { tap } else { 2.0 * tap };
-        let waves = PARITIES.into_iter().flat_map(|parity| (0..parity.count(n)).map(move |k| half_waves(periodic, parity, k)));
+        let waves = PARITIES
+            .into_iter()
+            .flat_map(|parity| (0..parity.count(n)).map(move |k| half_waves(periodic, parity, k)));
         for (sum, waves) in sums.iter_mut().zip(waves) {
             let turned = waves * offset % (2 * n);
             *sum += twice * cosines[turned.min(2 * n - turned)];
@@ -95,12 +105,19 @@ pub struct Axis<'m, T> {
 /// Numbers of a matrix of `count` rows and columns by rows: of axis 0 with whole [`COLUMNS`], of others with a multiple of
 /// [`TOGETHER`] rows.
 const fn matrix_len(count: usize, first: bool) -> usize {
-    if first { count * count.next_multiple_of(COLUMNS) } else { count.next_multiple_of(TOGETHER) * count }
+    if first {
+        count * count.next_multiple_of(COLUMNS)
+    } else {
+        count.next_multiple_of(TOGETHER) * count
+    }
 }
 
 /// Numbers of all matrices of an axis: analysis and synthesis of either parity.
 fn matrices_len(n: usize, first: bool) -> usize {
-    PARITIES.iter().map(|parity| 2 * matrix_len(parity.count(n), first)).sum()
+    PARITIES
+        .iter()
+        .map(|parity| 2 * matrix_len(parity.count(n), first))
+        .sum()
 }
 
 /// Fills the numbers of an axis: its matrices, its eigenvalues, and what `filters` Gaussians make of the eigenvectors.
@@ -112,14 +129,25 @@ fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, numbers: &mut [T
     let (mut matrix, mut number) = (0, 0);
     for parity in PARITIES {
         let count = parity.count(n);
-        let (len, columns) = (matrix_len(count, first), if first { count.next_multiple_of(COLUMNS) } else { count });
+        let (len, columns) = (
+            matrix_len(count, first),
+            if first {
+                count.next_multiple_of(COLUMNS)
+            } else {
+                count
+            },
+        );
         for k in 0..count {
             for i in 0..count {
                 let (value, eigenvalue) = eigenvector(n, grid.periodic[axis], parity, k, i);
                 let value = T::from_f64(value);
                 let place = |row: usize, column: usize| row * columns + column;
                 // Along the first axis fields stand left of the matrix.
-                let [analysis, synthesis] = if first { [place(i, k), place(k, i)] } else { [place(k, i), place(i, k)] };
+                let [analysis, synthesis] = if first {
+                    [place(i, k), place(k, i)]
+                } else {
+                    [place(k, i), place(i, k)]
+                };
                 (matrices[matrix + analysis], matrices[matrix + len + synthesis]) = (value, value);
                 eigenvalues[number + k] = T::from_f64(eigenvalue / (grid.h[axis] * grid.h[axis]));
             }
@@ -152,7 +180,11 @@ impl<T: Real> Axis<'_, T> {
 
     fn matrix(&self, parity: Parity, which: usize) -> &[T] {
         let len = matrix_len(parity.count(self.n), self.first);
-        let before = if parity == Parity::Odd { 2 * matrix_len(Parity::Even.count(self.n), self.first) } else { 0 };
+        let before = if parity == Parity::Odd {
+            2 * matrix_len(Parity::Even.count(self.n), self.first)
+        } else {
+            0
+        };
         &self.matrices[before + which * len..][..len]
     }
 }
@@ -174,7 +206,11 @@ impl<'m, T: Real> Spectrum<'m, T> {
     /// Its numbers with `filters` Gaussians, 0 if there is none.
     #[must_use]
     pub fn len(grid: &Grid, filters: usize) -> usize {
-        if Self::exists(grid) { (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum() } else { 0 }
+        if Self::exists(grid) {
+            (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum()
+        } else {
+            0
+        }
     }
 
     /// Fills [`Self::len`] numbers for [`Self::view`].
@@ -190,13 +226,25 @@ impl<'m, T: Real> Spectrum<'m, T> {
     /// The eigenvectors that [`Self::fill`] wrote.
     #[must_use]
     pub fn view(grid: &Grid, filters: usize, mut numbers: &'m [T]) -> Self {
-        let mut axes = [Axis { n: 0, first: false, matrices: &[][..], eigenvalues: &[], blurs: &[] }; 3];
+        let mut axes = [Axis {
+            n: 0,
+            first: false,
+            matrices: &[][..],
+            eigenvalues: &[],
+            blurs: &[],
+        }; 3];
         for (axis, known) in axes.iter_mut().enumerate().take(grid.dims) {
             let (these, after) = numbers.split_at(Self::len_of(grid, filters, axis));
             let (n, first) = (grid.n[axis], axis == 0);
             let (matrices, rest) = these.split_at(matrices_len(n, first));
             let (eigenvalues, blurs) = rest.split_at(n);
-            *known = Axis { n, first, matrices, eigenvalues, blurs };
+            *known = Axis {
+                n,
+                first,
+                matrices,
+                eigenvalues,
+                blurs,
+            };
             numbers = after;
         }
         Self { axes }

@@ -53,7 +53,9 @@ impl Colours {
         }
         let parity = match self {
             Self::RedBlack => (base + y + z) % 2,
-            Self::PowerOfTwo if (1..grid.dims).any(|axis| at[axis] % 2 != (base >> axis) % 2) => return Cells { start: 0, count: 0 },
+            Self::PowerOfTwo if (1..grid.dims).any(|axis| at[axis] % 2 != (base >> axis) % 2) => {
+                return Cells { start: 0, count: 0 };
+            }
             Self::PowerOfTwo => base % 2,
         };
         along_x(grid, parity, last[0])
@@ -64,10 +66,16 @@ impl Colours {
 fn along_x(grid: &Grid, parity: usize, last: bool) -> Cells {
     let n = grid.n[0];
     if odd(grid, 0) && last {
-        return Cells { start: n - 1, count: usize::from((n - 1) % 2 == parity) };
+        return Cells {
+            start: n - 1,
+            count: usize::from((n - 1) % 2 == parity),
+        };
     }
     let limit = if odd(grid, 0) { n - 1 } else { n };
-    Cells { start: parity, count: limit.saturating_sub(parity).div_ceil(2) }
+    Cells {
+        start: parity,
+        count: limit.saturating_sub(parity).div_ceil(2),
+    }
 }
 
 fn odd(grid: &Grid, axis: usize) -> bool {

@@ -120,7 +120,13 @@ impl<T: Copy> LevelMut<'_, T> {
             p: self.state.p,
             pbar: self.state.pbar,
             v0: view(&self.v0),
-            rhs: Rhs { scale: self.scale, a: view(&self.a), b: self.b, c: view(&self.c), d: self.d },
+            rhs: Rhs {
+                scale: self.scale,
+                a: view(&self.a),
+                b: self.b,
+                c: view(&self.c),
+                d: self.d,
+            },
             table: self.table,
         }
     }
@@ -132,9 +138,28 @@ impl<'a, T: Copy> System<'a, T> {
     pub fn of_rows(&self, rows: Range<usize>, state: [&'a [T]; 8]) -> Self {
         let Self { grid, slots, rhs, .. } = *self;
         let [v0, v1, v2, w0, w1, w2, p, pbar] = state;
-        let part = |field: &'a [T], slots: usize| field.get(rows.start * slots * grid.n[0]..rows.end * slots * grid.n[0]).unwrap_or_default();
-        let rhs = Rhs { a: rhs.a.map(|a| part(a, slots)), b: part(rhs.b, slots), c: rhs.c.map(|c| part(c, slots)), d: part(rhs.d, slots), ..rhs };
-        Self { first: rows.start, v: [v0, v1, v2], w: [w0, w1, w2], p, pbar, v0: self.v0.map(|v0| part(v0, 1)), rhs, ..*self }
+        let part = |field: &'a [T], slots: usize| {
+            field
+                .get(rows.start * slots * grid.n[0]..rows.end * slots * grid.n[0])
+                .unwrap_or_default()
+        };
+        let rhs = Rhs {
+            a: rhs.a.map(|a| part(a, slots)),
+            b: part(rhs.b, slots),
+            c: rhs.c.map(|c| part(c, slots)),
+            d: part(rhs.d, slots),
+            ..rhs
+        };
+        Self {
+            first: rows.start,
+            v: [v0, v1, v2],
+            w: [w0, w1, w2],
+            p,
+            pbar,
+            v0: self.v0.map(|v0| part(v0, 1)),
+            rhs,
+            ..*self
+        }
     }
 }
 

@@ -65,7 +65,13 @@ pub struct NsoParams {
 
 impl Default for NsoParams {
     fn default() -> Self {
-        Self { solver: NsoSolver::Stfas, tolerance: 1e-5, cycles: 30, colours: Colours::RedBlack, norm: Norm::Scaled }
+        Self {
+            solver: NsoSolver::Stfas,
+            tolerance: 1e-5,
+            cycles: 30,
+            colours: Colours::RedBlack,
+            norm: Norm::Scaled,
+        }
     }
 }
 
@@ -81,7 +87,11 @@ pub enum Split {
 impl Split {
     /// The slabs of a grid's planes, of `least` each: one, unless threads have their own.
     fn slabs(self, grid: &Grid, threads: usize, least: usize) -> Slabs {
-        Slabs::new(grid.planes(), if self == Self::Slabs { threads } else { 1 }, least)
+        Slabs::new(
+            grid.planes(),
+            if self == Self::Slabs { threads } else { 1 },
+            least,
+        )
     }
 }
 
@@ -96,7 +106,10 @@ pub struct Shape {
 
 impl Shape {
     /// The least memory.
-    pub const LEAST: Self = Self { lanes: 1, split: Split::Planes(1) };
+    pub const LEAST: Self = Self {
+        lanes: 1,
+        split: Split::Planes(1),
+    };
     /// Bytes of the longest vector, and vectors side by side at most.
     const WIDEST: [usize; 2] = [64, 2];
     /// Bytes side by side below which slabs bring less than more cells do.
@@ -107,11 +120,25 @@ impl Shape {
     pub fn all<T: Real, S: Space>(grid: &Grid) -> impl Iterator<Item = Self> + Clone {
         let [bytes, vectors] = Self::WIDEST;
         let vector = bytes / T::BYTES;
-        let most = grid.n[0].div_ceil(2).next_multiple_of(vector).min(vectors * vector);
+        let most = grid.n[0]
+            .div_ceil(2)
+            .next_multiple_of(vector)
+            .min(vectors * vector);
         let lanes = [32, 16, 8, 4, 1].into_iter().filter(move |&lanes| lanes <= most);
-        let slabs = lanes.clone().filter(|lanes| S::DIM == 2 && lanes * T::BYTES >= Self::WORTH_SLABS).map(|lanes| Self { lanes, split: Split::Slabs });
+        let slabs = lanes
+            .clone()
+            .filter(|lanes| S::DIM == 2 && lanes * T::BYTES >= Self::WORTH_SLABS)
+            .map(|lanes| Self {
+                lanes,
+                split: Split::Slabs,
+            });
         let together: &[usize] = if S::DIM == 2 { &[1] } else { &[2, 1] };
-        slabs.chain(lanes.flat_map(|lanes| together.iter().map(move |&together| Self { lanes, split: Split::Planes(together) })))
+        slabs.chain(lanes.flat_map(|lanes| {
+            together.iter().map(move |&together| Self {
+                lanes,
+                split: Split::Planes(together),
+            })
+        }))
     }
 }
 
@@ -124,7 +151,11 @@ pub struct Bases<'m, T> {
 impl<'m, T: Real> Bases<'m, T> {
     /// Writes the ledger line of [`Self::carve`].
     pub fn requirement<S: Space>(ledger: &mut Ledger, grids: &[Grid]) {
-        ledger.line("smoother bases", pooled(local::table_len::<S>()) * grids.len(), T::BYTES);
+        ledger.line(
+            "smoother bases",
+            pooled(local::table_len::<S>()) * grids.len(),
+            T::BYTES,
+        );
     }
 
     /// Takes its numbers and fills them.
@@ -138,7 +169,9 @@ impl<'m, T: Real> Bases<'m, T> {
             local::fill_table::<T, S>(grid.h, table);
             table
         };
-        Ok(Self { tables: grids.iter().map(fill).collect() })
+        Ok(Self {
+            tables: grids.iter().map(fill).collect(),
+        })
     }
 }
 
@@ -198,19 +231,30 @@ struct Sizes {
 
 impl Sizes {
     fn new<S: Space>(finest: &Grid, slots: usize, threads: usize, shape: Shape) -> Self {
-        let level = |grid: &Grid| 4 * (1 + S::DIM) * pooled(grid.cells() * slots) + S::DIM * pooled(grid.cells());
+        let level =
+            |grid: &Grid| 4 * (1 + S::DIM) * pooled(grid.cells() * slots) + S::DIM * pooled(grid.cells());
         Self {
             coarse: levels::hierarchy(finest).iter().skip(1).map(level).sum(),
             waiting: pooled(smoother::waiting_len::<S>(finest, slots, threads, shape.split)),
             lines: pooled(threads * smoother::scratch_len::<S>(finest, slots, shape)),
-            transfer: pooled(levels::hierarchy(finest).iter().map(|grid| transfer::scratch_len::<S>(grid, slots, threads, shape.split)).max().unwrap_or(0)),
+            transfer: pooled(
+                levels::hierarchy(finest)
+                    .iter()
+                    .map(|grid| transfer::scratch_len::<S>(grid, slots, threads, shape.split))
+                    .max()
+                    .unwrap_or(0),
+            ),
         }
     }
 }
 
 /// Weight of the outside-face term (mathematics section 5).
 fn outside_weight<S: Space>(colours: Colours) -> f64 {
-    if S::DIM == 3 && colours == Colours::RedBlack { 3.0 } else { 2.0 }
+    if S::DIM == 3 && colours == Colours::RedBlack {
+        3.0
+    } else {
+        2.0
+    }
 }
 
 /// Cells stretch beyond this before a grid is smoothed more often, and count as no longer than the second.
@@ -219,9 +263,19 @@ const STRETCH: [f64; 2] = [1.5, 32.0];
 /// How often to smooth a grid instead of `times`. Long thin boxes have coarse grids (of few cells) with long cells, on which
 /// the smoother couples only across: then it takes as many as diffusion along them does, stretch^2 / 2 times as many.
 fn stretched<S: Space>(grid: &Grid, times: usize) -> usize {
-    let (longest, shortest) = grid.h.iter().take(S::DIM).fold((0.0, f64::MAX), |(long, short): (f64, f64), &h| (long.max(h), short.min(h)));
+    let (longest, shortest) = grid
+        .h
+        .iter()
+        .take(S::DIM)
+        .fold((0.0, f64::MAX), |(long, short): (f64, f64), &h| {
+            (long.max(h), short.min(h))
+        });
     let stretch = (longest / shortest).min(STRETCH[1]);
-    if stretch > STRETCH[0] { libm::ceil(times as f64 * stretch * stretch / 2.0) as usize } else { times }
+    if stretch > STRETCH[0] {
+        libm::ceil(times as f64 * stretch * stretch / 2.0) as usize
+    } else {
+        times
+    }
 }
 
 impl<'a, T: Real, S: Space> Nso<'a, T, S> {
@@ -231,8 +285,16 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
         ledger.group("Navier-Stokes problem (NSO)", Sharing::Together, |ledger| {
             ledger.line("coarse levels", sizes.coarse, T::BYTES);
             ledger.group("smoothing or transfer", Sharing::InTurn, |ledger| {
-                ledger.line("smoother: waiting changes, lines in time", sizes.waiting + sizes.lines, T::BYTES);
-                ledger.line("transfer: rows of a block, residuals that wait", sizes.transfer, T::BYTES);
+                ledger.line(
+                    "smoother: waiting changes, lines in time",
+                    sizes.waiting + sizes.lines,
+                    T::BYTES,
+                );
+                ledger.line(
+                    "transfer: rows of a block, residuals that wait",
+                    sizes.transfer,
+                    T::BYTES,
+                );
             });
         });
     }
@@ -264,7 +326,12 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             let len = grid.cells() * slots;
             let level = LevelMut {
                 grid,
-                state: State { v: pool.take_vector(S::DIM, len), w: pool.take_vector(S::DIM, len), p: pool.take(len), pbar: pool.take(len) },
+                state: State {
+                    v: pool.take_vector(S::DIM, len),
+                    w: pool.take_vector(S::DIM, len),
+                    p: pool.take(len),
+                    pbar: pool.take(len),
+                },
                 v0: pool.take_vector(S::DIM, grid.cells()),
                 a: pool.take_vector(S::DIM, len),
                 scale: T::ONE,
@@ -285,22 +352,51 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             slow: setup.slow.at(setup.kappa),
         };
         let scratch = pool.take((sizes.waiting + sizes.lines).max(sizes.transfer));
-        Self { levels, tables: hierarchy.tables.iter().collect(), weights, setup: *setup, sizes, scratch, sums, spare: finest.spare, space: PhantomData }
+        Self {
+            levels,
+            tables: hierarchy.tables.iter().collect(),
+            weights,
+            setup: *setup,
+            sizes,
+            scratch,
+            sums,
+            spare: finest.spare,
+            space: PhantomData,
+        }
     }
 
     /// Smooths level `level` a few times, more often where its cells are much longer than wide.
-    fn smooth(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, level: usize, times: usize) -> ControlFlow<()> {
+    fn smooth(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        level: usize,
+        times: usize,
+    ) -> ControlFlow<()> {
         let (waiting, lines) = self.scratch.split_at_mut(self.sizes.waiting);
-        let mut workspace = smoother::Workspace { waiting, scratch: &mut lines[..self.sizes.lines], shape: self.setup.shape };
+        let mut workspace = smoother::Workspace {
+            waiting,
+            scratch: &mut lines[..self.sizes.lines],
+            shape: self.setup.shape,
+        };
         for _ in 0..stretched::<S>(self.levels[level].grid, times) {
-            smoother::sweep::<T, S>(exec, &mut self.levels[level], &self.weights, self.setup.params.colours, &mut workspace);
+            smoother::sweep::<T, S>(
+                exec,
+                &mut self.levels[level],
+                &self.weights,
+                self.setup.params.colours,
+                &mut workspace,
+            );
             observer.on(Event::Work)?;
         }
         ControlFlow::Continue(())
     }
 
     /// Levels `level` and `level + 1`.
-    fn pair_of<'l>(levels: &'l mut [LevelMut<'a, T>], level: usize) -> (&'l mut LevelMut<'a, T>, &'l mut LevelMut<'a, T>) {
+    fn pair_of<'l>(
+        levels: &'l mut [LevelMut<'a, T>],
+        level: usize,
+    ) -> (&'l mut LevelMut<'a, T>, &'l mut LevelMut<'a, T>) {
         let (fine, coarse) = levels.split_at_mut(level + 1);
         (&mut fine[level], &mut coarse[0])
     }
@@ -311,7 +407,14 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             Norm::Scaled => self.levels[0].grid.h[0],
             Norm::Plain => 1.0,
         };
-        residual::norm::<T, S>(exec, &self.levels[0], &self.weights, unit, self.sums, self.scratch)
+        residual::norm::<T, S>(
+            exec,
+            &self.levels[0],
+            &self.weights,
+            unit,
+            self.sums,
+            self.scratch,
+        )
     }
 
     /// Both pressures of `level` with mean zero in every slot.

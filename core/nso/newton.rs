@@ -68,13 +68,25 @@ pub struct Problem<'a, T> {
 
 /// Writes the ledger lines of a call's work in the shared pool.
 pub fn requirement<T: Real>(ledger: &mut Ledger, grid: &Grid, slots: usize, threads: usize) {
-    ledger.group("Navier-Stokes problem (NSO) by Newton's method", Sharing::Together, |ledger| {
-        ledger.line("step, residual, direction, image, work", FIELDS * grid.dims * pooled(grid.cells() * slots), T::BYTES);
-        ledger.group("projection or force", Sharing::InTurn, |ledger| {
-            Projection::<T>::requirement(ledger, grid, slots, threads);
-            ledger.line("force: rows of a block", threads * force::scratch_per_thread(grid, slots), T::BYTES);
-        });
-    });
+    ledger.group(
+        "Navier-Stokes problem (NSO) by Newton's method",
+        Sharing::Together,
+        |ledger| {
+            ledger.line(
+                "step, residual, direction, image, work",
+                FIELDS * grid.dims * pooled(grid.cells() * slots),
+                T::BYTES,
+            );
+            ledger.group("projection or force", Sharing::InTurn, |ledger| {
+                Projection::<T>::requirement(ledger, grid, slots, threads);
+                ledger.line(
+                    "force: rows of a block",
+                    threads * force::scratch_per_thread(grid, slots),
+                    T::BYTES,
+                );
+            });
+        },
+    );
 }
 
 /// Iterates from `problem.v` to the tolerance. `sums` holds two numbers a row and one a slot.
@@ -87,16 +99,35 @@ pub fn solve<T: Real, S: Space>(
     mut pool: Pool<'_, T>,
     sums: &mut [f64],
 ) -> Info {
-    let mut info = Info { ended: Ended::Cycles, residuals: heapless::Vec::new(), damped: false };
+    let mut info = Info {
+        ended: Ended::Cycles,
+        residuals: heapless::Vec::new(),
+        damped: false,
+    };
     let (pivots, sums) = sums.split_at_mut(setup.slots);
     let grid = &levels.finest;
     let mut take = || pool.take_vector(S::DIM, grid.cells() * setup.slots);
     let (step, residual, direction, image, work) = (take(), take(), take(), take(), take());
     let region = pool.into_rest();
     let line = TimeLine::new(setup.kappa, drag(grid, setup.viscosity), pivots);
-    let mut newton = Newton { levels, setup, problem, step, residual, direction, image, work, region, sums, line };
+    let mut newton = Newton {
+        levels,
+        setup,
+        problem,
+        step,
+        residual,
+        direction,
+        image,
+        work,
+        region,
+        sums,
+        line,
+    };
     for count in 0..=setup.steps {
-        let (Some(gradient), phi) = (newton.gradient::<S>(exec, observer), newton.phi(exec, Force::Accepted)) else {
+        let (Some(gradient), phi) = (
+            newton.gradient::<S>(exec, observer),
+            newton.phi(exec, Force::Accepted),
+        ) else {
             info.ended = Ended::Cancelled;
             return info;
         };
@@ -105,7 +136,14 @@ pub fn solve<T: Real, S: Space>(
             info.ended = Ended::NotFinite;
             return info;
         }
-        if count > 0 && observer.on(Event::NsoCycle { cycle: count, residual: gradient }).is_break() {
+        if count > 0
+            && observer
+                .on(Event::NsoCycle {
+                    cycle: count,
+                    residual: gradient,
+                })
+                .is_break()
+        {
             info.ended = Ended::Cancelled;
             return info;
         }
@@ -116,7 +154,10 @@ pub fn solve<T: Real, S: Space>(
         if count == setup.steps {
             return info;
         }
-        match newton.conjugate_gradients::<S>(exec, observer).and_then(|slope| newton.search::<S>(exec, observer, phi, slope)) {
+        match newton
+            .conjugate_gradients::<S>(exec, observer)
+            .and_then(|slope| newton.search::<S>(exec, observer, phi, slope))
+        {
             Some(true) => {}
             Some(false) => return info,
             None => {
@@ -145,7 +186,10 @@ struct Newton<'a, 'm, T> {
 }
 
 fn shape<'a, T>(levels: &'a Levels<'_, T>, setup: &Setup) -> Shape<'a> {
-    Shape { grid: &levels.finest, slots: setup.slots }
+    Shape {
+        grid: &levels.finest,
+        slots: setup.slots,
+    }
 }
 
 /// Where the force of v is.
@@ -165,23 +209,51 @@ enum Output {
 
 impl<'a, T: Real> Newton<'a, '_, T> {
     fn fluid(&self) -> Fluid<'a> {
-        Fluid { grid: &self.levels.finest, slots: self.setup.slots, viscosity: self.setup.viscosity }
+        Fluid {
+            grid: &self.levels.finest,
+            slots: self.setup.slots,
+            viscosity: self.setup.viscosity,
+        }
     }
 
     /// residual = -g; max |g|, or `None` when it was stopped.
     fn gradient<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<f64> {
         let (grid, slots) = (&self.levels.finest, self.setup.slots);
         let Problem { v, w, .. } = &self.problem;
-        force::apply_adjoint::<T, S>(exec, self.fluid(), view(v), view(w), reborrow(&mut self.residual), self.region);
+        force::apply_adjoint::<T, S>(
+            exec,
+            self.fluid(),
+            view(v),
+            view(w),
+            reborrow(&mut self.residual),
+            self.region,
+        );
         self.project(exec, observer, Output::Residual)?;
-        let (v, target, kappa) = (view(&self.problem.v), self.problem.target, T::from_f64(self.setup.kappa));
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(&mut self.residual), sums: &mut [], scratch: &mut [] }, |task| {
-            for (axis, out) in task.fields.into_iter().enumerate().take(S::DIM) {
-                let (v, t) = (sums::row(grid, slots, v[axis], task.row), sums::row(grid, slots, target[axis], task.row));
-                rows::add_difference(out, kappa, v, t);
-                rows::scale_in_place(out, -T::ONE);
-            }
-        });
+        let (v, target, kappa) = (
+            view(&self.problem.v),
+            self.problem.target,
+            T::from_f64(self.setup.kappa),
+        );
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: reborrow(&mut self.residual),
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            |task| {
+                for (axis, out) in task.fields.into_iter().enumerate().take(S::DIM) {
+                    let (v, t) = (
+                        sums::row(grid, slots, v[axis], task.row),
+                        sums::row(grid, slots, target[axis], task.row),
+                    );
+                    rows::add_difference(out, kappa, v, t);
+                    rows::scale_in_place(out, -T::ONE);
+                }
+            },
+        );
         Some(sums::max_abs(exec, grid, slots, view(&self.residual), self.sums))
     }
 
@@ -190,7 +262,14 @@ impl<'a, T: Real> Newton<'a, '_, T> {
         let (grid, slots) = (&self.levels.finest, self.setup.slots);
         let (v, target) = (view(&self.problem.v), self.problem.target);
         let off = sums::total(exec, grid, self.sums, |row| {
-            (0..grid.dims).map(|a| rows::sum_square_gaps(sums::row(grid, slots, v[a], row), sums::row(grid, slots, target[a], row))).sum()
+            (0..grid.dims)
+                .map(|a| {
+                    rows::sum_square_gaps(
+                        sums::row(grid, slots, v[a], row),
+                        sums::row(grid, slots, target[a], row),
+                    )
+                })
+                .sum()
         });
         let w = match force {
             Force::Accepted => view(&self.problem.w),
@@ -201,27 +280,72 @@ impl<'a, T: Real> Newton<'a, '_, T> {
 
     /// Projects a field; `None` when it was stopped.
     fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, into: Output) -> Option<()> {
-        let Setup { slots, threads, projection_tolerance, .. } = *self.setup;
+        let Setup {
+            slots,
+            threads,
+            projection_tolerance,
+            ..
+        } = *self.setup;
         let field = match into {
             Output::Residual => &mut self.residual,
             Output::Image => &mut self.image,
             Output::Work => &mut self.work,
         };
-        let mut projection = Projection::carve(self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
-        projection.project(exec, observer, slots, field, None, projection_tolerance, self.sums).is_continue().then_some(())
+        let mut projection =
+            Projection::carve(self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
+        projection
+            .project(
+                exec,
+                observer,
+                slots,
+                field,
+                None,
+                projection_tolerance,
+                self.sums,
+            )
+            .is_continue()
+            .then_some(())
     }
 
     /// image = H direction.
     fn apply<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<()> {
         let (grid, slots) = (&self.levels.finest, self.setup.slots);
         let Problem { v, .. } = &self.problem;
-        force::apply_derivative::<T, S>(exec, self.fluid(), view(v), view(&self.direction), reborrow(&mut self.work), self.region);
+        force::apply_derivative::<T, S>(
+            exec,
+            self.fluid(),
+            view(v),
+            view(&self.direction),
+            reborrow(&mut self.work),
+            self.region,
+        );
         self.project(exec, observer, Output::Work)?;
         let Problem { v, .. } = &self.problem;
-        force::apply_adjoint::<T, S>(exec, self.fluid(), view(v), view(&self.work), reborrow(&mut self.image), self.region);
-        force::add_curvature::<T, S>(exec, self.fluid(), view(&self.direction), view(&self.problem.w), reborrow(&mut self.image), self.region);
+        force::apply_adjoint::<T, S>(
+            exec,
+            self.fluid(),
+            view(v),
+            view(&self.work),
+            reborrow(&mut self.image),
+            self.region,
+        );
+        force::add_curvature::<T, S>(
+            exec,
+            self.fluid(),
+            view(&self.direction),
+            view(&self.problem.w),
+            reborrow(&mut self.image),
+            self.region,
+        );
         self.project(exec, observer, Output::Image)?;
-        quasi_newton::add(exec, Shape { grid, slots }, &mut self.image, 1.0, self.setup.kappa, view(&self.direction));
+        quasi_newton::add(
+            exec,
+            Shape { grid, slots },
+            &mut self.image,
+            1.0,
+            self.setup.kappa,
+            view(&self.direction),
+        );
         Some(())
     }
 
@@ -230,9 +354,22 @@ impl<'a, T: Real> Newton<'a, '_, T> {
         let shape = shape(self.levels, self.setup);
         quasi_newton::add(exec, shape, &mut self.work, 0.0, 1.0, view(&self.residual));
         let (grid, line) = (shape.grid, self.line);
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(&mut self.work), sums: &mut [], scratch: &mut [] }, |task| {
-            task.fields.into_iter().take(grid.dims).for_each(|out| line.solve(out, grid.n[0]));
-        });
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: reborrow(&mut self.work),
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            |task| {
+                task.fields
+                    .into_iter()
+                    .take(grid.dims)
+                    .for_each(|out| line.solve(out, grid.n[0]));
+            },
+        );
         quasi_newton::dot(exec, shape, view(&self.residual), view(&self.work), self.sums)
     }
 
@@ -246,7 +383,8 @@ impl<'a, T: Real> Newton<'a, '_, T> {
         quasi_newton::add(exec, shape, &mut self.step, 0.0, 0.0, view(&self.work));
         for inner in 0..INNER {
             self.apply::<S>(exec, observer)?;
-            let curvature = quasi_newton::dot(exec, shape, view(&self.direction), view(&self.image), self.sums);
+            let curvature =
+                quasi_newton::dot(exec, shape, view(&self.direction), view(&self.image), self.sums);
             let negative = !(curvature > 0.0);
             if negative && inner > 0 {
                 break;
@@ -263,7 +401,14 @@ impl<'a, T: Real> Newton<'a, '_, T> {
             if next <= enough {
                 break;
             }
-            quasi_newton::add(exec, shape, &mut self.direction, next / left, 1.0, view(&self.work));
+            quasi_newton::add(
+                exec,
+                shape,
+                &mut self.direction,
+                next / left,
+                1.0,
+                view(&self.work),
+            );
             left = next;
         }
         Some(slope)
@@ -271,7 +416,13 @@ impl<'a, T: Real> Newton<'a, '_, T> {
 
     /// Moves v along the step by the first of 1, 1/2, 1/4, .. with which phi falls enough, w with it; false, with v where it was, if
     /// there is none.
-    fn search<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, before: f64, slope: f64) -> Option<bool> {
+    fn search<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        before: f64,
+        slope: f64,
+    ) -> Option<bool> {
         let (mut length, mut moved) = (1.0, 0.0);
         for _ in 0..HALVINGS {
             self.move_along(exec, length - moved);
@@ -297,7 +448,15 @@ impl<'a, T: Real> Newton<'a, '_, T> {
     /// work = the force of v.
     fn force<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<()> {
         let Problem { v, v0, .. } = &self.problem;
-        force::from_velocity::<T, S>(exec, self.fluid(), view(v), *v0, &[], reborrow(&mut self.work), self.region);
+        force::from_velocity::<T, S>(
+            exec,
+            self.fluid(),
+            view(v),
+            *v0,
+            &[],
+            reborrow(&mut self.work),
+            self.region,
+        );
         self.project(exec, observer, Output::Work)
     }
 }

@@ -40,16 +40,33 @@ impl<'a, T: Real> Rows<'a, T> {
     /// From [`rows_of`] rows of `len` numbers each: equation a, then c, by component, b and d.
     pub fn new<S: Space>(len: usize, numbers: &'a mut [T]) -> Self {
         let mut parts = numbers.chunks_exact_mut(len);
-        let mut next = |wanted: bool| if wanted { parts.next().unwrap_or_default() } else { Default::default() };
+        let mut next = |wanted: bool| {
+            if wanted {
+                parts.next().unwrap_or_default()
+            } else {
+                Default::default()
+            }
+        };
         let a = core::array::from_fn(|axis| next(axis < S::DIM));
         let c = core::array::from_fn(|axis| next(axis < S::DIM));
-        Self { a, c, b: next(true), d: next(true) }
+        Self {
+            a,
+            c,
+            b: next(true),
+            d: next(true),
+        }
     }
 
     /// The residuals that [`Self::new`] laid out in `numbers`, in the order of [`Self::list`].
     pub fn written<S: Space>(len: usize, numbers: &'a [T]) -> [&'a [T]; 8] {
         let mut parts = numbers.chunks_exact(len);
-        core::array::from_fn(|index| if index % 3 < S::DIM || index > 5 { parts.next().unwrap_or_default() } else { &[] })
+        core::array::from_fn(|index| {
+            if index % 3 < S::DIM || index > 5 {
+                parts.next().unwrap_or_default()
+            } else {
+                &[]
+            }
+        })
     }
 
     /// Equations a, c (by component), b, d.
@@ -73,13 +90,39 @@ pub fn work_len(block: &Block<'_>) -> usize {
 }
 
 /// `out` = residual of `row` in the slots of `block`.
-pub fn of_block<T: Real, S: Space>(system: &System<'_, T>, block: &Block<'_>, row: usize, out: &mut Rows<'_, T>, work: &mut [T]) {
+pub fn of_block<T: Real, S: Space>(
+    system: &System<'_, T>,
+    block: &Block<'_>,
+    row: usize,
+    out: &mut Rows<'_, T>,
+    work: &mut [T],
+) {
     let (grid, nx) = (block.grid, block.grid.n[0]);
     let minus = -T::ONE;
     // Left-hand sides of the nonlinear parts first, with their sign turned at once.
     out.list().into_iter().for_each(|row| row.fill(T::ZERO));
-    accumulate::<T, S, _>(block, row, Adjoint { viscosity: system.viscosity }, system.v, system.w, &mut out.a.each_mut().map(|c| &mut **c), work);
-    accumulate::<T, S, _>(block, row, Advection { viscosity: system.viscosity }, system.v, [&[]; 3], &mut out.c.each_mut().map(|c| &mut **c), work);
+    accumulate::<T, S, _>(
+        block,
+        row,
+        Adjoint {
+            viscosity: system.viscosity,
+        },
+        system.v,
+        system.w,
+        &mut out.a.each_mut().map(|c| &mut **c),
+        work,
+    );
+    accumulate::<T, S, _>(
+        block,
+        row,
+        Advection {
+            viscosity: system.viscosity,
+        },
+        system.v,
+        [&[]; 3],
+        &mut out.c.each_mut().map(|c| &mut **c),
+        work,
+    );
     for axis in 0..S::DIM {
         let (v, w) = (block.of(system.v[axis], row), block.of(system.w[axis], row));
         let a = &mut *out.a[axis];
@@ -104,7 +147,10 @@ pub fn of_block<T: Real, S: Space>(system: &System<'_, T>, block: &Block<'_>, ro
             c.fill(T::ZERO);
         }
     }
-    for (equation, field, rhs) in [(&mut *out.b, system.v, system.rhs.b), (&mut *out.d, system.w, system.rhs.d)] {
+    for (equation, field, rhs) in [
+        (&mut *out.b, system.v, system.rhs.b),
+        (&mut *out.d, system.w, system.rhs.d),
+    ] {
         add_divergence(block, row, minus, field, equation, &mut work[..block.len()]);
         if !rhs.is_empty() {
             rows::add(equation, block.of(rhs, row));
@@ -113,26 +159,52 @@ pub fn of_block<T: Real, S: Space>(system: &System<'_, T>, block: &Block<'_>, ro
 }
 
 fn target<'a, T>(rhs: Vector<'a, T>, axis: usize, block: &Block<'_>, row: usize) -> &'a [T] {
-    if rhs[axis].is_empty() { &[] } else { block.of(rhs[axis], row) }
+    if rhs[axis].is_empty() {
+        &[]
+    } else {
+        block.of(rhs[axis], row)
+    }
 }
 
 /// max |f| over all equations, cells and slots, b and d counted times `unit` (h / dt: then all are accelerations).
 ///
 /// NaN when any number is not finite. `sums` holds one number a row, `scratch` [`norm_scratch`] a thread.
-pub fn norm<T: Real, S: Space>(exec: &dyn Exec, level: &LevelMut<'_, T>, weights: &Weights<T>, unit: f64, sums: &mut [f64], scratch: &mut [T]) -> f64 {
+pub fn norm<T: Real, S: Space>(
+    exec: &dyn Exec,
+    level: &LevelMut<'_, T>,
+    weights: &Weights<T>,
+    unit: f64,
+    sums: &mut [f64],
+    scratch: &mut [T],
+) -> f64 {
     let (grid, system) = (level.grid, level.system(weights));
     let sums = &mut sums[..grid.rows()];
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch }, |task| {
-        let mut largest = 0.0;
-        for block in Block::all(grid, weights.slots) {
-            let (numbers, work) = task.scratch.split_at_mut(rows_of::<S>() * block.len());
-            let mut out = Rows::new::<S>(block.len(), numbers);
-            of_block::<T, S>(&system, &block, task.row, &mut out, work);
-            let maxima = out.list().map(|row| rows::max_abs(row));
-            let (momentum, divergence) = maxima.split_at(6);
-            largest = rows::largest([largest].into_iter().chain(momentum.iter().copied()).chain(divergence.iter().map(|m| m * unit)));
-        }
-        task.sums[0] = largest;
-    });
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: [],
+            sums: &mut *sums,
+            scratch,
+        },
+        |task| {
+            let mut largest = 0.0;
+            for block in Block::all(grid, weights.slots) {
+                let (numbers, work) = task.scratch.split_at_mut(rows_of::<S>() * block.len());
+                let mut out = Rows::new::<S>(block.len(), numbers);
+                of_block::<T, S>(&system, &block, task.row, &mut out, work);
+                let maxima = out.list().map(|row| rows::max_abs(row));
+                let (momentum, divergence) = maxima.split_at(6);
+                largest = rows::largest(
+                    [largest]
+                        .into_iter()
+                        .chain(momentum.iter().copied())
+                        .chain(divergence.iter().map(|m| m * unit)),
+                );
+            }
+            task.sums[0] = largest;
+        },
+    );
     rows::largest(sums.iter().copied())
 }

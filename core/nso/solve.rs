@@ -60,7 +60,11 @@ impl Info {
 impl<T: Real, S: Space> Nso<'_, T, S> {
     /// Solves to the tolerance, from the state as it is.
     pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Info {
-        let mut info = Info { ended: Ended::Cycles, residuals: heapless::Vec::new(), damped: false };
+        let mut info = Info {
+            ended: Ended::Cycles,
+            residuals: heapless::Vec::new(),
+            damped: false,
+        };
         let mut damping = Damping::default();
         let mut residual = self.residual(exec);
         let _ = info.residuals.push(residual);
@@ -107,7 +111,11 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
             } else if lost && !after.is_finite() {
                 self.state_to_rest(exec);
             }
-            damping.mu = if damping.mu == 0.0 { FIRST_DAMPING * kappa } else { GROWTH * damping.mu };
+            damping.mu = if damping.mu == 0.0 {
+                FIRST_DAMPING * kappa
+            } else {
+                GROWTH * damping.mu
+            };
         } else {
             damping.mu *= SHRINKAGE;
         }
@@ -126,7 +134,14 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
         }
         let (kappa, mu) = (self.setup.kappa, damping.mu);
         let level = &self.levels[0];
-        blend(exec, &mut self.spare, kappa / (kappa + mu), view(&level.a), mu / (kappa + mu), view(&level.state.v));
+        blend(
+            exec,
+            &mut self.spare,
+            kappa / (kappa + mu),
+            view(&level.a),
+            mu / (kappa + mu),
+            view(&level.state.v),
+        );
         core::mem::swap(&mut self.levels[0].a, &mut self.spare);
         damping.swapped = true;
         self.set_kappa(kappa + mu);
@@ -151,7 +166,14 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
     fn return_to_centre(&mut self, exec: &dyn Exec, mu: f64) {
         let kappa = self.setup.kappa;
         let level = &mut self.levels[0];
-        blend(exec, &mut level.state.v, (kappa + mu) / mu, view(&level.a), -kappa / mu, view(&self.spare));
+        blend(
+            exec,
+            &mut level.state.v,
+            (kappa + mu) / mu,
+            view(&level.a),
+            -kappa / mu,
+            view(&self.spare),
+        );
         self.rest_of_state(exec);
     }
 
@@ -169,7 +191,11 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
         level.state.pbar.fill(T::ZERO);
         crate::force::from_velocity::<T, S>(
             exec,
-            Fluid { grid: level.grid, slots: self.weights.slots, viscosity: self.setup.viscosity },
+            Fluid {
+                grid: level.grid,
+                slots: self.weights.slots,
+                viscosity: self.setup.viscosity,
+            },
             view(&level.state.v),
             view(&level.v0),
             &[],
@@ -188,7 +214,14 @@ struct Damping {
 }
 
 /// `out = s x + t y` at all faces.
-fn blend<T: Real>(exec: &dyn Exec, out: &mut VectorMut<'_, T>, s: f64, x: Vector<'_, T>, t: f64, y: Vector<'_, T>) {
+fn blend<T: Real>(
+    exec: &dyn Exec,
+    out: &mut VectorMut<'_, T>,
+    s: f64,
+    x: Vector<'_, T>,
+    t: f64,
+    y: Vector<'_, T>,
+) {
     /// Numbers of one task.
     const CHUNK: usize = 4096;
     for axis in 0..3 {
@@ -199,10 +232,20 @@ fn blend<T: Real>(exec: &dyn Exec, out: &mut VectorMut<'_, T>, s: f64, x: Vector
             rows::scale(out, T::from_f64(s), &x[axis][range.clone()]);
             rows::add_scaled(out, T::from_f64(t), &y[axis][range]);
         };
-        for_rows(exec, whole / CHUNK, 0..whole / CHUNK, RowBuffers { fields: [chunks], sums: &mut [], scratch: &mut [] }, |task| {
-            let [out] = task.fields;
-            combine(out, task.row * CHUNK);
-        });
+        for_rows(
+            exec,
+            whole / CHUNK,
+            0..whole / CHUNK,
+            RowBuffers {
+                fields: [chunks],
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            |task| {
+                let [out] = task.fields;
+                combine(out, task.row * CHUNK);
+            },
+        );
         combine(tail, whole);
     }
 }

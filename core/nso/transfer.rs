@@ -13,7 +13,11 @@ use core::ops::Range;
 
 /// The places of [`super::level::State::fields`].
 fn place_of(field: usize) -> Place {
-    if field < 6 { Place::Face(field % 3) } else { Place::Cell }
+    if field < 6 {
+        Place::Face(field % 3)
+    } else {
+        Place::Cell
+    }
 }
 
 /// Coarse planes of a slab, at least.
@@ -24,7 +28,10 @@ const NEAR: usize = 8;
 
 /// Numbers of residuals that wait.
 fn waiting_len<S: Space>(fine: &Grid, slots: usize) -> usize {
-    NEAR.min(fine.planes()) * fine.rows_per_plane() * residual::rows_of::<S>() * Block::largest(fine.n[0], slots)
+    NEAR.min(fine.planes())
+        * fine.rows_per_plane()
+        * residual::rows_of::<S>()
+        * Block::largest(fine.n[0], slots)
 }
 
 /// Numbers of scratch for any transfer from `fine`, and for its norm: rows of a block for each thread, and residuals that wait, with slabs for each thread too.
@@ -43,13 +50,37 @@ pub fn restrict_solution<T: Real>(
     slots: usize,
     scratch: &mut [T],
 ) {
-    let step = Move { tables, source: fine.grid, target: coarse.grid, cell: Transfer::RestrictCell, face: Transfer::RestrictFace };
+    let step = Move {
+        tables,
+        source: fine.grid,
+        target: coarse.grid,
+        cell: Transfer::RestrictCell,
+        face: Transfer::RestrictFace,
+    };
     let from = fine.state.fields().map(|field| &*field);
-    move_fields(exec, step, from, coarse.state.fields(), slots, T::ONE, true, scratch);
+    move_fields(
+        exec,
+        step,
+        from,
+        coarse.state.fields(),
+        slots,
+        T::ONE,
+        true,
+        scratch,
+    );
     let v0 = view(&fine.v0);
     let none = || <&mut [T]>::default();
     let [x, y, z] = coarse.v0.each_mut().map(|c| &mut **c);
-    move_fields(exec, step, [v0[0], v0[1], v0[2], &[], &[], &[], &[], &[]], [x, y, z, none(), none(), none(), none(), none()], 1, T::ONE, true, scratch);
+    move_fields(
+        exec,
+        step,
+        [v0[0], v0[1], v0[2], &[], &[], &[], &[], &[]],
+        [x, y, z, none(), none(), none(), none(), none()],
+        1,
+        T::ONE,
+        true,
+        scratch,
+    );
 }
 
 /// `fine += s P coarse`, the solution.
@@ -62,26 +93,71 @@ pub fn add_prolonged<T: Real>(
     s: T,
     scratch: &mut [T],
 ) {
-    let step = Move { tables, source: coarse.grid, target: fine.grid, cell: Transfer::ProlongCell, face: Transfer::ProlongFace };
+    let step = Move {
+        tables,
+        source: coarse.grid,
+        target: fine.grid,
+        cell: Transfer::ProlongCell,
+        face: Transfer::ProlongFace,
+    };
     let from = coarse.state.fields().map(|field| &*field);
     move_fields(exec, step, from, fine.state.fields(), slots, s, false, scratch);
 }
 
 /// Moves the eight fields of a state; empty ones are left out.
-fn move_fields<T: Real>(exec: &dyn Exec, step: Move<'_, T>, from: [&[T]; 8], to: [&mut [T]; 8], slots: usize, s: T, overwrite: bool, scratch: &mut [T]) {
+fn move_fields<T: Real>(
+    exec: &dyn Exec,
+    step: Move<'_, T>,
+    from: [&[T]; 8],
+    to: [&mut [T]; 8],
+    slots: usize,
+    s: T,
+    overwrite: bool,
+    scratch: &mut [T],
+) {
     let count = Block::slots_per_block(step.source.n[0].max(step.target.n[0]), slots);
-    for_rows(exec, step.target.rows(), 0..step.target.rows(), RowBuffers { fields: to, sums: &mut [], scratch }, |task| {
-        for (index, (field, out)) in from.iter().zip(task.fields).enumerate().filter(|(_, (field, _))| !field.is_empty()) {
-            if overwrite {
-                out.fill(T::ZERO);
+    for_rows(
+        exec,
+        step.target.rows(),
+        0..step.target.rows(),
+        RowBuffers {
+            fields: to,
+            sums: &mut [],
+            scratch,
+        },
+        |task| {
+            for (index, (field, out)) in from
+                .iter()
+                .zip(task.fields)
+                .enumerate()
+                .filter(|(_, (field, _))| !field.is_empty())
+            {
+                if overwrite {
+                    out.fill(T::ZERO);
+                }
+                for first in (0..slots).step_by(count) {
+                    let count = count.min(slots - first);
+                    let block = Block {
+                        grid: step.target,
+                        slots,
+                        first,
+                        count,
+                    };
+                    step.add_row(
+                        place_of(index),
+                        field,
+                        slots,
+                        first,
+                        count,
+                        task.row,
+                        s,
+                        &mut out[block.span_in_row()],
+                        task.scratch,
+                    );
+                }
             }
-            for first in (0..slots).step_by(count) {
-                let count = count.min(slots - first);
-                let block = Block { grid: step.target, slots, first, count };
-                step.add_row(place_of(index), field, slots, first, count, task.row, s, &mut out[block.span_in_row()], task.scratch);
-            }
-        }
-    });
+        },
+    );
 }
 
 /// The coarse right-hand side: f_coarse(R x) + R(residual), with the coarse solution already R x.
@@ -95,12 +171,32 @@ pub fn restrict_residual<T: Real, S: Space>(
     scratch: &mut [T],
 ) {
     let fine = fine.system(weights);
-    let LevelMut { grid, state, v0, a, b, c, d, table, .. } = coarse;
-    let (grid, [a0, a1, a2], [c0, c1, c2]) = (*grid, a.each_mut().map(|c| &mut **c), c.each_mut().map(|c| &mut **c));
+    let LevelMut {
+        grid,
+        state,
+        v0,
+        a,
+        b,
+        c,
+        d,
+        table,
+        ..
+    } = coarse;
+    let (grid, [a0, a1, a2], [c0, c1, c2]) = (
+        *grid,
+        a.each_mut().map(|c| &mut **c),
+        c.each_mut().map(|c| &mut **c),
+    );
     let none: &[T] = &[];
     let coarse = System {
         grid,
-        rhs: Rhs { scale: T::ONE, a: [none; 3], b: none, c: [none; 3], d: none },
+        rhs: Rhs {
+            scale: T::ONE,
+            a: [none; 3],
+            b: none,
+            c: [none; 3],
+            d: none,
+        },
         v: view(&state.v),
         w: view(&state.w),
         p: state.p,
@@ -112,13 +208,37 @@ pub fn restrict_residual<T: Real, S: Space>(
     let sides = [a0, a1, a2, c0, c1, c2, &mut **b, &mut **d];
     let waiting_len = waiting_len::<S>(fine.grid, weights.slots);
     if split == Split::Slabs {
-        for_slabs(exec, split.slabs(grid, exec.threads(), LEAST), sides, scratch, |task| {
-            let (waiting, scratch) = task.scratch.split_at_mut(waiting_len);
-            Slab { tables, fine, coarse, planes: task.rows, sides: task.fields, waiting, scratch }.collect::<S>(&Serial);
-        });
+        for_slabs(
+            exec,
+            split.slabs(grid, exec.threads(), LEAST),
+            sides,
+            scratch,
+            |task| {
+                let (waiting, scratch) = task.scratch.split_at_mut(waiting_len);
+                Slab {
+                    tables,
+                    fine,
+                    coarse,
+                    planes: task.rows,
+                    sides: task.fields,
+                    waiting,
+                    scratch,
+                }
+                .collect::<S>(&Serial);
+            },
+        );
     } else {
         let (waiting, scratch) = scratch.split_at_mut(waiting_len);
-        Slab { tables, fine, coarse, planes: 0..grid.planes(), sides, waiting, scratch }.collect::<S>(exec);
+        Slab {
+            tables,
+            fine,
+            coarse,
+            planes: 0..grid.planes(),
+            sides,
+            waiting,
+            scratch,
+        }
+        .collect::<S>(exec);
     }
 }
 
@@ -137,7 +257,15 @@ struct Slab<'a, T> {
 
 impl<T: Real> Slab<'_, T> {
     fn collect<S: Space>(&mut self, exec: &dyn Exec) {
-        let Self { tables, fine, coarse, planes, sides, waiting, scratch } = self;
+        let Self {
+            tables,
+            fine,
+            coarse,
+            planes,
+            sides,
+            waiting,
+            scratch,
+        } = self;
         let (grid, rows_per_plane) = (coarse.grid, coarse.grid.rows_per_plane());
         for block in Block::all(fine.grid, fine.slots) {
             let coarse_block = Block { grid, ..block };
@@ -148,27 +276,67 @@ impl<T: Real> Slab<'_, T> {
             while start < planes.end {
                 let window = Window::new(tables, fine.grid, grid, start..planes.end, room);
                 let fresh = window.fresh(known);
-                let buffers = RowBuffers { fields: [&mut *waiting], sums: &mut [], scratch };
-                for_rows_across(exec, room * a_plane, a_plane, window.places(&fresh), buffers, |task| {
-                    let [numbers] = task.fields;
-                    let [place, in_plane] = fine.grid.plane_of(task.row);
-                    let row = window.plane_at(&fresh, place) * a_plane + in_plane;
-                    residual::of_block::<T, S>(fine, &block, row, &mut residual::Rows::new::<S>(block.len(), numbers), task.scratch);
-                });
-                let waiting = Waiting { numbers: waiting, window: &window, block: &block };
-                let buffers = RowBuffers { fields: sides.each_mut().map(|field| &mut **field), sums: &mut [], scratch };
+                let buffers = RowBuffers {
+                    fields: [&mut *waiting],
+                    sums: &mut [],
+                    scratch,
+                };
+                for_rows_across(
+                    exec,
+                    room * a_plane,
+                    a_plane,
+                    window.places(&fresh),
+                    buffers,
+                    |task| {
+                        let [numbers] = task.fields;
+                        let [place, in_plane] = fine.grid.plane_of(task.row);
+                        let row = window.plane_at(&fresh, place) * a_plane + in_plane;
+                        residual::of_block::<T, S>(
+                            fine,
+                            &block,
+                            row,
+                            &mut residual::Rows::new::<S>(block.len(), numbers),
+                            task.scratch,
+                        );
+                    },
+                );
+                let waiting = Waiting {
+                    numbers: waiting,
+                    window: &window,
+                    block: &block,
+                };
+                let buffers = RowBuffers {
+                    fields: sides.each_mut().map(|field| &mut **field),
+                    sums: &mut [],
+                    scratch,
+                };
                 let within = Planes::of(start - planes.start..window.end - planes.start);
-                for_rows_across(exec, planes.len() * rows_per_plane, rows_per_plane, within, buffers, |mut task| {
-                    let row = planes.start * rows_per_plane + task.row;
-                    let mut out = task.fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[coarse_block.span_in_row()] });
-                    waiting.collect::<S>(tables, grid, row, task.scratch, &mut out);
-                    let (numbers, work) = task.scratch.split_at_mut(residual::rows_of::<S>() * coarse_block.len());
-                    let mut minus_left = residual::Rows::new::<S>(coarse_block.len(), numbers);
-                    residual::of_block::<T, S>(coarse, &coarse_block, row, &mut minus_left, work);
-                    for (out, minus_left) in out.into_iter().zip(minus_left.list()) {
-                        rows::sub(out, minus_left);
-                    }
-                });
+                for_rows_across(
+                    exec,
+                    planes.len() * rows_per_plane,
+                    rows_per_plane,
+                    within,
+                    buffers,
+                    |mut task| {
+                        let row = planes.start * rows_per_plane + task.row;
+                        let mut out = task.fields.each_mut().map(|field| {
+                            if field.is_empty() {
+                                &mut [][..]
+                            } else {
+                                &mut field[coarse_block.span_in_row()]
+                            }
+                        });
+                        waiting.collect::<S>(tables, grid, row, task.scratch, &mut out);
+                        let (numbers, work) = task
+                            .scratch
+                            .split_at_mut(residual::rows_of::<S>() * coarse_block.len());
+                        let mut minus_left = residual::Rows::new::<S>(coarse_block.len(), numbers);
+                        residual::of_block::<T, S>(coarse, &coarse_block, row, &mut minus_left, work);
+                        for (out, minus_left) in out.into_iter().zip(minus_left.list()) {
+                            rows::sub(out, minus_left);
+                        }
+                    },
+                );
                 (start, known) = (window.end, window.fine.end);
             }
         }
@@ -189,15 +357,27 @@ struct Window {
 
 impl Window {
     /// As many of these coarse planes, from the first on, as need no more than `room` fine ones, but one of them at least.
-    fn new<T: Real>(tables: &Tables<'_, T>, fine: &Grid, coarse: &Grid, coarse_planes: Range<usize>, room: usize) -> Self {
+    fn new<T: Real>(
+        tables: &Tables<'_, T>,
+        fine: &Grid,
+        coarse: &Grid,
+        coarse_planes: Range<usize>,
+        room: usize,
+    ) -> Self {
         let (planes, start) = (fine.planes(), coarse_planes.start);
         let centre = |plane: usize| plane * planes / coarse.planes();
-        let mut window = Self { end: start, fine: 0..0, planes, room };
+        let mut window = Self {
+            end: start,
+            fine: 0..0,
+            planes,
+            room,
+        };
         let (mut low, mut high) = (isize::MAX, isize::MIN);
         while window.end < coarse_planes.end {
             for (plane, _) in near(tables, fine.dims - 1, window.end) {
                 // Steps from the middle of its coarse plane, the shorter way around.
-                let steps = ((plane + planes + planes / 2 - centre(window.end)) % planes) as isize - (planes / 2) as isize;
+                let steps = ((plane + planes + planes / 2 - centre(window.end)) % planes) as isize
+                    - (planes / 2) as isize;
                 let from_start = steps + (centre(window.end) - centre(start)) as isize;
                 (low, high) = (low.min(from_start), high.max(from_start));
             }
@@ -206,7 +386,11 @@ impl Window {
                 break;
             }
             let first = centre(start) as isize + low;
-            window = Self { end: window.end + 1, fine: first..first + count as isize, ..window };
+            window = Self {
+                end: window.end + 1,
+                fine: first..first + count as isize,
+                ..window
+            };
         }
         debug_assert!(window.fine.len() <= room);
         window
@@ -219,17 +403,28 @@ impl Window {
 
     /// The places of some of them.
     fn places(&self, fine: &Range<isize>) -> Planes {
-        Planes { count: fine.len(), first: around(fine.start, self.room), size: self.room, offset: 0 }
+        Planes {
+            count: fine.len(),
+            first: around(fine.start, self.room),
+            size: self.room,
+            offset: 0,
+        }
     }
 
     /// Which of some of them is at a place.
     fn plane_at(&self, fine: &Range<isize>, place: usize) -> usize {
-        around(fine.start + around(place as isize - fine.start, self.room) as isize, self.planes)
+        around(
+            fine.start + around(place as isize - fine.start, self.room) as isize,
+            self.planes,
+        )
     }
 
     /// The place of a fine plane.
     fn place(&self, plane: usize) -> usize {
-        around(self.fine.start + around(plane as isize - self.fine.start, self.planes) as isize, self.room)
+        around(
+            self.fine.start + around(plane as isize - self.fine.start, self.planes) as isize,
+            self.room,
+        )
     }
 }
 
@@ -241,7 +436,11 @@ fn around(i: isize, count: usize) -> usize {
 /// A fine row near a coarse one along one axis, with the weights of cells, of faces across and of faces along the axis.
 type Near<T> = heapless::Vec<(usize, [T; 3]), NEAR>;
 
-const KINDS: [Transfer; 3] = [Transfer::RestrictCell, Transfer::CollectCell, Transfer::CollectFace];
+const KINDS: [Transfer; 3] = [
+    Transfer::RestrictCell,
+    Transfer::CollectCell,
+    Transfer::CollectFace,
+];
 
 fn near<T: Real>(tables: &Tables<'_, T>, axis: usize, i: usize) -> Near<T> {
     let mut list: Near<T> = heapless::Vec::new();
@@ -271,7 +470,14 @@ struct Waiting<'a, T> {
 
 impl<T: Real> Waiting<'_, T> {
     /// `out` = the restricted residuals of one coarse row: a, c by component, b, d. `scratch` holds the rows of a block.
-    fn collect<S: Space>(&self, tables: &Tables<'_, T>, coarse: &Grid, row: usize, scratch: &mut [T], out: &mut [&mut [T]; 8]) {
+    fn collect<S: Space>(
+        &self,
+        tables: &Tables<'_, T>,
+        coarse: &Grid,
+        row: usize,
+        scratch: &mut [T],
+        out: &mut [&mut [T]; 8],
+    ) {
         let (fine, [y, z]) = (self.block.grid, coarse.row_at(row));
         let mut sums = residual::Rows::new::<S>(self.block.len(), scratch);
         let mut sums = sums.list();
@@ -296,7 +502,16 @@ impl<T: Real> Waiting<'_, T> {
         for (index, (sum, out)) in sums.into_iter().zip(out.iter_mut()).enumerate() {
             out.fill(T::ZERO);
             if !sum.is_empty() {
-                let transfer = along(place_of(index), 0, if index < 6 { Transfer::CollectCell } else { Transfer::RestrictCell }, Transfer::CollectFace);
+                let transfer = along(
+                    place_of(index),
+                    0,
+                    if index < 6 {
+                        Transfer::CollectCell
+                    } else {
+                        Transfer::RestrictCell
+                    },
+                    Transfer::CollectFace,
+                );
                 tables.add_along_x(transfer, sum, fine.n[0], out, coarse.n[0]);
             }
         }

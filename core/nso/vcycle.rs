@@ -42,7 +42,15 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
         let (weights, tables) = (self.weights, self.tables[level]);
         let (fine, coarse) = Self::pair_of(&mut self.levels, level);
         restrict_solution(exec, fine, coarse, tables, weights.slots, self.scratch);
-        restrict_residual::<T, S>(exec, fine, coarse, tables, &weights, self.setup.shape.split, self.scratch);
+        restrict_residual::<T, S>(
+            exec,
+            fine,
+            coarse,
+            tables,
+            &weights,
+            self.setup.shape.split,
+            self.scratch,
+        );
         add_prolonged(exec, fine, coarse, tables, weights.slots, -T::ONE, self.scratch);
     }
 

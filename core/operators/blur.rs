@@ -40,12 +40,20 @@ impl<'a, T: Real> Blur<'a, T> {
         if Spectrum::<T>::exists(grid) {
             return pooled(transform::scratch_len(grid));
         }
-        let radius = if filters == 0 { 0 } else { Gaussian::new(filters).radius };
+        let radius = if filters == 0 {
+            0
+        } else {
+            Gaussian::new(filters).radius
+        };
         pooled(threads * (grid.n[0] + 3 * radius + 1))
     }
 
     fn work_len(grid: &Grid) -> usize {
-        if Spectrum::<T>::exists(grid) { 0 } else { grid.cells() }
+        if Spectrum::<T>::exists(grid) {
+            0
+        } else {
+            grid.cells()
+        }
     }
 
     /// Writes the ledger lines of [`Self::carve`].
@@ -55,7 +63,13 @@ impl<'a, T: Real> Blur<'a, T> {
     }
 
     /// Takes its numbers. The grid is number `level` of the hierarchy.
-    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(
+        hierarchy: &'a Levels<'_, T>,
+        level: usize,
+        metric: Metric,
+        threads: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
         let grid = &hierarchy.grids[level];
         Self {
             grid,
@@ -74,7 +88,13 @@ impl<'a, T: Real> Blur<'a, T> {
 
     /// `out = C e`.
     pub fn apply(&mut self, exec: &dyn Exec, e: &[T], out: &mut [T]) {
-        let Self { grid, metric: Metric { filters, identity }, spectrum, work, scratch } = self;
+        let Self {
+            grid,
+            metric: Metric { filters, identity },
+            spectrum,
+            work,
+            scratch,
+        } = self;
         let identity = T::from_f64(*identity);
         match spectrum {
             _ if *filters == 0 => rows::scale(out, identity, e),
@@ -84,7 +104,9 @@ impl<'a, T: Real> Blur<'a, T> {
                     let at = grid.row_at(row);
                     out.fill(T::ZERO);
                     for j in 1..=*filters {
-                        let across = (1..grid.dims).fold(T::ONE, |product, axis| product * spectrum.axes[axis].blur(j)[at[axis - 1]]);
+                        let across = (1..grid.dims).fold(T::ONE, |product, axis| {
+                            product * spectrum.axes[axis].blur(j)[at[axis - 1]]
+                        });
                         rows::add_scaled(out, across, &spectrum.axes[0].blur(j)[span.clone()]);
                     }
                     rows::multiply(out, coefficients);
@@ -108,7 +130,15 @@ impl<'a, T: Real> Blur<'a, T> {
 }
 
 /// One Gaussian along one axis.
-fn along<T: Real>(exec: &dyn Exec, grid: &Grid, axis: usize, j: usize, from: &[T], to: &mut [T], scratch: &mut [T]) {
+fn along<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    axis: usize,
+    j: usize,
+    from: &[T],
+    to: &mut [T],
+    scratch: &mut [T],
+) {
     let (n, gaussian) = (grid.n[0], Gaussian::new(j));
     let radius = gaussian.radius as isize;
     let (taps, scratch) = scratch.split_at_mut(gaussian.radius + 1);
@@ -116,28 +146,39 @@ fn along<T: Real>(exec: &dyn Exec, grid: &Grid, axis: usize, j: usize, from: &[T
         *slot = T::from_f64(tap);
     }
     let tap = |offset: isize| taps[offset.unsigned_abs()];
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch }, |task| {
-        let [out] = task.fields;
-        out.fill(T::ZERO);
-        let row = |row: usize| &from[row * n..(row + 1) * n];
-        if axis == 0 {
-            let here = row(task.row);
-            let reach = n as isize + radius;
-            for (at, slot) in (-radius..reach).zip(task.scratch.iter_mut()) {
-                *slot = here[fold(at, n, grid.periodic[0])];
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: [to],
+            sums: &mut [],
+            scratch,
+        },
+        |task| {
+            let [out] = task.fields;
+            out.fill(T::ZERO);
+            let row = |row: usize| &from[row * n..(row + 1) * n];
+            if axis == 0 {
+                let here = row(task.row);
+                let reach = n as isize + radius;
+                for (at, slot) in (-radius..reach).zip(task.scratch.iter_mut()) {
+                    *slot = here[fold(at, n, grid.periodic[0])];
+                }
+                for offset in -radius..=radius {
+                    rows::add_scaled(out, tap(offset), &task.scratch[(offset + radius) as usize..][..n]);
+                }
+            } else {
+                let at = grid.row_at(task.row);
+                for offset in -radius..=radius {
+                    let mut source = at;
+                    source[axis - 1] =
+                        fold(at[axis - 1] as isize + offset, grid.n[axis], grid.periodic[axis]);
+                    rows::add_scaled(out, tap(offset), row(grid.row(source[0], source[1])));
+                }
             }
-            for offset in -radius..=radius {
-                rows::add_scaled(out, tap(offset), &task.scratch[(offset + radius) as usize..][..n]);
-            }
-        } else {
-            let at = grid.row_at(task.row);
-            for offset in -radius..=radius {
-                let mut source = at;
-                source[axis - 1] = fold(at[axis - 1] as isize + offset, grid.n[axis], grid.periodic[axis]);
-                rows::add_scaled(out, tap(offset), row(grid.row(source[0], source[1])));
-            }
-        }
-    });
+        },
+    );
 }
 
 /// The cell that stands at place `i` of an axis of `n` cells: wrapped, or mirrored with the last cell repeated.

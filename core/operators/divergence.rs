@@ -7,7 +7,14 @@ use crate::real::Real;
 use crate::simd::{self, vectorised};
 
 /// `out += s div v` at the cells of `row`: the sum over axes of (v[high face] - v[low face]) / h. `shifted` is a row of scratch.
-pub fn add_divergence<T: Real>(block: &Block<'_>, row: usize, s: T, v: Vector<'_, T>, out: &mut [T], shifted: &mut [T]) {
+pub fn add_divergence<T: Real>(
+    block: &Block<'_>,
+    row: usize,
+    s: T,
+    v: Vector<'_, T>,
+    out: &mut [T],
+    shifted: &mut [T],
+) {
     let grid = block.grid;
     for axis in 0..grid.dims {
         let s = s * T::from_f64(1.0 / grid.h[axis]);
@@ -25,14 +32,26 @@ pub fn add_divergence<T: Real>(block: &Block<'_>, row: usize, s: T, v: Vector<'_
 }
 
 /// `out += s (p[high cell] - p[low cell]) / h` at the faces of `row` along `axis`, 0 on walls. `shifted` is a row of scratch.
-pub fn add_gradient<T: Real>(block: &Block<'_>, row: usize, axis: usize, s: T, p: &[T], out: &mut [T], shifted: &mut [T]) {
+pub fn add_gradient<T: Real>(
+    block: &Block<'_>,
+    row: usize,
+    axis: usize,
+    s: T,
+    p: &[T],
+    out: &mut [T],
+    shifted: &mut [T],
+) {
     let grid = block.grid;
     let s = s * T::from_f64(1.0 / grid.h[axis]);
     let high = block.of(p, row);
     if axis == 0 {
         rows::shift_low(shifted, high, grid.n[0], grid.periodic[0]);
         if !grid.periodic[0] {
-            shifted.iter_mut().step_by(grid.n[0]).zip(high.iter().step_by(grid.n[0])).for_each(|(s, &h)| *s = h);
+            shifted
+                .iter_mut()
+                .step_by(grid.n[0])
+                .zip(high.iter().step_by(grid.n[0]))
+                .for_each(|(s, &h)| *s = h);
         }
         rows::add_difference(out, s, high, shifted);
     } else if let Some(below) = grid.neighbour(row, axis, Side::Low) {
@@ -92,15 +111,26 @@ vectorised! {
 
 /// [`divergence`] at cells from `i` on, whose high faces along x are `above`.
 #[inline(always)]
-fn divergence_at<T: Real, V: simd::Vector<Elem = T>>(i: usize, faces: &RowFaces<'_, T>, above: V, scales: [T; 3], out: &mut [T], sizes: &mut Sizes<V>) {
-    let (Some(x), Some(out)) = (faces.low[0].get(i..i + V::LANES), out.get_mut(i..i + V::LANES)) else { return };
+fn divergence_at<T: Real, V: simd::Vector<Elem = T>>(
+    i: usize,
+    faces: &RowFaces<'_, T>,
+    above: V,
+    scales: [T; 3],
+    out: &mut [T],
+    sizes: &mut Sizes<V>,
+) {
+    let (Some(x), Some(out)) = (faces.low[0].get(i..i + V::LANES), out.get_mut(i..i + V::LANES)) else {
+        return;
+    };
     let below = V::load(x);
     let mut sum = V::splat(scales[0]) * (above - below);
     sizes.speed = below.max(-below).max(sizes.speed);
     for axis in 1..3 {
         if let Some(below) = faces.low[axis].get(i..i + V::LANES) {
             let below = V::load(below);
-            let above = faces.high[axis - 1].get(i..i + V::LANES).map_or(V::splat(T::ZERO), V::load);
+            let above = faces.high[axis - 1]
+                .get(i..i + V::LANES)
+                .map_or(V::splat(T::ZERO), V::load);
             sum = sum + V::splat(scales[axis]) * (above - below);
             sizes.speed = below.max(-below).max(sizes.speed);
         }

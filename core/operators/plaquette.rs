@@ -23,11 +23,17 @@ pub struct Plaquette<T> {
     pub bbar: T,
 }
 
-impl<T: Copy + core::ops::Add<Output = T> + core::ops::Sub<Output = T> + core::ops::Mul<Output = T>> Plaquette<T> {
+impl<T: Copy + core::ops::Add<Output = T> + core::ops::Sub<Output = T> + core::ops::Mul<Output = T>>
+    Plaquette<T>
+{
     /// From the velocities at A-, A+, B-, B+; `inverse` holds 1 / h_a and 1 / h_b.
     #[inline(always)]
     pub fn new(a: [T; 2], b: [T; 2], inverse: [T; 2], half: T) -> Self {
-        Self { omega: (b[1] - b[0]) * inverse[0] - (a[1] - a[0]) * inverse[1], abar: (a[0] + a[1]) * half, bbar: (b[0] + b[1]) * half }
+        Self {
+            omega: (b[1] - b[0]) * inverse[0] - (a[1] - a[0]) * inverse[1],
+            abar: (a[0] + a[1]) * half,
+            bbar: (b[0] + b[1]) * half,
+        }
     }
 }
 
@@ -158,7 +164,12 @@ pub fn accumulate<T: Real, S: Space, R: Rule<T>>(
             work.add_shifted(block, (a, b), out);
         }
         for (along, other, minus) in [(b, a, 0), (a, b, 2)] {
-            let Some(next) = (along > 0).then(|| block.grid.neighbour(row, along, Side::High)).flatten() else { continue };
+            let Some(next) = (along > 0)
+                .then(|| block.grid.neighbour(row, along, Side::High))
+                .flatten()
+            else {
+                continue;
+            };
             if work.evaluate(block, next, (a, b), rule, v, second) {
                 rows::add(out[other], work.out[minus]);
             }
@@ -176,22 +187,44 @@ impl<'a, T: Real> Work<'a, T> {
     fn new(block: &Block<'_>, scratch: &'a mut [T]) -> Self {
         let mut parts = scratch.chunks_exact_mut(block.len());
         let mut next = || parts.next().unwrap_or_default();
-        Self { out: core::array::from_fn(|_| next()), shifted: core::array::from_fn(|_| next()) }
+        Self {
+            out: core::array::from_fn(|_| next()),
+            shifted: core::array::from_fn(|_| next()),
+        }
     }
 
     /// The contributions of the plaquettes of `row`, or false when they are all on a wall.
-    fn evaluate<R: Rule<T>>(&mut self, block: &Block<'_>, row: usize, (a, b): (usize, usize), rule: R, v: Vector<'_, T>, second: Vector<'_, T>) -> bool {
+    fn evaluate<R: Rule<T>>(
+        &mut self,
+        block: &Block<'_>,
+        row: usize,
+        (a, b): (usize, usize),
+        rule: R,
+        v: Vector<'_, T>,
+        second: Vector<'_, T>,
+    ) -> bool {
         let grid = block.grid;
         if [a, b].iter().any(|&axis| axis > 0 && grid.wall_below(row, axis)) {
             return false;
         }
         let [low_v, low_second, _] = &mut self.shifted;
         let quad_v = quad(block, row, (a, b), v, low_v);
-        let quad_second = if second[a].is_empty() { [&[][..]; 4] } else { quad(block, row, (a, b), second, low_second) };
+        let quad_second = if second[a].is_empty() {
+            [&[][..]; 4]
+        } else {
+            quad(block, row, (a, b), second, low_second)
+        };
         let inverse = [T::from_f64(1.0 / grid.h[a]), T::from_f64(1.0 / grid.h[b])];
-        rule.contribute(quad_v, quad_second, inverse, self.out.each_mut().map(|row| &mut **row));
+        rule.contribute(
+            quad_v,
+            quad_second,
+            inverse,
+            self.out.each_mut().map(|row| &mut **row),
+        );
         if (a == 0 || b == 0) && !grid.periodic[0] {
-            self.out.iter_mut().for_each(|row| rows::clear_first(row, grid.n[0]));
+            self.out
+                .iter_mut()
+                .for_each(|row| rows::clear_first(row, grid.n[0]));
         }
         true
     }
@@ -209,15 +242,26 @@ impl<'a, T: Real> Work<'a, T> {
 }
 
 /// The faces A-, A+, B-, B+ of the plaquettes of `row`; what is one back along x is copied to `shifted`.
-fn quad<'a, T: Real>(block: &Block<'_>, row: usize, (a, b): (usize, usize), v: Vector<'a, T>, shifted: &'a mut [T]) -> Quad<'a, T> {
+fn quad<'a, T: Real>(
+    block: &Block<'_>,
+    row: usize,
+    (a, b): (usize, usize),
+    v: Vector<'a, T>,
+    shifted: &'a mut [T],
+) -> Quad<'a, T> {
     let grid = block.grid;
     let (ap, bp) = (block.of(v[a], row), block.of(v[b], row));
     let source = if b == 0 { ap } else { bp };
     if a == 0 || b == 0 {
         rows::shift_low(shifted, source, grid.n[0], grid.periodic[0]);
     }
-    let below =
-        |component: usize, along: usize, shifted: &'a [T]| -> &'a [T] { if along == 0 { shifted } else { below_row(grid, block, v[component], row, along) } };
+    let below = |component: usize, along: usize, shifted: &'a [T]| -> &'a [T] {
+        if along == 0 {
+            shifted
+        } else {
+            below_row(grid, block, v[component], row, along)
+        }
+    };
     [below(a, b, shifted), ap, below(b, a, shifted), bp]
 }
 

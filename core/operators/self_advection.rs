@@ -27,18 +27,77 @@ pub fn scratch_per_thread(grid: &Grid, slots: usize) -> usize {
 }
 
 /// `out = Adv(v) + nu C^T C v` in every slot. Shapes: trajectories of faces. Units: velocity squared / length.
-pub fn apply<T: Real, S: Space>(exec: &dyn Exec, fluid: Fluid<'_>, v: Vector<'_, T>, out: VectorMut<'_, T>, scratch: &mut [T]) {
-    for_blocks::<T, S, _, _>(exec, fluid, (Advection { viscosity: T::from_f64(fluid.viscosity) }, v, [&[]; 3]), (Start::Zero, out), scratch, |_, _, _, _| {});
+pub fn apply<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fluid: Fluid<'_>,
+    v: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    for_blocks::<T, S, _, _>(
+        exec,
+        fluid,
+        (
+            Advection {
+                viscosity: T::from_f64(fluid.viscosity),
+            },
+            v,
+            [&[]; 3],
+        ),
+        (Start::Zero, out),
+        scratch,
+        |_, _, _, _| {},
+    );
 }
 
 /// `out = J(v) d + nu C^T C d` in every slot.
-pub fn apply_derivative<T: Real, S: Space>(exec: &dyn Exec, fluid: Fluid<'_>, v: Vector<'_, T>, d: Vector<'_, T>, out: VectorMut<'_, T>, scratch: &mut [T]) {
-    for_blocks::<T, S, _, _>(exec, fluid, (Derivative { viscosity: T::from_f64(fluid.viscosity) }, v, d), (Start::Zero, out), scratch, |_, _, _, _| {});
+pub fn apply_derivative<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fluid: Fluid<'_>,
+    v: Vector<'_, T>,
+    d: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    for_blocks::<T, S, _, _>(
+        exec,
+        fluid,
+        (
+            Derivative {
+                viscosity: T::from_f64(fluid.viscosity),
+            },
+            v,
+            d,
+        ),
+        (Start::Zero, out),
+        scratch,
+        |_, _, _, _| {},
+    );
 }
 
 /// `out = J(v)^T m + nu C^T C m` in every slot.
-pub fn apply_adjoint<T: Real, S: Space>(exec: &dyn Exec, fluid: Fluid<'_>, v: Vector<'_, T>, m: Vector<'_, T>, out: VectorMut<'_, T>, scratch: &mut [T]) {
-    for_blocks::<T, S, _, _>(exec, fluid, (Adjoint { viscosity: T::from_f64(fluid.viscosity) }, v, m), (Start::Zero, out), scratch, |_, _, _, _| {});
+pub fn apply_adjoint<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fluid: Fluid<'_>,
+    v: Vector<'_, T>,
+    m: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    for_blocks::<T, S, _, _>(
+        exec,
+        fluid,
+        (
+            Adjoint {
+                viscosity: T::from_f64(fluid.viscosity),
+            },
+            v,
+            m,
+        ),
+        (Start::Zero, out),
+        scratch,
+        |_, _, _, _| {},
+    );
 }
 
 /// What plaquettes are added to.
@@ -51,7 +110,12 @@ pub(crate) enum Start {
 }
 
 /// Adds what all plaquettes do by `rule` at v and `second` to `out`, in every slot, and hands every block of a row to `then`.
-pub(crate) fn for_blocks<T: Real, S: Space, R: Rule<T> + Sync, F: Fn(&Block<'_>, usize, &mut [&mut [T]; 3], &mut [T]) + Sync>(
+pub(crate) fn for_blocks<
+    T: Real,
+    S: Space,
+    R: Rule<T> + Sync,
+    F: Fn(&Block<'_>, usize, &mut [&mut [T]; 3], &mut [T]) + Sync,
+>(
     exec: &dyn Exec,
     fluid: Fluid<'_>,
     (rule, v, second): (R, Vector<'_, T>, Vector<'_, T>),
@@ -60,15 +124,31 @@ pub(crate) fn for_blocks<T: Real, S: Space, R: Rule<T> + Sync, F: Fn(&Block<'_>,
     then: F,
 ) {
     let Fluid { grid, slots, .. } = fluid;
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: out, sums: &mut [], scratch }, |task| {
-        let mut fields = task.fields;
-        for block in Block::all(grid, slots) {
-            let mut parts = fields.each_mut().map(|field| if field.is_empty() { &mut [][..] } else { &mut field[block.span_in_row()] });
-            if start == Start::Zero {
-                parts.iter_mut().for_each(|part| part.fill(T::ZERO));
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: out,
+            sums: &mut [],
+            scratch,
+        },
+        |task| {
+            let mut fields = task.fields;
+            for block in Block::all(grid, slots) {
+                let mut parts = fields.each_mut().map(|field| {
+                    if field.is_empty() {
+                        &mut [][..]
+                    } else {
+                        &mut field[block.span_in_row()]
+                    }
+                });
+                if start == Start::Zero {
+                    parts.iter_mut().for_each(|part| part.fill(T::ZERO));
+                }
+                accumulate::<T, S, R>(&block, task.row, rule, v, second, &mut parts, task.scratch);
+                then(&block, task.row, &mut parts, task.scratch);
             }
-            accumulate::<T, S, R>(&block, task.row, rule, v, second, &mut parts, task.scratch);
-            then(&block, task.row, &mut parts, task.scratch);
-        }
-    });
+        },
+    );
 }

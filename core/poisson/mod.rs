@@ -33,7 +33,10 @@ pub struct Projection<'a, T> {
 
 /// What solves Poisson's problem.
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is no allocator, and one of it lives at a time")]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no allocator, and one of it lives at a time"
+)]
 enum Solver<'a, T> {
     Spectral(Spectral<'a, T>),
     Multigrid(Multigrid<'a, T>),
@@ -55,7 +58,11 @@ fn batch_of(grid: &Grid, slots: usize) -> usize {
 }
 
 fn scratch_len<T: Real>(finest: &Grid, batch: usize, threads: usize) -> usize {
-    let a_thread = if Spectrum::<T>::exists(finest) { transform::scratch_len(finest) } else { multigrid::scratch_per_thread(finest, batch) };
+    let a_thread = if Spectrum::<T>::exists(finest) {
+        transform::scratch_len(finest)
+    } else {
+        multigrid::scratch_per_thread(finest, batch)
+    };
     pooled(threads * a_thread)
 }
 
@@ -65,16 +72,34 @@ impl<'a, T: Real> Projection<'a, T> {
         let batch = batch_of(finest, slots);
         ledger.group("projection", Sharing::Together, |ledger| {
             if Spectrum::<T>::exists(finest) {
-                ledger.line("potentials of a batch of slots", pooled(finest.cells() * batch), T::BYTES);
+                ledger.line(
+                    "potentials of a batch of slots",
+                    pooled(finest.cells() * batch),
+                    T::BYTES,
+                );
             } else {
-                ledger.line("potentials of a batch of slots, all levels", multigrid::numbers(finest, batch), T::BYTES);
+                ledger.line(
+                    "potentials of a batch of slots, all levels",
+                    multigrid::numbers(finest, batch),
+                    T::BYTES,
+                );
             }
-            ledger.line("rows and panels", scratch_len::<T>(finest, batch, threads), T::BYTES);
+            ledger.line(
+                "rows and panels",
+                scratch_len::<T>(finest, batch, threads),
+                T::BYTES,
+            );
         });
     }
 
     /// Takes its numbers from the shared pool. The grid is number `level` of the hierarchy.
-    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, slots: usize, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(
+        hierarchy: &'a Levels<'_, T>,
+        level: usize,
+        slots: usize,
+        threads: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
         let grid = &hierarchy.grids[level];
         let batch = batch_of(grid, slots);
         let scratch = scratch_len::<T>(grid, batch, threads);
@@ -86,17 +111,40 @@ impl<'a, T: Real> Projection<'a, T> {
     }
 
     /// max |div v| h_x / max |v|, the largest of all batches of slots of the trajectory `v`. `sums` holds two numbers a row.
-    pub fn relative_divergence(&mut self, exec: &dyn Exec, slots: usize, v: &VectorMut<'_, T>, sums: &mut [f64]) -> f64 {
+    pub fn relative_divergence(
+        &mut self,
+        exec: &dyn Exec,
+        slots: usize,
+        v: &VectorMut<'_, T>,
+        sums: &mut [f64],
+    ) -> f64 {
         let (grid, v) = (self.grid, view(v));
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         rows::largest(Batch::all(slots, self.batch).map(|batch| {
             let scratch = each!(&mut self.solver, solver => &mut *solver.scratch);
-            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch }, |task| {
-                let out = task.scratch.get_mut(..grid.n[0]).unwrap_or_default();
-                divergence_in_row(grid, batch, task.row, v, |faces, scales| divergence(faces, scales, out)).write(task.sums);
-            });
+            for_rows(
+                exec,
+                grid.rows(),
+                0..grid.rows(),
+                RowBuffers {
+                    fields: [],
+                    sums: &mut *sums,
+                    scratch,
+                },
+                |task| {
+                    let out = task.scratch.get_mut(..grid.n[0]).unwrap_or_default();
+                    divergence_in_row(grid, batch, task.row, v, |faces, scales| {
+                        divergence(faces, scales, out)
+                    })
+                    .write(task.sums);
+                },
+            );
             let Measured { divergence, speed } = Measured::read(sums);
-            if divergence > 0.0 { divergence * grid.h[0] / speed } else { divergence }
+            if divergence > 0.0 {
+                divergence * grid.h[0] / speed
+            } else {
+                divergence
+            }
         }))
     }
 
@@ -116,7 +164,18 @@ impl<'a, T: Real> Projection<'a, T> {
     ) -> ControlFlow<(), f64> {
         let mut worst: f64 = 0.0;
         for batch in Batch::all(slots, self.batch) {
-            worst = rows::largest([worst, self.project_batch(exec, observer, batch, v, potential.as_deref_mut(), tolerance, sums)?]);
+            worst = rows::largest([
+                worst,
+                self.project_batch(
+                    exec,
+                    observer,
+                    batch,
+                    v,
+                    potential.as_deref_mut(),
+                    tolerance,
+                    sums,
+                )?,
+            ]);
         }
         ControlFlow::Continue(worst)
     }
@@ -133,8 +192,11 @@ impl<'a, T: Real> Projection<'a, T> {
     ) -> ControlFlow<(), f64> {
         let mut goal = None;
         for pass in 0.. {
-            let Measured { divergence, speed } = each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
-            let goal = *goal.get_or_insert_with(|| (tolerance * divergence).max(4.0 * T::EPSILON * speed / self.grid.h[0]));
+            let Measured { divergence, speed } =
+                each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
+            let goal = *goal.get_or_insert_with(|| {
+                (tolerance * divergence).max(4.0 * T::EPSILON * speed / self.grid.h[0])
+            });
             if pass == PASSES || !(divergence > goal) {
                 return ControlFlow::Continue(divergence);
             }
@@ -159,22 +221,39 @@ pub struct Batch {
 impl Batch {
     /// Batches of up to `count` slots that cover all.
     fn all(slots: usize, count: usize) -> impl Iterator<Item = Self> {
-        (0..slots).step_by(count).map(move |first| Self { slots, first, count: count.min(slots - first) })
+        (0..slots).step_by(count).map(move |first| Self {
+            slots,
+            first,
+            count: count.min(slots - first),
+        })
     }
 
     /// One slot of it.
     fn slot(self, grid: &Grid, index: usize) -> Block<'_> {
-        Block { grid, slots: self.slots, first: self.first + index, count: 1 }
+        Block {
+            grid,
+            slots: self.slots,
+            first: self.first + index,
+            count: 1,
+        }
     }
 
     /// The blocks of the trajectory that cover the batch.
     fn blocks(self, grid: &Grid) -> impl Iterator<Item = Block<'_>> {
-        Block::all(grid, self.count).map(move |block| Block { slots: self.slots, first: self.first + block.first, ..block })
+        Block::all(grid, self.count).map(move |block| Block {
+            slots: self.slots,
+            first: self.first + block.first,
+            ..block
+        })
     }
 
     /// The same block in the batch.
     fn compact<'g>(self, block: &Block<'g>) -> Block<'g> {
-        Block { slots: self.count, first: block.first - self.first, ..*block }
+        Block {
+            slots: self.count,
+            first: block.first - self.first,
+            ..*block
+        }
     }
 }
 
@@ -197,13 +276,18 @@ impl Measured {
 
     /// Into the sums of a row.
     fn write(self, sums: &mut [f64]) {
-        sums.iter_mut().zip([self.divergence, self.speed]).for_each(|(sum, own)| *sum = own);
+        sums.iter_mut()
+            .zip([self.divergence, self.speed])
+            .for_each(|(sum, own)| *sum = own);
     }
 
     /// The largest of all rows.
     fn read(sums: &[f64]) -> Self {
         let largest = |which: usize| rows::largest(sums.iter().skip(which).step_by(Self::SUMS).copied());
-        Self { divergence: largest(0), speed: largest(1) }
+        Self {
+            divergence: largest(0),
+            speed: largest(1),
+        }
     }
 }
 
@@ -216,14 +300,24 @@ fn divergence_in_row<T: Real>(
     mut divergence: impl FnMut(&RowFaces<'_, T>, [T; 3]) -> [f64; 2],
 ) -> Measured {
     let scales = grid.h.map(|h| T::from_f64(1.0 / h));
-    let next = [1, 2].map(|axis| if axis < grid.dims { grid.neighbour(row, axis, Side::High) } else { None });
+    let next = [1, 2].map(|axis| {
+        if axis < grid.dims {
+            grid.neighbour(row, axis, Side::High)
+        } else {
+            None
+        }
+    });
     let mut measured = Measured::default();
     for index in 0..batch.count {
         let slot = batch.slot(grid, index);
         let of = |axis: usize, row: Option<usize>| row.map_or(&[][..], |row| slot.of(v[axis], row));
         let x = slot.of(v[0], row);
         let low = [x, of(1, Some(row)), of(2, (grid.dims > 2).then_some(row))];
-        let faces = RowFaces { low, end: if grid.periodic[0] { x[0] } else { T::ZERO }, high: [of(1, next[0]), of(2, next[1])] };
+        let faces = RowFaces {
+            low,
+            end: if grid.periodic[0] { x[0] } else { T::ZERO },
+            high: [of(1, next[0]), of(2, next[1])],
+        };
         let [divergence, speed] = divergence(&faces, scales);
         measured.add(Measured { divergence, speed });
     }
@@ -231,10 +325,25 @@ fn divergence_in_row<T: Real>(
 }
 
 /// v -= grad q and, where there is a p, p -= q at `span` of a row of `fields`, v by components and p. `block` is how q is stored.
-fn subtract_gradient_in_row<T: Real>(block: &Block<'_>, row: usize, q: &[T], span: Range<usize>, fields: &mut [&mut [T]; 4], scratch: &mut [T]) {
+fn subtract_gradient_in_row<T: Real>(
+    block: &Block<'_>,
+    row: usize,
+    q: &[T],
+    span: Range<usize>,
+    fields: &mut [&mut [T]; 4],
+    scratch: &mut [T],
+) {
     let [v0, v1, v2, p] = fields;
     for (axis, v) in [v0, v1, v2].into_iter().enumerate().take(block.grid.dims) {
-        add_gradient(block, row, axis, -T::ONE, q, &mut v[span.clone()], &mut scratch[..block.len()]);
+        add_gradient(
+            block,
+            row,
+            axis,
+            -T::ONE,
+            q,
+            &mut v[span.clone()],
+            &mut scratch[..block.len()],
+        );
     }
     if !p.is_empty() {
         rows::sub(&mut p[span], block.of(q, row));
@@ -261,7 +370,13 @@ pub fn project_given<T: Real>(
     let _ = projection.project(exec, &mut Silent, 1, given, None, tolerance, sums);
     let (copy, given) = (view(copy), view(given));
     let change = sums::largest(exec, grid, sums, |row| {
-        rows::largest((0..grid.dims).map(|a| rows::max_gap(sums::row(grid, 1, copy[a], row), sums::row(grid, 1, given[a], row), T::ONE)))
+        rows::largest((0..grid.dims).map(|a| {
+            rows::max_gap(
+                sums::row(grid, 1, copy[a], row),
+                sums::row(grid, 1, given[a], row),
+                T::ONE,
+            )
+        }))
     });
     change / speed
 }

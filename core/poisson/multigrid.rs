@@ -53,22 +53,48 @@ pub fn scratch_per_thread(finest: &Grid, batch: usize) -> usize {
 /// Numbers of all levels.
 #[must_use]
 pub fn numbers(finest: &Grid, batch: usize) -> usize {
-    levels::hierarchy(finest).iter().map(|grid| 3 * pooled(grid.cells() * batch)).sum()
+    levels::hierarchy(finest)
+        .iter()
+        .map(|grid| 3 * pooled(grid.cells() * batch))
+        .sum()
 }
 
 impl<'a, T: Real> Multigrid<'a, T> {
     /// Takes its numbers. The grid is number `level` of the hierarchy.
-    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, batch: usize, scratch: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(
+        hierarchy: &'a Levels<'_, T>,
+        level: usize,
+        batch: usize,
+        scratch: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
         let level_of = |grid: &'a Grid| {
             let len = grid.cells() * batch;
-            LevelMut { grid, q: pool.take(len), next: pool.take(len), rhs: pool.take(len) }
+            LevelMut {
+                grid,
+                q: pool.take(len),
+                next: pool.take(len),
+                rhs: pool.take(len),
+            }
         };
         let levels = hierarchy.grids[level..].iter().map(level_of).collect();
-        Self { levels, tables: hierarchy.tables[level..].iter().collect(), scratch: pool.take(scratch) }
+        Self {
+            levels,
+            tables: hierarchy.tables[level..].iter().collect(),
+            scratch: pool.take(scratch),
+        }
     }
 
     /// q with div grad q = rhs but for `goal`, or as much as a pass can gain on `divergence`.
-    pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, batch: Batch, divergence: f64, goal: f64, sums: &mut [f64]) -> ControlFlow<()> {
+    pub fn solve(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        batch: Batch,
+        divergence: f64,
+        goal: f64,
+        sums: &mut [f64],
+    ) -> ControlFlow<()> {
         self.levels[0].q.fill(T::ZERO);
         let enough = goal.max(GAIN * divergence);
         for _ in 0..CYCLES {
@@ -82,31 +108,73 @@ impl<'a, T: Real> Multigrid<'a, T> {
     }
 
     /// The right-hand side div v; its largest number and that of v. `sums` holds two numbers a row.
-    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> Measured {
+    pub fn divergence(
+        &mut self,
+        exec: &dyn Exec,
+        batch: Batch,
+        v: &VectorMut<'_, T>,
+        sums: &mut [f64],
+    ) -> Measured {
         let LevelMut { grid, rhs, .. } = &mut self.levels[0];
         let (grid, v) = (*grid, view(v));
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let rhs = &mut rhs[..grid.cells() * batch.count];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [rhs], sums: &mut *sums, scratch: &mut [] }, |task| {
-            let [rhs] = task.fields;
-            let mut slots = rhs.chunks_exact_mut(grid.n[0]);
-            divergence_in_row(grid, batch, task.row, v, |faces, scales| divergence(faces, scales, slots.next().unwrap_or_default())).write(task.sums);
-        });
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: [rhs],
+                sums: &mut *sums,
+                scratch: &mut [],
+            },
+            |task| {
+                let [rhs] = task.fields;
+                let mut slots = rhs.chunks_exact_mut(grid.n[0]);
+                divergence_in_row(grid, batch, task.row, v, |faces, scales| {
+                    divergence(faces, scales, slots.next().unwrap_or_default())
+                })
+                .write(task.sums);
+            },
+        );
         Measured::read(sums)
     }
 
     /// v -= grad q, and p -= q.
-    pub fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, v: &mut VectorMut<'_, T>, potential: Option<&mut [T]>) {
+    pub fn subtract_gradient(
+        &mut self,
+        exec: &dyn Exec,
+        batch: Batch,
+        v: &mut VectorMut<'_, T>,
+        potential: Option<&mut [T]>,
+    ) {
         let LevelMut { grid, q, .. } = &self.levels[0];
         let (grid, q) = (*grid, &q[..grid.cells() * batch.count]);
         let [v0, v1, v2] = v.each_mut().map(|component| &mut **component);
         let fields = [v0, v1, v2, potential.unwrap_or_default()];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut [], scratch: &mut *self.scratch }, |task| {
-            let mut fields = task.fields;
-            for block in batch.blocks(grid) {
-                subtract_gradient_in_row(&batch.compact(&block), task.row, q, block.span_in_row(), &mut fields, task.scratch);
-            }
-        });
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields,
+                sums: &mut [],
+                scratch: &mut *self.scratch,
+            },
+            |task| {
+                let mut fields = task.fields;
+                for block in batch.blocks(grid) {
+                    subtract_gradient_in_row(
+                        &batch.compact(&block),
+                        task.row,
+                        q,
+                        block.span_in_row(),
+                        &mut fields,
+                        task.scratch,
+                    );
+                }
+            },
+        );
     }
 
     fn vcycle(&mut self, exec: &dyn Exec, slots: usize) {
@@ -137,14 +205,24 @@ impl<'a, T: Real> Multigrid<'a, T> {
             let root = chebyshev_root(lowest, degree, step);
             let omega = T::from_f64(1.0 / (root * diagonal));
             let from = &*q;
-            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *next], sums: &mut [], scratch: &mut *self.scratch }, |task| {
-                let [out] = task.fields;
-                for block in Block::all(grid, slots) {
-                    let out = &mut out[block.span_in_row()];
-                    residual_row(&block, task.row, from, rhs, out, task.scratch);
-                    rows::combine(out, omega, block.of(from, task.row));
-                }
-            });
+            for_rows(
+                exec,
+                grid.rows(),
+                0..grid.rows(),
+                RowBuffers {
+                    fields: [&mut *next],
+                    sums: &mut [],
+                    scratch: &mut *self.scratch,
+                },
+                |task| {
+                    let [out] = task.fields;
+                    for block in Block::all(grid, slots) {
+                        let out = &mut out[block.span_in_row()];
+                        residual_row(&block, task.row, from, rhs, out, task.scratch);
+                        rows::combine(out, omega, block.of(from, task.row));
+                    }
+                },
+            );
             core::mem::swap(&mut q, &mut next);
         }
     }
@@ -157,24 +235,43 @@ impl<'a, T: Real> Multigrid<'a, T> {
         let len = coarse.grid.cells() * slots;
         coarse.q[..len].fill(T::ZERO);
         let (grid, fine_grid) = (coarse.grid, fine.grid);
-        let (q, rhs) = (&fine.q[..fine_grid.cells() * slots], &fine.rhs[..fine_grid.cells() * slots]);
-        let step = Move { tables, source: fine_grid, target: grid, cell: Transfer::RestrictCell, face: Transfer::RestrictCell };
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut coarse.rhs[..len]], sums: &mut [], scratch: &mut *self.scratch }, |task| {
-            let [out] = task.fields;
-            for block in Block::all(fine_grid, slots) {
-                let (shifts, rest) = task.scratch.split_at_mut(2 * block.len());
-                let (residual, sum) = rest.split_at_mut(block.len());
-                let sum = &mut sum[..block.len()];
-                sum.fill(T::ZERO);
-                step.each_source_row(Place::Cell, task.row, |row, weight| {
-                    residual_row(&block, row, q, rhs, residual, shifts);
-                    rows::add_scaled(sum, -weight, residual);
-                });
-                let out = &mut out[Block { grid, ..block }.span_in_row()];
-                out.fill(T::ZERO);
-                tables.add_along_x(Transfer::RestrictCell, sum, fine_grid.n[0], out, grid.n[0]);
-            }
-        });
+        let (q, rhs) = (
+            &fine.q[..fine_grid.cells() * slots],
+            &fine.rhs[..fine_grid.cells() * slots],
+        );
+        let step = Move {
+            tables,
+            source: fine_grid,
+            target: grid,
+            cell: Transfer::RestrictCell,
+            face: Transfer::RestrictCell,
+        };
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: [&mut coarse.rhs[..len]],
+                sums: &mut [],
+                scratch: &mut *self.scratch,
+            },
+            |task| {
+                let [out] = task.fields;
+                for block in Block::all(fine_grid, slots) {
+                    let (shifts, rest) = task.scratch.split_at_mut(2 * block.len());
+                    let (residual, sum) = rest.split_at_mut(block.len());
+                    let sum = &mut sum[..block.len()];
+                    sum.fill(T::ZERO);
+                    step.each_source_row(Place::Cell, task.row, |row, weight| {
+                        residual_row(&block, row, q, rhs, residual, shifts);
+                        rows::add_scaled(sum, -weight, residual);
+                    });
+                    let out = &mut out[Block { grid, ..block }.span_in_row()];
+                    out.fill(T::ZERO);
+                    tables.add_along_x(Transfer::RestrictCell, sum, fine_grid.n[0], out, grid.n[0]);
+                }
+            },
+        );
     }
 
     /// q += P q_c.
@@ -182,13 +279,33 @@ impl<'a, T: Real> Multigrid<'a, T> {
         let tables = self.tables[level];
         let (fine, coarse) = self.levels.split_at_mut(level + 1);
         let (fine, coarse) = (&mut fine[level], &coarse[0]);
-        let step = Move { tables, source: coarse.grid, target: fine.grid, cell: Transfer::ProlongCell, face: Transfer::ProlongCell };
+        let step = Move {
+            tables,
+            source: coarse.grid,
+            target: fine.grid,
+            cell: Transfer::ProlongCell,
+            face: Transfer::ProlongCell,
+        };
         let (grid, q) = (fine.grid, &coarse.q[..coarse.grid.cells() * slots]);
-        let buffers = RowBuffers { fields: [&mut fine.q[..grid.cells() * slots]], sums: &mut [], scratch: &mut *self.scratch };
+        let buffers = RowBuffers {
+            fields: [&mut fine.q[..grid.cells() * slots]],
+            sums: &mut [],
+            scratch: &mut *self.scratch,
+        };
         for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
             let [out] = task.fields;
             for block in Block::all(grid, slots) {
-                step.add_row(Place::Cell, q, slots, block.first, block.count, task.row, T::ONE, &mut out[block.span_in_row()], task.scratch);
+                step.add_row(
+                    Place::Cell,
+                    q,
+                    slots,
+                    block.first,
+                    block.count,
+                    task.row,
+                    T::ONE,
+                    &mut out[block.span_in_row()],
+                    task.scratch,
+                );
             }
         });
     }
@@ -198,15 +315,25 @@ impl<'a, T: Real> Multigrid<'a, T> {
         let LevelMut { grid, q, rhs, .. } = &self.levels[0];
         let (grid, q, rhs) = (*grid, &q[..grid.cells() * slots], &rhs[..grid.cells() * slots]);
         let sums = &mut sums[..grid.rows()];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch: &mut *self.scratch }, |task| {
-            task.sums[0] = 0.0;
-            for block in Block::all(grid, slots) {
-                let (shifts, rest) = task.scratch.split_at_mut(2 * block.len());
-                let out = &mut rest[..block.len()];
-                residual_row(&block, task.row, q, rhs, out, shifts);
-                task.sums[0] = rows::largest([task.sums[0], rows::max_abs(out)]);
-            }
-        });
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: [],
+                sums: &mut *sums,
+                scratch: &mut *self.scratch,
+            },
+            |task| {
+                task.sums[0] = 0.0;
+                for block in Block::all(grid, slots) {
+                    let (shifts, rest) = task.scratch.split_at_mut(2 * block.len());
+                    let out = &mut rest[..block.len()];
+                    residual_row(&block, task.row, q, rhs, out, shifts);
+                    task.sums[0] = rows::largest([task.sums[0], rows::max_abs(out)]);
+                }
+            },
+        );
         rows::largest(sums.iter().copied())
     }
 }
@@ -225,7 +352,11 @@ fn chebyshev_root(lowest: f64, degree: usize, step: usize) -> f64 {
     let (mut number, mut count) = (1, 1);
     for bit in (0..degree.ilog2()).rev() {
         count *= 2;
-        number = if step >> bit & 1 == 1 { count + 1 - number } else { number };
+        number = if step >> bit & 1 == 1 {
+            count + 1 - number
+        } else {
+            number
+        };
     }
     let angle = core::f64::consts::PI * (2 * number - 1) as f64 / (2 * degree) as f64;
     0.5 * (2.0 + lowest) + 0.5 * (2.0 - lowest) * libm::cos(angle)
@@ -247,11 +378,22 @@ fn residual_row<T: Real>(block: &Block<'_>, row: usize, q: &[T], rhs: &[T], out:
         }
     }
     let beside = |axis: usize, side: Side| {
-        let row = if axis < grid.dims { grid.neighbour(row, axis, side) } else { None };
+        let row = if axis < grid.dims {
+            grid.neighbour(row, axis, side)
+        } else {
+            None
+        };
         row.map_or(here, |row| block.of(q, row))
     };
     let weights = grid.h.map(|h| T::from_f64(1.0 / (h * h)));
-    let neighbours = [&*low, &*high, beside(1, Side::Low), beside(1, Side::High), beside(2, Side::Low), beside(2, Side::High)];
+    let neighbours = [
+        &*low,
+        &*high,
+        beside(1, Side::Low),
+        beside(1, Side::High),
+        beside(2, Side::Low),
+        beside(2, Side::High),
+    ];
     laplacian(out, here, block.of(rhs, row), neighbours, weights);
 }
 

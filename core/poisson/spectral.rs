@@ -23,20 +23,50 @@ pub struct Spectral<'a, T> {
 
 impl<'a, T: Real> Spectral<'a, T> {
     /// Takes its numbers.
-    pub fn carve(grid: &'a Grid, spectrum: Spectrum<'a, T>, batch: usize, scratch: usize, pool: &mut Pool<'a, T>) -> Self {
-        Self { grid, spectrum, q: pool.take(grid.cells() * batch), scratch: pool.take(scratch) }
+    pub fn carve(
+        grid: &'a Grid,
+        spectrum: Spectrum<'a, T>,
+        batch: usize,
+        scratch: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
+        Self {
+            grid,
+            spectrum,
+            q: pool.take(grid.cells() * batch),
+            scratch: pool.take(scratch),
+        }
     }
 
     /// The right-hand side div v; its largest number and that of v. `sums` holds two numbers a row.
-    pub fn divergence(&mut self, exec: &dyn Exec, batch: Batch, v: &VectorMut<'_, T>, sums: &mut [f64]) -> Measured {
+    pub fn divergence(
+        &mut self,
+        exec: &dyn Exec,
+        batch: Batch,
+        v: &VectorMut<'_, T>,
+        sums: &mut [f64],
+    ) -> Measured {
         let (grid, v) = (self.grid, view(v));
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let mut slots = self.q.chunks_exact_mut(grid.cells()).take(batch.count);
         let fields: [_; MAX_BATCH] = core::array::from_fn(|_| slots.next().unwrap_or_default());
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut *sums, scratch: &mut [] }, |task| {
-            let mut slots = task.fields.into_iter();
-            divergence_in_row(grid, batch, task.row, v, |faces, scales| divergence(faces, scales, slots.next().unwrap_or_default())).write(task.sums);
-        });
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields,
+                sums: &mut *sums,
+                scratch: &mut [],
+            },
+            |task| {
+                let mut slots = task.fields.into_iter();
+                divergence_in_row(grid, batch, task.row, v, |faces, scales| {
+                    divergence(faces, scales, slots.next().unwrap_or_default())
+                })
+                .write(task.sums);
+            },
+        );
         Measured::read(sums)
     }
 
@@ -44,25 +74,63 @@ impl<'a, T: Real> Spectral<'a, T> {
     pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, batch: Batch) -> ControlFlow<()> {
         let (grid, spectrum) = (self.grid, &self.spectrum);
         let q = &mut self.q[..grid.cells() * batch.count];
-        for_rows(exec, batch.count, 0..batch.count, RowBuffers { fields: [q], sums: &mut [], scratch: &mut *self.scratch }, |task| {
-            let [q] = task.fields;
-            solve(grid, spectrum, q, task.scratch);
-        });
+        for_rows(
+            exec,
+            batch.count,
+            0..batch.count,
+            RowBuffers {
+                fields: [q],
+                sums: &mut [],
+                scratch: &mut *self.scratch,
+            },
+            |task| {
+                let [q] = task.fields;
+                solve(grid, spectrum, q, task.scratch);
+            },
+        );
         observer.on(Event::Work)
     }
 
     /// v -= grad q, and p -= q.
-    pub fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, v: &mut VectorMut<'_, T>, potential: Option<&mut [T]>) {
+    pub fn subtract_gradient(
+        &mut self,
+        exec: &dyn Exec,
+        batch: Batch,
+        v: &mut VectorMut<'_, T>,
+        potential: Option<&mut [T]>,
+    ) {
         let (grid, q) = (self.grid, &*self.q);
         let [v0, v1, v2] = v.each_mut().map(|component| &mut **component);
         let fields = [v0, v1, v2, potential.unwrap_or_default()];
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields, sums: &mut [], scratch: &mut *self.scratch }, |task| {
-            let mut fields = task.fields;
-            let alone = Block { grid, slots: 1, first: 0, count: 1 };
-            for (index, q) in q.chunks_exact(grid.cells()).take(batch.count).enumerate() {
-                subtract_gradient_in_row(&alone, task.row, q, batch.slot(grid, index).span_in_row(), &mut fields, task.scratch);
-            }
-        });
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields,
+                sums: &mut [],
+                scratch: &mut *self.scratch,
+            },
+            |task| {
+                let mut fields = task.fields;
+                let alone = Block {
+                    grid,
+                    slots: 1,
+                    first: 0,
+                    count: 1,
+                };
+                for (index, q) in q.chunks_exact(grid.cells()).take(batch.count).enumerate() {
+                    subtract_gradient_in_row(
+                        &alone,
+                        task.row,
+                        q,
+                        batch.slot(grid, index).span_in_row(),
+                        &mut fields,
+                        task.scratch,
+                    );
+                }
+            },
+        );
     }
 }
 
@@ -70,7 +138,9 @@ impl<'a, T: Real> Spectral<'a, T> {
 pub fn solve<T: Real>(grid: &Grid, spectrum: &Spectrum<'_, T>, field: &mut [T], scratch: &mut [T]) {
     transform::multiply(grid, spectrum, field, scratch, |row, span, coefficients, out| {
         let at = grid.row_at(row);
-        let across = (1..grid.dims).fold(T::ZERO, |sum, axis| sum + spectrum.axes[axis].eigenvalues[at[axis - 1]]);
+        let across = (1..grid.dims).fold(T::ZERO, |sum, axis| {
+            sum + spectrum.axes[axis].eigenvalues[at[axis - 1]]
+        });
         divide(coefficients, &spectrum.axes[0].eigenvalues[span], across, out);
     });
 }

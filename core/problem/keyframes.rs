@@ -23,7 +23,11 @@ impl<'a, T> Keyframes<'a, T> {
     /// Targets one after the other, at `steps` of the scene.
     #[must_use]
     pub fn new(steps: &'a [u32], densities: &'a [T]) -> Self {
-        Self { steps, stride: 1, densities }
+        Self {
+            steps,
+            stride: 1,
+            densities,
+        }
     }
 
     /// The same steps with other densities, where `stride` steps of the scene, which divides all of these, are one.
@@ -32,7 +36,11 @@ impl<'a, T> Keyframes<'a, T> {
     where
         'a: 'c,
     {
-        Keyframes { steps: self.steps, stride, densities }
+        Keyframes {
+            steps: self.steps,
+            stride,
+            densities,
+        }
     }
 
     /// How many there are.
@@ -77,10 +85,20 @@ impl<'a, T: Real> DataTerm<'a, T> {
     }
 
     /// Takes its numbers. The grid is number `level` of the hierarchy.
-    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, metric: Metric, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(
+        hierarchy: &'a Levels<'_, T>,
+        level: usize,
+        metric: Metric,
+        threads: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
         let blur = Blur::carve(hierarchy, level, metric, threads, pool);
         let cells = blur.grid().cells();
-        Self { error: pool.take(cells), image: pool.take(cells), blur }
+        Self {
+            error: pool.take(cells),
+            image: pool.take(cells),
+            blur,
+        }
     }
 
     /// The grid.
@@ -92,19 +110,39 @@ impl<'a, T: Real> DataTerm<'a, T> {
     /// 1/2 <e, C e> for e = rho - target; [`Self::image`] is C e afterwards. `sums` holds one number a row.
     pub fn evaluate(&mut self, exec: &dyn Exec, rho: &[T], target: &[T], sums: &mut [f64]) -> f64 {
         let (grid, n) = (self.grid(), self.grid().n[0]);
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [&mut *self.error], sums: &mut [], scratch: &mut [] }, |task| {
-            let [error] = task.fields;
-            let span = task.row * n..(task.row + 1) * n;
-            error.copy_from_slice(&rho[span.clone()]);
-            rows::sub(error, &target[span]);
-        });
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: [&mut *self.error],
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            |task| {
+                let [error] = task.fields;
+                let span = task.row * n..(task.row + 1) * n;
+                error.copy_from_slice(&rho[span.clone()]);
+                rows::sub(error, &target[span]);
+            },
+        );
         self.blur.apply(exec, self.error, self.image);
         let (error, image) = (&*self.error, &*self.image);
         let sums = &mut sums[..grid.rows()];
-        for_rows::<T, 0, _>(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [], sums: &mut *sums, scratch: &mut [] }, |task| {
-            let span = task.row * n..(task.row + 1) * n;
-            task.sums[0] = rows::dot(&error[span.clone()], &image[span]);
-        });
+        for_rows::<T, 0, _>(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: [],
+                sums: &mut *sums,
+                scratch: &mut [],
+            },
+            |task| {
+                let span = task.row * n..(task.row + 1) * n;
+                task.sums[0] = rows::dot(&error[span.clone()], &image[span]);
+            },
+        );
         0.5 * sums.iter().sum::<f64>()
     }
 
@@ -115,9 +153,22 @@ impl<'a, T: Real> DataTerm<'a, T> {
     }
 
     /// The data term of a whole trajectory of densities.
-    pub fn total(&mut self, exec: &dyn Exec, rho: &[T], keyframes: &Keyframes<'_, T>, sums: &mut [f64]) -> f64 {
+    pub fn total(
+        &mut self,
+        exec: &dyn Exec,
+        rho: &[T],
+        keyframes: &Keyframes<'_, T>,
+        sums: &mut [f64],
+    ) -> f64 {
         let cells = self.grid().cells();
         let steps = keyframes.steps().enumerate();
-        steps.fold(0.0, |sum, (index, step)| sum + self.evaluate(exec, &rho[step * cells..][..cells], keyframes.density(index, cells), sums))
+        steps.fold(0.0, |sum, (index, step)| {
+            sum + self.evaluate(
+                exec,
+                &rho[step * cells..][..cells],
+                keyframes.density(index, cells),
+                sums,
+            )
+        })
     }
 }

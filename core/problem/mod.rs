@@ -28,7 +28,10 @@ pub struct Advection {
 
 impl Default for Advection {
     fn default() -> Self {
-        Self { scheme: Scheme::Quick, tolerance: 1e-5 }
+        Self {
+            scheme: Scheme::Quick,
+            tolerance: 1e-5,
+        }
     }
 }
 
@@ -139,17 +142,29 @@ pub enum ProblemError {
 impl fmt::Display for ProblemError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Dimensions { expected, given } => write!(f, "cells has {given} entries where {expected} are needed"),
+            Self::Dimensions { expected, given } => {
+                write!(f, "cells has {given} entries where {expected} are needed")
+            }
             Self::Cells { axis, given } => write!(f, "cells[{axis}] is {given}; it must be from 4 to 4096"),
             Self::Boundary { given } => write!(f, "boundary has {given} entries; it needs one for each axis"),
             Self::Steps { given } => write!(f, "steps is {given}; it must be from 2 to 100000"),
             Self::NoKeyframe => write!(f, "there is no keyframe; at least one is needed"),
-            Self::Keyframe { step, steps } => write!(f, "a keyframe is at step {step}; it must be from 2 to steps = {steps}"),
+            Self::Keyframe { step, steps } => write!(
+                f,
+                "a keyframe is at step {step}; it must be from 2 to steps = {steps}"
+            ),
             Self::Order { step } => write!(f, "the keyframe at step {step} is not after the one before it"),
-            Self::NotPositive { field, given } => write!(f, "{field} is {given}; it must be positive and finite"),
-            Self::Negative { field, given } => write!(f, "{field} is {given}; it must be at least 0 and finite"),
+            Self::NotPositive { field, given } => {
+                write!(f, "{field} is {given}; it must be positive and finite")
+            }
+            Self::Negative { field, given } => {
+                write!(f, "{field} is {given}; it must be at least 0 and finite")
+            }
             Self::NotFinite { field, given } => write!(f, "{field} is {given}; it must be finite"),
-            Self::Momentum { given } => write!(f, "admm.ao_momentum is {given}; it must be at least 0 and below 1"),
+            Self::Momentum { given } => write!(
+                f,
+                "admm.ao_momentum is {given}; it must be at least 0 and below 1"
+            ),
             Self::Filters { given } => write!(f, "filters is {given}; it must be at most 12"),
         }
     }
@@ -192,13 +207,18 @@ impl Problem<'_> {
     /// [`ProblemError`] names the first field that is wrong.
     pub fn check(&self) -> Result<(), ProblemError> {
         if !(2..=3).contains(&self.cells.len()) {
-            return Err(ProblemError::Dimensions { expected: self.cells.len().clamp(2, 3), given: self.cells.len() });
+            return Err(ProblemError::Dimensions {
+                expected: self.cells.len().clamp(2, 3),
+                given: self.cells.len(),
+            });
         }
         if let Some((axis, &given)) = self.cells.iter().enumerate().find(|(_, n)| !CELLS.contains(n)) {
             return Err(ProblemError::Cells { axis, given });
         }
         if self.boundary.len() != self.cells.len() {
-            return Err(ProblemError::Boundary { given: self.boundary.len() });
+            return Err(ProblemError::Boundary {
+                given: self.boundary.len(),
+            });
         }
         if !(2..=MAX_STEPS).contains(&self.steps) {
             return Err(ProblemError::Steps { given: self.steps });
@@ -222,8 +242,15 @@ impl Problem<'_> {
     }
 
     fn check_keyframes(&self) -> Result<(), ProblemError> {
-        if let Some(&step) = self.keyframes.iter().find(|step| !(2..=self.steps).contains(step)) {
-            return Err(ProblemError::Keyframe { step, steps: self.steps });
+        if let Some(&step) = self
+            .keyframes
+            .iter()
+            .find(|step| !(2..=self.steps).contains(step))
+        {
+            return Err(ProblemError::Keyframe {
+                step,
+                steps: self.steps,
+            });
         }
         match self.keyframes.windows(2).find(|pair| pair[0] >= pair[1]) {
             Some(pair) => Err(ProblemError::Order { step: pair[1] }),
@@ -253,7 +280,10 @@ impl Problem<'_> {
     /// From scaled numbers (dt = length = 1) to the scene's.
     #[must_use]
     pub fn units(&self) -> Units {
-        Units { velocity: self.length / self.dt, force: self.length / (self.dt * self.dt) }
+        Units {
+            velocity: self.length / self.dt,
+            force: self.length / (self.dt * self.dt),
+        }
     }
 
     /// The viscosity in scaled numbers, nu dt / length^2.
@@ -274,7 +304,11 @@ impl Problem<'_> {
 /// # Errors
 /// [`ProblemError::NotPositive`].
 pub fn positive(field: &'static str, given: f64) -> Result<(), ProblemError> {
-    if given > 0.0 && given.is_finite() { Ok(()) } else { Err(ProblemError::NotPositive { field, given }) }
+    if given > 0.0 && given.is_finite() {
+        Ok(())
+    } else {
+        Err(ProblemError::NotPositive { field, given })
+    }
 }
 
 /// Refuses what is negative or not finite.
@@ -282,7 +316,11 @@ pub fn positive(field: &'static str, given: f64) -> Result<(), ProblemError> {
 /// # Errors
 /// [`ProblemError::Negative`].
 pub fn not_negative(field: &'static str, given: f64) -> Result<(), ProblemError> {
-    if given >= 0.0 && given.is_finite() { Ok(()) } else { Err(ProblemError::Negative { field, given }) }
+    if given >= 0.0 && given.is_finite() {
+        Ok(())
+    } else {
+        Err(ProblemError::Negative { field, given })
+    }
 }
 
 /// The scene's units, in scaled ones.

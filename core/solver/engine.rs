@@ -45,16 +45,31 @@ impl<'m, T: Real, S: Space> Engine<'m, T, S> {
             Method::Admm => Admm::<T, S>::requirement(ledger, &admm_settings(problem, params, choice)),
             Method::Direct => Direct::<T, S>::requirement(ledger, &direct_settings(problem, params, choice)),
             Method::Lbfgs => Lbfgs::<T, S>::requirement(ledger, &lbfgs_settings(problem, params)),
-            Method::Pd | Method::Simulate => Forward::<T, S>::requirement(ledger, &forward_settings(problem, params)),
+            Method::Pd | Method::Simulate => {
+                Forward::<T, S>::requirement(ledger, &forward_settings(problem, params))
+            }
         }
     }
 
-    pub fn carve(arena: &mut Arena<'m>, problem: &Problem<'_>, params: &Params, choice: Choice) -> Result<Self, TooSmall> {
+    pub fn carve(
+        arena: &mut Arena<'m>,
+        problem: &Problem<'_>,
+        params: &Params,
+        choice: Choice,
+    ) -> Result<Self, TooSmall> {
         match params.method {
-            Method::Admm => in_its_frame(|| Admm::carve(arena, &admm_settings(problem, params, choice)).map(Self::Admm)),
-            Method::Direct => in_its_frame(|| Direct::carve(arena, &direct_settings(problem, params, choice)).map(Self::Direct)),
-            Method::Lbfgs => in_its_frame(|| Lbfgs::carve(arena, &lbfgs_settings(problem, params)).map(Self::Lbfgs)),
-            Method::Pd | Method::Simulate => in_its_frame(|| Forward::carve(arena, &forward_settings(problem, params)).map(Self::Forward)),
+            Method::Admm => {
+                in_its_frame(|| Admm::carve(arena, &admm_settings(problem, params, choice)).map(Self::Admm))
+            }
+            Method::Direct => in_its_frame(|| {
+                Direct::carve(arena, &direct_settings(problem, params, choice)).map(Self::Direct)
+            }),
+            Method::Lbfgs => {
+                in_its_frame(|| Lbfgs::carve(arena, &lbfgs_settings(problem, params)).map(Self::Lbfgs))
+            }
+            Method::Pd | Method::Simulate => {
+                in_its_frame(|| Forward::carve(arena, &forward_settings(problem, params)).map(Self::Forward))
+            }
         }
     }
 
@@ -92,11 +107,20 @@ impl<'m, T: Real, S: Space> Engine<'m, T, S> {
         each!(self, inner => inner.project_initial(exec))
     }
 
-    pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Progress {
+    pub fn step(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Progress {
         each!(self, inner => inner.step(exec, observer, keyframes))
     }
 
-    pub fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+    pub fn make_feasible(
+        &mut self,
+        exec: &dyn Exec,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<Objective, Status> {
         each!(self, inner => inner.make_feasible(exec, keyframes))
     }
 

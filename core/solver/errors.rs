@@ -25,7 +25,9 @@ impl fmt::Display for SolverError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Plan(error) => error.fmt(f),
-            Self::TooSmall { needed, given } => write!(f, "the solve needs {needed} bytes and was given {given}"),
+            Self::TooSmall { needed, given } => {
+                write!(f, "the solve needs {needed} bytes and was given {given}")
+            }
             Self::Misaligned => write!(f, "the memory must begin on a multiple of {ALIGN} bytes"),
         }
     }
@@ -81,7 +83,9 @@ pub enum InputError {
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Length { expected, given } => write!(f, "it has {given} values where {expected} are needed"),
+            Self::Length { expected, given } => {
+                write!(f, "it has {given} values where {expected} are needed")
+            }
             Self::NotFinite { index } => write!(f, "value {index} is not finite"),
             Self::Negative { index } => write!(f, "value {index} is negative"),
             Self::Empty => write!(f, "it is empty: its mass is zero"),
@@ -121,10 +125,19 @@ pub enum SavedError {
 impl fmt::Display for SavedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Length { expected, given } => write!(f, "{given} bytes were given where {expected} are needed"),
+            Self::Length { expected, given } => {
+                write!(f, "{given} bytes were given where {expected} are needed")
+            }
             Self::NotSaved => write!(f, "these bytes are no saved solver"),
-            Self::Format { given } => write!(f, "the saved solver is in format {given}; only {} is read", crate::checkpoint::FORMAT),
-            Self::OtherSolve => write!(f, "the saved solver is of another problem, precision, method or choice of it"),
+            Self::Format { given } => write!(
+                f,
+                "the saved solver is in format {given}; only {} is read",
+                crate::checkpoint::FORMAT
+            ),
+            Self::OtherSolve => write!(
+                f,
+                "the saved solver is of another problem, precision, method or choice of it"
+            ),
             Self::Damaged => write!(f, "the saved solver is damaged"),
         }
     }

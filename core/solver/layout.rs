@@ -11,7 +11,11 @@ pub(super) struct FileLayout {
 
 impl FileLayout {
     pub fn new(grid: &Grid, axis: usize) -> Self {
-        Self { n: grid.n, axis, walls: !grid.periodic[axis] }
+        Self {
+            n: grid.n,
+            axis,
+            walls: !grid.periodic[axis],
+        }
     }
 
     pub fn extent(&self, axis: usize) -> usize {
@@ -57,6 +61,11 @@ impl<'a, T> Strided<'a, T> {
     /// Slot `slot` of a trajectory of `slots`.
     pub(super) fn slot(grid: &Grid, field: &'a [T], slots: usize, slot: usize, unit: f64) -> Self {
         let n = grid.n;
-        Self { numbers: field.get(slot * n[0]..).unwrap_or_default(), extent: n, strides: [1, slots * n[0], slots * n[0] * n[1]], unit }
+        Self {
+            numbers: field.get(slot * n[0]..).unwrap_or_default(),
+            extent: n,
+            strides: [1, slots * n[0], slots * n[0] * n[1]],
+            unit,
+        }
     }
 }

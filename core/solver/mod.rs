@@ -44,19 +44,34 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     ///
     /// # Errors
     /// [`SolverError`].
-    pub fn new(problem: &Problem<'_>, params: &Params, memory: &'m mut [MaybeUninit<u8>]) -> Result<Self, SolverError> {
+    pub fn new(
+        problem: &Problem<'_>,
+        params: &Params,
+        memory: &'m mut [MaybeUninit<u8>],
+    ) -> Result<Self, SolverError> {
         let plan = Plan::new::<T, S>(problem, params)?;
         let given = memory.len();
         if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
             return Err(SolverError::Misaligned);
         }
-        let (memory, _) = memory.split_at_mut_checked(plan.bytes()).ok_or(SolverError::TooSmall { needed: plan.bytes(), given })?;
+        let (memory, _) = memory
+            .split_at_mut_checked(plan.bytes())
+            .ok_or(SolverError::TooSmall {
+                needed: plan.bytes(),
+                given,
+            })?;
         let mut arena = Arena::new(memory);
-        let short = |TooSmall { .. }: TooSmall| SolverError::TooSmall { needed: plan.bytes(), given };
+        let short = |TooSmall { .. }: TooSmall| SolverError::TooSmall {
+            needed: plan.bytes(),
+            given,
+        };
         let engine = Engine::carve(&mut arena, problem, params, plan.choice).map_err(short)?;
         let count = problem.keyframes.len();
         let steps = arena.take::<u32>(count).map_err(short)?;
-        steps.iter_mut().zip(problem.keyframes).for_each(|(slot, &step)| *slot = step as u32);
+        steps
+            .iter_mut()
+            .zip(problem.keyframes)
+            .for_each(|(slot, &step)| *slot = step as u32);
         let targets = arena.take(count * problem.grid().cells()).map_err(short)?;
         debug_assert_eq!(arena.left(), 0, "planned and carved bytes differ");
         Ok(Self {
@@ -104,9 +119,14 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         let mass = mass(density, cells)?;
         let factor = if self.match_mass { self.mass / mass } else { 1.0 };
         let target = &mut self.targets[index * cells..(index + 1) * cells];
-        self.missing = self.missing.saturating_sub(usize::from(target.iter().all(|&x| x == T::ZERO)));
+        self.missing = self
+            .missing
+            .saturating_sub(usize::from(target.iter().all(|&x| x == T::ZERO)));
         self.finished = false;
-        target.iter_mut().zip(density).for_each(|(target, &x)| *target = T::from_f64(x.to_f64() * factor));
+        target
+            .iter_mut()
+            .zip(density)
+            .for_each(|(target, &x)| *target = T::from_f64(x.to_f64() * factor));
         Ok(factor)
     }
 
@@ -117,11 +137,17 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     pub fn set_initial_velocity(&mut self, axis: usize, faces: &[T]) -> Result<(), InputError> {
         let grid = *self.engine.grid();
         if axis >= grid.dims {
-            return Err(InputError::Index { given: axis, count: grid.dims });
+            return Err(InputError::Index {
+                given: axis,
+                count: grid.dims,
+            });
         }
         let layout = FileLayout::new(&grid, axis);
         if faces.len() != layout.len() {
-            return Err(InputError::Length { expected: layout.len(), given: faces.len() });
+            return Err(InputError::Length {
+                expected: layout.len(),
+                given: faces.len(),
+            });
         }
         if let Some(index) = faces.iter().position(|x| !x.is_finite()) {
             return Err(InputError::NotFinite { index });
@@ -131,7 +157,11 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         layout.each_row(|row, file, wall| {
             let at = &mut field[row * grid.n[0]..(row + 1) * grid.n[0]];
             for (x, value) in at.iter_mut().enumerate() {
-                *value = if wall || layout.wall_face(x) { T::ZERO } else { faces[file + x] * scale };
+                *value = if wall || layout.wall_face(x) {
+                    T::ZERO
+                } else {
+                    faces[file + x] * scale
+                };
             }
         });
         (self.prepared, self.finished) = (None, false);
@@ -148,8 +178,13 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         }
         let cells = self.engine.grid().cells();
         if self.missing > 0 {
-            let unset = self.targets.chunks_exact(cells).position(|target| target.iter().all(|&x| x == T::ZERO));
-            return Err(InputError::NoKeyframe { index: unset.unwrap_or(0) });
+            let unset = self
+                .targets
+                .chunks_exact(cells)
+                .position(|target| target.iter().all(|&x| x == T::ZERO));
+            return Err(InputError::NoKeyframe {
+                index: unset.unwrap_or(0),
+            });
         }
         Ok(match self.prepared {
             Some(change) => change,
@@ -160,7 +195,10 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// One outer iteration.
     pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Progress {
         if self.prepare(exec).is_err() {
-            return Progress { status: Some(Status::NotReady), ..Progress::default() };
+            return Progress {
+                status: Some(Status::NotReady),
+                ..Progress::default()
+            };
         }
         let keyframes = Keyframes::new(self.keyframe_steps, self.targets);
         self.finished = false;
@@ -168,12 +206,21 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     }
 
     /// Iterates to the end and makes the result feasible; `each` hears every iteration.
-    pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, each: &mut dyn FnMut(&Progress)) -> Status {
+    pub fn solve(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        each: &mut dyn FnMut(&Progress),
+    ) -> Status {
         loop {
             let progress = self.step(exec, observer);
             each(&progress);
             if let Some(status) = progress.status {
-                return if status == Status::NotReady { status } else { self.finish(exec).map_or(Status::NotFinite, |_| status) };
+                return if status == Status::NotReady {
+                    status
+                } else {
+                    self.finish(exec).map_or(Status::NotFinite, |_| status)
+                };
             }
         }
     }
@@ -228,14 +275,26 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         let (grid, unit) = (self.engine.grid(), self.units.velocity);
         match step.checked_sub(1) {
             None => Strided::slot(grid, self.engine.initial()[axis], 1, 0, unit),
-            Some(slot) => Strided::slot(grid, self.engine.velocity()[axis], self.engine.slots(), slot, unit),
+            Some(slot) => Strided::slot(
+                grid,
+                self.engine.velocity()[axis],
+                self.engine.slots(),
+                slot,
+                unit,
+            ),
         }
     }
 
     /// Component `axis` of the force u_step (step 0 .. N-2) as it lies in memory.
     #[must_use]
     pub fn force_in_place(&self, step: usize, axis: usize) -> Strided<'_, T> {
-        Strided::slot(self.engine.grid(), self.engine.force()[axis], self.engine.slots(), step, self.units.force)
+        Strided::slot(
+            self.engine.grid(),
+            self.engine.force()[axis],
+            self.engine.slots(),
+            step,
+            self.units.force,
+        )
     }
 
     /// Faces of a component of a velocity or force in the layout of a file.
@@ -250,13 +309,27 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         if step == 0 {
             self.write(self.engine.initial()[axis], 1, 0, axis, self.units.velocity, out);
         } else {
-            self.write(self.engine.velocity()[axis], slots, step - 1, axis, self.units.velocity, out);
+            self.write(
+                self.engine.velocity()[axis],
+                slots,
+                step - 1,
+                axis,
+                self.units.velocity,
+                out,
+            );
         }
     }
 
     /// Component `axis` of the force u_step (step 0 .. N-2) that turns v_step into v_{step+1}; as [`Self::velocity`].
     pub fn force(&self, step: usize, axis: usize, out: &mut [T]) {
-        self.write(self.engine.force()[axis], self.engine.slots(), step, axis, self.units.force, out);
+        self.write(
+            self.engine.force()[axis],
+            self.engine.slots(),
+            step,
+            axis,
+            self.units.force,
+            out,
+        );
     }
 
     fn write(&self, field: &[T], slots: usize, slot: usize, axis: usize, unit: f64, out: &mut [T]) {
@@ -266,7 +339,10 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         layout.each_row(|row, file, wall| {
             if !wall {
                 let from = &field[(row * slots + slot) * n..(row * slots + slot + 1) * n];
-                out[file..file + n].iter_mut().zip(from).for_each(|(out, &x)| *out = x * unit);
+                out[file..file + n]
+                    .iter_mut()
+                    .zip(from)
+                    .for_each(|(out, &x)| *out = x * unit);
             }
         });
     }
@@ -275,7 +351,10 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
 /// The sum of a density that is finite and nowhere negative.
 fn mass<T: Real>(density: &[T], cells: usize) -> Result<f64, InputError> {
     if density.len() != cells {
-        return Err(InputError::Length { expected: cells, given: density.len() });
+        return Err(InputError::Length {
+            expected: cells,
+            given: density.len(),
+        });
     }
     if let Some(index) = density.iter().position(|x| !x.is_finite()) {
         return Err(InputError::NotFinite { index });
@@ -284,5 +363,9 @@ fn mass<T: Real>(density: &[T], cells: usize) -> Result<f64, InputError> {
         return Err(InputError::Negative { index });
     }
     let mass: f64 = density.iter().map(|x| x.to_f64()).sum();
-    if mass > 0.0 { Ok(mass) } else { Err(InputError::Empty) }
+    if mass > 0.0 {
+        Ok(mass)
+    } else {
+        Err(InputError::Empty)
+    }
 }

@@ -96,8 +96,13 @@ impl fmt::Display for PlanError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Problem(error) => error.fmt(f),
-            Self::OutOfRange { field, given, most } => write!(f, "{field} is {given}; it must be from 1 to {most}"),
-            Self::TooLarge => write!(f, "cells times steps is more than this machine can address; use fewer cells or steps"),
+            Self::OutOfRange { field, given, most } => {
+                write!(f, "{field} is {given}; it must be from 1 to {most}")
+            }
+            Self::TooLarge => write!(
+                f,
+                "cells times steps is more than this machine can address; use fewer cells or steps"
+            ),
         }
     }
 }
@@ -145,16 +150,32 @@ impl Plan {
         match params.method {
             Method::Admm => Self::of_admm::<T, S>(problem, params),
             Method::Direct => Self::of_direct::<T, S>(problem, params),
-            Method::Lbfgs | Method::Pd | Method::Simulate => {
-                Self::with::<T, S>(problem, params, Choice { shape: Shape::LEAST, history: params.lbfgs.history, tandem: false })
-            }
+            Method::Lbfgs | Method::Pd | Method::Simulate => Self::with::<T, S>(
+                problem,
+                params,
+                Choice {
+                    shape: Shape::LEAST,
+                    history: params.lbfgs.history,
+                    tandem: false,
+                },
+            ),
         }
     }
 
     /// The fastest shape of the smoother's memory within the ceiling and the paper's bound, the fastest of all if there is none.
     #[inline(never)]
     fn of_admm<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
-        let with = |shape: Shape| Self::with::<T, S>(problem, params, Choice { shape, history: 0, tandem: false });
+        let with = |shape: Shape| {
+            Self::with::<T, S>(
+                problem,
+                params,
+                Choice {
+                    shape,
+                    history: 0,
+                    tandem: false,
+                },
+            )
+        };
         let (mut fastest, mut within_ceiling) = (None, None);
         let mut smallest: Option<(usize, Shape)> = None;
         for shape in Shape::all::<T, S>(&problem.grid()) {
@@ -171,7 +192,11 @@ impl Plan {
             }
             fastest = fastest.or(Some(shape));
         }
-        let chosen = if params.ceiling.is_some() { within_ceiling.or(smallest.map(|(_, shape)| shape)) } else { fastest };
+        let chosen = if params.ceiling.is_some() {
+            within_ceiling.or(smallest.map(|(_, shape)| shape))
+        } else {
+            fastest
+        };
         with(chosen.ok_or(PlanError::TooLarge)?)
     }
 
@@ -179,9 +204,15 @@ impl Plan {
     /// different works where it allows that too.
     #[inline(never)]
     fn of_direct<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
-        let choice = |history: usize, tandem: bool| Choice { shape: Shape::LEAST, history, tandem };
+        let choice = |history: usize, tandem: bool| Choice {
+            shape: Shape::LEAST,
+            history,
+            tandem,
+        };
         let fits = |choice: Choice, threads: usize| match params.ceiling {
-            Some(ceiling) => Ok::<_, PlanError>(Self::bytes_with::<T, S>(problem, &Params { threads, ..*params }, choice)? <= ceiling),
+            Some(ceiling) => Ok::<_, PlanError>(
+                Self::bytes_with::<T, S>(problem, &Params { threads, ..*params }, choice)? <= ceiling,
+            ),
             None => Ok(true),
         };
         let least = params.direct.history.unwrap_or(1);
@@ -195,23 +226,42 @@ impl Plan {
 
     /// Bytes alone: a plan takes much of a stack.
     #[inline(never)]
-    fn bytes_with<T: Real, S: Space>(problem: &Problem<'_>, params: &Params, choice: Choice) -> Result<usize, PlanError> {
+    fn bytes_with<T: Real, S: Space>(
+        problem: &Problem<'_>,
+        params: &Params,
+        choice: Choice,
+    ) -> Result<usize, PlanError> {
         Self::with::<T, S>(problem, params, choice).map(|plan| plan.bytes)
     }
 
     #[inline(never)]
-    fn with<T: Real, S: Space>(problem: &Problem<'_>, params: &Params, choice: Choice) -> Result<Self, PlanError> {
+    fn with<T: Real, S: Space>(
+        problem: &Problem<'_>,
+        params: &Params,
+        choice: Choice,
+    ) -> Result<Self, PlanError> {
         let mut ledger = Ledger::new();
         let (keyframes, cells) = (problem.keyframes.len(), problem.grid().cells());
-        ledger.group("the method", Sharing::Together, |ledger| Engine::<T, S>::requirement(ledger, problem, params, choice));
+        ledger.group("the method", Sharing::Together, |ledger| {
+            Engine::<T, S>::requirement(ledger, problem, params, choice)
+        });
         ledger.line("keyframe steps", keyframes, 4);
         ledger.line("keyframe densities", keyframes * cells, T::BYTES);
         let bytes = ledger.bytes().ok_or(PlanError::TooLarge)?;
         let method_bytes = ledger.entries().first().map_or(0, |entry| entry.bytes);
         // No more numbers than the block has.
         let numbers = Engine::<T, S>::live(problem, params, choice) + keyframes * cells;
-        let saved_bytes = (numbers * T::BYTES).checked_add(checkpoint::HEAD).ok_or(PlanError::TooLarge)?;
-        Ok(Self { ledger, bytes, method_bytes, paper_bound: paper_bound::<T, S>(problem), saved_bytes, choice })
+        let saved_bytes = (numbers * T::BYTES)
+            .checked_add(checkpoint::HEAD)
+            .ok_or(PlanError::TooLarge)?;
+        Ok(Self {
+            ledger,
+            bytes,
+            method_bytes,
+            paper_bound: paper_bound::<T, S>(problem),
+            saved_bytes,
+            choice,
+        })
     }
 
     /// Bytes of the whole block.
@@ -247,7 +297,11 @@ impl Plan {
 
 fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<(), PlanError> {
     if problem.cells.len() != S::DIM {
-        return Err(ProblemError::Dimensions { expected: S::DIM, given: problem.cells.len() }.into());
+        return Err(ProblemError::Dimensions {
+            expected: S::DIM,
+            given: problem.cells.len(),
+        }
+        .into());
     }
     problem.check()?;
     if problem.keyframes.is_empty() && params.method != Method::Simulate {
@@ -262,9 +316,17 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
         ("iterations", params.iterations, 1_000_000),
         ("threads", params.threads, MAX_THREADS),
         ("admm.ao_iterations", params.admm.ao_iterations, 1000),
-        ("direct.history", params.direct.history.unwrap_or(1), DirectParams::MOST),
+        (
+            "direct.history",
+            params.direct.history.unwrap_or(1),
+            DirectParams::MOST,
+        ),
         ("lbfgs.history", params.lbfgs.history, LbfgsParams::MOST),
-        ("admm.nso_cycles", params.admm.nso.cycles, nso::solve::MAX_CYCLES - 1),
+        (
+            "admm.nso_cycles",
+            params.admm.nso.cycles,
+            nso::solve::MAX_CYCLES - 1,
+        ),
     ];
     for (field, given, most) in ranges {
         if !(1..=most).contains(&given) {
@@ -283,22 +345,44 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
 
 fn paper_bound<T: Real, S: Space>(problem: &Problem<'_>) -> usize {
     let cells: u128 = problem.cells.iter().map(|&n| n as u128).product();
-    let (numbers, power) = (4 * (1 + S::DIM as u128) * problem.steps as u128 * cells, 1u128 << S::DIM);
+    let (numbers, power) = (
+        4 * (1 + S::DIM as u128) * problem.steps as u128 * cells,
+        1u128 << S::DIM,
+    );
     usize::try_from(numbers * T::BYTES as u128 * power / (power - 1)).unwrap_or(usize::MAX)
 }
 
 pub(super) fn admm_settings(problem: &Problem<'_>, params: &Params, choice: Choice) -> admm::Settings {
     let (threads, shape) = (params.threads, choice.shape);
-    let dimensions = Dimensions { grid: problem.grid(), slots: problem.slots(), filters: problem.filters(), threads, shape };
+    let dimensions = Dimensions {
+        grid: problem.grid(),
+        slots: problem.slots(),
+        filters: problem.filters(),
+        threads,
+        shape,
+    };
     admm::Settings::new(problem, &params.admm, dimensions, params.iterations)
 }
 
 pub(super) fn direct_settings(problem: &Problem<'_>, params: &Params, choice: Choice) -> direct::Settings {
-    direct::Settings::new(problem, &params.direct, choice.history, params.threads, choice.tandem, params.iterations)
+    direct::Settings::new(
+        problem,
+        &params.direct,
+        choice.history,
+        params.threads,
+        choice.tandem,
+        params.iterations,
+    )
 }
 
 pub(super) fn lbfgs_settings(problem: &Problem<'_>, params: &Params) -> lbfgs::Settings {
-    lbfgs::Settings::new(problem, &params.lbfgs, params.simulation.tolerance, params.threads, params.iterations)
+    lbfgs::Settings::new(
+        problem,
+        &params.lbfgs,
+        params.simulation.tolerance,
+        params.threads,
+        params.iterations,
+    )
 }
 
 pub(super) fn forward_settings(problem: &Problem<'_>, params: &Params) -> forward::Settings {

@@ -50,7 +50,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             Label { fingerprint, .. } if fingerprint != self.fingerprint => Err(SavedError::OtherSolve),
             Label { bytes: said, .. } if given != expected || said != expected as u64 => Err(length),
             label if !label.fits(bytes) => Err(SavedError::Damaged),
-            _ => self.record(&mut Record::read(bytes)).map_err(|Damaged| SavedError::Damaged),
+            _ => self
+                .record(&mut Record::read(bytes))
+                .map_err(|Damaged| SavedError::Damaged),
         }
     }
 
@@ -65,7 +67,13 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         record.flag(&mut finished)?;
         self.engine.record(record)?;
         record.numbers(self.targets);
-        (self.mass, self.missing, self.prepared, self.objective, self.finished) = (mass, missing, prepared, objective, finished);
+        (
+            self.mass,
+            self.missing,
+            self.prepared,
+            self.objective,
+            self.finished,
+        ) = (mass, missing, prepared, objective, finished);
         Ok(())
     }
 }
@@ -77,25 +85,49 @@ pub(super) fn fingerprint<T: Real, S: Space>(problem: &Problem<'_>, params: &Par
     mix.word(S::DIM as u64);
     mix_problem(&mut mix, problem);
     // Threads and ceiling change no bit, but by the pairs that they leave; iterations only say when to stop.
-    let Params { method, iterations: _, threads: _, ceiling: _, admm, direct, lbfgs, pd, simulation } = params;
+    let Params {
+        method,
+        iterations: _,
+        threads: _,
+        ceiling: _,
+        admm,
+        direct,
+        lbfgs,
+        pd,
+        simulation,
+    } = params;
     mix.word(*method as u64);
     match method {
         Method::Admm => mix_admm(&mut mix, admm),
         Method::Direct => {
-            let DirectParams { history: _, tolerance, nested } = direct;
+            let DirectParams {
+                history: _,
+                tolerance,
+                nested,
+            } = direct;
             mix.word(choice.history as u64);
             mix.real(*tolerance);
             mix.word(u64::from(*nested));
         }
         Method::Lbfgs => {
-            let LbfgsParams { history, tolerance, nested } = lbfgs;
+            let LbfgsParams {
+                history,
+                tolerance,
+                nested,
+            } = lbfgs;
             mix.word(*history as u64);
             mix.real(*tolerance);
             mix.word(u64::from(*nested));
         }
         Method::Pd => {
-            let PdParams { drive, attenuation, gathering } = pd;
-            [drive, attenuation, gathering].into_iter().for_each(|&number| mix.real(number));
+            let PdParams {
+                drive,
+                attenuation,
+                gathering,
+            } = pd;
+            [drive, attenuation, gathering]
+                .into_iter()
+                .for_each(|&number| mix.real(number));
         }
         Method::Simulate => {}
     }
@@ -109,9 +141,24 @@ pub(super) fn fingerprint<T: Real, S: Space>(problem: &Problem<'_>, params: &Par
 
 fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     // Every field by name: a new one does not compile until it is mixed in.
-    let Problem { cells, boundary, length, dt, steps, keyframes, force_weight, viscosity, filters: _, match_mass, advection, projection_tolerance } = problem;
+    let Problem {
+        cells,
+        boundary,
+        length,
+        dt,
+        steps,
+        keyframes,
+        force_weight,
+        viscosity,
+        filters: _,
+        match_mass,
+        advection,
+        projection_tolerance,
+    } = problem;
     cells.iter().for_each(|&n| mix.word(n as u64));
-    boundary.iter().for_each(|&end| mix.word(u64::from(end == Boundary::Periodic)));
+    boundary
+        .iter()
+        .for_each(|&end| mix.word(u64::from(end == Boundary::Periodic)));
     mix.word(*steps as u64);
     mix.word(keyframes.len() as u64);
     keyframes.iter().for_each(|&step| mix.word(step as u64));
@@ -119,12 +166,46 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     mix.word(u64::from(*match_mass));
     let Advection { scheme, tolerance } = advection;
     mix.word(*scheme as u64);
-    [length, dt, force_weight, viscosity, tolerance, projection_tolerance].into_iter().for_each(|&number| mix.real(number));
+    [
+        length,
+        dt,
+        force_weight,
+        viscosity,
+        tolerance,
+        projection_tolerance,
+    ]
+    .into_iter()
+    .for_each(|&number| mix.real(number));
 }
 
 fn mix_admm(mix: &mut Mix, admm: &AdmmParams) {
-    let AdmmParams { penalty, relaxation, ao_iterations, ao_momentum, density_tolerance, nested, nso } = admm;
-    let NsoParams { solver, tolerance, cycles, colours, norm } = nso;
-    [penalty, relaxation, ao_momentum, density_tolerance, tolerance].into_iter().for_each(|&number| mix.real(number));
-    [*ao_iterations as u64, u64::from(*nested), *solver as u64, *cycles as u64, *colours as u64, *norm as u64].into_iter().for_each(|word| mix.word(word));
+    let AdmmParams {
+        penalty,
+        relaxation,
+        ao_iterations,
+        ao_momentum,
+        density_tolerance,
+        nested,
+        nso,
+    } = admm;
+    let NsoParams {
+        solver,
+        tolerance,
+        cycles,
+        colours,
+        norm,
+    } = nso;
+    [penalty, relaxation, ao_momentum, density_tolerance, tolerance]
+        .into_iter()
+        .for_each(|&number| mix.real(number));
+    [
+        *ao_iterations as u64,
+        u64::from(*nested),
+        *solver as u64,
+        *cycles as u64,
+        *colours as u64,
+        *norm as u64,
+    ]
+    .into_iter()
+    .for_each(|word| mix.word(word));
 }

@@ -40,7 +40,12 @@ pub fn inner<T>(row: &mut [T], n: usize) -> &mut [T] {
 #[inline(always)]
 pub fn surround_cells<T: Real>(row: &mut [T], n: usize, periodic: bool) {
     if let Some([far_below, below, inner @ .., above, far_above]) = row.get_mut(..n + HALO) {
-        let cell = |around: usize, at_wall: usize| inner.get(if periodic { around } else { at_wall }).copied().unwrap_or(T::ZERO);
+        let cell = |around: usize, at_wall: usize| {
+            inner
+                .get(if periodic { around } else { at_wall })
+                .copied()
+                .unwrap_or(T::ZERO)
+        };
         (*far_below, *below) = (cell(n - 2, 0), cell(n - 1, 0));
         (*above, *far_above) = (cell(0, n - 1), cell(1, n - 1));
     }
@@ -61,7 +66,11 @@ impl<'a, T: Real> Velocity<'a, T> {
     /// The low faces of a row of cells.
     #[inline(always)]
     pub fn low(&self, n: usize, axis: usize, row: usize) -> &'a [T] {
-        if axis == 0 { &self.0[0][row * stride(n) + BEFORE..][..n] } else { &self.0[axis][row * n..][..n] }
+        if axis == 0 {
+            &self.0[0][row * stride(n) + BEFORE..][..n]
+        } else {
+            &self.0[axis][row * n..][..n]
+        }
     }
 }
 
@@ -77,7 +86,8 @@ pub enum Cells<'a, T> {
 impl<'a, T> Cells<'a, T> {
     /// What term `k` of a series is made from: `first` or the term before, where terms have their neighbours and are `stride` apart.
     pub fn before(k: usize, first: &'a [T], terms: &'a [T], stride: usize) -> Self {
-        k.checked_sub(2).map_or(Self::Alone(first), |k| Self::WithHalo(&terms[k * stride..]))
+        k.checked_sub(2)
+            .map_or(Self::Alone(first), |k| Self::WithHalo(&terms[k * stride..]))
     }
 
     /// The numbers, how far rows of `n` are apart, and where they begin.
@@ -126,7 +136,8 @@ impl<'a, T> Rows<'a, T> {
     /// The `n` numbers of each of the rows beside a row along y or z.
     #[inline(always)]
     pub fn along(&self, axis: usize, row: usize, n: usize) -> [&'a [T]; 4] {
-        let (field, [a, b, c, d], further) = (self.fields[axis - 1], self.beside[axis - 1], row * self.stride);
+        let (field, [a, b, c, d], further) =
+            (self.fields[axis - 1], self.beside[axis - 1], row * self.stride);
         let of = |begin: usize| &field[begin + further..begin + further + n];
         [of(a), of(b), of(c), of(d)]
     }
@@ -150,11 +161,21 @@ pub struct Around<'g> {
 
 /// Cuts `rows` into runs around which others lie in the same way and which are all empty, as `empty` says of one that so many rows follow, or all not, and
 /// calls `visit` with the first row of each, how many there are, and whether they are empty. Runs are of one row where that must be `alone`.
-pub fn each_run(grid: &Grid, rows: Range<usize>, alone: bool, empty: impl Fn(&Around<'_>, usize) -> bool, mut visit: impl FnMut(&Around<'_>, usize, bool)) {
+pub fn each_run(
+    grid: &Grid,
+    rows: Range<usize>,
+    alone: bool,
+    empty: impl Fn(&Around<'_>, usize) -> bool,
+    mut visit: impl FnMut(&Around<'_>, usize, bool),
+) {
     let mut row = rows.start;
     while row < rows.end {
         let around = Around::new(grid, row);
-        let most = if alone { 1 } else { around.alike.min(rows.end - row) };
+        let most = if alone {
+            1
+        } else {
+            around.alike.min(rows.end - row)
+        };
         let first = empty(&around, 0);
         let mut count = 1;
         while count < most && empty(&around, count) == first {
@@ -177,13 +198,27 @@ impl<'g> Around<'g> {
         let strides = if grid.dims > 2 { [1, grid.n[1]] } else { [1, 0] };
         let cells = strides.map(|stride| [row - 2 * stride, row - stride, row + stride, row + 2 * stride]);
         let faces = strides.map(|stride| [row - stride, row, row + stride, row + 2 * stride]);
-        Self { grid, row, alike: grid.n[1] - 2 - at[0], cells, faces, walls: [[false; 2]; 2] }
+        Self {
+            grid,
+            row,
+            alike: grid.n[1] - 2 - at[0],
+            cells,
+            faces,
+            walls: [[false; 2]; 2],
+        }
     }
 
     /// Those around `row`, which is at (y, z) and some of which may lie beyond an end of the box.
     #[cold]
     fn near_end(grid: &'g Grid, row: usize, at: [usize; 2]) -> Self {
-        let mut around = Self { grid, row, alike: 1, cells: [[row; 4]; 2], faces: [[row; 4]; 2], walls: [[true; 2]; 2] };
+        let mut around = Self {
+            grid,
+            row,
+            alike: 1,
+            cells: [[row; 4]; 2],
+            faces: [[row; 4]; 2],
+            walls: [[true; 2]; 2],
+        };
         for axis in 1..grid.dims {
             let (n, stride, here) = (grid.n[axis], if axis == 1 { 1 } else { grid.n[1] }, at[axis - 1]);
             let first = row - here * stride;
@@ -195,8 +230,18 @@ impl<'g> Around<'g> {
             };
             let [before, below, above, after] = [place(-2), place(-1), place(1), place(2)];
             let last = first + (n - 1) * stride;
-            around.cells[axis - 1] = [before.unwrap_or(first), below.unwrap_or(first), above.unwrap_or(last), after.unwrap_or(last)];
-            around.faces[axis - 1] = [below.unwrap_or(first), row, above.unwrap_or(first), after.unwrap_or(first)];
+            around.cells[axis - 1] = [
+                before.unwrap_or(first),
+                below.unwrap_or(first),
+                above.unwrap_or(last),
+                after.unwrap_or(last),
+            ];
+            around.faces[axis - 1] = [
+                below.unwrap_or(first),
+                row,
+                above.unwrap_or(first),
+                after.unwrap_or(first),
+            ];
             around.walls[axis - 1] = [below.is_none(), above.is_none()];
         }
         around
@@ -211,7 +256,13 @@ impl<'g> Around<'g> {
     /// Whether a field is 0 in the row `after` this one and in those beside it, so that no flux comes of it: by what `is_zero` says of their
     /// sizes, or by looking.
     #[inline]
-    pub fn empty<T: Real>(&self, after: usize, sizes: Option<&[T]>, is_zero: impl Fn(T) -> bool, field: Cells<'_, T>) -> bool {
+    pub fn empty<T: Real>(
+        &self,
+        after: usize,
+        sizes: Option<&[T]>,
+        is_zero: impl Fn(T) -> bool,
+        field: Cells<'_, T>,
+    ) -> bool {
         let beside = 4 * (self.grid.dims - 1);
         if let Some(sizes) = sizes {
             let is_zero = |&row: &usize| sizes.get(row + after).is_some_and(|&size| is_zero(size));
@@ -221,7 +272,12 @@ impl<'g> Around<'g> {
         let (numbers, stride, before) = field.layout(n);
         let begin = |row: usize| (row + after) * stride + before;
         let begins = self.cells.map(|rows| rows.map(begin));
-        all_zero(numbers, &[begin(self.row)], n) && all_zero(numbers, begins.as_flattened().get(..beside).unwrap_or_default(), n)
+        all_zero(numbers, &[begin(self.row)], n)
+            && all_zero(
+                numbers,
+                begins.as_flattened().get(..beside).unwrap_or_default(),
+                n,
+            )
     }
 }
 
@@ -262,7 +318,13 @@ pub fn cells<'a, T: Real>(around: &Around<'_>, field: Cells<'a, T>, halo: &'a mu
         }
         Cells::WithHalo(_) => &numbers[around.row * stride..],
     };
-    Rows { own, own_stride: stride, fields: [numbers; 2], beside: begins(&around.cells, stride, before), stride }
+    Rows {
+        own,
+        own_stride: stride,
+        fields: [numbers; 2],
+        beside: begins(&around.cells, stride, before),
+        stride,
+    }
 }
 
 /// The faces -1, 0, 1, 2 around a run, face 0 the low and face 1 the high one of its cells.
@@ -270,14 +332,23 @@ pub fn cells<'a, T: Real>(around: &Around<'_>, field: Cells<'a, T>, halo: &'a mu
 pub fn faces<'a, T: Real>(around: &Around<'_>, v: Velocity<'a, T>) -> Rows<'a, T> {
     let n = around.grid.n[0];
     let Velocity([x, y, z]) = v;
-    Rows { own: &x[around.row * stride(n) + 1..], own_stride: stride(n), fields: [y, z], beside: begins(&around.faces, n, 0), stride: n }
+    Rows {
+        own: &x[around.row * stride(n) + 1..],
+        own_stride: stride(n),
+        fields: [y, z],
+        beside: begins(&around.faces, n, 0),
+        stride: n,
+    }
 }
 
 /// Where rows of a field begin.
 #[inline(always)]
 fn begins([y, z]: &[[usize; 4]; 2], stride: usize, before: usize) -> [[usize; 4]; 2] {
     let begin = |row: usize| row * stride + before;
-    [[begin(y[0]), begin(y[1]), begin(y[2]), begin(y[3])], [begin(z[0]), begin(z[1]), begin(z[2]), begin(z[3])]]
+    [
+        [begin(y[0]), begin(y[1]), begin(y[2]), begin(y[3])],
+        [begin(z[0]), begin(z[1]), begin(z[2]), begin(z[3])],
+    ]
 }
 
 vectorised! {
@@ -299,7 +370,14 @@ vectorised! {
 /// The kernel of [`largest_courant`] from `i` as far as whole vectors go; where it ended. The second of `most` is NaN once a number was not
 /// finite.
 #[inline(always)]
-fn courant_from<T: Real, V: simd::Vector<Elem = T>>(mut i: usize, n: usize, faces: &Rows<'_, T>, dims: usize, scales: [T; 3], most: &mut [V; 2]) -> usize {
+fn courant_from<T: Real, V: simd::Vector<Elem = T>>(
+    mut i: usize,
+    n: usize,
+    faces: &Rows<'_, T>,
+    dims: usize,
+    scales: [T; 3],
+    most: &mut [V; 2],
+) -> usize {
     let (x, y) = (faces.own(0, n + HALO - 1), faces.along(1, 0, n));
     let z = if dims > 2 { faces.along(2, 0, n) } else { y };
     while i + V::LANES <= n {

@@ -40,7 +40,11 @@ pub struct Stepping {
 impl From<Advection> for Stepping {
     /// What results are promised by (mathematics section 3): sub-steps of Courant number at most 1.
     fn from(Advection { scheme, tolerance }: Advection) -> Self {
-        Self { scheme, tolerance, courant: 1.0 }
+        Self {
+            scheme,
+            tolerance,
+            courant: 1.0,
+        }
     }
 }
 
@@ -59,7 +63,11 @@ impl<T: Real> Flow<'_, T> {
     /// One component of the velocity of step `step` at a row of faces.
     fn row(&self, axis: usize, slots: usize, step: usize, row: usize, out: &mut [T]) {
         let n = out.len();
-        let (from, place) = if step == 0 { (self.initial, row) } else { (self.v, row * slots + step - 1) };
+        let (from, place) = if step == 0 {
+            (self.initial, row)
+        } else {
+            (self.v, row * slots + step - 1)
+        };
         out.copy_from_slice(&from[axis][place * n..(place + 1) * n]);
         if let (Some((direction, s)), true) = (self.along, step > 0) {
             rows::add_scaled(out, s, &direction[axis][place * n..(place + 1) * n]);
@@ -69,7 +77,10 @@ impl<T: Real> Flow<'_, T> {
     /// Asks for what [`Self::row`] will read: the rows of a step are far apart.
     fn prefetch_row(&self, axis: usize, slots: usize, step: usize, row: usize, n: usize) {
         let Some(slot) = step.checked_sub(1) else { return };
-        for field in [Some(self.v), self.along.map(|(direction, _)| direction)].into_iter().flatten() {
+        for field in [Some(self.v), self.along.map(|(direction, _)| direction)]
+            .into_iter()
+            .flatten()
+        {
             prefetch(Cache::First, field[axis], (row * slots + slot) * n, n);
         }
     }
@@ -94,8 +105,15 @@ impl Held {
     /// Runs the next sub-step, which is told where its terms begin and says how many there are, or `None` if they find no room
     /// behind those before: then it runs again and overwrites them.
     fn push(&mut self, mut substep: impl FnMut(usize) -> Option<usize>) {
-        let (begin, as_many) = self.terms.last().map_or((0, 0), |&(at, terms)| (at + terms, terms));
-        let beside = if begin + as_many <= MAX_TERMS { substep(begin) } else { None };
+        let (begin, as_many) = self
+            .terms
+            .last()
+            .map_or((0, 0), |&(at, terms)| (at + terms, terms));
+        let beside = if begin + as_many <= MAX_TERMS {
+            substep(begin)
+        } else {
+            None
+        };
         let held = match beside {
             Some(terms) => (begin, terms),
             None => {
@@ -108,7 +126,10 @@ impl Held {
 
     /// Those of a sub-step, if they are there.
     fn get(&self, substep: usize) -> Option<(usize, usize)> {
-        self.terms.get(substep).copied().filter(|_| substep >= self.oldest)
+        self.terms
+            .get(substep)
+            .copied()
+            .filter(|_| substep >= self.oldest)
     }
 }
 
@@ -157,28 +178,51 @@ impl<'a, T: Real> Transport<'a, T> {
     pub fn requirement(ledger: &mut Ledger, grid: &Grid, threads: usize) {
         ledger.group("density transport", Sharing::Together, |ledger| {
             let (len, with_halo) = (pooled(grid.cells()), Self::stride(grid));
-            ledger.line("velocity and its gradient", pooled(flux::OFFSET + with_halo) + (2 * grid.dims - 1) * len, T::BYTES);
+            ledger.line(
+                "velocity and its gradient",
+                pooled(flux::OFFSET + with_halo) + (2 * grid.dims - 1) * len,
+                T::BYTES,
+            );
             ledger.line("sub-step states", STATES * len, T::BYTES);
-            ledger.line("terms of sub-steps, forward and backward", pooled(flux::OFFSET + (MAX_TERMS + 2) * with_halo), T::BYTES);
-            ledger.line("largest numbers of their rows", pooled(MAX_TERMS * grid.rows()), T::BYTES);
+            ledger.line(
+                "terms of sub-steps, forward and backward",
+                pooled(flux::OFFSET + (MAX_TERMS + 2) * with_halo),
+                T::BYTES,
+            );
+            ledger.line(
+                "largest numbers of their rows",
+                pooled(MAX_TERMS * grid.rows()),
+                T::BYTES,
+            );
             ledger.line("rows", Self::scratch_len(grid, threads), T::BYTES);
         });
     }
 
     /// Takes its numbers from the shared pool. `largest` is max rho_0.
-    pub fn carve(grid: &'a Grid, stepping: Stepping, largest: f64, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(
+        grid: &'a Grid,
+        stepping: Stepping,
+        largest: f64,
+        threads: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
         let (len, stride, with_halo) = (grid.cells(), Self::stride(grid), with_halo(grid));
         let gradient = pool.take_vector(grid.dims, len);
         let velocity = &mut pool.take(flux::OFFSET + stride)[flux::OFFSET..][..with_halo];
         let [y, z, _] = pool.take_vector(grid.dims - 1, len);
         let states = pool.take(STATES * pooled(len));
-        let (terms, adjoint) = pool.take(flux::OFFSET + (MAX_TERMS + 2) * stride)[flux::OFFSET..].split_at_mut(MAX_TERMS * stride);
+        let (terms, adjoint) = pool.take(flux::OFFSET + (MAX_TERMS + 2) * stride)[flux::OFFSET..]
+            .split_at_mut(MAX_TERMS * stride);
         let (first, second) = adjoint.split_at_mut(stride);
         Self {
             grid,
             scheme: stepping.scheme,
             cut: stepping.tolerance * largest,
-            courant: if stepping.scheme == Scheme::SemiLagrangian { 1.0 } else { stepping.courant },
+            courant: if stepping.scheme == Scheme::SemiLagrangian {
+                1.0
+            } else {
+                stepping.courant
+            },
             velocity: [velocity, y, z],
             substeps: 1,
             held: None,
@@ -202,25 +246,70 @@ impl<'a, T: Real> Transport<'a, T> {
     ///
     /// # Errors
     /// [`TooFast`].
-    pub fn load(&mut self, exec: &dyn Exec, flow: &Flow<'_, T>, slots: usize, step: usize, sums: &mut [f64]) -> Result<(), TooFast> {
+    pub fn load(
+        &mut self,
+        exec: &dyn Exec,
+        flow: &Flow<'_, T>,
+        slots: usize,
+        step: usize,
+        sums: &mut [f64],
+    ) -> Result<(), TooFast> {
         let (grid, n) = (self.grid, self.grid.n[0]);
         self.held = None;
         let sums = &mut sums[..grid.rows()];
         let [v0, v1, v2] = reborrow(&mut self.velocity);
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [v0, v1, v2], sums: &mut [], scratch: &mut [] }, move |task| {
-            for (axis, faces) in task.fields.into_iter().enumerate().take(grid.dims) {
-                flow.row(axis, slots, step, task.row, if axis == 0 { flux::inner(faces, n) } else { &mut *faces });
-                flow.prefetch_row(axis, slots, step, task.row + ROWS_AHEAD, n);
-                if axis == 0 {
-                    flux::surround_faces(faces, n, grid.periodic[0]);
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: [v0, v1, v2],
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            move |task| {
+                for (axis, faces) in task.fields.into_iter().enumerate().take(grid.dims) {
+                    flow.row(
+                        axis,
+                        slots,
+                        step,
+                        task.row,
+                        if axis == 0 {
+                            flux::inner(faces, n)
+                        } else {
+                            &mut *faces
+                        },
+                    );
+                    flow.prefetch_row(axis, slots, step, task.row + ROWS_AHEAD, n);
+                    if axis == 0 {
+                        flux::surround_faces(faces, n, grid.periodic[0]);
+                    }
                 }
-            }
-        });
+            },
+        );
         // In a pass of its own: together with the copying, reading again what was just written, loading took nearly twice as long.
-        let (velocity, scales) = (Velocity(view(&self.velocity)), grid.h.map(|h| T::from_f64(0.5 / h)));
-        for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers::<T, 0> { fields: [], sums: &mut *sums, scratch: &mut [] }, move |task| {
-            task.sums[0] = flux::largest_courant(&faces(&Around::new(grid, task.row), velocity), n, grid.dims, scales);
-        });
+        let (velocity, scales) = (
+            Velocity(view(&self.velocity)),
+            grid.h.map(|h| T::from_f64(0.5 / h)),
+        );
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers::<T, 0> {
+                fields: [],
+                sums: &mut *sums,
+                scratch: &mut [],
+            },
+            move |task| {
+                task.sums[0] = flux::largest_courant(
+                    &faces(&Around::new(grid, task.row), velocity),
+                    n,
+                    grid.dims,
+                    scales,
+                );
+            },
+        );
         let courant = rows::largest(sums.iter().copied());
         if !(courant <= MAX_SUBSTEPS as f64) {
             return Err(TooFast);
@@ -251,16 +340,40 @@ impl<'a, T: Real> Transport<'a, T> {
     /// One sub-step; `to` may be empty. The series' terms go to `terms` from field `at` on: how many there are, or `None` where they
     /// find no room.
     fn substep(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T], at: usize) -> Option<usize> {
-        let Self { grid, scheme, substeps, cut, velocity, terms, sizes, scratch, .. } = self;
-        let (velocity, tau, stride) = (Velocity(view(velocity)), 1.0 / *substeps as f64, Self::stride(grid));
+        let Self {
+            grid,
+            scheme,
+            substeps,
+            cut,
+            velocity,
+            terms,
+            sizes,
+            scratch,
+            ..
+        } = self;
+        let (velocity, tau, stride) = (
+            Velocity(view(velocity)),
+            1.0 / *substeps as f64,
+            Self::stride(grid),
+        );
         if *scheme == Scheme::SemiLagrangian {
             if !to.is_empty() {
                 semi_lagrangian::trace(exec, grid, velocity, tau, from, to);
             }
             return Some(0);
         }
-        let series = series::Series { grid, velocity, weights: flux::weights(*scheme), tau, cut: *cut };
-        let terms = series::Terms { fields: &mut terms[at * stride..], stride, sizes: sizes.get_mut(at * grid.rows()..).unwrap_or_default() };
+        let series = series::Series {
+            grid,
+            velocity,
+            weights: flux::weights(*scheme),
+            tau,
+            cut: *cut,
+        };
+        let terms = series::Terms {
+            fields: &mut terms[at * stride..],
+            stride,
+            sizes: sizes.get_mut(at * grid.rows()..).unwrap_or_default(),
+        };
         series::sum(exec, &series, from, terms, to, scratch)
     }
 
@@ -280,8 +393,16 @@ impl<'a, T: Real> Transport<'a, T> {
         let mut held = Held::default();
         for state in 0..count {
             let (before, after) = states.split_at_mut((state + 1) * stride);
-            let from = if first + state == 0 { rho } else { &before[state * stride..][..len] };
-            let to = if state + 1 < count { &mut after[..len] } else { &mut [] };
+            let from = if first + state == 0 {
+                rho
+            } else {
+                &before[state * stride..][..len]
+            };
+            let to = if state + 1 < count {
+                &mut after[..len]
+            } else {
+                &mut []
+            };
             held.push(|at| self.substep(exec, from, to, at));
         }
         self.states = states;
@@ -299,7 +420,11 @@ impl<'a, T: Real> Transport<'a, T> {
             };
             let states = core::mem::take(&mut self.states);
             for state in (0..STATES.min(self.substeps - first)).rev() {
-                let from = if first + state == 0 { rho } else { &states[state * stride..][..len] };
+                let from = if first + state == 0 {
+                    rho
+                } else {
+                    &states[state * stride..][..len]
+                };
                 let terms = match held.get(state) {
                     Some(held) => held,
                     None => (0, self.substep(exec, from, &mut [], 0).unwrap_or_default()),
@@ -311,21 +436,65 @@ impl<'a, T: Real> Transport<'a, T> {
     }
 
     /// The adjoint of the sub-step from `rho`, whose `terms` begin at field `at`: `mu` and the gradient, which begins with the `first`.
-    fn substep_backward(&mut self, exec: &dyn Exec, rho: &[T], (at, terms): (usize, usize), mu: &mut [T], first: bool) {
-        let Self { grid, scheme, substeps, cut, velocity, terms: fields, sizes, adjoint, gradient, scratch, .. } = self;
-        let (velocity, tau, stride) = (Velocity(view(velocity)), 1.0 / *substeps as f64, Self::stride(grid));
+    fn substep_backward(
+        &mut self,
+        exec: &dyn Exec,
+        rho: &[T],
+        (at, terms): (usize, usize),
+        mu: &mut [T],
+        first: bool,
+    ) {
+        let Self {
+            grid,
+            scheme,
+            substeps,
+            cut,
+            velocity,
+            terms: fields,
+            sizes,
+            adjoint,
+            gradient,
+            scratch,
+            ..
+        } = self;
+        let (velocity, tau, stride) = (
+            Velocity(view(velocity)),
+            1.0 / *substeps as f64,
+            Self::stride(grid),
+        );
         if *scheme == Scheme::SemiLagrangian {
             if first {
                 gradient.iter_mut().for_each(|component| component.fill(T::ZERO));
             }
             adjoint[0][..mu.len()].copy_from_slice(mu);
-            let step = semi_lagrangian::Step { grid, velocity, tau, rho, mu: &adjoint[0][..mu.len()] };
+            let step = semi_lagrangian::Step {
+                grid,
+                velocity,
+                tau,
+                rho,
+                mu: &adjoint[0][..mu.len()],
+            };
             semi_lagrangian::gradient(exec, &step, reborrow(gradient));
             semi_lagrangian::adjoint(exec, &step, mu);
         } else {
-            let series = series::Series { grid, velocity, weights: flux::weights(*scheme), tau, cut: *cut };
-            let backward = series::Backward { mu, work: adjoint.each_mut().map(|z| &mut **z), gradient: reborrow(gradient), first };
-            let held = series::Terms { fields: &fields[at * stride..], stride, sizes: sizes.get(at * grid.rows()..).unwrap_or_default() };
+            let series = series::Series {
+                grid,
+                velocity,
+                weights: flux::weights(*scheme),
+                tau,
+                cut: *cut,
+            };
+            let backward = series::Backward {
+                mu,
+                work: adjoint.each_mut().map(|z| &mut **z),
+                gradient: reborrow(gradient),
+                first,
+            };
+            let held = series::Terms {
+                fields: &fields[at * stride..],
+                stride,
+                sizes: sizes.get(at * grid.rows()..).unwrap_or_default(),
+            };
             series::adjoint(exec, &series, rho, held, terms, backward, scratch);
         }
     }
@@ -340,7 +509,15 @@ impl<'a, T: Real> Transport<'a, T> {
     ///
     /// # Errors
     /// [`Stop`].
-    pub fn run(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, flow: &Flow<'_, T>, slots: usize, rho: &mut [T], sums: &mut [f64]) -> Result<(), Stop> {
+    pub fn run(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        flow: &Flow<'_, T>,
+        slots: usize,
+        rho: &mut [T],
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
         (0..=slots).try_for_each(|step| self.step(exec, observer, flow, slots, step, rho, sums))
     }
 
@@ -359,9 +536,14 @@ impl<'a, T: Real> Transport<'a, T> {
         sums: &mut [f64],
     ) -> Result<(), Stop> {
         let len = self.grid.cells();
-        self.load(exec, flow, slots, step, sums).map_err(|TooFast| Stop::TooFast)?;
+        self.load(exec, flow, slots, step, sums)
+            .map_err(|TooFast| Stop::TooFast)?;
         let (before, after) = rho.split_at_mut((step + 1) * len);
         self.forward(exec, &before[step * len..], &mut after[..len]);
-        if observer.on(Event::Work) == ControlFlow::Break(()) { Err(Stop::Cancelled) } else { Ok(()) }
+        if observer.on(Event::Work) == ControlFlow::Break(()) {
+            Err(Stop::Cancelled)
+        } else {
+            Ok(())
+        }
     }
 }

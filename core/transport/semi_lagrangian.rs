@@ -35,13 +35,21 @@ struct Origin {
 fn origins<T: Real>(grid: &Grid, velocity: Velocity<'_, T>, tau: f64, at: [usize; 3]) -> [Origin; 3] {
     core::array::from_fn(|axis| {
         if axis >= grid.dims {
-            return Origin { cells: [0, 0], weight: 0.0, moves: false };
+            return Origin {
+                cells: [0, 0],
+                weight: 0.0,
+                moves: false,
+            };
         }
         let n = grid.n[axis];
         let mut next = at;
         next[axis] = (at[axis] + 1) % n;
         let low = |[x, y, z]: [usize; 3]| velocity.low(grid.n[0], axis, grid.row(y, z))[x].to_f64();
-        let high = if next[axis] == 0 && !grid.periodic[axis] { 0.0 } else { low(next) };
+        let high = if next[axis] == 0 && !grid.periodic[axis] {
+            0.0
+        } else {
+            low(next)
+        };
         let v = 0.5 * (low(at) + high);
         let mut place = at[axis] as f64 - tau * v / grid.h[axis];
         let inside = grid.periodic[axis] || (place > 0.0 && place < (n - 1) as f64);
@@ -49,8 +57,18 @@ fn origins<T: Real>(grid: &Grid, velocity: Velocity<'_, T>, tau: f64, at: [usize
             place = place.clamp(0.0, (n - 1) as f64);
         }
         let low = libm::floor(place);
-        let wrap = |i: isize| if grid.periodic[axis] { i.rem_euclid(n as isize) as usize } else { (i as usize).min(n - 1) };
-        Origin { cells: [wrap(low as isize), wrap(low as isize + 1)], weight: place - low, moves: inside }
+        let wrap = |i: isize| {
+            if grid.periodic[axis] {
+                i.rem_euclid(n as isize) as usize
+            } else {
+                (i as usize).min(n - 1)
+            }
+        };
+        Origin {
+            cells: [wrap(low as isize), wrap(low as isize + 1)],
+            weight: place - low,
+            moves: inside,
+        }
     })
 }
 
@@ -64,49 +82,101 @@ fn cell(grid: &Grid, row: usize, x: usize) -> [usize; 3] {
 }
 
 /// The 2^d cells a density comes from, with their weights; `weight(axis, side)` gives the factors.
-fn corners(grid: &Grid, origins: &[Origin; 3], weight: impl Fn(usize, usize) -> f64, mut visit: impl FnMut(usize, f64)) {
+fn corners(
+    grid: &Grid,
+    origins: &[Origin; 3],
+    weight: impl Fn(usize, usize) -> f64,
+    mut visit: impl FnMut(usize, f64),
+) {
     for corner in 0..1usize << grid.dims {
         let side = |axis: usize| corner >> axis & 1;
         let product: f64 = (0..grid.dims).map(|axis| weight(axis, side(axis))).product();
-        let at = core::array::from_fn(|axis| if axis < grid.dims { origins[axis].cells[side(axis)] } else { 0 });
+        let at = core::array::from_fn(|axis| {
+            if axis < grid.dims {
+                origins[axis].cells[side(axis)]
+            } else {
+                0
+            }
+        });
         visit(index(grid, at), product);
     }
 }
 
 fn linear(origin: &Origin, side: usize) -> f64 {
-    if side == 1 { origin.weight } else { 1.0 - origin.weight }
+    if side == 1 {
+        origin.weight
+    } else {
+        1.0 - origin.weight
+    }
 }
 
 /// `to(x) = from(x - tau v(x))`.
-pub fn trace<T: Real>(exec: &dyn Exec, grid: &Grid, velocity: Velocity<'_, T>, tau: f64, from: &[T], to: &mut [T]) {
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch: &mut [] }, |task| {
-        let [to] = task.fields;
-        for (x, to) in to.iter_mut().enumerate() {
-            let origins = origins(grid, velocity, tau, cell(grid, task.row, x));
-            let mut sum = 0.0;
-            corners(grid, &origins, |axis, side| linear(&origins[axis], side), |at, w| sum += w * from[at].to_f64());
-            *to = T::from_f64(sum);
-        }
-    });
+pub fn trace<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    velocity: Velocity<'_, T>,
+    tau: f64,
+    from: &[T],
+    to: &mut [T],
+) {
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: [to],
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            let [to] = task.fields;
+            for (x, to) in to.iter_mut().enumerate() {
+                let origins = origins(grid, velocity, tau, cell(grid, task.row, x));
+                let mut sum = 0.0;
+                corners(
+                    grid,
+                    &origins,
+                    |axis, side| linear(&origins[axis], side),
+                    |at, w| sum += w * from[at].to_f64(),
+                );
+                *to = T::from_f64(sum);
+            }
+        },
+    );
 }
 
 /// `to` = transpose of [`trace`] applied to mu: every cell gathers from the cells around whose origin it is.
 pub fn adjoint<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, to: &mut [T]) {
     let grid = step.grid;
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: [to], sums: &mut [], scratch: &mut [] }, |task| {
-        let [to] = task.fields;
-        for (x, to) in to.iter_mut().enumerate() {
-            let here = cell(grid, task.row, x);
-            let mut sum = 0.0;
-            around(grid, here, |source| {
-                let origins = origins(grid, step.velocity, step.tau, source);
-                let mut share = 0.0;
-                corners(grid, &origins, |axis, side| linear(&origins[axis], side), |at, w| share += if at == index(grid, here) { w } else { 0.0 });
-                sum += share * step.mu[index(grid, source)].to_f64();
-            });
-            *to = T::from_f64(sum);
-        }
-    });
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: [to],
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            let [to] = task.fields;
+            for (x, to) in to.iter_mut().enumerate() {
+                let here = cell(grid, task.row, x);
+                let mut sum = 0.0;
+                around(grid, here, |source| {
+                    let origins = origins(grid, step.velocity, step.tau, source);
+                    let mut share = 0.0;
+                    corners(
+                        grid,
+                        &origins,
+                        |axis, side| linear(&origins[axis], side),
+                        |at, w| share += if at == index(grid, here) { w } else { 0.0 },
+                    );
+                    sum += share * step.mu[index(grid, source)].to_f64();
+                });
+                *to = T::from_f64(sum);
+            }
+        },
+    );
 }
 
 /// Visits the cells at most one away along each axis, each once.
@@ -136,19 +206,29 @@ fn around(grid: &Grid, at: [usize; 3], mut visit: impl FnMut([usize; 3])) {
 /// `gradient` += the derivative of <mu, trace(rho)> by the velocity at each face.
 pub fn gradient<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, gradient: VectorMut<'_, T>) {
     let grid = step.grid;
-    for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: gradient, sums: &mut [], scratch: &mut [] }, |task| {
-        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-            for (x, out) in out.iter_mut().enumerate() {
-                let high = cell(grid, task.row, x);
-                if high[axis] == 0 && !grid.periodic[axis] {
-                    continue;
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: gradient,
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                for (x, out) in out.iter_mut().enumerate() {
+                    let high = cell(grid, task.row, x);
+                    if high[axis] == 0 && !grid.periodic[axis] {
+                        continue;
+                    }
+                    let mut low = high;
+                    low[axis] = (high[axis] + grid.n[axis] - 1) % grid.n[axis];
+                    *out += T::from_f64(by_cell(step, axis, high) + by_cell(step, axis, low));
                 }
-                let mut low = high;
-                low[axis] = (high[axis] + grid.n[axis] - 1) % grid.n[axis];
-                *out += T::from_f64(by_cell(step, axis, high) + by_cell(step, axis, low));
             }
-        }
-    });
+        },
+    );
 }
 
 /// The derivative of <mu, trace(rho)> by one face of cell `at` along `axis`, through that cell's origin.
@@ -159,7 +239,13 @@ fn by_cell<T: Real>(step: &Step<'_, T>, axis: usize, at: [usize; 3]) -> f64 {
         return 0.0;
     }
     let mut slope = 0.0;
-    let weight = |other: usize, side: usize| if other == axis { [-1.0, 1.0][side] } else { linear(&origins[other], side) };
+    let weight = |other: usize, side: usize| {
+        if other == axis {
+            [-1.0, 1.0][side]
+        } else {
+            linear(&origins[other], side)
+        }
+    };
     corners(grid, &origins, weight, |at, w| slope += w * step.rho[at].to_f64());
     step.mu[index(grid, at)].to_f64() * slope * -0.5 * step.tau / grid.h[axis]
 }

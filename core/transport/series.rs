@@ -1,7 +1,9 @@
 //! The Taylor series of exp(tau L(v)) and its adjoint, term by term.
 
 use super::MAX_TERMS;
-use super::flux::{self, Around, BEFORE, Cells, HALO, Rows, Velocity, cells, each_run, faces, surround_cells, with_halo};
+use super::flux::{
+    self, Around, BEFORE, Cells, HALO, Rows, Velocity, cells, each_run, faces, surround_cells, with_halo,
+};
 use crate::exec::{Exec, for_runs};
 use crate::field::{VectorMut, rows};
 use crate::grid::{Grid, Side};
@@ -44,48 +46,93 @@ pub struct Terms<N> {
 
 /// The terms of the series from y_0 = `from`, and `total` = their sum with y_0 unless it is empty. Returns how many there are, or
 /// `None` where `terms` has no room for all of them.
-pub fn sum<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: Terms<&mut [T]>, total: &mut [T], scratch: &mut [T]) -> Option<usize> {
+pub fn sum<T: Real>(
+    exec: &dyn Exec,
+    series: &Series<'_, T>,
+    from: &[T],
+    terms: Terms<&mut [T]>,
+    total: &mut [T],
+    scratch: &mut [T],
+) -> Option<usize> {
     let grid = series.grid;
     let (n, rows) = (grid.n[0], grid.rows());
-    let Terms { fields, stride, sizes } = terms;
+    let Terms {
+        fields,
+        stride,
+        sizes,
+    } = terms;
     let negligible = T::from_f64(series.cut * negligible::<T>());
     for k in 1..=MAX_TERMS.min(fields.len() / stride) {
-        let ((before, after), (known, sizes)) = (fields.split_at_mut((k - 1) * stride), sizes.split_at_mut((k - 1) * rows));
+        let ((before, after), (known, sizes)) = (
+            fields.split_at_mut((k - 1) * stride),
+            sizes.split_at_mut((k - 1) * rows),
+        );
         let from = Cells::before(k, from, before, stride);
         let previous = k.checked_sub(2).and_then(|k| known.get(k * rows..));
         let (to, sizes) = (&mut after[..with_halo(grid)], &mut sizes[..rows]);
         let scales = grid.h.map(|h| T::from_f64(series.tau / k as f64 / h));
-        for_runs(exec, rows, [to, &mut *total, &mut *sizes], &mut *scratch, move |task| {
-            let ([to, total, sizes], first, apart) = (task.fields, task.rows.start, flux::stride(n));
-            let empty = |around: &Around<'_>, after: usize| around.empty(after, previous, |size| size <= T::ZERO, from);
-            each_run(grid, task.rows, k == 1, empty, |around, count, empty| {
-                let begin = around.row - first;
-                let to = to.get_mut(begin * apart..(begin + count) * apart).unwrap_or_default();
-                let total = total.get_mut(begin * n..(begin + count) * n).unwrap_or_default();
-                let sizes = sizes.get_mut(begin..begin + count).unwrap_or_default();
-                let before = previous.and_then(|sizes| sizes.get(around.row..around.row + count));
-                if empty {
-                    to.fill(T::ZERO);
-                    for (row, size) in sizes.iter_mut().enumerate() {
-                        *size = before.and_then(|before| before.get(row).copied()).unwrap_or(T::ZERO);
+        for_runs(
+            exec,
+            rows,
+            [to, &mut *total, &mut *sizes],
+            &mut *scratch,
+            move |task| {
+                let ([to, total, sizes], first, apart) = (task.fields, task.rows.start, flux::stride(n));
+                let empty = |around: &Around<'_>, after: usize| {
+                    around.empty(after, previous, |size| size <= T::ZERO, from)
+                };
+                each_run(grid, task.rows, k == 1, empty, |around, count, empty| {
+                    let begin = around.row - first;
+                    let to = to
+                        .get_mut(begin * apart..(begin + count) * apart)
+                        .unwrap_or_default();
+                    let total = total.get_mut(begin * n..(begin + count) * n).unwrap_or_default();
+                    let sizes = sizes.get_mut(begin..begin + count).unwrap_or_default();
+                    let before = previous.and_then(|sizes| sizes.get(around.row..around.row + count));
+                    if empty {
+                        to.fill(T::ZERO);
+                        for (row, size) in sizes.iter_mut().enumerate() {
+                            *size = before
+                                .and_then(|before| before.get(row).copied())
+                                .unwrap_or(T::ZERO);
+                        }
+                        if k == 1 {
+                            total.fill(T::ZERO);
+                        }
+                        return;
                     }
-                    if k == 1 {
-                        total.fill(T::ZERO);
+                    let (from, faces) = (cells(around, from, task.scratch), faces(around, series.velocity));
+                    term(
+                        to,
+                        total,
+                        sizes,
+                        n,
+                        k == 1,
+                        &from,
+                        &faces,
+                        series.weights,
+                        &scales[..grid.dims],
+                        negligible,
+                    );
+                    for (row, (to, size)) in to.chunks_exact_mut(apart).zip(sizes).enumerate() {
+                        let first = || {
+                            from.own(row, BEFORE + n)
+                                .get(BEFORE..)
+                                .map_or(f64::NAN, rows::max_abs)
+                        };
+                        let was = || {
+                            before
+                                .and_then(|sizes| sizes.get(row))
+                                .map_or_else(first, |size| size.to_f64())
+                        };
+                        if *size == T::ZERO && was() != 0.0 {
+                            *size = T::from_f64(GONE);
+                        }
+                        surround_cells(to, n, grid.periodic[0]);
                     }
-                    return;
-                }
-                let (from, faces) = (cells(around, from, task.scratch), faces(around, series.velocity));
-                term(to, total, sizes, n, k == 1, &from, &faces, series.weights, &scales[..grid.dims], negligible);
-                for (row, (to, size)) in to.chunks_exact_mut(apart).zip(sizes).enumerate() {
-                    let first = || from.own(row, BEFORE + n).get(BEFORE..).map_or(f64::NAN, rows::max_abs);
-                    let was = || before.and_then(|sizes| sizes.get(row)).map_or_else(first, |size| size.to_f64());
-                    if *size == T::ZERO && was() != 0.0 {
-                        *size = T::from_f64(GONE);
-                    }
-                    surround_cells(to, n, grid.periodic[0]);
-                }
-            });
-        });
+                });
+            },
+        );
         if k == MAX_TERMS || !(rows::largest(sizes.iter().map(|size| size.to_f64())) >= series.cut) {
             return Some(k);
         }
@@ -122,7 +169,11 @@ vectorised! {
 
 /// The inflow through the faces of cell c along an axis, `low` and `high`, the cells being a b c d e.
 #[inline(always)]
-fn inflow<T: Real, V: simd::Vector<Elem = T>>([a, b, c, d, e]: [V; 5], [low, high]: [V; 2], [near, upstream, next]: [V; 3]) -> V {
+fn inflow<T: Real, V: simd::Vector<Elem = T>>(
+    [a, b, c, d, e]: [V; 5],
+    [low, high]: [V; 2],
+    [near, upstream, next]: [V; 3],
+) -> V {
     let below = low * (near * low.select(c, b) + upstream * low.select(b, c) - next * low.select(a, d));
     let above = high * (near * high.select(d, c) + upstream * high.select(c, d) - next * high.select(b, e));
     below - above
@@ -147,19 +198,51 @@ fn term_from<T: Real, V: simd::Vector<Elem = T>>(
     let (x, faces_x) = (from.own(row, n + 4), faces.own(row, n + 3));
     let (y, faces_y) = (from.along(1, row, n), faces.along(1, row, n));
     let deep = scales.len() > 2;
-    let (z, faces_z) = if deep { (from.along(2, row, n), faces.along(2, row, n)) } else { (y, faces_y) };
+    let (z, faces_z) = if deep {
+        (from.along(2, row, n), faces.along(2, row, n))
+    } else {
+        (y, faces_y)
+    };
     let (zero, negligible) = (V::splat(T::ZERO), V::splat(negligible));
     let w = [V::splat(w[0]), V::splat(w[1]), V::splat(w[2])];
-    let scales = [V::splat(scales[0]), V::splat(scales[1]), V::splat(if deep { scales[2] } else { T::ZERO })];
+    let scales = [
+        V::splat(scales[0]),
+        V::splat(scales[1]),
+        V::splat(if deep { scales[2] } else { T::ZERO }),
+    ];
     while i + V::LANES <= n {
         let c = V::load(&x[i + 2..]);
-        let along_x = [V::load(&x[i..]), V::load(&x[i + 1..]), c, V::load(&x[i + 3..]), V::load(&x[i + 4..])];
-        let mut sum = scales[0] * inflow(along_x, [V::load(&faces_x[i + 1..]), V::load(&faces_x[i + 2..])], w);
-        let along_y = [V::load(&y[0][i..]), V::load(&y[1][i..]), c, V::load(&y[2][i..]), V::load(&y[3][i..])];
+        let along_x = [
+            V::load(&x[i..]),
+            V::load(&x[i + 1..]),
+            c,
+            V::load(&x[i + 3..]),
+            V::load(&x[i + 4..]),
+        ];
+        let mut sum = scales[0]
+            * inflow(
+                along_x,
+                [V::load(&faces_x[i + 1..]), V::load(&faces_x[i + 2..])],
+                w,
+            );
+        let along_y = [
+            V::load(&y[0][i..]),
+            V::load(&y[1][i..]),
+            c,
+            V::load(&y[2][i..]),
+            V::load(&y[3][i..]),
+        ];
         sum = sum + scales[1] * inflow(along_y, [V::load(&faces_y[1][i..]), V::load(&faces_y[2][i..])], w);
         if deep {
-            let along_z = [V::load(&z[0][i..]), V::load(&z[1][i..]), c, V::load(&z[2][i..]), V::load(&z[3][i..])];
-            sum = sum + scales[2] * inflow(along_z, [V::load(&faces_z[1][i..]), V::load(&faces_z[2][i..])], w);
+            let along_z = [
+                V::load(&z[0][i..]),
+                V::load(&z[1][i..]),
+                c,
+                V::load(&z[2][i..]),
+                V::load(&z[3][i..]),
+            ];
+            sum =
+                sum + scales[2] * inflow(along_z, [V::load(&faces_z[1][i..]), V::load(&faces_z[2][i..])], w);
         }
         let size = sum.max(-sum);
         extremes[0] = size.max(extremes[0]);
@@ -190,20 +273,65 @@ pub struct Backward<'a, T> {
 /// The adjoint of [`sum`] from `from` with `last` terms: `mu` <- z_0 where z_last = mu, z_{k-1} = mu + (tau / k) L^T z_k, and
 /// `gradient` += (tau / k) rho_f(y_{k-1}) (z_k[R] - z_k[L]) / h at every face. Rows around which y_0 .. y_{k-1} are 0 are passed over: what z
 /// is there meets no smoke on the way back, unless smoke that lies perfectly still is let go beside rows that move.
-pub fn adjoint<T: Real>(exec: &dyn Exec, series: &Series<'_, T>, from: &[T], terms: Terms<&[T]>, last: usize, backward: Backward<'_, T>, scratch: &mut [T]) {
+pub fn adjoint<T: Real>(
+    exec: &dyn Exec,
+    series: &Series<'_, T>,
+    from: &[T],
+    terms: Terms<&[T]>,
+    last: usize,
+    backward: Backward<'_, T>,
+    scratch: &mut [T],
+) {
     let (grid, len) = (series.grid, series.grid.cells());
-    let Backward { mu, work: [mut z, mut next], gradient: [g0, g1, g2], first } = backward;
+    let Backward {
+        mu,
+        work: [mut z, mut next],
+        gradient: [g0, g1, g2],
+        first,
+    } = backward;
     for k in (1..=last).rev() {
         let y = Cells::before(k, from, terms.fields, terms.stride);
         let sizes = k.checked_sub(2).and_then(|k| terms.sizes.get(k * grid.rows()..));
         let gradient = [&mut *g0, &mut *g1, &mut *g2];
-        let term = AdjointTerm { scale: series.tau / k as f64, y, sizes, clear: first && k == last };
+        let term = AdjointTerm {
+            scale: series.tau / k as f64,
+            y,
+            sizes,
+            clear: first && k == last,
+        };
         // mu itself is the first z, and what the last is written to: a row of it is read by that row alone then.
         let room = if k == 1 { len } else { with_halo(grid) };
         match (k == last, k == 1) {
-            (true, _) => adjoint_term(exec, series, &term, mu, Cells::Alone(mu), &mut next[..room], gradient, scratch),
-            (false, true) => adjoint_term(exec, series, &term, &[], Cells::WithHalo(z), mu, gradient, scratch),
-            (false, false) => adjoint_term(exec, series, &term, mu, Cells::WithHalo(z), &mut next[..room], gradient, scratch),
+            (true, _) => adjoint_term(
+                exec,
+                series,
+                &term,
+                mu,
+                Cells::Alone(mu),
+                &mut next[..room],
+                gradient,
+                scratch,
+            ),
+            (false, true) => adjoint_term(
+                exec,
+                series,
+                &term,
+                &[],
+                Cells::WithHalo(z),
+                mu,
+                gradient,
+                scratch,
+            ),
+            (false, false) => adjoint_term(
+                exec,
+                series,
+                &term,
+                mu,
+                Cells::WithHalo(z),
+                &mut next[..room],
+                gradient,
+                scratch,
+            ),
         }
         core::mem::swap(&mut z, &mut next);
     }
@@ -246,18 +374,53 @@ fn adjoint_term<T: Real>(
         let apart = (next.len() / task.rows.len().max(1)).max(1);
         let before = if apart > n { BEFORE } else { 0 };
         let alone = matches!(z, Cells::Alone(_)) || matches!(term.y, Cells::Alone(_));
-        let empty = |around: &Around<'_>, after: usize| around.empty(after, term.sizes, |size| size == T::ZERO, term.y);
+        let empty = |around: &Around<'_>, after: usize| {
+            around.empty(after, term.sizes, |size| size == T::ZERO, term.y)
+        };
         each_run(grid, task.rows, alone, empty, |around, count, empty| {
             let begin = around.row - first;
-            let next = next.get_mut(begin * apart..(begin + count) * apart).unwrap_or_default();
-            let mu = mu.get(around.row * n..(around.row + count) * n).unwrap_or_default();
+            let next = next
+                .get_mut(begin * apart..(begin + count) * apart)
+                .unwrap_or_default();
+            let mu = mu
+                .get(around.row * n..(around.row + count) * n)
+                .unwrap_or_default();
             if !empty {
-                let mut gradient = gradient.each_mut().map(|component| component.get_mut(begin * n..(begin + count) * n).unwrap_or_default());
+                let mut gradient = gradient.each_mut().map(|component| {
+                    component
+                        .get_mut(begin * n..(begin + count) * n)
+                        .unwrap_or_default()
+                });
                 let (of_z, of_y) = task.scratch.split_at_mut(n + HALO);
-                let (z, y, faces) = (cells(around, z, of_z), cells(around, term.y, of_y), faces(around, series.velocity));
-                transposed(next, apart, before, mu, &mut gradient, n, &z, &y, &faces, series.weights, &scales[..grid.dims]);
+                let (z, y, faces) = (
+                    cells(around, z, of_z),
+                    cells(around, term.y, of_y),
+                    faces(around, series.velocity),
+                );
+                transposed(
+                    next,
+                    apart,
+                    before,
+                    mu,
+                    &mut gradient,
+                    n,
+                    &z,
+                    &y,
+                    &faces,
+                    series.weights,
+                    &scales[..grid.dims],
+                );
                 for (row, next) in next.chunks_exact_mut(apart).enumerate() {
-                    fold_at_walls(grid, around, row, &mut next[before..before + n], &z, &faces, series.weights[2], scales);
+                    fold_at_walls(
+                        grid,
+                        around,
+                        row,
+                        &mut next[before..before + n],
+                        &z,
+                        &faces,
+                        series.weights[2],
+                        scales,
+                    );
                 }
             } else if !mu.is_empty() {
                 for (next, mu) in next.chunks_exact_mut(apart).zip(mu.chunks_exact(n)) {
@@ -265,7 +428,8 @@ fn adjoint_term<T: Real>(
                 }
             }
             if before > 0 {
-                next.chunks_exact_mut(apart).for_each(|next| surround_cells(next, n, grid.periodic[0]));
+                next.chunks_exact_mut(apart)
+                    .for_each(|next| surround_cells(next, n, grid.periodic[0]));
             }
         });
     });
@@ -293,7 +457,12 @@ vectorised! {
 
 /// The share of cell c, among a b c d e, in the changes that flow through the faces around it: those before, below, above and after.
 #[inline(always)]
-fn outflow<T: Real, V: simd::Vector<Elem = T>>([a, b, c, d, e]: [V; 5], faces: [V; 4], [near, upstream, next]: [V; 3], zero: V) -> V {
+fn outflow<T: Real, V: simd::Vector<Elem = T>>(
+    [a, b, c, d, e]: [V; 5],
+    faces: [V; 4],
+    [near, upstream, next]: [V; 3],
+    zero: V,
+) -> V {
     let [before, low, high, after] = faces;
     let at_low = low * low.select(near, upstream) * (c - b);
     let at_high = high * high.select(upstream, near) * (d - c);
@@ -303,10 +472,17 @@ fn outflow<T: Real, V: simd::Vector<Elem = T>>([a, b, c, d, e]: [V; 5], faces: [
 
 /// rho_f at a face with the cells a b | c d around it, through which `v` goes.
 #[inline(always)]
-fn at_face<T: Real, V: simd::Vector<Elem = T>>([a, b, c, d]: [V; 4], v: V, [near, upstream, next]: [V; 3]) -> V {
+fn at_face<T: Real, V: simd::Vector<Elem = T>>(
+    [a, b, c, d]: [V; 4],
+    v: V,
+    [near, upstream, next]: [V; 3],
+) -> V {
     let upward = near * c + upstream * b - next * a;
     let downward = near * b + upstream * c - next * d;
-    v.select(upward, (-v).select(downward, V::splat(T::HALF) * (upward + downward)))
+    v.select(
+        upward,
+        (-v).select(downward, V::splat(T::HALF) * (upward + downward)),
+    )
 }
 
 /// What one axis brings cells c at `i`, s times [`outflow`], and the gradient at their low faces. Rows of z and y stand at offsets -2, -1, 1
@@ -324,10 +500,30 @@ fn along_axis<T: Real, V: simd::Vector<Elem = T>>(
     zero: V,
 ) -> V {
     let (b, low) = (V::load(&z[1][i..]), V::load(&faces[1][i..]));
-    let rho_f = at_face([V::load(&y[0][i..]), V::load(&y[1][i..]), y_c, V::load(&y[2][i..])], low, w);
+    let rho_f = at_face(
+        [V::load(&y[0][i..]), V::load(&y[1][i..]), y_c, V::load(&y[2][i..])],
+        low,
+        w,
+    );
     (V::load(&gradient[i..]) + s * rho_f * (c - b)).store(&mut gradient[i..]);
-    let through = [V::load(&faces[0][i..]), low, V::load(&faces[2][i..]), V::load(&faces[3][i..])];
-    s * outflow([V::load(&z[0][i..]), b, c, V::load(&z[2][i..]), V::load(&z[3][i..])], through, w, zero)
+    let through = [
+        V::load(&faces[0][i..]),
+        low,
+        V::load(&faces[2][i..]),
+        V::load(&faces[3][i..]),
+    ];
+    s * outflow(
+        [
+            V::load(&z[0][i..]),
+            b,
+            c,
+            V::load(&z[2][i..]),
+            V::load(&z[3][i..]),
+        ],
+        through,
+        w,
+        zero,
+    )
 }
 
 /// The kernel of [`transposed`] from `i` as far as whole vectors go; where it ended.
@@ -347,18 +543,33 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     let (n, last, alone) = (out.len(), scales.len() - 1, mu.is_empty());
     let mu = if alone { mu } else { &mu[..n] };
     let [gx, gy, gz] = gradient;
-    let (gx, gy, gz) = (&mut gx[..n], &mut gy[..n], if last > 1 { &mut gz[..n] } else { &mut [][..] });
+    let (gx, gy, gz) = (
+        &mut gx[..n],
+        &mut gy[..n],
+        if last > 1 { &mut gz[..n] } else { &mut [][..] },
+    );
     let (cells, rho, faces_x) = (z.own(row, n + 4), y.own(row, n + 4), faces.own(row, n + 3));
-    let (z_x, y_x) = ([&cells[..n], &cells[1..], &cells[3..], &cells[4..]], [&rho[..n], &rho[1..], &rho[3..], &rho[4..]]);
+    let (z_x, y_x) = (
+        [&cells[..n], &cells[1..], &cells[3..], &cells[4..]],
+        [&rho[..n], &rho[1..], &rho[3..], &rho[4..]],
+    );
     let faces_x = [&faces_x[..n], &faces_x[1..], &faces_x[2..], &faces_x[3..]];
     let (z_y, y_y, faces_y) = (z.along(1, row, n), y.along(1, row, n), faces.along(1, row, n));
-    let (z_z, y_z, faces_z) = (z.along(last, row, n), y.along(last, row, n), faces.along(last, row, n));
+    let (z_z, y_z, faces_z) = (
+        z.along(last, row, n),
+        y.along(last, row, n),
+        faces.along(last, row, n),
+    );
     let zero = V::splat(T::ZERO);
     let w = [V::splat(w[0]), V::splat(w[1]), V::splat(w[2])];
     let scales = [V::splat(scales[0]), V::splat(scales[1]), V::splat(scales[last])];
     while i + V::LANES <= n {
         let here = (V::load(&cells[i + 2..]), V::load(&rho[i + 2..]));
-        let mut sum = if alone { V::load(&out[i..]) } else { V::load(&mu[i..]) };
+        let mut sum = if alone {
+            V::load(&out[i..])
+        } else {
+            V::load(&mu[i..])
+        };
         sum = sum + along_axis(i, here, &z_x, &y_x, &faces_x, gx, scales[0], w, zero);
         sum = sum + along_axis(i, here, &z_y, &y_y, &faces_y, gy, scales[1], w, zero);
         if last > 1 {
@@ -371,7 +582,16 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
 }
 
 /// At a wall the last cell stands in for the missing one next upstream, and so takes its share too.
-fn fold_at_walls<T: Real>(grid: &Grid, around: &Around<'_>, row: usize, out: &mut [T], z: &Rows<'_, T>, faces: &Rows<'_, T>, w: T, scales: [T; 3]) {
+fn fold_at_walls<T: Real>(
+    grid: &Grid,
+    around: &Around<'_>,
+    row: usize,
+    out: &mut [T],
+    z: &Rows<'_, T>,
+    faces: &Rows<'_, T>,
+    w: T,
+    scales: [T; 3],
+) {
     let n = out.len();
     let (c, through) = (&z.own(row, n + BEFORE)[BEFORE..], faces.own(row, n + 1));
     if !grid.periodic[0] {

@@ -46,7 +46,11 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
             sheet.add(Row::measure::<f32>(exec, side, steps)?);
             sheet.add(Row::measure::<f64>(exec, side, steps)?);
         }
-        section::write(arguments.out.as_deref(), "circles", &format!("{}\n\n{}", yardstick.sentence(), sheet.markdown()))
+        section::write(
+            arguments.out.as_deref(),
+            "circles",
+            &format!("{}\n\n{}", yardstick.sentence(), sheet.markdown()),
+        )
     })?;
     Ok(DONE)
 }
@@ -54,7 +58,11 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
 impl Row {
     fn measure<T: Real>(exec: &dyn Exec, side: usize, steps: usize) -> Result<Self, Failure> {
         let cells = [side; 2];
-        let sets = [format!("grid.cells={cells:?}"), format!("time.steps={steps}"), format!("keyframe[0].step={steps}")];
+        let sets = [
+            format!("grid.cells={cells:?}"),
+            format!("time.steps={steps}"),
+            format!("keyframe[0].step={steps}"),
+        ];
         let ready = scenes::two_circles(&sets, exec.threads())?;
         let [iterations] = solves::iterations::<T, D2, 1>([exec], &ready, ITERATIONS)?;
         let reached = solves::to_part::<T, D2>(exec, &ready, PART)?;
@@ -71,7 +79,14 @@ impl Row {
 }
 
 impl Line<6> for Row {
-    const HEAD: [&'static str; 6] = ["cells, steps", "precision", "an iteration", "evaluations", "to 1 %", "iterations"];
+    const HEAD: [&'static str; 6] = [
+        "cells, steps",
+        "precision",
+        "an iteration",
+        "evaluations",
+        "to 1 %",
+        "iterations",
+    ];
     const WIDTHS: &'static [usize] = &[16, 11];
 
     fn texts(&self) -> [String; 6] {

@@ -10,7 +10,13 @@ const MODES: usize = 3;
 /// A trajectory of `slots` velocities whose largest Courant number is `courant`: the curl of a potential at the edges,
 /// zero on walls.
 pub fn synthetic<T: Real, S: Space>(grid: &Grid, slots: usize, courant: f64) -> [Vec<T>; 3] {
-    let mut v: [Vec<f64>; 3] = core::array::from_fn(|axis| if axis < S::DIM { vec![0.0; grid.cells() * slots] } else { Vec::new() });
+    let mut v: [Vec<f64>; 3] = core::array::from_fn(|axis| {
+        if axis < S::DIM {
+            vec![0.0; grid.cells() * slots]
+        } else {
+            Vec::new()
+        }
+    });
     for slot in 0..slots {
         let potential = Potential::new::<S>(grid, slot as f64 / slots as f64);
         for cell in cells(grid) {
@@ -22,7 +28,9 @@ pub fn synthetic<T: Real, S: Space>(grid: &Grid, slots: usize, courant: f64) -> 
             }
         }
     }
-    let largest = (0..slots).map(|slot| courant_of(grid, |axis, cell| v[axis][index(grid, slots, slot, cell)])).fold(0.0, f64::max);
+    let largest = (0..slots)
+        .map(|slot| courant_of(grid, |axis, cell| v[axis][index(grid, slots, slot, cell)]))
+        .fold(0.0, f64::max);
     let scale = if largest > 0.0 { courant / largest } else { 0.0 };
     v.map(|component| component.into_iter().map(|x| T::from_f64(scale * x)).collect())
 }
@@ -65,18 +73,31 @@ impl Potential {
             let in_space = match () {
                 () if axis >= S::DIM => 1.0,
                 () if axis == along => (TAU * m as f64 * u + 1.3 * along as f64).cos(),
-                () if grid.periodic[axis] => (TAU * (m as f64 * (u + 0.5 * time) + 0.37 * (axis + along + m) as f64)).sin(),
+                () if grid.periodic[axis] => {
+                    (TAU * (m as f64 * (u + 0.5 * time) + 0.37 * (axis + along + m) as f64)).sin()
+                }
                 () => (PI * (m + axis % 2) as f64 * u).sin(),
             };
-            if axis == 0 { in_space * (PI * m as f64 * time + (m + along) as f64).cos() / m as f64 } else { in_space }
+            if axis == 0 {
+                in_space * (PI * m as f64 * time + (m + along) as f64).cos() / m as f64
+            } else {
+                in_space
+            }
         };
-        let line = |along: usize, m: usize, axis: usize| (0..=grid.n[axis]).map(|i| factor(along, m, axis, i)).collect();
-        Self { factors: [0, 1, 2].map(|along| [1, 2, 3].map(|m| [0, 1, 2].map(|axis| line(along, m, axis)))) }
+        let line = |along: usize, m: usize, axis: usize| {
+            (0..=grid.n[axis]).map(|i| factor(along, m, axis, i)).collect()
+        };
+        Self {
+            factors: [0, 1, 2].map(|along| [1, 2, 3].map(|m| [0, 1, 2].map(|axis| line(along, m, axis)))),
+        }
     }
 
     /// Component `along`, in the middle of an edge along that axis.
     fn at(&self, along: usize, [x, y, z]: [usize; 3]) -> f64 {
-        self.factors[along].iter().map(|[in_x, in_y, in_z]| in_x[x] * in_y[y] * in_z[z]).sum()
+        self.factors[along]
+            .iter()
+            .map(|[in_x, in_y, in_z]| in_x[x] * in_y[y] * in_z[z])
+            .sum()
     }
 
     /// The curl at the low face of `cell` along `axis`, by differences between the face's edges.
@@ -86,7 +107,11 @@ impl Potential {
         let difference = |along: usize, by: usize| {
             let mut next = cell;
             next[by] += 1;
-            if S::DIM == 3 || along == 2 { (self.at(along, next) - self.at(along, cell)) / grid.h[by] } else { 0.0 }
+            if S::DIM == 3 || along == 2 {
+                (self.at(along, next) - self.at(along, cell)) / grid.h[by]
+            } else {
+                0.0
+            }
         };
         difference(c, b) - difference(b, c)
     }

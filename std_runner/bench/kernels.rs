@@ -30,7 +30,13 @@ pub enum Kernel {
 
 impl Kernel {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Cycle, Self::Forward, Self::Backward, Self::Projection, Self::Direct];
+    pub const ALL: [Self; 5] = [
+        Self::Cycle,
+        Self::Forward,
+        Self::Backward,
+        Self::Projection,
+        Self::Direct,
+    ];
 
     /// Its name in tables.
     pub fn name(self) -> &'static str {
@@ -58,7 +64,13 @@ impl Kernel {
     ///
     /// # Errors
     /// [`Failure`]: there is no memory for it.
-    pub fn seconds<S: Space>(self, exec: &dyn Exec, cells: &[usize], steps: usize, repeats: usize) -> Result<f64, Failure> {
+    pub fn seconds<S: Space>(
+        self,
+        exec: &dyn Exec,
+        cells: &[usize],
+        steps: usize,
+        repeats: usize,
+    ) -> Result<f64, Failure> {
         match self {
             Self::Cycle => Case::new(cells, steps, 1.0).pose::<f32, S, _>(exec, |nso| {
                 best(repeats, || {
@@ -70,7 +82,8 @@ impl Kernel {
             Self::Projection => projection::<S>(exec, cells, steps, repeats),
             Self::Direct => {
                 let ready = scenes::drift(cells, steps, false, exec.threads())?;
-                solves::iterations::<f32, S, 1>([exec], &ready, [repeats, repeats + MORE_ITERATIONS]).map(|[iterations]| iterations.seconds)
+                solves::iterations::<f32, S, 1>([exec], &ready, [repeats, repeats + MORE_ITERATIONS])
+                    .map(|[iterations]| iterations.seconds)
             }
         }
     }
@@ -96,7 +109,8 @@ impl Kernel {
             // With one evaluation: the direction from all pairs, each of which L-BFGS reads twice, and its projection; the move,
             // densities, the force and its projection; the gradient of force and data and its projection; a new pair.
             Self::Direct => {
-                let [forward, backward, projection] = [Self::Forward, Self::Backward, Self::Projection].map(|kernel| kernel.least_numbers(dims));
+                let [forward, backward, projection] = [Self::Forward, Self::Backward, Self::Projection]
+                    .map(|kernel| kernel.least_numbers(dims));
                 let pairs = DirectParams::MOST_BY_DEFAULT as f64;
                 let direction = (4.0 * pairs + 2.0) * d + projection;
                 let value = 3.0 * d + forward + 2.0 * d + projection;
@@ -133,14 +147,27 @@ fn backward<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize, repeats: u
     })
 }
 
-fn projection<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize, repeats: usize) -> Result<f64, Failure> {
+fn projection<S: Space>(
+    exec: &dyn Exec,
+    cells: &[usize],
+    steps: usize,
+    repeats: usize,
+) -> Result<f64, Failure> {
     let all = Trajectories::new(cells, steps - 1);
     all.projection::<S, _>(exec, |projection, start, sums| {
         let run = |_| {
             let mut v = start.clone();
             let mut v = v.each_mut().map(|component| &mut component[..]);
             timed(|| {
-                let _ = projection.project(exec, &mut Silent, all.slots, &mut v, None, PROJECTION_TOLERANCE, sums);
+                let _ = projection.project(
+                    exec,
+                    &mut Silent,
+                    all.slots,
+                    &mut v,
+                    None,
+                    PROJECTION_TOLERANCE,
+                    sums,
+                );
             })
         };
         (0..repeats).map(run).fold(f64::INFINITY, f64::min)

@@ -25,7 +25,14 @@ use std::time::Instant;
 use thurible_core::{D2, D3, Event, Method, Observer, Params, Real, Serial, Solver, Space};
 
 /// Sizes of the table, smallest first in each dimension; `--quick` takes the first of each.
-const SIZES: [(&[usize], usize); 6] = [(&[64, 64], 20), (&[128, 128], 40), (&[256, 256], 40), (&[16, 16, 16], 16), (&[32, 32, 32], 30), (&[40, 40, 40], 30)];
+const SIZES: [(&[usize], usize); 6] = [
+    (&[64, 64], 20),
+    (&[128, 128], 40),
+    (&[256, 256], 40),
+    (&[16, 16, 16], 16),
+    (&[32, 32, 32], 30),
+    (&[40, 40, 40], 30),
+];
 const METHODS: [Method; 4] = [Method::Direct, Method::Admm, Method::Lbfgs, Method::Pd];
 const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F64];
 /// A row is solved for no longer than this: the whole block is touched before the first iteration.
@@ -74,13 +81,20 @@ struct Touched {
 
 /// All rows, or those of the smallest sizes.
 fn rows(quick: bool) -> Vec<Row> {
-    let sizes = SIZES.iter().enumerate().filter(|(index, _)| !quick || index % 3 == 0).map(|(_, size)| size);
+    let sizes = SIZES
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| !quick || index % 3 == 0)
+        .map(|(_, size)| size);
     let mut rows = Vec::new();
     for (cells, steps) in sizes {
         for method in METHODS {
             rows.extend(PRECISIONS.map(|precision| Row {
                 problem: OwnedProblem::new(cells.to_vec(), vec![*steps]),
-                params: Params { method, ..Params::default() },
+                params: Params {
+                    method,
+                    ..Params::default()
+                },
                 precision,
             }));
         }
@@ -92,8 +106,15 @@ fn rows(quick: bool) -> Vec<Row> {
 pub fn run(arguments: &MemoryArguments) -> Result<u8, Failure> {
     let rows = rows(arguments.quick);
     if let Some(index) = arguments.row {
-        let row = rows.get(index).ok_or_else(|| Failure::Input(format!("there is no row {index}; there are {}", rows.len())))?;
-        print(&serde_json::json!(Touched { touched_bytes: row.touch()? }).to_string());
+        let row = rows
+            .get(index)
+            .ok_or_else(|| Failure::Input(format!("there is no row {index}; there are {}", rows.len())))?;
+        print(
+            &serde_json::json!(Touched {
+                touched_bytes: row.touch()?
+            })
+            .to_string(),
+        );
         return Ok(DONE);
     }
     if let Some(folder) = &arguments.out {
@@ -105,7 +126,11 @@ pub fn run(arguments: &MemoryArguments) -> Result<u8, Failure> {
     let mut table = Vec::with_capacity(rows.len());
     for (index, row) in rows.iter().enumerate() {
         let measured = row.measure(index, arguments.quick)?;
-        print(&if arguments.json { serde_json::json!(measured).to_string() } else { line(&measured) });
+        print(&if arguments.json {
+            serde_json::json!(measured).to_string()
+        } else {
+            line(&measured)
+        });
         table.push(measured);
     }
     if !arguments.json {
@@ -125,14 +150,32 @@ fn heading() -> String {
 }
 
 fn line(row: &Measured) -> String {
-    let [cells, steps, method, precision, planned, touched, part, bound, of_bound, each] = row.columns(["-", "-"]);
-    format!("{cells:>14}{steps:>6}  {method:<7}{precision:<5}{planned:>15}{touched:>15}{part:>11}{bound:>15}{of_bound:>9}{each:>10}")
+    let [
+        cells,
+        steps,
+        method,
+        precision,
+        planned,
+        touched,
+        part,
+        bound,
+        of_bound,
+        each,
+    ] = row.columns(["-", "-"]);
+    format!(
+        "{cells:>14}{steps:>6}  {method:<7}{precision:<5}{planned:>15}{touched:>15}{part:>11}{bound:>15}{of_bound:>9}{each:>10}"
+    )
 }
 
 /// High-water marks of the last single-precision row of each method and dimension.
 fn print_phases(table: &[Measured]) {
     for row in representatives(table) {
-        print(&format!("\n{} by {} in {}, in use at most:", size_in_words(&row.cells), row.method, row.precision));
+        print(&format!(
+            "\n{} by {} in {}, in use at most:",
+            size_in_words(&row.cells),
+            row.method,
+            row.precision
+        ));
         for Phase { name, bytes } in &row.phases {
             print(&format!("{:>15}  {name}", grouped(*bytes)));
         }
@@ -142,8 +185,12 @@ fn print_phases(table: &[Measured]) {
 /// The largest single-precision row of each method and dimension.
 pub(super) fn representatives(table: &[Measured]) -> impl Iterator<Item = &Measured> {
     [2, 3].into_iter().flat_map(move |dims| {
-        let named = move |row: &&Measured, method| row.cells.len() == dims && row.precision == "f32" && row.method == method;
-        METHODS.into_iter().filter_map(move |method| table.iter().rev().find(|row| named(row, method_name(method))))
+        let named = move |row: &&Measured, method| {
+            row.cells.len() == dims && row.precision == "f32" && row.method == method
+        };
+        METHODS
+            .into_iter()
+            .filter_map(move |method| table.iter().rev().find(|row| named(row, method_name(method))))
     })
 }
 
@@ -151,7 +198,10 @@ impl Measured {
     /// The columns of the table; `untold` stands for bytes touched, and their part of the plan, where the system does not tell.
     pub fn columns(&self, untold: [&str; 2]) -> [String; 10] {
         let [touched, part] = match self.touched_bytes {
-            Some(touched) => [grouped(touched), format!("{:.2} %", 100.0 * touched as f64 / self.planned_bytes as f64)],
+            Some(touched) => [
+                grouped(touched),
+                format!("{:.2} %", 100.0 * touched as f64 / self.planned_bytes as f64),
+            ],
             None => untold.map(String::from),
         };
         [
@@ -177,7 +227,10 @@ impl Measured {
 impl Row {
     /// Plans the row, and has it solved by a process of its own.
     fn measure(&self, index: usize, quick: bool) -> Result<Measured, Failure> {
-        let plan = self.problem.plan(&self.params, self.precision).map_err(|error| Failure::Input(error.to_string()))?;
+        let plan = self
+            .problem
+            .plan(&self.params, self.precision)
+            .map_err(|error| Failure::Input(error.to_string()))?;
         let cells: usize = self.problem.cells.iter().product();
         Ok(Measured {
             cells: self.problem.cells.clone(),
@@ -204,18 +257,26 @@ impl Row {
     }
 
     fn solve<T: Real, S: Space>(&self) -> Result<Option<usize>, Failure> {
-        let plan = self.problem.plan(&self.params, self.precision).map_err(|error| Failure::Input(error.to_string()))?;
+        let plan = self
+            .problem
+            .plan(&self.params, self.precision)
+            .map_err(|error| Failure::Input(error.to_string()))?;
         let [source, target] = [0.4, 0.6].map(|at| self.blob::<T>(at));
         let before = resident("VmRSS:");
         let short = || no_memory(block_bytes(&plan));
         let mut region = Region::new(plan.bytes()).ok_or_else(short)?;
         let block = region.carve(plan.bytes()).ok_or_else(short)?;
-        let mut solver = Solver::<T, S>::new(&self.problem.problem(), &self.params, block).map_err(|error| solver_refusal(&error))?;
-        let given = solver.set_source(&source).and_then(|()| solver.set_keyframe(0, &target));
+        let mut solver = Solver::<T, S>::new(&self.problem.problem(), &self.params, block)
+            .map_err(|error| solver_refusal(&error))?;
+        let given = solver
+            .set_source(&source)
+            .and_then(|()| solver.set_keyframe(0, &target));
         given.map_err(|error| Failure::Input(error.to_string()))?;
         let mut deadline = Deadline(Instant::now() + LONGEST);
         while solver.step(&Serial, &mut deadline).status.is_none() {}
-        Ok(resident("VmHWM:").zip(before).map(|(most, before)| most.saturating_sub(before)))
+        Ok(resident("VmHWM:")
+            .zip(before)
+            .map(|(most, before)| most.saturating_sub(before)))
     }
 
     /// Smoke around a point of the middle line.
@@ -238,20 +299,37 @@ struct Deadline(Instant);
 
 impl Observer for Deadline {
     fn on(&mut self, _event: Event) -> ControlFlow<()> {
-        if Instant::now() >= self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if Instant::now() >= self.0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }
 
 /// What a process that solves row `index` says that it touched.
 fn ask(index: usize, quick: bool) -> Result<Option<usize>, Failure> {
-    let cannot = |why: String| Failure::Input(format!("cannot measure row {index} in a process of its own: {why}; run the program from its file"));
+    let cannot = |why: String| {
+        Failure::Input(format!(
+            "cannot measure row {index} in a process of its own: {why}; run the program from its file"
+        ))
+    };
     let program = std::env::current_exe().map_err(|error| cannot(error.to_string()))?;
     let mut command = Command::new(program);
-    command.args(["bench", "memory", "--row", &index.to_string()]).args(quick.then_some("--quick"));
+    command
+        .args(["bench", "memory", "--row", &index.to_string()])
+        .args(quick.then_some("--quick"));
     let output = command.output().map_err(|error| cannot(error.to_string()))?;
     if !output.status.success() {
-        let said = String::from_utf8_lossy(&output.stderr).trim().trim_start_matches("thurible: ").to_string();
-        return Err(if output.status.code() == Some(crate::exit::MEMORY.into()) { Failure::Memory(said) } else { cannot(said) });
+        let said = String::from_utf8_lossy(&output.stderr)
+            .trim()
+            .trim_start_matches("thurible: ")
+            .to_string();
+        return Err(if output.status.code() == Some(crate::exit::MEMORY.into()) {
+            Failure::Memory(said)
+        } else {
+            cannot(said)
+        });
     }
     let said: Touched = serde_json::from_slice(&output.stdout).map_err(|error| cannot(error.to_string()))?;
     Ok(said.touched_bytes)
@@ -260,6 +338,13 @@ fn ask(index: usize, quick: bool) -> Result<Option<usize>, Failure> {
 /// A figure of this process's memory, where the system tells (Linux).
 pub(super) fn resident(name: &str) -> Option<usize> {
     let status = fs::read_to_string(Path::new("/proc/self/status")).ok()?;
-    let kibibytes: usize = status.lines().find_map(|line| line.strip_prefix(name))?.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    let kibibytes: usize = status
+        .lines()
+        .find_map(|line| line.strip_prefix(name))?
+        .trim()
+        .strip_suffix("kB")?
+        .trim()
+        .parse()
+        .ok()?;
     Some(1024 * kibibytes)
 }

@@ -37,7 +37,10 @@ pub fn run(arguments: &BenchArguments) -> Result<u8, Failure> {
 }
 
 /// Calls `work` on so many threads.
-fn with_team<R: Send>(count: usize, work: impl FnOnce(&dyn Exec) -> Result<R, Failure> + Send) -> Result<R, Failure> {
+fn with_team<R: Send>(
+    count: usize,
+    work: impl FnOnce(&dyn Exec) -> Result<R, Failure> + Send,
+) -> Result<R, Failure> {
     address_space::check(count)?;
     threads::with(count, || threads::together(count, work))?
 }
@@ -51,7 +54,10 @@ struct Voice {
 
 impl Voice {
     fn of(arguments: &MeasureArguments) -> Self {
-        Self { quiet: arguments.quiet, json: arguments.json }
+        Self {
+            quiet: arguments.quiet,
+            json: arguments.json,
+        }
     }
 
     /// A line for people alone.

@@ -35,7 +35,15 @@ pub struct Case {
 impl Case {
     /// A box with walls, kappa = 1, red-black, all four equations as accelerations.
     pub fn new(cells: &[usize], steps: usize, courant: f64) -> Self {
-        Self { cells: cells.to_vec(), steps, kappa: 1.0, courant, colours: Colours::RedBlack, norm: Norm::Scaled, slow: Slow::USUAL }
+        Self {
+            cells: cells.to_vec(),
+            steps,
+            kappa: 1.0,
+            courant,
+            colours: Colours::RedBlack,
+            norm: Norm::Scaled,
+            slow: Slow::USUAL,
+        }
     }
 
     /// The grid.
@@ -44,9 +52,23 @@ impl Case {
     }
 
     fn setup<T: Real, S: Space>(&self, threads: usize) -> Setup {
-        let params = NsoParams { tolerance: 0.0, cycles: 1, colours: self.colours, norm: self.norm, ..NsoParams::default() };
+        let params = NsoParams {
+            tolerance: 0.0,
+            cycles: 1,
+            colours: self.colours,
+            norm: self.norm,
+            ..NsoParams::default()
+        };
         let shape = Shape::all::<T, S>(&self.grid()).next().unwrap_or(Shape::LEAST);
-        Setup { kappa: self.kappa, viscosity: 0.0, slots: self.steps - 1, threads, params, slow: self.slow, shape }
+        Setup {
+            kappa: self.kappa,
+            viscosity: 0.0,
+            slots: self.steps - 1,
+            threads,
+            params,
+            slow: self.slow,
+            shape,
+        }
     }
 
     /// Bytes of the unknowns v, w, p, pbar of the finest level.
@@ -58,12 +80,19 @@ impl Case {
     ///
     /// # Errors
     /// [`Failure`]: there is no memory for it.
-    pub fn pose<T: Real, S: Space, R>(&self, exec: &dyn Exec, work: impl FnOnce(&mut Nso<'_, T, S>) -> R) -> Result<R, Failure> {
+    pub fn pose<T: Real, S: Space, R>(
+        &self,
+        exec: &dyn Exec,
+        work: impl FnOnce(&mut Nso<'_, T, S>) -> R,
+    ) -> Result<R, Failure> {
         let (grid, setup) = (self.grid(), self.setup::<T, S>(exec.threads()));
         let len = grid.cells() * setup.slots;
         let numbers = 3 * S::DIM * len + 2 * len + S::DIM * grid.cells() + pool_len::<T, S>(&grid, &setup);
         let bytes = T::BYTES * numbers + (1 << 23);
-        in_block(bytes, |block| self.pose_in(&mut Arena::new(block), &grid, &setup, work).map_err(|TooSmall { .. }| no_memory(bytes)))
+        in_block(bytes, |block| {
+            self.pose_in(&mut Arena::new(block), &grid, &setup, work)
+                .map_err(|TooSmall { .. }| no_memory(bytes))
+        })
     }
 
     fn pose_in<T: Real, S: Space, R>(
@@ -80,11 +109,23 @@ impl Case {
         let v = copied(arena.take_vector(S::DIM, len)?, &target);
         let a = copied(arena.take_vector(S::DIM, len)?, &target);
         drop(target);
-        let state = State { v, w: arena.take_vector(S::DIM, len)?, p: arena.take(len)?, pbar: arena.take(len)? };
-        let finest = Finest { state, v0: arena.take_vector(S::DIM, cells)?, target: a, spare: Default::default() };
+        let state = State {
+            v,
+            w: arena.take_vector(S::DIM, len)?,
+            p: arena.take(len)?,
+            pbar: arena.take(len)?,
+        };
+        let finest = Finest {
+            state,
+            v0: arena.take_vector(S::DIM, cells)?,
+            target: a,
+            spare: Default::default(),
+        };
         let mut pool = Pool::new(arena.take(pool_len::<T, S>(grid, setup))?);
         let mut sums = vec![0.0; grid.rows() * setup.slots];
-        Ok(work(&mut Nso::<T, S>::new(&levels, &bases, finest, setup, &mut pool, &mut sums)))
+        Ok(work(&mut Nso::<T, S>::new(
+            &levels, &bases, finest, setup, &mut pool, &mut sums,
+        )))
     }
 }
 
@@ -95,6 +136,8 @@ fn pool_len<T: Real, S: Space>(grid: &Grid, setup: &Setup) -> usize {
 }
 
 fn copied<'m, T: Real>(mut to: VectorMut<'m, T>, from: &[Vec<T>; 3]) -> VectorMut<'m, T> {
-    to.iter_mut().zip(from).for_each(|(to, from)| to.copy_from_slice(from));
+    to.iter_mut()
+        .zip(from)
+        .for_each(|(to, from)| to.copy_from_slice(from));
     to
 }

@@ -16,8 +16,15 @@ const PAGE: &str = "memory.md";
 /// Refuses a folder that cannot be written, before anything is measured.
 pub(super) fn check(folder: &Path) -> Result<(), Failure> {
     let probe = folder.join(format!(".thurible-probe-{}", std::process::id()));
-    let tried = fs::create_dir_all(folder).and_then(|()| fs::write(&probe, "")).and_then(|()| fs::remove_file(&probe));
-    tried.map_err(|error| Failure::File(format!("cannot write the folder {}: {error}; choose another one with --out DIR", folder.display())))
+    let tried = fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&probe, ""))
+        .and_then(|()| fs::remove_file(&probe));
+    tried.map_err(|error| {
+        Failure::File(format!(
+            "cannot write the folder {}: {error}; choose another one with --out DIR",
+            folder.display()
+        ))
+    })
 }
 
 /// Writes the page and a figure for each dimension.
@@ -31,7 +38,12 @@ pub(super) fn write(folder: &Path, table: &[Measured], quick: bool) -> Result<()
 /// Writes a file of the folder.
 pub(super) fn put(folder: &Path, name: &str, text: &str) -> Result<(), Failure> {
     let path = folder.join(name);
-    fs::write(&path, text).map_err(|error| Failure::File(format!("cannot write {}: {error}; free some space or choose another folder", path.display())))
+    fs::write(&path, text).map_err(|error| {
+        Failure::File(format!(
+            "cannot write {}: {error}; free some space or choose another folder",
+            path.display()
+        ))
+    })
 }
 
 fn figure(dims: usize) -> String {
@@ -40,23 +52,46 @@ fn figure(dims: usize) -> String {
 
 /// Planned bytes for each cell and step against the size, in single precision.
 fn chart(table: &[Measured], dims: usize) -> Chart {
-    let rows: Vec<&Measured> = table.iter().filter(|row| row.cells.len() == dims && row.precision == "f32").collect();
+    let rows: Vec<&Measured> = table
+        .iter()
+        .filter(|row| row.cells.len() == dims && row.precision == "f32")
+        .collect();
     let per_number = |row: &Measured, bytes: usize| {
         let count = (row.cells.iter().product::<usize>() * row.steps) as f64;
         (count, bytes as f64 / count)
     };
     let curve = |(index, method): (usize, &str)| {
-        let points = rows.iter().filter(|row| row.method == method).map(|row| per_number(row, row.planned_bytes));
+        let points = rows
+            .iter()
+            .filter(|row| row.method == method)
+            .map(|row| per_number(row, row.planned_bytes));
         Curve::new(method, 1 + index, points.collect::<Vec<_>>().into_iter())
     };
-    let mut curves: Vec<Curve> = ["direct", "admm", "lbfgs", "pd"].into_iter().enumerate().map(curve).collect();
-    let bound = rows.iter().filter(|row| row.method == "admm").map(|row| per_number(row, row.paper_bound_bytes));
+    let mut curves: Vec<Curve> = ["direct", "admm", "lbfgs", "pd"]
+        .into_iter()
+        .enumerate()
+        .map(curve)
+        .collect();
+    let bound = rows
+        .iter()
+        .filter(|row| row.method == "admm")
+        .map(|row| per_number(row, row.paper_bound_bytes));
     curves.push(Curve::new("bound", 5, bound.collect::<Vec<_>>().into_iter()));
-    Chart { title: "Planned bytes for each cell and step", note: "", across: "cells times steps, f32", scale: Scale::Logarithmic, curves }
+    Chart {
+        title: "Planned bytes for each cell and step",
+        note: "",
+        across: "cells times steps, f32",
+        scale: Scale::Logarithmic,
+        curves,
+    }
 }
 
 fn page(table: &[Measured], quick: bool) -> String {
-    let command = if quick { "cargo run --release -- bench memory --quick --out docs" } else { "cargo run --release -- bench memory --out docs" };
+    let command = if quick {
+        "cargo run --release -- bench memory --quick --out docs"
+    } else {
+        "cargo run --release -- bench memory --out docs"
+    };
     let thread = address_space::OF_A_THREAD >> 20;
     let mut page = format!(
         "# Memory\n\nThis page is written by `{command}`; `thurible plan SCENE --json` says the same of any scene, for sweeps.\n\n\
@@ -79,7 +114,12 @@ fn page(table: &[Measured], quick: bool) -> String {
 }
 
 fn figures() -> String {
-    let show = |dims: usize| format!("![Planned bytes for each cell and step, {dims}D]({})\n\n", figure(dims));
+    let show = |dims: usize| {
+        format!(
+            "![Planned bytes for each cell and step, {dims}D]({})\n\n",
+            figure(dims)
+        )
+    };
     format!(
         "## By size and method\n\n{}{}*Planned bytes for each cell and step in f32, source and keyframe included; in f64 twice as many. The bound is the \
          paper's for its method, M = 4 (1 + d) N prod(n) / (1 - 2^-d) numbers.*\n\n",
@@ -112,7 +152,12 @@ fn high_water(table: &[Measured]) -> String {
         for phase in &row.phases {
             let part = 100.0 * phase.bytes as f64 / row.planned_bytes as f64;
             let size = size_in_words(&row.cells);
-            text.push_str(&format!("| {size} | {} | {} | {} | {part:.1} % |\n", row.method, phase.name, grouped(phase.bytes)));
+            text.push_str(&format!(
+                "| {size} | {} | {} | {} | {part:.1} % |\n",
+                row.method,
+                phase.name,
+                grouped(phase.bytes)
+            ));
         }
     }
     text

@@ -37,36 +37,74 @@ pub struct Carried<'a> {
 impl Trajectories {
     /// Those of a box.
     pub fn new(cells: &[usize], slots: usize) -> Self {
-        Self { grid: Grid::new(cells, &vec![Boundary::Wall; cells.len()]), slots }
+        Self {
+            grid: Grid::new(cells, &vec![Boundary::Wall; cells.len()]),
+            slots,
+        }
     }
 
     /// Hands a transport, a flow that is nowhere faster than one cell a step, and room for all densities to `work`.
-    pub fn transport<S: Space, R>(&self, exec: &dyn Exec, scheme: Scheme, work: impl FnOnce(&mut Transport<'_, f32>, Carried<'_>) -> R) -> R {
+    pub fn transport<S: Space, R>(
+        &self,
+        exec: &dyn Exec,
+        scheme: Scheme,
+        work: impl FnOnce(&mut Transport<'_, f32>, Carried<'_>) -> R,
+    ) -> R {
         let grid = &self.grid;
         let field = flow::synthetic::<f32, S>(grid, self.slots, COURANT);
         let rest: [Vec<f32>; 3] = core::array::from_fn(|axis| vec![0.0; field[axis].len() / self.slots]);
         let mut ledger = Ledger::new();
         Transport::<f32>::requirement(&mut ledger, grid, exec.threads());
         let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
-        let mut transport = Transport::carve(grid, Advection { scheme, ..Advection::default() }.into(), 1.0, exec.threads(), &mut Pool::new(&mut memory));
+        let mut transport = Transport::carve(
+            grid,
+            Advection {
+                scheme,
+                ..Advection::default()
+            }
+            .into(),
+            1.0,
+            exec.threads(),
+            &mut Pool::new(&mut memory),
+        );
         let mut rho = blob(grid);
         rho.resize((self.slots + 2) * grid.cells(), 0.0);
-        let flow = Flow { initial: rest.each_ref().map(|component| &component[..]), v: field.each_ref().map(|component| &component[..]), along: None };
-        work(&mut transport, Carried { flow, rho: &mut rho, sums: &mut vec![0.0; grid.rows()] })
+        let flow = Flow {
+            initial: rest.each_ref().map(|component| &component[..]),
+            v: field.each_ref().map(|component| &component[..]),
+            along: None,
+        };
+        work(
+            &mut transport,
+            Carried {
+                flow,
+                rho: &mut rho,
+                sums: &mut vec![0.0; grid.rows()],
+            },
+        )
     }
 
     /// Hands a projection, a flow with divergence and sums of rows to `work`.
     ///
     /// # Errors
     /// [`Failure`]: there is no memory for the coarser grids.
-    pub fn projection<S: Space, R>(&self, exec: &dyn Exec, work: impl FnOnce(&mut Projection<'_, f32>, &[Vec<f32>; 3], &mut [f64]) -> R) -> Result<R, Failure> {
+    pub fn projection<S: Space, R>(
+        &self,
+        exec: &dyn Exec,
+        work: impl FnOnce(&mut Projection<'_, f32>, &[Vec<f32>; 3], &mut [f64]) -> R,
+    ) -> Result<R, Failure> {
         let (grid, slots) = (&self.grid, self.slots);
         self.with_levels(0, |levels| {
             let mut ledger = Ledger::new();
             Projection::<f32>::requirement(&mut ledger, grid, slots, exec.threads());
             let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
-            let mut projection = Projection::carve(levels, 0, slots, exec.threads(), &mut Pool::new(&mut memory));
-            work(&mut projection, &divergent::<S>(grid, slots), &mut vec![0.0; 2 * grid.rows()])
+            let mut projection =
+                Projection::carve(levels, 0, slots, exec.threads(), &mut Pool::new(&mut memory));
+            work(
+                &mut projection,
+                &divergent::<S>(grid, slots),
+                &mut vec![0.0; 2 * grid.rows()],
+            )
         })
     }
 
@@ -74,13 +112,24 @@ impl Trajectories {
     ///
     /// # Errors
     /// [`Failure`]: there is no memory for the coarser grids.
-    pub fn blur<R>(&self, exec: &dyn Exec, filters: usize, work: impl FnOnce(&mut Blur<'_, f32>, &[f32]) -> R) -> Result<R, Failure> {
+    pub fn blur<R>(
+        &self,
+        exec: &dyn Exec,
+        filters: usize,
+        work: impl FnOnce(&mut Blur<'_, f32>, &[f32]) -> R,
+    ) -> Result<R, Failure> {
         self.with_levels(filters, |levels| {
             let mut ledger = Ledger::new();
             Blur::<f32>::requirement(&mut ledger, &self.grid, filters, exec.threads());
             let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
-            let metric = Metric { filters, identity: 1.0 };
-            work(&mut Blur::carve(levels, 0, metric, exec.threads(), &mut Pool::new(&mut memory)), &blob(&self.grid))
+            let metric = Metric {
+                filters,
+                identity: 1.0,
+            };
+            work(
+                &mut Blur::carve(levels, 0, metric, exec.threads(), &mut Pool::new(&mut memory)),
+                &blob(&self.grid),
+            )
         })
     }
 
@@ -88,7 +137,11 @@ impl Trajectories {
         let mut ledger = Ledger::new();
         Levels::<f32>::requirement(&mut ledger, &self.grid, filters);
         let bytes = ledger.bytes().unwrap_or(usize::MAX / 2);
-        in_block(bytes, |block| Ok(work(&Levels::carve(&mut Arena::new(block), &self.grid, filters).map_err(|_| no_memory(bytes))?)))
+        in_block(bytes, |block| {
+            Ok(work(
+                &Levels::carve(&mut Arena::new(block), &self.grid, filters).map_err(|_| no_memory(bytes))?,
+            ))
+        })
     }
 }
 
@@ -97,7 +150,9 @@ fn blob(grid: &Grid) -> Vec<f32> {
     let [nx, ny, nz] = grid.n;
     let away = |i: usize, n: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * if n == 1 { 0.0 } else { 6.0 };
     let value = |x, y, z| (-(away(x, nx).powi(2) + away(y, ny).powi(2) + away(z, nz).powi(2))).exp() as f32;
-    (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| value(x, y, z)))).collect()
+    (0..nz)
+        .flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| value(x, y, z))))
+        .collect()
 }
 
 /// A smooth flow with every component scaled differently, so that it is not free of divergence.

@@ -24,13 +24,25 @@ impl Ready {
     ///
     /// # Errors
     /// [`Failure`]: the scene is wrong.
-    pub fn new(name: &str, text: &str, assignments: &[String], method: &str, threads: usize) -> Result<Self, Failure> {
+    pub fn new(
+        name: &str,
+        text: &str,
+        assignments: &[String],
+        method: &str,
+        threads: usize,
+    ) -> Result<Self, Failure> {
         let mut document = Document::parse(Path::new(name), text.to_owned())?;
-        assignments.iter().try_for_each(|assignment| document.set(assignment))?;
+        assignments
+            .iter()
+            .try_for_each(|assignment| document.set(assignment))?;
         document.set(&format!("method.name={method}"))?;
         let scene = Scene::of(document)?;
         let (problem, params) = (OwnedProblem::of(&scene), params_of(&scene, threads, None));
-        Ok(Self { scene, problem, params })
+        Ok(Self {
+            scene,
+            problem,
+            params,
+        })
     }
 
     /// Its plan in `precision`.
@@ -38,7 +50,9 @@ impl Ready {
     /// # Errors
     /// [`Failure`]: there is none.
     pub fn plan(&self, precision: Precision) -> Result<Plan, Failure> {
-        self.problem.plan(&self.params, precision).map_err(|error| refusal(&self.scene, error))
+        self.problem
+            .plan(&self.params, precision)
+            .map_err(|error| refusal(&self.scene, error))
     }
 
     /// The problem.
@@ -50,13 +64,23 @@ impl Ready {
     ///
     /// # Errors
     /// [`Failure`]: there is no plan or no memory for it.
-    pub fn with<T: Real, S: Space, R>(&self, exec: &dyn Exec, work: impl FnOnce(&mut Solver<'_, T, S>) -> R) -> Result<R, Failure> {
+    pub fn with<T: Real, S: Space, R>(
+        &self,
+        exec: &dyn Exec,
+        work: impl FnOnce(&mut Solver<'_, T, S>) -> R,
+    ) -> Result<R, Failure> {
         let problem = self.problem();
         let bytes = self.plan(Precision::of::<T>())?.bytes();
         in_block(bytes, |block| {
-            let mut solver = Solver::<T, S>::new(&problem, &self.params, block).map_err(|error| solver_refusal(&error))?;
+            let mut solver =
+                Solver::<T, S>::new(&problem, &self.params, block).map_err(|error| solver_refusal(&error))?;
             hand_over(&self.scene, &mut solver)?;
-            solver.prepare(exec).map_err(|error| self.scene.document.refuse("source", format!("or a keyframe cannot be used: {error}; change it")))?;
+            solver.prepare(exec).map_err(|error| {
+                self.scene.document.refuse(
+                    "source",
+                    format!("or a keyframe cannot be used: {error}; change it"),
+                )
+            })?;
             Ok(work(&mut solver))
         })
     }
@@ -65,14 +89,26 @@ impl Ready {
     pub fn courant<T: Real, S: Space>(&self, solver: &Solver<'_, T, S>) -> f64 {
         let problem = self.problem();
         let grid = problem.grid();
-        let mut faces: [Vec<T>; 3] = core::array::from_fn(|axis| if axis < S::DIM { vec![T::ZERO; solver.faces(axis)] } else { Vec::new() });
+        let mut faces: [Vec<T>; 3] = core::array::from_fn(|axis| {
+            if axis < S::DIM {
+                vec![T::ZERO; solver.faces(axis)]
+            } else {
+                Vec::new()
+            }
+        });
         let unit = problem.units().velocity;
         let mut of_step = |step: usize| {
             for (axis, faces) in faces.iter_mut().enumerate().take(S::DIM) {
                 solver.velocity(step, axis, faces);
             }
             courant_of(&grid, |axis, [x, y, z]| {
-                let extent = |a: usize| if a == axis { grid.faces_in_file(a) } else { grid.n[a] };
+                let extent = |a: usize| {
+                    if a == axis {
+                        grid.faces_in_file(a)
+                    } else {
+                        grid.n[a]
+                    }
+                };
                 faces[axis][(z * extent(1) + y) * extent(0) + x].to_f64() / unit
             })
         };
@@ -84,12 +120,19 @@ impl Ready {
 ///
 /// # Errors
 /// [`Failure`]: there is no memory for it, or that of `work`.
-pub(super) fn in_block<R>(bytes: usize, work: impl FnOnce(&mut [MaybeUninit<u8>]) -> Result<R, Failure>) -> Result<R, Failure> {
+pub(super) fn in_block<R>(
+    bytes: usize,
+    work: impl FnOnce(&mut [MaybeUninit<u8>]) -> Result<R, Failure>,
+) -> Result<R, Failure> {
     let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;
     work(region.carve(bytes).ok_or_else(|| no_memory(bytes))?)
 }
 
 /// The sentence for a block that the system does not give.
 pub(super) fn no_memory(bytes: usize) -> Failure {
-    Failure::Memory(format!("the system has not {} ({} bytes); use --quick", rounded(bytes), grouped(bytes)))
+    Failure::Memory(format!(
+        "the system has not {} ({} bytes); use --quick",
+        rounded(bytes),
+        grouped(bytes)
+    ))
 }

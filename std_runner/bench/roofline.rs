@@ -55,30 +55,60 @@ pub(super) fn run(arguments: &RooflineArguments) -> Result<u8, Failure> {
         let mut sheet = Sheet::begin(voice);
         for (cells, steps) in if common.quick { QUICK_SIZES } else { SIZES } {
             for kernel in Kernel::ALL {
-                sheet.add(Row::new(kernel, cells, steps, time(exec, kernel, cells, steps, REPEATS)?, &counts, &yardstick));
+                sheet.add(Row::new(
+                    kernel,
+                    cells,
+                    steps,
+                    time(exec, kernel, cells, steps, REPEATS)?,
+                    &counts,
+                    &yardstick,
+                ));
             }
         }
-        section::write(common.out.as_deref(), "roofline", &format!("{}\n\n{}", yardstick.sentence(), sheet.markdown()))
+        section::write(
+            common.out.as_deref(),
+            "roofline",
+            &format!("{}\n\n{}", yardstick.sentence(), sheet.markdown()),
+        )
     })?;
     Ok(DONE)
 }
 
-fn time(exec: &dyn Exec, kernel: Kernel, cells: &[usize], steps: usize, repeats: usize) -> Result<f64, Failure> {
-    if cells.len() == 2 { kernel.seconds::<D2>(exec, cells, steps, repeats) } else { kernel.seconds::<D3>(exec, cells, steps, repeats) }
+fn time(
+    exec: &dyn Exec,
+    kernel: Kernel,
+    cells: &[usize],
+    steps: usize,
+    repeats: usize,
+) -> Result<f64, Failure> {
+    if cells.len() == 2 {
+        kernel.seconds::<D2>(exec, cells, steps, repeats)
+    } else {
+        kernel.seconds::<D3>(exec, cells, steps, repeats)
+    }
 }
 
 /// Runs the kernel of `order`, as in `cycle,3,2`: its word, dimensions, times; prints cells times slots.
 fn only(exec: &dyn Exec, order: &str) -> Result<u8, Failure> {
     let mut words = order.split(',');
-    let kernel = words.next().and_then(|word| Kernel::ALL.into_iter().find(|kernel| kernel.word() == word));
+    let kernel = words
+        .next()
+        .and_then(|word| Kernel::ALL.into_iter().find(|kernel| kernel.word() == word));
     let mut numbers = words.map_while(|word| word.parse::<usize>().ok());
-    let (Some(kernel), Some(dims @ 2..=3), Some(times @ 1..)) = (kernel, numbers.next(), numbers.next()) else {
-        return Err(Failure::Input(format!("--only {order}: there is no such kernel; write one as in cycle,3,2")));
+    let (Some(kernel), Some(dims @ 2..=3), Some(times @ 1..)) = (kernel, numbers.next(), numbers.next())
+    else {
+        return Err(Failure::Input(format!(
+            "--only {order}: there is no such kernel; write one as in cycle,3,2"
+        )));
     };
     // Valgrind does not know all of AVX2 and nothing of AVX-512; narrow vectors do the same operations.
     let _ = simd::limit(Level::Baseline);
     let projects = matches!(kernel, Kernel::Projection | Kernel::Direct);
-    let (cells, steps) = if dims == 2 || projects { COUNTED_SIZES[dims - 2] } else { COUNTED_SMALL };
+    let (cells, steps) = if dims == 2 || projects {
+        COUNTED_SIZES[dims - 2]
+    } else {
+        COUNTED_SMALL
+    };
     time(exec, kernel, cells, steps, times)?;
     crate::console::print(&(cells.iter().product::<usize>() * (steps - 1)).to_string());
     Ok(DONE)
@@ -87,15 +117,32 @@ fn only(exec: &dyn Exec, order: &str) -> Result<u8, Failure> {
 /// The file of counted operations.
 fn counts(path: &Path) -> Result<Value, Failure> {
     let shown = path.display();
-    let text = fs::read(path).map_err(|error| Failure::File(format!("cannot read {shown}: {error}; let benches/flops.py write it")))?;
-    serde_json::from_slice(&text).map_err(|error| Failure::Input(format!("{shown} is not JSON: {error}; let benches/flops.py write it")))
+    let text = fs::read(path).map_err(|error| {
+        Failure::File(format!(
+            "cannot read {shown}: {error}; let benches/flops.py write it"
+        ))
+    })?;
+    serde_json::from_slice(&text).map_err(|error| {
+        Failure::Input(format!(
+            "{shown} is not JSON: {error}; let benches/flops.py write it"
+        ))
+    })
 }
 
 impl Row {
-    fn new(kernel: Kernel, cells: &[usize], steps: usize, seconds: f64, counts: &Value, yardstick: &Yardstick) -> Self {
+    fn new(
+        kernel: Kernel,
+        cells: &[usize],
+        steps: usize,
+        seconds: f64,
+        counts: &Value,
+        yardstick: &Yardstick,
+    ) -> Self {
         let [of_step, of_all] = [1, steps].map(|steps| (cells.iter().product::<usize>() * steps) as f64);
         let least_bytes = size_of::<f32>() as f64 * kernel.least_numbers(cells.len()) * of_all;
-        let flops = counts[kernel.word()][cells.len().to_string()].as_f64().map(|flops| flops * (of_all - of_step));
+        let flops = counts[kernel.word()][cells.len().to_string()]
+            .as_f64()
+            .map(|flops| flops * (of_all - of_step));
         Self {
             kernel: kernel.name(),
             cells: cells.to_vec(),
@@ -110,13 +157,26 @@ impl Row {
 }
 
 impl Line<10> for Row {
-    const HEAD: [&'static str; 10] =
-        ["kernel", "cells, steps", "took", "GB at least", "GFLOP", "GB/s", "GFLOP/s", "of the triad", "of arithmetic", "FLOP a byte"];
+    const HEAD: [&'static str; 10] = [
+        "kernel",
+        "cells, steps",
+        "took",
+        "GB at least",
+        "GFLOP",
+        "GB/s",
+        "GFLOP/s",
+        "of the triad",
+        "of arithmetic",
+        "FLOP a byte",
+    ];
     const WIDTHS: &'static [usize] = &[34, 18];
 
     fn texts(&self) -> [String; 10] {
-        let counted = |value: Option<f64>, digits: usize| value.map_or_else(|| "-".into(), |value| format!("{value:.digits$}"));
-        let percent = |part: Option<f64>| part.map_or_else(|| "-".into(), |part| format!("{:.1} %", 100.0 * part));
+        let counted = |value: Option<f64>, digits: usize| {
+            value.map_or_else(|| "-".into(), |value| format!("{value:.digits$}"))
+        };
+        let percent =
+            |part: Option<f64>| part.map_or_else(|| "-".into(), |part| format!("{:.1} %", 100.0 * part));
         [
             self.kernel.into(),
             format!("{}, {}", size_in_words(&self.cells), self.steps),

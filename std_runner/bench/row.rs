@@ -43,22 +43,40 @@ pub(super) struct Row {
 
 impl Row {
     pub fn new(name: &str, cells: &[usize], steps: usize, seconds: Option<f64>) -> Self {
-        Self { name: name.into(), cells: cells.to_vec(), steps, seconds, ..Self::default() }
+        Self {
+            name: name.into(),
+            cells: cells.to_vec(),
+            steps,
+            seconds,
+            ..Self::default()
+        }
     }
 
     /// With the seconds that it should take at most.
     pub fn targeting(self, target: f64) -> Self {
-        Self { target_seconds: Some(target), ..self }
+        Self {
+            target_seconds: Some(target),
+            ..self
+        }
     }
 
     /// With the numbers in f32 that must be moved for each cell and step.
     pub fn moving(self, numbers: f64) -> Self {
-        Self { least_bytes: Some(numbers * (size_of::<f32>() * self.cells.iter().product::<usize>() * self.steps) as f64), ..self }
+        Self {
+            least_bytes: Some(
+                numbers * (size_of::<f32>() * self.cells.iter().product::<usize>() * self.steps) as f64,
+            ),
+            ..self
+        }
     }
 
     /// With what is known of iterations.
     pub fn of(self, iterations: &Iterations) -> Self {
-        Self { evaluations: Some(iterations.evaluations), courant: Some(iterations.courant), ..self }
+        Self {
+            evaluations: Some(iterations.evaluations),
+            courant: Some(iterations.courant),
+            ..self
+        }
     }
 
     /// With what the machine's triad makes of it; targets are not for tiny sizes.
@@ -75,15 +93,39 @@ impl Row {
 }
 
 impl Line<11> for Row {
-    const HEAD: [&'static str; 11] = ["what", "cells, steps", "took", "target", "of target", "floor", "of floor", "GB/s", "GFLOP/s", "ns", "note"];
+    const HEAD: [&'static str; 11] = [
+        "what",
+        "cells, steps",
+        "took",
+        "target",
+        "of target",
+        "floor",
+        "of floor",
+        "GB/s",
+        "GFLOP/s",
+        "ns",
+        "note",
+    ];
     const WIDTHS: &'static [usize] = &[44, 18];
 
     fn texts(&self) -> [String; 11] {
         let time = |value: Option<f64>| value.map_or_else(|| "-".into(), sheet::time);
-        let ratio = |by: Option<f64>| self.seconds.zip(by).map_or_else(|| "-".into(), |(seconds, by)| format!("{:.2}", seconds / by));
-        let moment =
-            |of: &dyn Fn(Moment) -> Option<f64>, digits: usize| self.moment.and_then(of).map_or_else(|| "-".into(), |value| format!("{value:.digits$}"));
-        let evaluations = self.evaluations.map(|count| format!("{count:.2} evaluations, Courant {:.1}", self.courant.unwrap_or(0.0)));
+        let ratio = |by: Option<f64>| {
+            self.seconds
+                .zip(by)
+                .map_or_else(|| "-".into(), |(seconds, by)| format!("{:.2}", seconds / by))
+        };
+        let moment = |of: &dyn Fn(Moment) -> Option<f64>, digits: usize| {
+            self.moment
+                .and_then(of)
+                .map_or_else(|| "-".into(), |value| format!("{value:.digits$}"))
+        };
+        let evaluations = self.evaluations.map(|count| {
+            format!(
+                "{count:.2} evaluations, Courant {:.1}",
+                self.courant.unwrap_or(0.0)
+            )
+        });
         let iterations = self.iterations.map(|count| format!("{count} iterations"));
         [
             self.name.clone(),
@@ -96,7 +138,9 @@ impl Line<11> for Row {
             moment(&|moment| Some(1e-9 * moment.triad), 1),
             moment(&|moment| Some(1e-9 * moment.flops), 0),
             moment(&|moment| Some(1e9 * moment.handover?), 0),
-            evaluations.or(iterations).map_or_else(String::new, |note| format!("  {note}")),
+            evaluations
+                .or(iterations)
+                .map_or_else(String::new, |note| format!("  {note}")),
         ]
     }
 }
@@ -112,11 +156,21 @@ pub(super) struct Peak {
 impl Peak {
     pub fn new(iterations: &Iterations, threads: usize) -> Self {
         let planned = iterations.planned;
-        Self { planned_bytes: planned, touched_bytes: iterations.touched, allowed_bytes: planned + BESIDE + threads * STACK }
+        Self {
+            planned_bytes: planned,
+            touched_bytes: iterations.touched,
+            allowed_bytes: planned + BESIDE + threads * STACK,
+        }
     }
 
     pub fn sentence(&self) -> String {
-        let touched = self.touched_bytes.map_or_else(|| "not told by this system".into(), rounded);
-        format!("Peak resident memory of the 3D iterations: {touched}; planned {}, allowed {}.", rounded(self.planned_bytes), rounded(self.allowed_bytes))
+        let touched = self
+            .touched_bytes
+            .map_or_else(|| "not told by this system".into(), rounded);
+        format!(
+            "Peak resident memory of the 3D iterations: {touched}; planned {}, allowed {}.",
+            rounded(self.planned_bytes),
+            rounded(self.allowed_bytes)
+        )
     }
 }

@@ -68,20 +68,35 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
         let mut sheet = Sheet::begin(voice);
         for &(cells, steps) in sizes {
             let quick = arguments.quick;
-            sheet.add(if cells.len() == 2 { Row::measure::<D2>(exec, cells, steps, quick) } else { Row::measure::<D3>(exec, cells, steps, quick) }?);
+            sheet.add(if cells.len() == 2 {
+                Row::measure::<D2>(exec, cells, steps, quick)
+            } else {
+                Row::measure::<D3>(exec, cells, steps, quick)
+            }?);
         }
         Ok((yardstick, sheet))
     })?;
-    let Some(folder) = &arguments.out else { return Ok(DONE) };
+    let Some(folder) = &arguments.out else {
+        return Ok(DONE);
+    };
     for dims in [2, 3] {
-        page::put(folder, &format!("scaling_{dims}d.svg"), &chart(sheet.lines(), dims).to_svg())?;
+        page::put(
+            folder,
+            &format!("scaling_{dims}d.svg"),
+            &chart(sheet.lines(), dims).to_svg(),
+        )?;
     }
     section::write(Some(folder), "scaling", &text(&yardstick, &sheet))?;
     Ok(DONE)
 }
 
 impl Row {
-    fn measure<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize, quick: bool) -> Result<Self, Failure> {
+    fn measure<S: Space>(
+        exec: &dyn Exec,
+        cells: &[usize],
+        steps: usize,
+        quick: bool,
+    ) -> Result<Self, Failure> {
         let before = Moment::measure(exec, quick)?;
         let count = cells.iter().product::<usize>() * steps;
         let repeats = (ENOUGH / count).clamp(1, 20);
@@ -143,7 +158,9 @@ impl Line<14> for Row {
             format!("{in_slot:.2}"),
             format!("{in_all:.2}"),
             format!("{:.1}", 1e-9 * self.moment.triad),
-            self.moment.handover.map_or_else(|| "-".into(), |seconds| format!("{:.0}", 1e9 * seconds)),
+            self.moment
+                .handover
+                .map_or_else(|| "-".into(), |seconds| format!("{:.0}", 1e9 * seconds)),
         ]
     }
 }
@@ -162,7 +179,12 @@ fn text(yardstick: &Yardstick, sheet: &Sheet<Row, 14>) -> String {
 fn chart(rows: &[Row], dims: usize) -> Chart {
     let rows: Vec<&Row> = rows.iter().filter(|row| row.cells.len() == dims).collect();
     let curve = |name: &str, colour: usize, value: fn(&Row) -> f64| {
-        let points = rows.iter().map(|row| ((row.cells.iter().product::<usize>() * row.steps) as f64, value(row)));
+        let points = rows.iter().map(|row| {
+            (
+                (row.cells.iter().product::<usize>() * row.steps) as f64,
+                value(row),
+            )
+        });
         Curve::new(name, colour, points.collect::<Vec<_>>().into_iter())
     };
     Chart {

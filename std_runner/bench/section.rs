@@ -20,15 +20,25 @@ pub(super) fn write(folder: Option<&Path>, name: &str, text: &str) -> Result<(),
     let page = match fs::read_to_string(&path) {
         Ok(page) => page,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => "# Performance\n".into(),
-        Err(error) => return Err(Failure::File(format!("cannot read {}: {error}; make it readable or choose another folder", path.display()))),
+        Err(error) => {
+            return Err(Failure::File(format!(
+                "cannot read {}: {error}; make it readable or choose another folder",
+                path.display()
+            )));
+        }
     };
     page::put(folder, PAGE, &replaced(&page, name, text))
 }
 
 fn replaced(page: &str, name: &str, text: &str) -> String {
     let [begin, end] = [format!("<!-- begin {name} -->\n"), format!("<!-- end {name} -->")];
-    let parts = page.split_once(&begin).and_then(|(before, rest)| Some((before, rest.split_once(&end)?.1)));
-    let (before, after) = parts.map_or_else(|| (format!("{page}\n"), "\n"), |(before, after)| (before.into(), after));
+    let parts = page
+        .split_once(&begin)
+        .and_then(|(before, rest)| Some((before, rest.split_once(&end)?.1)));
+    let (before, after) = parts.map_or_else(
+        || (format!("{page}\n"), "\n"),
+        |(before, after)| (before.into(), after),
+    );
     format!("{before}{begin}\n{}\n\n{end}{after}", text.trim())
 }
 

@@ -28,12 +28,16 @@ impl<L: Line<N>, const N: usize> Sheet<L, N> {
     /// Prints the head.
     pub fn begin(voice: Voice) -> Self {
         voice.for_people(&Self::laid_out(&L::HEAD.map(String::from)));
-        Self { voice, lines: Vec::new() }
+        Self {
+            voice,
+            lines: Vec::new(),
+        }
     }
 
     /// Prints a line and keeps it.
     pub fn add(&mut self, line: L) {
-        self.voice.say(&Self::laid_out(&line.texts()), json!({ "row": line }));
+        self.voice
+            .say(&Self::laid_out(&line.texts()), json!({ "row": line }));
         self.lines.push(line);
     }
 
@@ -47,12 +51,24 @@ impl<L: Line<N>, const N: usize> Sheet<L, N> {
             Some(&width) => format!("{text:<width$}"),
             None => format!("{text:>width$}", width = L::HEAD[column].len().max(9) + GAP),
         };
-        texts.iter().enumerate().map(cell).collect::<String>().trim_end().to_owned()
+        texts
+            .iter()
+            .enumerate()
+            .map(cell)
+            .collect::<String>()
+            .trim_end()
+            .to_owned()
     }
 
     pub fn markdown(&self) -> String {
         let rows = self.lines.iter().map(|line| line.texts().to_vec()).collect();
-        report::Table { head: L::HEAD.to_vec(), names: L::WIDTHS.len(), ours: N, rows }.markdown()
+        report::Table {
+            head: L::HEAD.to_vec(),
+            names: L::WIDTHS.len(),
+            ours: N,
+            rows,
+        }
+        .markdown()
     }
 }
 

@@ -45,11 +45,21 @@ pub(super) fn iterations<T: Real, S: Space, const N: usize>(
         }
         execs.map(|exec| {
             let (mut evaluations, count) = (0, last + 1 - first);
-            let mut seconds: Vec<f64> = (0..count).map(|_| timed(|| evaluations += solver.step(exec, &mut Silent).direct.evaluations)).collect();
+            let mut seconds: Vec<f64> = (0..count)
+                .map(|_| timed(|| evaluations += solver.step(exec, &mut Silent).direct.evaluations))
+                .collect();
             seconds.sort_by(f64::total_cmp);
-            let touched = resident("VmHWM:").zip(before).map(|(most, before)| most.saturating_sub(before));
+            let touched = resident("VmHWM:")
+                .zip(before)
+                .map(|(most, before)| most.saturating_sub(before));
             let evaluations = evaluations as f64 / count as f64;
-            Iterations { seconds: seconds[count / 2], evaluations, courant: ready.courant(solver), planned, touched }
+            Iterations {
+                seconds: seconds[count / 2],
+                evaluations,
+                courant: ready.courant(solver),
+                planned,
+                touched,
+            }
         })
     })
 }
@@ -74,10 +84,19 @@ pub(super) fn to_final<S: Space>(exec: &dyn Exec, ready: &Ready) -> Result<Reach
     ready.with::<f32, S, _>(exec, |solver| {
         let mut path = Vec::new();
         watch(exec, solver, |_, progress, seconds| {
-            path.push((seconds, if progress.direct.level == 0 { progress.objective.total() } else { f64::INFINITY }));
+            path.push((
+                seconds,
+                if progress.direct.level == 0 {
+                    progress.objective.total()
+                } else {
+                    f64::INFINITY
+                },
+            ));
             ControlFlow::Continue(())
         });
-        let last = solver.finish(exec).map_or(f64::NAN, |objective| objective.total());
+        let last = solver
+            .finish(exec)
+            .map_or(f64::NAN, |objective| objective.total());
         reached(&path, NEAR * last)
     })
 }
@@ -85,10 +104,16 @@ pub(super) fn to_final<S: Space>(exec: &dyn Exec, ready: &Ready) -> Result<Reach
 /// Solves to the end of ADMM's own rule.
 pub(super) fn to_stop<S: Space>(exec: &dyn Exec, ready: &Ready) -> Result<Reached, Failure> {
     ready.with::<f32, S, _>(exec, |solver| {
-        let mut reached = Reached { seconds: None, iterations: 0 };
+        let mut reached = Reached {
+            seconds: None,
+            iterations: 0,
+        };
         watch(exec, solver, |_, progress, seconds| {
             let converged = progress.status == Some(Status::Converged);
-            reached = Reached { seconds: converged.then_some(seconds), iterations: progress.iteration };
+            reached = Reached {
+                seconds: converged.then_some(seconds),
+                iterations: progress.iteration,
+            };
             ControlFlow::Continue(())
         });
         reached
@@ -96,23 +121,39 @@ pub(super) fn to_stop<S: Space>(exec: &dyn Exec, ready: &Ready) -> Result<Reache
 }
 
 /// Solves until half the squared distance from the last keyframe, without any blur, is `part` of what it was at rest.
-pub(super) fn to_part<T: Real, S: Space>(exec: &dyn Exec, ready: &Ready, part: f64) -> Result<Reached, Failure> {
+pub(super) fn to_part<T: Real, S: Space>(
+    exec: &dyn Exec,
+    ready: &Ready,
+    part: f64,
+) -> Result<Reached, Failure> {
     let (steps, last) = (ready.problem().steps, ready.problem().keyframes.len() - 1);
     ready.with::<T, S, _>(exec, |solver| {
         let at_rest = distance(solver.density(0), solver.keyframe(last));
         let mut path = Vec::new();
         watch(exec, solver, |solver, progress, seconds| {
             let on_finest = progress.direct.level == 0;
-            let distance = if on_finest { distance(solver.density(steps), solver.keyframe(last)) } else { f64::INFINITY };
+            let distance = if on_finest {
+                distance(solver.density(steps), solver.keyframe(last))
+            } else {
+                f64::INFINITY
+            };
             path.push((seconds, distance));
-            if distance <= part * at_rest { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if distance <= part * at_rest {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         });
         reached(&path, part * at_rest)
     })
 }
 
 /// Calls `each` after every iteration with the seconds until then, to the end or a break.
-fn watch<'m, T: Real, S: Space>(exec: &dyn Exec, solver: &mut Solver<'m, T, S>, mut each: impl FnMut(&Solver<'m, T, S>, &Progress, f64) -> ControlFlow<()>) {
+fn watch<'m, T: Real, S: Space>(
+    exec: &dyn Exec,
+    solver: &mut Solver<'m, T, S>,
+    mut each: impl FnMut(&Solver<'m, T, S>, &Progress, f64) -> ControlFlow<()>,
+) {
     let began = Instant::now();
     loop {
         let progress = solver.step(exec, &mut Silent);
@@ -125,7 +166,10 @@ fn watch<'m, T: Real, S: Space>(exec: &dyn Exec, solver: &mut Solver<'m, T, S>, 
 /// When a path of seconds and values came down to `goal`.
 fn reached(path: &[(f64, f64)], goal: f64) -> Reached {
     let index = path.iter().position(|&(_, value)| value <= goal);
-    Reached { seconds: index.map(|index| path[index].0), iterations: index.map_or(path.len(), |index| index + 1) }
+    Reached {
+        seconds: index.map(|index| path[index].0),
+        iterations: index.map_or(path.len(), |index| index + 1),
+    }
 }
 
 fn distance<T: Real>(a: &[T], b: &[T]) -> f64 {

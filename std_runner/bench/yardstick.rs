@@ -30,7 +30,9 @@ const PATIENCE: usize = 1 << 18;
 
 /// The best of `repeats` timings of `work`, in seconds.
 pub fn best(repeats: usize, mut work: impl FnMut()) -> f64 {
-    (0..repeats).map(|_| timed(&mut work)).fold(f64::INFINITY, f64::min)
+    (0..repeats)
+        .map(|_| timed(&mut work))
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Seconds of `work`.
@@ -71,14 +73,25 @@ impl Moment {
     /// # Errors
     /// [`Failure`]: there is no memory for them.
     pub fn measure(exec: &dyn Exec, quick: bool) -> Result<Self, Failure> {
-        Ok(Self { triad: triad(exec, numbers(quick))?, flops: arithmetic(exec), handover: handover(exec) })
+        Ok(Self {
+            triad: triad(exec, numbers(quick))?,
+            flops: arithmetic(exec),
+            handover: handover(exec),
+        })
     }
 
     /// The mean of what was before and what is after something.
     #[must_use]
     pub fn mean(self, after: Self) -> Self {
-        let handover = self.handover.zip(after.handover).map(|(before, after)| 0.5 * (before + after));
-        Self { triad: 0.5 * (self.triad + after.triad), flops: 0.5 * (self.flops + after.flops), handover }
+        let handover = self
+            .handover
+            .zip(after.handover)
+            .map(|(before, after)| 0.5 * (before + after));
+        Self {
+            triad: 0.5 * (self.triad + after.triad),
+            flops: 0.5 * (self.flops + after.flops),
+            handover,
+        }
     }
 }
 
@@ -94,13 +107,26 @@ impl Yardstick {
     /// [`Failure`]: there is no memory for them.
     pub fn measure(exec: &dyn Exec, quick: bool) -> Result<Self, Failure> {
         let moment = Moment::measure(exec, quick)?;
-        Ok(Self { threads: exec.threads(), moment, triad_on_one: triad(&Serial, numbers(quick))?, flops_on_one: arithmetic(&Serial) })
+        Ok(Self {
+            threads: exec.threads(),
+            moment,
+            triad_on_one: triad(&Serial, numbers(quick))?,
+            flops_on_one: arithmetic(&Serial),
+        })
     }
 
     /// In words.
     pub fn sentence(&self) -> String {
-        let [triad, one, flops, one_flops] = [self.moment.triad, self.triad_on_one, self.moment.flops, self.flops_on_one].map(|rate| rate / 1e9);
-        let handover = self.moment.handover.map_or_else(String::new, |seconds| format!(" From thread to thread in {:.0} ns.", 1e9 * seconds));
+        let [triad, one, flops, one_flops] = [
+            self.moment.triad,
+            self.triad_on_one,
+            self.moment.flops,
+            self.flops_on_one,
+        ]
+        .map(|rate| rate / 1e9);
+        let handover = self.moment.handover.map_or_else(String::new, |seconds| {
+            format!(" From thread to thread in {:.0} ns.", 1e9 * seconds)
+        });
         format!(
             "Triad a = b + 3 c in f32 on {} threads: {triad:.1} GB/s, on one {one:.1}. \
              Multiplications and additions in f32, not fused: {flops:.0} GFLOP/s, on one thread {one_flops:.0}.{handover}",
@@ -120,17 +146,34 @@ fn triad_of(exec: &dyn Exec, rows: usize, a_row: usize) -> Result<f64, Failure> 
     let (bytes, passes) = (3 * numbers * size_of::<f32>(), FEW_NUMBERS.div_ceil(numbers));
     in_block(bytes, |block| {
         let mut arena = Arena::new(block);
-        let mut array = || arena.take::<f32>(numbers).map_err(|TooSmall { .. }| no_memory(bytes));
+        let mut array = || {
+            arena
+                .take::<f32>(numbers)
+                .map_err(|TooSmall { .. }| no_memory(bytes))
+        };
         let (a, b, c) = (array()?, array()?, array()?);
         b.fill(1.0);
         c.fill(2.0);
         let seconds = best(REPEATS, || {
             for _ in 0..passes {
-                for_rows(exec, rows, 0..rows, RowBuffers { fields: [&mut *a], sums: &mut [], scratch: &mut [] }, |task| {
-                    let [a] = task.fields;
-                    let span = task.row * a.len()..(task.row + 1) * a.len();
-                    a.iter_mut().zip(&b[span.clone()]).zip(&c[span]).for_each(|((a, &b), &c)| *a = b + 3.0 * c);
-                });
+                for_rows(
+                    exec,
+                    rows,
+                    0..rows,
+                    RowBuffers {
+                        fields: [&mut *a],
+                        sums: &mut [],
+                        scratch: &mut [],
+                    },
+                    |task| {
+                        let [a] = task.fields;
+                        let span = task.row * a.len()..(task.row + 1) * a.len();
+                        a.iter_mut()
+                            .zip(&b[span.clone()])
+                            .zip(&c[span])
+                            .for_each(|((a, &b), &c)| *a = b + 3.0 * c);
+                    },
+                );
                 black_box(&mut *a);
             }
         });
@@ -164,12 +207,18 @@ fn chains(links: usize) -> usize {
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f") {
-            #[expect(unsafe_code, reason = "calling a function compiled for AVX-512 after asking the machine for it")]
+            #[expect(
+                unsafe_code,
+                reason = "calling a function compiled for AVX-512 after asking the machine for it"
+            )]
             // SAFETY: the machine has AVX-512.
             return unsafe { wide::chains(links) };
         }
         if is_x86_feature_detected!("avx") {
-            #[expect(unsafe_code, reason = "calling a function compiled for AVX after asking the machine for it")]
+            #[expect(
+                unsafe_code,
+                reason = "calling a function compiled for AVX after asking the machine for it"
+            )]
             // SAFETY: the machine has AVX.
             return unsafe { medium::chains(links) };
         }
@@ -210,7 +259,15 @@ macro_rules! chains {
     };
 }
 #[cfg(target_arch = "x86_64")]
-chains!(wide, "avx512f", 16, 12, _mm512_set1_ps, _mm512_mul_ps, _mm512_add_ps);
+chains!(
+    wide,
+    "avx512f",
+    16,
+    12,
+    _mm512_set1_ps,
+    _mm512_mul_ps,
+    _mm512_add_ps
+);
 #[cfg(target_arch = "x86_64")]
 chains!(medium, "avx", 8, 6, _mm256_set1_ps, _mm256_mul_ps, _mm256_add_ps);
 
@@ -233,7 +290,9 @@ impl Line {
 fn handover(exec: &dyn Exec) -> Option<f64> {
     let mut trips: Vec<f64> = (0..MEASUREMENTS).map_while(|_| round_trips(exec)).collect();
     trips.sort_by(f64::total_cmp);
-    trips.get(trips.len() / 2).map(|seconds| 0.5 * seconds / TRIPS as f64)
+    trips
+        .get(trips.len() / 2)
+        .map(|seconds| 0.5 * seconds / TRIPS as f64)
 }
 
 /// Seconds of [`TRIPS`] ways from one thread to another and back; none if the other does not come.
@@ -256,9 +315,14 @@ fn round_trips(exec: &dyn Exec) -> Option<f64> {
         } else if goes_and_returns(1) {
             let began = Instant::now();
             if (2..=TRIPS + 1).all(goes_and_returns) {
-                nanoseconds.store(u64::try_from(began.elapsed().as_nanos()).unwrap_or(0), Ordering::Relaxed);
+                nanoseconds.store(
+                    u64::try_from(began.elapsed().as_nanos()).unwrap_or(0),
+                    Ordering::Relaxed,
+                );
             }
         }
     });
-    Some(nanoseconds.into_inner()).filter(|&nanoseconds| nanoseconds > 0).map(|nanoseconds| nanoseconds as f64 * 1e-9)
+    Some(nanoseconds.into_inner())
+        .filter(|&nanoseconds| nanoseconds > 0)
+        .map(|nanoseconds| nanoseconds as f64 * 1e-9)
 }

@@ -13,8 +13,16 @@ use std::path::Path;
 
 /// The same scene once for each method, checked and planned: what would be refused is refused before anything is solved.
 pub(crate) fn entries(document: &Document, methods: &[String], order: &Order) -> Result<Vec<Scene>, Failure> {
-    if let Some(twice) = methods.iter().enumerate().find(|(index, name)| methods[..*index].contains(name)) {
-        return Err(Failure::Input(format!("--methods {}: \"{}\" is named twice; name each method once", methods.join(","), twice.1)));
+    if let Some(twice) = methods
+        .iter()
+        .enumerate()
+        .find(|(index, name)| methods[..*index].contains(name))
+    {
+        return Err(Failure::Input(format!(
+            "--methods {}: \"{}\" is named twice; name each method once",
+            methods.join(","),
+            twice.1
+        )));
     }
     let entry = |name: &String| {
         let mut document = document.clone();
@@ -37,13 +45,27 @@ pub(crate) struct Contest {
 
 impl Contest {
     /// Solves each entry into a folder of its method's name below `folder`, until the user says stop.
-    pub fn hold(entries: Vec<Scene>, methods: &[String], order: &Order, folder: &Path, interrupt: &Interrupt) -> Result<Self, Failure> {
+    pub fn hold(
+        entries: Vec<Scene>,
+        methods: &[String],
+        order: &Order,
+        folder: &Path,
+        interrupt: &Interrupt,
+    ) -> Result<Self, Failure> {
         let mut contest = Self::default();
         for (scene, method) in entries.into_iter().zip(methods) {
             if interrupt.asked() {
                 break;
             }
-            match order.solve(scene, folder.join(method), Clock::start(), Start { interrupt: Some(interrupt.clone()), ..Start::default() }) {
+            match order.solve(
+                scene,
+                folder.join(method),
+                Clock::start(),
+                Start {
+                    interrupt: Some(interrupt.clone()),
+                    ..Start::default()
+                },
+            ) {
                 Ok(solved) => contest.solved.push(solved),
                 Err(Failure::NotFinite(why)) => {
                     if order.mode != Mode::Quiet {

@@ -61,7 +61,11 @@ impl Figures {
             ao_average: only_admm(record.seconds.ao_average),
             nso_average: only_admm(record.seconds.nso_average),
             objective: record.objective,
-            keyframe_error: record.keyframes.iter().map(|keyframe| keyframe.relative_l2).fold(0.0, f64::max),
+            keyframe_error: record
+                .keyframes
+                .iter()
+                .map(|keyframe| keyframe.relative_l2)
+                .fold(0.0, f64::max),
             planned_bytes: record.memory.planned_bytes,
             paper_bound_bytes: record.memory.paper_bound_bytes,
         }
@@ -70,15 +74,27 @@ impl Figures {
 
 /// The iterations on the grid of the scene itself: objectives of coarser grids cannot be compared.
 pub fn finest(record: &RunRecord) -> &[IterationRecord] {
-    let on_finest = |piece: &&[IterationRecord]| piece.first().is_some_and(|entry| entry.direct.as_ref().is_none_or(|direct| direct.level == record.cells));
-    by_grid(&record.history).last().filter(on_finest).unwrap_or_default()
+    let on_finest = |piece: &&[IterationRecord]| {
+        piece.first().is_some_and(|entry| {
+            entry
+                .direct
+                .as_ref()
+                .is_none_or(|direct| direct.level == record.cells)
+        })
+    };
+    by_grid(&record.history)
+        .last()
+        .filter(on_finest)
+        .unwrap_or_default()
 }
 
 /// Seconds until the objective was at most `target`. Only who ends there has reached it: an objective on the way may be that of a
 /// flow that is not feasible yet.
 fn reached(history: &[IterationRecord], end: f64, target: f64) -> Option<f64> {
     let last = history.last()?;
-    let entry = history.iter().find(|entry| entry.objective.total() <= target && entry.objective.total() > 0.0);
+    let entry = history
+        .iter()
+        .find(|entry| entry.objective.total() <= target && entry.objective.total() > 0.0);
     (end <= target).then(|| entry.unwrap_or(last).seconds)
 }
 
@@ -91,7 +107,14 @@ pub fn descends(record: &RunRecord) -> bool {
 pub fn ends<'a>(records: impl Iterator<Item = &'a RunRecord>) -> (f64, f64) {
     let widened = |(least, largest): (f64, f64), record: &RunRecord| {
         let total = record.objective.total();
-        (least.min(total), if descends(record) { largest.max(total) } else { largest })
+        (
+            least.min(total),
+            if descends(record) {
+                largest.max(total)
+            } else {
+                largest
+            },
+        )
     };
     records.fold((f64::INFINITY, f64::NEG_INFINITY), widened)
 }

@@ -32,18 +32,35 @@ pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
         document.set(assignment)?;
     }
     let scene = Scene::of(document.clone())?;
-    let order = Order { wishes: options.wishes(), mode: options.mode(), parts: Parts { arrays: true, images: scene.output.frames } };
+    let order = Order {
+        wishes: options.wishes(),
+        mode: options.mode(),
+        parts: Parts {
+            arrays: true,
+            images: scene.output.frames,
+        },
+    };
     let entries = entries(&document, methods, &order)?;
-    let folder = arguments.output.clone().unwrap_or_else(|| beside(&scene.output.folder));
+    let folder = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| beside(&scene.output.folder));
     prepare(&folder, STEM)?;
     check_below(&folder, methods)?;
     let interrupt = Interrupt::listen()?;
     let contest = Contest::hold(entries, methods, &order, &folder, &interrupt)?;
-    let name = arguments.scene.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
+    let name = arguments
+        .scene
+        .file_stem()
+        .map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
     let facts = json!({ "format": 1, "scene": name, "best": contest.best(), "rows": contest.figures(), "failed": failed(&contest) });
     write(&folder, STEM, &page::page(&name, &contest), &facts)?;
     tell(&order, &folder, STEM, &page::summary(&contest), facts);
-    Ok(if interrupt.asked() { INTERRUPTED } else { code_of(&contest) })
+    Ok(if interrupt.asked() {
+        INTERRUPTED
+    } else {
+        code_of(&contest)
+    })
 }
 
 /// The folder of a comparison beside that of a solve.
@@ -60,30 +77,51 @@ pub(crate) fn prepare(folder: &Path, stem: &str) -> Result<(), Failure> {
     let cannot = |error: OutputError| Failure::File(error.to_string());
     create_folder(folder).map_err(cannot)?;
     let path = folder.join(mark);
-    if path.exists() { Ok(()) } else { write_bytes(&path, json!({ "format": 1 }).to_string().as_bytes()).map_err(cannot) }
+    if path.exists() {
+        Ok(())
+    } else {
+        write_bytes(&path, json!({ "format": 1 }).to_string().as_bytes()).map_err(cannot)
+    }
 }
 
 /// Refuses a folder for a method below `folder` that holds something else.
 pub(crate) fn check_below(folder: &Path, methods: &[String]) -> Result<(), Failure> {
     create_folder(folder).map_err(|error| Failure::File(error.to_string()))?;
-    methods.iter().try_for_each(|name| Destination::check(&folder.join(name)).map(drop))
+    methods
+        .iter()
+        .try_for_each(|name| Destination::check(&folder.join(name)).map(drop))
 }
 
 /// The methods of a contest that came to no result.
 pub(crate) fn failed(contest: &Contest) -> Value {
-    contest.failed.iter().map(|(method, why)| json!({ "method": method, "why": why })).collect()
+    contest
+        .failed
+        .iter()
+        .map(|(method, why)| json!({ "method": method, "why": why }))
+        .collect()
 }
 
 /// The exit code of a contest that nobody interrupted.
 pub(crate) fn code_of(contest: &Contest) -> u8 {
-    if contest.failed.is_empty() { DONE } else { NOT_FINITE }
+    if contest.failed.is_empty() {
+        DONE
+    } else {
+        NOT_FINITE
+    }
 }
 
 /// Writes the page in both forms and its facts.
-pub(crate) fn write(folder: &Path, stem: &str, page: &crate::report::Document, facts: &Value) -> Result<(), Failure> {
+pub(crate) fn write(
+    folder: &Path,
+    stem: &str,
+    page: &crate::report::Document,
+    facts: &Value,
+) -> Result<(), Failure> {
     let path = folder.join(format!("{stem}.json"));
     let json = serde_json::to_vec_pretty(facts).map_err(OutputError::of(&path));
-    json.and_then(|json| write_bytes(&path, &json)).and_then(|()| page.write(folder, stem)).map_err(|error| Failure::File(error.to_string()))
+    json.and_then(|json| write_bytes(&path, &json))
+        .and_then(|()| page.write(folder, stem))
+        .map_err(|error| Failure::File(error.to_string()))
 }
 
 /// Says what came of it and where it is.

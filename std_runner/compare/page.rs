@@ -2,12 +2,21 @@
 
 use super::contest::Contest;
 use super::figures::{Figures, descends, finest};
-use crate::report::{Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, bytes, number, product, seconds};
+use crate::report::{
+    Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, bytes, number, product,
+    seconds,
+};
 
 /// The page about one scene.
 pub(crate) fn page(name: &str, contest: &Contest) -> Document {
     let methods: Vec<&str> = contest.records().map(|record| record.method.as_str()).collect();
-    let mut blocks = contest.records().next().map(conditions).into_iter().flatten().collect::<Vec<_>>();
+    let mut blocks = contest
+        .records()
+        .next()
+        .map(conditions)
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>();
     blocks.push(Block::Table(table(&contest.figures())));
     blocks.extend(notes(contest));
     if let Some(chart) = by_seconds(contest) {
@@ -26,7 +35,14 @@ pub(crate) fn page(name: &str, contest: &Contest) -> Document {
         blocks.push(Block::Code(record.command.clone()));
         blocks.push(Block::Code(record.scene.trim_end().into()));
     }
-    Document { title: format!("{name}, compared"), lead: format!("The same scene solved by {}, one after the other in one process.", listed(&methods)), blocks }
+    Document {
+        title: format!("{name}, compared"),
+        lead: format!(
+            "The same scene solved by {}, one after the other in one process.",
+            listed(&methods)
+        ),
+        blocks,
+    }
 }
 
 /// "a, b and c"
@@ -47,21 +63,38 @@ fn conditions(record: &RunRecord) -> Vec<Block> {
         number(record.dt),
         number(record.force_weight),
         record.advection.scheme,
-        listed(&record.keyframes.iter().map(|keyframe| keyframe.step.to_string()).collect::<Vec<_>>().iter().map(String::as_str).collect::<Vec<_>>())
+        listed(
+            &record
+                .keyframes
+                .iter()
+                .map(|keyframe| keyframe.step.to_string())
+                .collect::<Vec<_>>()
+                .iter()
+                .map(String::as_str)
+                .collect::<Vec<_>>()
+        )
     );
     vec![Block::Text(scene), Block::Text(measured(record))]
 }
 
 /// By what program on what machine, and what the columns mean.
 pub(crate) fn measured(record: &RunRecord) -> String {
-    let build = if cfg!(debug_assertions) { ", a debug build, whose times say little" } else { "" };
+    let build = if cfg!(debug_assertions) {
+        ", a debug build, whose times say little"
+    } else {
+        ""
+    };
     format!(
         "All figures but those marked as the paper's own were produced by this one run: thurible {}{build}, in {} on {} of {} ({}). Seconds count from the first \
          iteration on, coarser grids and ADMM's nested start included, and leave out reading, drawing and writing. \"To 1 %\" is when the objective first came within 1 % of the least that \
          any method of this run ended with; \"to worst end\" is when it came to where the worst of them ended, single passes aside, so that every method that descends has such a time. Objectives on coarser grids are not comparable and not shown.",
         record.version,
         record.precision,
-        if record.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", record.threads) },
+        if record.threads == 1 {
+            "1 thread".to_owned()
+        } else {
+            format!("{} threads", record.threads)
+        },
         crate::threads::available(),
         processor()
     )
@@ -70,7 +103,9 @@ pub(crate) fn measured(record: &RunRecord) -> String {
 /// The processor's name, where the system tells.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let name = text
+        .lines()
+        .find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     name.map_or_else(|| "processor unknown".into(), |(_, name)| name.trim().to_owned())
 }
 
@@ -99,7 +134,9 @@ pub(crate) fn cells(figures: &Figures) -> Vec<String> {
         status(&figures.status).into(),
         figures.iterations.to_string(),
         figures.coarser_iterations.to_string(),
-        figures.seconds_to_best.map_or_else(|| "not reached".into(), seconds_alone),
+        figures
+            .seconds_to_best
+            .map_or_else(|| "not reached".into(), seconds_alone),
         or_dash(figures.seconds_to_worst),
         seconds_alone(figures.seconds),
         seconds_alone(figures.iteration_average),
@@ -109,7 +146,11 @@ pub(crate) fn cells(figures: &Figures) -> Vec<String> {
         number(figures.objective.data),
         number(figures.objective.force),
         format!("{:.1} %", 100.0 * figures.keyframe_error),
-        format!("{} ({})", bytes(figures.planned_bytes), bytes(figures.paper_bound_bytes)),
+        format!(
+            "{} ({})",
+            bytes(figures.planned_bytes),
+            bytes(figures.paper_bound_bytes)
+        ),
     ]
 }
 
@@ -117,7 +158,13 @@ pub(crate) fn cells(figures: &Figures) -> Vec<String> {
 pub(crate) fn in_brief(figures: &Figures) -> [String; 5] {
     let or_dash = |value: Option<f64>| value.map_or_else(|| "\u{2013}".into(), seconds_alone);
     let iterations = figures.iterations.to_string();
-    [iterations, or_dash(figures.ao_average), or_dash(figures.nso_average), seconds_alone(figures.seconds), bytes(figures.planned_bytes)]
+    [
+        iterations,
+        or_dash(figures.ao_average),
+        or_dash(figures.nso_average),
+        seconds_alone(figures.seconds),
+        bytes(figures.planned_bytes),
+    ]
 }
 
 /// Seconds to three digits, without a unit.
@@ -150,13 +197,23 @@ fn table(rows: &[Figures]) -> Table {
         row.extend(cells(figures));
         row
     };
-    Table { names: 1, ours: head.len(), head, rows: rows.iter().map(row).collect() }
+    Table {
+        names: 1,
+        ours: head.len(),
+        head,
+        rows: rows.iter().map(row).collect(),
+    }
 }
 
 /// What is to be said below the table.
 fn notes(contest: &Contest) -> Vec<Block> {
     let mut notes: Vec<Block> = race(&contest.figures()).map(Block::Text).into_iter().collect();
-    notes.extend(contest.failed.iter().map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))));
+    notes.extend(
+        contest
+            .failed
+            .iter()
+            .map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))),
+    );
     notes.push(Block::Text(MEMORY.into()));
     notes
 }
@@ -165,11 +222,29 @@ fn notes(contest: &Contest) -> Vec<Block> {
 fn race(rows: &[Figures]) -> Option<String> {
     let descending = rows.iter().filter(|row| row.iterations > 1);
     let worst = descending.max_by(|one, other| one.objective.total().total_cmp(&other.objective.total()))?;
-    let mut times: Vec<(&str, f64)> = rows.iter().filter_map(|row| Some((row.method.as_str(), row.seconds_to_worst?))).collect();
+    let mut times: Vec<(&str, f64)> = rows
+        .iter()
+        .filter_map(|row| Some((row.method.as_str(), row.seconds_to_worst?)))
+        .collect();
     times.sort_by(|one, other| one.1.total_cmp(&other.1));
-    let [(first, least), rest @ ..] = times.as_slice() else { return None };
-    let rest: Vec<String> = rest.iter().map(|(name, time)| format!("{name} after {} ({:.1} times as long)", seconds(*time), time / least)).collect();
-    let others = if rest.is_empty() { return None } else { rest.join(", ") };
+    let [(first, least), rest @ ..] = times.as_slice() else {
+        return None;
+    };
+    let rest: Vec<String> = rest
+        .iter()
+        .map(|(name, time)| {
+            format!(
+                "{name} after {} ({:.1} times as long)",
+                seconds(*time),
+                time / least
+            )
+        })
+        .collect();
+    let others = if rest.is_empty() {
+        return None;
+    } else {
+        rest.join(", ")
+    };
     Some(format!(
         "The objective {}, at which {} ended, was reached by {first} after {}, {others}.",
         number(worst.objective.total()),
@@ -185,7 +260,10 @@ pub(crate) const MEMORY: &str = "Memory is the one block that a solve takes, sou
 /// Curves of the objective over `across`, one for each method.
 fn objective(contest: &Contest, across: fn(&IterationRecord, usize) -> f64) -> Vec<Curve> {
     let curve = |(index, record): (usize, &RunRecord)| {
-        let points = finest(record).iter().enumerate().map(|(place, entry)| (across(entry, place), entry.objective.total()));
+        let points = finest(record)
+            .iter()
+            .enumerate()
+            .map(|(place, entry)| (across(entry, place), entry.objective.total()));
         Curve::new(record.method.clone(), index % 4 + 1, points)
     };
     contest.records().enumerate().map(curve).collect()
@@ -217,19 +295,43 @@ pub(crate) fn last_keyframe(contest: &Contest) -> Vec<Block> {
     let mut shots = Vec::new();
     let mut differences = Vec::new();
     for solved in &contest.solved {
-        let (Some(pictures), Some(facts)) = (solved.gallery.keyframes.last(), solved.record.keyframes.last()) else { continue };
+        let (Some(pictures), Some(facts)) = (solved.gallery.keyframes.last(), solved.record.keyframes.last())
+        else {
+            continue;
+        };
         if shots.is_empty() {
-            shots.push(Shot { caption: format!("keyframe, step {}", pictures.step), png: pictures.target.clone() });
+            shots.push(Shot {
+                caption: format!("keyframe, step {}", pictures.step),
+                png: pictures.target.clone(),
+            });
         }
-        shots.push(Shot { caption: solved.record.method.clone(), png: pictures.reached.clone() });
-        differences.push(Shot { caption: format!("{}: off by {:.1} %", solved.record.method, 100.0 * facts.relative_l2), png: pictures.difference.clone() });
+        shots.push(Shot {
+            caption: solved.record.method.clone(),
+            png: pictures.reached.clone(),
+        });
+        differences.push(Shot {
+            caption: format!(
+                "{}: off by {:.1} %",
+                solved.record.method,
+                100.0 * facts.relative_l2
+            ),
+            png: pictures.difference.clone(),
+        });
     }
     vec![Block::Pictures(shots), Block::Pictures(differences)]
 }
 
 /// Some steps from first to last.
 pub(crate) fn strip(pictures: &[(usize, Vec<u8>)]) -> Block {
-    Block::Strip(pictures.iter().map(|(step, png)| Shot { caption: format!("step {step}"), png: png.clone() }).collect())
+    Block::Strip(
+        pictures
+            .iter()
+            .map(|(step, png)| Shot {
+                caption: format!("step {step}"),
+                png: png.clone(),
+            })
+            .collect(),
+    )
 }
 
 /// The table of the page in Markdown, for the terminal.

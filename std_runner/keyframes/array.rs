@@ -16,9 +16,16 @@ pub(super) fn draw(path: &Path, name: Option<&str>, canvas: &Canvas) -> Result<V
 fn densities(path: &Path, name: Option<&str>, canvas: &Canvas) -> Result<Vec<f64>, Fault> {
     let array = npz::read(path, name)?;
     if array.shape.len() != canvas.dimensions() || array.values.is_empty() {
-        let order = if canvas.dimensions() == 3 { "[z, y, x]" } else { "[y, x]" };
+        let order = if canvas.dimensions() == 3 {
+            "[z, y, x]"
+        } else {
+            "[y, x]"
+        };
         let found = format!("has the shape ({})", array.size_in_words());
-        let remedy = format!("a {}D grid takes an array with axes {order} and at least one value", canvas.dimensions());
+        let remedy = format!(
+            "a {}D grid takes an array with axes {order} and at least one value",
+            canvas.dimensions()
+        );
         return Err(Fault::content(found, remedy));
     }
     array.refuse_not_finite()?;
@@ -29,7 +36,11 @@ fn densities(path: &Path, name: Option<&str>, canvas: &Canvas) -> Result<Vec<f64
         .zip(&canvas.cells)
         .enumerate()
         .map(|(axis, (&samples, &cells))| {
-            let edge = if canvas.repeats(axis) { Edge::Wrap } else { Edge::Clamp };
+            let edge = if canvas.repeats(axis) {
+                Edge::Wrap
+            } else {
+                Edge::Clamp
+            };
             windows_of_box(cells, samples, edge)
         })
         .collect();
@@ -41,7 +52,10 @@ fn refuse_negative(array: &Array) -> Result<(), Fault> {
         None => Ok(()),
         Some(index) => {
             let found = format!("holds {} at {}", array.values[index], array.place(index));
-            Err(Fault::content(found, "a density is never negative: clip it by numpy.maximum(a, 0)"))
+            Err(Fault::content(
+                found,
+                "a density is never negative: clip it by numpy.maximum(a, 0)",
+            ))
         }
     }
 }

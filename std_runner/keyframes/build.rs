@@ -37,8 +37,17 @@ fn block(min: &[f64], max: &[f64], canvas: &Canvas) -> Result<Box<dyn Solid>, Sh
     for (axis, side) in half.iter_mut().enumerate().take(canvas.dimensions()) {
         *side = 0.5 * (high[axis] - low[axis]);
         if *side <= 0.0 {
-            let found = format!("is {} along axis {}, not above `box.min` = {}", high[axis], ["x", "y", "z"][axis], low[axis]);
-            return Err(ShapeError::key("box.max", found, "`min` is the lower corner, `max` the upper one"));
+            let found = format!(
+                "is {} along axis {}, not above `box.min` = {}",
+                high[axis],
+                ["x", "y", "z"][axis],
+                low[axis]
+            );
+            return Err(ShapeError::key(
+                "box.max",
+                found,
+                "`min` is the lower corner, `max` the upper one",
+            ));
         }
     }
     let center = core::array::from_fn(|axis| 0.5 * (low[axis] + high[axis]));
@@ -76,7 +85,11 @@ fn direction(axis: Option<&AxisKey>, canvas: &Canvas) -> Result<[f64; 3], ShapeE
         return refuse(format!("is {vector:?}"));
     }
     if canvas.dimensions() == 2 && (vector[0], vector[1]) != (0.0, 0.0) {
-        return Err(ShapeError::key("torus.axis", "tilts out of a 2D grid", "leave it out: in 2D a torus is a ring"));
+        return Err(ShapeError::key(
+            "torus.axis",
+            "tilts out of a 2D grid",
+            "leave it out: in 2D a torus is a ring",
+        ));
     }
     Ok(vector.map(|component| component / size))
 }

@@ -10,8 +10,16 @@ pub(super) fn point(key: &str, given: &[f64], canvas: &Canvas) -> Result<[f64; 3
     let mut point = canvas.middle();
     let dimensions = canvas.dimensions();
     if given.len() != dimensions && !(dimensions == 3 && given.len() == 2) {
-        let remedy = if dimensions == 3 { "write three, [x, y, z] (or [x, y]; z is then the middle)" } else { "the grid is 2D, write two: [x, y]" };
-        return Err(ShapeError::key(key, format!("has {} numbers", given.len()), remedy));
+        let remedy = if dimensions == 3 {
+            "write three, [x, y, z] (or [x, y]; z is then the middle)"
+        } else {
+            "the grid is 2D, write two: [x, y]"
+        };
+        return Err(ShapeError::key(
+            key,
+            format!("has {} numbers", given.len()),
+            remedy,
+        ));
     }
     for (coordinate, &value) in point.iter_mut().zip(given) {
         *coordinate = within(key, value, canvas)?;
@@ -23,7 +31,11 @@ pub(super) fn point(key: &str, given: &[f64], canvas: &Canvas) -> Result<[f64; 3
 pub(super) fn full_point(key: &str, given: &[f64], canvas: &Canvas) -> Result<[f64; 3], ShapeError> {
     if given.len() != canvas.dimensions() {
         let remedy = format!("the grid is {0}D, write {0}", canvas.dimensions());
-        return Err(ShapeError::key(key, format!("has {} numbers", given.len()), remedy));
+        return Err(ShapeError::key(
+            key,
+            format!("has {} numbers", given.len()),
+            remedy,
+        ));
     }
     point(key, given, canvas)
 }
@@ -31,7 +43,10 @@ pub(super) fn full_point(key: &str, given: &[f64], canvas: &Canvas) -> Result<[f
 /// A length above 0.
 pub(super) fn positive(key: &str, value: f64, canvas: &Canvas) -> Result<f64, ShapeError> {
     if within(key, value, canvas)? <= 0.0 {
-        let remedy = format!("it must be above 0, in the unit of `grid.length` (the longest side is {})", canvas.length);
+        let remedy = format!(
+            "it must be above 0, in the unit of `grid.length` (the longest side is {})",
+            canvas.length
+        );
         return Err(ShapeError::key(key, format!("is {value:?}"), remedy));
     }
     Ok(value)
@@ -39,7 +54,10 @@ pub(super) fn positive(key: &str, value: f64, canvas: &Canvas) -> Result<f64, Sh
 
 fn within(key: &str, value: f64, canvas: &Canvas) -> Result<f64, ShapeError> {
     if !value.is_finite() || value.abs() > FARTHEST * canvas.length {
-        let remedy = format!("write a number within the box, whose longest side is {}", canvas.length);
+        let remedy = format!(
+            "write a number within the box, whose longest side is {}",
+            canvas.length
+        );
         return Err(ShapeError::key(key, format!("is {value:?}"), remedy));
     }
     Ok(value)

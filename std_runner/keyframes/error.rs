@@ -47,7 +47,11 @@ impl ShapeError {
     }
 
     pub(super) fn key(key: impl Into<String>, found: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Key { key: key.into(), found: found.into(), remedy: remedy.into() }
+        Self::Key {
+            key: key.into(),
+            found: found.into(),
+            remedy: remedy.into(),
+        }
     }
 }
 
@@ -60,7 +64,10 @@ pub(super) enum Fault {
 
 impl Fault {
     pub(super) fn content(found: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Content { found: found.into(), remedy: remedy.into() }
+        Self::Content {
+            found: found.into(),
+            remedy: remedy.into(),
+        }
     }
 
     /// The error of the user's `key`, which named `path`.
@@ -68,7 +75,12 @@ impl Fault {
         let (key, path) = (key.to_owned(), path.to_owned());
         match self {
             Self::Read(source) => ShapeError::Read { key, path, source },
-            Self::Content { found, remedy } => ShapeError::File { key, path, found, remedy },
+            Self::Content { found, remedy } => ShapeError::File {
+                key,
+                path,
+                found,
+                remedy,
+            },
         }
     }
 }

@@ -34,9 +34,13 @@ pub(super) fn built_in() -> &'static [u8] {
 
 /// Sets `text` in one line.
 pub(super) fn set(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
-    let face = Face::parse(font, 0).map_err(|error| Trouble::Font(format!("is no TrueType or OpenType font ({error})")))?;
+    let face = Face::parse(font, 0)
+        .map_err(|error| Trouble::Font(format!("is no TrueType or OpenType font ({error})")))?;
     if text.chars().count() > MOST_LETTERS {
-        return Err(Trouble::Text(format!("has more than {MOST_LETTERS} letters"), "shorten it"));
+        return Err(Trouble::Text(
+            format!("has more than {MOST_LETTERS} letters"),
+            "shorten it",
+        ));
     }
     let em = f64::from(face.units_per_em());
     let mut outlines = Vec::new();
@@ -48,7 +52,11 @@ pub(super) fn set(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
             return Err(Trouble::Text(found, "leave it out, or name a `font` that has it"));
         };
         pen += before.map_or(0.0, |before| kerning(&face, before, glyph)) / em;
-        let mut pencil = Pencil { em, pen, contours: Vec::new() };
+        let mut pencil = Pencil {
+            em,
+            pen,
+            contours: Vec::new(),
+        };
         face.outline_glyph(glyph, &mut pencil);
         let outline = Outline::new(&pencil.contours);
         if outline.is_none() && !letter.is_whitespace() {
@@ -56,27 +64,45 @@ pub(super) fn set(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
             return Err(Trouble::Text(found, "leave it out, or name another `font`"));
         }
         outlines.extend(outline);
-        pen += face.glyph_hor_advance(glyph).map_or(0.5, |advance| f64::from(advance) / em);
+        pen += face
+            .glyph_hor_advance(glyph)
+            .map_or(0.5, |advance| f64::from(advance) / em);
         before = Some(glyph);
     }
     if outlines.is_empty() {
-        return Err(Trouble::Text(format!("is {text:?}"), "write at least one letter that leaves ink"));
+        return Err(Trouble::Text(
+            format!("is {text:?}"),
+            "write at least one letter that leaves ink",
+        ));
     }
-    Ok(Lettering { outlines, capital: capital(&face, em) })
+    Ok(Lettering {
+        outlines,
+        capital: capital(&face, em),
+    })
 }
 
 /// By how much the pen moves between two glyphs, in the font's units.
 fn kerning(face: &Face<'_>, left: GlyphId, right: GlyphId) -> f64 {
     let tables = face.tables().kern.into_iter().flat_map(|table| table.subtables);
     let plain = tables.filter(|table| table.horizontal && !table.variable && !table.has_cross_stream);
-    plain.filter_map(|table| table.glyphs_kerning(left, right)).map(f64::from).sum()
+    plain
+        .filter_map(|table| table.glyphs_kerning(left, right))
+        .map(f64::from)
+        .sum()
 }
 
 /// Height of a capital letter: the font's own word for it, or the height of its H.
 fn capital(face: &Face<'_>, em: f64) -> f64 {
     let of_h = || Some(face.glyph_bounding_box(face.glyph_index('H')?)?.y_max);
-    let height = face.capital_height().or_else(of_h).map_or(0.7, |height| f64::from(height) / em);
-    if (0.1..10.0).contains(&height) { height } else { 0.7 }
+    let height = face
+        .capital_height()
+        .or_else(of_h)
+        .map_or(0.7, |height| f64::from(height) / em);
+    if (0.1..10.0).contains(&height) {
+        height
+    } else {
+        0.7
+    }
 }
 
 /// Draws a glyph as polygons, in em.
@@ -98,7 +124,11 @@ impl Pencil {
     }
 
     fn last(&self) -> Point {
-        self.contours.last().and_then(|contour| contour.last()).copied().unwrap_or_default()
+        self.contours
+            .last()
+            .and_then(|contour| contour.last())
+            .copied()
+            .unwrap_or_default()
     }
 
     /// A Bezier curve from the last point, of any degree.
@@ -109,7 +139,9 @@ impl Pencil {
             let part = piece as f64 / PIECES as f64;
             let mut points = control.clone();
             while points.len() > 1 {
-                let mix = |pair: &[Point]| core::array::from_fn(|axis| pair[0][axis] + part * (pair[1][axis] - pair[0][axis]));
+                let mix = |pair: &[Point]| {
+                    core::array::from_fn(|axis| pair[0][axis] + part * (pair[1][axis] - pair[0][axis]))
+                };
                 points = points.windows(2).map(mix).collect();
             }
             points.into_iter().for_each(|point| self.push(point));

@@ -57,11 +57,22 @@ pub(super) fn read_array(reader: &mut dyn Read) -> Result<Array, Fault> {
 /// Reads the last entry along the first axis of an array, and no more of the others than it takes to pass them.
 pub(super) fn read_last(reader: &mut dyn Read) -> Result<Array, Fault> {
     let mut header = Header::parse(&header_text(reader)?)?;
-    let steps = if header.shape.is_empty() { 0 } else { header.shape.remove(0) };
+    let steps = if header.shape.is_empty() {
+        0
+    } else {
+        header.shape.remove(0)
+    };
     if steps == 0 || header.columns_first {
-        return Err(Fault::content("has an array without steps, or with its axes reversed", "give a result as thurible writes it"));
+        return Err(Fault::content(
+            "has an array without steps, or with its axes reversed",
+            "give a result as thurible writes it",
+        ));
     }
-    let step = header.shape.iter().try_fold(header.kind.bytes, |product, &side| product.checked_mul(side)).unwrap_or(usize::MAX);
+    let step = header
+        .shape
+        .iter()
+        .try_fold(header.kind.bytes, |product, &side| product.checked_mul(side))
+        .unwrap_or(usize::MAX);
     let before = (steps as u64 - 1).saturating_mul(step as u64);
     std::io::copy(&mut reader.take(before), &mut std::io::sink())?;
     read_values(reader, header)
@@ -69,14 +80,25 @@ pub(super) fn read_last(reader: &mut dyn Read) -> Result<Array, Fault> {
 
 /// The values after a header.
 fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
-    let count = header.shape.iter().try_fold(1_usize, |product, &side| product.checked_mul(side));
+    let count = header
+        .shape
+        .iter()
+        .try_fold(1_usize, |product, &side| product.checked_mul(side));
     let Some(count) = count.filter(|&count| count <= MOST_VALUES) else {
-        return Err(Fault::content(format!("has {} values", in_words(&header.shape)), "that is too many"));
+        return Err(Fault::content(
+            format!("has {} values", in_words(&header.shape)),
+            "that is too many",
+        ));
     };
     let Header { kind, .. } = header;
     let mut values = Vec::new();
     let room = values.try_reserve_exact(count);
-    room.map_err(|_| Fault::content(format!("has {} values", in_words(&header.shape)), "the system has not the memory for so many"))?;
+    room.map_err(|_| {
+        Fault::content(
+            format!("has {} values", in_words(&header.shape)),
+            "the system has not the memory for so many",
+        )
+    })?;
     let (mut piece, mut read) = (Vec::with_capacity(PIECE), 0);
     while values.len() < count {
         piece.clear();
@@ -84,7 +106,10 @@ fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
         let taken = reader.take(wanted as u64).read_to_end(&mut piece);
         read += taken.map_err(|error| Fault::content(format!("breaks off ({error})"), "save it again"))?;
         if piece.len() < wanted {
-            let found = format!("holds {read} bytes of data where its header promises {}", count * kind.bytes);
+            let found = format!(
+                "holds {read} bytes of data where its header promises {}",
+                count * kind.bytes
+            );
             return Err(Fault::content(found, "it was cut off: save it again"));
         }
         values.extend(piece.chunks_exact(kind.bytes).map(|bytes| kind.value(bytes)));
@@ -92,14 +117,23 @@ fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
     if header.columns_first {
         values = rows_first(&values, &header.shape);
     }
-    Ok(Array { shape: header.shape, values })
+    Ok(Array {
+        shape: header.shape,
+        values,
+    })
 }
 
 /// The text of the header, a Python dictionary.
 fn header_text(reader: &mut dyn Read) -> Result<String, Fault> {
     let broken = || Fault::content("is no NumPy array", "save it by numpy.save");
     let mut start = [0; 8];
-    reader.read_exact(&mut start).map_err(|error| if error.kind() == ErrorKind::UnexpectedEof { broken() } else { Fault::Read(error) })?;
+    reader.read_exact(&mut start).map_err(|error| {
+        if error.kind() == ErrorKind::UnexpectedEof {
+            broken()
+        } else {
+            Fault::Read(error)
+        }
+    })?;
     if !start.starts_with(b"\x93NUMPY") {
         return Err(broken());
     }
@@ -125,16 +159,37 @@ impl Header {
     /// Reads `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4), }`.
     fn parse(text: &str) -> Result<Self, Fault> {
         let broken = || Fault::content("has a header that is not NumPy's", "save it by numpy.save");
-        let after = |key: &str| text.split_once(key).map(|(_, rest)| rest.trim_start_matches([' ', ':'])).ok_or_else(broken);
+        let after = |key: &str| {
+            text.split_once(key)
+                .map(|(_, rest)| rest.trim_start_matches([' ', ':']))
+                .ok_or_else(broken)
+        };
         let kind = after("'descr'")?;
-        let Some(kind) = kind.strip_prefix('\'').and_then(|rest| rest.split_once('\'')).map(|(kind, _)| kind) else {
-            return Err(Fault::content("is a table of records", "save one plain array of numbers"));
+        let Some(kind) = kind
+            .strip_prefix('\'')
+            .and_then(|rest| rest.split_once('\''))
+            .map(|(kind, _)| kind)
+        else {
+            return Err(Fault::content(
+                "is a table of records",
+                "save one plain array of numbers",
+            ));
         };
         let columns_first = after("'fortran_order'")?.starts_with("True");
-        let shape = after("'shape'")?.strip_prefix('(').and_then(|rest| rest.split_once(')')).ok_or_else(broken)?.0;
+        let shape = after("'shape'")?
+            .strip_prefix('(')
+            .and_then(|rest| rest.split_once(')'))
+            .ok_or_else(broken)?
+            .0;
         let sides = shape.split(',').map(str::trim).filter(|side| !side.is_empty());
-        let shape = sides.map(|side| side.parse().map_err(|_| broken())).collect::<Result<Vec<usize>, Fault>>()?;
-        Ok(Self { kind: Kind::parse(kind)?, columns_first, shape })
+        let shape = sides
+            .map(|side| side.parse().map_err(|_| broken()))
+            .collect::<Result<Vec<usize>, Fault>>()?;
+        Ok(Self {
+            kind: Kind::parse(kind)?,
+            columns_first,
+            shape,
+        })
     }
 }
 
@@ -151,19 +206,31 @@ impl Kind {
         let mut letters = text.chars();
         let (order, letter) = (letters.next().unwrap_or(' '), letters.next().unwrap_or(' '));
         let bytes = letters.as_str().parse().unwrap_or(0);
-        let known = matches!((letter, bytes), ('f', 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1));
+        let known = matches!(
+            (letter, bytes),
+            ('f', 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1)
+        );
         if !known || !matches!(order, '<' | '>' | '|' | '=') {
-            let remedy = "save it as float32 or float64 (integers and booleans will do), by array.astype('float32')";
+            let remedy =
+                "save it as float32 or float64 (integers and booleans will do), by array.astype('float32')";
             return Err(Fault::content(format!("holds values of type '{text}'"), remedy));
         }
-        Ok(Self { letter, bytes, big_endian: order == '>' })
+        Ok(Self {
+            letter,
+            bytes,
+            big_endian: order == '>',
+        })
     }
 
     /// The number in `bytes`, which are `self.bytes` of them.
     fn value(self, bytes: &[u8]) -> f64 {
         let mut raw = [0; 8];
         for (index, &byte) in bytes.iter().take(8).enumerate() {
-            let place = if self.big_endian { bytes.len() - 1 - index } else { index };
+            let place = if self.big_endian {
+                bytes.len() - 1 - index
+            } else {
+                index
+            };
             raw[place] = byte;
         }
         let word = u64::from_le_bytes(raw);

@@ -12,17 +12,33 @@ use super::npy::{self, Array, read_array};
 /// Reads a `.npy` file, or the array `name` of a `.npz` file.
 pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Array, Fault> {
     let mut file = BufReader::new(File::open(path)?);
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase();
+    let extension = path
+        .extension()
+        .and_then(|extension| extension.to_str())
+        .unwrap_or("")
+        .to_ascii_lowercase();
     match (extension.as_str(), name) {
         ("npy", None) => read_array(&mut file),
-        ("npy", Some(_)) => Err(Fault::content("is one array, and `name` is given", "remove `name`")),
+        ("npy", Some(_)) => Err(Fault::content(
+            "is one array, and `name` is given",
+            "remove `name`",
+        )),
         ("npz", Some(name)) => read_member(file, name, read_array),
         ("npz", None) => {
             let held = names(&archive(file)?);
-            Err(Fault::content("holds several arrays", format!("say which by `name`; there are: {held}")))
+            Err(Fault::content(
+                "holds several arrays",
+                format!("say which by `name`; there are: {held}"),
+            ))
         }
-        ("vdb", _) => Err(Fault::content("is an OpenVDB volume, which cannot be read yet", "convert it to .npy")),
-        _ => Err(Fault::content("has an unknown extension", "files are .npy or .npz")),
+        ("vdb", _) => Err(Fault::content(
+            "is an OpenVDB volume, which cannot be read yet",
+            "convert it to .npy",
+        )),
+        _ => Err(Fault::content(
+            "has an unknown extension",
+            "files are .npy or .npz",
+        )),
     }
 }
 
@@ -32,21 +48,31 @@ pub(super) fn read_last(path: &Path, name: &str) -> Result<Array, Fault> {
 }
 
 fn archive(file: BufReader<File>) -> Result<ZipArchive<BufReader<File>>, Fault> {
-    ZipArchive::new(file).map_err(|error| Fault::content(format!("is no .npz ({error})"), "save it by numpy.savez"))
+    ZipArchive::new(file)
+        .map_err(|error| Fault::content(format!("is no .npz ({error})"), "save it by numpy.savez"))
 }
 
 /// The names of all arrays, for messages.
 fn names(archive: &ZipArchive<BufReader<File>>) -> String {
     let members = archive.file_names().filter_map(Result::ok);
-    let names: Vec<String> = members.map(|name| name.strip_suffix(".npy").unwrap_or(&name).to_owned()).collect();
+    let names: Vec<String> = members
+        .map(|name| name.strip_suffix(".npy").unwrap_or(&name).to_owned())
+        .collect();
     names.join(", ")
 }
 
-fn read_member(file: BufReader<File>, name: &str, read: fn(&mut dyn Read) -> Result<Array, Fault>) -> Result<Array, Fault> {
+fn read_member(
+    file: BufReader<File>,
+    name: &str,
+    read: fn(&mut dyn Read) -> Result<Array, Fault>,
+) -> Result<Array, Fault> {
     let mut archive = archive(file)?;
     let held = names(&archive);
     let Some(index) = archive.index_for_name(&format!("{name}.npy")) else {
-        return Err(Fault::content(format!("has no array `{name}`"), format!("it holds: {held}")));
+        return Err(Fault::content(
+            format!("has no array `{name}`"),
+            format!("it holds: {held}"),
+        ));
     };
     let broken = |error| Fault::content(format!("has a broken array `{name}` ({error})"), "save it again");
     let mut member = archive.by_index(index).map_err(broken)?;

@@ -24,7 +24,12 @@ impl Outline {
     pub(super) fn new(contours: &[Vec<Point>]) -> Option<Self> {
         let sides: Vec<Segment> = contours.iter().flat_map(|contour| sides(contour)).collect();
         let border: Vec<Segment> = sides.iter().flat_map(|&side| border_of(side, &sides)).collect();
-        let mut outline = Self { sides, border, low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+        let mut outline = Self {
+            sides,
+            border,
+            low: [f64::INFINITY; 2],
+            high: [f64::NEG_INFINITY; 2],
+        };
         for point in outline.border.iter().flatten() {
             outline.low = [outline.low[0].min(point[0]), outline.low[1].min(point[1])];
             outline.high = [outline.high[0].max(point[0]), outline.high[1].max(point[1])];
@@ -39,19 +44,36 @@ impl Outline {
 
     /// Distance to the border, negative inside; beyond `reach` of the bounds a lower estimate.
     pub(super) fn distance(&self, point: Point, reach: f64) -> f64 {
-        let beyond = |axis: usize| (self.low[axis] - point[axis]).max(point[axis] - self.high[axis]).max(0.0);
+        let beyond = |axis: usize| {
+            (self.low[axis] - point[axis])
+                .max(point[axis] - self.high[axis])
+                .max(0.0)
+        };
         let estimate = beyond(0).hypot(beyond(1));
         if estimate > reach {
             return estimate;
         }
-        let distance = self.border.iter().map(|&side| square_distance(point, side)).fold(f64::INFINITY, f64::min).sqrt();
-        if winding(point, &self.sides) == 0 { distance } else { -distance }
+        let distance = self
+            .border
+            .iter()
+            .map(|&side| square_distance(point, side))
+            .fold(f64::INFINITY, f64::min)
+            .sqrt();
+        if winding(point, &self.sides) == 0 {
+            distance
+        } else {
+            -distance
+        }
     }
 }
 
 fn sides(contour: &[Point]) -> impl Iterator<Item = Segment> {
     let next = contour.iter().cycle().skip(1);
-    contour.iter().zip(next).map(|(&from, &to)| [from, to]).filter(|[from, to]| from != to)
+    contour
+        .iter()
+        .zip(next)
+        .map(|(&from, &to)| [from, to])
+        .filter(|[from, to]| from != to)
 }
 
 /// The parts of `side` that have ink on exactly one hand.
@@ -70,7 +92,12 @@ fn border_of(side: Segment, sides: &[Segment]) -> Vec<Segment> {
     if kept.len() == pieces {
         return vec![side];
     }
-    let part = |piece: usize| [at(piece as f64 / pieces as f64), at((piece + 1) as f64 / pieces as f64)];
+    let part = |piece: usize| {
+        [
+            at(piece as f64 / pieces as f64),
+            at((piece + 1) as f64 / pieces as f64),
+        ]
+    };
     kept.into_iter().map(part).collect()
 }
 

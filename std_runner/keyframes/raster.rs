@@ -62,12 +62,24 @@ impl ShapeSpec {
         .filter_map(|&(name, there)| there.then_some(name))
         .collect();
         match given.as_slice() {
-            [] => Err(ShapeError::key("shape", "is missing", format!("write one of {SHAPES}"))),
-            ["mesh"] => Err(ShapeError::key("mesh", "is not implemented yet", "voxelise it to a `file` = \"x.npy\"")),
+            [] => Err(ShapeError::key(
+                "shape",
+                "is missing",
+                format!("write one of {SHAPES}"),
+            )),
+            ["mesh"] => Err(ShapeError::key(
+                "mesh",
+                "is not implemented yet",
+                "voxelise it to a `file` = \"x.npy\"",
+            )),
             [name] => Ok(name),
             [first, second, ..] => {
                 let found = format!("stands beside `{first}`, two shapes in one table");
-                Err(ShapeError::key(*second, found, "keep one, or list both in `shapes = [ ... ]`"))
+                Err(ShapeError::key(
+                    *second,
+                    found,
+                    "keep one, or list both in `shapes = [ ... ]`",
+                ))
             }
         }
     }
@@ -84,8 +96,14 @@ impl ShapeSpec {
         ];
         for (key, owner, there) in owned {
             if there && owner != shape {
-                let remedy = format!("remove it, or put it where it belongs (into {{ }} after `{shape}`, if that has such a key)");
-                return Err(ShapeError::key(key, format!("is a key of `{owner}`, and the shape is `{shape}`"), remedy));
+                let remedy = format!(
+                    "remove it, or put it where it belongs (into {{ }} after `{shape}`, if that has such a key)"
+                );
+                return Err(ShapeError::key(
+                    key,
+                    format!("is a key of `{owner}`, and the shape is `{shape}`"),
+                    remedy,
+                ));
             }
         }
         Ok(())
@@ -94,7 +112,11 @@ impl ShapeSpec {
     fn checked_density(&self) -> Result<f64, ShapeError> {
         let density = self.density.unwrap_or(1.0);
         if !(density > 0.0 && density <= DENSEST) {
-            return Err(ShapeError::key("density", format!("is {density:?}"), format!("it must be above 0 and at most {DENSEST:?}; 1 is usual")));
+            return Err(ShapeError::key(
+                "density",
+                format!("is {density:?}"),
+                format!("it must be above 0 and at most {DENSEST:?}; 1 is usual"),
+            ));
         }
         Ok(density)
     }
@@ -127,7 +149,8 @@ fn fill(canvas: &Canvas, solid: &dyn Solid) -> Vec<f64> {
         for j in 0..ny {
             for i in 0..nx {
                 let point = [(i as f64 + 0.5) * h, (j as f64 + 0.5) * h, (k as f64 + depth) * h];
-                let image = |shift: &[f64; 3]| solid.distance(core::array::from_fn(|axis| point[axis] + shift[axis]));
+                let image =
+                    |shift: &[f64; 3]| solid.distance(core::array::from_fn(|axis| point[axis] + shift[axis]));
                 let distance = shifts.iter().map(image).fold(f64::INFINITY, f64::min);
                 cells.push(0.5 - 0.5 * (distance / h).tanh());
             }

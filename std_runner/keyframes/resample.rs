@@ -70,7 +70,10 @@ fn along(values: &[f64], inner: usize, samples: usize, taps: &[Taps]) -> Vec<f64
             out.resize(begin + inner, 0.0);
             for &(sample, weight) in cell {
                 let row = &slab[sample * inner..(sample + 1) * inner];
-                out[begin..].iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+                out[begin..]
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(sum, value)| *sum += weight * value);
             }
         }
     }
@@ -84,7 +87,10 @@ mod tests {
     #[test]
     fn the_same_size_is_the_identity() {
         let values: Vec<f64> = (0..12).map(f64::from).collect();
-        let taps = [windows_of_box(4, 4, Edge::Clamp), windows_of_box(3, 3, Edge::Wrap)];
+        let taps = [
+            windows_of_box(4, 4, Edge::Clamp),
+            windows_of_box(3, 3, Edge::Wrap),
+        ];
         assert_eq!(resample(values.clone(), &[4, 3], &taps), values);
     }
 

@@ -64,7 +64,11 @@ impl Solid for Capsule {
     fn distance(&self, point: [f64; 3]) -> f64 {
         let (side, offset) = (minus(self.to, self.from), minus(point, self.from));
         let square = dot(side, side);
-        let along = if square > 0.0 { (dot(offset, side) / square).clamp(0.0, 1.0) } else { 0.0 };
+        let along = if square > 0.0 {
+            (dot(offset, side) / square).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         norm(minus(offset, side.map(|component| along * component))) - self.radius
     }
 }

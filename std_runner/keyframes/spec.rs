@@ -9,7 +9,10 @@ use serde::de::IgnoredAny;
 ///
 /// Deserialising refuses unknown keys and wrong types; [`rasterise`](Self::rasterise) refuses the rest.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table with one shape, as in { circle = { center = [0.5, 0.5], radius = 0.2 } }")]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table with one shape, as in { circle = { center = [0.5, 0.5], radius = 0.2 } }"
+)]
 pub struct ShapeSpec {
     pub(super) circle: Option<BallKeys>,
     pub(super) sphere: Option<BallKeys>,
@@ -58,7 +61,10 @@ pub(super) struct BlockKeys {
 
 /// `torus`; in 2D a ring.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ center = [x, y, z], axis = \"z\", radius = r, tube = r }")]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ center = [x, y, z], axis = \"z\", radius = r, tube = r }"
+)]
 pub(super) struct TorusKeys {
     pub center: Vec<f64>,
     pub axis: Option<AxisKey>,

@@ -38,11 +38,18 @@ pub(super) struct Letters {
 impl Solid for Letters {
     fn distance(&self, point: [f64; 3]) -> f64 {
         let up = if self.half_depth.is_some() { 2 } else { 1 };
-        let place = [(point[0] - self.center[0]) / self.em + self.ink_middle[0], (point[up] - self.center[up]) / self.em + self.ink_middle[1]];
+        let place = [
+            (point[0] - self.center[0]) / self.em + self.ink_middle[0],
+            (point[up] - self.center[up]) / self.em + self.ink_middle[1],
+        ];
         let glyphs = self.lettering.outlines.iter();
-        let nearest = glyphs.map(|outline| outline.distance(place, self.reach)).fold(f64::INFINITY, f64::min);
+        let nearest = glyphs
+            .map(|outline| outline.distance(place, self.reach))
+            .fold(f64::INFINITY, f64::min);
         let flat = nearest * self.em - self.thicker;
-        let Some(half_depth) = self.half_depth else { return flat };
+        let Some(half_depth) = self.half_depth else {
+            return flat;
+        };
         let deep = (point[1] - self.center[1]).abs() - half_depth;
         flat.max(0.0).hypot(deep.max(0.0)) + flat.max(deep).min(0.0)
     }
@@ -61,9 +68,14 @@ pub(super) fn solid(spec: &ShapeSpec, canvas: &Canvas, base: &Path) -> Result<Le
     let height = match spec.height {
         Some(height) => check::positive("height", height, canvas)?,
         None => {
-            let ink_size = [(high[0] - low[0]) / lettering.capital, (high[1] - low[1]) / lettering.capital];
+            let ink_size = [
+                (high[0] - low[0]) / lettering.capital,
+                (high[1] - low[1]) / lettering.capital,
+            ];
             let widest = WIDEST * canvas.extent()[0] / ink_size[0].max(1e-9);
-            (USUAL_HEIGHT * box_height).min(widest).min(WIDEST * box_height / ink_size[1].max(1e-9))
+            (USUAL_HEIGHT * box_height)
+                .min(widest)
+                .min(WIDEST * box_height / ink_size[1].max(1e-9))
         }
     };
     let em = height / lettering.capital;
@@ -82,13 +94,22 @@ fn lettering(text: &str, file: Option<&Path>, base: &Path) -> Result<Lettering, 
     let path = file.map(|file| base.join(file));
     let font: Cow<'_, [u8]> = match &path {
         None => font::built_in().into(),
-        Some(path) => fs::read(path).map_err(|source| ShapeError::Read { key: "font".into(), path: path.clone(), source })?.into(),
+        Some(path) => fs::read(path)
+            .map_err(|source| ShapeError::Read {
+                key: "font".into(),
+                path: path.clone(),
+                source,
+            })?
+            .into(),
     };
     font::set(text, &font).map_err(|trouble| match trouble {
         Trouble::Text(found, remedy) => ShapeError::key("text", found, remedy),
-        Trouble::Font(found) => {
-            ShapeError::File { key: "font".into(), path: path.unwrap_or_default(), found, remedy: "name a .ttf or .otf file, or leave `font` out".into() }
-        }
+        Trouble::Font(found) => ShapeError::File {
+            key: "font".into(),
+            path: path.unwrap_or_default(),
+            found,
+            remedy: "name a .ttf or .otf file, or leave `font` out".into(),
+        },
     })
 }
 
@@ -107,7 +128,11 @@ fn half_depth(depth: Option<f64>, height: f64, canvas: &Canvas) -> Result<Option
     match (depth, canvas.dimensions()) {
         (Some(depth), 3) => Ok(Some(0.5 * check::positive("depth", depth, canvas)?)),
         (None, 3) => Ok(Some(0.5 * USUAL_DEPTH * height)),
-        (Some(_), _) => Err(ShapeError::key("depth", "is given, and the grid is 2D", "remove it: flat text has no depth")),
+        (Some(_), _) => Err(ShapeError::key(
+            "depth",
+            "is given, and the grid is 2D",
+            "remove it: flat text has no depth",
+        )),
         (None, _) => Ok(None),
     }
 }
@@ -117,7 +142,8 @@ fn weight(weight: Option<f64>) -> Result<f64, ShapeError> {
         None => Ok(0.0),
         Some(weight) if (-0.2..=0.5).contains(&weight) => Ok(weight),
         Some(weight) => {
-            let remedy = "it must be from -0.2 to 0.5: the part of the height by which every stroke is thickened";
+            let remedy =
+                "it must be from -0.2 to 0.5: the part of the height by which every stroke is thickened";
             Err(ShapeError::key("weight", format!("is {weight}"), remedy))
         }
     }

@@ -14,20 +14,28 @@ use super::{Canvas, ShapeError};
 /// # Errors
 /// A file that cannot be read, lacks a component, has another size, or holds a value that is not finite.
 pub fn read_velocity(path: &Path, canvas: &Canvas) -> Result<Vec<Vec<f64>>, ShapeError> {
-    let component = |axis: usize| component(path, axis, canvas).map_err(|fault| fault.of("initial_velocity", path));
+    let component =
+        |axis: usize| component(path, axis, canvas).map_err(|fault| fault.of("initial_velocity", path));
     (0..canvas.dimensions()).map(component).collect()
 }
 
 fn component(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, Fault> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy")) {
-        return Err(Fault::content("is one array", "save velocity_x, velocity_y (and velocity_z) together by numpy.savez"));
+    if path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("npy"))
+    {
+        return Err(Fault::content(
+            "is one array",
+            "save velocity_x, velocity_y (and velocity_z) together by numpy.savez",
+        ));
     }
     let (name, expected) = faces(axis, canvas);
     let array = npz::read(path, Some(name))?;
     let one_step = array.shape.len() == expected.len() + 1 && array.shape.first() == Some(&1);
     if array.shape.get(usize::from(one_step)..) != Some(expected.as_slice()) {
         let found = format!("has {name} of shape ({})", array.size_in_words());
-        let remedy = format!("its faces on this grid are {expected:?}; save one step of a result with the same cells");
+        let remedy =
+            format!("its faces on this grid are {expected:?}; save one step of a result with the same cells");
         return Err(Fault::content(found, remedy));
     }
     array.refuse_not_finite()?;
@@ -36,7 +44,10 @@ fn component(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, Faul
 
 /// The name of a velocity's component and its shape, x last.
 fn faces(axis: usize, canvas: &Canvas) -> (&'static str, Vec<usize>) {
-    let name = ["velocity_x", "velocity_y", "velocity_z"].get(axis).copied().unwrap_or_default();
+    let name = ["velocity_x", "velocity_y", "velocity_z"]
+        .get(axis)
+        .copied()
+        .unwrap_or_default();
     let mut shape = canvas.cells.clone();
     if let Some(faces) = shape.get_mut(axis) {
         *faces += usize::from(!canvas.repeats(axis));
@@ -50,7 +61,8 @@ fn faces(axis: usize, canvas: &Canvas) -> (&'static str, Vec<usize>) {
 /// # Errors
 /// As [`read_velocity`].
 pub fn read_last_density(path: &Path, canvas: &Canvas) -> Result<Vec<f64>, ShapeError> {
-    last(path, "density", canvas.cells.iter().rev().copied().collect()).map_err(|fault| fault.of("result", path))
+    last(path, "density", canvas.cells.iter().rev().copied().collect())
+        .map_err(|fault| fault.of("result", path))
 }
 
 /// Reads a component of the last velocity of a `result.npz`.
@@ -67,7 +79,10 @@ fn last(path: &Path, name: &str, expected: Vec<usize>) -> Result<Vec<f64>, Fault
     let array = npz::read_last(path, name)?;
     if array.shape != expected {
         let found = format!("has {name} with steps of shape ({})", array.size_in_words());
-        return Err(Fault::content(found, format!("on this grid it is {expected:?}; give a result with the same cells and boundary")));
+        return Err(Fault::content(
+            found,
+            format!("on this grid it is {expected:?}; give a result with the same cells and boundary"),
+        ));
     }
     array.refuse_not_finite()?;
     Ok(array.values)

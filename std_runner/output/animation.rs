@@ -20,7 +20,11 @@ pub(super) struct Pace {
 impl Pace {
     pub fn new(steps: usize, keyframes: &[usize]) -> Self {
         let frequency = (steps as f64 / LASTS).clamp(SLOWEST, FASTEST);
-        Self { frame: (1000.0 / frequency) as u16, steps, keyframes: keyframes.to_vec() }
+        Self {
+            frame: (1000.0 / frequency) as u16,
+            steps,
+            keyframes: keyframes.to_vec(),
+        }
     }
 
     fn milliseconds(&self, step: usize) -> u16 {
@@ -46,12 +50,17 @@ impl<'a> Animation<'a> {
         let frames = u32::try_from(pace.steps + 1).unwrap_or(u32::MAX);
         let mut encoder = first.encoder(bytes);
         encoder.set_animated(frames, 0)?;
-        Ok(Self { writer: encoder.write_header()?, pace, step: 0 })
+        Ok(Self {
+            writer: encoder.write_header()?,
+            pace,
+            step: 0,
+        })
     }
 
     /// Appends the picture of the next step.
     pub fn push(&mut self, picture: &Picture) -> Result<(), EncodingError> {
-        self.writer.set_frame_delay(self.pace.milliseconds(self.step), 1000)?;
+        self.writer
+            .set_frame_delay(self.pace.milliseconds(self.step), 1000)?;
         self.writer.write_image_data(&picture.levels)?;
         self.step += 1;
         Ok(())

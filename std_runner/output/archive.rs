@@ -15,7 +15,11 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Writes `path`, holding one field in memory at a time.
 pub(crate) fn write_archive(path: &Path, frames: &dyn Frames) -> Result<(), OutputError> {
     write_whole(path, |file| {
-        let mut archive = Archive { zip: ZipWriter::new(file), path, samples: Samples::new(frames.precision()) };
+        let mut archive = Archive {
+            zip: ZipWriter::new(file),
+            path,
+            samples: Samples::new(frames.precision()),
+        };
         archive.write(frames)?;
         archive.zip.finish().map_err(OutputError::of(path))?;
         Ok(())
@@ -32,25 +36,42 @@ struct Archive<'a, W: Write + Seek> {
 impl Archive<'_, &mut BufWriter<File>> {
     fn write(&mut self, frames: &dyn Frames) -> Result<(), OutputError> {
         let (steps, cells) = (frames.steps(), frames.cells());
-        self.series("density", steps + 1, cells, &|step, out| frames.density(step, out))?;
+        self.series("density", steps + 1, cells, &|step, out| {
+            frames.density(step, out)
+        })?;
         for (axis, name) in AXES.iter().enumerate().take(cells.len()) {
             let faces = faces(frames, axis);
-            self.series(&format!("velocity_{name}"), steps, &faces, &|step, out| frames.velocity(step, axis, out))?;
+            self.series(&format!("velocity_{name}"), steps, &faces, &|step, out| {
+                frames.velocity(step, axis, out)
+            })?;
         }
         for (axis, name) in AXES.iter().enumerate().take(cells.len()) {
             let faces = faces(frames, axis);
             let turns = steps.saturating_sub(1);
-            self.series(&format!("force_{name}"), turns, &faces, &|step, out| frames.force(step, axis, out))?;
+            self.series(&format!("force_{name}"), turns, &faces, &|step, out| {
+                frames.force(step, axis, out)
+            })?;
         }
         let keyframes = frames.keyframe_steps();
         self.begin("keyframe_step", "<i8", &[keyframes.len()])?;
-        let whole: Vec<i64> = keyframes.iter().map(|&step| i64::try_from(step).unwrap_or(i64::MAX)).collect();
+        let whole: Vec<i64> = keyframes
+            .iter()
+            .map(|&step| i64::try_from(step).unwrap_or(i64::MAX))
+            .collect();
         push(&mut self.zip, &whole, i64::to_le_bytes).map_err(OutputError::of(self.path))?;
-        self.series("keyframe_density", keyframes.len(), cells, &|index, out| frames.keyframe(index, out))
+        self.series("keyframe_density", keyframes.len(), cells, &|index, out| {
+            frames.keyframe(index, out)
+        })
     }
 
     /// `count` fields of `grid` values, each asked for when its turn comes.
-    fn series(&mut self, name: &str, count: usize, grid: &[usize], field: &dyn Fn(usize, &mut Samples)) -> Result<(), OutputError> {
+    fn series(
+        &mut self,
+        name: &str,
+        count: usize,
+        grid: &[usize],
+        field: &dyn Fn(usize, &mut Samples),
+    ) -> Result<(), OutputError> {
         let mut shape = vec![count];
         shape.extend(grid.iter().rev());
         let kind = match self.samples {
@@ -63,7 +84,12 @@ impl Archive<'_, &mut BufWriter<File>> {
             field(index, &mut self.samples);
             if self.samples.len() != expected {
                 let (path, array) = (self.path.to_owned(), format!("{name}[{index}]"));
-                return Err(OutputError::Size { path, array, found: self.samples.len(), expected });
+                return Err(OutputError::Size {
+                    path,
+                    array,
+                    found: self.samples.len(),
+                    expected,
+                });
             }
             match &self.samples {
                 Samples::F32(values) => push(&mut self.zip, values, f32::to_le_bytes),
@@ -75,9 +101,15 @@ impl Archive<'_, &mut BufWriter<File>> {
     }
 
     fn begin(&mut self, name: &str, kind: &str, shape: &[usize]) -> Result<(), OutputError> {
-        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored).large_file(true);
-        self.zip.start_file(format!("{name}.npy"), options).map_err(OutputError::of(self.path))?;
-        self.zip.write_all(&header(kind, shape)).map_err(OutputError::of(self.path))
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(true);
+        self.zip
+            .start_file(format!("{name}.npy"), options)
+            .map_err(OutputError::of(self.path))?;
+        self.zip
+            .write_all(&header(kind, shape))
+            .map_err(OutputError::of(self.path))
     }
 }
 
@@ -85,14 +117,21 @@ impl Archive<'_, &mut BufWriter<File>> {
 fn faces(frames: &dyn Frames, axis: usize) -> Vec<usize> {
     let mut faces = frames.cells().to_vec();
     let wall = !frames.periodic().get(axis).copied().unwrap_or(false);
-    faces.iter_mut().skip(axis).take(1).for_each(|count| *count += usize::from(wall));
+    faces
+        .iter_mut()
+        .skip(axis)
+        .take(1)
+        .for_each(|count| *count += usize::from(wall));
     faces
 }
 
 /// The head of a `.npy` file: magic, length, a Python dictionary padded to a multiple of 64 bytes.
 fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
     let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
-    let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", sides.trim_end());
+    let mut text = format!(
+        "{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}",
+        sides.trim_end()
+    );
     while (10 + text.len() + 1) % 64 != 0 {
         text.push(' ');
     }
@@ -104,10 +143,17 @@ fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
 }
 
 /// Writes `values` through a small buffer.
-fn push<T: Copy, const N: usize>(sink: &mut impl Write, values: &[T], bytes: impl Fn(T) -> [u8; N]) -> io::Result<()> {
+fn push<T: Copy, const N: usize>(
+    sink: &mut impl Write,
+    values: &[T],
+    bytes: impl Fn(T) -> [u8; N],
+) -> io::Result<()> {
     let mut buffer = [[0; N]; 512];
     for chunk in values.chunks(buffer.len()) {
-        buffer.iter_mut().zip(chunk).for_each(|(place, &value)| *place = bytes(value));
+        buffer
+            .iter_mut()
+            .zip(chunk)
+            .for_each(|(place, &value)| *place = bytes(value));
         sink.write_all(buffer[..chunk.len()].as_flattened())?;
     }
     Ok(())

@@ -23,20 +23,35 @@ pub(crate) struct Densities {
 
 impl Densities {
     /// Opens `path`, which holds densities 0 ..= `steps` and a target for each of `keyframes`, of `cells` numbers each.
-    pub fn open(path: &Path, precision: Precision, cells: Vec<usize>, steps: usize, keyframes: Vec<usize>) -> Result<Self, OutputError> {
+    pub fn open(
+        path: &Path,
+        precision: Precision,
+        cells: Vec<usize>,
+        steps: usize,
+        keyframes: Vec<usize>,
+    ) -> Result<Self, OutputError> {
         let file = File::open(path).map_err(OutputError::unread(path))?;
         let archive = ZipArchive::new(BufReader::new(file)).map_err(OutputError::unread(path))?;
-        Ok(Self { archive, path: path.to_owned(), precision, cells, steps, keyframes })
+        Ok(Self {
+            archive,
+            path: path.to_owned(),
+            precision,
+            cells,
+            steps,
+            keyframes,
+        })
     }
 
     /// The density of a step, rounded to 32 bits: enough for pictures.
     pub fn density(&mut self, step: usize) -> Result<Vec<f32>, OutputError> {
-        self.field("density.npy", step).map_err(OutputError::unread(&self.path))
+        self.field("density.npy", step)
+            .map_err(OutputError::unread(&self.path))
     }
 
     /// The target of a keyframe, rounded to 32 bits.
     pub fn keyframe(&mut self, index: usize) -> Result<Vec<f32>, OutputError> {
-        self.field("keyframe_density.npy", index).map_err(OutputError::unread(&self.path))
+        self.field("keyframe_density.npy", index)
+            .map_err(OutputError::unread(&self.path))
     }
 
     fn field(&mut self, name: &str, index: usize) -> io::Result<Vec<f32>> {
@@ -48,12 +63,20 @@ impl Densities {
         let mut seek = |size: usize| member.seek(SeekFrom::Start((head + index * count * size) as u64));
         match self.precision {
             Precision::F32 => seek(4).and_then(|_| numbers(&mut member, count, f32::from_le_bytes)),
-            Precision::F64 => seek(8).and_then(|_| numbers(&mut member, count, |bytes| f64::from_le_bytes(bytes) as f32)),
+            Precision::F64 => {
+                seek(8).and_then(|_| numbers(&mut member, count, |bytes| f64::from_le_bytes(bytes) as f32))
+            }
         }
     }
 }
 
-fn numbers<const N: usize>(source: &mut impl Read, count: usize, number: impl Fn([u8; N]) -> f32) -> io::Result<Vec<f32>> {
+fn numbers<const N: usize>(
+    source: &mut impl Read,
+    count: usize,
+    number: impl Fn([u8; N]) -> f32,
+) -> io::Result<Vec<f32>> {
     let mut bytes = [0; N];
-    (0..count).map(|_| source.read_exact(&mut bytes).map(|()| number(bytes))).collect()
+    (0..count)
+        .map(|_| source.read_exact(&mut bytes).map(|()| number(bytes)))
+        .collect()
 }

@@ -39,11 +39,17 @@ pub enum OutputError {
 impl OutputError {
     /// For `map_err`: the error of writing `path`.
     pub(crate) fn of<E: Into<io::Error>>(path: &Path) -> impl Fn(E) -> Self {
-        move |error| Self::Write { path: path.to_owned(), source: error.into() }
+        move |error| Self::Write {
+            path: path.to_owned(),
+            source: error.into(),
+        }
     }
 
     /// For `map_err`: the error of reading `path` back.
     pub(crate) fn unread<E: Into<io::Error>>(path: &Path) -> impl Fn(E) -> Self {
-        move |error| Self::Read { path: path.to_owned(), source: error.into() }
+        move |error| Self::Read {
+            path: path.to_owned(),
+            source: error.into(),
+        }
     }
 }

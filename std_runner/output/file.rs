@@ -17,13 +17,18 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> 
 }
 
 /// Lets `fill` write a file under a temporary name, and renames it when all of it is there.
-pub(crate) fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), OutputError>) -> Result<(), OutputError> {
+pub(crate) fn write_whole(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), OutputError>,
+) -> Result<(), OutputError> {
     let part = temporary(path);
-    let filled = File::create(&part).map_err(OutputError::of(path)).and_then(|file| {
-        let mut file = BufWriter::new(file);
-        fill(&mut file)?;
-        file.flush().map_err(OutputError::of(path))
-    });
+    let filled = File::create(&part)
+        .map_err(OutputError::of(path))
+        .and_then(|file| {
+            let mut file = BufWriter::new(file);
+            fill(&mut file)?;
+            file.flush().map_err(OutputError::of(path))
+        });
     let renamed = filled.and_then(|()| fs::rename(&part, path).map_err(OutputError::of(path)));
     if renamed.is_err() {
         // What is left is of no use, and the first error says more than a second one would.

@@ -45,7 +45,10 @@ pub(crate) struct KeyframePictures {
 impl Gallery {
     /// Whether the system has the memory to draw `densities`, about.
     pub fn has_room(densities: &Densities, images: bool) -> bool {
-        let (cells, pixels) = (densities.cells.iter().product::<usize>(), Smoke::pixels(&densities.cells));
+        let (cells, pixels) = (
+            densities.cells.iter().product::<usize>(),
+            Smoke::pixels(&densities.cells),
+        );
         let making = rayon::current_num_threads().max(1) * (MAKING * (cells + pixels) + ENCODER);
         let files = STRIP + 4 * densities.keyframes.len() + if images { densities.steps + 1 } else { 0 };
         are_free(making + files * (pixels / PACKED) * COPIES)
@@ -55,8 +58,14 @@ impl Gallery {
     pub fn draw(folder: &Path, densities: Densities, images: bool) -> Result<Self, OutputError> {
         let mut studio = Studio::new(folder, densities)?;
         let count = studio.densities.keyframes.len();
-        let keyframes = (0..count).map(|index| studio.keyframe(index)).collect::<Result<_, _>>()?;
-        if images { studio.every_step(keyframes) } else { studio.some_steps(keyframes) }
+        let keyframes = (0..count)
+            .map(|index| studio.keyframe(index))
+            .collect::<Result<_, _>>()?;
+        if images {
+            studio.every_step(keyframes)
+        } else {
+            studio.some_steps(keyframes)
+        }
     }
 }
 
@@ -71,7 +80,11 @@ struct Studio<'a> {
 impl<'a> Studio<'a> {
     fn new(folder: &'a Path, mut densities: Densities) -> Result<Self, OutputError> {
         let full = densities.density(0)?.into_iter().fold(0.0, f32::max);
-        Ok(Self { folder, densities, full })
+        Ok(Self {
+            folder,
+            densities,
+            full,
+        })
     }
 
     fn smoke(&mut self, step: usize) -> Result<Smoke, OutputError> {
@@ -93,7 +106,9 @@ impl<'a> Studio<'a> {
     }
 
     fn encode(&self, picture: &Picture) -> Result<Vec<u8>, OutputError> {
-        picture.to_png().map_err(OutputError::of(&self.folder.join("report.html")))
+        picture
+            .to_png()
+            .map_err(OutputError::of(&self.folder.join("report.html")))
     }
 
     fn some_steps(&mut self, keyframes: Vec<KeyframePictures>) -> Result<Gallery, OutputError> {
@@ -102,7 +117,11 @@ impl<'a> Studio<'a> {
             let picture = self.smoke(step)?.photograph();
             strip.push((step, self.encode(&picture)?));
         }
-        Ok(Gallery { strip, keyframes, animation: None })
+        Ok(Gallery {
+            strip,
+            keyframes,
+            animation: None,
+        })
     }
 
     fn every_step(&mut self, keyframes: Vec<KeyframePictures>) -> Result<Gallery, OutputError> {
@@ -114,11 +133,18 @@ impl<'a> Studio<'a> {
         let mut bytes = Vec::new();
         let mut strip = Vec::new();
         let first = self.smoke(0)?.photograph();
-        let mut animation = Animation::new(&mut bytes, &first, Pace::new(steps, &at)).map_err(OutputError::of(&path))?;
+        let mut animation =
+            Animation::new(&mut bytes, &first, Pace::new(steps, &at)).map_err(OutputError::of(&path))?;
         let together = rayon::current_num_threads().max(1);
         for begin in (0..=steps).step_by(together) {
-            let batch = (begin..=steps).take(together).map(|step| Ok((step, self.smoke(step)?))).collect::<Result<Vec<_>, _>>()?;
-            let drawn: Vec<_> = batch.into_par_iter().map(|(step, smoke)| develop(step, &smoke, &folder)).collect();
+            let batch = (begin..=steps)
+                .take(together)
+                .map(|step| Ok((step, self.smoke(step)?)))
+                .collect::<Result<Vec<_>, _>>()?;
+            let drawn: Vec<_> = batch
+                .into_par_iter()
+                .map(|(step, smoke)| develop(step, &smoke, &folder))
+                .collect();
             for drawn in drawn {
                 let (step, picture, png) = drawn?;
                 animation.push(&picture).map_err(OutputError::of(&path))?;
@@ -129,7 +155,11 @@ impl<'a> Studio<'a> {
         }
         animation.finish().map_err(OutputError::of(&path))?;
         write_bytes(&path, &bytes)?;
-        Ok(Gallery { strip, keyframes, animation: Some(bytes) })
+        Ok(Gallery {
+            strip,
+            keyframes,
+            animation: Some(bytes),
+        })
     }
 }
 
@@ -147,7 +177,11 @@ fn strip_steps(steps: usize, keyframes: &[usize]) -> BTreeSet<usize> {
     let mut chosen: BTreeSet<usize> = (0..STRIP).map(|index| index * steps / (STRIP - 1)).collect();
     for keyframe in keyframes {
         let movable = |step: &&usize| **step != 0 && **step != steps && !keyframes.contains(step);
-        let nearest = chosen.iter().filter(movable).min_by_key(|step| step.abs_diff(*keyframe)).copied();
+        let nearest = chosen
+            .iter()
+            .filter(movable)
+            .min_by_key(|step| step.abs_diff(*keyframe))
+            .copied();
         if let (Some(nearest), false) = (nearest, chosen.contains(keyframe)) {
             chosen.remove(&nearest);
         }
@@ -160,8 +194,14 @@ fn strip_steps(steps: usize, keyframes: &[usize]) -> BTreeSet<usize> {
 fn remove_frames_after(steps: usize, folder: &Path) -> Result<(), OutputError> {
     for entry in fs::read_dir(folder).map_err(OutputError::of(folder))? {
         let path = entry.map_err(OutputError::of(folder))?.path();
-        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        let step = name.strip_prefix("frame_").and_then(|rest| rest.strip_suffix(".png")).and_then(|step| step.parse().ok());
+        let name = path
+            .file_name()
+            .and_then(|name| name.to_str())
+            .unwrap_or_default();
+        let step = name
+            .strip_prefix("frame_")
+            .and_then(|rest| rest.strip_suffix(".png"))
+            .and_then(|step| step.parse().ok());
         if step.is_some_and(|step: usize| step > steps) {
             fs::remove_file(&path).map_err(OutputError::of(&path))?;
         }
@@ -176,7 +216,10 @@ mod tests {
     #[test]
     fn the_strip_shows_both_ends_and_every_keyframe() {
         let steps: Vec<usize> = strip_steps(60, &[20, 40, 60]).into_iter().collect();
-        assert!([0, 20, 40, 60].iter().all(|step| steps.contains(step)) && steps.len() <= 9, "{steps:?}");
+        assert!(
+            [0, 20, 40, 60].iter().all(|step| steps.contains(step)) && steps.len() <= 9,
+            "{steps:?}"
+        );
         assert_eq!(strip_steps(3, &[3]).into_iter().collect::<Vec<_>>(), [0, 1, 2, 3]);
     }
 }

@@ -69,10 +69,22 @@ pub(super) enum Show {
 
 /// Words for several sheets at once.
 pub(super) const GROUPS: [(&str, &[&str]); 4] = [
-    ("table2", &["fluid", "rabbit", "abc", "animals", "genus", "figure", "sphere"]),
+    (
+        "table2",
+        &["fluid", "rabbit", "abc", "animals", "genus", "figure", "sphere"],
+    ),
     ("2d", &["fluid", "rabbit", "abc"]),
-    ("figures", &["fig4", "fig6", "fig7", "fig8", "fig13", "fig14", "fig15", "dt"]),
-    ("all", &["fluid", "rabbit", "abc", "animals", "genus", "figure", "sphere", "fig4", "fig6", "fig7", "fig8", "fig13", "fig14", "fig15", "dt"]),
+    (
+        "figures",
+        &["fig4", "fig6", "fig7", "fig8", "fig13", "fig14", "fig15", "dt"],
+    ),
+    (
+        "all",
+        &[
+            "fluid", "rabbit", "abc", "animals", "genus", "figure", "sphere", "fig4", "fig6", "fig7", "fig8",
+            "fig13", "fig14", "fig15", "dt",
+        ],
+    ),
 ];
 
 const FLUID: &str = include_str!("fluid.toml");
@@ -88,12 +100,25 @@ pub(super) const NOT_FOUND: &str = "\u{2013}";
 
 /// A row of which the memory alone was found.
 const fn memory(memory: &'static str) -> Option<Quoted> {
-    Some(Quoted { loops: NOT_FOUND, ao: NOT_FOUND, nso: NOT_FOUND, total: NOT_FOUND, memory })
+    Some(Quoted {
+        loops: NOT_FOUND,
+        ao: NOT_FOUND,
+        nso: NOT_FOUND,
+        total: NOT_FOUND,
+        memory,
+    })
 }
 
 /// A scene as its file has it.
 const fn plain(name: &'static str, about: &'static str, text: &'static str) -> Entry {
-    Entry { name, about, text, sets: &[], only: &[], quoted: None }
+    Entry {
+        name,
+        about,
+        text,
+        sets: &[],
+        only: &[],
+        quoted: None,
+    }
 }
 
 impl Entry {
@@ -131,35 +156,58 @@ pub(super) const ENTRIES: &[Entry] = &[
     plain("animals", "ball, dog, duck", ANIMALS).quoting(memory("1.34 GB")),
     plain("genus", "varying genus", GENUS).quoting(memory("0.67 GB")),
     plain("figure", "walking and punching figure", FIGURE).quoting(memory("4.0 GB")),
-    plain("sphere_1e2", "moving sphere, r = 1e2", SPHERE).with(&[(R, "1e2")]).quoting(Some(Quoted {
-        loops: "17",
-        ao: NOT_FOUND,
-        nso: "1792",
-        total: NOT_FOUND,
-        memory: "2.2 GB",
-    })),
-    plain("sphere_1e3", "moving sphere, r = 1e3", SPHERE).with(&[(R, "1e3")]).quoting(Some(Quoted {
-        loops: "22",
-        ao: "630",
-        nso: "1978",
-        total: "15.93 h",
-        memory: "2.2 GB",
-    })),
+    plain("sphere_1e2", "moving sphere, r = 1e2", SPHERE)
+        .with(&[(R, "1e2")])
+        .quoting(Some(Quoted {
+            loops: "17",
+            ao: NOT_FOUND,
+            nso: "1792",
+            total: NOT_FOUND,
+            memory: "2.2 GB",
+        })),
+    plain("sphere_1e3", "moving sphere, r = 1e3", SPHERE)
+        .with(&[(R, "1e3")])
+        .quoting(Some(Quoted {
+            loops: "22",
+            ao: "630",
+            nso: "1978",
+            total: "15.93 h",
+            memory: "2.2 GB",
+        })),
     plain("sphere_1e4", "moving sphere, r = 1e4", SPHERE).with(&[(R, "1e4")]),
     plain("quick", "circle to F, quick", FLUID).with(&[("advection.scheme", "\"quick\"")]),
     plain("central", "circle to F, central", FLUID).with(&[("advection.scheme", "\"central\"")]),
-    plain("semi_lagrangian", "circle to F, semi-Lagrangian", FLUID).with(&[("advection.scheme", "\"semi_lagrangian\"")]),
-    plain("coarse_20", "coarse grid, 20 steps", FLUID).with(COARSE_20).only(NSO),
-    plain("coarse_40", "coarse grid, 40 steps", FLUID).with(COARSE_40).only(NSO),
-    plain("fine_20", "fine grid, 20 steps", FLUID).with(FINE_20).only(NSO),
-    plain("fine_40", "fine grid, 40 steps", FLUID).with(FINE_40).only(NSO),
-    plain("optimality", "circle to F", FLUID).with(&[("method.admm.ao_iterations", "8")]).only(&["admm"]),
+    plain("semi_lagrangian", "circle to F, semi-Lagrangian", FLUID)
+        .with(&[("advection.scheme", "\"semi_lagrangian\"")]),
+    plain("coarse_20", "coarse grid, 20 steps", FLUID)
+        .with(COARSE_20)
+        .only(NSO),
+    plain("coarse_40", "coarse grid, 40 steps", FLUID)
+        .with(COARSE_40)
+        .only(NSO),
+    plain("fine_20", "fine grid, 20 steps", FLUID)
+        .with(FINE_20)
+        .only(NSO),
+    plain("fine_40", "fine grid, 40 steps", FLUID)
+        .with(FINE_40)
+        .only(NSO),
+    plain("optimality", "circle to F", FLUID)
+        .with(&[("method.admm.ao_iterations", "8")])
+        .only(&["admm"]),
     plain("damped_1e4", "circle to F, r = 1e4", FLUID).with(&[(R, "1e4")]),
     plain("damped_1e5", "circle to F, r = 1e5", FLUID).with(&[(R, "1e5")]),
-    plain("pd", "driven, without gathering", FLUID).with(&[("method.pd.gathering", "0.0")]).only(PD),
-    plain("pd_gathering", "driven, with gathering", FLUID).with(&[("method.pd.gathering", "0.01")]).only(PD),
-    plain("pd_strong", "driven too strongly", FLUID).with(&[("method.pd.drive", "100.0")]).only(PD),
-    plain("pd_weak", "driven too weakly", FLUID).with(&[("method.pd.drive", "1.0")]).only(PD),
+    plain("pd", "driven, without gathering", FLUID)
+        .with(&[("method.pd.gathering", "0.0")])
+        .only(PD),
+    plain("pd_gathering", "driven, with gathering", FLUID)
+        .with(&[("method.pd.gathering", "0.01")])
+        .only(PD),
+    plain("pd_strong", "driven too strongly", FLUID)
+        .with(&[("method.pd.drive", "100.0")])
+        .only(PD),
+    plain("pd_weak", "driven too weakly", FLUID)
+        .with(&[("method.pd.drive", "1.0")])
+        .only(PD),
     plain("dt_0.4", "circle to F, dt = 0.4", FLUID).with(&[("time.dt", "0.4")]),
     plain("dt_1", "circle to F, dt = 1", FLUID),
     plain("dt_2", "circle to F, dt = 2", FLUID).with(&[("time.dt", "2.0")]),
@@ -169,9 +217,24 @@ const NSO: &[&str] = &["admm", "lbfgs"];
 const PD: &[&str] = &["pd"];
 
 /// Figure 6 is about the first Navier-Stokes problem alone, from rest, in the paper's own norm of the residual.
-const COARSE_20: &[(&str, &str)] = &[CELLS_64, ("time.steps", "20"), ("keyframe[0].step", "20"), FEW, FROM_REST, NORM, FAR];
+const COARSE_20: &[(&str, &str)] = &[
+    CELLS_64,
+    ("time.steps", "20"),
+    ("keyframe[0].step", "20"),
+    FEW,
+    FROM_REST,
+    NORM,
+    FAR,
+];
 const COARSE_40: &[(&str, &str)] = &[CELLS_64, FEW, FROM_REST, NORM, FAR];
-const FINE_20: &[(&str, &str)] = &[("time.steps", "20"), ("keyframe[0].step", "20"), FEW, FROM_REST, NORM, FAR];
+const FINE_20: &[(&str, &str)] = &[
+    ("time.steps", "20"),
+    ("keyframe[0].step", "20"),
+    FEW,
+    FROM_REST,
+    NORM,
+    FAR,
+];
 const FINE_40: &[(&str, &str)] = &[FEW, FROM_REST, NORM, FAR];
 const CELLS_64: (&str, &str) = ("grid.cells", "[64, 64]");
 const FEW: (&str, &str) = ("method.iterations", "5");
@@ -180,8 +243,20 @@ const FROM_REST: (&str, &str) = ("method.admm.nested", "false");
 const FAR: (&str, &str) = ("method.admm.nso_tolerance", "1e-7");
 const NORM: (&str, &str) = ("method.admm.nso_norm", "\"plain\"");
 
-const fn sheet(name: &'static str, title: &'static str, text: &'static str, entries: &'static [&'static str], show: Show) -> Sheet {
-    Sheet { name, title, text, entries, show }
+const fn sheet(
+    name: &'static str,
+    title: &'static str,
+    text: &'static str,
+    entries: &'static [&'static str],
+    show: Show,
+) -> Sheet {
+    Sheet {
+        name,
+        title,
+        text,
+        entries,
+        show,
+    }
 }
 
 pub(super) const SHEETS: &[Sheet] = &[
@@ -199,9 +274,27 @@ pub(super) const SHEETS: &[Sheet] = &[
         &["rabbit_1e2", "rabbit_1e3", "rabbit_1e4"],
         Show::Steps,
     ),
-    sheet("abc", "ABC", "A chain of three letters in one solve.", &["abc"], Show::Steps),
-    sheet("animals", "Ball, dog, duck", "In 3D; animals of balls and capsules stand for the paper's meshes.", &["animals"], Show::Steps),
-    sheet("genus", "Varying genus", "A ball opens to a ring and the ring to a figure eight, in a box that repeats along all axes.", &["genus"], Show::Steps),
+    sheet(
+        "abc",
+        "ABC",
+        "A chain of three letters in one solve.",
+        &["abc"],
+        Show::Steps,
+    ),
+    sheet(
+        "animals",
+        "Ball, dog, duck",
+        "In 3D; animals of balls and capsules stand for the paper's meshes.",
+        &["animals"],
+        Show::Steps,
+    ),
+    sheet(
+        "genus",
+        "Varying genus",
+        "A ball opens to a ring and the ring to a figure eight, in a box that repeats along all axes.",
+        &["genus"],
+        Show::Steps,
+    ),
     sheet(
         "figure",
         "A figure that walks and punches",
@@ -209,7 +302,13 @@ pub(super) const SHEETS: &[Sheet] = &[
         &["figure"],
         Show::Steps,
     ),
-    sheet("sphere", "Moving sphere", "A ball travels through three places, at two weights of the force.", &["sphere_1e2", "sphere_1e3"], Show::Steps),
+    sheet(
+        "sphere",
+        "Moving sphere",
+        "A ball travels through three places, at two weights of the force.",
+        &["sphere_1e2", "sphere_1e3"],
+        Show::Steps,
+    ),
     sheet(
         "fig4",
         "Figure 4: advection operators",

@@ -40,7 +40,14 @@ struct Due {
 /// Runs `paper`.
 pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
     let options = &arguments.options;
-    let order = Order { wishes: options.wishes(), mode: options.mode(), parts: Parts { arrays: arguments.arrays, images: false } };
+    let order = Order {
+        wishes: options.wishes(),
+        mode: options.mode(),
+        parts: Parts {
+            arrays: arguments.arrays,
+            images: false,
+        },
+    };
     if arguments.list {
         return list(arguments, &order);
     }
@@ -48,7 +55,8 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
     refuse_unfit(&sheets, arguments)?;
     let due = due(&sheets, arguments, &order)?;
     compare::prepare(&arguments.output, STEM)?;
-    due.iter().try_for_each(|due| compare::check_below(&due.folder, &due.methods))?;
+    due.iter()
+        .try_for_each(|due| compare::check_below(&due.folder, &due.methods))?;
     let interrupt = Interrupt::listen()?;
     let mut shown = Vec::new();
     for due in due {
@@ -56,19 +64,40 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
             break;
         }
         let contest = Contest::hold(due.scenes, &due.methods, &order, &due.folder, &interrupt)?;
-        shown.push(Shown { entry: due.entry, contest });
+        shown.push(Shown {
+            entry: due.entry,
+            contest,
+        });
         // After each scene, so that a long run can be looked at, and leaves what it has if it is stopped.
-        compare::write(&arguments.output, STEM, &page::page(&sheets, &shown, arguments.scale), &facts(&shown, arguments.scale))?;
+        compare::write(
+            &arguments.output,
+            STEM,
+            &page::page(&sheets, &shown, arguments.scale),
+            &facts(&shown, arguments.scale),
+        )?;
     }
-    compare::tell(&order, &arguments.output, STEM, &page::table(&shown).markdown(), facts(&shown, arguments.scale));
-    let worst = shown.iter().map(|shown| compare::code_of(&shown.contest)).max().unwrap_or(DONE);
+    compare::tell(
+        &order,
+        &arguments.output,
+        STEM,
+        &page::table(&shown).markdown(),
+        facts(&shown, arguments.scale),
+    );
+    let worst = shown
+        .iter()
+        .map(|shown| compare::code_of(&shown.contest))
+        .max()
+        .unwrap_or(DONE);
     Ok(if interrupt.asked() { INTERRUPTED } else { worst })
 }
 
 /// A sheet that was named must have a method that it is about.
 fn refuse_unfit(sheets: &[&Sheet], arguments: &PaperArguments) -> Result<(), Failure> {
     let asked = &arguments.contenders.methods;
-    let unfit = |sheet: &&&Sheet| arguments.names.iter().any(|name| name == sheet.name) && sheet.members().all(|entry| entry.methods(asked).is_empty());
+    let unfit = |sheet: &&&Sheet| {
+        arguments.names.iter().any(|name| name == sheet.name)
+            && sheet.members().all(|entry| entry.methods(asked).is_empty())
+    };
     sheets.iter().find(unfit).map_or(Ok(()), |sheet| {
         let only = sheet.only();
         Err(Failure::Input(format!(
@@ -91,7 +120,12 @@ fn due(sheets: &[&Sheet], arguments: &PaperArguments, order: &Order) -> Result<V
         }
         let document = entry.document(arguments.scale, &arguments.options.set)?;
         let scenes = compare::entries(&document, &methods, order)?;
-        all.push(Due { entry, methods, scenes, folder: arguments.output.join(entry.name) });
+        all.push(Due {
+            entry,
+            methods,
+            scenes,
+            folder: arguments.output.join(entry.name),
+        });
     }
     Ok(all)
 }
@@ -110,7 +144,13 @@ fn list(arguments: &PaperArguments, order: &Order) -> Result<u8, Failure> {
     for sheet in SHEETS {
         console::print(&format!("{:<10}{}", sheet.name, sheet.title));
         for entry in sheet.members() {
-            console::print(&format!("{:<10}  {:<18}{:<40}{}", "", entry.name, entry.about, needs(entry, arguments, order)?));
+            console::print(&format!(
+                "{:<10}  {:<18}{:<40}{}",
+                "",
+                entry.name,
+                entry.about,
+                needs(entry, arguments, order)?
+            ));
         }
         names.push(sheet.name);
     }
@@ -127,9 +167,21 @@ fn needs(entry: &Entry, arguments: &PaperArguments, order: &Order) -> Result<Str
     let Some(method) = methods.first() else {
         return Ok(format!("only by {}", compare::listed(entry.only)));
     };
-    let scenes = compare::entries(&entry.document(arguments.scale, &arguments.options.set)?, core::slice::from_ref(method), order)?;
-    let planned = scenes.first().map(|scene| plan::choose(scene, &order.wishes)).transpose()?;
+    let scenes = compare::entries(
+        &entry.document(arguments.scale, &arguments.options.set)?,
+        core::slice::from_ref(method),
+        order,
+    )?;
+    let planned = scenes
+        .first()
+        .map(|scene| plan::choose(scene, &order.wishes))
+        .transpose()?;
     Ok(planned.map_or_else(String::new, |planned| {
-        format!("{}, {} steps, {} by {method}", size_in_words(&planned.problem.cells), planned.problem.steps, rounded(planned.plan.bytes()))
+        format!(
+            "{}, {} steps, {} by {method}",
+            size_in_words(&planned.problem.cells),
+            planned.problem.steps,
+            rounded(planned.plan.bytes())
+        )
     }))
 }

@@ -6,7 +6,13 @@ use crate::compare::{self, COLUMNS, Contest, Figures};
 use crate::report::{AdmmRecord, Block, Chart, Curve, Document, RunRecord, Table, product};
 
 /// Names of the columns that quote the paper.
-const QUOTED: [&str; 5] = ["paper: iterations", "paper: s per AO", "paper: s per NSO", "paper: in all", "paper: memory"];
+const QUOTED: [&str; 5] = [
+    "paper: iterations",
+    "paper: s per AO",
+    "paper: s per NSO",
+    "paper: in all",
+    "paper: memory",
+];
 
 /// The page about what has been solved so far.
 pub(super) fn page(sheets: &[&Sheet], shown: &[Shown], scale: Scale) -> Document {
@@ -18,26 +24,44 @@ pub(super) fn page(sheets: &[&Sheet], shown: &[Shown], scale: Scale) -> Document
     blocks.extend([Block::Table(table(shown)), Block::Text(compare::MEMORY.into())]);
     let rows: Vec<&Shown> = shown.iter().filter(|shown| in_table(shown.entry)).collect();
     if !rows.is_empty() {
-        blocks.extend([Block::Heading("Beside the paper's Table 2".into()), Block::Table(beside(&rows)), Block::Text(quoted_from(scale))]);
+        blocks.extend([
+            Block::Heading("Beside the paper's Table 2".into()),
+            Block::Table(beside(&rows)),
+            Block::Text(quoted_from(scale)),
+        ]);
     }
     for sheet in sheets {
         blocks.push(Block::Heading(sheet.title.into()));
         blocks.push(Block::Text(sheet.text.into()));
-        let own: Vec<&Shown> = sheet.members().filter_map(|entry| shown.iter().find(|shown| shown.entry.name == entry.name)).collect();
+        let own: Vec<&Shown> = sheet
+            .members()
+            .filter_map(|entry| shown.iter().find(|shown| shown.entry.name == entry.name))
+            .collect();
         if own.is_empty() {
             blocks.push(Block::Text(absent(sheet)));
         } else {
             blocks.extend(section(sheet, &own));
         }
     }
-    let size = if scale.name() == "1" { "at full size".to_owned() } else { format!("at {} of the cells along each axis, with all steps", scale.name()) };
-    Document { title: "The paper's scenes".into(), lead: format!("Scenes of Pan & Manocha, solved {size}, beside what the paper says of its own."), blocks }
+    let size = if scale.name() == "1" {
+        "at full size".to_owned()
+    } else {
+        format!("at {} of the cells along each axis, with all steps", scale.name())
+    };
+    Document {
+        title: "The paper's scenes".into(),
+        lead: format!("Scenes of Pan & Manocha, solved {size}, beside what the paper says of its own."),
+        blocks,
+    }
 }
 
 fn absent(sheet: &Sheet) -> String {
     match sheet.only() {
         [] => "Not run: the run was stopped before.".into(),
-        methods => format!("Not run: it is about {}, which --methods did not name, or the run was stopped before.", compare::listed(methods)),
+        methods => format!(
+            "Not run: it is about {}, which --methods did not name, or the run was stopped before.",
+            compare::listed(methods)
+        ),
     }
 }
 
@@ -46,45 +70,84 @@ pub(super) fn table(shown: &[Shown]) -> Table {
     let mut head = vec!["scene", "size", "method"];
     head.extend(COLUMNS);
     let rows = shown.iter().flat_map(|shown| {
-        shown.contest.figures().into_iter().enumerate().map(|(index, figures)| {
-            let mut row = names(shown, index, &figures);
-            row.extend(compare::cells(&figures));
-            row
-        })
+        shown
+            .contest
+            .figures()
+            .into_iter()
+            .enumerate()
+            .map(|(index, figures)| {
+                let mut row = names(shown, index, &figures);
+                row.extend(compare::cells(&figures));
+                row
+            })
     });
-    Table { rows: rows.collect(), names: 3, ours: head.len(), head }
+    Table {
+        rows: rows.collect(),
+        names: 3,
+        ours: head.len(),
+        head,
+    }
 }
 
 /// Whether a row of the paper's Table 2 is about the scene.
 fn in_table(entry: &Entry) -> bool {
     let table = GROUPS[0].1;
-    SHEETS.iter().any(|sheet| table.contains(&sheet.name) && sheet.entries.contains(&entry.name))
+    SHEETS
+        .iter()
+        .any(|sheet| table.contains(&sheet.name) && sheet.entries.contains(&entry.name))
 }
 
 /// The same columns from this run and from the paper.
 fn beside(shown: &[&Shown]) -> Table {
-    let mut head = vec!["scene", "size", "method", "iterations", "s per AO", "s per NSO", "s in all", "memory"];
+    let mut head = vec![
+        "scene",
+        "size",
+        "method",
+        "iterations",
+        "s per AO",
+        "s per NSO",
+        "s in all",
+        "memory",
+    ];
     let ours = head.len();
     head.extend(QUOTED);
     let rows = shown.iter().flat_map(|shown| {
-        shown.contest.figures().into_iter().enumerate().map(|(index, figures)| {
-            let mut row = names(shown, index, &figures);
-            row.extend(compare::in_brief(&figures));
-            row.extend(quoted(shown.entry, index));
-            row
-        })
+        shown
+            .contest
+            .figures()
+            .into_iter()
+            .enumerate()
+            .map(|(index, figures)| {
+                let mut row = names(shown, index, &figures);
+                row.extend(compare::in_brief(&figures));
+                row.extend(quoted(shown.entry, index));
+                row
+            })
     });
-    Table { rows: rows.collect(), names: 3, ours, head }
+    Table {
+        rows: rows.collect(),
+        names: 3,
+        ours,
+        head,
+    }
 }
 
 /// Scene and size once for each scene, and the method.
 fn names(shown: &Shown, index: usize, figures: &Figures) -> Vec<String> {
-    let (scene, size) = if index == 0 { (shown.entry.about.to_owned(), size(&shown.contest)) } else { Default::default() };
+    let (scene, size) = if index == 0 {
+        (shown.entry.about.to_owned(), size(&shown.contest))
+    } else {
+        Default::default()
+    };
     vec![scene, size, figures.method.clone()]
 }
 
 fn size(contest: &Contest) -> String {
-    contest.records().next().map(|record| format!("{}, {} steps", product(&record.cells), record.steps)).unwrap_or_default()
+    contest
+        .records()
+        .next()
+        .map(|record| format!("{}, {} steps", product(&record.cells), record.steps))
+        .unwrap_or_default()
 }
 
 /// The paper's figures, once for each scene.
@@ -100,21 +163,39 @@ fn quoted_from(scale: Scale) -> String {
     if scale.name() == "1" {
         QUOTED_FROM.into()
     } else {
-        format!("{QUOTED_FROM} The paper's figures are for the full size, not for the {} of this run.", scale.name())
+        format!(
+            "{QUOTED_FROM} The paper's figures are for the full size, not for the {} of this run.",
+            scale.name()
+        )
     }
 }
 
 fn section(sheet: &Sheet, shown: &[&Shown]) -> Vec<Block> {
     let mut charts = match sheet.show {
         Show::Cycles => cycles(shown).into_iter().collect(),
-        Show::Optimality => shown.iter().flat_map(|shown| shown.contest.records()).flat_map(|record| [optimality(record), fixed_point(record)]).collect(),
+        Show::Optimality => shown
+            .iter()
+            .flat_map(|shown| shown.contest.records())
+            .flat_map(|record| [optimality(record), fixed_point(record)])
+            .collect(),
         Show::Results | Show::Steps => Vec::new(),
     };
-    charts.extend(shown.iter().filter_map(|shown| Some(Chart { title: shown.entry.about, ..compare::by_seconds(&shown.contest)? })));
+    charts.extend(shown.iter().filter_map(|shown| {
+        Some(Chart {
+            title: shown.entry.about,
+            ..compare::by_seconds(&shown.contest)?
+        })
+    }));
     let mut blocks = vec![Block::Charts(charts)];
     for shown in shown {
         blocks.push(Block::Part(shown.entry.about.into()));
-        blocks.extend(shown.contest.failed.iter().map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))));
+        blocks.extend(
+            shown
+                .contest
+                .failed
+                .iter()
+                .map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))),
+        );
         blocks.extend(compare::last_keyframe(&shown.contest));
         if sheet.show == Show::Steps
             && let Some(solved) = shown.contest.solved.first()
@@ -129,9 +210,19 @@ fn section(sheet: &Sheet, shown: &[&Shown]) -> Vec<Block> {
 /// Residuals of the first Navier-Stokes problem of each entry, if ADMM has solved any.
 fn cycles(shown: &[&Shown]) -> Option<Chart> {
     let first = |record: &RunRecord| Some(record.history.first()?.admm.as_ref()?.nso_residuals.clone());
-    let residuals: Vec<_> = shown.iter().filter_map(|shown| Some((shown.entry.about, shown.contest.records().find_map(first)?))).collect();
+    let residuals: Vec<_> = shown
+        .iter()
+        .filter_map(|shown| Some((shown.entry.about, shown.contest.records().find_map(first)?)))
+        .collect();
     let curve = |(index, (name, residuals)): (usize, (&str, Vec<f64>))| {
-        Curve::new(name, index % 4 + 1, residuals.into_iter().enumerate().map(|(cycle, residual)| (cycle as f64, residual)))
+        Curve::new(
+            name,
+            index % 4 + 1,
+            residuals
+                .into_iter()
+                .enumerate()
+                .map(|(cycle, residual)| (cycle as f64, residual)),
+        )
     };
     (!residuals.is_empty()).then(|| Chart {
         title: "First Navier\u{2013}Stokes problem",
@@ -145,7 +236,10 @@ fn cycles(shown: &[&Shown]) -> Option<Chart> {
 /// The paper's Figure 7, left: the whole problem by iteration of ADMM.
 fn optimality(record: &RunRecord) -> Chart {
     let curve = |name: &str, colour, value: fn(&AdmmRecord) -> Option<f64>| {
-        let points = record.history.iter().filter_map(|entry| Some((entry.iteration as f64, value(entry.admm.as_ref()?)?)));
+        let points = record
+            .history
+            .iter()
+            .filter_map(|entry| Some((entry.iteration as f64, value(entry.admm.as_ref()?)?)));
         Curve::new(name, colour, points)
     };
     Chart {
@@ -153,14 +247,21 @@ fn optimality(record: &RunRecord) -> Chart {
         note: "Largest violation of the optimality conditions, and the residual of the advection problem's fixed point.",
         across: "iteration of ADMM",
         scale: crate::report::Scale::Counts,
-        curves: vec![curve("KKT", 3, |admm| Some(admm.kkt)), curve("advection problem", 1, |admm| admm.ao_residuals.last().copied())],
+        curves: vec![
+            curve("KKT", 3, |admm| Some(admm.kkt)),
+            curve("advection problem", 1, |admm| admm.ao_residuals.last().copied()),
+        ],
     }
 }
 
 /// The paper's Figure 7, right: the advection problem by fixed-point iteration, in the first iterations of ADMM.
 fn fixed_point(record: &RunRecord) -> Chart {
     let curve = |(index, admm): (usize, &AdmmRecord)| {
-        let points = admm.ao_residuals.iter().enumerate().map(|(iteration, &residual)| ((iteration + 1) as f64, residual));
+        let points = admm
+            .ao_residuals
+            .iter()
+            .enumerate()
+            .map(|(iteration, &residual)| ((iteration + 1) as f64, residual));
         Curve::new(format!("ADMM {}", index + 1), index % 4 + 1, points)
     };
     Chart {
@@ -168,6 +269,13 @@ fn fixed_point(record: &RunRecord) -> Chart {
         note: "Residual of its fixed point in each of its iterations, within iterations 1, 2 and 3 of ADMM.",
         across: "fixed-point iteration",
         scale: crate::report::Scale::Counts,
-        curves: record.history.iter().filter_map(|entry| entry.admm.as_ref()).take(3).enumerate().map(curve).collect(),
+        curves: record
+            .history
+            .iter()
+            .filter_map(|entry| entry.admm.as_ref())
+            .take(3)
+            .enumerate()
+            .map(curve)
+            .collect(),
     }
 }

@@ -11,8 +11,12 @@ pub struct Scale {
 impl Scale {
     /// Reads 1, 1/2, 1/4 or 1/8; the error says what is allowed.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let divisor = [("1", 1), ("1/2", 2), ("1/4", 4), ("1/8", 8)].into_iter().find(|(name, _)| *name == text.trim());
-        divisor.map(|(_, divisor)| Self { divisor }).ok_or_else(|| format!("found \"{text}\", allowed is 1, 1/2, 1/4 or 1/8; write one of these"))
+        let divisor = [("1", 1), ("1/2", 2), ("1/4", 4), ("1/8", 8)]
+            .into_iter()
+            .find(|(name, _)| *name == text.trim());
+        divisor
+            .map(|(_, divisor)| Self { divisor })
+            .ok_or_else(|| format!("found \"{text}\", allowed is 1, 1/2, 1/4 or 1/8; write one of these"))
     }
 
     /// `cells` made smaller, each a multiple of 4.
@@ -22,7 +26,11 @@ impl Scale {
 
     /// "1/4"
     pub fn name(self) -> String {
-        if self.divisor == 1 { "1".into() } else { format!("1/{}", self.divisor) }
+        if self.divisor == 1 {
+            "1".into()
+        } else {
+            format!("1/{}", self.divisor)
+        }
     }
 }
 
@@ -32,9 +40,19 @@ mod tests {
 
     #[test]
     fn cells_stay_multiples_of_four() {
-        assert_eq!(Scale::parse("1/4").map(|scale| scale.cells(&[128, 128])), Ok(vec![32, 32]));
-        assert_eq!(Scale::parse("1/8").map(|scale| scale.cells(&[64, 64, 32])), Ok(vec![8, 8, 4]));
+        assert_eq!(
+            Scale::parse("1/4").map(|scale| scale.cells(&[128, 128])),
+            Ok(vec![32, 32])
+        );
+        assert_eq!(
+            Scale::parse("1/8").map(|scale| scale.cells(&[64, 64, 32])),
+            Ok(vec![8, 8, 4])
+        );
         assert_eq!(Scale::parse("1").map(Scale::name), Ok("1".into()));
-        assert!(["", "2", "0.5", "1/3", "1/0"].into_iter().all(|text| Scale::parse(text).is_err()));
+        assert!(
+            ["", "2", "0.5", "1/3", "1/0"]
+                .into_iter()
+                .all(|text| Scale::parse(text).is_err())
+        );
     }
 }

@@ -29,7 +29,11 @@ impl Spent {
 
     /// Seconds per call, 0 before the first.
     pub fn average(&self) -> f64 {
-        if self.calls == 0 { 0.0 } else { self.seconds() / self.calls as f64 }
+        if self.calls == 0 {
+            0.0
+        } else {
+            self.seconds() / self.calls as f64
+        }
     }
 }
 
@@ -56,7 +60,16 @@ impl Clock {
     /// Starts now.
     pub fn start() -> Self {
         let never = Spent::default();
-        Clock { start: Instant::now(), running: None, ao: never, nso: never, begun: 0.0, nested: 0.0, solved: 0.0, finished: 0.0 }
+        Clock {
+            start: Instant::now(),
+            running: None,
+            ao: never,
+            nso: never,
+            begun: 0.0,
+            nested: 0.0,
+            solved: 0.0,
+            finished: 0.0,
+        }
     }
 
     /// Seconds since the start of the program.
@@ -116,5 +129,9 @@ pub fn in_words(seconds: f64) -> String {
     }
     let whole = seconds.min(1e9) as u64;
     let (hours, minutes, rest) = (whole / 3600, whole / 60 % 60, whole % 60);
-    if hours > 0 { format!("{hours}:{minutes:02}:{rest:02}") } else { format!("{minutes:02}:{rest:02}") }
+    if hours > 0 {
+        format!("{hours}:{minutes:02}:{rest:02}")
+    } else {
+        format!("{minutes:02}:{rest:02}")
+    }
 }

@@ -34,10 +34,17 @@ impl Display {
     pub fn new(mode: Mode, limit: usize) -> Self {
         let bar = (mode == Mode::Human && stderr().is_terminal()).then(|| {
             let style = ProgressStyle::with_template("{spinner} [{bar:14}] {pos}/{len} {wide_msg}");
-            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> ");
+            let style = style
+                .unwrap_or_else(|_| ProgressStyle::default_bar())
+                .progress_chars("=> ");
             ProgressBar::new(u64::try_from(limit).unwrap_or(u64::MAX)).with_style(style)
         });
-        Display { mode, bar, limit, summary: String::new() }
+        Display {
+            mode,
+            bar,
+            limit,
+            summary: String::new(),
+        }
     }
 
     /// A sentence between the lines of progress.
@@ -87,8 +94,17 @@ impl Display {
         }
         let done = iterations_on_the_finest_grid(progress);
         let left = self.limit.saturating_sub(done) as f64 * (seconds - nested) / done.max(1) as f64;
-        let left = if done > 0 { format!("at most {} left", in_words(left)) } else { format!("on {} cells", size_in_words(&cells(&progress.direct))) };
-        let text = format!("{left}, data {:.3e}, force {:.3e}, {}", progress.objective.data, progress.objective.force, manner(progress));
+        let left = if done > 0 {
+            format!("at most {} left", in_words(left))
+        } else {
+            format!("on {} cells", size_in_words(&cells(&progress.direct)))
+        };
+        let text = format!(
+            "{left}, data {:.3e}, force {:.3e}, {}",
+            progress.objective.data,
+            progress.objective.force,
+            manner(progress)
+        );
         match &self.bar {
             Some(bar) => {
                 bar.set_position(u64::try_from(done).unwrap_or(u64::MAX));
@@ -110,8 +126,14 @@ impl Display {
 /// The direct method begins on coarser grids, which the limit does not count.
 fn iterations_on_the_finest_grid(progress: &Progress) -> usize {
     match progress.direct {
-        DirectProgress { level_iteration: 0, .. } => progress.iteration,
-        DirectProgress { level: 0, level_iteration, .. } => level_iteration,
+        DirectProgress {
+            level_iteration: 0, ..
+        } => progress.iteration,
+        DirectProgress {
+            level: 0,
+            level_iteration,
+            ..
+        } => level_iteration,
         _ => 0,
     }
 }
@@ -122,7 +144,10 @@ fn manner(progress: &Progress) -> String {
         return format!("step {:.1e}", progress.direct.step);
     }
     match progress.admm.nso_residuals.last() {
-        Some(residual) => format!("residual {residual:.0e}, change {:.1e}", progress.admm.density_change),
+        Some(residual) => format!(
+            "residual {residual:.0e}, change {:.1e}",
+            progress.admm.density_change
+        ),
         None => "one pass".into(),
     }
 }

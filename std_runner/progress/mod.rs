@@ -35,7 +35,13 @@ pub struct Watch {
 impl Watch {
     /// Watches a solve of at most `limit` iterations, coarser grids' included; `clock` has run since the program began.
     pub fn new(clock: Clock, display: Display, limit: usize, interrupt: Interrupt) -> Self {
-        Watch { clock, display, history: Vec::with_capacity(limit.min(ROWS)), interrupt, told: false }
+        Watch {
+            clock,
+            display,
+            history: Vec::with_capacity(limit.min(ROWS)),
+            interrupt,
+            told: false,
+        }
     }
 
     /// An outer iteration is over.
@@ -67,10 +73,18 @@ impl Observer for Watch {
             Event::AoBegin => self.clock.enter(Phase::Ao),
             Event::NsoBegin => self.clock.enter(Phase::Nso),
             Event::AoEnd | Event::NsoEnd => self.clock.leave(),
-            Event::AoIteration { objective, step } => self.display.detail(format_args!("advection {objective:.4e}, step {step}")),
-            Event::NsoCycle { cycle, residual } => self.display.detail(format_args!("V-cycle {cycle}, residual {residual:.1e}")),
+            Event::AoIteration { objective, step } => self
+                .display
+                .detail(format_args!("advection {objective:.4e}, step {step}")),
+            Event::NsoCycle { cycle, residual } => self
+                .display
+                .detail(format_args!("V-cycle {cycle}, residual {residual:.1e}")),
             _ => self.display.tick(),
         }
-        if self.stops() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.stops() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }

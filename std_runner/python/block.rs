@@ -13,7 +13,9 @@ pub struct Block {
 impl Block {
     /// Room for `bytes` bytes, or `None` if the system has not that much.
     pub fn new(bytes: usize) -> Option<Self> {
-        Some(Self { map: MmapMut::map_anon(bytes).ok()?.into() })
+        Some(Self {
+            map: MmapMut::map_anon(bytes).ok()?.into(),
+        })
     }
 
     /// All of it, to write.
@@ -30,7 +32,9 @@ impl Block {
 
     /// Number 0 of the `count` numbers that begin at byte `offset`.
     pub fn start<T: Real>(&self, offset: usize, count: usize) -> *const T {
-        let end = count.checked_mul(size_of::<T>()).and_then(|size| size.checked_add(offset));
+        let end = count
+            .checked_mul(size_of::<T>())
+            .and_then(|size| size.checked_add(offset));
         assert!(offset.is_multiple_of(size_of::<T>()) && end.is_some_and(|end| end <= self.map.len()));
         self.map.as_ptr().wrapping_add(offset).cast()
     }

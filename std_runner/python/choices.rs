@@ -48,7 +48,12 @@ impl Choices {
         others: [&str; N],
     ) -> PyResult<(Self, [Option<Bound<'py, PyAny>>; N])> {
         let cells: Vec<usize> = shape.iter().rev().copied().collect();
-        let mut choices = Self { scene: OwnedProblem::new(cells, keyframes), threads: None, memory_limit: None, params: Params::default() };
+        let mut choices = Self {
+            scene: OwnedProblem::new(cells, keyframes),
+            threads: None,
+            memory_limit: None,
+            params: Params::default(),
+        };
         let (mut rest, mut options) = ([const { None }; N], None);
         for (name, value) in given.into_iter().flat_map(PyDictMethods::iter) {
             let name: String = name.extract()?;
@@ -62,13 +67,22 @@ impl Choices {
             set_options(&mut choices.params, &options)?;
         }
         if choices.scene.steps == 0 {
-            return Err(refused("steps", "is missing, and there is no keyframe to take it from; say how many there are"));
+            return Err(refused(
+                "steps",
+                "is missing, and there is no keyframe to take it from; say how many there are",
+            ));
         }
         Ok((choices, rest))
     }
 
     fn set(&mut self, name: &str, value: &Bound<'_, PyAny>, others: &[&str]) -> PyResult<()> {
-        let chosen = |read: fn(&str, &Bound<'_, PyAny>) -> PyResult<usize>| if value.is_none() { Ok(None) } else { read(name, value).map(Some) };
+        let chosen = |read: fn(&str, &Bound<'_, PyAny>) -> PyResult<usize>| {
+            if value.is_none() {
+                Ok(None)
+            } else {
+                read(name, value).map(Some)
+            }
+        };
         match name {
             "steps" => self.scene.steps = chosen(whole)?.unwrap_or(self.scene.steps),
             "dt" => self.scene.dt = number(name, value)?,
@@ -79,14 +93,26 @@ impl Choices {
             "filters" => self.scene.filters = automatic(name, value)?,
             "match_mass" => self.scene.match_mass = flag(name, value)?,
             "advection" => {
-                self.scene.advection.scheme =
-                    word(name, value, [("quick", Scheme::Quick), ("central", Scheme::Central), ("semi_lagrangian", Scheme::SemiLagrangian)])?;
+                self.scene.advection.scheme = word(
+                    name,
+                    value,
+                    [
+                        ("quick", Scheme::Quick),
+                        ("central", Scheme::Central),
+                        ("semi_lagrangian", Scheme::SemiLagrangian),
+                    ],
+                )?;
             }
             "advection_tolerance" => self.scene.advection.tolerance = number(name, value)?,
             "projection_tolerance" => self.scene.projection_tolerance = number(name, value)?,
             "method" => {
-                let methods =
-                    [("direct", Method::Direct), ("admm", Method::Admm), ("lbfgs", Method::Lbfgs), ("pd", Method::Pd), ("simulate", Method::Simulate)];
+                let methods = [
+                    ("direct", Method::Direct),
+                    ("admm", Method::Admm),
+                    ("lbfgs", Method::Lbfgs),
+                    ("pd", Method::Pd),
+                    ("simulate", Method::Simulate),
+                ];
                 self.params.method = word(name, value, methods)?;
             }
             "iterations" => self.params.iterations = whole(name, value)?,
@@ -99,7 +125,11 @@ impl Choices {
 
     /// Whether each axis wraps around.
     pub fn periodic(&self) -> Vec<bool> {
-        self.scene.boundary.iter().map(|&boundary| boundary == Boundary::Periodic).collect()
+        self.scene
+            .boundary
+            .iter()
+            .map(|&boundary| boundary == Boundary::Periodic)
+            .collect()
     }
 }
 
@@ -110,16 +140,35 @@ fn boundary(value: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<Boundary>> {
     if value.extract::<&str>().is_ok() {
         return Ok(vec![word("boundary", value, BOUNDARIES)?; axes]);
     }
-    let words: Vec<Bound<'_, PyAny>> = read("boundary", value, "\"wall\", \"periodic\" or a list of these words")?;
+    let words: Vec<Bound<'_, PyAny>> = read(
+        "boundary",
+        value,
+        "\"wall\", \"periodic\" or a list of these words",
+    )?;
     if words.len() != axes {
-        return Err(refused("boundary", format!("has {} entries; give one word, or {axes}: for x, y and so on", words.len())));
+        return Err(refused(
+            "boundary",
+            format!(
+                "has {} entries; give one word, or {axes}: for x, y and so on",
+                words.len()
+            ),
+        ));
     }
-    words.iter().enumerate().map(|(axis, value)| word(&format!("boundary[{axis}]"), value, BOUNDARIES)).collect()
+    words
+        .iter()
+        .enumerate()
+        .map(|(axis, value)| word(&format!("boundary[{axis}]"), value, BOUNDARIES))
+        .collect()
 }
 
 /// The options of the method that was chosen.
 fn set_options(params: &mut Params, given: &Bound<'_, PyAny>) -> PyResult<()> {
-    let given = given.cast::<PyDict>().map_err(|_| refused("options", "is no dict; give the options of the method by their names"))?;
+    let given = given.cast::<PyDict>().map_err(|_| {
+        refused(
+            "options",
+            "is no dict; give the options of the method by their names",
+        )
+    })?;
     for (name, value) in given.iter() {
         let name: String = read("a name in options", &name, "a string")?;
         let field = format!("options[\"{name}\"]");
@@ -139,7 +188,12 @@ fn set_options(params: &mut Params, given: &Bound<'_, PyAny>) -> PyResult<()> {
 
 // Each answers with the names that it knows if `name` is none of them.
 
-fn direct_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_, PyAny>) -> PyResult<&'static [&'static str]> {
+fn direct_option(
+    params: &mut Params,
+    name: &str,
+    field: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<&'static [&'static str]> {
     let direct = &mut params.direct;
     match name {
         "history" => direct.history = automatic(field, value)?,
@@ -150,7 +204,12 @@ fn direct_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_,
     Ok(&[])
 }
 
-fn admm_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_, PyAny>) -> PyResult<&'static [&'static str]> {
+fn admm_option(
+    params: &mut Params,
+    name: &str,
+    field: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<&'static [&'static str]> {
     let admm = &mut params.admm;
     match name {
         "penalty" => admm.penalty = number(field, value)?,
@@ -159,10 +218,22 @@ fn admm_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_, P
         "ao_momentum" => admm.ao_momentum = number(field, value)?,
         "nested" => admm.nested = flag(field, value)?,
         "density_tolerance" => admm.density_tolerance = number(field, value)?,
-        "nso" => admm.nso.solver = word(field, value, [("stfas", NsoSolver::Stfas), ("newton_cg", NsoSolver::NewtonCg)])?,
+        "nso" => {
+            admm.nso.solver = word(
+                field,
+                value,
+                [("stfas", NsoSolver::Stfas), ("newton_cg", NsoSolver::NewtonCg)],
+            )?
+        }
         "nso_tolerance" => admm.nso.tolerance = number(field, value)?,
         "nso_norm" => admm.nso.norm = word(field, value, [("scaled", Norm::Scaled), ("plain", Norm::Plain)])?,
-        "smoother_colours" => admm.nso.colours = word(field, value, [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)])?,
+        "smoother_colours" => {
+            admm.nso.colours = word(
+                field,
+                value,
+                [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)],
+            )?
+        }
         _ => {
             return Ok(&[
                 "penalty",
@@ -181,7 +252,12 @@ fn admm_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_, P
     Ok(&[])
 }
 
-fn lbfgs_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_, PyAny>) -> PyResult<&'static [&'static str]> {
+fn lbfgs_option(
+    params: &mut Params,
+    name: &str,
+    field: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<&'static [&'static str]> {
     let lbfgs = &mut params.lbfgs;
     match name {
         "history" => lbfgs.history = whole(field, value)?,
@@ -192,7 +268,12 @@ fn lbfgs_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_, 
     Ok(&[])
 }
 
-fn pd_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_, PyAny>) -> PyResult<&'static [&'static str]> {
+fn pd_option(
+    params: &mut Params,
+    name: &str,
+    field: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<&'static [&'static str]> {
     let pd = &mut params.pd;
     match name {
         "drive" => pd.drive = number(field, value)?,
@@ -203,7 +284,12 @@ fn pd_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_, PyA
     Ok(&[])
 }
 
-fn simulate_option(params: &mut Params, name: &str, field: &str, value: &Bound<'_, PyAny>) -> PyResult<&'static [&'static str]> {
+fn simulate_option(
+    params: &mut Params,
+    name: &str,
+    field: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<&'static [&'static str]> {
     let simulation = &mut params.simulation;
     match name {
         "buoyancy" => simulation.buoyancy = number(field, value)?,

@@ -3,7 +3,10 @@
 use crate::place::Number;
 use crate::plan::Precision;
 use crate::words::{read, refused};
-use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{
+    PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods,
+};
 use pyo3::exceptions::{PyMemoryError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -29,10 +32,21 @@ pub fn kind(source: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Precision)> {
     } else if dtype.is_equiv_to(&numpy::dtype::<f64>(source.py())) {
         Precision::Double
     } else {
-        return Err(refused("source", format!("has dtype {dtype}; its dtype is the precision of the solve: use .astype(numpy.float32) or numpy.float64")));
+        return Err(refused(
+            "source",
+            format!(
+                "has dtype {dtype}; its dtype is the precision of the solve: use .astype(numpy.float32) or numpy.float64"
+            ),
+        ));
     };
     if !(2..=3).contains(&source.ndim()) {
-        return Err(refused("source", format!("has {} axes; give an array of shape (ny, nx) or (nz, ny, nx)", source.ndim())));
+        return Err(refused(
+            "source",
+            format!(
+                "has {} axes; give an array of shape (ny, nx) or (nz, ny, nx)",
+                source.ndim()
+            ),
+        ));
     }
     Ok((source.shape().to_vec(), precision))
 }
@@ -51,28 +65,46 @@ pub fn keyframes<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<(usize, Bound<'
 
 impl Inputs<'_> {
     /// Gives everything to `solver`; the answer is the mass factor of each keyframe.
-    pub fn hand_over<T: Number, S: Space>(&self, solver: &mut Solver<'_, T, S>, shape: &[usize], periodic: &[bool]) -> PyResult<Vec<f64>> {
-        let unusable = |field: &str, error: InputError| refused(field, format!("cannot be used: {error}; change it"));
+    pub fn hand_over<T: Number, S: Space>(
+        &self,
+        solver: &mut Solver<'_, T, S>,
+        shape: &[usize],
+        periodic: &[bool],
+    ) -> PyResult<Vec<f64>> {
+        let unusable =
+            |field: &str, error: InputError| refused(field, format!("cannot be used: {error}; change it"));
         let source = array::<T>("source", &self.source, shape)?;
-        solver.set_source(&numbers(&source)?).map_err(|error| unusable("source", error))?;
+        solver
+            .set_source(&numbers(&source)?)
+            .map_err(|error| unusable("source", error))?;
         if let Some(velocity) = &self.velocity {
-            let wanted = format!("a sequence of {} arrays: the components along x, y and so on", S::DIM);
+            let wanted = format!(
+                "a sequence of {} arrays: the components along x, y and so on",
+                S::DIM
+            );
             let components: Vec<Bound<'_, PyAny>> = read("initial_velocity", velocity, &wanted)?;
             if components.len() != S::DIM {
-                return Err(refused("initial_velocity", format!("has {} entries, but must be {wanted}", components.len())));
+                return Err(refused(
+                    "initial_velocity",
+                    format!("has {} entries, but must be {wanted}", components.len()),
+                ));
             }
             for (axis, component) in components.iter().enumerate() {
                 let field = format!("initial_velocity[{axis}]");
                 let mut faces = shape.to_vec();
                 faces[S::DIM - 1 - axis] += usize::from(!periodic[axis]);
                 let component = array::<T>(&field, component, &faces)?;
-                solver.set_initial_velocity(axis, &numbers(&component)?).map_err(|error| unusable(&field, error))?;
+                solver
+                    .set_initial_velocity(axis, &numbers(&component)?)
+                    .map_err(|error| unusable(&field, error))?;
             }
         }
         let target = |(index, (step, target)): (usize, &(usize, Bound<'_, PyAny>))| {
             let field = format!("keyframes[{step}]");
             let target = array::<T>(&field, target, shape)?;
-            solver.set_keyframe(index, &numbers(&target)?).map_err(|error| unusable(&field, error))
+            solver
+                .set_keyframe(index, &numbers(&target)?)
+                .map_err(|error| unusable(&field, error))
         };
         self.keyframes.iter().enumerate().map(target).collect()
     }
@@ -80,22 +112,45 @@ impl Inputs<'_> {
 
 fn untyped<'a, 'py>(field: &str, value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyUntypedArray>> {
     value.cast().map_err(|_| {
-        let kind = value.get_type().name().map_or_else(|_| "something else".into(), |name| name.to_string());
-        PyTypeError::new_err(format!("{field} is a {kind}; give a NumPy array, as numpy.asarray makes one"))
+        let kind = value
+            .get_type()
+            .name()
+            .map_or_else(|_| "something else".into(), |name| name.to_string());
+        PyTypeError::new_err(format!(
+            "{field} is a {kind}; give a NumPy array, as numpy.asarray makes one"
+        ))
     })
 }
 
 /// An array of numbers `T` with `shape`.
-fn array<'py, T: Number>(field: &str, value: &Bound<'py, PyAny>, shape: &[usize]) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+fn array<'py, T: Number>(
+    field: &str,
+    value: &Bound<'py, PyAny>,
+    shape: &[usize],
+) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     let found = untyped(field, value)?;
     let wanted = numpy::dtype::<T>(value.py());
     let Ok(array) = value.cast::<PyArrayDyn<T>>() else {
-        return Err(refused(field, format!("has dtype {} where the source has {wanted}; use .astype(numpy.{wanted})", found.dtype())));
+        return Err(refused(
+            field,
+            format!(
+                "has dtype {} where the source has {wanted}; use .astype(numpy.{wanted})",
+                found.dtype()
+            ),
+        ));
     };
     if array.shape() != shape {
-        return Err(refused(field, format!("has shape {:?} where {shape:?} is needed; give an array of that shape", array.shape())));
+        return Err(refused(
+            field,
+            format!(
+                "has shape {:?} where {shape:?} is needed; give an array of that shape",
+                array.shape()
+            ),
+        ));
     }
-    array.try_readonly().map_err(|error| refused(field, format!("is being written to: {error}; let go of it first")))
+    array
+        .try_readonly()
+        .map_err(|error| refused(field, format!("is being written to: {error}; let go of it first")))
 }
 
 /// The numbers in order, x fastest; copied only if they do not lie so.
@@ -105,7 +160,8 @@ fn numbers<'a, T: Number>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<Cow<
         _ => {}
     }
     let mut copy = Vec::new();
-    copy.try_reserve_exact(array.len()).map_err(|_| PyMemoryError::new_err("the system has not the memory to put an array in order"))?;
+    copy.try_reserve_exact(array.len())
+        .map_err(|_| PyMemoryError::new_err("the system has not the memory to put an array in order"))?;
     copy.extend(array.as_array().iter());
     Ok(Cow::Owned(copy))
 }

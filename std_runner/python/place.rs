@@ -29,11 +29,22 @@ pub struct Place {
 
 impl Place {
     /// `count` fields from `first` on, `apart` numbers from one to the next, in a block that begins at address `start`.
-    fn series<T: Real>(start: usize, first: &Strided<'_, T>, count: usize, apart: usize, dims: usize) -> Self {
+    fn series<T: Real>(
+        start: usize,
+        first: &Strided<'_, T>,
+        count: usize,
+        apart: usize,
+        dims: usize,
+    ) -> Self {
         let reversed = |axes: [usize; 3]| axes.into_iter().take(dims).rev();
         let shape = [count].into_iter().chain(reversed(first.extent)).collect();
         let strides = [apart].into_iter().chain(reversed(first.strides)).collect();
-        Self { offset: first.numbers.as_ptr().addr() - start, shape, strides, unit: first.unit }
+        Self {
+            offset: first.numbers.as_ptr().addr() - start,
+            shape,
+            strides,
+            unit: first.unit,
+        }
     }
 
     /// A whole block with the numbers of `shape`, one after the other.
@@ -42,12 +53,22 @@ impl Place {
         for axis in (1..shape.len()).rev() {
             strides[axis - 1] = strides[axis] * shape[axis];
         }
-        Self { offset: 0, shape, strides, unit: 1.0 }
+        Self {
+            offset: 0,
+            shape,
+            strides,
+            unit: 1.0,
+        }
     }
 
     /// Numbers from the first to the last.
     fn span(&self) -> usize {
-        1 + self.shape.iter().zip(&self.strides).map(|(count, stride)| (count - 1) * stride).sum::<usize>()
+        1 + self
+            .shape
+            .iter()
+            .zip(&self.strides)
+            .map(|(count, stride)| (count - 1) * stride)
+            .sum::<usize>()
     }
 
     /// The numbers from the first to the last, those of other fields between them included.
@@ -59,7 +80,11 @@ impl Place {
     }
 
     /// An array that borrows `block`, which `owner` keeps alive, and that cannot be written to.
-    pub fn array<'py, T: Number>(&self, block: &Block, owner: &Bound<'py, PyAny>) -> Bound<'py, PyArrayDyn<T>> {
+    pub fn array<'py, T: Number>(
+        &self,
+        block: &Block,
+        owner: &Bound<'py, PyAny>,
+    ) -> Bound<'py, PyArrayDyn<T>> {
         let shape = IxDyn(&self.shape).strides(IxDyn(&self.strides));
         let start = self.numbers::<T>(block).as_ptr();
         // SAFETY: `numbers` has the whole span of the shape; strides are those of fields that do not overlap.
@@ -116,7 +141,10 @@ impl Place {
                 rest /= self.shape[axis];
                 (from, to) = (from + along * self.strides[axis], to + along * strides[axis]);
             }
-            out[to..to + row].iter_mut().zip(&numbers[from..from + row]).for_each(|(out, &number)| *out = number * unit);
+            out[to..to + row]
+                .iter_mut()
+                .zip(&numbers[from..from + row])
+                .for_each(|(out, &number)| *out = number * unit);
         }
     }
 }
@@ -145,9 +173,19 @@ impl Places {
             rest: series(&rest, steps - 1, rest.extent[0]),
             wall: (!periodic[axis]).then_some(dims - axis),
         };
-        let velocity = |axis| component(axis, Some(solver.velocity_in_place(0, axis)), solver.velocity_in_place(1, axis));
+        let velocity = |axis| {
+            component(
+                axis,
+                Some(solver.velocity_in_place(0, axis)),
+                solver.velocity_in_place(1, axis),
+            )
+        };
         let force = |axis| component(axis, None, solver.force_in_place(0, axis));
-        Self { density: series(&density, steps + 1, cells), velocity: (0..dims).map(velocity).collect(), force: (0..dims).map(force).collect() }
+        Self {
+            density: series(&density, steps + 1, cells),
+            velocity: (0..dims).map(velocity).collect(),
+            force: (0..dims).map(force).collect(),
+        }
     }
 }
 

@@ -37,7 +37,11 @@ pub struct Plan {
 #[pymethods]
 impl Plan {
     fn __repr__(&self) -> String {
-        format!("<thurible.Plan: {} bytes on {} threads>", grouped(self.bytes), self.threads)
+        format!(
+            "<thurible.Plan: {} bytes on {} threads>",
+            grouped(self.bytes),
+            self.threads
+        )
     }
 }
 
@@ -54,7 +58,15 @@ pub fn choose(choices: &Choices, precision: Precision) -> PyResult<Planned> {
     let limit = choices.memory_limit.or_else(bytes::of_machine);
     let mut threads = choices.threads.unwrap_or_else(threads::available);
     loop {
-        let planned = make(choices, precision, Params { threads, ceiling: limit, ..choices.params })?;
+        let planned = make(
+            choices,
+            precision,
+            Params {
+                threads,
+                ceiling: limit,
+                ..choices.params
+            },
+        )?;
         match limit {
             Some(limit) if planned.plan.bytes() > limit => {
                 if choices.threads.is_some() || threads == 1 {
@@ -75,12 +87,23 @@ fn make(choices: &Choices, precision: Precision, params: Params) -> PyResult<Pla
         (_, Precision::Single) => thurible_core::Plan::new::<f32, D3>(&problem, &params),
         (_, Precision::Double) => thurible_core::Plan::new::<f64, D3>(&problem, &params),
     };
-    Ok(Planned { plan: plan.map_err(plan_refused)?, params })
+    Ok(Planned {
+        plan: plan.map_err(plan_refused)?,
+        params,
+    })
 }
 
 fn too_large(choices: &Choices, precision: Precision, needed: usize, limit: usize) -> PyErr {
-    let whose = if choices.memory_limit.is_some() { "memory_limit allows" } else { "this machine has" };
-    let narrower = if precision == Precision::Double { ", or give float32 arrays" } else { "" };
+    let whose = if choices.memory_limit.is_some() {
+        "memory_limit allows"
+    } else {
+        "this machine has"
+    };
+    let narrower = if precision == Precision::Double {
+        ", or give float32 arrays"
+    } else {
+        ""
+    };
     let needed = grouped(needed);
     PyMemoryError::new_err(format!(
         "the solve needs {needed} bytes, but {whose} {}; raise memory_limit to {needed}{narrower}, or take fewer cells or steps",
@@ -92,16 +115,30 @@ fn too_large(choices: &Choices, precision: Precision, needed: usize, limit: usiz
 /// arguments of `solve`, and dtype: "float32" or "float64".
 #[pyfunction]
 #[pyo3(signature = (shape, keyframes, **choices), text_signature = "(shape, keyframes, *, dtype='float32', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, force_weight=1000.0, filters=None, match_mass=True, advection='quick', advection_tolerance=1e-05, projection_tolerance=1e-05, method='direct', options=None, iterations=60, threads=None, memory_limit=None)")]
-pub fn plan(shape: &Bound<'_, PyAny>, keyframes: &Bound<'_, PyAny>, choices: Option<&Bound<'_, PyDict>>) -> PyResult<Plan> {
-    let shape: Vec<usize> = read("shape", shape, "a tuple of whole numbers, as the shape of the source")?;
+pub fn plan(
+    shape: &Bound<'_, PyAny>,
+    keyframes: &Bound<'_, PyAny>,
+    choices: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Plan> {
+    let shape: Vec<usize> = read(
+        "shape",
+        shape,
+        "a tuple of whole numbers, as the shape of the source",
+    )?;
     if !(2..=3).contains(&shape.len()) {
-        return Err(refused("shape", format!("has {} axes; give (ny, nx) or (nz, ny, nx)", shape.len())));
+        return Err(refused(
+            "shape",
+            format!("has {} axes; give (ny, nx) or (nz, ny, nx)", shape.len()),
+        ));
     }
     let mut steps = Vec::new();
     for step in keyframes.try_iter()? {
         let step = step?;
         if !step.is_instance_of::<PyInt>() && step.hasattr("__len__")? {
-            return Err(refused("keyframes", "has more than steps; give the steps alone, or the dict that solve takes"));
+            return Err(refused(
+                "keyframes",
+                "has more than steps; give the steps alone, or the dict that solve takes",
+            ));
         }
         steps.push(read("keyframes", &step, "steps: whole numbers")?);
     }
@@ -117,13 +154,23 @@ pub fn plan(shape: &Bound<'_, PyAny>, keyframes: &Bound<'_, PyAny>, choices: Opt
         method_bytes: plan.method_bytes(),
         paper_bound: plan.paper_bound(),
         threads: params.threads,
-        ledger: plan.entries().iter().map(|entry| (entry.name, entry.bytes, entry.depth)).collect(),
+        ledger: plan
+            .entries()
+            .iter()
+            .map(|entry| (entry.name, entry.bytes, entry.depth))
+            .collect(),
     })
 }
 
 /// The precision of a NumPy dtype, or of what NumPy makes one of.
 fn precision(dtype: &Bound<'_, PyAny>) -> PyResult<Precision> {
-    let name: String = dtype.py().import("numpy")?.getattr("dtype")?.call1((dtype,))?.getattr("name")?.extract()?;
+    let name: String = dtype
+        .py()
+        .import("numpy")?
+        .getattr("dtype")?
+        .call1((dtype,))?
+        .getattr("name")?
+        .extract()?;
     match name.as_str() {
         "float32" => Ok(Precision::Single),
         "float64" => Ok(Precision::Double),

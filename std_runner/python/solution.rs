@@ -49,16 +49,34 @@ macro_rules! typed {
 /// bytes, FloatingPointError when the flow leaves the finite numbers.
 #[pyfunction]
 #[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, force_weight=1000.0, filters=None, match_mass=True, advection='quick', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method='direct', options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
-pub fn solve<'py>(source: &Bound<'py, PyAny>, keyframes: &Bound<'py, PyAny>, choices: Option<&Bound<'py, PyDict>>) -> PyResult<Solution> {
+pub fn solve<'py>(
+    source: &Bound<'py, PyAny>,
+    keyframes: &Bound<'py, PyAny>,
+    choices: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Solution> {
     let (shape, precision) = inputs::kind(source)?;
     let keyframes = inputs::keyframes(keyframes)?;
     let steps = keyframes.iter().map(|(step, _)| *step).collect();
-    let (choices, [velocity, progress]) = Choices::read(&shape, steps, choices, ["initial_velocity", "progress"])?;
+    let (choices, [velocity, progress]) =
+        Choices::read(&shape, steps, choices, ["initial_velocity", "progress"])?;
     if progress.as_ref().is_some_and(|progress| !progress.is_callable()) {
-        return Err(refused("progress", "cannot be called; give a function of one argument"));
+        return Err(refused(
+            "progress",
+            "cannot be called; give a function of one argument",
+        ));
     }
     let planned = plan::choose(&choices, precision)?;
-    let job = Job { shape, choices, planned, inputs: Inputs { source: source.clone(), keyframes, velocity }, progress };
+    let job = Job {
+        shape,
+        choices,
+        planned,
+        inputs: Inputs {
+            source: source.clone(),
+            keyframes,
+            velocity,
+        },
+        progress,
+    };
     match (job.shape.len(), precision) {
         (2, Precision::Single) => job.solve::<f32, D2>(precision),
         (2, Precision::Double) => job.solve::<f64, D2>(precision),
@@ -78,20 +96,39 @@ struct Job<'py> {
 
 impl Job<'_> {
     fn solve<T: Number, S: Space>(self, precision: Precision) -> PyResult<Solution> {
-        let Self { shape, choices, planned: Planned { plan, params }, inputs, progress } = self;
+        let Self {
+            shape,
+            choices,
+            planned: Planned { plan, params },
+            inputs,
+            progress,
+        } = self;
         let planned_bytes = plan.bytes();
         let mut block = Block::new(planned_bytes).ok_or_else(|| no_memory(planned_bytes))?;
         let start = block.address();
-        let mut solver = Solver::<T, S>::new(&choices.scene.problem(), &params, block.bytes_mut()).map_err(solver_refused)?;
+        let mut solver = Solver::<T, S>::new(&choices.scene.problem(), &params, block.bytes_mut())
+            .map_err(solver_refused)?;
         let periodic = choices.periodic();
         let mass_factors = inputs.hand_over(&mut solver, &shape, &periodic)?;
-        let ended = watch::solve(inputs.source.py(), &mut solver, params.threads, progress.map(Bound::unbind))?;
+        let ended = watch::solve(
+            inputs.source.py(),
+            &mut solver,
+            params.threads,
+            progress.map(Bound::unbind),
+        )?;
         if matches!(ended.status, Status::NotFinite | Status::NotReady) {
             return Err(PyFloatingPointError::new_err(
                 "the solve left the finite numbers, or a flow was too fast to follow; use float64, more steps or a larger force_weight",
             ));
         }
-        let places = Places::of(&solver, start, &Sizes { steps: choices.scene.steps, periodic: &periodic });
+        let places = Places::of(
+            &solver,
+            start,
+            &Sizes {
+                steps: choices.scene.steps,
+                periodic: &periodic,
+            },
+        );
         let objective = solver.objective();
         drop(solver);
         Ok(Solution {
@@ -111,11 +148,16 @@ impl Job<'_> {
 }
 
 fn no_memory(bytes: usize) -> PyErr {
-    PyMemoryError::new_err(format!("the system has not {} bytes; close other programs, or take fewer cells or steps", grouped(bytes)))
+    PyMemoryError::new_err(format!(
+        "the system has not {} bytes; close other programs, or take fewer cells or steps",
+        grouped(bytes)
+    ))
 }
 
 fn solver_refused(error: SolverError) -> PyErr {
-    PyRuntimeError::new_err(format!("the solver refused its block of memory: {error}; this is a fault of thurible, please report it"))
+    PyRuntimeError::new_err(format!(
+        "the solver refused its block of memory: {error}; this is a fault of thurible, please report it"
+    ))
 }
 
 #[pymethods]
@@ -123,7 +165,12 @@ impl Solution {
     /// Densities, of shape (steps + 1, (nz,) ny, nx).
     #[getter]
     fn density<'py>(this: &Bound<'py, Self>) -> Bound<'py, PyAny> {
-        let Self { precision, places, block, .. } = this.get();
+        let Self {
+            precision,
+            places,
+            block,
+            ..
+        } = this.get();
         typed!(precision, view(this, block, &places.density))
     }
 
@@ -156,13 +203,19 @@ impl Solution {
     /// length / dt.
     #[getter]
     fn velocity_unit(&self) -> f64 {
-        self.places.velocity.first().map_or(1.0, |component| component.rest.unit)
+        self.places
+            .velocity
+            .first()
+            .map_or(1.0, |component| component.rest.unit)
     }
 
     /// length / dt^2.
     #[getter]
     fn force_unit(&self) -> f64 {
-        self.places.force.first().map_or(1.0, |component| component.rest.unit)
+        self.places
+            .force
+            .first()
+            .map_or(1.0, |component| component.rest.unit)
     }
 
     /// The objective: data_term + force_term.
@@ -221,7 +274,11 @@ impl Solution {
 
     fn __repr__(&self) -> String {
         let (status, iterations) = (self.status(), self.ended.history.len());
-        format!("<thurible.Solution: {status} after {iterations} iterations, objective {:.5e}, {} bytes>", self.objective(), grouped(self.planned_bytes))
+        format!(
+            "<thurible.Solution: {status} after {iterations} iterations, objective {:.5e}, {} bytes>",
+            self.objective(),
+            grouped(self.planned_bytes)
+        )
     }
 }
 
@@ -232,19 +289,44 @@ fn view<'py, T: Number>(this: &Bound<'py, Solution>, block: &Block, place: &Plac
 
 fn in_place<'py>(this: &Bound<'py, Solution>, components: &[Component]) -> PyResult<Bound<'py, PyTuple>> {
     let Solution { precision, block, .. } = this.get();
-    PyTuple::new(this.py(), components.iter().map(|component| typed!(precision, view(this, block, &component.rest))).collect::<Vec<_>>())
+    PyTuple::new(
+        this.py(),
+        components
+            .iter()
+            .map(|component| typed!(precision, view(this, block, &component.rest)))
+            .collect::<Vec<_>>(),
+    )
 }
 
-fn filed<'py>(this: &Bound<'py, Solution>, components: &[Component], files: &[OnceLock<(Block, Place)>; 3]) -> PyResult<Bound<'py, PyTuple>> {
+fn filed<'py>(
+    this: &Bound<'py, Solution>,
+    components: &[Component],
+    files: &[OnceLock<(Block, Place)>; 3],
+) -> PyResult<Bound<'py, PyTuple>> {
     let Solution { precision, block, .. } = this.get();
-    let file = |component, file| typed!(precision, file_of(component, block, file)).map(|(block, place)| typed!(precision, view(this, block, place)));
-    let arrays: Option<Vec<_>> = components.iter().zip(files).map(|(component, kept)| file(component, kept)).collect();
-    let arrays = arrays.ok_or_else(|| PyMemoryError::new_err("the system has not the memory for these arrays; use those with _in_place, which take none"))?;
+    let file = |component, file| {
+        typed!(precision, file_of(component, block, file))
+            .map(|(block, place)| typed!(precision, view(this, block, place)))
+    };
+    let arrays: Option<Vec<_>> = components
+        .iter()
+        .zip(files)
+        .map(|(component, kept)| file(component, kept))
+        .collect();
+    let arrays = arrays.ok_or_else(|| {
+        PyMemoryError::new_err(
+            "the system has not the memory for these arrays; use those with _in_place, which take none",
+        )
+    })?;
     PyTuple::new(this.py(), arrays)
 }
 
 /// The file of a component, made if nobody has asked for it before.
-fn file_of<'a, T: Number>(component: &Component, block: &Block, kept: &'a OnceLock<(Block, Place)>) -> Option<&'a (Block, Place)> {
+fn file_of<'a, T: Number>(
+    component: &Component,
+    block: &Block,
+    kept: &'a OnceLock<(Block, Place)>,
+) -> Option<&'a (Block, Place)> {
     match kept.get() {
         Some(file) => Some(file),
         None => {

@@ -42,7 +42,13 @@ pub struct Iteration {
 
 impl Iteration {
     fn new(progress: &Progress, seconds: f64) -> Self {
-        let Progress { iteration, objective, admm, direct, .. } = progress;
+        let Progress {
+            iteration,
+            objective,
+            admm,
+            direct,
+            ..
+        } = progress;
         let (is_descent, is_admm) = (direct.level_iteration > 0, !admm.nso_residuals.is_empty());
         let of_admm = |value| is_admm.then_some(value);
         Self {
@@ -52,7 +58,11 @@ impl Iteration {
             data: objective.data,
             force: objective.force,
             cells: is_descent.then(|| direct.cells.into_iter().filter(|&count| count > 1).collect()),
-            step: if is_descent { Some(direct.step) } else { of_admm(admm.ao_step) },
+            step: if is_descent {
+                Some(direct.step)
+            } else {
+                of_admm(admm.ao_step)
+            },
             density_change: of_admm(admm.density_change),
             gap: of_admm(admm.gap),
             kkt: of_admm(admm.kkt),
@@ -63,7 +73,10 @@ impl Iteration {
 #[pymethods]
 impl Iteration {
     fn __repr__(&self) -> String {
-        format!("<thurible.Progress: iteration {}, objective {:.5e} = data {:.5e} + force {:.5e}>", self.iteration, self.objective, self.data, self.force)
+        format!(
+            "<thurible.Progress: iteration {}, objective {:.5e} = data {:.5e} + force {:.5e}>",
+            self.iteration, self.objective, self.data, self.force
+        )
     }
 }
 
@@ -80,7 +93,11 @@ struct Stop<'a>(&'a AtomicBool);
 
 impl Observer for Stop<'_> {
     fn on(&mut self, _event: Event) -> ControlFlow<()> {
-        if self.0.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.0.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }
 
@@ -96,25 +113,42 @@ struct Line<'a> {
 
 /// Solves with the interpreter released; `callback` hears every iteration on the thread of the caller, and stops by returning `False`
 /// or raising.
-pub fn solve<T: Real, S: Space>(py: Python<'_>, solver: &mut Solver<'_, T, S>, count: usize, callback: Option<Py<PyAny>>) -> PyResult<Ended> {
+pub fn solve<T: Real, S: Space>(
+    py: Python<'_>,
+    solver: &mut Solver<'_, T, S>,
+    count: usize,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<Ended> {
     py.detach(|| {
         let stop = AtomicBool::new(false);
         let (iterations, heard) = channel();
         let (answer, answers) = channel();
         thread::scope(|scope| {
-            let line = Line { stop: &stop, iterations, answers };
+            let line = Line {
+                stop: &stop,
+                iterations,
+                answers,
+            };
             let work = move || on_threads(count, |exec| line.iterate(solver, exec));
-            let worker = thread::Builder::new().name("thurible".into()).spawn_scoped(scope, work);
-            let worker = worker.map_err(|error| PyMemoryError::new_err(format!("cannot start a thread: {error}")))?;
+            let worker = thread::Builder::new()
+                .name("thurible".into())
+                .spawn_scoped(scope, work);
+            let worker =
+                worker.map_err(|error| PyMemoryError::new_err(format!("cannot start a thread: {error}")))?;
             let listened = listen(&heard, &answer, callback);
             if listened.is_err() {
                 stop.store(true, Ordering::Relaxed);
             }
             // Whoever waits for an answer hears that there will be none.
             drop(answer);
-            let status = worker.join().map_err(|_| PyRuntimeError::new_err("the solver panicked; this is a fault of thurible, please report it"))?;
+            let status = worker.join().map_err(|_| {
+                PyRuntimeError::new_err("the solver panicked; this is a fault of thurible, please report it")
+            })?;
             let history = listened?;
-            Ok(Ended { status: status?, history })
+            Ok(Ended {
+                status: status?,
+                history,
+            })
         })
     })
 }
@@ -124,7 +158,8 @@ fn on_threads<R: Send>(count: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -
     if count == 1 {
         return Ok(work(&Serial));
     }
-    threads::with(count, || threads::together(count, work)).map_err(|failure| PyMemoryError::new_err(failure.to_string()))
+    threads::with(count, || threads::together(count, work))
+        .map_err(|failure| PyMemoryError::new_err(failure.to_string()))
 }
 
 impl Line<'_> {
@@ -145,13 +180,22 @@ impl Line<'_> {
                 break status;
             }
         };
-        let usable = !matches!(status, Status::NotFinite | Status::NotReady) && !self.stop.load(Ordering::Relaxed);
-        if usable && solver.finish(exec).is_err() { Status::NotFinite } else { status }
+        let usable =
+            !matches!(status, Status::NotFinite | Status::NotReady) && !self.stop.load(Ordering::Relaxed);
+        if usable && solver.finish(exec).is_err() {
+            Status::NotFinite
+        } else {
+            status
+        }
     }
 }
 
 /// Answers iterations until there are no more; an error is a signal's or the callback's.
-fn listen(heard: &Receiver<Iteration>, answer: &Sender<bool>, callback: Option<Py<PyAny>>) -> PyResult<Vec<Iteration>> {
+fn listen(
+    heard: &Receiver<Iteration>,
+    answer: &Sender<bool>,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<Vec<Iteration>> {
     let (mut history, mut listened) = (Vec::new(), Instant::now());
     loop {
         let iteration = match heard.recv_timeout(LISTEN) {
@@ -165,7 +209,9 @@ fn listen(heard: &Receiver<Iteration>, answer: &Sender<bool>, callback: Option<P
         }
         if let Some(iteration) = iteration {
             history.push(iteration.clone());
-            let goes_on = callback.as_ref().map_or(Ok(true), |callback| ask(callback, iteration))?;
+            let goes_on = callback
+                .as_ref()
+                .map_or(Ok(true), |callback| ask(callback, iteration))?;
             // Nobody waits for an answer to the last one.
             let _ = answer.send(goes_on);
         }
@@ -176,6 +222,10 @@ fn listen(heard: &Receiver<Iteration>, answer: &Sender<bool>, callback: Option<P
 fn ask(callback: &Py<PyAny>, iteration: Iteration) -> PyResult<bool> {
     Python::attach(|py| {
         let said = callback.bind(py).call1((iteration,))?;
-        if said.is_none() { Ok(true) } else { read("what progress returned", &said, "None, True or False") }
+        if said.is_none() {
+            Ok(true)
+        } else {
+            read("what progress returned", &said, "None, True or False")
+        }
     })
 }

@@ -11,12 +11,22 @@ pub fn refused(field: &str, why: impl Display) -> PyErr {
 }
 
 /// An argument as a `V`, which `wanted` describes.
-pub fn read<'a, 'py, V: FromPyObject<'a, 'py>>(field: &str, value: &'a Bound<'py, PyAny>, wanted: &str) -> PyResult<V> {
+pub fn read<'a, 'py, V: FromPyObject<'a, 'py>>(
+    field: &str,
+    value: &'a Bound<'py, PyAny>,
+    wanted: &str,
+) -> PyResult<V> {
     value.extract().map_err(|error: V::Error| {
         let error: PyErr = error.into();
-        let given = value.repr().map_or_else(|_| "something".into(), |text| text.to_string());
+        let given = value
+            .repr()
+            .map_or_else(|_| "something".into(), |text| text.to_string());
         let sentence = format!("{field} is {given}, but must be {wanted}; change it to that");
-        if error.is_instance_of::<PyOverflowError>(value.py()) { PyValueError::new_err(sentence) } else { PyTypeError::new_err(sentence) }
+        if error.is_instance_of::<PyOverflowError>(value.py()) {
+            PyValueError::new_err(sentence)
+        } else {
+            PyTypeError::new_err(sentence)
+        }
     })
 }
 
@@ -44,16 +54,28 @@ pub fn automatic(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<usize
 }
 
 /// One of a few words.
-pub fn word<V: Copy, const N: usize>(field: &str, value: &Bound<'_, PyAny>, words: [(&str, V); N]) -> PyResult<V> {
+pub fn word<V: Copy, const N: usize>(
+    field: &str,
+    value: &Bound<'_, PyAny>,
+    words: [(&str, V); N],
+) -> PyResult<V> {
     let listed = words.map(|(word, _)| format!("\"{word}\"")).join(" or ");
     let given: String = read(field, value, &listed)?;
     let known = words.iter().find(|(word, _)| *word == given);
-    known.map(|&(_, meaning)| meaning).ok_or_else(|| refused(field, format!("is \"{given}\", but must be {listed}; change it to that")))
+    known.map(|&(_, meaning)| meaning).ok_or_else(|| {
+        refused(
+            field,
+            format!("is \"{given}\", but must be {listed}; change it to that"),
+        )
+    })
 }
 
 /// The refusal of a name that is not known.
 pub fn unknown(what: &str, given: &str, known: &[&str]) -> PyErr {
-    PyTypeError::new_err(format!("there is no {what} {given}; there are {}; correct its name or take it out", known.join(", ")))
+    PyTypeError::new_err(format!(
+        "there is no {what} {given}; there are {}; correct its name or take it out",
+        known.join(", ")
+    ))
 }
 
 /// The refusal of a plan.
@@ -61,6 +83,9 @@ pub fn plan_refused(error: PlanError) -> PyErr {
     match error {
         PlanError::TooLarge => PyMemoryError::new_err(error.to_string()),
         // The core's words for arguments that Python spells otherwise.
-        other => PyValueError::new_err(format!("{}; change it to that", other.to_string().replace("ion.tolerance", "ion_tolerance"))),
+        other => PyValueError::new_err(format!(
+            "{}; change it to that",
+            other.to_string().replace("ion.tolerance", "ion_tolerance")
+        )),
     }
 }

@@ -24,11 +24,18 @@ pub(crate) struct Curve {
 impl Curve {
     /// An uninterrupted curve.
     pub fn new(name: impl Into<String>, colour: usize, points: impl Iterator<Item = (f64, f64)>) -> Self {
-        Self { name: name.into(), colour, pieces: vec![points.collect()] }
+        Self {
+            name: name.into(),
+            colour,
+            pieces: vec![points.collect()],
+        }
     }
 
     fn last(&self) -> Option<f64> {
-        self.pieces.last().and_then(|piece| piece.last()).map(|point| point.1)
+        self.pieces
+            .last()
+            .and_then(|piece| piece.last())
+            .map(|point| point.1)
     }
 }
 
@@ -61,7 +68,11 @@ struct Axes {
 
 impl Axes {
     fn of(points: &[(f64, f64)], scale: Scale) -> Option<Self> {
-        let range = |values: &mut dyn Iterator<Item = f64>| values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                (low.min(x), high.max(x))
+            })
+        };
         let widened = |(low, high): (f64, f64)| {
             let room = (0.06 * (high - low)).max(0.1);
             (low - room, high + room)
@@ -74,17 +85,28 @@ impl Axes {
             Scale::Logarithmic => widened(range(&mut points.iter().map(|point| point.0.log10()))),
             Scale::Counts => {
                 let (low, high) = range(&mut points.iter().map(|point| point.0));
-                if high - low < 1.0 { (low - 0.5, high + 0.5) } else { (low, high) }
+                if high - low < 1.0 {
+                    (low - 0.5, high + 0.5)
+                } else {
+                    (low, high)
+                }
             }
         };
         Some(Self { scale, x, y })
     }
 
     fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        let x = if self.scale == Scale::Logarithmic { x.log10() } else { x };
+        let x = if self.scale == Scale::Logarithmic {
+            x.log10()
+        } else {
+            x
+        };
         let across = (x - self.x.0) / (self.x.1 - self.x.0);
         let above = (y.log10() - self.y.0) / (self.y.1 - self.y.0);
-        (LEFT + across * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - above * (HEIGHT - TOP - BOTTOM))
+        (
+            LEFT + across * (WIDTH - LEFT - RIGHT),
+            HEIGHT - BOTTOM - above * (HEIGHT - TOP - BOTTOM),
+        )
     }
 }
 
@@ -107,8 +129,14 @@ impl Chart {
         for curve in &self.curves {
             let text = format!("{} {}", curve.name, curve.last().map(number).unwrap_or_default());
             let (line, words) = (x + 18.0, x + 24.0);
-            legend.push_str(&format!("<polyline class=\"c{}\" points=\"{x:.0},-14 {line:.0},-14\"/>", curve.colour));
-            legend.push_str(&format!("<text x=\"{words:.0}\" y=\"-10\">{}</text>", escape(&text)));
+            legend.push_str(&format!(
+                "<polyline class=\"c{}\" points=\"{x:.0},-14 {line:.0},-14\"/>",
+                curve.colour
+            ));
+            legend.push_str(&format!(
+                "<text x=\"{words:.0}\" y=\"-10\">{}</text>",
+                escape(&text)
+            ));
             x += apart;
         }
         format!(
@@ -121,15 +149,23 @@ impl Chart {
 
     fn svg(&self) -> String {
         match self.drawing() {
-            Some(drawing) => format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">{drawing}</svg>", escape(self.title)),
+            Some(drawing) => format!(
+                "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">{drawing}</svg>",
+                escape(self.title)
+            ),
             None => "<p class=\"nothing\">There is nothing to draw yet.</p>".into(),
         }
     }
 
     /// Axes and curves, if there is anything to draw.
     fn drawing(&self) -> Option<String> {
-        let points: Vec<(f64, f64)> =
-            self.curves.iter().flat_map(|curve| curve.pieces.iter().flatten()).filter(|point| self.drawable(point)).copied().collect();
+        let points: Vec<(f64, f64)> = self
+            .curves
+            .iter()
+            .flat_map(|curve| curve.pieces.iter().flatten())
+            .filter(|point| self.drawable(point))
+            .copied()
+            .collect();
         let axes = Axes::of(&points, self.scale)?;
         let mut svg = grid(&axes);
         for curve in &self.curves {
@@ -141,7 +177,11 @@ impl Chart {
             }
         }
         let middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT);
-        svg.push_str(&format!("<text class=\"axis\" x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>", HEIGHT - 8.0, escape(self.across)));
+        svg.push_str(&format!(
+            "<text class=\"axis\" x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            HEIGHT - 8.0,
+            escape(self.across)
+        ));
         Some(svg)
     }
 
@@ -154,7 +194,11 @@ impl Chart {
 
 fn legend_entry(curve: &Curve) -> String {
     let last = curve.last().map(number).unwrap_or_default();
-    format!("<li class=\"c{}\">{} <b>{last}</b></li>", curve.colour, escape(&curve.name))
+    format!(
+        "<li class=\"c{}\">{} <b>{last}</b></li>",
+        curve.colour,
+        escape(&curve.name)
+    )
 }
 
 /// A piece of a curve all of whose points can be drawn.
@@ -163,10 +207,17 @@ fn line(axes: &Axes, points: &[(f64, f64)], colour: usize, dots: bool) -> String
     let places: Vec<(f64, f64)> = points.iter().map(|&point| axes.place(point)).collect();
     let path: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
     if places.len() > 1 {
-        svg.push_str(&format!("<polyline class=\"c{colour}\" points=\"{}\"/>", path.join(" ")));
+        svg.push_str(&format!(
+            "<polyline class=\"c{colour}\" points=\"{}\"/>",
+            path.join(" ")
+        ));
     }
     if dots {
-        svg.extend(places.iter().map(|(x, y)| format!("<circle class=\"c{colour}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\"/>")));
+        svg.extend(
+            places
+                .iter()
+                .map(|(x, y)| format!("<circle class=\"c{colour}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.2\"/>")),
+        );
     }
     svg
 }
@@ -176,19 +227,36 @@ fn grid(axes: &Axes) -> String {
     let mut svg = String::new();
     for (value, label) in levels(axes.y) {
         let (_, y) = axes.place((1.0, value));
-        svg.push_str(&format!("<line class=\"grid\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>"));
-        svg.push_str(&format!("<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>", LEFT - 8.0, y + 4.0));
+        svg.push_str(&format!(
+            "<line class=\"grid\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>"
+        ));
+        svg.push_str(&format!(
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
+            LEFT - 8.0,
+            y + 4.0
+        ));
     }
     let marks = match axes.scale {
         Scale::Logarithmic => levels(axes.x),
-        Scale::Counts => whole_numbers(axes.x).into_iter().map(|value| (value, value.to_string())).collect(),
+        Scale::Counts => whole_numbers(axes.x)
+            .into_iter()
+            .map(|value| (value, value.to_string()))
+            .collect(),
     };
     for (value, label) in marks {
         let (x, _) = axes.place((value, 1.0));
-        svg.push_str(&format!("<line class=\"tick\" x1=\"{x:.1}\" y1=\"{bottom}\" x2=\"{x:.1}\" y2=\"{}\"/>", bottom + 5.0));
-        svg.push_str(&format!("<text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{label}</text>", bottom + 18.0));
+        svg.push_str(&format!(
+            "<line class=\"tick\" x1=\"{x:.1}\" y1=\"{bottom}\" x2=\"{x:.1}\" y2=\"{}\"/>",
+            bottom + 5.0
+        ));
+        svg.push_str(&format!(
+            "<text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{label}</text>",
+            bottom + 18.0
+        ));
     }
-    svg.push_str(&format!("<line class=\"frame\" x1=\"{LEFT}\" y1=\"{bottom}\" x2=\"{right}\" y2=\"{bottom}\"/>"));
+    svg.push_str(&format!(
+        "<line class=\"frame\" x1=\"{LEFT}\" y1=\"{bottom}\" x2=\"{right}\" y2=\"{bottom}\"/>"
+    ));
     svg
 }
 
@@ -198,12 +266,21 @@ fn levels((low, high): (f64, f64)) -> Vec<(f64, String)> {
     if powers >= 3.0 {
         let every = (powers / 6.0).ceil() as i64;
         let powers = (low.ceil() as i64..=high.floor() as i64).filter(|power| power.rem_euclid(every) == 0);
-        return powers.map(|power| (10_f64.powi(power as i32), power_label(power))).collect();
+        return powers
+            .map(|power| (10_f64.powi(power as i32), power_label(power)))
+            .collect();
     }
     let within = |value: f64| (low..=high).contains(&value.log10());
     let decades = low.floor() as i32..=high.floor() as i32;
-    let fine: Vec<f64> = decades.flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10_f64.powi(power))).filter(|&value| within(value)).collect();
-    let chosen = if fine.len() >= 2 { fine } else { evenly(10_f64.powf(low), 10_f64.powf(high)) };
+    let fine: Vec<f64> = decades
+        .flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10_f64.powi(power)))
+        .filter(|&value| within(value))
+        .collect();
+    let chosen = if fine.len() >= 2 {
+        fine
+    } else {
+        evenly(10_f64.powf(low), 10_f64.powf(high))
+    };
     chosen.into_iter().map(|value| (value, number(value))).collect()
 }
 
@@ -211,15 +288,30 @@ fn levels((low, high): (f64, f64)) -> Vec<(f64, String)> {
 fn evenly(low: f64, high: f64) -> Vec<f64> {
     let rough = (high - low) / 3.0;
     let power = 10_f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|digit| digit * power).find(|&step| step >= rough).unwrap_or(rough);
+    let step = [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|digit| digit * power)
+        .find(|&step| step >= rough)
+        .unwrap_or(rough);
     let first = (low / step).ceil() as i64;
-    (first..).map(|index| index as f64 * step).take_while(|&value| value <= high).take(8).collect()
+    (first..)
+        .map(|index| index as f64 * step)
+        .take_while(|&value| value <= high)
+        .take(8)
+        .collect()
 }
 
 fn whole_numbers((low, high): (f64, f64)) -> Vec<f64> {
-    let step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].into_iter().find(|&step| (high - low) / f64::from(step) <= 9.0).unwrap_or(5000);
+    let step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]
+        .into_iter()
+        .find(|&step| (high - low) / f64::from(step) <= 9.0)
+        .unwrap_or(5000);
     let first = (low / f64::from(step)).ceil() as i64;
-    (first..).map(|index| index as f64 * f64::from(step)).take_while(|&value| value <= high).take(50).collect()
+    (first..)
+        .map(|index| index as f64 * f64::from(step))
+        .take_while(|&value| value <= high)
+        .take(50)
+        .collect()
 }
 
 fn power_label(power: i64) -> String {
@@ -229,6 +321,9 @@ fn power_label(power: i64) -> String {
         0 => "1".into(),
         1 => "10".into(),
         2 => "100".into(),
-        power => format!("10<tspan dy=\"-5\" class=\"power\">{}</tspan>", power.to_string().replace('-', "\u{2212}")),
+        power => format!(
+            "10<tspan dy=\"-5\" class=\"power\">{}</tspan>",
+            power.to_string().replace('-', "\u{2212}")
+        ),
     }
 }

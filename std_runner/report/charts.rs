@@ -24,8 +24,17 @@ pub(crate) fn by_grid(history: &[IterationRecord]) -> impl Iterator<Item = &[Ite
 
 fn objective(history: &[IterationRecord]) -> Chart {
     let curve = |name: &str, colour, value: fn(&IterationRecord) -> f64| {
-        let pieces = by_grid(history).map(|piece| piece.iter().map(|entry| (entry.iteration as f64, value(entry))).collect());
-        Curve { name: name.into(), colour, pieces: pieces.collect() }
+        let pieces = by_grid(history).map(|piece| {
+            piece
+                .iter()
+                .map(|entry| (entry.iteration as f64, value(entry)))
+                .collect()
+        });
+        Curve {
+            name: name.into(),
+            colour,
+            pieces: pieces.collect(),
+        }
     };
     let note = if by_grid(history).count() > 1 {
         "Distance from the keyframes, price of the force, and their sum. Each piece is a grid; the values of one cannot be compared with those of another."
@@ -57,7 +66,11 @@ fn gains(history: &[IterationRecord]) -> Chart {
         note: "By how much an iteration lowers the objective, in parts of it; convergence is judged by it.",
         across: "iteration",
         scale: Scale::Counts,
-        curves: vec![Curve { name: "gain".into(), colour: 2, pieces: pieces.collect() }],
+        curves: vec![Curve {
+            name: "gain".into(),
+            colour: 2,
+            pieces: pieces.collect(),
+        }],
     }
 }
 
@@ -76,14 +89,24 @@ fn residuals(history: &[IterationRecord]) -> Chart {
         let residuals = &entry.admm.as_ref()?.nso_residuals;
         let spacing = 1.0 / residuals.len().saturating_sub(1).max(1) as f64;
         let start = entry.iteration as f64 - 1.0;
-        Some(residuals.iter().enumerate().map(|(cycle, &residual)| (start + cycle as f64 * spacing, residual)).collect())
+        Some(
+            residuals
+                .iter()
+                .enumerate()
+                .map(|(cycle, &residual)| (start + cycle as f64 * spacing, residual))
+                .collect(),
+        )
     });
     Chart {
         title: "Navier\u{2013}Stokes problem",
         note: "Residual max |f| before the first V-cycle of each iteration and after each.",
         across: "iteration (V-cycles within)",
         scale: Scale::Counts,
-        curves: vec![Curve { name: "residual".into(), colour: 2, pieces: pieces.collect() }],
+        curves: vec![Curve {
+            name: "residual".into(),
+            colour: 2,
+            pieces: pieces.collect(),
+        }],
     }
 }
 
@@ -95,13 +118,17 @@ fn optimality(history: &[IterationRecord]) -> Chart {
         scale: Scale::Counts,
         curves: vec![
             curve_of("KKT", 3, history, |admm| admm.kkt),
-            curve_of("advection", 1, history, |admm| admm.ao_residuals.last().copied().unwrap_or(f64::NAN)),
+            curve_of("advection", 1, history, |admm| {
+                admm.ao_residuals.last().copied().unwrap_or(f64::NAN)
+            }),
             curve_of("gap", 2, history, |admm| admm.gap),
         ],
     }
 }
 
 fn curve_of(name: &str, colour: usize, history: &[IterationRecord], value: fn(&AdmmRecord) -> f64) -> Curve {
-    let points = history.iter().filter_map(|entry| Some((entry.iteration as f64, value(entry.admm.as_ref()?))));
+    let points = history
+        .iter()
+        .filter_map(|entry| Some((entry.iteration as f64, value(entry.admm.as_ref()?))));
     Curve::new(name, colour, points)
 }

@@ -63,15 +63,32 @@ impl Document {
     pub fn write(&self, folder: &Path, stem: &str) -> Result<(), OutputError> {
         create_folder(folder)?;
         write_bytes(&folder.join(format!("{stem}.html")), self.html().as_bytes())?;
-        let mut pictures = Pictures { folder, stem, count: 0 };
-        let text = self.blocks.iter().map(|block| markdown(block, &mut pictures)).collect::<Result<String, _>>()?;
-        write_bytes(&folder.join(format!("{stem}.md")), format!("# {}\n\n{}\n\n{text}", self.title, self.lead).as_bytes())
+        let mut pictures = Pictures {
+            folder,
+            stem,
+            count: 0,
+        };
+        let text = self
+            .blocks
+            .iter()
+            .map(|block| markdown(block, &mut pictures))
+            .collect::<Result<String, _>>()?;
+        write_bytes(
+            &folder.join(format!("{stem}.md")),
+            format!("# {}\n\n{}\n\n{text}", self.title, self.lead).as_bytes(),
+        )
     }
 
     fn html(&self) -> String {
         let title = escape(&self.title);
-        let head = format!("<header><p class=\"brand\">thurible</p><h1>{title}</h1><p class=\"lead\">{}</p></header>\n", escape(&self.lead));
-        shell(&title, &(head + &self.blocks.iter().map(html).collect::<String>()))
+        let head = format!(
+            "<header><p class=\"brand\">thurible</p><h1>{title}</h1><p class=\"lead\">{}</p></header>\n",
+            escape(&self.lead)
+        );
+        shell(
+            &title,
+            &(head + &self.blocks.iter().map(html).collect::<String>()),
+        )
     }
 }
 
@@ -83,14 +100,26 @@ fn html(block: &Block) -> String {
         Block::Code(text) => format!("<pre>{}</pre>\n", escape(text)),
         Block::Table(table) => table.html(),
         Block::Charts(charts) if charts.is_empty() => String::new(),
-        Block::Charts(charts) => format!("<div class=\"charts\">{}</div>\n", charts.iter().map(Chart::to_html).collect::<String>()),
+        Block::Charts(charts) => format!(
+            "<div class=\"charts\">{}</div>\n",
+            charts.iter().map(Chart::to_html).collect::<String>()
+        ),
         Block::Pictures(shots) => format!("<div class=\"side\">{}</div>\n", figures(shots)),
         Block::Strip(shots) => format!("<div class=\"side small\">{}</div>\n", figures(shots)),
     }
 }
 
 fn figures(shots: &[Shot]) -> String {
-    shots.iter().map(|shot| format!("<figure>{}<figcaption>{}</figcaption></figure>", image(&shot.png, &shot.caption), escape(&shot.caption))).collect()
+    shots
+        .iter()
+        .map(|shot| {
+            format!(
+                "<figure>{}<figcaption>{}</figcaption></figure>",
+                image(&shot.png, &shot.caption),
+                escape(&shot.caption)
+            )
+        })
+        .collect()
 }
 
 impl Table {
@@ -104,7 +133,11 @@ impl Table {
             row.enumerate().map(cell).collect::<String>()
         };
         let row = |row: &Vec<String>| {
-            let class = if row.first().is_some_and(|name| !name.is_empty()) { " class=\"first\"" } else { "" };
+            let class = if row.first().is_some_and(|name| !name.is_empty()) {
+                " class=\"first\""
+            } else {
+                ""
+            };
             format!("<tr{class}>{}</tr>", cells(&mut row.iter().map(String::as_str)))
         };
         format!(
@@ -116,9 +149,21 @@ impl Table {
 
     /// The table in Markdown.
     pub fn markdown(&self) -> String {
-        let line = |cells: &mut dyn Iterator<Item = &str>| format!("| {} |\n", cells.map(|cell| cell.replace('|', "\\|")).collect::<Vec<_>>().join(" | "));
+        let line = |cells: &mut dyn Iterator<Item = &str>| {
+            format!(
+                "| {} |\n",
+                cells
+                    .map(|cell| cell.replace('|', "\\|"))
+                    .collect::<Vec<_>>()
+                    .join(" | ")
+            )
+        };
         let rule = |column: usize| if column < self.names { "---" } else { "---:" };
-        let rows: String = self.rows.iter().map(|row| line(&mut row.iter().map(String::as_str))).collect();
+        let rows: String = self
+            .rows
+            .iter()
+            .map(|row| line(&mut row.iter().map(String::as_str)))
+            .collect();
         line(&mut self.head.iter().copied()) + &line(&mut (0..self.head.len()).map(rule)) + &rows
     }
 }
@@ -139,7 +184,10 @@ impl Pictures<'_> {
         let name = format!("{folder}/{:03}.{kind}", self.count);
         write_bytes(&self.folder.join(&name), bytes)?;
         let width = if kind == "svg" { 480 } else { 160 };
-        Ok(format!("<img src=\"{name}\" width=\"{width}\" alt=\"{0}\" title=\"{0}\">", escape(caption)))
+        Ok(format!(
+            "<img src=\"{name}\" width=\"{width}\" alt=\"{0}\" title=\"{0}\">",
+            escape(caption)
+        ))
     }
 }
 
@@ -151,13 +199,21 @@ fn markdown(block: &Block, pictures: &mut Pictures<'_>) -> Result<String, Output
         Block::Code(text) => format!("```\n{text}\n```\n\n"),
         Block::Table(table) => table.markdown() + "\n",
         Block::Charts(charts) => {
-            let shown = charts
-                .iter()
-                .map(|chart| Ok(format!("{}: {}\n\n{}\n\n", chart.title, chart.note, pictures.show(chart.title, "svg", chart.to_svg().as_bytes())?)));
+            let shown = charts.iter().map(|chart| {
+                Ok(format!(
+                    "{}: {}\n\n{}\n\n",
+                    chart.title,
+                    chart.note,
+                    pictures.show(chart.title, "svg", chart.to_svg().as_bytes())?
+                ))
+            });
             shown.collect::<Result<String, OutputError>>()?
         }
         Block::Pictures(shots) | Block::Strip(shots) => {
-            let shown = shots.iter().map(|shot| pictures.show(&shot.caption, "png", &shot.png)).collect::<Result<Vec<_>, _>>()?;
+            let shown = shots
+                .iter()
+                .map(|shot| pictures.show(&shot.caption, "png", &shot.png))
+                .collect::<Result<Vec<_>, _>>()?;
             let captions: Vec<&str> = shots.iter().map(|shot| shot.caption.as_str()).collect();
             format!("{}\n\n*{}*\n\n", shown.join("\n"), captions.join(", "))
         }

@@ -14,14 +14,18 @@ pub(crate) use chart::{Chart, Curve, Scale};
 pub(crate) use charts::by_grid;
 pub(crate) use document::{Block, Document, Shot, Table};
 pub use record::{
-    AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord,
+    AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord,
+    ObjectiveRecord, RunRecord, SecondsRecord,
 };
 
 pub(crate) use record::cells;
 pub(crate) use tables::product;
 pub(crate) use words::{bytes, number, seconds};
 
-use crate::output::{Densities, Frames, Gallery, OutputError, Precision, create_folder, write_archive, write_bytes, write_whole};
+use crate::output::{
+    Densities, Frames, Gallery, OutputError, Precision, create_folder, write_archive, write_bytes,
+    write_whole,
+};
 
 /// The arrays of a result.
 pub(crate) const ARCHIVE: &str = "result.npz";
@@ -34,7 +38,9 @@ pub fn write_numbers(folder: &Path, frames: &dyn Frames, record: &RunRecord) -> 
     create_folder(folder)?;
     write_archive(&folder.join(ARCHIVE), frames)?;
     let path = folder.join("report.json");
-    write_whole(&path, |file| serde_json::to_writer_pretty(file, record).map_err(OutputError::of(&path)))
+    write_whole(&path, |file| {
+        serde_json::to_writer_pretty(file, record).map_err(OutputError::of(&path))
+    })
 }
 
 /// Writes `report.html`, and with `images` the frames and the animation, into `folder`, all drawn from the numbers in
@@ -44,18 +50,42 @@ pub fn write_numbers(folder: &Path, frames: &dyn Frames, record: &RunRecord) -> 
 ///
 /// # Errors
 /// A file that could not be read or written, by name.
-pub fn write_pictures(result: &Path, folder: &Path, record: &RunRecord, images: bool) -> Result<bool, OutputError> {
+pub fn write_pictures(
+    result: &Path,
+    folder: &Path,
+    record: &RunRecord,
+    images: bool,
+) -> Result<bool, OutputError> {
     draw(result, folder, record, images).map(|gallery| gallery.is_some())
 }
 
 /// As [`write_pictures`]; the answer is the pictures of the page, if the system has the memory for them.
-pub(crate) fn draw(result: &Path, folder: &Path, record: &RunRecord, images: bool) -> Result<Option<Gallery>, OutputError> {
+pub(crate) fn draw(
+    result: &Path,
+    folder: &Path,
+    record: &RunRecord,
+    images: bool,
+) -> Result<Option<Gallery>, OutputError> {
     create_folder(folder)?;
-    let precision = if record.precision == "f64" { Precision::F64 } else { Precision::F32 };
+    let precision = if record.precision == "f64" {
+        Precision::F64
+    } else {
+        Precision::F32
+    };
     let keyframes = record.keyframes.iter().map(|keyframe| keyframe.step).collect();
-    let densities = Densities::open(&result.join(ARCHIVE), precision, record.cells.clone(), record.steps, keyframes)?;
-    let gallery = Gallery::has_room(&densities, images).then(|| Gallery::draw(folder, densities, images)).transpose()?;
-    let title = result.file_name().map_or_else(|| "result".into(), |name| name.to_string_lossy());
+    let densities = Densities::open(
+        &result.join(ARCHIVE),
+        precision,
+        record.cells.clone(),
+        record.steps,
+        keyframes,
+    )?;
+    let gallery = Gallery::has_room(&densities, images)
+        .then(|| Gallery::draw(folder, densities, images))
+        .transpose()?;
+    let title = result
+        .file_name()
+        .map_or_else(|| "result".into(), |name| name.to_string_lossy());
     let page = page::page(&title, record, gallery.as_ref().unwrap_or(&Gallery::default()));
     write_bytes(&folder.join("report.html"), page.as_bytes())?;
     Ok(gallery)

@@ -19,7 +19,15 @@ pub(super) fn page(title: &str, record: &RunRecord, gallery: &Gallery) -> String
         section("From the source to the last step", "strip", &strip(gallery)),
         section("Keyframes", "keyframes", &keyframes(record, gallery)),
         section("Convergence", "charts", &charts::charts(record)),
-        section("Memory", "memory", &format!("<p>{}</p>{}", tables::memory_sentence(record), tables::ledger(record))),
+        section(
+            "Memory",
+            "memory",
+            &format!(
+                "<p>{}</p>{}",
+                tables::memory_sentence(record),
+                tables::ledger(record)
+            ),
+        ),
         section("Time", "time", &tables::times(record)),
         scene(record),
     ];
@@ -40,23 +48,40 @@ fn section(title: &str, class: &str, body: &str) -> String {
 
 fn head(title: &str, record: &RunRecord) -> String {
     let (word, kind, sentence) = outcome(record);
-    format!("<header><p class=\"brand\">thurible</p><h1>{title} <span class=\"badge {kind}\">{word}</span></h1><p class=\"lead\">{sentence}</p></header>\n")
+    format!(
+        "<header><p class=\"brand\">thurible</p><h1>{title} <span class=\"badge {kind}\">{word}</span></h1><p class=\"lead\">{sentence}</p></header>\n"
+    )
 }
 
 /// The animation beside the few numbers that matter most, and the parameters.
 fn hero(record: &RunRecord, gallery: &Gallery) -> String {
-    let moving = gallery.animation.as_deref().or_else(|| gallery.strip.last().map(|(_, png)| png.as_slice()));
-    let picture = moving.map(|png| image(png, "The smoke from first to last step")).unwrap_or_default();
-    let worst = record.keyframes.iter().map(|keyframe| keyframe.relative_l2).fold(0.0, f64::max);
+    let moving = gallery
+        .animation
+        .as_deref()
+        .or_else(|| gallery.strip.last().map(|(_, png)| png.as_slice()));
+    let picture = moving
+        .map(|png| image(png, "The smoke from first to last step"))
+        .unwrap_or_default();
+    let worst = record
+        .keyframes
+        .iter()
+        .map(|keyframe| keyframe.relative_l2)
+        .fold(0.0, f64::max);
     let facts = [
         (number(record.objective.total()), "objective"),
         (number(record.objective.data), "of it from the keyframes"),
         (number(record.objective.force), "of it from the force"),
-        (format!("{} %", number((1000.0 * worst).round() / 10.0)), "largest keyframe error"),
+        (
+            format!("{} %", number((1000.0 * worst).round() / 10.0)),
+            "largest keyframe error",
+        ),
         (seconds(record.seconds.total), "to solve"),
         (words::bytes(record.memory.planned_bytes), "of memory"),
     ];
-    let facts: String = facts.iter().map(|(value, name)| format!("<li><b>{value}</b>{name}</li>")).collect();
+    let facts: String = facts
+        .iter()
+        .map(|(value, name)| format!("<li><b>{value}</b>{name}</li>"))
+        .collect();
     format!(
         "<section class=\"hero\"><figure class=\"moving\">{picture}</figure><div><ul class=\"facts\">{facts}</ul>{}</div></section>\n",
         tables::parameters(record)
@@ -66,22 +91,40 @@ fn hero(record: &RunRecord, gallery: &Gallery) -> String {
 fn strip(gallery: &Gallery) -> String {
     let is_keyframe = |step: usize| gallery.keyframes.iter().any(|keyframe| keyframe.step == step);
     let frame = |(step, png): &(usize, Vec<u8>)| {
-        let (class, mark) = if is_keyframe(*step) { (" class=\"key\"", " \u{b7} keyframe") } else { ("", "") };
-        format!("<figure{class}>{}<figcaption>step {step}{mark}</figcaption></figure>", image(png, &format!("Step {step}")))
+        let (class, mark) = if is_keyframe(*step) {
+            (" class=\"key\"", " \u{b7} keyframe")
+        } else {
+            ("", "")
+        };
+        format!(
+            "<figure{class}>{}<figcaption>step {step}{mark}</figcaption></figure>",
+            image(png, &format!("Step {step}"))
+        )
     };
     gallery.strip.iter().map(frame).collect()
 }
 
 fn keyframes(record: &RunRecord, gallery: &Gallery) -> String {
     let row = |pictures: &KeyframePictures| {
-        let facts = record.keyframes.iter().find(|facts| facts.step == pictures.step).map(|facts| {
-            let scaled = if (facts.mass_factor - 1.0).abs() > 1e-6 {
-                format!(" The target was multiplied by {} to have the mass of the source.", number(facts.mass_factor))
-            } else {
-                String::new()
-            };
-            format!("<p>Step {}: off by {} % of the target (relative L2).{scaled}</p>", facts.step, number((1000.0 * facts.relative_l2).round() / 10.0))
-        });
+        let facts = record
+            .keyframes
+            .iter()
+            .find(|facts| facts.step == pictures.step)
+            .map(|facts| {
+                let scaled = if (facts.mass_factor - 1.0).abs() > 1e-6 {
+                    format!(
+                        " The target was multiplied by {} to have the mass of the source.",
+                        number(facts.mass_factor)
+                    )
+                } else {
+                    String::new()
+                };
+                format!(
+                    "<p>Step {}: off by {} % of the target (relative L2).{scaled}</p>",
+                    facts.step,
+                    number((1000.0 * facts.relative_l2).round() / 10.0)
+                )
+            });
         let step = pictures.step;
         format!(
             "<article>{}<div class=\"three\"><figure>{}<figcaption>target</figcaption></figure><figure>{}<figcaption>reached</figcaption></figure>\
@@ -105,5 +148,9 @@ fn scene(record: &RunRecord) -> String {
 }
 
 pub(super) fn image(png: &[u8], about: &str) -> String {
-    format!("<img src=\"data:image/png;base64,{}\" alt=\"{}\">", STANDARD.encode(png), escape(about))
+    format!(
+        "<img src=\"data:image/png;base64,{}\" alt=\"{}\">",
+        STANDARD.encode(png),
+        escape(about)
+    )
 }

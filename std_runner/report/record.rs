@@ -91,7 +91,12 @@ impl Serialize for ObjectiveRecord {
             force: f64,
             total: f64,
         }
-        Parts { data: self.data, force: self.force, total: self.total() }.serialize(serializer)
+        Parts {
+            data: self.data,
+            force: self.force,
+            total: self.total(),
+        }
+        .serialize(serializer)
     }
 }
 
@@ -116,7 +121,13 @@ pub struct IterationRecord {
 impl IterationRecord {
     /// Of an iteration that ended `seconds` after the solve began.
     pub(crate) fn new(seconds: f64, progress: &Progress) -> Self {
-        let Progress { iteration, objective, admm, direct, .. } = progress;
+        let Progress {
+            iteration,
+            objective,
+            admm,
+            direct,
+            ..
+        } = progress;
         let is_admm = !admm.nso_residuals.is_empty();
         Self {
             iteration: *iteration,
@@ -148,7 +159,12 @@ pub(crate) fn cells(direct: &DirectProgress) -> Vec<usize> {
 
 impl From<&DirectProgress> for DirectRecord {
     fn from(progress: &DirectProgress) -> Self {
-        Self { level: cells(progress), step: progress.step, slope: progress.slope, evaluations: progress.evaluations }
+        Self {
+            level: cells(progress),
+            step: progress.step,
+            slope: progress.slope,
+            evaluations: progress.evaluations,
+        }
     }
 }
 

@@ -6,7 +6,8 @@ use super::words::{bytes, count, escape, grouped, number, seconds};
 
 /// Lines of a list of names and values; values are HTML.
 fn list(rows: &[(&str, String)]) -> String {
-    let row = |(name, value): &(&str, String)| format!("<div><dt>{}</dt><dd>{value}</dd></div>", escape(name));
+    let row =
+        |(name, value): &(&str, String)| format!("<div><dt>{}</dt><dd>{value}</dd></div>", escape(name));
     format!("<dl>{}</dl>", rows.iter().map(row).collect::<String>())
 }
 
@@ -16,13 +17,30 @@ pub(super) fn parameters(record: &RunRecord) -> String {
     boundary.dedup();
     list(&[
         ("Grid", product(&record.cells)),
-        ("Boundary", escape(&if boundary.len() == 1 { &boundary } else { &record.boundary }.join(", "))),
+        (
+            "Boundary",
+            escape(
+                &if boundary.len() == 1 {
+                    &boundary
+                } else {
+                    &record.boundary
+                }
+                .join(", "),
+            ),
+        ),
         ("Length of the box", number(record.length)),
         ("Time", format!("{} steps of {}", record.steps, number(record.dt))),
         ("Viscosity", number(record.viscosity)),
         ("Force weight r", number(record.force_weight)),
         ("Filters m", record.filters.to_string()),
-        ("Transport", format!("{}, tolerance {}", escape(&record.advection.scheme), number(record.advection.tolerance))),
+        (
+            "Transport",
+            format!(
+                "{}, tolerance {}",
+                escape(&record.advection.scheme),
+                number(record.advection.tolerance)
+            ),
+        ),
         ("Method", escape(&record.method)),
         ("Precision", escape(&record.precision)),
         ("Threads", record.threads.to_string()),
@@ -36,7 +54,11 @@ pub(super) fn times(record: &RunRecord) -> String {
     let mut rows = if spent.ao + spent.nso > 0.0 {
         vec![
             ("Advection problem".to_owned(), spent.ao, Some(spent.ao_average)),
-            ("Navier\u{2013}Stokes problem".to_owned(), spent.nso, Some(spent.nso_average)),
+            (
+                "Navier\u{2013}Stokes problem".to_owned(),
+                spent.nso,
+                Some(spent.nso_average),
+            ),
             ("Rest of the iterations".to_owned(), spent.other, None),
             ("Nested start on coarser grids".to_owned(), spent.nested, None),
         ]
@@ -46,11 +68,24 @@ pub(super) fn times(record: &RunRecord) -> String {
     rows.push(("Making the result feasible".to_owned(), spent.finish, None));
     rows.push(("Reading, drawing, planning".to_owned(), spent.setup, None));
     let row = |(name, value, average): &(String, f64, Option<f64>)| {
-        let average = average.map(|average| format!("<small>{} each</small>", seconds(average))).unwrap_or_default();
-        format!("<tr><th>{name}{average}</th><td>{}</td><td class=\"wide\">{}</td></tr>", seconds(*value), bar(*value, spent.total, "c1"))
+        let average = average
+            .map(|average| format!("<small>{} each</small>", seconds(average)))
+            .unwrap_or_default();
+        format!(
+            "<tr><th>{name}{average}</th><td>{}</td><td class=\"wide\">{}</td></tr>",
+            seconds(*value),
+            bar(*value, spent.total, "c1")
+        )
     };
-    let rows: String = rows.iter().filter(|(_, value, _)| *value > 0.0).map(row).collect();
-    format!("<table><tbody>{rows}</tbody><tfoot><tr><th>Total</th><td>{}</td><td></td></tr></tfoot></table>", seconds(spent.total))
+    let rows: String = rows
+        .iter()
+        .filter(|(_, value, _)| *value > 0.0)
+        .map(row)
+        .collect();
+    format!(
+        "<table><tbody>{rows}</tbody><tfoot><tr><th>Total</th><td>{}</td><td></td></tr></tfoot></table>",
+        seconds(spent.total)
+    )
 }
 
 /// The iterations of each grid with their seconds, in all and each.
@@ -60,10 +95,24 @@ fn times_by_grid(record: &RunRecord) -> Vec<(String, f64, Option<f64>)> {
         let until = piece.last().map_or(before, |entry| entry.seconds);
         let spent = until - before;
         before = until;
-        let cells = piece.first().and_then(|entry| entry.direct.as_ref()).map_or(&record.cells, |direct| &direct.level);
-        let evaluations: usize = piece.iter().filter_map(|entry| Some(entry.direct.as_ref()?.evaluations)).sum();
-        let counted = if evaluations > 0 { format!(", {}", count(evaluations, "evaluation")) } else { String::new() };
-        let name = format!("{} on {} cells{counted}", count(piece.len(), "iteration"), product(cells));
+        let cells = piece
+            .first()
+            .and_then(|entry| entry.direct.as_ref())
+            .map_or(&record.cells, |direct| &direct.level);
+        let evaluations: usize = piece
+            .iter()
+            .filter_map(|entry| Some(entry.direct.as_ref()?.evaluations))
+            .sum();
+        let counted = if evaluations > 0 {
+            format!(", {}", count(evaluations, "evaluation"))
+        } else {
+            String::new()
+        };
+        let name = format!(
+            "{} on {} cells{counted}",
+            count(piece.len(), "iteration"),
+            product(cells)
+        );
         (name, spent, Some(spent / piece.len().max(1) as f64))
     };
     by_grid(&record.history).map(row).collect()
@@ -71,7 +120,11 @@ fn times_by_grid(record: &RunRecord) -> Vec<(String, f64, Option<f64>)> {
 
 /// "128 x 128" as on a page.
 pub(crate) fn product(cells: &[usize]) -> String {
-    cells.iter().map(usize::to_string).collect::<Vec<_>>().join(" \u{d7} ")
+    cells
+        .iter()
+        .map(usize::to_string)
+        .collect::<Vec<_>>()
+        .join(" \u{d7} ")
 }
 
 /// The ledger, each line with its part of the whole.
@@ -82,10 +135,16 @@ pub(super) fn ledger(record: &RunRecord) -> String {
         let depth = line.depth.min(4);
         let (name, size) = (escape(&line.name), line.bytes as f64);
         let bar = bar(size, whole, if line.depth <= 1 { "c2" } else { "c2 part" });
-        format!("<tr class=\"d{depth}\"><th>{name}</th><td>{}</td><td>{}</td><td class=\"wide\">{bar}</td></tr>", grouped(line.bytes), bytes(line.bytes))
+        format!(
+            "<tr class=\"d{depth}\"><th>{name}</th><td>{}</td><td>{}</td><td class=\"wide\">{bar}</td></tr>",
+            grouped(line.bytes),
+            bytes(line.bytes)
+        )
     };
     let rows: String = memory.ledger.iter().map(row).collect();
-    format!("<table class=\"ledger\"><thead><tr><th>Buffer</th><td>bytes</td><td></td><td></td></tr></thead><tbody>{rows}</tbody></table>")
+    format!(
+        "<table class=\"ledger\"><thead><tr><th>Buffer</th><td>bytes</td><td></td><td></td></tr></thead><tbody>{rows}</tbody></table>"
+    )
 }
 
 /// Planned, used and the paper's bound in one sentence.
@@ -106,6 +165,10 @@ pub(super) fn memory_sentence(record: &RunRecord) -> String {
 }
 
 fn bar(value: f64, whole: f64, class: &str) -> String {
-    let part = if whole > 0.0 { (100.0 * value / whole).clamp(0.0, 100.0) } else { 0.0 };
+    let part = if whole > 0.0 {
+        (100.0 * value / whole).clamp(0.0, 100.0)
+    } else {
+        0.0
+    };
     format!("<span class=\"bar {class}\"><i style=\"width:{part:.2}%\"></i></span>")
 }

@@ -4,7 +4,10 @@ use super::record::RunRecord;
 
 /// Text that is safe between tags and in attributes.
 pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
 
 /// About four digits: 0.0123, 123.4, 1.23e-7.
@@ -23,14 +26,26 @@ pub(crate) fn number(value: f64) -> String {
     }
     let decimals = (3.0 - magnitude).max(0.0) as usize;
     let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
 }
 
 /// 1150437668 as "1.07 GiB".
 pub(crate) fn bytes(count: usize) -> String {
-    const UNITS: [(&str, f64); 4] = [("GiB", 1073741824.0), ("MiB", 1048576.0), ("KiB", 1024.0), ("bytes", 1.0)];
+    const UNITS: [(&str, f64); 4] = [
+        ("GiB", 1073741824.0),
+        ("MiB", 1048576.0),
+        ("KiB", 1024.0),
+        ("bytes", 1.0),
+    ];
     let value = count as f64;
-    let (unit, size) = UNITS.into_iter().find(|(_, size)| value >= *size).unwrap_or(("bytes", 1.0));
+    let (unit, size) = UNITS
+        .into_iter()
+        .find(|(_, size)| value >= *size)
+        .unwrap_or(("bytes", 1.0));
     let shown = value / size;
     let decimals = if unit == "bytes" || shown >= 100.0 {
         0
@@ -64,31 +79,72 @@ pub(crate) fn seconds(value: f64) -> String {
         value => {
             let whole = value.round() as u64;
             let (hours, minutes, rest) = (whole / 3600, whole / 60 % 60, whole % 60);
-            if hours > 0 { format!("{hours} h {minutes} min") } else { format!("{minutes} min {rest} s") }
+            if hours > 0 {
+                format!("{hours} h {minutes} min")
+            } else {
+                format!("{minutes} min {rest} s")
+            }
         }
     }
 }
 
 /// A count with its noun.
 pub(crate) fn count(number: usize, noun: &str) -> String {
-    if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
+    if number == 1 {
+        format!("1 {noun}")
+    } else {
+        format!("{number} {noun}s")
+    }
 }
 
 /// How it ended: a word for the badge, its kind for the colour, and a sentence.
 pub(crate) fn outcome(record: &RunRecord) -> (&'static str, &'static str, String) {
-    let finest = record.history.iter().filter(|entry| entry.direct.as_ref().is_none_or(|direct| direct.level == record.cells)).count();
+    let finest = record
+        .history
+        .iter()
+        .filter(|entry| {
+            entry
+                .direct
+                .as_ref()
+                .is_none_or(|direct| direct.level == record.cells)
+        })
+        .count();
     let coarser = match record.history.len() - finest {
         0 => String::new(),
         coarser => format!(", and {coarser} on coarser grids before"),
     };
     let after = format!("after {}{coarser}", count(finest, "iteration"));
-    let little = if record.method == "admm" { "changed the density" } else { "lowered the objective" };
+    let little = if record.method == "admm" {
+        "changed the density"
+    } else {
+        "lowered the objective"
+    };
     match record.status.as_str() {
-        "converged" => ("converged", "good", format!("Converged {after}: the last one {little} by less than the tolerance.")),
-        "max_iterations" => ("ran its iterations", "fair", format!("Stopped {after}, as many as were allowed; more may still improve it.")),
-        "stalled" => ("stalled", "fair", format!("Stalled {after}: it could not improve any more before it reached its tolerance.")),
-        "not_finite" => ("not finite", "bad", format!("Failed {after}: the numbers stopped being finite. What is shown is the last state.")),
-        "cancelled" => ("interrupted", "fair", format!("Interrupted {after}; what was reached by then is shown.")),
+        "converged" => (
+            "converged",
+            "good",
+            format!("Converged {after}: the last one {little} by less than the tolerance."),
+        ),
+        "max_iterations" => (
+            "ran its iterations",
+            "fair",
+            format!("Stopped {after}, as many as were allowed; more may still improve it."),
+        ),
+        "stalled" => (
+            "stalled",
+            "fair",
+            format!("Stalled {after}: it could not improve any more before it reached its tolerance."),
+        ),
+        "not_finite" => (
+            "not finite",
+            "bad",
+            format!("Failed {after}: the numbers stopped being finite. What is shown is the last state."),
+        ),
+        "cancelled" => (
+            "interrupted",
+            "fair",
+            format!("Interrupted {after}; what was reached by then is shown."),
+        ),
         _ => ("ended", "fair", format!("Ended {after}.")),
     }
 }
@@ -99,8 +155,16 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        let table =
-            [(0.0, "0"), (1.0, "1"), (0.012345, "0.01235"), (12345.6, "12346"), (1.5e-9, "1.5e-9"), (1e-5, "1e-5"), (f64::NAN, "not finite"), (-2.5, "-2.5")];
+        let table = [
+            (0.0, "0"),
+            (1.0, "1"),
+            (0.012345, "0.01235"),
+            (12345.6, "12346"),
+            (1.5e-9, "1.5e-9"),
+            (1e-5, "1e-5"),
+            (f64::NAN, "not finite"),
+            (-2.5, "-2.5"),
+        ];
         for (value, expected) in table {
             assert_eq!(number(value), expected);
         }

@@ -3,20 +3,32 @@
 use crate::exit::Failure;
 use crate::scene::check::shown;
 use crate::scene::document::Document;
-use crate::scene::raw::{RawAdmm, RawAdvection, RawControl, RawDirect, RawFlow, RawGrid, RawLbfgs, RawMethod, RawPd, RawScene, RawSimulation, RawTime, read};
+use crate::scene::raw::{
+    RawAdmm, RawAdvection, RawControl, RawDirect, RawFlow, RawGrid, RawLbfgs, RawMethod, RawPd, RawScene,
+    RawSimulation, RawTime, read,
+};
 use crate::scene::{Control, Flow, Grid, MethodSection, Output, Scene, Time, shapes};
 use core::ops::RangeInclusive;
 use std::path::PathBuf;
 use thurible_core::problem::{MAX_FILTERS, MAX_STEPS};
 use thurible_core::{
-    AdmmParams, Advection, Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoParams, NsoSolver, Params, PdParams, Problem, Scheme,
-    SimulationParams,
+    AdmmParams, Advection, Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoParams, NsoSolver,
+    Params, PdParams, Problem, Scheme, SimulationParams,
 };
 use toml::Value;
 
 const BOUNDARIES: [(&str, Boundary); 2] = [("wall", Boundary::Wall), ("periodic", Boundary::Periodic)];
-const SCHEMES: [(&str, Scheme); 3] = [("quick", Scheme::Quick), ("central", Scheme::Central), ("semi_lagrangian", Scheme::SemiLagrangian)];
-const METHODS: [(&str, Method); 4] = [("direct", Method::Direct), ("admm", Method::Admm), ("lbfgs", Method::Lbfgs), ("pd", Method::Pd)];
+const SCHEMES: [(&str, Scheme); 3] = [
+    ("quick", Scheme::Quick),
+    ("central", Scheme::Central),
+    ("semi_lagrangian", Scheme::SemiLagrangian),
+];
+const METHODS: [(&str, Method); 4] = [
+    ("direct", Method::Direct),
+    ("admm", Method::Admm),
+    ("lbfgs", Method::Lbfgs),
+    ("pd", Method::Pd),
+];
 const NORMS: [(&str, Norm); 2] = [("scaled", Norm::Scaled), ("plain", Norm::Plain)];
 const NSO_SOLVERS: [(&str, NsoSolver); 2] = [("stfas", NsoSolver::Stfas), ("newton_cg", NsoSolver::NewtonCg)];
 const COLOURS: [(&str, Colours); 2] = [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)];
@@ -58,26 +70,61 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
     let advection = advection(&document, raw.advection)?;
     let method = method(&document, raw.method)?;
     let unit = grid.length / time.dt;
-    check_weight(&document, "control.force_weight", control.force_weight, (unit / time.dt).powi(2))?;
-    check_weight(&document, "method.admm.penalty", method.admm.penalty, unit.powi(2))?;
+    check_weight(
+        &document,
+        "control.force_weight",
+        control.force_weight,
+        (unit / time.dt).powi(2),
+    )?;
+    check_weight(
+        &document,
+        "method.admm.penalty",
+        method.admm.penalty,
+        unit.powi(2),
+    )?;
     let source = shapes::source(&document, raw.source)?;
     let simulation = simulation(&document, raw.simulation)?;
     let folder = raw.output.folder.unwrap_or_else(|| "out".into());
     if folder.is_empty() {
         return Err(document.refuse("output.folder", "is empty; write the name of a folder"));
     }
-    let output = Output { folder: document.folder().join(folder), frames: raw.output.frames.unwrap_or(true) };
-    Ok(Scene { document, grid, time, source, keyframes: Vec::new(), flow, control, advection, method, simulation, output })
+    let output = Output {
+        folder: document.folder().join(folder),
+        frames: raw.output.frames.unwrap_or(true),
+    };
+    Ok(Scene {
+        document,
+        grid,
+        time,
+        source,
+        keyframes: Vec::new(),
+        flow,
+        control,
+        advection,
+        method,
+        simulation,
+        output,
+    })
 }
 
 fn grid(document: &Document, raw: Option<RawGrid>) -> Result<Grid, Failure> {
     let raw = document.required("grid", raw, "write [grid] with cells = [128, 128]")?;
-    let cells = document.required("grid.cells", raw.cells, "write two or three numbers, as in cells = [128, 128]")?;
+    let cells = document.required(
+        "grid.cells",
+        raw.cells,
+        "write two or three numbers, as in cells = [128, 128]",
+    )?;
     if !(2..=3).contains(&cells.len()) {
-        let found = format!("has {} entries, but only 2 (a plane) or 3 (a box) are allowed; write cells = [nx, ny] or [nx, ny, nz]", cells.len());
+        let found = format!(
+            "has {} entries, but only 2 (a plane) or 3 (a box) are allowed; write cells = [nx, ny] or [nx, ny, nz]",
+            cells.len()
+        );
         return Err(document.refuse("grid.cells", found));
     }
-    let checked = cells.iter().enumerate().map(|(axis, &count)| document.whole(&format!("grid.cells[{axis}]"), count, 4..=4096));
+    let checked = cells
+        .iter()
+        .enumerate()
+        .map(|(axis, &count)| document.whole(&format!("grid.cells[{axis}]"), count, 4..=4096));
     Ok(Grid {
         cells: checked.collect::<Result<_, _>>()?,
         boundary: boundary(document, raw.boundary, cells.len())?,
@@ -96,7 +143,11 @@ fn boundary(document: &Document, raw: Option<Value>, axes: usize) -> Result<Vec<
             .enumerate()
             .map(|(axis, word)| match word {
                 Value::String(word) => document.word(&format!("{key}[{axis}]"), word, &BOUNDARIES),
-                other => Err(document.outside(&format!("{key}[{axis}]"), shown(other), "\"wall\" or \"periodic\"")),
+                other => Err(document.outside(
+                    &format!("{key}[{axis}]"),
+                    shown(other),
+                    "\"wall\" or \"periodic\"",
+                )),
             })
             .collect(),
         Some(other) => Err(document.outside(key, shown(&other), &wanted)),
@@ -105,8 +156,15 @@ fn boundary(document: &Document, raw: Option<Value>, axes: usize) -> Result<Vec<
 
 fn time(document: &Document, raw: Option<RawTime>) -> Result<Time, Failure> {
     let raw = document.required("time", raw, "write [time] with steps = 40")?;
-    let steps = document.required("time.steps", raw.steps, "write the number of steps, as in steps = 40")?;
-    Ok(Time { steps: document.whole("time.steps", steps, 2..=MAX_STEPS as i64)?, dt: document.positive("time.dt", raw.dt.unwrap_or(standard().dt))? })
+    let steps = document.required(
+        "time.steps",
+        raw.steps,
+        "write the number of steps, as in steps = 40",
+    )?;
+    Ok(Time {
+        steps: document.whole("time.steps", steps, 2..=MAX_STEPS as i64)?,
+        dt: document.positive("time.dt", raw.dt.unwrap_or(standard().dt))?,
+    })
 }
 
 fn flow(document: &Document, raw: RawFlow, grid: &Grid, time: Time) -> Result<Flow, Failure> {
@@ -114,7 +172,9 @@ fn flow(document: &Document, raw: RawFlow, grid: &Grid, time: Time) -> Result<Fl
     let viscosity = document.not_negative(key, raw.viscosity.unwrap_or(standard().viscosity))?;
     let scaled = viscosity * time.dt / (grid.length * grid.length);
     if scaled > MOST_VISCOSITY {
-        let why = format!("is {viscosity:?}, which in units of dt and length is {scaled:e}, but at most {MOST_VISCOSITY} flows at all; make it smaller");
+        let why = format!(
+            "is {viscosity:?}, which in units of dt and length is {scaled:e}, but at most {MOST_VISCOSITY} flows at all; make it smaller"
+        );
         return Err(document.refuse(key, why));
     }
     Ok(Flow { viscosity })
@@ -126,10 +186,19 @@ fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {
         None => None,
         Some(Value::String(word)) if word == "auto" => None,
         Some(Value::Integer(count)) => Some(document.whole(key, count, 0..=MAX_FILTERS as i64)?),
-        Some(other) => return Err(document.outside(key, shown(&other), &format!("\"auto\" or a whole number from 0 to {MAX_FILTERS}"))),
+        Some(other) => {
+            return Err(document.outside(
+                key,
+                shown(&other),
+                &format!("\"auto\" or a whole number from 0 to {MAX_FILTERS}"),
+            ));
+        }
     };
     Ok(Control {
-        force_weight: document.positive("control.force_weight", raw.force_weight.unwrap_or(standard().force_weight))?,
+        force_weight: document.positive(
+            "control.force_weight",
+            raw.force_weight.unwrap_or(standard().force_weight),
+        )?,
         filters,
         match_mass: raw.match_mass.unwrap_or(standard().match_mass),
         initial_velocity: initial_velocity(document, raw.initial_velocity)?,
@@ -159,20 +228,41 @@ fn advection(document: &Document, raw: RawAdvection) -> Result<Advection, Failur
 }
 
 /// A count, or the one that is meant where there is none.
-fn whole(document: &Document, key: &str, count: Option<i64>, allowed: RangeInclusive<i64>, standard: usize) -> Result<usize, Failure> {
+fn whole(
+    document: &Document,
+    key: &str,
+    count: Option<i64>,
+    allowed: RangeInclusive<i64>,
+    standard: usize,
+) -> Result<usize, Failure> {
     count.map_or(Ok(standard), |count| document.whole(key, count, allowed))
 }
 
 /// The choice that a word stands for, or the one that is made where there is none.
-fn word<T: Copy>(document: &Document, key: &str, word: Option<String>, words: &[(&str, T)], standard: T) -> Result<T, Failure> {
+fn word<T: Copy>(
+    document: &Document,
+    key: &str,
+    word: Option<String>,
+    words: &[(&str, T)],
+    standard: T,
+) -> Result<T, Failure> {
     word.map_or(Ok(standard), |word| document.word(key, &word, words))
 }
 
 fn method(document: &Document, raw: RawMethod) -> Result<MethodSection, Failure> {
-    let projection = raw.projection.tolerance.unwrap_or(standard().projection_tolerance);
+    let projection = raw
+        .projection
+        .tolerance
+        .unwrap_or(standard().projection_tolerance);
     Ok(MethodSection {
         name: word(document, "method.name", raw.name, &METHODS, Method::default())?,
-        iterations: whole(document, "method.iterations", raw.iterations, 1..=MOST_ITERATIONS, Params::default().iterations)?,
+        iterations: whole(
+            document,
+            "method.iterations",
+            raw.iterations,
+            1..=MOST_ITERATIONS,
+            Params::default().iterations,
+        )?,
         direct: direct(document, raw.direct)?,
         admm: admm(document, raw.admm)?,
         lbfgs: lbfgs(document, raw.lbfgs)?,
@@ -198,8 +288,18 @@ fn check_weight(document: &Document, key: &str, weight: f64, scale: f64) -> Resu
 fn lbfgs(document: &Document, raw: RawLbfgs) -> Result<LbfgsParams, Failure> {
     let standard = LbfgsParams::default();
     Ok(LbfgsParams {
-        history: whole(document, "method.lbfgs.history", raw.history, 1..=LbfgsParams::MOST as i64, standard.history)?,
-        tolerance: document.between("method.lbfgs.tolerance", raw.tolerance.unwrap_or(standard.tolerance), 1.0)?,
+        history: whole(
+            document,
+            "method.lbfgs.history",
+            raw.history,
+            1..=LbfgsParams::MOST as i64,
+            standard.history,
+        )?,
+        tolerance: document.between(
+            "method.lbfgs.tolerance",
+            raw.tolerance.unwrap_or(standard.tolerance),
+            1.0,
+        )?,
         nested: raw.nested.unwrap_or(standard.nested),
     })
 }
@@ -208,8 +308,12 @@ fn pd(document: &Document, raw: RawPd) -> Result<PdParams, Failure> {
     let standard = PdParams::default();
     Ok(PdParams {
         drive: document.not_negative("method.pd.drive", raw.drive.unwrap_or(standard.drive))?,
-        attenuation: document.not_negative("method.pd.attenuation", raw.attenuation.unwrap_or(standard.attenuation))?,
-        gathering: document.not_negative("method.pd.gathering", raw.gathering.unwrap_or(standard.gathering))?,
+        attenuation: document.not_negative(
+            "method.pd.attenuation",
+            raw.attenuation.unwrap_or(standard.attenuation),
+        )?,
+        gathering: document
+            .not_negative("method.pd.gathering", raw.gathering.unwrap_or(standard.gathering))?,
     })
 }
 
@@ -217,7 +321,11 @@ fn simulation(document: &Document, raw: RawSimulation) -> Result<SimulationParam
     let standard = SimulationParams::default();
     Ok(SimulationParams {
         buoyancy: document.finite("simulation.buoyancy", raw.buoyancy.unwrap_or(standard.buoyancy))?,
-        tolerance: document.between("simulation.tolerance", raw.tolerance.unwrap_or(standard.tolerance), 1.0)?,
+        tolerance: document.between(
+            "simulation.tolerance",
+            raw.tolerance.unwrap_or(standard.tolerance),
+            1.0,
+        )?,
     })
 }
 
@@ -227,12 +335,22 @@ fn direct(document: &Document, raw: RawDirect) -> Result<DirectParams, Failure> 
         None => None,
         Some(Value::String(word)) if word == "auto" => None,
         Some(Value::Integer(count)) => Some(document.whole(key, count, 1..=DirectParams::MOST as i64)?),
-        Some(other) => return Err(document.outside(key, shown(&other), &format!("\"auto\" or a whole number from 1 to {}", DirectParams::MOST))),
+        Some(other) => {
+            return Err(document.outside(
+                key,
+                shown(&other),
+                &format!("\"auto\" or a whole number from 1 to {}", DirectParams::MOST),
+            ));
+        }
     };
     let standard = DirectParams::default();
     Ok(DirectParams {
         history,
-        tolerance: document.between("method.direct.tolerance", raw.tolerance.unwrap_or(standard.tolerance), 1.0)?,
+        tolerance: document.between(
+            "method.direct.tolerance",
+            raw.tolerance.unwrap_or(standard.tolerance),
+            1.0,
+        )?,
         nested: raw.nested.unwrap_or(standard.nested),
     })
 }
@@ -242,17 +360,50 @@ fn admm(document: &Document, raw: RawAdmm) -> Result<AdmmParams, Failure> {
     let standard = AdmmParams::default();
     let nso = NsoParams {
         solver: word(document, &key("nso"), raw.nso, &NSO_SOLVERS, standard.nso.solver)?,
-        tolerance: document.between(&key("nso_tolerance"), raw.nso_tolerance.unwrap_or(standard.nso.tolerance), 1.0)?,
-        norm: word(document, &key("nso_norm"), raw.nso_norm, &NORMS, standard.nso.norm)?,
-        colours: word(document, &key("smoother_colours"), raw.smoother_colours, &COLOURS, standard.nso.colours)?,
+        tolerance: document.between(
+            &key("nso_tolerance"),
+            raw.nso_tolerance.unwrap_or(standard.nso.tolerance),
+            1.0,
+        )?,
+        norm: word(
+            document,
+            &key("nso_norm"),
+            raw.nso_norm,
+            &NORMS,
+            standard.nso.norm,
+        )?,
+        colours: word(
+            document,
+            &key("smoother_colours"),
+            raw.smoother_colours,
+            &COLOURS,
+            standard.nso.colours,
+        )?,
         ..standard.nso
     };
     Ok(AdmmParams {
         penalty: document.positive(&key("penalty"), raw.penalty.unwrap_or(standard.penalty))?,
-        relaxation: document.between(&key("relaxation"), raw.relaxation.unwrap_or(standard.relaxation), 2.0)?,
-        ao_iterations: whole(document, &key("ao_iterations"), raw.ao_iterations, 1..=100, standard.ao_iterations)?,
-        ao_momentum: document.fraction(&key("ao_momentum"), raw.ao_momentum.unwrap_or(standard.ao_momentum))?,
-        density_tolerance: document.between(&key("density_tolerance"), raw.density_tolerance.unwrap_or(standard.density_tolerance), 1.0)?,
+        relaxation: document.between(
+            &key("relaxation"),
+            raw.relaxation.unwrap_or(standard.relaxation),
+            2.0,
+        )?,
+        ao_iterations: whole(
+            document,
+            &key("ao_iterations"),
+            raw.ao_iterations,
+            1..=100,
+            standard.ao_iterations,
+        )?,
+        ao_momentum: document.fraction(
+            &key("ao_momentum"),
+            raw.ao_momentum.unwrap_or(standard.ao_momentum),
+        )?,
+        density_tolerance: document.between(
+            &key("density_tolerance"),
+            raw.density_tolerance.unwrap_or(standard.density_tolerance),
+            1.0,
+        )?,
         nested: raw.nested.unwrap_or(standard.nested),
         nso,
     })

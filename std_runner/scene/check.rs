@@ -9,14 +9,28 @@ use toml::Value;
 impl Document {
     /// What stands at `key`, or the sentence for a key that is needed and missing.
     pub(super) fn required<T>(&self, key: &str, value: Option<T>, remedy: &str) -> Result<T, Failure> {
-        value.ok_or_else(|| Failure::Input(format!("{}: `{key}` is missing and has no default; {remedy}", self.place(key))))
+        value.ok_or_else(|| {
+            Failure::Input(format!(
+                "{}: `{key}` is missing and has no default; {remedy}",
+                self.place(key)
+            ))
+        })
     }
 
     /// A whole number in `allowed`.
-    pub(super) fn whole(&self, key: &str, found: i64, allowed: RangeInclusive<i64>) -> Result<usize, Failure> {
+    pub(super) fn whole(
+        &self,
+        key: &str,
+        found: i64,
+        allowed: RangeInclusive<i64>,
+    ) -> Result<usize, Failure> {
         match usize::try_from(found) {
             Ok(number) if allowed.contains(&found) => Ok(number),
-            _ => Err(self.outside(key, found, &format!("a whole number from {} to {}", allowed.start(), allowed.end()))),
+            _ => Err(self.outside(
+                key,
+                found,
+                &format!("a whole number from {} to {}", allowed.start(), allowed.end()),
+            )),
         }
     }
 
@@ -38,7 +52,11 @@ impl Document {
 
     /// A finite number.
     pub(super) fn finite(&self, key: &str, found: f64) -> Result<f64, Failure> {
-        if found.is_finite() { Ok(found) } else { Err(self.outside(key, found, "a finite number")) }
+        if found.is_finite() {
+            Ok(found)
+        } else {
+            Err(self.outside(key, found, "a finite number"))
+        }
     }
 
     /// A finite number above zero and below `limit`.
@@ -46,7 +64,11 @@ impl Document {
         if found > 0.0 && found < limit {
             return Ok(found);
         }
-        Err(self.outside(key, format_args!("{found:?}"), &format!("a number above 0 and below {limit}")))
+        Err(self.outside(
+            key,
+            format_args!("{found:?}"),
+            &format!("a number above 0 and below {limit}"),
+        ))
     }
 
     /// A number from zero up to, but not, one.
@@ -68,7 +90,10 @@ impl Document {
 
     /// The refusal of a value outside what is allowed.
     pub(super) fn outside(&self, key: &str, found: impl Display, allowed: &str) -> Failure {
-        self.refuse(key, format!("is {found}, but only {allowed} is allowed; change it to that"))
+        self.refuse(
+            key,
+            format!("is {found}, but only {allowed} is allowed; change it to that"),
+        )
     }
 }
 

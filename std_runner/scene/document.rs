@@ -23,8 +23,11 @@ impl Document {
         let bytes = std::fs::read(path).map_err(|error| {
             Failure::File(format!("cannot read the scene {shown}: {error}; give the path of a scene file, or write one with `thurible new NAME`"))
         })?;
-        let text = String::from_utf8(bytes)
-            .map_err(|_| Failure::Input(format!("{shown} is not UTF-8 text; a scene is a TOML file, `thurible new NAME` writes one")))?;
+        let text = String::from_utf8(bytes).map_err(|_| {
+            Failure::Input(format!(
+                "{shown} is not UTF-8 text; a scene is a TOML file, `thurible new NAME` writes one"
+            ))
+        })?;
         Self::parse(path, text)
     }
 
@@ -33,18 +36,29 @@ impl Document {
         let broken = |error: toml::de::Error| {
             let line = error.span().map_or(1, |span| line_of(&text, span.start));
             let message = error.message().replace('\n', ", ");
-            Failure::Input(format!("{}:{line}: not valid TOML: {message}; correct this line", path.display()))
+            Failure::Input(format!(
+                "{}:{line}: not valid TOML: {message}; correct this line",
+                path.display()
+            ))
         };
         let table: Table = toml::from_str(&text).map_err(broken)?;
         let lines = line_index(&text).map_err(broken)?;
-        Ok(Document { path: path.to_path_buf(), text, table, lines, overrides: Vec::new() })
+        Ok(Document {
+            path: path.to_path_buf(),
+            text,
+            table,
+            lines,
+            overrides: Vec::new(),
+        })
     }
 
     /// Applies one `--set key.path=value`; the value is TOML, or else a string.
     pub fn set(&mut self, assignment: &str) -> Result<(), Failure> {
         let option = format!("--set {assignment}");
         let Some((key, value)) = assignment.split_once('=') else {
-            return Err(Failure::Input(format!("{option}: there is no `=` in it; write key.path=value, as in --set time.steps=20")));
+            return Err(Failure::Input(format!(
+                "{option}: there is no `=` in it; write key.path=value, as in --set time.steps=20"
+            )));
         };
         self.replace(option, key.trim(), parse_value(value.trim()))
     }
@@ -106,13 +120,17 @@ impl Document {
 
 /// Whether key `inner` is `outer` or lies inside it.
 fn within(inner: &str, outer: &str) -> bool {
-    inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+    inner
+        .strip_prefix(outer)
+        .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
 fn parse_value(text: &str) -> Value {
     let parsed = toml::from_str::<Table>(&format!("value = {text}")).ok();
     match parsed {
-        Some(mut table) if table.len() == 1 => table.remove("value").unwrap_or_else(|| Value::String(text.into())),
+        Some(mut table) if table.len() == 1 => table
+            .remove("value")
+            .unwrap_or_else(|| Value::String(text.into())),
         _ => Value::String(text.into()),
     }
 }
@@ -125,7 +143,11 @@ fn assign(table: &mut Table, segments: &[Segment], value: Value) -> Result<(), S
         table.insert(first.clone(), value);
         return Ok(());
     }
-    let fresh = if matches!(rest[0], Segment::Index(_)) { Value::Array(Vec::new()) } else { Value::Table(Table::new()) };
+    let fresh = if matches!(rest[0], Segment::Index(_)) {
+        Value::Array(Vec::new())
+    } else {
+        Value::Table(Table::new())
+    };
     descend(table.entry(first.clone()).or_insert(fresh), first, rest, value)
 }
 
@@ -137,7 +159,9 @@ fn descend(slot: &mut Value, name: &str, rest: &[Segment], value: Value) -> Resu
             if *index == count {
                 items.push(Value::Table(Table::new()));
             }
-            let item = items.get_mut(*index).ok_or_else(|| format!("`{name}` has no entry {index}; there are {count}, counted from 0"))?;
+            let item = items
+                .get_mut(*index)
+                .ok_or_else(|| format!("`{name}` has no entry {index}; there are {count}, counted from 0"))?;
             if deeper.is_empty() {
                 *item = value;
                 return Ok(());

@@ -12,7 +12,9 @@ pub use document::Document;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, ShapeSpec};
 use std::path::{Path, PathBuf};
-use thurible_core::{AdmmParams, Advection, Boundary, DirectParams, LbfgsParams, Method, PdParams, Scheme, SimulationParams};
+use thurible_core::{
+    AdmmParams, Advection, Boundary, DirectParams, LbfgsParams, Method, PdParams, Scheme, SimulationParams,
+};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -151,7 +153,12 @@ impl Scene {
     pub fn canvas(&self) -> Canvas {
         Canvas {
             cells: self.grid.cells.clone(),
-            periodic: self.grid.boundary.iter().map(|&boundary| boundary == Boundary::Periodic).collect(),
+            periodic: self
+                .grid
+                .boundary
+                .iter()
+                .map(|&boundary| boundary == Boundary::Periodic)
+                .collect(),
             length: self.grid.length,
         }
     }

@@ -53,7 +53,11 @@ pub(super) fn line_index(text: &str) -> Result<BTreeMap<String, usize>, toml::de
 fn walk_table(text: &str, table: &DeTable<'_>, prefix: &str, lines: &mut BTreeMap<String, usize>) {
     for (key, value) in table.iter() {
         let name = key.get_ref();
-        let path = if prefix.is_empty() { name.to_string() } else { format!("{prefix}.{name}") };
+        let path = if prefix.is_empty() {
+            name.to_string()
+        } else {
+            format!("{prefix}.{name}")
+        };
         lines.insert(path.clone(), line_of(text, key.span().start));
         walk_value(text, value.get_ref(), &path, lines);
     }
@@ -75,5 +79,10 @@ fn walk_value(text: &str, value: &DeValue<'_>, path: &str, lines: &mut BTreeMap<
 
 /// The line, from 1, of byte `at`.
 pub(super) fn line_of(text: &str, at: usize) -> usize {
-    1 + text.as_bytes().iter().take(at).filter(|&&byte| byte == b'\n').count()
+    1 + text
+        .as_bytes()
+        .iter()
+        .take(at)
+        .filter(|&&byte| byte == b'\n')
+        .count()
 }

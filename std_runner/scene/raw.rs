@@ -142,7 +142,11 @@ pub(super) struct RawOutput {
 }
 
 /// Reads `value`, which stands at key `prefix` of the scene, as a `T`.
-pub(super) fn read<T: DeserializeOwned>(document: &Document, prefix: &str, value: Value) -> Result<T, Failure> {
+pub(super) fn read<T: DeserializeOwned>(
+    document: &Document,
+    prefix: &str,
+    value: Value,
+) -> Result<T, Failure> {
     serde_path_to_error::deserialize(value).map_err(|error| {
         let mut key = prefix.to_string();
         for segment in error.path().iter() {
@@ -168,13 +172,22 @@ impl Document {
         if let Some((before, _)) = plain.split_once("expected a table Raw") {
             plain = format!("{before}expected a table");
         }
-        let at = if key.is_empty() { self.place("") } else { format!("{}: `{key}`", self.place(key)) };
+        let at = if key.is_empty() {
+            self.place("")
+        } else {
+            format!("{}: `{key}`", self.place(key))
+        };
         match plain.strip_prefix("unknown field ") {
             Some(rest) => {
                 let (name, allowed) = rest.split_once(", ").unwrap_or((rest, ""));
-                Failure::Input(format!("{at}: there is no key {name} here; {allowed}; correct its name or take it out"))
+                Failure::Input(format!(
+                    "{at}: there is no key {name} here; {allowed}; correct its name or take it out"
+                ))
             }
-            None if plain.starts_with("missing field ") => Failure::Input(format!("{at}: {}; add it", plain.replacen("missing field ", "there is no ", 1))),
+            None if plain.starts_with("missing field ") => Failure::Input(format!(
+                "{at}: {}; add it",
+                plain.replacen("missing field ", "there is no ", 1)
+            )),
             None => Failure::Input(format!("{at}: {plain}; {}", remedy_of(key))),
         }
     }

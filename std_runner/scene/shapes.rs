@@ -9,23 +9,46 @@ use crate::scene::raw::read;
 use toml::{Table, Value};
 
 pub(super) fn source(document: &Document, raw: Option<Table>) -> Result<ShapeSpec, Failure> {
-    let table = document.required("source", raw, "write [source] with a shape, as in circle = { center = [0.5, 0.5], radius = 0.2 }")?;
+    let table = document.required(
+        "source",
+        raw,
+        "write [source] with a shape, as in circle = { center = [0.5, 0.5], radius = 0.2 }",
+    )?;
     shape(document, "source", table)
 }
 
-pub(super) fn keyframes(document: &Document, raw: Option<Vec<Table>>, steps: usize) -> Result<Vec<Keyframe>, Failure> {
+pub(super) fn keyframes(
+    document: &Document,
+    raw: Option<Vec<Table>>,
+    steps: usize,
+) -> Result<Vec<Keyframe>, Failure> {
     let remedy = "write [[keyframe]] with a step and a shape, as in step = 40 and text = \"F\"";
     let tables = document.required("keyframe", raw.filter(|tables| !tables.is_empty()), remedy)?;
     let mut keyframes: Vec<Keyframe> = Vec::new();
     for (index, mut table) in tables.into_iter().enumerate() {
         let key = format!("keyframe[{index}]");
         let at = format!("{key}.step");
-        let step = match document.required(&at, table.remove("step"), "write the step it stands at, as in step = 40")? {
-            Value::Integer(step) => document.whole(&at, step, 2..=i64::try_from(steps).unwrap_or(i64::MAX))?,
-            other => return Err(document.outside(&at, shown(&other), &format!("a whole number from 2 to {steps}"))),
+        let step = match document.required(
+            &at,
+            table.remove("step"),
+            "write the step it stands at, as in step = 40",
+        )? {
+            Value::Integer(step) => {
+                document.whole(&at, step, 2..=i64::try_from(steps).unwrap_or(i64::MAX))?
+            }
+            other => {
+                return Err(document.outside(
+                    &at,
+                    shown(&other),
+                    &format!("a whole number from 2 to {steps}"),
+                ));
+            }
         };
         if let Some(twin) = keyframes.iter().find(|keyframe| keyframe.step == step) {
-            let why = format!("is {step}, but `{}` stands at that step already; give each keyframe a step of its own", twin.key);
+            let why = format!(
+                "is {step}, but `{}` stands at that step already; give each keyframe a step of its own",
+                twin.key
+            );
             return Err(document.refuse(&at, why));
         }
         let shape = shape(document, &key, table)?;

@@ -4,7 +4,9 @@ use crate::fields;
 use crate::fields::cases::{Scene, Solved, admm};
 use crate::fields::feasible::check;
 use crate::fields::random::Random;
-use crate::fields::{Components, add_scaled_all, assert_close, gap, grid, largest, largest_of, places, with_threads};
+use crate::fields::{
+    Components, add_scaled_all, assert_close, gap, grid, largest, largest_of, places, with_threads,
+};
 use thurible_core::{D2, D3, NsoSolver, Params, Real, Scheme, Silent, Space, Status};
 
 /// Solves circle to two circles on two threads: as the paper does, or with the defaults.
@@ -16,9 +18,17 @@ fn two_circles(from_rest: bool) -> (Scene, Solved) {
     }
     let solved = with_threads(2, |exec| scene.solve::<f64, D2>(exec, &mut Silent));
     let total = solved.objective.iter().sum::<f64>();
-    println!("circle to two circles, from rest {from_rest}: {:?} after {} iterations, J = {total:.4}", solved.status, solved.history.len());
+    println!(
+        "circle to two circles, from rest {from_rest}: {:?} after {} iterations, J = {total:.4}",
+        solved.status,
+        solved.history.len()
+    );
     assert_eq!(solved.status, Status::Converged);
-    assert!(solved.history.len() < 25 && total < 2.7, "{} iterations to J = {total}", solved.history.len());
+    assert!(
+        solved.history.len() < 25 && total < 2.7,
+        "{} iterations to J = {total}",
+        solved.history.len()
+    );
     (scene, solved)
 }
 
@@ -30,7 +40,11 @@ fn circle_to_two_circles() {
     assert!(last.admm.density_change < 0.01 && last.admm.gap <= 0.01 && last.admm.ao_step >= 0.125);
     assert!((last.objective.data - last.admm.data_of_star).abs() <= 0.05 * last.admm.data_of_star);
     for progress in &solved.history {
-        assert!(*progress.admm.nso_residuals.last().unwrap() < 1e-5, "iteration {}: NSO did not reach its tolerance", progress.iteration);
+        assert!(
+            *progress.admm.nso_residuals.last().unwrap() < 1e-5,
+            "iteration {}: NSO did not reach its tolerance",
+            progress.iteration
+        );
     }
 }
 
@@ -40,14 +54,23 @@ fn the_defaults_end_as_low() {
 }
 
 fn feasible<T: Real, S: Space>(cells: &[usize], ends: &str, scheme: Scheme) {
-    let mut scene = Scene { scheme, ..Scene::small(cells, ends, 5) };
+    let mut scene = Scene {
+        scheme,
+        ..Scene::small(cells, ends, 5)
+    };
     scene.keyframes = vec![3, 5];
     scene.densities.push(scene.densities[0].clone());
     let solved = scene.solve_alone::<T, S>();
     assert_eq!((solved.status, solved.history.len()), (Status::MaxIterations, 3));
     check(&scene, &solved, T::EPSILON);
-    let (first, last) = (solved.history[0].objective.total(), solved.objective.iter().sum::<f64>());
-    assert!(last < first, "{cells:?} {ends}: the objective rose from {first} to {last}");
+    let (first, last) = (
+        solved.history[0].objective.total(),
+        solved.objective.iter().sum::<f64>(),
+    );
+    assert!(
+        last < first,
+        "{cells:?} {ends}: the objective rose from {first} to {last}"
+    );
 }
 
 #[test]
@@ -61,7 +84,11 @@ fn results_are_feasible() {
 
 #[test]
 fn other_units_give_the_same_iterates() {
-    let scene = Scene { scheme: Scheme::Quick, viscosity: 2e-3, ..Scene::small(&[14, 12], "ww", 6) };
+    let scene = Scene {
+        scheme: Scheme::Quick,
+        viscosity: 2e-3,
+        ..Scene::small(&[14, 12], "ww", 6)
+    };
     let solved = scene.solve_alone::<f64, D2>();
     for (dt, length, exact) in [(1.0 / 16.0, 8.0, true), (1.0 / 24.0, 10.0, false)] {
         let mut other = scene.clone();
@@ -74,13 +101,28 @@ fn other_units_give_the_same_iterates() {
         check(&other, &found, f64::EPSILON);
         let tolerance = if exact { 0.0 } else { 1e-9 };
         for (x, y) in solved.density.iter().zip(&found.density) {
-            assert!(gap(x, y) <= tolerance, "densities are {:e} apart at dt = {dt}", gap(x, y));
+            assert!(
+                gap(x, y) <= tolerance,
+                "densities are {:e} apart at dt = {dt}",
+                gap(x, y)
+            );
         }
-        for (x, y) in solved.velocity.iter().flatten().zip(found.velocity.iter().flatten()) {
+        for (x, y) in solved
+            .velocity
+            .iter()
+            .flatten()
+            .zip(found.velocity.iter().flatten())
+        {
             let error = largest(x.iter().zip(y).map(|(x, y)| x - y / ratio));
             assert!(error <= tolerance, "velocities are {error:e} apart at dt = {dt}");
         }
-        assert_close("J", found.objective.iter().sum(), solved.objective.iter().sum(), solved.objective[0], tolerance);
+        assert_close(
+            "J",
+            found.objective.iter().sum(),
+            solved.objective.iter().sum(),
+            solved.objective[0],
+            tolerance,
+        );
     }
 }
 
@@ -88,21 +130,34 @@ fn other_units_give_the_same_iterates() {
 fn a_given_velocity_is_projected_and_kept() {
     let scene = Scene::small(&[12, 10], "wp", 4);
     let grid = grid(&scene.cells, "wp");
-    let v0: Components<f64> = Random::new(81).faces(&grid, 1).map(|c| c.iter().map(|x| 0.02 * x).collect());
+    let v0: Components<f64> = Random::new(81)
+        .faces(&grid, 1)
+        .map(|c| c.iter().map(|x| 0.02 * x).collect());
     let solved = scene.with::<f64, D2, _>(|solver| {
         let mut file = vec![0.5; solver.faces(0)];
-        places(&grid).filter(|at| at[0] > 0).for_each(|[x, y, _]| file[y * 13 + x] = v0[0][y * 12 + x]);
+        places(&grid)
+            .filter(|at| at[0] > 0)
+            .for_each(|[x, y, _]| file[y * 13 + x] = v0[0][y * 12 + x]);
         solver.set_initial_velocity(0, &file).unwrap();
         solver.set_initial_velocity(1, &v0[1]).unwrap();
         let change = solver.prepare(&thurible_core::Serial).unwrap();
-        assert!(change > 0.1 && change < 2.0, "a random velocity changes by {change}");
+        assert!(
+            change > 0.1 && change < 2.0,
+            "a random velocity changes by {change}"
+        );
         assert_eq!(solver.prepare(&thurible_core::Serial).unwrap(), change);
         Solved::run(&scene, solver, &thurible_core::Serial, &mut Silent)
     });
     check(&scene, &solved, f64::EPSILON);
     let kept = fields::feasible::faces(&grid, &solved.velocity[0]);
     let lost = add_scaled_all(&v0, -1.0, &kept);
-    assert_close("v_0 is projected", fields::dot_all(&kept, &lost), 0.0, fields::dot_all(&v0, &v0), 1e-5);
+    assert_close(
+        "v_0 is projected",
+        fields::dot_all(&kept, &lost),
+        0.0,
+        fields::dot_all(&v0, &v0),
+        1e-5,
+    );
     assert!(largest_of(&kept) > 0.001);
 }
 
@@ -110,12 +165,27 @@ fn a_given_velocity_is_projected_and_kept() {
 #[test]
 fn expensive_forces() {
     for force_weight in [1e4, 1e6] {
-        let scene = Scene { force_weight, params: Params { iterations: 4, ..admm() }, ..Scene::two_circles() };
+        let scene = Scene {
+            force_weight,
+            params: Params {
+                iterations: 4,
+                ..admm()
+            },
+            ..Scene::two_circles()
+        };
         let solved = scene.solve_alone::<f32, D2>();
-        assert!(solved.status == Status::MaxIterations || solved.status == Status::Converged, "{:?}", solved.status);
+        assert!(
+            solved.status == Status::MaxIterations || solved.status == Status::Converged,
+            "{:?}",
+            solved.status
+        );
         for progress in &solved.history {
             let list = &progress.admm.nso_residuals;
-            assert!(*list.last().unwrap() < 1e-5, "r = {force_weight:e}, iteration {}: {list:?}", progress.iteration);
+            assert!(
+                *list.last().unwrap() < 1e-5,
+                "r = {force_weight:e}, iteration {}: {list:?}",
+                progress.iteration
+            );
         }
         check(&scene, &solved, f64::from(f32::EPSILON));
     }
@@ -125,7 +195,13 @@ fn expensive_forces() {
 #[test]
 fn newton_agrees_with_stfas() {
     for penalty in [1e4, 1e3, 1e2] {
-        let mut scene = Scene { params: Params { iterations: 3, ..admm() }, ..Scene::two_circles() };
+        let mut scene = Scene {
+            params: Params {
+                iterations: 3,
+                ..admm()
+            },
+            ..Scene::two_circles()
+        };
         (scene.params.admm.penalty, scene.params.admm.nested) = (penalty, false);
         scene.params.admm.nso.tolerance = 1e-6;
         let stfas = scene.solve_alone::<f64, D2>();
@@ -135,7 +211,11 @@ fn newton_agrees_with_stfas() {
         for solved in [&stfas, &newton] {
             for progress in &solved.history {
                 let list = &progress.admm.nso_residuals;
-                assert!(*list.last().unwrap() < 1e-6, "K = {penalty:e}, iteration {}: {list:?}", progress.iteration);
+                assert!(
+                    *list.last().unwrap() < 1e-6,
+                    "K = {penalty:e}, iteration {}: {list:?}",
+                    progress.iteration
+                );
             }
         }
         for (by_stfas, by_newton) in stfas.history.iter().zip(&newton.history) {
@@ -152,6 +232,10 @@ fn newton_in_space_and_on_any_box() {
     let mut scene = Scene::small(&[9, 8, 6], "pwp", 4);
     scene.params.admm.nso.solver = NsoSolver::NewtonCg;
     for progress in &scene.solve_alone::<f32, D3>().history {
-        assert!(*progress.admm.nso_residuals.last().unwrap() < 1e-5, "{:?}", progress.admm.nso_residuals);
+        assert!(
+            *progress.admm.nso_residuals.last().unwrap() < 1e-5,
+            "{:?}",
+            progress.admm.nso_residuals
+        );
     }
 }

@@ -20,7 +20,11 @@ struct Stop<F> {
 
 impl<F: Fn(Event) -> bool> Stop<F> {
     fn at(left: usize, counts: F) -> Self {
-        Stop { left, after: 0, counts }
+        Stop {
+            left,
+            after: 0,
+            counts,
+        }
     }
 }
 
@@ -30,7 +34,11 @@ impl<F: Fn(Event) -> bool> Observer for Stop<F> {
             self.after += usize::from(self.left == 0);
             self.left = self.left.saturating_sub(1);
         }
-        if self.left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.left == 0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }
 
@@ -43,19 +51,36 @@ fn events(scene: &Scene, counts: impl Fn(Event) -> bool) -> usize {
 
 /// A finite, feasible-looking result.
 fn check_finite(solved: &Solved) {
-    let numbers = solved.density.iter().flatten().chain(solved.velocity.iter().chain(&solved.force).flatten().flatten());
-    assert!(numbers.chain(&solved.objective).all(|x| x.is_finite()), "a number is not finite");
+    let numbers = solved
+        .density
+        .iter()
+        .flatten()
+        .chain(solved.velocity.iter().chain(&solved.force).flatten().flatten());
+    assert!(
+        numbers.chain(&solved.objective).all(|x| x.is_finite()),
+        "a number is not finite"
+    );
 }
 
 #[test]
 fn max_iterations() {
     for iterations in [1, 2] {
-        let scene = Scene { params: Params { iterations, ..admm() }, ..scene() };
+        let scene = Scene {
+            params: Params { iterations, ..admm() },
+            ..scene()
+        };
         let solved = scene.solve_alone::<f64, D2>();
-        assert_eq!((solved.status, solved.history.len()), (Status::MaxIterations, iterations));
+        assert_eq!(
+            (solved.status, solved.history.len()),
+            (Status::MaxIterations, iterations)
+        );
         let numbers: Vec<usize> = solved.history.iter().map(|progress| progress.iteration).collect();
         assert_eq!(numbers, (1..=iterations).collect::<Vec<_>>());
-        assert!(solved.history[..iterations - 1].iter().all(|progress| progress.status.is_none()));
+        assert!(
+            solved.history[..iterations - 1]
+                .iter()
+                .all(|progress| progress.status.is_none())
+        );
         check_finite(&solved);
     }
 }
@@ -63,7 +88,13 @@ fn max_iterations() {
 #[test]
 fn converged_only_when_both_halves_agree() {
     // With a tolerance that every change satisfies, only disagreement of v and v* is left to say no.
-    let mut scene = Scene { params: Params { iterations: 40, ..admm() }, ..scene() };
+    let mut scene = Scene {
+        params: Params {
+            iterations: 40,
+            ..admm()
+        },
+        ..scene()
+    };
     scene.params.admm.density_tolerance = 1e9;
     let solved = scene.solve_alone::<f64, D2>();
     match solved.status {
@@ -74,17 +105,33 @@ fn converged_only_when_both_halves_agree() {
 
 #[test]
 fn nothing_to_do_ends_early_and_at_rest() {
-    let mut scene = Scene { params: Params { iterations: 40, ..admm() }, ..scene() };
+    let mut scene = Scene {
+        params: Params {
+            iterations: 40,
+            ..admm()
+        },
+        ..scene()
+    };
     scene.densities[1] = scene.densities[0].clone();
     let solved = scene.solve_alone::<f64, D2>();
-    assert!(solved.status == Status::Converged && solved.history.len() < 6, "{:?}", solved.status);
+    assert!(
+        solved.status == Status::Converged && solved.history.len() < 6,
+        "{:?}",
+        solved.status
+    );
     assert_eq!(solved.objective, [0.0, 0.0]);
     assert!(solved.velocity.iter().flatten().flatten().all(|&x| x == 0.0));
 }
 
 #[test]
 fn stalled() {
-    let mut scene = Scene { params: Params { iterations: 40, ..admm() }, ..Scene::two_circles() };
+    let mut scene = Scene {
+        params: Params {
+            iterations: 40,
+            ..admm()
+        },
+        ..Scene::two_circles()
+    };
     // Every change of the density is small, but the first iterations leave v and v* far apart.
     (scene.params.admm.density_tolerance, scene.force_weight) = (1e9, 1e5);
     let solved = scene.solve_alone::<f64, D2>();
@@ -98,7 +145,9 @@ fn not_finite_when_a_flow_is_too_fast() {
     let scene = scene();
     for speed in [7.0, 1e20] {
         let (status, iterations) = scene.with::<f64, D2, _>(|solver| {
-            solver.set_initial_velocity(1, &vec![speed; solver.faces(1)]).unwrap();
+            solver
+                .set_initial_velocity(1, &vec![speed; solver.faces(1)])
+                .unwrap();
             let mut count = 0;
             (solver.solve(&Serial, &mut Silent, &mut |_| count += 1), count)
         });
@@ -114,8 +163,16 @@ fn cancelled_at(scene: &Scene, counts: impl Fn(Event) -> bool + Copy, most: usiz
         let solved = scene.with::<f64, D2, _>(|solver| {
             let mut observer = Stop::at(left, counts);
             let progress = solver.step(&Serial, &mut observer);
-            assert_eq!(progress.status, Some(Status::Cancelled), "at event {left} of {count}");
-            assert!(observer.left == 0 && observer.after <= after, "{} events after the stop at {left}", observer.after);
+            assert_eq!(
+                progress.status,
+                Some(Status::Cancelled),
+                "at event {left} of {count}"
+            );
+            assert!(
+                observer.left == 0 && observer.after <= after,
+                "{} events after the stop at {left}",
+                observer.after
+            );
             let objective = solver.finish(&Serial).unwrap();
             assert!(objective.total().is_finite());
             Solved::read(scene, solver, Status::Cancelled, Vec::new())
@@ -128,7 +185,12 @@ fn cancelled_at(scene: &Scene, counts: impl Fn(Event) -> bool + Copy, most: usiz
 fn cancelled_within_a_sweep() {
     cancelled_at(&scene(), |event| event == Event::Work, 40, 0);
     // This one begins on a coarser grid, all events of which are told as work, the end of AO or NSO too.
-    cancelled_at(&Scene::small(&[32, 16], "ww", 4), |event| event == Event::Work, 60, 1);
+    cancelled_at(
+        &Scene::small(&[32, 16], "ww", 4),
+        |event| event == Event::Work,
+        60,
+        1,
+    );
 }
 
 #[test]
@@ -168,9 +230,15 @@ fn not_ready_until_all_densities_are_there() {
         assert_eq!(solver.step(&Serial, &mut Silent).status, Some(Status::NotReady));
         solver.set_keyframe(1, &good).unwrap();
         assert_eq!(solver.prepare(&Serial), Err(InputError::NoKeyframe { index: 0 }));
-        assert_eq!(solver.set_keyframe(2, &good), Err(InputError::Index { given: 2, count: 2 }));
+        assert_eq!(
+            solver.set_keyframe(2, &good),
+            Err(InputError::Index { given: 2, count: 2 })
+        );
         let factor = solver.set_keyframe(0, &one).unwrap();
-        assert!((factor - good.iter().sum::<f64>() / 120.0).abs() < 1e-12, "scaled to the mass of the source");
+        assert!(
+            (factor - good.iter().sum::<f64>() / 120.0).abs() < 1e-12,
+            "scaled to the mass of the source"
+        );
         assert_eq!(solver.prepare(&Serial), Ok(0.0));
         assert_eq!(solver.step(&Serial, &mut Silent).status, None);
     });
@@ -192,9 +260,27 @@ fn densities_that_are_refused() {
             (broken(0, f64::NEG_INFINITY), InputError::NotFinite { index: 0 }),
             (broken(60, -1e-9), InputError::Negative { index: 60 }),
             (vec![0.0; 120], InputError::Empty),
-            (vec![1.0; 119], InputError::Length { expected: 120, given: 119 }),
-            (vec![1.0; 121], InputError::Length { expected: 120, given: 121 }),
-            (Vec::new(), InputError::Length { expected: 120, given: 0 }),
+            (
+                vec![1.0; 119],
+                InputError::Length {
+                    expected: 120,
+                    given: 119,
+                },
+            ),
+            (
+                vec![1.0; 121],
+                InputError::Length {
+                    expected: 120,
+                    given: 121,
+                },
+            ),
+            (
+                Vec::new(),
+                InputError::Length {
+                    expected: 120,
+                    given: 0,
+                },
+            ),
         ];
         for (density, error) in list {
             assert_eq!(solver.set_source(&density), Err(error));
@@ -207,12 +293,24 @@ fn densities_that_are_refused() {
 fn velocities_that_are_refused() {
     with_empty(|solver| {
         assert_eq!((solver.faces(0), solver.faces(1)), (130, 120));
-        assert_eq!(solver.set_initial_velocity(2, &[0.0; 120]), Err(InputError::Index { given: 2, count: 2 }));
-        assert_eq!(solver.set_initial_velocity(0, &[0.0; 120]), Err(InputError::Length { expected: 130, given: 120 }));
+        assert_eq!(
+            solver.set_initial_velocity(2, &[0.0; 120]),
+            Err(InputError::Index { given: 2, count: 2 })
+        );
+        assert_eq!(
+            solver.set_initial_velocity(0, &[0.0; 120]),
+            Err(InputError::Length {
+                expected: 130,
+                given: 120
+            })
+        );
         for value in [f64::NAN, f64::INFINITY] {
             let mut faces = [0.0; 130];
             faces[99] = value;
-            assert_eq!(solver.set_initial_velocity(0, &faces), Err(InputError::NotFinite { index: 99 }));
+            assert_eq!(
+                solver.set_initial_velocity(0, &faces),
+                Err(InputError::NotFinite { index: 99 })
+            );
         }
         solver.set_initial_velocity(0, &[0.0; 130]).unwrap();
     });
@@ -228,8 +326,17 @@ fn a_keyframe_may_be_set_again() {
             solver.set_keyframe(index, &good).unwrap();
         }
         solver.prepare(&Serial).unwrap();
-        solver.set_source(&good.iter().map(|x| 2.0 * x).collect::<Vec<_>>()).unwrap();
-        assert!(solver.keyframe(0).iter().zip(&good).all(|(x, y)| (x - y).abs() < 1e-12), "a new source leaves the targets");
+        solver
+            .set_source(&good.iter().map(|x| 2.0 * x).collect::<Vec<_>>())
+            .unwrap();
+        assert!(
+            solver
+                .keyframe(0)
+                .iter()
+                .zip(&good)
+                .all(|(x, y)| (x - y).abs() < 1e-12),
+            "a new source leaves the targets"
+        );
         assert_eq!(<f64 as Real>::NAME, "f64");
     });
 }

@@ -5,7 +5,9 @@ use crate::fields::cases::{Scene, Solved, StopAt};
 use crate::fields::feasible::{check, check_flow, faces};
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
-use crate::fields::{Components, Memory, add_scaled_all, assert_close, dot_all, flow, grid, largest, largest_of, with_threads};
+use crate::fields::{
+    Components, Memory, add_scaled_all, assert_close, dot_all, flow, grid, largest, largest_of, with_threads,
+};
 use thurible_core::arena::Arena;
 use thurible_core::baseline::step::{Setup, Step};
 use thurible_core::grid::Grid;
@@ -15,22 +17,44 @@ use thurible_core::transport::Stop;
 use thurible_core::{D2, D3, Method, Params, Real, Scheme, Serial, Silent, Space, Status};
 
 /// Calls `work` with the workspace of a step.
-fn with_step<T: Real, R>(grid: &Grid, viscosity: f64, tolerance: f64, work: impl FnOnce(&mut Step<'_, T>, &mut [f64]) -> R) -> R {
+fn with_step<T: Real, R>(
+    grid: &Grid,
+    viscosity: f64,
+    tolerance: f64,
+    work: impl FnOnce(&mut Step<'_, T>, &mut [f64]) -> R,
+) -> R {
     let mut ledger = Ledger::new();
     Step::<T>::requirement(&mut ledger, grid, 1);
     let mut numbers = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
     let mut memory = Memory::new(1 << 20);
     let levels = Levels::carve(&mut Arena::new(memory.block()), grid, 0).unwrap();
-    let mut step = Step::carve(&levels, 0, Setup { viscosity, tolerance, threads: 1 }, &mut Pool::new(&mut numbers));
+    let mut step = Step::carve(
+        &levels,
+        0,
+        Setup {
+            viscosity,
+            tolerance,
+            threads: 1,
+        },
+        &mut Pool::new(&mut numbers),
+    );
     work(&mut step, &mut vec![0.0; 2 * grid.rows()])
 }
 
 fn write<T: Real>(out: &mut [&mut [T]; 3], values: &Components<T>) {
-    out.iter_mut().zip(values).for_each(|(out, values)| out.copy_from_slice(values));
+    out.iter_mut()
+        .zip(values)
+        .for_each(|(out, values)| out.copy_from_slice(values));
 }
 
 /// The flow one step after `v` pushed by `u`, from the guess v.
-fn advance<T: Real, S: Space>(grid: &Grid, viscosity: f64, tolerance: f64, v: &Components<T>, u: &Components<T>) -> Result<Components<T>, Stop> {
+fn advance<T: Real, S: Space>(
+    grid: &Grid,
+    viscosity: f64,
+    tolerance: f64,
+    v: &Components<T>,
+    u: &Components<T>,
+) -> Result<Components<T>, Stop> {
     with_step(grid, viscosity, tolerance, |step: &mut Step<'_, T>, sums| {
         write(&mut step.given, &add_scaled_all(v, 1.0, u));
         write(&mut step.v, v);
@@ -47,25 +71,58 @@ fn not_a_gradient(naive: &Naive, x: &Components<f64>) -> f64 {
     largest(means.chain([naive.largest_curl(x) * grid.h[0]]))
 }
 
-fn step_is_solved<T: Real, S: Space>(cells: &[usize], ends: &str, courant: f64, viscosity: f64, tolerance: f64) {
+fn step_is_solved<T: Real, S: Space>(
+    cells: &[usize],
+    ends: &str,
+    courant: f64,
+    viscosity: f64,
+    tolerance: f64,
+) {
     let (mut random, grid) = (Random::new(71), grid(cells, ends));
     let viscosity = viscosity * grid.h[0] * grid.h[0];
-    let naive = Naive { viscosity, ..Naive::new(&grid) };
+    let naive = Naive {
+        viscosity,
+        ..Naive::new(&grid)
+    };
     let v: Components<T> = flow::swirl(&grid, 1, courant);
     let speed = largest_of(&v);
     // Forces that are not free of divergence, a tenth of the flow.
-    let u: Components<T> = random.faces(&grid, 1).map(|c: Vec<T>| c.iter().map(|x| T::from_f64(0.1 * speed * x.to_f64())).collect());
+    let u: Components<T> = random
+        .faces(&grid, 1)
+        .map(|c: Vec<T>| c.iter().map(|x| T::from_f64(0.1 * speed * x.to_f64())).collect());
     let after = fields::cast_all(
-        &advance::<T, S>(&grid, viscosity, tolerance, &v, &u).unwrap_or_else(|stop| panic!("{cells:?} {ends} at Courant {courant}: {stop:?}")),
+        &advance::<T, S>(&grid, viscosity, tolerance, &v, &u)
+            .unwrap_or_else(|stop| panic!("{cells:?} {ends} at Courant {courant}: {stop:?}")),
     );
     let given = fields::cast_all(&add_scaled_all(&v, 1.0, &u));
-    let left = add_scaled_all(&add_scaled_all(&after, -1.0, &given), 1.0, &naive.advection(&after));
+    let left = add_scaled_all(
+        &add_scaled_all(&after, -1.0, &given),
+        1.0,
+        &naive.advection(&after),
+    );
     let fastest = largest_of(&after).max(largest_of(&given));
-    let allowed = 8.0 * (tolerance + 16.0 * T::EPSILON * (1.0 + fastest / grid.h[0] + viscosity / (grid.h[0] * grid.h[0]))) * fastest;
+    let allowed = 8.0
+        * (tolerance + 16.0 * T::EPSILON * (1.0 + fastest / grid.h[0] + viscosity / (grid.h[0] * grid.h[0])))
+        * fastest;
     let what = format!("{cells:?} {ends} at Courant {courant} in {}", T::NAME);
-    assert_close(&format!("momentum on {what}"), not_a_gradient(&naive, &left), 0.0, allowed, 1.0);
-    assert_close(&format!("div v on {what}"), largest(naive.divergence(&after)) * grid.h[0], 0.0, allowed, 1.0);
-    assert!(largest_of(&add_scaled_all(&after, -1.0, &fields::cast_all(&v))) > 0.01 * speed, "nothing happened on {what}");
+    assert_close(
+        &format!("momentum on {what}"),
+        not_a_gradient(&naive, &left),
+        0.0,
+        allowed,
+        1.0,
+    );
+    assert_close(
+        &format!("div v on {what}"),
+        largest(naive.divergence(&after)) * grid.h[0],
+        0.0,
+        allowed,
+        1.0,
+    );
+    assert!(
+        largest_of(&add_scaled_all(&after, -1.0, &fields::cast_all(&v))) > 0.01 * speed,
+        "nothing happened on {what}"
+    );
 }
 
 #[test]
@@ -86,7 +143,11 @@ fn a_step_that_cannot_be_solved_is_too_fast() {
         let v = fields::zeros::<f64>(&grid, 1);
         let mut u = v.clone();
         u[0][37] = speed;
-        assert_eq!(advance::<f64, D2>(&grid, 0.0, 1e-5, &v, &u).map(|_| ()), Err(Stop::TooFast), "{speed}");
+        assert_eq!(
+            advance::<f64, D2>(&grid, 0.0, 1e-5, &v, &u).map(|_| ()),
+            Err(Stop::TooFast),
+            "{speed}"
+        );
     }
 }
 
@@ -94,8 +155,14 @@ fn a_step_that_cannot_be_solved_is_too_fast() {
 fn adjoint_is_solved<S: Space>(cells: &[usize], ends: &str, courant: f64, viscosity: f64) {
     let (mut random, grid) = (Random::new(72), grid(cells, ends));
     let viscosity = viscosity * grid.h[0] * grid.h[0];
-    let naive = Naive { viscosity, ..Naive::new(&grid) };
-    let (v, b): (Components<f64>, Components<f64>) = (flow::rough(&mut random, &grid, 1, courant), random.faces(&grid, 1));
+    let naive = Naive {
+        viscosity,
+        ..Naive::new(&grid)
+    };
+    let (v, b): (Components<f64>, Components<f64>) = (
+        flow::rough(&mut random, &grid, 1, courant),
+        random.faces(&grid, 1),
+    );
     let z = with_step(&grid, viscosity, 1e-12, |step: &mut Step<'_, f64>, sums| {
         write(&mut step.given, &b);
         write(&mut step.v, &v);
@@ -109,7 +176,13 @@ fn adjoint_is_solved<S: Space>(cells: &[usize], ends: &str, courant: f64, viscos
         let around = |s: f64| naive.advection(&add_scaled_all(&v, s, &d));
         let jd = add_scaled_all(&around(0.5), -1.0, &around(-0.5));
         let (left, right) = (dot_all(&z, &add_scaled_all(&d, 1.0, &jd)), dot_all(&b, &d));
-        assert_close("<z, (I + J) d>", left, right, (dot_all(&b, &b) * dot_all(&d, &d)).sqrt(), 1e-9);
+        assert_close(
+            "<z, (I + J) d>",
+            left,
+            right,
+            (dot_all(&b, &b) * dot_all(&d, &d)).sqrt(),
+            1e-9,
+        );
     }
     assert!(largest(naive.divergence(&z)) < 1e-9 * largest_of(&z) / grid.h[0]);
 }
@@ -128,8 +201,16 @@ fn to_file(grid: &Grid, axis: usize, v: &[f64]) -> Vec<f64> {
     let extent = |a: usize| grid.n[a] + usize::from(a == axis && !grid.periodic[a]);
     let count: usize = (0..3).map(extent).product();
     let number = |i: usize| {
-        let at = [i % extent(0), i / extent(0) % extent(1), i / extent(0) / extent(1)];
-        if at[axis] == grid.n[axis] { 0.0 } else { v[(at[2] * grid.n[1] + at[1]) * grid.n[0] + at[0]] }
+        let at = [
+            i % extent(0),
+            i / extent(0) % extent(1),
+            i / extent(0) / extent(1),
+        ];
+        if at[axis] == grid.n[axis] {
+            0.0
+        } else {
+            v[(at[2] * grid.n[1] + at[1]) * grid.n[0] + at[0]]
+        }
     };
     (0..count).map(number).collect()
 }
@@ -137,8 +218,16 @@ fn to_file(grid: &Grid, axis: usize, v: &[f64]) -> Vec<f64> {
 /// A scene without control.
 fn free(cells: &[usize], ends: &str, steps: usize) -> Scene {
     let scene = Scene::small(cells, ends, steps);
-    let params = Params { method: Method::Simulate, ..scene.params };
-    Scene { keyframes: Vec::new(), densities: vec![scene.densities[0].clone()], params, ..scene }
+    let params = Params {
+        method: Method::Simulate,
+        ..scene.params
+    };
+    Scene {
+        keyframes: Vec::new(),
+        densities: vec![scene.densities[0].clone()],
+        params,
+        ..scene
+    }
 }
 
 /// Simulates from v_0, in the scene's units.
@@ -146,7 +235,9 @@ fn simulate<T: Real, S: Space>(scene: &Scene, v: &Components<f64>) -> Solved {
     let grid = scene.problem().grid();
     let solved = scene.with::<T, S, _>(|solver| {
         for axis in 0..S::DIM {
-            solver.set_initial_velocity(axis, &fields::cast(&to_file(&grid, axis, &v[axis]))).unwrap();
+            solver
+                .set_initial_velocity(axis, &fields::cast(&to_file(&grid, axis, &v[axis])))
+                .unwrap();
         }
         Solved::run(scene, solver, &Serial, &mut Silent)
     });
@@ -155,7 +246,11 @@ fn simulate<T: Real, S: Space>(scene: &Scene, v: &Components<f64>) -> Solved {
 }
 
 fn velocities(scene: &Scene, solved: &Solved) -> Vec<Components<f64>> {
-    solved.velocity.iter().map(|v| faces(&scene.problem().grid(), v)).collect()
+    solved
+        .velocity
+        .iter()
+        .map(|v| faces(&scene.problem().grid(), v))
+        .collect()
 }
 
 /// Adv does no work, so an implicit step loses exactly |v_k - v_{k-1}|^2.
@@ -169,11 +264,20 @@ fn energy_is_lost_as_it_should<T: Real, S: Space>(cells: &[usize], ends: &str, c
     for pair in v.windows(2) {
         let change = add_scaled_all(&pair[1], -1.0, &pair[0]);
         let [before, after, lost] = [&pair[0], &pair[1], &change].map(|v| dot_all(v, v));
-        assert!(after < before && lost > 0.0, "{cells:?} {ends}: energy {before} then {after}");
+        assert!(
+            after < before && lost > 0.0,
+            "{cells:?} {ends}: energy {before} then {after}"
+        );
         assert_close("energy", after + lost, before, before, 4e-5);
     }
-    let (strongest, fastest) = (largest(solved.force.iter().flatten().flatten().copied()), largest(v.iter().map(largest_of)));
-    assert!(strongest < (1e-5 + 200.0 * T::EPSILON) * fastest, "forces of {strongest:e} without control at speed {fastest:e}");
+    let (strongest, fastest) = (
+        largest(solved.force.iter().flatten().flatten().copied()),
+        largest(v.iter().map(largest_of)),
+    );
+    assert!(
+        strongest < (1e-5 + 200.0 * T::EPSILON) * fastest,
+        "forces of {strongest:e} without control at speed {fastest:e}"
+    );
 }
 
 #[test]
@@ -200,13 +304,25 @@ fn a_uniform_flow_stays_where_nothing_stops_it() {
 fn what_rests_stays_at_rest() {
     let scene = free(&[9, 8, 7], "wpw", 5);
     let solved = simulate::<f32, D3>(&scene, &fields::zeros(&scene.problem().grid(), 1));
-    assert!(solved.velocity.iter().chain(&solved.force).flatten().flatten().all(|&x| x == 0.0));
+    assert!(
+        solved
+            .velocity
+            .iter()
+            .chain(&solved.force)
+            .flatten()
+            .flatten()
+            .all(|&x| x == 0.0)
+    );
     assert!(solved.density.iter().all(|rho| rho == &solved.density[0]));
 }
 
 /// The force must be the buoyancy b rho along the last axis but for a gradient, rho taken at the step that it leads to.
 fn smoke_rises<S: Space>(cells: &[usize], ends: &str, dt: f64, length: f64) {
-    let mut scene = Scene { dt, length, ..free(cells, ends, 8) };
+    let mut scene = Scene {
+        dt,
+        length,
+        ..free(cells, ends, 8)
+    };
     scene.params.simulation.buoyancy = 2e-4 * length / (dt * dt);
     let (grid, up) = (scene.problem().grid(), cells.len() - 1);
     let solved = simulate::<f64, S>(&scene, &fields::zeros(&grid, 1));
@@ -216,12 +332,26 @@ fn smoke_rises<S: Space>(cells: &[usize], ends: &str, dt: f64, length: f64) {
         let rho = &solved.density[k + 1];
         let push = naive.at_faces(|axis, at| {
             let low = naive.step(at, axis, -1).map_or(0.0, |low| rho[naive.id(low)]);
-            if axis == up { 0.5 * scene.params.simulation.buoyancy * (low + rho[naive.id(at)]) } else { 0.0 }
+            if axis == up {
+                0.5 * scene.params.simulation.buoyancy * (low + rho[naive.id(at)])
+            } else {
+                0.0
+            }
         });
         let left = not_a_gradient(&naive, &add_scaled_all(&push, -1.0, &faces(&grid, u)));
-        assert!(left < 1e-3 * largest_of(&push), "step {k}: the force is {left:e} from buoyancy of at most {:e}", largest_of(&push));
+        assert!(
+            left < 1e-3 * largest_of(&push),
+            "step {k}: the force is {left:e} from buoyancy of at most {:e}",
+            largest_of(&push)
+        );
     }
-    let height = |rho: &[f64]| fields::places(&grid).zip(rho).map(|(at, x)| at[up] as f64 * x).sum::<f64>() / rho.iter().sum::<f64>();
+    let height = |rho: &[f64]| {
+        fields::places(&grid)
+            .zip(rho)
+            .map(|(at, x)| at[up] as f64 * x)
+            .sum::<f64>()
+            / rho.iter().sum::<f64>()
+    };
     let heights: Vec<f64> = solved.density.iter().skip(1).map(|rho| height(rho)).collect();
     assert!(heights.is_sorted_by(|a, b| a < b), "{heights:?}");
 }
@@ -235,7 +365,13 @@ fn smoke_rises_by_buoyancy() {
 
 /// The scene by another method.
 fn by(method: Method, scene: Scene) -> Scene {
-    Scene { params: Params { method, ..scene.params }, ..scene }
+    Scene {
+        params: Params {
+            method,
+            ..scene.params
+        },
+        ..scene
+    }
 }
 
 fn total(solved: &Solved) -> f64 {
@@ -244,23 +380,47 @@ fn total(solved: &Solved) -> f64 {
 
 /// J of a flow at rest.
 fn at_rest(scene: &Scene) -> f64 {
-    let scene = Scene { force_weight: 1e15, params: Params { method: Method::Direct, iterations: 1, ..scene.params }, ..scene.clone() };
+    let scene = Scene {
+        force_weight: 1e15,
+        params: Params {
+            method: Method::Direct,
+            iterations: 1,
+            ..scene.params
+        },
+        ..scene.clone()
+    };
     total(&scene.solve_alone::<f64, D2>())
 }
 
 fn adjoint_control<T: Real, S: Space>(cells: &[usize], ends: &str, scheme: Scheme) {
-    let mut scene = by(Method::Lbfgs, Scene { scheme, ..Scene::small(cells, ends, 5) });
+    let mut scene = by(
+        Method::Lbfgs,
+        Scene {
+            scheme,
+            ..Scene::small(cells, ends, 5)
+        },
+    );
     scene.params.iterations = 5;
     scene.keyframes = vec![3, 5];
     scene.densities.push(scene.densities[0].clone());
     let solved = scene.solve_alone::<T, S>();
     check(&scene, &solved, T::EPSILON);
     for pair in solved.history.windows(2) {
-        assert!(pair[1].objective.total() < pair[0].objective.total(), "{cells:?} {ends}: the objective rose in iteration {}", pair[1].iteration);
+        assert!(
+            pair[1].objective.total() < pair[0].objective.total(),
+            "{cells:?} {ends}: the objective rose in iteration {}",
+            pair[1].iteration
+        );
     }
     // What is made feasible is what was simulated.
     let last = solved.history.last().unwrap();
-    assert_close("J of the simulation", last.objective.total(), total(&solved), total(&solved), 1e-3);
+    assert_close(
+        "J of the simulation",
+        last.objective.total(),
+        total(&solved),
+        total(&solved),
+        1e-3,
+    );
 }
 
 #[test]
@@ -279,18 +439,39 @@ fn adjoint_control_of_circle_to_two_circles() {
     (scene.params.iterations, scene.params.threads) = (25, 2);
     let solved = with_threads(2, |exec| scene.solve::<f64, D2>(exec, &mut Silent));
     check(&scene, &solved, f64::EPSILON);
-    let evaluations: usize = solved.history.iter().map(|progress| progress.direct.evaluations).sum();
-    println!("J = {} after {} iterations, {evaluations} evaluations", total(&solved), solved.history.len());
+    let evaluations: usize = solved
+        .history
+        .iter()
+        .map(|progress| progress.direct.evaluations)
+        .sum();
+    println!(
+        "J = {} after {} iterations, {evaluations} evaluations",
+        total(&solved),
+        solved.history.len()
+    );
     assert!(total(&solved) < 0.1 * at_rest(&scene), "J = {}", total(&solved));
-    assert!(evaluations <= 2 * solved.history.len() + 10, "{evaluations} evaluations");
+    assert!(
+        evaluations <= 2 * solved.history.len() + 10,
+        "{evaluations} evaluations"
+    );
 }
 
 /// Two ways to write one problem: the forces of all flows, the flows of all forces.
 #[test]
 fn adjoint_control_and_the_direct_method_meet() {
     let end = |method: Method| {
-        let mut scene = by(method, Scene { scheme: Scheme::Quick, ..Scene::small(&[16, 14], "wp", 6) });
-        (scene.params.iterations, scene.params.direct.tolerance, scene.params.lbfgs.tolerance) = (150, 1e-6, 1e-6);
+        let mut scene = by(
+            method,
+            Scene {
+                scheme: Scheme::Quick,
+                ..Scene::small(&[16, 14], "wp", 6)
+            },
+        );
+        (
+            scene.params.iterations,
+            scene.params.direct.tolerance,
+            scene.params.lbfgs.tolerance,
+        ) = (150, 1e-6, 1e-6);
         scene.params.simulation.tolerance = 1e-7;
         total(&scene.solve_alone::<f64, D2>())
     };
@@ -311,21 +492,44 @@ fn the_nested_start_of_adjoint_control_is_ahead() {
         total(&solved)
     };
     let (nested, from_rest) = (far(true), far(false));
-    assert!(nested < 0.8 * from_rest, "J = {nested} nested, {from_rest} from rest");
+    assert!(
+        nested < 0.8 * from_rest,
+        "J = {nested} nested, {from_rest} from rest"
+    );
 }
 
 #[test]
 fn other_units_give_the_same_iterates() {
     for method in [Method::Lbfgs, Method::Pd] {
-        let mut scene = by(method, Scene { scheme: Scheme::Quick, viscosity: 2e-3, ..Scene::small(&[14, 12], "ww", 6) });
+        let mut scene = by(
+            method,
+            Scene {
+                scheme: Scheme::Quick,
+                viscosity: 2e-3,
+                ..Scene::small(&[14, 12], "ww", 6)
+            },
+        );
         scene.params.pd.gathering = 0.02;
         let solved = scene.solve_alone::<f64, D2>();
-        let mut other = Scene { dt: 1.0 / 16.0, length: 8.0, ..scene.clone() };
+        let mut other = Scene {
+            dt: 1.0 / 16.0,
+            length: 8.0,
+            ..scene.clone()
+        };
         other.force_weight = scene.force_weight * (other.dt * other.dt / other.length).powi(2);
         other.viscosity = scene.viscosity * other.length * other.length / other.dt;
         let found = other.solve_alone::<f64, D2>();
         check_flow(&other, &found, f64::EPSILON);
-        assert!(solved.density == found.density && largest(solved.density[6].iter().zip(&solved.density[0]).map(|(x, y)| x - y)) > 0.1, "{method:?}");
+        assert!(
+            solved.density == found.density
+                && largest(
+                    solved.density[6]
+                        .iter()
+                        .zip(&solved.density[0])
+                        .map(|(x, y)| x - y)
+                ) > 0.1,
+            "{method:?}"
+        );
         assert_eq!(solved.objective, found.objective, "{method:?}");
     }
 }
@@ -338,22 +542,44 @@ fn target_driven_smoke_is_feasible_and_moves_to_the_target() {
         let solved = with_threads(threads, |exec| scene.solve::<f32, D2>(exec, &mut Silent));
         assert_eq!((solved.status, solved.history.len()), (Status::Converged, 1));
         check(&scene, &solved, f64::from(f32::EPSILON));
-        assert!(solved.objective[0] < 0.3 * at_rest(&scene), "data term {}", solved.objective[0]);
+        assert!(
+            solved.objective[0] < 0.3 * at_rest(&scene),
+            "data term {}",
+            solved.objective[0]
+        );
     }
-    let scene = by(Method::Pd, Scene { scheme: Scheme::Quick, ..Scene::small(&[12, 10, 14], "wpw", 8) });
+    let scene = by(
+        Method::Pd,
+        Scene {
+            scheme: Scheme::Quick,
+            ..Scene::small(&[12, 10, 14], "wpw", 8)
+        },
+    );
     check(&scene, &scene.solve_alone::<f64, D3>(), f64::EPSILON);
 }
 
 /// The data term that target-driven smoke ends with.
 fn driven(drive: f64, gathering: f64) -> f64 {
-    let mut scene = by(Method::Pd, Scene { scheme: Scheme::Quick, ..Scene::two_circles() });
+    let mut scene = by(
+        Method::Pd,
+        Scene {
+            scheme: Scheme::Quick,
+            ..Scene::two_circles()
+        },
+    );
     (scene.params.pd.drive, scene.params.pd.gathering) = (drive, gathering);
     let solved = scene.solve_alone::<f64, D2>();
     assert_eq!(solved.status, Status::Converged);
     check_flow(&scene, &solved, f64::EPSILON);
     let mass = |rho: &[f64]| rho.iter().sum::<f64>();
     for rho in &solved.density {
-        assert_close("mass", mass(rho), mass(&solved.density[0]), mass(&solved.density[0]), 1e-12);
+        assert_close(
+            "mass",
+            mass(rho),
+            mass(&solved.density[0]),
+            mass(&solved.density[0]),
+            1e-12,
+        );
     }
     solved.objective[0]
 }
@@ -365,8 +591,14 @@ fn target_driven_smoke_wants_tuning_and_gathers() {
     let [weak, middle, strong] = [0.05, 1.0, 10.0].map(|s| driven(s * right, 0.0));
     let gathered = driven(right, 0.05);
     println!("weak {weak}, right {middle}, strong {strong}, gathered {gathered}");
-    assert!(middle < 0.5 * weak && middle < 0.5 * strong, "data terms {weak}, {middle}, {strong}");
-    assert!(gathered < 0.8 * middle, "{gathered} with gathering, {middle} without");
+    assert!(
+        middle < 0.5 * weak && middle < 0.5 * strong,
+        "data terms {weak}, {middle}, {strong}"
+    );
+    assert!(
+        gathered < 0.8 * middle,
+        "{gathered} with gathering, {middle} without"
+    );
 }
 
 #[test]
@@ -384,9 +616,26 @@ fn targets_that_are_reached_drive_nothing() {
 fn a_free_flow_needs_no_keyframe_and_control_does() {
     use thurible_core::{Plan, PlanError, ProblemError};
     let scene = free(&[8, 8], "ww", 4);
-    for method in [Method::Simulate, Method::Direct, Method::Admm, Method::Lbfgs, Method::Pd] {
-        let planned = Plan::new::<f32, D2>(&scene.problem(), &Params { method, ..scene.params }).map(|_| ());
-        let expected = if method == Method::Simulate { Ok(()) } else { Err(PlanError::Problem(ProblemError::NoKeyframe)) };
+    for method in [
+        Method::Simulate,
+        Method::Direct,
+        Method::Admm,
+        Method::Lbfgs,
+        Method::Pd,
+    ] {
+        let planned = Plan::new::<f32, D2>(
+            &scene.problem(),
+            &Params {
+                method,
+                ..scene.params
+            },
+        )
+        .map(|_| ());
+        let expected = if method == Method::Simulate {
+            Ok(())
+        } else {
+            Err(PlanError::Problem(ProblemError::NoKeyframe))
+        };
         assert_eq!(planned, expected, "{method:?}");
     }
 }
@@ -398,19 +647,36 @@ fn parameters_out_of_range_are_refused() {
         let mut scene = Scene::small(&[8, 8], "ww", 4);
         change(&mut scene.params);
         match Plan::new::<f32, D2>(&scene.problem(), &scene.params) {
-            Err(PlanError::Problem(ProblemError::Negative { field, .. } | ProblemError::NotPositive { field, .. } | ProblemError::NotFinite { field, .. })) => {
-                field
-            }
+            Err(PlanError::Problem(
+                ProblemError::Negative { field, .. }
+                | ProblemError::NotPositive { field, .. }
+                | ProblemError::NotFinite { field, .. },
+            )) => field,
             Err(PlanError::OutOfRange { field, .. }) => field,
             other => panic!("{:?}", other.map(|_| ())),
         }
     };
     assert_eq!(refused(|params| params.pd.drive = -1.0), "pd.drive");
-    assert_eq!(refused(|params| params.pd.attenuation = f64::NAN), "pd.attenuation");
-    assert_eq!(refused(|params| params.pd.gathering = f64::INFINITY), "pd.gathering");
-    assert_eq!(refused(|params| params.simulation.buoyancy = f64::NAN), "simulation.buoyancy");
-    assert_eq!(refused(|params| params.simulation.tolerance = 0.0), "simulation.tolerance");
-    assert_eq!(refused(|params| params.lbfgs.tolerance = -1e-3), "lbfgs.tolerance");
+    assert_eq!(
+        refused(|params| params.pd.attenuation = f64::NAN),
+        "pd.attenuation"
+    );
+    assert_eq!(
+        refused(|params| params.pd.gathering = f64::INFINITY),
+        "pd.gathering"
+    );
+    assert_eq!(
+        refused(|params| params.simulation.buoyancy = f64::NAN),
+        "simulation.buoyancy"
+    );
+    assert_eq!(
+        refused(|params| params.simulation.tolerance = 0.0),
+        "simulation.tolerance"
+    );
+    assert_eq!(
+        refused(|params| params.lbfgs.tolerance = -1e-3),
+        "lbfgs.tolerance"
+    );
     assert_eq!(refused(|params| params.lbfgs.history = 9), "lbfgs.history");
 }
 
@@ -434,12 +700,19 @@ fn a_stop_at_any_time_leaves_a_feasible_flow() {
         scene.params.lbfgs.nested = true;
         scene.params.simulation.buoyancy = 1e-3;
         scene.params.pd.gathering = 0.01;
-        let mut counter = StopAt { at: usize::MAX, seen: 0 };
+        let mut counter = StopAt {
+            at: usize::MAX,
+            seen: 0,
+        };
         scene.solve::<f64, D2>(&Serial, &mut counter);
         assert!(counter.seen > 15, "{} events of {method:?}", counter.seen);
         for at in (0..counter.seen).step_by((counter.seen / 40).max(1)) {
             let solved = scene.solve::<f64, D2>(&Serial, &mut StopAt { at, seen: 0 });
-            assert_eq!(solved.status, Status::Cancelled, "{method:?} stopped at event {at}");
+            assert_eq!(
+                solved.status,
+                Status::Cancelled,
+                "{method:?} stopped at event {at}"
+            );
             if largest(solved.velocity.iter().flatten().flatten().copied()) > 0.0 {
                 check(&scene, &solved, f64::EPSILON);
             }

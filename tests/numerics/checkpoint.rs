@@ -5,18 +5,42 @@ use crate::fields::Memory;
 use crate::fields::cases::{Scene, Solved, StopAt};
 use crate::fields::with_threads;
 use thurible_core::checkpoint::HEAD;
-use thurible_core::{D2, D3, InputError, Method, NsoSolver, Params, Progress, Real, SavedError, Serial, Silent, Solver, Space, Status};
+use thurible_core::{
+    D2, D3, InputError, Method, NsoSolver, Params, Progress, Real, SavedError, Serial, Silent, Solver, Space,
+    Status,
+};
 
-const METHODS: [Method; 5] = [Method::Admm, Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate];
+const METHODS: [Method; 5] = [
+    Method::Admm,
+    Method::Direct,
+    Method::Lbfgs,
+    Method::Pd,
+    Method::Simulate,
+];
 
 fn by(method: Method, scene: Scene) -> Scene {
-    let mut scene = Scene { params: Params { method, iterations: 4, ..scene.params }, ..scene };
-    (scene.params.lbfgs.nested, scene.params.simulation.buoyancy, scene.params.pd.gathering) = (true, 1e-3, 0.01);
+    let mut scene = Scene {
+        params: Params {
+            method,
+            iterations: 4,
+            ..scene.params
+        },
+        ..scene
+    };
+    (
+        scene.params.lbfgs.nested,
+        scene.params.simulation.buoyancy,
+        scene.params.pd.gathering,
+    ) = (true, 1e-3, 0.01);
     scene
 }
 
 /// Calls `work` with a solver that has nothing yet.
-fn with_empty<T: Real, S: Space, R>(scene: &Scene, fill: u8, work: impl FnOnce(&mut Solver<'_, T, S>) -> R) -> R {
+fn with_empty<T: Real, S: Space, R>(
+    scene: &Scene,
+    fill: u8,
+    work: impl FnOnce(&mut Solver<'_, T, S>) -> R,
+) -> R {
     let mut memory = Memory::filled(scene.plan::<T, S>().bytes(), fill);
     work(&mut Solver::<T, S>::new(&scene.problem(), &scene.params, memory.block()).unwrap())
 }
@@ -24,14 +48,29 @@ fn with_empty<T: Real, S: Space, R>(scene: &Scene, fill: u8, work: impl FnOnce(&
 fn save<T: Real, S: Space>(solver: &mut Solver<'_, T, S>) -> Vec<u8> {
     let mut bytes = vec![0xEE; solver.saved_bytes() + 3];
     solver.save(&mut bytes).unwrap();
-    assert_eq!(bytes.split_off(solver.saved_bytes()), [0xEE; 3], "more was written than was said");
+    assert_eq!(
+        bytes.split_off(solver.saved_bytes()),
+        [0xEE; 3],
+        "more was written than was said"
+    );
     bytes
 }
 
 /// What a solver still does: every iteration and the result, bit by bit.
-fn rest_of<T: Real, S: Space>(scene: &Scene, solver: &mut Solver<'_, T, S>) -> (Vec<String>, Status, Vec<u64>) {
+fn rest_of<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+) -> (Vec<String>, Status, Vec<u64>) {
     let solved = Solved::run(scene, solver, &Serial, &mut Silent);
-    (solved.history.iter().map(|progress| format!("{progress:?}")).collect(), solved.status, solved.bits())
+    (
+        solved
+            .history
+            .iter()
+            .map(|progress| format!("{progress:?}"))
+            .collect(),
+        solved.status,
+        solved.bits(),
+    )
 }
 
 /// Saves after every step, and goes on from each of the bytes in another block that was planned for other threads.
@@ -59,18 +98,28 @@ fn goes_on<T: Real, S: Space>(scene: &Scene) {
     for (step, bytes) in saved.iter().enumerate() {
         let (rest, status, bits) = with_empty::<T, S, _>(&elsewhere, 0x5A, |solver| {
             solver.restore(bytes).unwrap();
-            assert_eq!(save(solver), *bytes, "{what}: what was restored after {step} steps is saved as something else");
+            assert_eq!(
+                save(solver),
+                *bytes,
+                "{what}: what was restored after {step} steps is saved as something else"
+            );
             rest_of(scene, solver)
         });
         assert_eq!(rest, said[step..], "{what}: iterations after {step} steps");
         assert_eq!(status, whole.status);
-        assert!(bits == whole.bits(), "{what}: going on after {step} steps gives other bits");
+        assert!(
+            bits == whole.bits(),
+            "{what}: going on after {step} steps gives other bits"
+        );
     }
     with_empty::<T, S, _>(scene, 0xFF, |solver| {
         assert!(!solver.is_finished());
         solver.restore(&end).unwrap();
         assert!(solver.is_finished());
-        assert!(Solved::read(scene, solver, whole.status, Vec::new()).bits() == whole.bits(), "{what}: the result is not what was saved");
+        assert!(
+            Solved::read(scene, solver, whole.status, Vec::new()).bits() == whole.bits(),
+            "{what}: the result is not what was saved"
+        );
     });
 }
 
@@ -93,9 +142,15 @@ fn choices_with_state_of_their_own_go_on() {
     newton.params.admm.nso.solver = NsoSolver::NewtonCg;
     goes_on::<f32, D2>(&newton);
     // So large a weight of the force that STFAS damps.
-    goes_on::<f64, D2>(&Scene { force_weight: 1e7, ..by(Method::Admm, Scene::small(&[12, 12], "ww", 6)) });
+    goes_on::<f64, D2>(&Scene {
+        force_weight: 1e7,
+        ..by(Method::Admm, Scene::small(&[12, 12], "ww", 6))
+    });
     for method in METHODS {
-        goes_on::<f32, D2>(&Scene { viscosity: 1e-3, ..by(method, Scene::small(&[32, 16], "ww", 4)) });
+        goes_on::<f32, D2>(&Scene {
+            viscosity: 1e-3,
+            ..by(method, Scene::small(&[32, 16], "ww", 4))
+        });
     }
     // More iterations than pairs, so that all fields change their parts.
     let mut long = by(Method::Direct, Scene::small(&[16, 16], "ww", 4));
@@ -128,7 +183,10 @@ fn a_cancelled_solve_goes_on() {
                 solver.restore(&bytes).unwrap();
                 rest_of(&scene, solver)
             });
-            assert!(here == there, "{method:?} cancelled at event {at} goes on with other bits");
+            assert!(
+                here == there,
+                "{method:?} cancelled at event {at} goes on with other bits"
+            );
         }
     }
 }
@@ -168,22 +226,45 @@ fn every_changed_byte_is_found() {
             damaged[place] ^= 1 << (place % 8);
             let expected = match place {
                 0..8 => SavedError::NotSaved,
-                8..16 => SavedError::Format { given: u64::from_le_bytes(damaged[8..16].try_into().unwrap()) },
-                16..24 => SavedError::Length { expected: bytes.len(), given: bytes.len() },
+                8..16 => SavedError::Format {
+                    given: u64::from_le_bytes(damaged[8..16].try_into().unwrap()),
+                },
+                16..24 => SavedError::Length {
+                    expected: bytes.len(),
+                    given: bytes.len(),
+                },
                 24..32 => SavedError::OtherSolve,
                 _ => SavedError::Damaged,
             };
             assert_eq!(solver.restore(&damaged), Err(expected), "byte {place}");
         }
         for length in [0, 1, 7, 40, HEAD - 1, HEAD, bytes.len() - 1] {
-            assert_eq!(solver.restore(&bytes[..length]), Err(SavedError::Length { expected: bytes.len(), given: length }));
+            assert_eq!(
+                solver.restore(&bytes[..length]),
+                Err(SavedError::Length {
+                    expected: bytes.len(),
+                    given: length
+                })
+            );
         }
         let longer = [&bytes[..], &[0]].concat();
-        assert_eq!(solver.restore(&longer), Err(SavedError::Length { expected: bytes.len(), given: longer.len() }));
+        assert_eq!(
+            solver.restore(&longer),
+            Err(SavedError::Length {
+                expected: bytes.len(),
+                given: longer.len()
+            })
+        );
         assert!(save(solver) == before, "refused bytes changed the solver");
         assert_eq!(solver.prepare(&Serial), Err(InputError::NoSource));
         let mut few = vec![0; bytes.len() - 1];
-        assert_eq!(solver.save(&mut few), Err(SavedError::Length { expected: bytes.len(), given: few.len() }));
+        assert_eq!(
+            solver.save(&mut few),
+            Err(SavedError::Length {
+                expected: bytes.len(),
+                given: few.len()
+            })
+        );
         solver.restore(&bytes).unwrap();
     });
 }
@@ -214,7 +295,10 @@ fn scalars_out_of_range_are_refused() {
                         Err(error) => {
                             refused += 1;
                             assert_eq!(error, SavedError::Damaged);
-                            assert!(save(solver) == before, "{method:?}: word {word} was refused and yet changed the solver");
+                            assert!(
+                                save(solver) == before,
+                                "{method:?}: word {word} was refused and yet changed the solver"
+                            );
                         }
                     }
                 });
@@ -254,7 +338,10 @@ fn bytes_of_another_solve_are_refused() {
     refuses("history", &|scene| scene.params.direct.history = Some(4));
     refuses("tolerance", &|scene| scene.params.direct.tolerance = 1e-3);
     refuses("nested", &|scene| scene.params.direct.nested = false);
-    assert_eq!(with_empty::<f64, D2, _>(&scene, 0, |solver| solver.restore(&bytes)), Err(SavedError::OtherSolve));
+    assert_eq!(
+        with_empty::<f64, D2, _>(&scene, 0, |solver| solver.restore(&bytes)),
+        Err(SavedError::OtherSolve)
+    );
     let admm = by(Method::Admm, scene.clone());
     let bytes = admm.with::<f32, D2, _>(save);
     let changes: [fn(&mut Params); 11] = [
@@ -273,10 +360,23 @@ fn bytes_of_another_solve_are_refused() {
     for change in changes {
         let mut other = admm.clone();
         change(&mut other.params);
-        assert_eq!(with_empty::<f32, D2, _>(&other, 0, |solver| solver.restore(&bytes)), Err(SavedError::OtherSolve), "{:?}", other.params.admm);
+        assert_eq!(
+            with_empty::<f32, D2, _>(&other, 0, |solver| solver.restore(&bytes)),
+            Err(SavedError::OtherSolve),
+            "{:?}",
+            other.params.admm
+        );
     }
     // What changes no bit is no other solve.
     let mut more = admm.clone();
-    (more.params.iterations, more.params.threads, more.params.ceiling, more.params.direct.tolerance) = (99, 4, Some(1), 0.5);
-    assert_eq!(with_empty::<f32, D2, _>(&more, 0, |solver| solver.restore(&bytes)), Ok(()));
+    (
+        more.params.iterations,
+        more.params.threads,
+        more.params.ceiling,
+        more.params.direct.tolerance,
+    ) = (99, 4, Some(1), 0.5);
+    assert_eq!(
+        with_empty::<f32, D2, _>(&more, 0, |solver| solver.restore(&bytes)),
+        Ok(())
+    );
 }

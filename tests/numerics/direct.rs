@@ -10,7 +10,13 @@ use thurible_core::{D2, D3, Method, Params, Real, Scheme, Serial, Silent, Space,
 
 /// The scene by the direct method.
 fn direct(scene: Scene) -> Scene {
-    Scene { params: Params { method: Method::Direct, ..scene.params }, ..scene }
+    Scene {
+        params: Params {
+            method: Method::Direct,
+            ..scene.params
+        },
+        ..scene
+    }
 }
 
 fn total(solved: &Solved) -> f64 {
@@ -21,13 +27,25 @@ fn total(solved: &Solved) -> f64 {
 #[test]
 fn circle_to_two_circles() {
     let mut scene = direct(Scene::two_circles());
-    (scene.params.iterations, scene.params.threads, scene.params.direct.nested) = (45, 2, false);
+    (
+        scene.params.iterations,
+        scene.params.threads,
+        scene.params.direct.nested,
+    ) = (45, 2, false);
     let solved = with_threads(2, |exec| scene.solve::<f64, D2>(exec, &mut Silent));
     check(&scene, &solved, f64::EPSILON);
     let after_ten = solved.history[9].objective.total();
-    assert!(after_ten < 2.62 && total(&solved) < 2.338, "J = {after_ten} after 10 iterations, {} at the end", total(&solved));
+    assert!(
+        after_ten < 2.62 && total(&solved) < 2.338,
+        "J = {after_ten} after 10 iterations, {} at the end",
+        total(&solved)
+    );
     for pair in solved.history.windows(2) {
-        assert!(pair[1].objective.total() < pair[0].objective.total(), "the objective rose in iteration {}", pair[1].iteration);
+        assert!(
+            pair[1].objective.total() < pair[0].objective.total(),
+            "the objective rose in iteration {}",
+            pair[1].iteration
+        );
     }
 }
 
@@ -39,28 +57,57 @@ fn the_nested_start_is_ahead() {
         scene.densities = vec![balls([0.3, 0.3]), balls([0.7, 0.7])];
         let solved = scene.solve_alone::<f64, D2>();
         check(&scene, &solved, f64::EPSILON);
-        let levels: Vec<usize> = solved.history.iter().map(|progress| progress.direct.level).collect();
-        assert_eq!(levels.iter().filter(|&&level| level == 0).count(), 8, "{levels:?}");
-        assert!(levels.is_sorted_by(|a, b| a >= b) && levels[0] == usize::from(nested), "{levels:?}");
+        let levels: Vec<usize> = solved
+            .history
+            .iter()
+            .map(|progress| progress.direct.level)
+            .collect();
+        assert_eq!(
+            levels.iter().filter(|&&level| level == 0).count(),
+            8,
+            "{levels:?}"
+        );
+        assert!(
+            levels.is_sorted_by(|a, b| a >= b) && levels[0] == usize::from(nested),
+            "{levels:?}"
+        );
         total(&solved)
     };
     let (nested, from_rest) = (far(true), far(false));
-    assert!(nested < 0.5 * from_rest, "J = {nested} nested, {from_rest} from rest");
+    assert!(
+        nested < 0.5 * from_rest,
+        "J = {nested} nested, {from_rest} from rest"
+    );
 }
 
 /// A ball on 32 x 32 cells.
 fn balls(centre: [f64; 2]) -> Vec<f64> {
-    fields::cases::balls(&fields::grid(&[32, 32], "ww"), &[[centre[0], centre[1], 0.5]], 0.15)
+    fields::cases::balls(
+        &fields::grid(&[32, 32], "ww"),
+        &[[centre[0], centre[1], 0.5]],
+        0.15,
+    )
 }
 
 fn feasible<T: Real, S: Space>(cells: &[usize], ends: &str, scheme: Scheme) {
-    let mut scene = direct(Scene { scheme, ..Scene::small(cells, ends, 5) });
+    let mut scene = direct(Scene {
+        scheme,
+        ..Scene::small(cells, ends, 5)
+    });
     scene.keyframes = vec![3, 5];
     scene.densities.push(scene.densities[0].clone());
     let solved = scene.solve_alone::<T, S>();
     check(&scene, &solved, T::EPSILON);
-    let first = solved.history.iter().find(|progress| progress.direct.level == 0).unwrap();
-    assert!(total(&solved) < first.objective.total(), "{cells:?} {ends}: from {first:?} to {}", total(&solved));
+    let first = solved
+        .history
+        .iter()
+        .find(|progress| progress.direct.level == 0)
+        .unwrap();
+    assert!(
+        total(&solved) < first.objective.total(),
+        "{cells:?} {ends}: from {first:?} to {}",
+        total(&solved)
+    );
 }
 
 #[test]
@@ -76,7 +123,11 @@ fn results_are_feasible() {
 
 #[test]
 fn other_units_give_the_same_iterates() {
-    let scene = direct(Scene { scheme: Scheme::Quick, viscosity: 2e-3, ..Scene::small(&[14, 12], "ww", 6) });
+    let scene = direct(Scene {
+        scheme: Scheme::Quick,
+        viscosity: 2e-3,
+        ..Scene::small(&[14, 12], "ww", 6)
+    });
     let solved = scene.solve_alone::<f64, D2>();
     for (dt, length, exact) in [(1.0 / 16.0, 8.0, true), (1.0 / 24.0, 10.0, false)] {
         let mut other = scene.clone();
@@ -87,9 +138,18 @@ fn other_units_give_the_same_iterates() {
         check(&other, &found, f64::EPSILON);
         let (tolerance, ratio) = (if exact { 0.0 } else { 1e-9 }, length / dt);
         for (x, y) in solved.density.iter().zip(&found.density) {
-            assert!(gap(x, y) <= tolerance, "densities are {:e} apart at dt = {dt}", gap(x, y));
+            assert!(
+                gap(x, y) <= tolerance,
+                "densities are {:e} apart at dt = {dt}",
+                gap(x, y)
+            );
         }
-        for (x, y) in solved.velocity.iter().flatten().zip(found.velocity.iter().flatten()) {
+        for (x, y) in solved
+            .velocity
+            .iter()
+            .flatten()
+            .zip(found.velocity.iter().flatten())
+        {
             let error = largest(x.iter().zip(y).map(|(x, y)| x - y / ratio));
             assert!(error <= tolerance, "velocities are {error:e} apart at dt = {dt}");
         }
@@ -100,8 +160,14 @@ fn other_units_give_the_same_iterates() {
 /// The search cuts the series of transport at a hundred times the cut of the result, on the coarser grids at ten times.
 #[test]
 fn the_cut_of_the_search_does_not_move_the_minimum() {
-    for (cells, ends, scheme) in [(&[16, 16], "ww", Scheme::Quick), (&[16, 12], "wp", Scheme::Central)] {
-        let mut scene = direct(Scene { scheme, ..Scene::small(cells, ends, 8) });
+    for (cells, ends, scheme) in [
+        (&[16, 16], "ww", Scheme::Quick),
+        (&[16, 12], "wp", Scheme::Central),
+    ] {
+        let mut scene = direct(Scene {
+            scheme,
+            ..Scene::small(cells, ends, 8)
+        });
         (scene.params.iterations, scene.params.direct.tolerance) = (400, 1e-7);
         let solve = |cut: f64| {
             let scene = Scene { cut, ..scene.clone() };
@@ -111,22 +177,49 @@ fn the_cut_of_the_search_does_not_move_the_minimum() {
             (total(&solved), (total(&solved) / last - 1.0).abs())
         };
         let ((as_usual, off), (exact, exact_off)) = (solve(1e-5), solve(1e-9));
-        assert!(exact_off < 1e-6 && off < 1e-4, "{cells:?}: the last iteration is off by {off:e}, with less cut by {exact_off:e}");
-        assert!((as_usual / exact - 1.0).abs() < 5e-6, "{cells:?}: J = {as_usual}, with less cut {exact}");
+        assert!(
+            exact_off < 1e-6 && off < 1e-4,
+            "{cells:?}: the last iteration is off by {off:e}, with less cut by {exact_off:e}"
+        );
+        assert!(
+            (as_usual / exact - 1.0).abs() < 5e-6,
+            "{cells:?}: J = {as_usual}, with less cut {exact}"
+        );
     }
 }
 
 #[test]
 fn weights_from_weak_to_strong() {
     for force_weight in [1e1, 1e2, 1e3, 1e4, 1e5] {
-        let mut scene = direct(Scene { force_weight, scheme: Scheme::Quick, ..Scene::two_circles() });
+        let mut scene = direct(Scene {
+            force_weight,
+            scheme: Scheme::Quick,
+            ..Scene::two_circles()
+        });
         scene.params.iterations = 30;
         let solved = scene.solve_alone::<f32, D2>();
-        assert!(matches!(solved.status, Status::Converged | Status::MaxIterations), "r = {force_weight:e}: {:?}", solved.status);
+        assert!(
+            matches!(solved.status, Status::Converged | Status::MaxIterations),
+            "r = {force_weight:e}: {:?}",
+            solved.status
+        );
         check(&scene, &solved, f64::from(f32::EPSILON));
         // At rest there is no force, and what is left is the data term.
-        let at_rest = Scene { params: Params { iterations: 1, ..scene.params }, force_weight: 1e15, ..scene.clone() }.solve_alone::<f32, D2>();
-        assert!(total(&solved) < total(&at_rest), "r = {force_weight:e}: {} against {} at rest", total(&solved), total(&at_rest));
+        let at_rest = Scene {
+            params: Params {
+                iterations: 1,
+                ..scene.params
+            },
+            force_weight: 1e15,
+            ..scene.clone()
+        }
+        .solve_alone::<f32, D2>();
+        assert!(
+            total(&solved) < total(&at_rest),
+            "r = {force_weight:e}: {} against {} at rest",
+            total(&solved),
+            total(&at_rest)
+        );
     }
 }
 
@@ -141,7 +234,10 @@ fn nothing_to_do_ends_early_and_at_rest() {
 
 #[test]
 fn a_flow_that_is_given_goes_on_where_it_is_free() {
-    let mut scene = direct(Scene { force_weight: 1e6, ..Scene::small(&[12, 10], "pw", 5) });
+    let mut scene = direct(Scene {
+        force_weight: 1e6,
+        ..Scene::small(&[12, 10], "pw", 5)
+    });
     scene.params.iterations = 30;
     let solved = scene.with::<f64, D2, _>(|solver| {
         solver.set_initial_velocity(0, &[0.01; 120]).unwrap();
@@ -158,7 +254,10 @@ fn a_flow_that_is_given_goes_on_where_it_is_free() {
 #[test]
 fn a_flow_that_is_given_passes_through_the_coarser_grids() {
     for keyframe in [6, 5] {
-        let mut scene = direct(Scene { force_weight: 1e9, ..Scene::small(&[32, 20], "pw", 6) });
+        let mut scene = direct(Scene {
+            force_weight: 1e9,
+            ..Scene::small(&[32, 20], "pw", 6)
+        });
         (scene.params.iterations, scene.keyframes) = (1, vec![keyframe]);
         let solved = scene.with::<f64, D2, _>(|solver| {
             solver.set_initial_velocity(0, &[0.01; 640]).unwrap();
@@ -167,7 +266,11 @@ fn a_flow_that_is_given_passes_through_the_coarser_grids() {
         check(&scene, &solved, f64::EPSILON);
         assert_eq!(solved.history[0].direct.level, 1);
         for v in &solved.velocity {
-            assert!(v[0].iter().all(|&x| (x - 0.01).abs() < 1e-4), "keyframe {keyframe}: {:?}", v[0]);
+            assert!(
+                v[0].iter().all(|&x| (x - 0.01).abs() < 1e-4),
+                "keyframe {keyframe}: {:?}",
+                v[0]
+            );
         }
     }
 }
@@ -183,14 +286,25 @@ fn flows_linear_in_time_are_refined_exactly() {
     // v at time t is `t - 1/2` times a pattern, a step of length 2 from t on moves by twice v at its middle; one of length 1 by v there.
     let pattern = |face: usize| 0.3 + face as f64;
     let velocity = |middle: f64, face: usize| (middle - 0.5) * pattern(face);
-    let long = by_slots(few, &|slot, face| 2.0 * velocity(2.0 * (slot + 1) as f64 + 1.0, face));
+    let long = by_slots(few, &|slot, face| {
+        2.0 * velocity(2.0 * (slot + 1) as f64 + 1.0, face)
+    });
     let initial: Vec<f64> = (0..cells).map(|face| 2.0 * velocity(1.0, face)).collect();
     let mut fine = [vec![0.0; cells * slots], vec![0.0; cells * slots]];
     let [x, y] = &mut fine;
-    nested::refine_time(&Serial, &grid, few, [&initial, &initial, &[]], [&long, &long, &[]], [x, y, &mut []]);
+    nested::refine_time(
+        &Serial,
+        &grid,
+        few,
+        [&initial, &initial, &[]],
+        [&long, &long, &[]],
+        [x, y, &mut []],
+    );
     // After the middle of the last long step the flow is constant.
     let last = 2.0 * few as f64 + 1.0;
-    let expected = by_slots(slots, &|slot, face| velocity(last.min((slot + 1) as f64 + 0.5), face));
+    let expected = by_slots(slots, &|slot, face| {
+        velocity(last.min((slot + 1) as f64 + 0.5), face)
+    });
     for axis in &fine {
         assert!(gap(axis, &expected) < 1e-14, "{axis:?} is not {expected:?}");
     }
@@ -210,7 +324,10 @@ fn not_finite_when_the_given_flow_is_too_fast() {
 fn a_stop_at_any_time_leaves_a_feasible_flow() {
     let mut scene = direct(Scene::small(&[32, 20], "wp", 6));
     scene.params.iterations = 3;
-    let mut counter = StopAt { at: usize::MAX, seen: 0 };
+    let mut counter = StopAt {
+        at: usize::MAX,
+        seen: 0,
+    };
     scene.solve::<f64, D2>(&Serial, &mut counter);
     assert!(counter.seen > 200, "{} events", counter.seen);
     for at in (0..40).chain((40..counter.seen).step_by(counter.seen / 30)) {
@@ -234,6 +351,11 @@ fn a_solve_goes_on_after_a_stop() {
             Solved::run(&scene, solver, &Serial, &mut Silent)
         });
         check(&scene, &resumed, f64::EPSILON);
-        assert!(total(&resumed) < 1.2 * total(&whole), "J = {} after a stop, {} without", total(&resumed), total(&whole));
+        assert!(
+            total(&resumed) < 1.2 * total(&whole),
+            "J = {} after a stop, {} without",
+            total(&resumed),
+            total(&whole)
+        );
     }
 }

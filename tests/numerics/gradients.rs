@@ -5,7 +5,9 @@ use crate::fields::carry::Carry;
 use crate::fields::control::Control;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
-use crate::fields::{Components, add_scaled_all, assert_close, cast, dot, dot_all, flow, grid, slot_of_all, zeros};
+use crate::fields::{
+    Components, add_scaled_all, assert_close, cast, dot, dot_all, flow, grid, slot_of_all, zeros,
+};
 use thurible_core::grid::Grid;
 use thurible_core::{Advection, D2, D3, Scheme, Space};
 
@@ -15,11 +17,20 @@ fn taylor(what: &str, first: f64, slope: f64, value: impl Fn(f64) -> f64) {
     let at_rest = value(0.0);
     let steps = [first, 0.5 * first, 0.25 * first];
     let left = steps.map(|t| value(t) - at_rest - t * slope);
-    assert!(left[0].abs() > 1e3 * f64::EPSILON * at_rest.abs(), "{what}: the remainder {left:?} drowns in rounding");
-    assert!(left[0].abs() < 0.1 * (first * slope).abs(), "{what}: slope {slope:e}, remainders {left:?}");
+    assert!(
+        left[0].abs() > 1e3 * f64::EPSILON * at_rest.abs(),
+        "{what}: the remainder {left:?} drowns in rounding"
+    );
+    assert!(
+        left[0].abs() < 0.1 * (first * slope).abs(),
+        "{what}: slope {slope:e}, remainders {left:?}"
+    );
     for pair in left.windows(2) {
         let ratio = pair[0] / pair[1];
-        assert!((ratio - 4.0).abs() < 0.2, "{what}: slope {slope:e}, remainders {left:?}, ratio {ratio:.3}");
+        assert!(
+            (ratio - 4.0).abs() < 0.2,
+            "{what}: slope {slope:e}, remainders {left:?}, ratio {ratio:.3}"
+        );
     }
 }
 
@@ -33,17 +44,32 @@ fn moving(random: &mut Random, grid: &Grid, courant: f64) -> Components<f64> {
 /// <mu, A[rho, v]> along a random direction, for several Courant numbers: 1, 4 and 11 sub-steps (more than are kept), and fewer, longer ones.
 fn step_gradient(scheme: Scheme, first: f64) {
     let mut random = Random::new(21);
-    for (cells, ends) in [(&[10, 8][..], "ww"), (&[7, 9], "pw"), (&[6, 6], "pp"), (&[5, 4, 6], "www"), (&[4, 6, 5], "pwp")] {
+    for (cells, ends) in [
+        (&[10, 8][..], "ww"),
+        (&[7, 9], "pw"),
+        (&[6, 6], "pp"),
+        (&[5, 4, 6], "www"),
+        (&[4, 6, 5], "pwp"),
+    ] {
         let grid = grid(cells, ends);
         for courant in [0.7, 3.3, 10.5] {
-            let (v, rho, mu): (_, Vec<f64>, Vec<f64>) = (moving(&mut random, &grid, courant), random.density(&grid), random.cells(&grid, 1));
-            let d = random.faces(&grid, 1).map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
+            let (v, rho, mu): (_, Vec<f64>, Vec<f64>) = (
+                moving(&mut random, &grid, courant),
+                random.density(&grid),
+                random.cells(&grid, 1),
+            );
+            let d = random
+                .faces(&grid, 1)
+                .map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
             // No term is ever below this cut, so the number of terms does not change with t.
             for longest in [1.0, 3.0] {
                 let carry = Carry::new(&grid, scheme, 1e-200).in_substeps_of(longest);
                 let (_, gradient) = carry.backward(&v, &rho, &mu).unwrap();
-                let what = format!("{scheme:?} on {cells:?} {ends} at Courant {courant} in sub-steps of {longest}");
-                taylor(&what, first, dot_all(&gradient, &d), |t| dot(&mu, &carry.forward(&add_scaled_all(&v, t, &d), &rho).unwrap()));
+                let what =
+                    format!("{scheme:?} on {cells:?} {ends} at Courant {courant} in sub-steps of {longest}");
+                taylor(&what, first, dot_all(&gradient, &d), |t| {
+                    dot(&mu, &carry.forward(&add_scaled_all(&v, t, &d), &rho).unwrap())
+                });
             }
         }
     }
@@ -64,23 +90,55 @@ fn velocity_gradient_of_central() {
 #[test]
 fn rows_without_smoke_are_passed_over() {
     let mut random = Random::new(23);
-    for (cells, ends) in [(&[12, 120][..], "ww"), (&[9, 120], "pp"), (&[6, 70, 5], "wwp"), (&[5, 7, 70], "pww")] {
+    for (cells, ends) in [
+        (&[12, 120][..], "ww"),
+        (&[9, 120], "pp"),
+        (&[6, 70, 5], "wwp"),
+        (&[5, 7, 70], "pww"),
+    ] {
         let grid = grid(cells, ends);
         let long = if cells[1] > 60 { 1 } else { 2 };
         let (v, mu) = (moving(&mut random, &grid, 2.6), random.cells(&grid, 1));
         let along = |cell: usize| grid.row_at(cell / grid.n[0])[long - 1] * 10 / grid.n[long];
-        let smoke: Vec<f64> = random.density(&grid).into_iter().enumerate().map(|(cell, x): (usize, f64)| if along(cell) == 5 { x } else { 0.0 }).collect();
+        let smoke: Vec<f64> = random
+            .density(&grid)
+            .into_iter()
+            .enumerate()
+            .map(|(cell, x): (usize, f64)| if along(cell) == 5 { x } else { 0.0 })
+            .collect();
         let both: Vec<f64> = smoke.iter().map(|x| x + 1.0).collect();
         let carry = Carry::new(&grid, Scheme::Quick, 1e-15);
-        let [(back, found), (_, of_both), (_, of_haze)] = [&smoke, &both, &vec![1.0; both.len()]].map(|rho| carry.backward(&v, rho, &mu).unwrap());
-        let largest = of_both.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let [(back, found), (_, of_both), (_, of_haze)] =
+            [&smoke, &both, &vec![1.0; both.len()]].map(|rho| carry.backward(&v, rho, &mu).unwrap());
+        let largest = of_both
+            .iter()
+            .flatten()
+            .fold(0.0, |most: f64, x| most.max(x.abs()));
         for ((found, both), haze) in found.iter().zip(&of_both).zip(&of_haze) {
-            let off = found.iter().zip(both.iter().zip(haze)).fold(0.0, |most: f64, (found, (both, haze))| most.max((found - (both - haze)).abs()));
+            let off = found
+                .iter()
+                .zip(both.iter().zip(haze))
+                .fold(0.0, |most: f64, (found, (both, haze))| {
+                    most.max((found - (both - haze)).abs())
+                });
             assert!(off <= 1e-12 * largest, "{cells:?} {ends}: {off:e} of {largest:e}");
         }
-        let (after, far) = (carry.forward(&v, &smoke).unwrap(), (0..both.len()).filter(|&cell| along(cell) == 0));
-        assert_close(&format!("mu where there is smoke on {cells:?}"), dot(&after, &mu), dot(&smoke, &back), dot(&both, &both), 1e-14);
-        assert!(far.into_iter().all(|cell| back[cell] == mu[cell] && after[cell] == 0.0), "{cells:?} {ends}: no row is far enough");
+        let (after, far) = (
+            carry.forward(&v, &smoke).unwrap(),
+            (0..both.len()).filter(|&cell| along(cell) == 0),
+        );
+        assert_close(
+            &format!("mu where there is smoke on {cells:?}"),
+            dot(&after, &mu),
+            dot(&smoke, &back),
+            dot(&both, &both),
+            1e-14,
+        );
+        assert!(
+            far.into_iter()
+                .all(|cell| back[cell] == mu[cell] && after[cell] == 0.0),
+            "{cells:?} {ends}: no row is far enough"
+        );
     }
 }
 
@@ -91,7 +149,9 @@ fn even_smoke_is_not_passed_over() {
     for (cells, ends) in [(&[6, 40][..], "pp"), (&[5, 4, 40], "ppp")] {
         let grid = grid(cells, ends);
         let mu = random.cells(&grid, 1);
-        let d = random.faces(&grid, 1).map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
+        let d = random
+            .faces(&grid, 1)
+            .map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
         let v = flow::uniform(&grid, [0.3 * grid.h[0], 0.9 * grid.h[0], 0.4 * grid.h[0]]);
         let last = grid.dims - 1;
         let along = |cell: usize| grid.row_at(cell / grid.n[0])[last - 1];
@@ -107,7 +167,12 @@ fn even_smoke_is_not_passed_over() {
             .collect();
         let carry = Carry::new(&grid, Scheme::Quick, 1e-30);
         let (_, gradient) = carry.backward(&v, &rho, &mu).unwrap();
-        taylor(&format!("even smoke on {cells:?}"), 1e-3, dot_all(&gradient, &d), |t| dot(&mu, &carry.forward(&add_scaled_all(&v, t, &d), &rho).unwrap()));
+        taylor(
+            &format!("even smoke on {cells:?}"),
+            1e-3,
+            dot_all(&gradient, &d),
+            |t| dot(&mu, &carry.forward(&add_scaled_all(&v, t, &d), &rho).unwrap()),
+        );
     }
 }
 
@@ -129,9 +194,15 @@ fn gradient_at_rest_is_the_mean_of_both_sides() {
     let value = |t: f64| dot(&mu, &carry.forward(&add_scaled_all(&rest, t, &d), &rho).unwrap());
     let t = 1e-7;
     let (central, slope) = ((value(t) - value(-t)) / (2.0 * t), dot_all(&gradient, &d));
-    assert!((central - slope).abs() < 1e-5 * slope.abs(), "{central} against {slope}");
+    assert!(
+        (central - slope).abs() < 1e-5 * slope.abs(),
+        "{central} against {slope}"
+    );
     let forward = (value(t) - value(0.0)) / t;
-    assert!((forward - slope).abs() > 1e-3 * slope.abs(), "this flow should have shown the kink");
+    assert!(
+        (forward - slope).abs() > 1e-3 * slope.abs(),
+        "this flow should have shown the kink"
+    );
 }
 
 /// What a [`Control`] borrows, drawn at random, with keyframes at steps 2 and 5.
@@ -146,9 +217,18 @@ struct Drawn {
 impl Drawn {
     fn new(random: &mut Random, cells: &[usize], ends: &str, scheme: Scheme, courant: f64) -> Self {
         let grid = grid(cells, ends);
-        let (source, targets) = (random.density(&grid), [random.density(&grid), random.density(&grid)].concat());
+        let (source, targets) = (
+            random.density(&grid),
+            [random.density(&grid), random.density(&grid)].concat(),
+        );
         let initial = flow::rough(random, &grid, 1, courant);
-        Self { grid, source, targets, initial, scheme }
+        Self {
+            grid,
+            source,
+            targets,
+            initial,
+            scheme,
+        }
     }
 
     fn control(&self, penalty: f64, viscosity: f64) -> Control<'_, f64> {
@@ -159,7 +239,10 @@ impl Drawn {
             keyframes: &[2, 5],
             targets: &self.targets,
             initial: &self.initial,
-            advection: Advection { scheme: self.scheme, tolerance: 1e-200 },
+            advection: Advection {
+                scheme: self.scheme,
+                tolerance: 1e-200,
+            },
             filters: 2,
             penalty,
             viscosity,
@@ -180,18 +263,36 @@ fn trajectory_gradient(cells: &[usize], ends: &str, scheme: Scheme, first: f64) 
     let moved = add_scaled_all(&found.direction, -1.0, &multiplier);
     let slope = -control.penalty * dot_all(&moved, &d);
     let data = |t: f64| data_term(&control, &add_scaled_all(&v, t, &d));
-    assert!((found.info.data_before - data(0.0)).abs() < 1e-10 * data(0.0), "data term {} against {}", found.info.data_before, data(0.0));
-    taylor(&format!("data term on {cells:?} {ends}, {scheme:?}"), first, slope, data);
+    assert!(
+        (found.info.data_before - data(0.0)).abs() < 1e-10 * data(0.0),
+        "data term {} against {}",
+        found.info.data_before,
+        data(0.0)
+    );
+    taylor(
+        &format!("data term on {cells:?} {ends}, {scheme:?}"),
+        first,
+        slope,
+        data,
+    );
 }
 
 /// 1/2 sum <e, C e>, by the second implementation.
 fn data_term(control: &Control<'_, f64>, v: &Components<f64>) -> f64 {
     let (naive, mut rho, mut sum) = (Naive::new(control.grid), control.source.to_vec(), 0.0);
     for step in 0..control.steps {
-        let v = if step == 0 { control.initial.clone() } else { slot_of_all(control.grid, control.steps - 1, step - 1, v) };
+        let v = if step == 0 {
+            control.initial.clone()
+        } else {
+            slot_of_all(control.grid, control.steps - 1, step - 1, v)
+        };
         rho = naive.transport(control.advection.into(), &v, &rho);
         if let Some(at) = control.keyframes.iter().position(|&k| k as usize == step + 1) {
-            let e: Vec<f64> = cast(&rho).iter().zip(&control.targets[at * rho.len()..]).map(|(x, y): (&f64, &f64)| x - y).collect();
+            let e: Vec<f64> = cast(&rho)
+                .iter()
+                .zip(&control.targets[at * rho.len()..])
+                .map(|(x, y): (&f64, &f64)| x - y)
+                .collect();
             sum += 0.5 * dot(&e, &naive.metric(control.filters, &e));
         }
     }
@@ -217,9 +318,17 @@ fn direct_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, viscos
     let (at_v, gradient) = control.direct::<S>(&v, 1.0);
     let force_weight = 3.0 * at_v.data / at_v.force;
     let (_, gradient_of_both) = control.direct::<S>(&v, force_weight);
-    for (what, weight, gradient) in [("mostly data", 1.0, &gradient), ("data and force", force_weight, &gradient_of_both)] {
+    for (what, weight, gradient) in [
+        ("mostly data", 1.0, &gradient),
+        ("data and force", force_weight, &gradient_of_both),
+    ] {
         let value = |t: f64| control.direct::<S>(&add_scaled_all(&v, t, &d), weight).0.total();
-        taylor(&format!("{what} on {cells:?} {ends}, {scheme:?}"), first, dot_all(gradient, &d), value);
+        taylor(
+            &format!("{what} on {cells:?} {ends}, {scheme:?}"),
+            first,
+            dot_all(gradient, &d),
+            value,
+        );
     }
 }
 
@@ -233,7 +342,14 @@ fn objective_of_the_direct_method() {
 }
 
 /// The objective as a function of the forces, which are simulated: of weights that make both parts count.
-fn adjoint_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, courant: f64, viscosity: f64, first: f64) {
+fn adjoint_gradient<S: Space>(
+    cells: &[usize],
+    ends: &str,
+    scheme: Scheme,
+    courant: f64,
+    viscosity: f64,
+    first: f64,
+) {
     let mut random = Random::new(25);
     let drawn = Drawn::new(&mut random, cells, ends, scheme, courant);
     let (control, grid) = (drawn.control(1.0, viscosity), &drawn.grid);
@@ -243,9 +359,22 @@ fn adjoint_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, coura
     let (at_u, gradient, _) = control.simulated::<S>(&u, 1.0, 1e-13);
     let force_weight = 3.0 * at_u.data / at_u.force;
     let (_, gradient_of_both, _) = control.simulated::<S>(&u, force_weight, 1e-13);
-    for (what, weight, gradient) in [("mostly data", 1.0, &gradient), ("data and force", force_weight, &gradient_of_both)] {
-        let value = |t: f64| control.simulated::<S>(&add_scaled_all(&u, t, &d), weight, 1e-13).0.total();
-        taylor(&format!("{what} on {cells:?} {ends}, {scheme:?}"), first, dot_all(gradient, &d), value);
+    for (what, weight, gradient) in [
+        ("mostly data", 1.0, &gradient),
+        ("data and force", force_weight, &gradient_of_both),
+    ] {
+        let value = |t: f64| {
+            control
+                .simulated::<S>(&add_scaled_all(&u, t, &d), weight, 1e-13)
+                .0
+                .total()
+        };
+        taylor(
+            &format!("{what} on {cells:?} {ends}, {scheme:?}"),
+            first,
+            dot_all(gradient, &d),
+            value,
+        );
     }
 }
 
@@ -264,9 +393,15 @@ fn a_gradient_costs_less_than_three_simulations() {
     for (cells, courant) in [(32, 1.0), (64, 2.0), (48, 5.0)] {
         let grid = grid(&[cells, cells], "ww");
         let steps = 8;
-        let (initial, source) = (flow::swirl(&grid, 1, courant), fields::cases::balls(&grid, &[[0.4, 0.5, 0.5]], 0.2));
+        let (initial, source) = (
+            flow::swirl(&grid, 1, courant),
+            fields::cases::balls(&grid, &[[0.4, 0.5, 0.5]], 0.2),
+        );
         let target = fields::cases::balls(&grid, &[[0.6, 0.5, 0.5]], 0.2);
-        let advection = Advection { scheme: Scheme::Quick, tolerance: 1e-5 };
+        let advection = Advection {
+            scheme: Scheme::Quick,
+            tolerance: 1e-5,
+        };
         let control = Control {
             grid: &grid,
             steps,
@@ -280,7 +415,10 @@ fn a_gradient_costs_less_than_three_simulations() {
             viscosity: 0.0,
         };
         let (_, _, [forward, backward]) = control.simulated::<D2>(&zeros(&grid, steps - 1), 1e3, 1e-5);
-        assert!(backward < 3 * forward, "{backward} pieces of work for a gradient, {forward} for a simulation on {cells} cells at Courant {courant}");
+        assert!(
+            backward < 3 * forward,
+            "{backward} pieces of work for a gradient, {forward} for a simulation on {cells} cells at Courant {courant}"
+        );
         println!("{cells} cells, Courant {courant}: gradient {backward}, simulation {forward}");
     }
 }

@@ -14,14 +14,19 @@ fn matrix(transfer: Transfer, fine: usize, coarse: usize, periodic: bool) -> Vec
     let (targets, sources) = if up { (fine, coarse) } else { (coarse, fine) };
     let row = |i| {
         let mut row = vec![0.0; sources];
-        taps(transfer, i, fine, coarse, periodic).iter().for_each(|&(at, weight)| row[at] += weight);
+        taps(transfer, i, fine, coarse, periodic)
+            .iter()
+            .for_each(|&(at, weight)| row[at] += weight);
         row
     };
     (0..targets).map(row).collect()
 }
 
 fn apply(matrix: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
-    matrix.iter().map(|row| row.iter().zip(x).map(|(w, x)| w * x).sum()).collect()
+    matrix
+        .iter()
+        .map(|row| row.iter().zip(x).map(|(w, x)| w * x).sum())
+        .collect()
 }
 
 /// Half of n; of the two numbers beside it the even one where n is odd and not 5.
@@ -41,7 +46,12 @@ fn sizes() -> impl Iterator<Item = (usize, usize, bool)> {
 
 #[test]
 fn neighbours_are_the_rows_beside() {
-    for (cells, ends) in [(&[5, 4][..], "wp"), (&[5, 4], "pw"), (&[4, 5, 6], "wpw"), (&[4, 5, 6], "pwp")] {
+    for (cells, ends) in [
+        (&[5, 4][..], "wp"),
+        (&[5, 4], "pw"),
+        (&[4, 5, 6], "wpw"),
+        (&[4, 5, 6], "pwp"),
+    ] {
         let grid = grid(cells, ends);
         let naive = Naive::new(&grid);
         for at in places(&grid).filter(|at| at[0] == 0) {
@@ -50,7 +60,11 @@ fn neighbours_are_the_rows_beside() {
             for axis in 1..grid.dims {
                 for (side, by) in [(Side::Low, -1), (Side::High, 1)] {
                     let expected = naive.step(at, axis, by).map(|at| grid.row(at[1], at[2]));
-                    assert_eq!(grid.neighbour(row, axis, side), expected, "{cells:?} {ends} row {row} axis {axis} {side:?}");
+                    assert_eq!(
+                        grid.neighbour(row, axis, side),
+                        expected,
+                        "{cells:?} {ends} row {row} axis {axis} {side:?}"
+                    );
                 }
                 assert_eq!(grid.wall_below(row, axis), naive.wall(at, axis));
             }
@@ -63,18 +77,37 @@ fn neighbours_are_the_rows_beside() {
 
 #[test]
 fn hierarchy_halves_every_axis_and_keeps_the_box() {
-    for cells in [&[4096, 4][..], &[4, 4096], &[33, 47], &[64, 8], &[50, 50], &[17, 20, 15], &[64, 64, 32], &[4095, 5, 4]] {
+    for cells in [
+        &[4096, 4][..],
+        &[4, 4096],
+        &[33, 47],
+        &[64, 8],
+        &[50, 50],
+        &[17, 20, 15],
+        &[64, 64, 32],
+        &[4095, 5, 4],
+    ] {
         let finest = grid(cells, "wpw");
-        assert_eq!(finest.h, [1.0 / cells.iter().copied().max().unwrap() as f64; 3], "square cells, the longest side is 1");
+        assert_eq!(
+            finest.h,
+            [1.0 / cells.iter().copied().max().unwrap() as f64; 3],
+            "square cells, the longest side is 1"
+        );
         let grids = hierarchy(&finest);
         assert!(grids.len() <= MAX_LEVELS);
-        assert!(grids.last().unwrap().n.iter().all(|&n| n <= 2), "{cells:?} stops too early");
+        assert!(
+            grids.last().unwrap().n.iter().all(|&n| n <= 2),
+            "{cells:?} stops too early"
+        );
         for pair in grids.windows(2) {
             for a in 0..3 {
                 let n = pair[0].n[a];
                 assert_eq!(pair[1].n[a], if n > 2 { half(n) } else { n });
                 let (before, after) = (n as f64 * pair[0].h[a], pair[1].n[a] as f64 * pair[1].h[a]);
-                assert!((before - after).abs() < 1e-12 * before, "the box changes its size");
+                assert!(
+                    (before - after).abs() < 1e-12 * before,
+                    "the box changes its size"
+                );
             }
             assert_eq!(pair[1].periodic, finest.periodic);
         }
@@ -85,14 +118,27 @@ fn hierarchy_halves_every_axis_and_keeps_the_box() {
 fn even_sizes_have_the_textbook_weights() {
     for (n, periodic) in (4..=70usize).step_by(2).flat_map(|n| [(n, false), (n, true)]) {
         let coarse = n / 2;
-        let wrap = |i: isize| if periodic { i.rem_euclid(coarse as isize) as usize } else { i.clamp(0, coarse as isize - 1) as usize };
+        let wrap = |i: isize| {
+            if periodic {
+                i.rem_euclid(coarse as isize) as usize
+            } else {
+                i.clamp(0, coarse as isize - 1) as usize
+            }
+        };
         let wall = |i: usize| !periodic && i.is_multiple_of(coarse);
         let expect = |transfer, i: usize, sources: &[(usize, f64)]| {
-            let count = if matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace) { coarse } else { n };
+            let count = if matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace) {
+                coarse
+            } else {
+                n
+            };
             let mut row = vec![0.0; count];
             sources.iter().for_each(|&(at, weight)| row[at] += weight);
             let found = &matrix(transfer, n, coarse, periodic)[i];
-            assert!(largest(row.iter().zip(found).map(|(x, y)| x - y)) < 1e-12, "{transfer:?} of {i} at n = {n}: {found:?}");
+            assert!(
+                largest(row.iter().zip(found).map(|(x, y)| x - y)) < 1e-12,
+                "{transfer:?} of {i} at n = {n}: {found:?}"
+            );
         };
         for i in 0..coarse {
             expect(Transfer::RestrictCell, i, &[(2 * i, 0.5), (2 * i + 1, 0.5)]);
@@ -102,7 +148,11 @@ fn even_sizes_have_the_textbook_weights() {
         for f in 0..n {
             let (own, beside) = (f / 2, wrap((f / 2) as isize + if f % 2 == 1 { 1 } else { -1 }));
             expect(Transfer::ProlongCell, f, &[(own, 0.75), (beside, 0.25)]);
-            let faces = if f % 2 == 0 { vec![(own, 1.0)] } else { vec![(own, 0.5), ((own + 1) % coarse, 0.5)] };
+            let faces = if f % 2 == 0 {
+                vec![(own, 1.0)]
+            } else {
+                vec![(own, 0.5), ((own + 1) % coarse, 0.5)]
+            };
             let inside: Vec<_> = faces.into_iter().filter(|&(at, _)| !wall(at)).collect();
             expect(Transfer::ProlongFace, f, &inside);
         }
@@ -112,19 +162,34 @@ fn even_sizes_have_the_textbook_weights() {
 #[test]
 fn prolongation_is_exact_for_what_it_must_carry() {
     for (n, coarse, periodic) in sizes() {
-        for (f, row) in matrix(Transfer::ProlongCell, n, coarse, periodic).iter().enumerate() {
-            assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-12, "a constant at cell {f} of {n}");
+        for (f, row) in matrix(Transfer::ProlongCell, n, coarse, periodic)
+            .iter()
+            .enumerate()
+        {
+            assert!(
+                (row.iter().sum::<f64>() - 1.0).abs() < 1e-12,
+                "a constant at cell {f} of {n}"
+            );
         }
         let faces = matrix(Transfer::ProlongFace, n, coarse, periodic);
         if periodic {
-            assert!(faces.iter().all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-12), "a constant on the {n} faces of a circle");
+            assert!(
+                faces
+                    .iter()
+                    .all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-12),
+                "a constant on the {n} faces of a circle"
+            );
             continue;
         }
         // A roof with its ridge on a coarse face, 0 on both walls, is linear between coarse faces.
         let ridge = coarse / 2;
         let roof = |x: f64| (x / ridge as f64).min((coarse as f64 - x) / (coarse - ridge) as f64);
         let fine = apply(&faces, &(0..coarse).map(|i| roof(i as f64)).collect::<Vec<_>>());
-        let error = largest(fine.iter().enumerate().map(|(f, x)| x - roof(f as f64 * coarse as f64 / n as f64)));
+        let error = largest(
+            fine.iter()
+                .enumerate()
+                .map(|(f, x)| x - roof(f as f64 * coarse as f64 / n as f64)),
+        );
         assert!(error < 1e-9, "a roof on {n} faces is off by {error:e}");
     }
 }
@@ -132,12 +197,21 @@ fn prolongation_is_exact_for_what_it_must_carry() {
 #[test]
 fn collecting_is_the_scaled_transpose_of_prolongation() {
     for (n, coarse, periodic) in sizes() {
-        for (collect, prolong) in [(Transfer::CollectCell, Transfer::ProlongCell), (Transfer::CollectFace, Transfer::ProlongFace)] {
-            let (down, up) = (matrix(collect, n, coarse, periodic), matrix(prolong, n, coarse, periodic));
+        for (collect, prolong) in [
+            (Transfer::CollectCell, Transfer::ProlongCell),
+            (Transfer::CollectFace, Transfer::ProlongFace),
+        ] {
+            let (down, up) = (
+                matrix(collect, n, coarse, periodic),
+                matrix(prolong, n, coarse, periodic),
+            );
             for (c, row) in down.iter().enumerate() {
                 for (f, weight) in row.iter().enumerate() {
                     let expected = up[f][c] * coarse as f64 / n as f64;
-                    assert!((weight - expected).abs() < 1e-12, "{collect:?} {c} from {f} at n = {n}: {weight} for {expected}");
+                    assert!(
+                        (weight - expected).abs() < 1e-12,
+                        "{collect:?} {c} from {f} at n = {n}: {weight} for {expected}"
+                    );
                 }
             }
         }
@@ -148,10 +222,17 @@ fn collecting_is_the_scaled_transpose_of_prolongation() {
 fn restriction_of_cells_is_a_mean_that_keeps_the_sum() {
     for (n, coarse, periodic) in sizes() {
         let down = matrix(Transfer::RestrictCell, n, coarse, periodic);
-        assert!(down.iter().all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-12), "rows at n = {n}");
+        assert!(
+            down.iter()
+                .all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-12),
+            "rows at n = {n}"
+        );
         for f in 0..n {
             let column: f64 = down.iter().map(|row| row[f]).sum();
-            assert!((column - coarse as f64 / n as f64).abs() < 1e-12, "column {f} at n = {n}");
+            assert!(
+                (column - coarse as f64 / n as f64).abs() < 1e-12,
+                "column {f} at n = {n}"
+            );
         }
     }
 }
@@ -159,7 +240,13 @@ fn restriction_of_cells_is_a_mean_that_keeps_the_sum() {
 /// A vector field passed down one level by the core, as the solution of STFAS is.
 fn restricted(levels: &Levels<'_, f64>, level: usize, v: &Components<f64>) -> Components<f64> {
     let (source, target) = (&levels.grids[level], &levels.grids[level + 1]);
-    let step = Move { tables: &levels.tables[level], source, target, cell: Transfer::RestrictCell, face: Transfer::RestrictFace };
+    let step = Move {
+        tables: &levels.tables[level],
+        source,
+        target,
+        cell: Transfer::RestrictCell,
+        face: Transfer::RestrictFace,
+    };
     let (mut out, mut work) = (zeros::<f64>(target, 1), vec![0.0; source.n[0]]);
     for axis in 0..source.dims {
         for (row, out) in out[axis].chunks_exact_mut(target.n[0]).enumerate() {
@@ -172,7 +259,14 @@ fn restricted(levels: &Levels<'_, f64>, level: usize, v: &Components<f64>) -> Co
 #[test]
 fn restriction_keeps_flows_free_of_divergence() {
     let mut random = Random::new(11);
-    for (cells, ends) in [(&[16, 16][..], "ww"), (&[33, 47], "ww"), (&[33, 47], "pp"), (&[50, 7], "wp"), (&[12, 9, 7], "www"), (&[5, 8, 11], "pwp")] {
+    for (cells, ends) in [
+        (&[16, 16][..], "ww"),
+        (&[33, 47], "ww"),
+        (&[33, 47], "pp"),
+        (&[50, 7], "wp"),
+        (&[12, 9, 7], "www"),
+        (&[5, 8, 11], "pwp"),
+    ] {
         let finest: Grid = grid(cells, ends);
         let mut memory = Memory::new(1 << 22);
         let levels = Levels::<f64>::carve(&mut Arena::new(memory.block()), &finest, 0).unwrap();
@@ -181,7 +275,10 @@ fn restriction_keeps_flows_free_of_divergence() {
             let coarse = restricted(&levels, level, &v);
             let grid = &levels.grids[level + 1];
             let (divergence, speed) = (largest(Naive::new(grid).divergence(&coarse)), largest_of(&coarse));
-            assert!(divergence <= 1e-11 * speed.max(1e-3) / grid.h[0], "{cells:?} {ends} level {level}: {divergence:e}");
+            assert!(
+                divergence <= 1e-11 * speed.max(1e-3) / grid.h[0],
+                "{cells:?} {ends} level {level}: {divergence:e}"
+            );
             assert!(level > 0 || speed > 0.0);
             v = coarse;
         }

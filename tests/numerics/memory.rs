@@ -6,9 +6,18 @@ use crate::fields::cases::{Scene, admm};
 use crate::fields::random::Random;
 use core::mem::MaybeUninit;
 use thurible_core::nso::colours::Colours;
-use thurible_core::{D2, D3, Entry, Method, NsoSolver, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver, SolverError, Space};
+use thurible_core::{
+    D2, D3, Entry, Method, NsoSolver, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver,
+    SolverError, Space,
+};
 
-const METHODS: [Method; 5] = [Method::Admm, Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate];
+const METHODS: [Method; 5] = [
+    Method::Admm,
+    Method::Direct,
+    Method::Lbfgs,
+    Method::Pd,
+    Method::Simulate,
+];
 
 /// A random scene that needs at most a few megabytes.
 fn random_scene(random: &mut Random, dims: usize) -> Scene {
@@ -17,7 +26,9 @@ fn random_scene(random: &mut Random, dims: usize) -> Scene {
     let ends: String = (0..dims).map(|_| random.pick(&['w', 'p'])).collect();
     let steps = random.between(2, 14);
     let mut scene = Scene::small(&cells, &ends, steps);
-    scene.keyframes = (2..=steps).filter(|&step| step == steps || random.coin()).collect();
+    scene.keyframes = (2..=steps)
+        .filter(|&step| step == steps || random.coin())
+        .collect();
     scene.densities.truncate(1);
     scene.params.threads = random.pick(&[1, 1, 2, 3, 7]);
     scene.params.ceiling = random.pick(&[None, Some(0), Some(1 << 18), Some(1 << 24)]);
@@ -40,8 +51,13 @@ fn random_scene(random: &mut Random, dims: usize) -> Scene {
 fn check_ledger(entries: &[Entry]) {
     for (i, entry) in entries.iter().enumerate() {
         assert!(entry.bytes.is_multiple_of(Plan::ALIGN), "{entry:?}");
-        let below = entries[i + 1..].iter().take_while(|below| below.depth > entry.depth);
-        let children: Vec<usize> = below.filter(|below| below.depth == entry.depth + 1).map(|below| below.bytes).collect();
+        let below = entries[i + 1..]
+            .iter()
+            .take_while(|below| below.depth > entry.depth);
+        let children: Vec<usize> = below
+            .filter(|below| below.depth == entry.depth + 1)
+            .map(|below| below.bytes)
+            .collect();
         match entry.sharing {
             Sharing::Buffer => assert!(children.is_empty(), "{entry:?}"),
             Sharing::Together => assert_eq!(entry.bytes, children.iter().sum::<usize>(), "{entry:?}"),
@@ -56,15 +72,38 @@ fn planned_is_carved<T: Real, S: Space>(count: usize, seed: u64) {
     for _ in 0..count {
         let scene = random_scene(&mut random, S::DIM);
         let plan = scene.plan::<T, S>();
-        let top: usize = plan.entries().iter().filter(|entry| entry.depth == 0).map(|entry| entry.bytes).sum();
-        assert_eq!((plan.bytes(), plan.method_bytes()), (top, plan.entries()[0].bytes), "{scene:?}");
+        let top: usize = plan
+            .entries()
+            .iter()
+            .filter(|entry| entry.depth == 0)
+            .map(|entry| entry.bytes)
+            .sum();
+        assert_eq!(
+            (plan.bytes(), plan.method_bytes()),
+            (top, plan.entries()[0].bytes),
+            "{scene:?}"
+        );
         check_ledger(plan.entries());
         let bytes = plan.bytes();
         // A debug assertion in `Solver::new` compares what is carved with what is planned.
-        assert!(Solver::<T, S>::new(&scene.problem(), &scene.params, &mut memory.block()[..bytes]).is_ok(), "{scene:?}");
-        assert!(Solver::<T, S>::new(&scene.problem(), &scene.params, &mut memory.block()[..bytes + 64]).is_ok(), "{scene:?}");
-        let short = Solver::<T, S>::new(&scene.problem(), &scene.params, &mut memory.block()[..bytes - 1]).map(|_| ());
-        assert_eq!(short, Err(SolverError::TooSmall { needed: bytes, given: bytes - 1 }), "{scene:?}");
+        assert!(
+            Solver::<T, S>::new(&scene.problem(), &scene.params, &mut memory.block()[..bytes]).is_ok(),
+            "{scene:?}"
+        );
+        assert!(
+            Solver::<T, S>::new(&scene.problem(), &scene.params, &mut memory.block()[..bytes + 64]).is_ok(),
+            "{scene:?}"
+        );
+        let short = Solver::<T, S>::new(&scene.problem(), &scene.params, &mut memory.block()[..bytes - 1])
+            .map(|_| ());
+        assert_eq!(
+            short,
+            Err(SolverError::TooSmall {
+                needed: bytes,
+                given: bytes - 1
+            }),
+            "{scene:?}"
+        );
     }
 }
 
@@ -93,45 +132,81 @@ fn memory_that_is_not_aligned_is_refused() {
 fn absurd_sizes_are_errors() {
     let absurd = [usize::MAX, usize::MAX / 2, 1 << 40, 1 << 32, 4097];
     let plan = |scene: &Scene| Plan::new::<f64, D3>(&scene.problem(), &scene.params).map(|plan| plan.bytes());
-    let scene = |cells: [usize; 3], steps| Scene { cells: cells.to_vec(), steps, keyframes: vec![2], ..Scene::small(&[4, 4, 4], "www", 2) };
+    let scene = |cells: [usize; 3], steps| Scene {
+        cells: cells.to_vec(),
+        steps,
+        keyframes: vec![2],
+        ..Scene::small(&[4, 4, 4], "www", 2)
+    };
     for (n, axis) in absurd.into_iter().flat_map(|n| (0..3).map(move |axis| (n, axis))) {
         let mut cells = [8; 3];
         cells[axis] = n;
-        assert_eq!(plan(&scene(cells, 20)), Err(PlanError::Problem(ProblemError::Cells { axis, given: n })));
-        assert_eq!(plan(&scene([n; 3], n)), Err(PlanError::Problem(ProblemError::Cells { axis: 0, given: n })));
+        assert_eq!(
+            plan(&scene(cells, 20)),
+            Err(PlanError::Problem(ProblemError::Cells { axis, given: n }))
+        );
+        assert_eq!(
+            plan(&scene([n; 3], n)),
+            Err(PlanError::Problem(ProblemError::Cells { axis: 0, given: n }))
+        );
     }
     for steps in [usize::MAX, 1 << 40, 100_001] {
-        assert_eq!(plan(&scene([8; 3], steps)), Err(PlanError::Problem(ProblemError::Steps { given: steps })));
+        assert_eq!(
+            plan(&scene([8; 3], steps)),
+            Err(PlanError::Problem(ProblemError::Steps { given: steps }))
+        );
     }
     for threads in [0, 1025, usize::MAX] {
-        let scene = Scene { params: Params { threads, ..admm() }, ..scene([8; 3], 20) };
-        assert!(matches!(plan(&scene), Err(PlanError::OutOfRange { field: "threads", .. })));
+        let scene = Scene {
+            params: Params { threads, ..admm() },
+            ..scene([8; 3], 20)
+        };
+        assert!(matches!(
+            plan(&scene),
+            Err(PlanError::OutOfRange { field: "threads", .. })
+        ));
     }
     // The largest problem that is not absurd: an exbibyte or TooLarge, by exact arithmetic.
-    let largest = Scene { params: Params { threads: 1024, ..admm() }, ..scene([4096; 3], 100_000) };
+    let largest = Scene {
+        params: Params {
+            threads: 1024,
+            ..admm()
+        },
+        ..scene([4096; 3], 100_000)
+    };
     match plan(&largest) {
         Ok(bytes) => assert!(bytes > 1 << 59 && isize::try_from(bytes).is_ok(), "{bytes}"),
         Err(error) => assert_eq!(error, PlanError::TooLarge),
     }
     let mut small = [MaybeUninit::uninit(); 4096];
     let start = small.as_ptr().align_offset(64);
-    assert!(Solver::<f64, D3>::new(&largest.problem(), &largest.params, &mut small[start..start + 64]).is_err());
+    assert!(
+        Solver::<f64, D3>::new(&largest.problem(), &largest.params, &mut small[start..start + 64]).is_err()
+    );
 }
 
 /// Plans with N >= 20 and at most 2 threads that exceed the paper's bound; the direct method under that ceiling, without keyframes.
 fn above_the_bound<T: Real, S: Space>(list: &[&[usize]]) -> Vec<String> {
     let mut above = Vec::new();
-    for (cells, steps, threads) in list.iter().flat_map(|&cells| [20, 21, 40, 60, 61].into_iter().flat_map(move |n| [(cells, n, 1), (cells, n, 2)])) {
+    for (cells, steps, threads) in list.iter().flat_map(|&cells| {
+        [20, 21, 40, 60, 61]
+            .into_iter()
+            .flat_map(move |n| [(cells, n, 1), (cells, n, 2)])
+    }) {
         for ends in ["www", "ppp", "wpw"] {
             let mut scene = Scene::small(cells, &ends[..S::DIM], steps);
             scene.params.threads = threads;
             for method in [Method::Admm, Method::Direct] {
                 scene.params.method = method;
-                scene.params.ceiling = (method == Method::Direct).then_some(scene.plan::<T, S>().paper_bound());
+                scene.params.ceiling =
+                    (method == Method::Direct).then_some(scene.plan::<T, S>().paper_bound());
                 let plan = scene.plan::<T, S>();
                 let ratio = plan.method_bytes() as f64 / plan.paper_bound() as f64;
                 if ratio > 1.0 {
-                    above.push(format!("{method:?} on {cells:?} {ends} x {steps}, {}, {threads} threads: {ratio:.4}", T::NAME));
+                    above.push(format!(
+                        "{method:?} on {cells:?} {ends} x {steps}, {}, {threads} threads: {ratio:.4}",
+                        T::NAME
+                    ));
                 }
             }
         }
@@ -141,32 +216,85 @@ fn above_the_bound<T: Real, S: Space>(list: &[&[usize]]) -> Vec<String> {
 
 #[test]
 fn the_method_fits_the_papers_bound() {
-    let plane: [&[usize]; 12] =
-        [&[32, 32], &[33, 33], &[35, 37], &[33, 47], &[50, 50], &[64, 64], &[65, 65], &[96, 60], &[128, 128], &[32, 200], &[200, 33], &[255, 131]];
-    let space: [&[usize]; 8] = [&[32, 32, 32], &[33, 33, 33], &[35, 32, 37], &[64, 64, 32], &[32, 48, 40], &[64, 64, 64], &[65, 65, 65], &[32, 33, 100]];
-    let mut above = [above_the_bound::<f32, D2>(&plane), above_the_bound::<f64, D2>(&plane)].concat();
-    above.extend([above_the_bound::<f32, D3>(&space), above_the_bound::<f64, D3>(&space)].concat());
-    assert!(above.is_empty(), "{} plans exceed the bound:\n{}", above.len(), above.join("\n"));
+    let plane: [&[usize]; 12] = [
+        &[32, 32],
+        &[33, 33],
+        &[35, 37],
+        &[33, 47],
+        &[50, 50],
+        &[64, 64],
+        &[65, 65],
+        &[96, 60],
+        &[128, 128],
+        &[32, 200],
+        &[200, 33],
+        &[255, 131],
+    ];
+    let space: [&[usize]; 8] = [
+        &[32, 32, 32],
+        &[33, 33, 33],
+        &[35, 32, 37],
+        &[64, 64, 32],
+        &[32, 48, 40],
+        &[64, 64, 64],
+        &[65, 65, 65],
+        &[32, 33, 100],
+    ];
+    let mut above = [
+        above_the_bound::<f32, D2>(&plane),
+        above_the_bound::<f64, D2>(&plane),
+    ]
+    .concat();
+    above.extend(
+        [
+            above_the_bound::<f32, D3>(&space),
+            above_the_bound::<f64, D3>(&space),
+        ]
+        .concat(),
+    );
+    assert!(
+        above.is_empty(),
+        "{} plans exceed the bound:\n{}",
+        above.len(),
+        above.join("\n")
+    );
 }
 
 #[test]
 fn the_papers_size_in_the_papers_bytes() {
-    let scene = |threads| Scene { params: Params { threads, ..admm() }, ..Scene::small(&[64, 64, 64], "www", 60) };
+    let scene = |threads| Scene {
+        params: Params { threads, ..admm() },
+        ..Scene::small(&[64, 64, 64], "www", 60)
+    };
     for threads in [1, 2] {
         let plan = scene(threads).plan::<f32, D3>();
         assert_eq!(plan.paper_bound(), 1_150_437_668);
-        assert!(plan.method_bytes() <= plan.paper_bound(), "{} bytes", plan.method_bytes());
-        assert!(plan.bytes() - plan.method_bytes() <= 64 * 64 * 64 * 4 + 64, "one keyframe and its step");
+        assert!(
+            plan.method_bytes() <= plan.paper_bound(),
+            "{} bytes",
+            plan.method_bytes()
+        );
+        assert!(
+            plan.bytes() - plan.method_bytes() <= 64 * 64 * 64 * 4 + 64,
+            "one keyframe and its step"
+        );
     }
 }
 
 fn rubbish_does_not_matter<T: Real, S: Space>(scene: &Scene) {
-    let solve =
-        |fill| scene.with_fill::<T, S, _>(fill, |solver| fields::cases::Solved::run(scene, solver, &thurible_core::Serial, &mut thurible_core::Silent).bits());
+    let solve = |fill| {
+        scene.with_fill::<T, S, _>(fill, |solver| {
+            fields::cases::Solved::run(scene, solver, &thurible_core::Serial, &mut thurible_core::Silent)
+                .bits()
+        })
+    };
     let zeros = solve(0);
     assert!(zeros.iter().any(|&bits| bits != 0));
     for fill in [0xAA, 0xFF] {
-        assert!(solve(fill) == zeros, "a block filled with {fill:#x} gives another result");
+        assert!(
+            solve(fill) == zeros,
+            "a block filled with {fill:#x} gives another result"
+        );
     }
 }
 
@@ -174,8 +302,18 @@ fn rubbish_does_not_matter<T: Real, S: Space>(scene: &Scene) {
 fn what_the_memory_held_before_does_not_matter() {
     for method in METHODS {
         let by = |scene: Scene| {
-            let mut scene = Scene { params: Params { method, ..scene.params }, ..scene };
-            (scene.params.lbfgs.nested, scene.params.simulation.buoyancy, scene.params.pd.gathering) = (true, 1e-3, 0.01);
+            let mut scene = Scene {
+                params: Params {
+                    method,
+                    ..scene.params
+                },
+                ..scene
+            };
+            (
+                scene.params.lbfgs.nested,
+                scene.params.simulation.buoyancy,
+                scene.params.pd.gathering,
+            ) = (true, 1e-3, 0.01);
             scene
         };
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[12, 9], "wp", 5)));
@@ -186,9 +324,19 @@ fn what_the_memory_held_before_does_not_matter() {
 
 #[test]
 fn the_history_of_the_direct_method_is_what_fits() {
-    let mut scene = Scene { params: Params { method: Method::Direct, ..Params::default() }, ..Scene::small(&[24, 24], "ww", 12) };
+    let mut scene = Scene {
+        params: Params {
+            method: Method::Direct,
+            ..Params::default()
+        },
+        ..Scene::small(&[24, 24], "ww", 12)
+    };
     let mut with = |history, ceiling, threads| {
-        (scene.params.direct.history, scene.params.ceiling, scene.params.threads) = (history, ceiling, threads);
+        (
+            scene.params.direct.history,
+            scene.params.ceiling,
+            scene.params.threads,
+        ) = (history, ceiling, threads);
         scene.plan::<f32, D2>().bytes()
     };
     let fixed: Vec<usize> = (1..=8).map(|pairs| with(Some(pairs), None, 1)).collect();
@@ -200,6 +348,9 @@ fn the_history_of_the_direct_method_is_what_fits() {
         // The pairs, and with them every bit of the result, do not depend on the threads.
         let more = with(None, Some(fixed[pairs - 1]), 3);
         assert_eq!(more, with(Some(pairs), Some(1), 3));
-        assert!(more < with(Some(pairs), None, 3), "where there is memory, two threads do different works");
+        assert!(
+            more < with(Some(pairs), None, 3),
+            "where there is memory, two threads do different works"
+        );
     }
 }

@@ -4,7 +4,8 @@ use crate::fields;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
 use crate::fields::{
-    Components, Memory, add_scaled_all, assert_close, dot_all, flow, gap, grid, largest, largest_of, slot, slot_of_all, view_mut, with_threads,
+    Components, Memory, add_scaled_all, assert_close, dot_all, flow, gap, grid, largest, largest_of, slot,
+    slot_of_all, view_mut, with_threads,
 };
 use core::ops::ControlFlow;
 use thurible_core::arena::Arena;
@@ -44,7 +45,11 @@ struct Cycles {
 impl Observer for Cycles {
     fn on(&mut self, event: Event) -> ControlFlow<()> {
         self.count += usize::from(event == Event::Work);
-        if self.count >= self.most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.count >= self.most {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }
 
@@ -55,14 +60,33 @@ struct Done {
 }
 
 /// Projects `v` (and changes `p` along).
-fn project<T: Real>(grid: &Grid, slots: usize, v: &mut Components<T>, p: Option<&mut [T]>, tolerance: f64, most: usize) -> Done {
+fn project<T: Real>(
+    grid: &Grid,
+    slots: usize,
+    v: &mut Components<T>,
+    p: Option<&mut [T]>,
+    tolerance: f64,
+    most: usize,
+) -> Done {
     project_by(By::Eigenvectors, grid, slots, v, p, tolerance, most)
 }
 
-fn project_by<T: Real>(by: By, grid: &Grid, slots: usize, v: &mut Components<T>, p: Option<&mut [T]>, tolerance: f64, most: usize) -> Done {
+fn project_by<T: Real>(
+    by: By,
+    grid: &Grid,
+    slots: usize,
+    v: &mut Components<T>,
+    p: Option<&mut [T]>,
+    tolerance: f64,
+    most: usize,
+) -> Done {
     let mut ledger = Ledger::new();
     Projection::<T>::requirement(&mut ledger, grid, slots, 2);
-    let more = if by == By::Multigrid { multigrid::numbers(grid, slots) + 2 * multigrid::scratch_per_thread(grid, slots) } else { 0 };
+    let more = if by == By::Multigrid {
+        multigrid::numbers(grid, slots) + 2 * multigrid::scratch_per_thread(grid, slots)
+    } else {
+        0
+    };
     let mut numbers = vec![T::from_f64(1e30); ledger.bytes().unwrap() / T::BYTES + more];
     let mut sums = vec![0.0; 2 * grid.rows()];
     let mut memory = Memory::new(1 << 21);
@@ -73,10 +97,21 @@ fn project_by<T: Real>(by: By, grid: &Grid, slots: usize, v: &mut Components<T>,
     let (flow, cycles) = with_threads(2, |exec| {
         let mut projection = Projection::carve(&levels, 0, slots, 2, &mut Pool::new(&mut numbers));
         let mut observed = Cycles { count: 0, most };
-        let flow = projection.project(exec, &mut observed, slots, &mut view_mut(v), p, tolerance, &mut sums);
+        let flow = projection.project(
+            exec,
+            &mut observed,
+            slots,
+            &mut view_mut(v),
+            p,
+            tolerance,
+            &mut sums,
+        );
         (flow, observed.count)
     });
-    Done { divergence: flow.continue_value(), cycles }
+    Done {
+        divergence: flow.continue_value(),
+        cycles,
+    }
 }
 
 /// max |div v| over all slots.
@@ -94,12 +129,22 @@ fn reaches<T: Real>(by: By, tolerance: f64) {
             let (before, speed) = (divergence(&grid, slots, &v), largest_of(&v));
             let done = project_by(by, &grid, slots, &mut v, None, tolerance, usize::MAX);
             let (after, floor) = (divergence(&grid, slots, &v), 4.0 * T::EPSILON * speed / grid.h[0]);
-            assert!(after <= 1.1 * (tolerance * before).max(floor), "{what}: {before:e} to {after:e}");
+            assert!(
+                after <= 1.1 * (tolerance * before).max(floor),
+                "{what}: {before:e} to {after:e}"
+            );
             assert_close(&what, done.divergence.unwrap(), after, after.max(floor), 1.0);
             for (axis, component) in v.iter().enumerate().take(grid.dims) {
                 let naive = Naive::new(&grid);
-                let walls = (0..slots).flat_map(|k| fields::places(&grid).map(move |at| (k, at))).filter(|&(_, at)| naive.wall(at, axis));
-                assert!(walls.into_iter().all(|(k, at)| component[fields::index(&grid, slots, k, at)] == T::ZERO), "{what}: flow through a wall");
+                let walls = (0..slots)
+                    .flat_map(|k| fields::places(&grid).map(move |at| (k, at)))
+                    .filter(|&(_, at)| naive.wall(at, axis));
+                assert!(
+                    walls
+                        .into_iter()
+                        .all(|(k, at)| component[fields::index(&grid, slots, k, at)] == T::ZERO),
+                    "{what}: flow through a wall"
+                );
             }
         }
     }
@@ -128,12 +173,30 @@ fn orthogonal_idempotent_and_symmetric() {
             q
         });
         let (norm, rest) = (dot_all(&v, &v), add_scaled_all(&v, -1.0, &qv));
-        assert!(dot_all(&rest, &rest) > 0.05 * norm && dot_all(&qv, &qv) > 0.05 * norm, "{what}: nothing was projected");
-        assert_close(&format!("orthogonal, {what}"), dot_all(&qv, &rest), 0.0, norm, 1e-11);
-        assert_close(&format!("symmetric, {what}"), dot_all(&qv, &u), dot_all(&v, &qu), norm, 1e-11);
+        assert!(
+            dot_all(&rest, &rest) > 0.05 * norm && dot_all(&qv, &qv) > 0.05 * norm,
+            "{what}: nothing was projected"
+        );
+        assert_close(
+            &format!("orthogonal, {what}"),
+            dot_all(&qv, &rest),
+            0.0,
+            norm,
+            1e-11,
+        );
+        assert_close(
+            &format!("symmetric, {what}"),
+            dot_all(&qv, &u),
+            dot_all(&v, &qu),
+            norm,
+            1e-11,
+        );
         let mut again = qv.clone();
         project(&grid, slots, &mut again, None, 1e-13, usize::MAX);
-        assert!(largest_of(&add_scaled_all(&again, -1.0, &qv)) < 1e-11, "idempotent, {what}");
+        assert!(
+            largest_of(&add_scaled_all(&again, -1.0, &qv)) < 1e-11,
+            "idempotent, {what}"
+        );
     }
 }
 
@@ -145,12 +208,19 @@ fn keeps_flows_without_divergence_and_takes_gradients_away() {
         let smooth: Components<f64> = flow::rough(&mut random, &grid, 1, 1.0);
         let mut v = smooth.clone();
         project(&grid, 1, &mut v, None, 1e-10, usize::MAX);
-        assert!(largest_of(&add_scaled_all(&v, -1.0, &smooth)) <= 1e-12 * largest_of(&smooth), "{cells:?} {ends}");
+        assert!(
+            largest_of(&add_scaled_all(&v, -1.0, &smooth)) <= 1e-12 * largest_of(&smooth),
+            "{cells:?} {ends}"
+        );
         let potential: Vec<f64> = random.cells(&grid, 1);
         let gradient = Naive::new(&grid).gradient(&potential);
         let mut v = gradient.clone();
         project(&grid, 1, &mut v, None, 1e-12, usize::MAX);
-        assert!(largest_of(&v) < 1e-9 * largest_of(&gradient), "{cells:?} {ends}: {:e}", largest_of(&v));
+        assert!(
+            largest_of(&v) < 1e-9 * largest_of(&gradient),
+            "{cells:?} {ends}: {:e}",
+            largest_of(&v)
+        );
     }
 }
 
@@ -161,9 +231,19 @@ fn keeps_means<T: Real>() {
         let mut v: Components<T> = random.faces(&grid, slots);
         let before = v.clone();
         project(&grid, slots, &mut v, None, 1e-6, usize::MAX);
-        for (axis, k) in (0..grid.dims).filter(|&a| grid.periodic[a]).flat_map(|a| (0..slots).map(move |k| (a, k))) {
-            let mean = |v: &Components<T>| slot(&grid, slots, k, &v[axis]).iter().sum::<f64>() / grid.cells() as f64;
-            assert_close(&format!("mean flow on {cells:?} {ends}"), mean(&v), mean(&before), 1.0, 20.0 * T::EPSILON);
+        for (axis, k) in (0..grid.dims)
+            .filter(|&a| grid.periodic[a])
+            .flat_map(|a| (0..slots).map(move |k| (a, k)))
+        {
+            let mean =
+                |v: &Components<T>| slot(&grid, slots, k, &v[axis]).iter().sum::<f64>() / grid.cells() as f64;
+            assert_close(
+                &format!("mean flow on {cells:?} {ends}"),
+                mean(&v),
+                mean(&before),
+                1.0,
+                20.0 * T::EPSILON,
+            );
         }
     }
 }
@@ -179,11 +259,15 @@ fn the_potential_goes_along() {
     let mut random = Random::new(55);
     for (cells, ends) in GRIDS {
         let (grid, slots) = (grid(cells, ends), 19);
-        let (mut v, mut p): (Components<f64>, Vec<f64>) = (random.faces(&grid, slots), random.cells(&grid, slots));
+        let (mut v, mut p): (Components<f64>, Vec<f64>) =
+            (random.faces(&grid, slots), random.cells(&grid, slots));
         let before = without_pressure(&grid, slots, &v, &p);
         project(&grid, slots, &mut v, Some(&mut p), 1e-9, usize::MAX);
         for (x, y) in before.iter().zip(without_pressure(&grid, slots, &v, &p)) {
-            assert!(gap(x, &y) < 1e-11 / grid.h[0], "v - grad p changes on {cells:?} {ends}");
+            assert!(
+                gap(x, &y) < 1e-11 / grid.h[0],
+                "v - grad p changes on {cells:?} {ends}"
+            );
         }
     }
 }
@@ -225,7 +309,10 @@ fn a_cycle_leaves_at_most_a_quarter() {
             (divergence(&grid, 1, &v) / before, done.cycles as f64)
         });
         let factor = (late.0 / early.0).powf(1.0 / (late.1 - early.1));
-        println!("projection on {cells:?} {ends}: {factor:.3} a cycle, {} cycles to 1e-11", late.1);
+        println!(
+            "projection on {cells:?} {ends}: {factor:.3} a cycle, {} cycles to 1e-11",
+            late.1
+        );
         assert!(factor <= 0.25, "{cells:?} {ends}: a V-cycle leaves {factor:.3}");
     }
 }
@@ -236,10 +323,18 @@ fn a_stop_is_heard_and_nan_is_not_hidden() {
     let mut v: Components<f64> = Random::new(57).faces(&grid, 4);
     let done = project_by(By::Multigrid, &grid, 4, &mut v, None, 1e-10, 2);
     assert_eq!((done.divergence, done.cycles), (None, 2));
-    for (by, poison) in [By::Eigenvectors, By::Multigrid].into_iter().flat_map(|by| [(by, f64::NAN), (by, f64::INFINITY)]) {
+    for (by, poison) in [By::Eigenvectors, By::Multigrid]
+        .into_iter()
+        .flat_map(|by| [(by, f64::NAN), (by, f64::INFINITY)])
+    {
         let mut v: Components<f64> = Random::new(58).faces(&grid, 4);
         v[1][777] = poison;
-        assert!(project_by(by, &grid, 4, &mut v, None, 1e-5, usize::MAX).divergence.unwrap().is_nan());
+        assert!(
+            project_by(by, &grid, 4, &mut v, None, 1e-5, usize::MAX)
+                .divergence
+                .unwrap()
+                .is_nan()
+        );
     }
     let mut v: Components<f64> = Random::new(59).faces(&grid, 4);
     assert_eq!(project(&grid, 4, &mut v, None, 1e-14, 1).divergence, None);
@@ -249,16 +344,26 @@ fn a_stop_is_heard_and_nan_is_not_hidden() {
 #[test]
 fn eigenvectors_and_multigrid_agree() {
     let mut random = Random::new(60);
-    for (cells, ends) in GRIDS.into_iter().chain([(&[200, 7][..], "ww"), (&[100, 33], "pw")]) {
+    for (cells, ends) in GRIDS
+        .into_iter()
+        .chain([(&[200, 7][..], "ww"), (&[100, 33], "pw")])
+    {
         let grid = grid(cells, ends);
         let v: Components<f64> = random.faces(&grid, 3);
         let [one, other] = [By::Eigenvectors, By::Multigrid].map(|by| {
             let mut v = v.clone();
             let done = project_by(by, &grid, 3, &mut v, None, 1e-12, usize::MAX);
-            assert!(by == By::Multigrid || done.cycles <= 2, "{} passes on {cells:?} {ends}", done.cycles);
+            assert!(
+                by == By::Multigrid || done.cycles <= 2,
+                "{} passes on {cells:?} {ends}",
+                done.cycles
+            );
             v
         });
-        assert!(largest_of(&add_scaled_all(&one, -1.0, &other)) < 1e-9, "{cells:?} {ends}");
+        assert!(
+            largest_of(&add_scaled_all(&one, -1.0, &other)) < 1e-9,
+            "{cells:?} {ends}"
+        );
     }
 }
 

@@ -17,7 +17,8 @@ fn hessian(grid: &Grid, kappa: f64, drag: f64, x: &[f64]) -> Vec<f64> {
     let at = |row: usize, slot: usize, i: usize| x[(row * SLOTS + slot) * n + i];
     let number = |index: usize| {
         let (row, slot, i) = (index / (SLOTS * n), index / n % SLOTS, index % n);
-        let force = |slot: usize| (1.0 + drag) * at(row, slot, i) - if slot > 0 { at(row, slot - 1, i) } else { 0.0 };
+        let force =
+            |slot: usize| (1.0 + drag) * at(row, slot, i) - if slot > 0 { at(row, slot - 1, i) } else { 0.0 };
         kappa * x[index] + (1.0 + drag) * force(slot) - if slot + 1 < SLOTS { force(slot + 1) } else { 0.0 }
     };
     (0..x.len()).map(number).collect()
@@ -31,9 +32,14 @@ fn the_time_line_is_solved_exactly() {
         let mut found = hessian(&grid, kappa, drag, &x);
         let mut pivots = [0.0; SLOTS];
         let line = TimeLine::new(kappa, drag, &mut pivots);
-        found.chunks_exact_mut(SLOTS * grid.n[0]).for_each(|row| line.solve(row, grid.n[0]));
+        found
+            .chunks_exact_mut(SLOTS * grid.n[0])
+            .for_each(|row| line.solve(row, grid.n[0]));
         let error = largest(found.iter().zip(&x).map(|(x, y)| x - y));
-        assert!(error < 1e-12 / kappa.min(1.0), "kappa {kappa}, drag {drag}: {error:e}");
+        assert!(
+            error < 1e-12 / kappa.min(1.0),
+            "kappa {kappa}, drag {drag}: {error:e}"
+        );
     }
 }
 
@@ -48,13 +54,21 @@ impl Quadratic {
     fn gradient(&self, x: &Components<f64>) -> Components<f64> {
         core::array::from_fn(|a| {
             let stiff = hessian(&self.grid, 0.0, 0.0, &x[a]);
-            stiff.iter().zip(&x[a]).zip(self.weight[a].iter().zip(&self.linear[a])).map(|((s, x), (w, b))| s + w * x - b).collect()
+            stiff
+                .iter()
+                .zip(&x[a])
+                .zip(self.weight[a].iter().zip(&self.linear[a]))
+                .map(|((s, x), (w, b))| s + w * x - b)
+                .collect()
         })
     }
 }
 
 fn write(fields: &mut Fields<'_, f64>, index: usize, values: &Components<f64>) {
-    fields[index].iter_mut().zip(values).for_each(|(field, values)| field.copy_from_slice(values));
+    fields[index]
+        .iter_mut()
+        .zip(values)
+        .for_each(|(field, values)| field.copy_from_slice(values));
 }
 
 fn read(fields: &Fields<'_, f64>, index: usize) -> Components<f64> {
@@ -62,8 +76,17 @@ fn read(fields: &Fields<'_, f64>, index: usize) -> Components<f64> {
 }
 
 /// -H g by the two loops of Nocedal & Wright, algorithm 7.4, over pairs (s, y) with the newest last.
-fn two_loops(grid: &Grid, line: &TimeLine<'_>, pairs: &[(Components<f64>, Components<f64>)], gradient: &Components<f64>) -> Components<f64> {
-    let precondition = |x: &mut Components<f64>| x.iter_mut().flat_map(|c| c.chunks_exact_mut(SLOTS * grid.n[0])).for_each(|row| line.solve(row, grid.n[0]));
+fn two_loops(
+    grid: &Grid,
+    line: &TimeLine<'_>,
+    pairs: &[(Components<f64>, Components<f64>)],
+    gradient: &Components<f64>,
+) -> Components<f64> {
+    let precondition = |x: &mut Components<f64>| {
+        x.iter_mut()
+            .flat_map(|c| c.chunks_exact_mut(SLOTS * grid.n[0]))
+            .for_each(|row| line.solve(row, grid.n[0]))
+    };
     let mut direction = gradient.clone();
     let mut weights = Vec::new();
     for (s, y) in pairs.iter().rev() {
@@ -86,35 +109,82 @@ fn two_loops(grid: &Grid, line: &TimeLine<'_>, pairs: &[(Components<f64>, Compon
 /// Runs ten steps with exact line searches, every direction compared with that of the two loops over whole fields.
 fn descends(most: usize) -> f64 {
     let (grid, mut random) = (grid(&[6, 4], "ww"), Random::new(92));
-    let shape = Shape { grid: &grid, slots: SLOTS };
-    let weight: Components<f64> = random.faces(&grid, SLOTS).map(|c: Vec<f64>| c.iter().map(|x| 1.5 + x).collect());
-    let problem = Quadratic { grid, weight, linear: random.faces(&grid, SLOTS) };
+    let shape = Shape {
+        grid: &grid,
+        slots: SLOTS,
+    };
+    let weight: Components<f64> = random
+        .faces(&grid, SLOTS)
+        .map(|c: Vec<f64>| c.iter().map(|x| 1.5 + x).collect());
+    let problem = Quadratic {
+        grid,
+        weight,
+        linear: random.faces(&grid, SLOTS),
+    };
     let mut numbers = vec![f64::NAN; quasi_newton::numbers(&grid, SLOTS, most)];
     let mut fields = quasi_newton::take(&grid, SLOTS, most, &mut Pool::new(&mut numbers));
-    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; quasi_newton::sums_per_row(most) * grid.rows()]);
-    let initial = Initial { line: Some(TimeLine::new(1.0, 0.0, &mut pivots)), scale: 1.0 };
+    let (mut pivots, mut sums) = (
+        [0.0; SLOTS],
+        vec![0.0; quasi_newton::sums_per_row(most) * grid.rows()],
+    );
+    let initial = Initial {
+        line: Some(TimeLine::new(1.0, 0.0, &mut pivots)),
+        scale: 1.0,
+    };
     let (mut newton, mut x, mut pairs) = (QuasiNewton::new(most), fields::zeros(&grid, SLOTS), Vec::new());
     let mut gradient = problem.gradient(&x);
     let before = dot_all(&gradient, &gradient);
     write(&mut fields, newton.first().gradient, &gradient);
-    newton.arrive(&Serial, shape, &mut fields, newton.first(), None, &initial, &mut sums);
+    newton.arrive(
+        &Serial,
+        shape,
+        &mut fields,
+        newton.first(),
+        None,
+        &initial,
+        &mut sums,
+    );
     for step in 0..10 {
         let slope = newton.descend(&Serial, shape, &mut fields);
         let direction = read(&fields, newton.direction);
-        let expected = two_loops(&grid, &initial.line.unwrap(), &pairs[pairs.len().saturating_sub(most)..], &gradient);
-        let off = largest(fields::add_scaled_all(&direction, -1.0, &expected).into_iter().flatten());
-        assert!(off < 1e-9 * largest(expected.iter().flatten().copied()), "direction {step} of {most} pairs is off by {off:e}");
+        let expected = two_loops(
+            &grid,
+            &initial.line.unwrap(),
+            &pairs[pairs.len().saturating_sub(most)..],
+            &gradient,
+        );
+        let off = largest(
+            fields::add_scaled_all(&direction, -1.0, &expected)
+                .into_iter()
+                .flatten(),
+        );
+        assert!(
+            off < 1e-9 * largest(expected.iter().flatten().copied()),
+            "direction {step} of {most} pairs is off by {off:e}"
+        );
         assert_close("slope", slope, dot_all(&gradient, &direction), slope.abs(), 1e-9);
         assert!(slope < 0.0);
-        let curvature = dot_all(&direction, &problem.gradient(&direction)) + dot_all(&direction, &problem.linear);
+        let curvature =
+            dot_all(&direction, &problem.gradient(&direction)) + dot_all(&direction, &problem.linear);
         let length = -slope / curvature;
         x = fields::add_scaled_all(&x, length, &direction);
         let borrowed = newton.borrow().unwrap();
         let after = problem.gradient(&x);
         write(&mut fields, borrowed.gradient, &after);
-        newton.arrive(&Serial, shape, &mut fields, borrowed, Some(length), &initial, &mut sums);
+        newton.arrive(
+            &Serial,
+            shape,
+            &mut fields,
+            borrowed,
+            Some(length),
+            &initial,
+            &mut sums,
+        );
         assert!(newton.has_pairs());
-        pairs.push((direction.map(|c| c.iter().map(|x| x * length).collect()), fields::add_scaled_all(&after, -1.0, &gradient)));
+        pairs.push((
+            direction.map(|c| c.iter().map(|x| x * length).collect()),
+            fields::add_scaled_all(&after, -1.0, &gradient),
+        ));
         gradient = after;
     }
     dot_all(&gradient, &gradient) / before
@@ -133,20 +203,52 @@ fn a_quadratic_is_minimised_as_by_conjugate_gradients() {
 #[test]
 fn pairs_of_negative_curvature_are_left_out() {
     let (grid, mut random) = (grid(&[5, 4], "pp"), Random::new(93));
-    let shape = Shape { grid: &grid, slots: SLOTS };
+    let shape = Shape {
+        grid: &grid,
+        slots: SLOTS,
+    };
     let mut numbers = vec![0.0; quasi_newton::numbers(&grid, SLOTS, 2)];
     let mut fields = quasi_newton::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
-    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; quasi_newton::sums_per_row(2) * grid.rows()]);
-    let initial = Initial { line: Some(TimeLine::new(1.0, 0.0, &mut pivots)), scale: 1.0 };
+    let (mut pivots, mut sums) = (
+        [0.0; SLOTS],
+        vec![0.0; quasi_newton::sums_per_row(2) * grid.rows()],
+    );
+    let initial = Initial {
+        line: Some(TimeLine::new(1.0, 0.0, &mut pivots)),
+        scale: 1.0,
+    };
     let mut newton = QuasiNewton::new(2);
     let gradient: Components<f64> = random.faces(&grid, SLOTS);
     write(&mut fields, newton.first().gradient, &gradient);
-    newton.arrive(&Serial, shape, &mut fields, newton.first(), None, &initial, &mut sums);
+    newton.arrive(
+        &Serial,
+        shape,
+        &mut fields,
+        newton.first(),
+        None,
+        &initial,
+        &mut sums,
+    );
     newton.descend(&Serial, shape, &mut fields);
     let borrowed = newton.borrow().unwrap();
     // The gradient grew along the direction of descent: <s, y> < 0.
-    write(&mut fields, borrowed.gradient, &gradient.map(|c| c.iter().map(|x| 2.0 * x).collect()));
-    newton.arrive(&Serial, shape, &mut fields, borrowed, Some(1.0), &initial, &mut sums);
+    write(
+        &mut fields,
+        borrowed.gradient,
+        &gradient.map(|c| c.iter().map(|x| 2.0 * x).collect()),
+    );
+    newton.arrive(
+        &Serial,
+        shape,
+        &mut fields,
+        borrowed,
+        Some(1.0),
+        &initial,
+        &mut sums,
+    );
     assert!(!newton.has_pairs());
-    assert!(newton.borrow().is_some() && newton.borrow().is_some(), "its fields are free again");
+    assert!(
+        newton.borrow().is_some() && newton.borrow().is_some(),
+        "its fields are free again"
+    );
 }

@@ -14,21 +14,45 @@ use thurible_core::nso::residual::{Rows, of_block, rows_of, work_len};
 use thurible_core::nso::{Norm, NsoParams, Setup, Shape, Split};
 use thurible_core::{D2, D3, Real, Serial, Space};
 
-const IN_2D: [(&[usize], &str); 6] = [(&[6, 6], "ww"), (&[7, 5], "pw"), (&[4, 9], "wp"), (&[40, 4], "pp"), (&[5, 5], "pp"), (&[4, 27], "ww")];
-const IN_3D: [(&[usize], &str); 4] = [(&[4, 4, 4], "www"), (&[5, 4, 3], "pwp"), (&[18, 3, 4], "wpw"), (&[3, 5, 4], "ppp")];
+const IN_2D: [(&[usize], &str); 6] = [
+    (&[6, 6], "ww"),
+    (&[7, 5], "pw"),
+    (&[4, 9], "wp"),
+    (&[40, 4], "pp"),
+    (&[5, 5], "pp"),
+    (&[4, 27], "ww"),
+];
+const IN_3D: [(&[usize], &str); 4] = [
+    (&[4, 4, 4], "www"),
+    (&[5, 4, 3], "pwp"),
+    (&[18, 3, 4], "wpw"),
+    (&[3, 5, 4], "ppp"),
+];
 const SLOTS: usize = 3;
 
 /// The grid itself, or the next coarser one with its own cell sizes.
 fn grids(cells: &[usize], ends: &str) -> [Grid; 2] {
     let fine = grid(cells, ends);
-    [fine, coarsen(&grid(&cells.iter().map(|n| 2 * n - n % 2).collect::<Vec<_>>(), ends)).unwrap()]
+    [
+        fine,
+        coarsen(&grid(
+            &cells.iter().map(|n| 2 * n - n % 2).collect::<Vec<_>>(),
+            ends,
+        ))
+        .unwrap(),
+    ]
 }
 
 /// Random right-hand sides.
 fn right_hand_sides(random: &mut Random, grid: &Grid) -> Residual {
     let vectors = |random: &mut Random| (0..SLOTS).map(|_| random.faces(grid, 1)).collect();
     let scalars = |random: &mut Random| (0..SLOTS).map(|_| random.cells(grid, 1)).collect();
-    Residual { a: vectors(random), b: scalars(random), c: vectors(random), d: scalars(random) }
+    Residual {
+        a: vectors(random),
+        b: scalars(random),
+        c: vectors(random),
+        d: scalars(random),
+    }
 }
 
 /// Right-hand sides a, b, c, d as trajectories.
@@ -44,26 +68,55 @@ struct Both<T> {
 
 impl<T: Real> Both<T> {
     /// With right-hand sides as on a coarse grid, or with a target alone as on the finest.
-    fn new<S: Space>(random: &mut Random, grid: &Grid, kappa: f64, speed: f64, viscosity: f64, coarse: bool) -> Self {
+    fn new<S: Space>(
+        random: &mut Random,
+        grid: &Grid,
+        kappa: f64,
+        speed: f64,
+        viscosity: f64,
+        coarse: bool,
+    ) -> Self {
         let case = Case::<T>::random(random, grid, SLOTS, speed * grid.h[0]);
         let mut equations = case.equations(kappa, viscosity);
         let mut rhs = None;
         if coarse {
             let r = right_hand_sides(random, grid);
-            rhs = Some((trajectories(grid, &r.a), trajectory(grid, &r.b), trajectories(grid, &r.c), trajectory(grid, &r.d)));
+            rhs = Some((
+                trajectories(grid, &r.a),
+                trajectory(grid, &r.b),
+                trajectories(grid, &r.c),
+                trajectory(grid, &r.d),
+            ));
             equations.rhs = r;
         }
         let mut table = vec![T::ZERO; table_len::<S>()];
         fill_table::<T, S>(grid.h, &mut table);
-        Both { case, equations, rhs, table }
+        Both {
+            case,
+            equations,
+            rhs,
+            table,
+        }
     }
 
     fn system(&self, outside: f64, slow: Slow<f64>) -> System<'_, T> {
         let case = &self.case;
         let kappa = T::from_f64(self.equations.kappa);
         let rhs = match &self.rhs {
-            Some((a, b, c, d)) => Rhs { scale: T::ONE, a: view(a), b, c: view(c), d },
-            None => Rhs { scale: kappa, a: view(&case.target), b: &[], c: [&[]; 3], d: &[] },
+            Some((a, b, c, d)) => Rhs {
+                scale: T::ONE,
+                a: view(a),
+                b,
+                c: view(c),
+                d,
+            },
+            None => Rhs {
+                scale: kappa,
+                a: view(&case.target),
+                b: &[],
+                c: [&[]; 3],
+                d: &[],
+            },
         };
         System {
             grid: &case.grid,
@@ -72,7 +125,9 @@ impl<T: Real> Both<T> {
             kappa,
             viscosity: T::from_f64(self.equations.naive.viscosity),
             outside: T::from_f64(outside),
-            slow: Slow { squares: T::from_f64(slow.squares) },
+            slow: Slow {
+                squares: T::from_f64(slow.squares),
+            },
             v: view(&case.v),
             w: view(&case.w),
             p: &case.p,
@@ -87,12 +142,24 @@ impl<T: Real> Both<T> {
 /// All residuals of the core, in the order a, c (by component), b, d, as trajectories.
 fn found<T: Real, S: Space>(system: &System<'_, T>) -> [Vec<T>; 8] {
     let grid = system.grid;
-    let mut all: [Vec<T>; 8] = core::array::from_fn(|i| if i % 3 < grid.dims || i >= 6 { vec![T::ZERO; grid.cells() * SLOTS] } else { Vec::new() });
+    let mut all: [Vec<T>; 8] = core::array::from_fn(|i| {
+        if i % 3 < grid.dims || i >= 6 {
+            vec![T::ZERO; grid.cells() * SLOTS]
+        } else {
+            Vec::new()
+        }
+    });
     for row in 0..grid.rows() {
         for block in Block::all(grid, SLOTS) {
             let mut numbers = vec![T::from_f64(f64::NAN); rows_of::<S>() * block.len()];
             let mut rows = Rows::new::<S>(block.len(), &mut numbers);
-            of_block::<T, S>(system, &block, row, &mut rows, &mut vec![T::from_f64(f64::NAN); work_len(&block)]);
+            of_block::<T, S>(
+                system,
+                &block,
+                row,
+                &mut rows,
+                &mut vec![T::from_f64(f64::NAN); work_len(&block)],
+            );
             for (all, row_of) in all.iter_mut().zip(rows.list()).filter(|(all, _)| !all.is_empty()) {
                 all[block.span(row)].copy_from_slice(row_of);
             }
@@ -103,16 +170,31 @@ fn found<T: Real, S: Space>(system: &System<'_, T>) -> [Vec<T>; 8] {
 
 fn residual_agrees<T: Real, S: Space>(list: &[(&[usize], &str)]) {
     let mut random = Random::new(61);
-    for (grid, coarse) in list.iter().flat_map(|(cells, ends)| grids(cells, ends)).flat_map(|grid| [(grid, false), (grid, true)]) {
+    for (grid, coarse) in list
+        .iter()
+        .flat_map(|(cells, ends)| grids(cells, ends))
+        .flat_map(|grid| [(grid, false), (grid, true)])
+    {
         let viscosity = if coarse { 0.2 * grid.h[0] * grid.h[0] } else { 0.0 };
         let both = Both::<T>::new::<S>(&mut random, &grid, 0.7, 2.0, viscosity, coarse);
-        let (found, expected) = (found::<T, S>(&both.system(2.0, Slow::AT_REST)), both.equations.residual());
+        let (found, expected) = (
+            found::<T, S>(&both.system(2.0, Slow::AT_REST)),
+            both.equations.residual(),
+        );
         let [a, c]: [Components<f64>; 2] = [&expected.a, &expected.c].map(|x| trajectories(&grid, x));
-        let list = a.iter().chain(&c).cloned().chain([trajectory(&grid, &expected.b), trajectory(&grid, &expected.d)]);
+        let list = a
+            .iter()
+            .chain(&c)
+            .cloned()
+            .chain([trajectory(&grid, &expected.b), trajectory(&grid, &expected.d)]);
         for (i, (found, expected)) in found.iter().zip(list).enumerate() {
             let error = gap(&fields::cast(found), &expected);
             let scale = T::EPSILON * (1.0 + largest(expected.iter().copied()));
-            assert!(error <= 60.0 * scale, "part {i} on {:?}, coarse {coarse}: off by {error:e}", grid.n);
+            assert!(
+                error <= 60.0 * scale,
+                "part {i} on {:?}, coarse {coarse}: off by {error:e}",
+                grid.n
+            );
         }
     }
 }
@@ -128,13 +210,28 @@ fn residual_of_every_equation() {
 #[test]
 fn norm_counts_all_four_equations() {
     let mut random = Random::new(62);
-    for ((cells, ends), norm) in IN_2D.into_iter().flat_map(|g| [(g, Norm::Scaled), (g, Norm::Plain)]) {
+    for ((cells, ends), norm) in IN_2D
+        .into_iter()
+        .flat_map(|g| [(g, Norm::Scaled), (g, Norm::Plain)])
+    {
         let grid = grid(cells, ends);
         let mut case = Case::<f64>::random(&mut random, &grid, SLOTS, 0.5 * grid.h[0]);
-        let expected = case.equations(0.3, 0.0).residual().norm(if norm == Norm::Plain { 1.0 } else { grid.h[0] });
-        let setup = Setup { params: NsoParams { norm, ..NsoParams::default() }, ..setup(0.3, SLOTS) };
+        let expected =
+            case.equations(0.3, 0.0)
+                .residual()
+                .norm(if norm == Norm::Plain { 1.0 } else { grid.h[0] });
+        let setup = Setup {
+            params: NsoParams {
+                norm,
+                ..NsoParams::default()
+            },
+            ..setup(0.3, SLOTS)
+        };
         let found = case.run::<D2, _>(&setup, |nso| nso.residual(&Serial));
-        assert!((found - expected).abs() <= 1e-12 * expected, "{norm:?} on {cells:?} {ends}: {found} against {expected}");
+        assert!(
+            (found - expected).abs() <= 1e-12 * expected,
+            "{norm:?} on {cells:?} {ends}: {found} against {expected}"
+        );
     }
 }
 
@@ -143,46 +240,85 @@ fn norm_counts_all_four_equations() {
 fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
     let mut random = Random::new(63);
     let mut paces = [0; 1 << SLOTS];
-    for (n, (grid, coarse)) in list.iter().flat_map(|(cells, ends)| grids(cells, ends)).flat_map(|grid| [(grid, false), (grid, true)]).enumerate() {
-        let (kappa, outside, viscosity) = ([1.0, 0.05][n % 2], [2.0, 0.0, 3.0][n % 3], [0.0, 0.0, 0.2][n % 5 % 3] * grid.h[0] * grid.h[0]);
-        let slow = [Slow { squares: 1.3 * S::DIM as f64 }, Slow::AT_REST][n % 7 % 2];
+    for (n, (grid, coarse)) in list
+        .iter()
+        .flat_map(|(cells, ends)| grids(cells, ends))
+        .flat_map(|grid| [(grid, false), (grid, true)])
+        .enumerate()
+    {
+        let (kappa, outside, viscosity) = (
+            [1.0, 0.05][n % 2],
+            [2.0, 0.0, 3.0][n % 3],
+            [0.0, 0.0, 0.2][n % 5 % 3] * grid.h[0] * grid.h[0],
+        );
+        let slow = [
+            Slow {
+                squares: 1.3 * S::DIM as f64,
+            },
+            Slow::AT_REST,
+        ][n % 7 % 2];
         let both = Both::<T>::new::<S>(&mut random, &grid, kappa, 1.5, viscosity, coarse);
         let (system, residual) = (both.system(outside, slow), both.equations.residual());
         for row in 0..grid.rows() {
             let [y, z] = grid.row_at(row);
             for start in 0..2 {
-                let cells = Cells { start, count: (grid.n[0] - start) / 2 };
+                let cells = Cells {
+                    start,
+                    count: (grid.n[0] - start) / 2,
+                };
                 let half = grid.n[0].div_ceil(2);
                 let solved = |lanes: usize| {
                     let mut out = vec![T::ZERO; SLOTS * changes::<S>() * half];
                     let mut scratch = vec![T::from_f64(f64::NAN); scratch_len::<S>(SLOTS, lanes)];
-                    solve_row::<T, S>(&system, row, cells, lanes, &mut scratch, Changes { out: &mut out, half });
+                    solve_row::<T, S>(
+                        &system,
+                        row,
+                        cells,
+                        lanes,
+                        &mut scratch,
+                        Changes { out: &mut out, half },
+                    );
                     out
                 };
                 let out = solved(1);
                 for lanes in [4, 8, 16, 32] {
-                    let differs = solved(lanes).iter().zip(&out).any(|(x, y)| x.to_f64().to_bits() != y.to_f64().to_bits());
-                    assert!(!differs, "{:?}, row {row} from {start}: other bits in {lanes} lanes", grid.n);
+                    let differs = solved(lanes)
+                        .iter()
+                        .zip(&out)
+                        .any(|(x, y)| x.to_f64().to_bits() != y.to_f64().to_bits());
+                    assert!(
+                        !differs,
+                        "{:?}, row {row} from {start}: other bits in {lanes} lanes",
+                        grid.n
+                    );
                 }
                 let i = random.between(0, cells.count - 1);
                 let at = [start + 2 * i, y, z];
                 let expected = local::changes(&both.equations, &residual, outside, slow, at);
                 if slow.squares > 0.0 && viscosity == 0.0 {
                     let squares = local::squares(&both.equations, at);
-                    paces[squares.iter().fold(0, |code, &squares| 2 * code + usize::from(squares > slow.squares))] += 1;
+                    paces[squares
+                        .iter()
+                        .fold(0, |code, &squares| 2 * code + usize::from(squares > slow.squares))] += 1;
                 }
                 let scale = largest(expected.iter().flatten().copied());
                 for (k, expected) in expected.iter().enumerate() {
                     for (quantity, expected) in expected.iter().enumerate() {
                         let found = out[(quantity * SLOTS + k) * half + i].to_f64();
-                        let what = format!("{:?}, coarse {coarse}, cell {at:?}, slot {k}, quantity {quantity}", grid.n);
+                        let what = format!(
+                            "{:?}, coarse {coarse}, cell {at:?}, slot {k}, quantity {quantity}",
+                            grid.n
+                        );
                         fields::assert_close(&what, found, *expected, scale, tolerance);
                     }
                 }
             }
         }
     }
-    assert!(!paces.contains(&0), "some order of slow and fast slots was not met: {paces:?}");
+    assert!(
+        !paces.contains(&0),
+        "some order of slow and fast slots was not met: {paces:?}"
+    );
 }
 
 #[test]
@@ -196,10 +332,17 @@ fn step_at_a_cell_solves_the_local_problem() {
 /// Every cell belongs to one pass, and cells of a pass share no face.
 #[test]
 fn colours_visit_every_cell_once() {
-    for (grid, colours) in IN_2D.iter().chain(&IN_3D).map(|(cells, ends)| grid(cells, ends)).flat_map(|g| [(g, Colours::RedBlack), (g, Colours::PowerOfTwo)]) {
+    for (grid, colours) in IN_2D
+        .iter()
+        .chain(&IN_3D)
+        .map(|(cells, ends)| grid(cells, ends))
+        .flat_map(|g| [(g, Colours::RedBlack), (g, Colours::PowerOfTwo)])
+    {
         let naive = fields::naive::Naive::new(&grid);
         let mut pass_of = vec![usize::MAX; grid.cells()];
-        for (pass, row) in (0..colours.passes(&grid)).flat_map(|pass| (0..grid.rows()).map(move |row| (pass, row))) {
+        for (pass, row) in
+            (0..colours.passes(&grid)).flat_map(|pass| (0..grid.rows()).map(move |row| (pass, row)))
+        {
             let Cells { start, count } = colours.cells(&grid, pass, row);
             for x in (0..count).map(|i| start + 2 * i) {
                 let cell = &mut pass_of[row * grid.n[0] + x];
@@ -207,10 +350,21 @@ fn colours_visit_every_cell_once() {
                 *cell = pass;
             }
         }
-        assert!(!pass_of.contains(&usize::MAX), "{:?} {colours:?}: a cell is never visited", grid.n);
+        assert!(
+            !pass_of.contains(&usize::MAX),
+            "{:?} {colours:?}: a cell is never visited",
+            grid.n
+        );
         for (at, axis) in places(&grid).flat_map(|at| (0..grid.dims).map(move |axis| (at, axis))) {
-            let Some(next) = naive.step(at, axis, 1) else { continue };
-            assert_ne!(pass_of[naive.id(at)], pass_of[naive.id(next)], "{:?} {colours:?}: {at:?} and {next:?} share a face", grid.n);
+            let Some(next) = naive.step(at, axis, 1) else {
+                continue;
+            };
+            assert_ne!(
+                pass_of[naive.id(at)],
+                pass_of[naive.id(next)],
+                "{:?} {colours:?}: {at:?} and {next:?} share a face",
+                grid.n
+            );
         }
     }
 }
@@ -219,11 +373,27 @@ fn colours_visit_every_cell_once() {
 fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
     use thurible_core::nso::smoother::{Workspace, scratch_len, sweep, waiting_len};
     let mut random = Random::new(64);
-    let shared = [(Split::Planes(1), 1), (Split::Planes(2), 3), (Split::Slabs, 1), (Split::Slabs, 3)];
-    let orders = [Colours::RedBlack, Colours::PowerOfTwo].into_iter().flat_map(|colours| shared.map(|(split, threads)| (colours, split, threads)));
-    for ((cells, ends), (colours, split, threads)) in list.iter().flat_map(|&g| orders.clone().map(move |order| (g, order))) {
+    let shared = [
+        (Split::Planes(1), 1),
+        (Split::Planes(2), 3),
+        (Split::Slabs, 1),
+        (Split::Slabs, 3),
+    ];
+    let orders = [Colours::RedBlack, Colours::PowerOfTwo]
+        .into_iter()
+        .flat_map(|colours| shared.map(|(split, threads)| (colours, split, threads)));
+    for ((cells, ends), (colours, split, threads)) in list
+        .iter()
+        .flat_map(|&g| orders.clone().map(move |order| (g, order)))
+    {
         let grid = grid(cells, ends);
-        let mut case = Case::<f64>::towards(&grid, SLOTS, random.faces::<f64>(&grid, SLOTS).map(|c| c.iter().map(|x| 1e-9 * x).collect()));
+        let mut case = Case::<f64>::towards(
+            &grid,
+            SLOTS,
+            random
+                .faces::<f64>(&grid, SLOTS)
+                .map(|c| c.iter().map(|x| 1e-9 * x).collect()),
+        );
         case.v = zeros(&grid, SLOTS);
         let before = case.equations(0.6, 0.0).residual().norm(grid.h[0]);
         let shape = Shape { lanes: 8, split };
@@ -231,7 +401,13 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
         let mut scratch = vec![f64::NAN; threads * scratch_len::<S>(&grid, SLOTS, shape)];
         let mut table = vec![0.0; table_len::<S>()];
         fill_table::<f64, S>(grid.h, &mut table);
-        let weights = thurible_core::nso::level::Weights { slots: SLOTS, kappa: 0.6, viscosity: 0.0, outside: 0.0, slow: Slow::AT_REST };
+        let weights = thurible_core::nso::level::Weights {
+            slots: SLOTS,
+            kappa: 0.6,
+            viscosity: 0.0,
+            outside: 0.0,
+            slow: Slow::AT_REST,
+        };
         let mut level = thurible_core::nso::level::LevelMut {
             grid: &grid,
             state: thurible_core::nso::level::State {
@@ -248,16 +424,28 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
             d: &mut [],
             table: &table,
         };
-        let mut workspace = Workspace { waiting: &mut waiting, scratch: &mut scratch, shape };
-        fields::with_threads(threads, |exec| sweep::<f64, S>(exec, &mut level, &weights, colours, &mut workspace));
+        let mut workspace = Workspace {
+            waiting: &mut waiting,
+            scratch: &mut scratch,
+            shape,
+        };
+        fields::with_threads(threads, |exec| {
+            sweep::<f64, S>(exec, &mut level, &weights, colours, &mut workspace)
+        });
         let after = case.equations(0.6, 0.0).residual();
         let worst = largest(last_cells(&grid, colours).flat_map(|at| of_cell(&grid, &after, at)));
-        assert!(worst < 1e-7 * before, "{cells:?} {ends} {colours:?} {split:?} on {threads}: {worst:e} is left of {before:e}");
+        assert!(
+            worst < 1e-7 * before,
+            "{cells:?} {ends} {colours:?} {split:?} on {threads}: {worst:e} is left of {before:e}"
+        );
     }
 }
 
 fn last_cells(grid: &Grid, colours: Colours) -> impl Iterator<Item = [usize; 3]> {
-    let last = (0..colours.passes(grid)).rev().find(|&pass| (0..grid.rows()).any(|row| colours.cells(grid, pass, row).count > 0)).unwrap();
+    let last = (0..colours.passes(grid))
+        .rev()
+        .find(|&pass| (0..grid.rows()).any(|row| colours.cells(grid, pass, row).count > 0))
+        .unwrap();
     places(grid).filter(move |at| {
         let Cells { start, count } = colours.cells(grid, last, grid.row(at[1], at[2]));
         (0..count).any(|i| start + 2 * i == at[0])
@@ -269,10 +457,17 @@ fn of_cell(grid: &Grid, all: &Residual, at: [usize; 3]) -> Vec<f64> {
     let naive = fields::naive::Naive::new(grid);
     let mut list = Vec::new();
     for k in 0..SLOTS {
-        list.extend([all.b[k][naive.id(at)] * grid.h[0], all.d[k][naive.id(at)] * grid.h[0]]);
+        list.extend([
+            all.b[k][naive.id(at)] * grid.h[0],
+            all.d[k][naive.id(at)] * grid.h[0],
+        ]);
         for axis in 0..grid.dims {
             let ends = [Some(at), naive.step(at, axis, 1)];
-            list.extend(ends.into_iter().flatten().flat_map(|at| [all.a[k][axis][naive.id(at)], all.c[k][axis][naive.id(at)]]));
+            list.extend(
+                ends.into_iter()
+                    .flatten()
+                    .flat_map(|at| [all.a[k][axis][naive.id(at)], all.c[k][axis][naive.id(at)]]),
+            );
         }
     }
     assert_eq!(index(grid, 1, 0, at), naive.id(at));

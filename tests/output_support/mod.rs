@@ -4,7 +4,10 @@ use core::marker::PhantomData;
 
 use thurible::keyframes::{Canvas, ShapeSpec};
 use thurible::output::{Frames, Precision, Sample, Samples};
-use thurible::report::{AdmmRecord, AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord, RunRecord, SecondsRecord};
+use thurible::report::{
+    AdmmRecord, AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord,
+    RunRecord, SecondsRecord,
+};
 
 /// A trajectory without a solver; values tell which field, step and place they come from.
 pub struct MadeUp<T> {
@@ -19,12 +22,35 @@ pub struct MadeUp<T> {
 
 impl<T: Number> MadeUp<T> {
     pub fn new(cells: &[usize], periodic: &[bool], steps: usize, keyframes: &[usize]) -> Self {
-        let canvas = Canvas { cells: cells.to_vec(), periodic: periodic.to_vec(), length: 1.0 };
-        let draw = |shape: &str| toml::from_str::<ShapeSpec>(shape).unwrap().rasterise(&canvas, "".as_ref()).unwrap();
-        let middle: Vec<String> = canvas.middle()[..cells.len()].iter().map(f64::to_string).collect();
-        let source = draw(&format!("circle = {{ center = [{}], radius = 0.2 }}", middle.join(", ")));
+        let canvas = Canvas {
+            cells: cells.to_vec(),
+            periodic: periodic.to_vec(),
+            length: 1.0,
+        };
+        let draw = |shape: &str| {
+            toml::from_str::<ShapeSpec>(shape)
+                .unwrap()
+                .rasterise(&canvas, "".as_ref())
+                .unwrap()
+        };
+        let middle: Vec<String> = canvas.middle()[..cells.len()]
+            .iter()
+            .map(f64::to_string)
+            .collect();
+        let source = draw(&format!(
+            "circle = {{ center = [{}], radius = 0.2 }}",
+            middle.join(", ")
+        ));
         let target = draw("text = \"F\"");
-        Self { cells: cells.to_vec(), periodic: periodic.to_vec(), steps, keyframes: keyframes.to_vec(), source, target, number: PhantomData }
+        Self {
+            cells: cells.to_vec(),
+            periodic: periodic.to_vec(),
+            steps,
+            keyframes: keyframes.to_vec(),
+            source,
+            target,
+            number: PhantomData,
+        }
     }
 
     fn fill(&self, out: &mut Samples, values: impl Iterator<Item = f64>) {
@@ -34,7 +60,8 @@ impl<T: Number> MadeUp<T> {
     }
 
     fn faces(&self, axis: usize) -> usize {
-        let count = |(other, cells): (usize, &usize)| cells + usize::from(other == axis && !self.periodic[other]);
+        let count =
+            |(other, cells): (usize, &usize)| cells + usize::from(other == axis && !self.periodic[other]);
         self.cells.iter().enumerate().map(count).product()
     }
 
@@ -44,11 +71,19 @@ impl<T: Number> MadeUp<T> {
         let nz = self.cells.get(2).copied().unwrap_or(1);
         let (x, y, z) = (index % nx, index / nx % ny, index / nx / ny);
         let (up, ups) = if nz > 1 { (z, nz) } else { (y, ny) };
-        let wave = |place: usize, count: usize, phase: f64| (place as f64 / count as f64 * 11.0 + phase).sin() * amount * count as f64 * 0.06;
-        let moved = |place: usize, count: usize, by: f64| ((place as f64 + by).round().clamp(0.0, count as f64 - 1.0)) as usize;
+        let wave = |place: usize, count: usize, phase: f64| {
+            (place as f64 / count as f64 * 11.0 + phase).sin() * amount * count as f64 * 0.06
+        };
+        let moved = |place: usize, count: usize, by: f64| {
+            ((place as f64 + by).round().clamp(0.0, count as f64 - 1.0)) as usize
+        };
         let new_x = moved(x, nx, wave(up, ups, 1.0) + 0.5 * wave(3 * up, ups, 0.3));
         let new_up = moved(up, ups, wave(x, nx, 2.0));
-        if nz > 1 { (new_up * ny + y) * nx + new_x } else { new_up * nx + new_x }
+        if nz > 1 {
+            (new_up * ny + y) * nx + new_x
+        } else {
+            new_up * nx + new_x
+        }
     }
 }
 
@@ -92,7 +127,13 @@ impl<T: Number> Frames for MadeUp<T> {
 
     fn keyframe(&self, index: usize, out: &mut Samples) {
         let part = self.keyframes[index] as f64 / self.steps as f64;
-        self.fill(out, self.source.iter().zip(&self.target).map(|(from, to)| from + part * (to - from)));
+        self.fill(
+            out,
+            self.source
+                .iter()
+                .zip(&self.target)
+                .map(|(from, to)| from + part * (to - from)),
+        );
     }
 
     fn density(&self, step: usize, out: &mut Samples) {
@@ -106,33 +147,65 @@ impl<T: Number> Frames for MadeUp<T> {
     }
 
     fn velocity(&self, step: usize, axis: usize, out: &mut Samples) {
-        self.fill(out, (0..self.faces(axis)).map(|face| 0.1 + step as f64 + 100.0 * axis as f64 + face as f64 / 8192.0));
+        self.fill(
+            out,
+            (0..self.faces(axis)).map(|face| 0.1 + step as f64 + 100.0 * axis as f64 + face as f64 / 8192.0),
+        );
     }
 
     fn force(&self, step: usize, axis: usize, out: &mut Samples) {
-        self.fill(out, (0..self.faces(axis)).map(|face| -0.1 - step as f64 - 100.0 * axis as f64 - face as f64 / 8192.0));
+        self.fill(
+            out,
+            (0..self.faces(axis)).map(|face| -0.1 - step as f64 - 100.0 * axis as f64 - face as f64 / 8192.0),
+        );
     }
 }
 
 /// A plausible record of `iterations` iterations.
 pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
     let history = (1..=iterations).map(entry).collect::<Vec<_>>();
-    let objective = history.last().map_or(ObjectiveRecord { data: 0.0, force: f64::NAN }, |entry| entry.objective);
-    let line = |name: &str, bytes: usize, depth: usize| LedgerLine { name: name.into(), bytes, depth };
-    let facts = |&step: &usize| KeyframeRecord { step, relative_l2: 0.0832, mass_factor: 1.0532 };
+    let objective = history.last().map_or(
+        ObjectiveRecord {
+            data: 0.0,
+            force: f64::NAN,
+        },
+        |entry| entry.objective,
+    );
+    let line = |name: &str, bytes: usize, depth: usize| LedgerLine {
+        name: name.into(),
+        bytes,
+        depth,
+    };
+    let facts = |&step: &usize| KeyframeRecord {
+        step,
+        relative_l2: 0.0832,
+        mass_factor: 1.0532,
+    };
     RunRecord {
         format: 1,
         cells: frames.cells().to_vec(),
-        boundary: frames.periodic().iter().map(|&periodic| if periodic { "periodic" } else { "wall" }.into()).collect(),
+        boundary: frames
+            .periodic()
+            .iter()
+            .map(|&periodic| if periodic { "periodic" } else { "wall" }.into())
+            .collect(),
         length: 1.0,
         dt: 1.0,
         steps: frames.steps(),
         viscosity: 0.0,
         force_weight: 1e3,
         filters: 5,
-        advection: AdvectionRecord { scheme: "quick".into(), tolerance: 1e-5 },
+        advection: AdvectionRecord {
+            scheme: "quick".into(),
+            tolerance: 1e-5,
+        },
         method: "admm".into(),
-        precision: if frames.precision() == Precision::F64 { "f64" } else { "f32" }.into(),
+        precision: if frames.precision() == Precision::F64 {
+            "f64"
+        } else {
+            "f32"
+        }
+        .into(),
         status: "converged".into(),
         objective,
         history,
@@ -152,7 +225,17 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
                 line("coarse levels", 19_940_352, 2),
             ],
         },
-        seconds: SecondsRecord { total: 143.2, setup: 0.031, nested: 4.2, ao: 38.4, nso: 101.7, other: 1.2, finish: 1.9, ao_average: 1.05, nso_average: 2.75 },
+        seconds: SecondsRecord {
+            total: 143.2,
+            setup: 0.031,
+            nested: 4.2,
+            ao: 38.4,
+            nso: 101.7,
+            other: 1.2,
+            finish: 1.9,
+            ao_average: 1.05,
+            nso_average: 2.75,
+        },
         threads: 2,
         version: "0.1.0".into(),
         scene: "[grid]\ncells = [128, 128]   # <not> a \"tag\"\n\n[time]\nsteps = 40\n".into(),
@@ -167,11 +250,16 @@ fn entry(iteration: usize) -> IterationRecord {
     IterationRecord {
         iteration,
         seconds: 3.9 * late,
-        objective: ObjectiveRecord { data: 2400.0 * (-0.25 * late).exp() + 38.0, force: 19.0 * (1.0 - (-0.2 * late).exp()) * wobble },
+        objective: ObjectiveRecord {
+            data: 2400.0 * (-0.25 * late).exp() + 38.0,
+            force: 19.0 * (1.0 - (-0.2 * late).exp()) * wobble,
+        },
         admm: Some(AdmmRecord {
             ao_step: 1.0,
             density_change: 0.9 * (-0.13 * late).exp() * wobble,
-            nso_residuals: (0..5).map(|cycle| 0.02 * (-0.1 * late).exp() * 0.17_f64.powi(cycle)).collect(),
+            nso_residuals: (0..5)
+                .map(|cycle| 0.02 * (-0.1 * late).exp() * 0.17_f64.powi(cycle))
+                .collect(),
             kkt: 0.6 * (-0.11 * late).exp() * wobble,
             ao_residuals: vec![0.2 * (-0.08 * late).exp(); 2],
             gap: 0.05 * (-0.15 * late).exp(),

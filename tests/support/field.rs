@@ -9,7 +9,10 @@ pub struct Field {
 
 impl Field {
     pub fn zeros(size: [usize; 3]) -> Self {
-        Field { size, data: vec![0.0; size.iter().product()] }
+        Field {
+            size,
+            data: vec![0.0; size.iter().product()],
+        }
     }
 
     fn offset(&self, at: [usize; 3]) -> usize {
@@ -26,7 +29,13 @@ impl Field {
     }
 
     pub fn max_abs(&self) -> f64 {
-        self.data.iter().fold(0.0, |max: f64, value| if value.is_nan() { f64::NAN } else { max.max(value.abs()) })
+        self.data.iter().fold(0.0, |max: f64, value| {
+            if value.is_nan() {
+                f64::NAN
+            } else {
+                max.max(value.abs())
+            }
+        })
     }
 
     pub fn sum(&self) -> f64 {

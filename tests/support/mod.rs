@@ -1,6 +1,11 @@
 //! What the tests of the program share: running it, reading its files, and checking them by themselves.
 #![allow(dead_code, reason = "each test program uses its own part")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 pub mod field;
 pub mod npz;
@@ -53,10 +58,23 @@ pub fn run(arguments: &[&str]) -> Ended {
 pub fn solve_example(name: &str, test: &str, more: &[&str]) -> PathBuf {
     let folder = fresh_folder(test).join("out");
     let scene = format!("examples/{name}.toml");
-    let mut arguments = vec!["solve", &scene, "--quiet", "--set", "output.frames=false", "-o", folder.to_str().unwrap()];
+    let mut arguments = vec![
+        "solve",
+        &scene,
+        "--quiet",
+        "--set",
+        "output.frames=false",
+        "-o",
+        folder.to_str().unwrap(),
+    ];
     arguments.extend(more);
     let ended = run(&arguments);
-    assert!(ended.code == 0 || ended.code == 5, "{test}: exit code {}, {}", ended.code, ended.err);
+    assert!(
+        ended.code == 0 || ended.code == 5,
+        "{test}: exit code {}, {}",
+        ended.code,
+        ended.err
+    );
     folder
 }
 
@@ -64,5 +82,7 @@ pub fn solve_example(name: &str, test: &str, more: &[&str]) -> PathBuf {
 pub fn without_pictures(page: &str) -> String {
     let mut parts = page.split("base64,");
     let first = parts.next().unwrap_or_default();
-    core::iter::once(first).chain(parts.map(|part| &part[part.find('"').unwrap_or_default()..])).collect()
+    core::iter::once(first)
+        .chain(parts.map(|part| &part[part.find('"').unwrap_or_default()..]))
+        .collect()
 }

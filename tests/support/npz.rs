@@ -30,19 +30,45 @@ fn parse(bytes: &[u8]) -> Array {
     assert_eq!(&bytes[..6], b"\x93NUMPY");
     let (start, length) = match bytes[6] {
         1 => (10, usize::from(u16::from_le_bytes([bytes[8], bytes[9]]))),
-        _ => (12, u32::from_le_bytes([bytes[8], bytes[9], bytes[10], bytes[11]]) as usize),
+        _ => (
+            12,
+            u32::from_le_bytes([bytes[8], bytes[9], bytes[10], bytes[11]]) as usize,
+        ),
     };
     let header = core::str::from_utf8(&bytes[start..start + length]).unwrap();
     assert!(header.contains("'fortran_order': False"), "{header}");
     let kind = between(header, "'descr': '", "'").to_string();
-    let shape = between(header, "'shape': (", ")").split(',').map(str::trim).filter(|size| !size.is_empty());
+    let shape = between(header, "'shape': (", ")")
+        .split(',')
+        .map(str::trim)
+        .filter(|size| !size.is_empty());
     let shape: Vec<usize> = shape.map(|size| size.parse().unwrap()).collect();
     let body = &bytes[start + length..];
     let data: Vec<f64> = match kind.as_str() {
-        "<f4" => body.as_chunks().0.iter().map(|&chunk| f32::from_le_bytes(chunk).into()).collect(),
-        "<f8" => body.as_chunks().0.iter().map(|&chunk| f64::from_le_bytes(chunk)).collect(),
-        "<i8" => body.as_chunks().0.iter().map(|&chunk| i64::from_le_bytes(chunk) as f64).collect(),
-        "<i4" => body.as_chunks().0.iter().map(|&chunk| i32::from_le_bytes(chunk).into()).collect(),
+        "<f4" => body
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&chunk| f32::from_le_bytes(chunk).into())
+            .collect(),
+        "<f8" => body
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&chunk| f64::from_le_bytes(chunk))
+            .collect(),
+        "<i8" => body
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&chunk| i64::from_le_bytes(chunk) as f64)
+            .collect(),
+        "<i4" => body
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&chunk| i32::from_le_bytes(chunk).into())
+            .collect(),
         other => panic!("array of kind {other}"),
     };
     assert_eq!(data.len(), shape.iter().product::<usize>());

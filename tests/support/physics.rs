@@ -21,22 +21,38 @@ struct Plaquette {
 impl Grid {
     /// Size of the array of faces normal to `axis`.
     pub fn faces(&self, axis: usize) -> [usize; 3] {
-        with(self.cells, axis, self.cells[axis] + usize::from(!self.periodic[axis]))
+        with(
+            self.cells,
+            axis,
+            self.cells[axis] + usize::from(!self.periodic[axis]),
+        )
     }
 
     fn pairs(&self) -> &'static [(usize, usize)] {
-        if self.axes == 2 { &[(0, 1)] } else { &[(0, 1), (1, 2), (2, 0)] }
+        if self.axes == 2 {
+            &[(0, 1)]
+        } else {
+            &[(0, 1), (1, 2), (2, 0)]
+        }
     }
 
     /// The index of the high face of cell `index` along `axis`.
     fn high(&self, axis: usize, index: usize) -> usize {
-        if self.periodic[axis] { (index + 1) % self.cells[axis] } else { index + 1 }
+        if self.periodic[axis] {
+            (index + 1) % self.cells[axis]
+        } else {
+            index + 1
+        }
     }
 
     pub fn divergence(&self, v: &[Field]) -> Field {
         let mut out = Field::zeros(self.cells);
         for at in indices(self.cells) {
-            let sum: f64 = v.iter().enumerate().map(|(axis, f)| f.at(with(at, axis, self.high(axis, at[axis]))) - f.at(at)).sum();
+            let sum: f64 = v
+                .iter()
+                .enumerate()
+                .map(|(axis, f)| f.at(with(at, axis, self.high(axis, at[axis]))) - f.at(at))
+                .sum();
             out.add(at, sum / self.h);
         }
         out
@@ -46,7 +62,11 @@ impl Grid {
     fn cell(&self, axis: usize, index: usize, step: isize) -> usize {
         let count = self.cells[axis] as isize;
         let cell = index as isize + step;
-        (if self.periodic[axis] { cell.rem_euclid(count) } else { cell.clamp(0, count - 1) }) as usize
+        (if self.periodic[axis] {
+            cell.rem_euclid(count)
+        } else {
+            cell.clamp(0, count - 1)
+        }) as usize
     }
 
     /// L(v) rho.
@@ -77,7 +97,9 @@ impl Grid {
     pub fn advect(&self, mut rho: Field, v: &[Field], dt: f64, central: bool, cut: f64) -> Field {
         let speed = |at: [usize; 3]| -> f64 {
             let faces = v.iter().enumerate();
-            faces.map(|(axis, f)| f.at(at).abs() + f.at(with(at, axis, self.high(axis, at[axis]))).abs()).sum()
+            faces
+                .map(|(axis, f)| f.at(at).abs() + f.at(with(at, axis, self.high(axis, at[axis]))).abs())
+                .sum()
         };
         let courant = indices(self.cells).map(speed).fold(0.0, f64::max) * dt / (2.0 * self.h);
         let parts = courant.ceil().max(1.0);
@@ -85,8 +107,13 @@ impl Grid {
             let mut term = rho.clone();
             for k in 1..60 {
                 term = self.transport(&term, v, central);
-                term.data.iter_mut().for_each(|value| *value *= dt / parts / f64::from(k));
-                rho.data.iter_mut().zip(&term.data).for_each(|(sum, part)| *sum += part);
+                term.data
+                    .iter_mut()
+                    .for_each(|value| *value *= dt / parts / f64::from(k));
+                rho.data
+                    .iter_mut()
+                    .zip(&term.data)
+                    .for_each(|(sum, part)| *sum += part);
                 if term.max_abs() < cut {
                     break;
                 }
@@ -102,10 +129,17 @@ impl Grid {
                 continue;
             }
             let below = |axis| with(at, axis, self.cell(axis, at[axis], -1));
-            let plaquette = Plaquette { a: [below(b), at], b: [below(a), at], omega: 0.0 };
+            let plaquette = Plaquette {
+                a: [below(b), at],
+                b: [below(a), at],
+                omega: 0.0,
+            };
             let [a_low, a_high] = plaquette.a.map(|face| v[a].at(face));
             let [b_low, b_high] = plaquette.b.map(|face| v[b].at(face));
-            visit(Plaquette { omega: (b_high - b_low - a_high + a_low) / self.h, ..plaquette });
+            visit(Plaquette {
+                omega: (b_high - b_low - a_high + a_low) / self.h,
+                ..plaquette
+            });
         }
     }
 
@@ -116,8 +150,10 @@ impl Grid {
             self.plaquettes(v, a, b, |p| {
                 let mean_a = 0.5 * (v[a].at(p.a[0]) + v[a].at(p.a[1]));
                 let mean_b = 0.5 * (v[b].at(p.b[0]) + v[b].at(p.b[1]));
-                p.a.iter().for_each(|&face| out[a].add(face, -0.5 * p.omega * mean_b));
-                p.b.iter().for_each(|&face| out[b].add(face, 0.5 * p.omega * mean_a));
+                p.a.iter()
+                    .for_each(|&face| out[a].add(face, -0.5 * p.omega * mean_b));
+                p.b.iter()
+                    .for_each(|&face| out[b].add(face, 0.5 * p.omega * mean_a));
             });
         }
         out
@@ -128,8 +164,12 @@ impl Grid {
         let mut out: Vec<Field> = v.iter().map(|component| Field::zeros(component.size)).collect();
         for &(a, b) in self.pairs() {
             self.plaquettes(v, a, b, |p| {
-                p.a.iter().zip([1.0, -1.0]).for_each(|(&face, sign)| out[a].add(face, sign * p.omega / self.h));
-                p.b.iter().zip([-1.0, 1.0]).for_each(|(&face, sign)| out[b].add(face, sign * p.omega / self.h));
+                p.a.iter()
+                    .zip([1.0, -1.0])
+                    .for_each(|(&face, sign)| out[a].add(face, sign * p.omega / self.h));
+                p.b.iter()
+                    .zip([-1.0, 1.0])
+                    .for_each(|(&face, sign)| out[b].add(face, sign * p.omega / self.h));
             });
         }
         out
@@ -139,7 +179,13 @@ impl Grid {
     pub fn curl_max(&self, v: &[Field]) -> f64 {
         let mut max = 0.0_f64;
         for &(a, b) in self.pairs() {
-            self.plaquettes(v, a, b, |p| max = if p.omega.is_nan() { f64::NAN } else { max.max(p.omega.abs()) });
+            self.plaquettes(v, a, b, |p| {
+                max = if p.omega.is_nan() {
+                    f64::NAN
+                } else {
+                    max.max(p.omega.abs())
+                }
+            });
         }
         max
     }
@@ -147,14 +193,19 @@ impl Grid {
     /// G_j with sigma = `sigma` cells.
     pub fn blur(&self, field: &Field, sigma: f64) -> Field {
         let reach = (3.0 * sigma).ceil() as isize;
-        let weights: Vec<f64> = (-reach..=reach).map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp()).collect();
+        let weights: Vec<f64> = (-reach..=reach)
+            .map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp())
+            .collect();
         let total: f64 = weights.iter().sum();
         let mut field = field.clone();
         for axis in 0..self.axes {
             let mut out = Field::zeros(self.cells);
             for at in indices(self.cells) {
                 let tap = |k: isize| field.at(with(at, axis, self.mirrored(axis, at[axis] as isize + k)));
-                let sum: f64 = (-reach..=reach).zip(&weights).map(|(k, weight)| weight * tap(k)).sum();
+                let sum: f64 = (-reach..=reach)
+                    .zip(&weights)
+                    .map(|(k, weight)| weight * tap(k))
+                    .sum();
                 out.add(at, sum / total);
             }
             field = out;
@@ -168,7 +219,11 @@ impl Grid {
             return index.rem_euclid(count) as usize;
         }
         let folded = index.rem_euclid(2 * count);
-        (if folded >= count { 2 * count - 1 - folded } else { folded }) as usize
+        (if folded >= count {
+            2 * count - 1 - folded
+        } else {
+            folded
+        }) as usize
     }
 
     /// <e, C e>.
@@ -177,8 +232,15 @@ impl Grid {
         for j in 0..filters {
             let sigma = (1_u32 << j).into();
             let blurred = self.blur(&self.blur(e, sigma), sigma);
-            out.data.iter_mut().zip(&blurred.data).for_each(|(sum, part)| *sum += part);
+            out.data
+                .iter_mut()
+                .zip(&blurred.data)
+                .for_each(|(sum, part)| *sum += part);
         }
-        out.data.iter().zip(&e.data).map(|(left, right)| left * right).sum()
+        out.data
+            .iter()
+            .zip(&e.data)
+            .map(|(left, right)| left * right)
+            .sum()
     }
 }

@@ -22,35 +22,68 @@ fn split(array: &Array, size: [usize; 3], axes: usize) -> Vec<Field> {
     let stored: Vec<usize> = size[..axes].iter().rev().copied().collect();
     assert_eq!(&array.shape[1..], stored, "shape of an array");
     let count: usize = size.iter().product();
-    array.data.chunks_exact(count).map(|data| Field { size, data: data.to_vec() }).collect()
+    array
+        .data
+        .chunks_exact(count)
+        .map(|data| Field {
+            size,
+            data: data.to_vec(),
+        })
+        .collect()
 }
 
 fn by_step(components: Vec<Vec<Field>>) -> Vec<Vec<Field>> {
     let steps = components[0].len();
-    (0..steps).map(|step| components.iter().map(|component| component[step].clone()).collect()).collect()
+    (0..steps)
+        .map(|step| {
+            components
+                .iter()
+                .map(|component| component[step].clone())
+                .collect()
+        })
+        .collect()
 }
 
 impl Outcome {
     pub fn read(folder: &Path) -> Self {
-        let report: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("report.json")).unwrap()).unwrap();
+        let report: Value =
+            serde_json::from_str(&std::fs::read_to_string(folder.join("report.json")).unwrap()).unwrap();
         let arrays = npz::read(&folder.join("result.npz"));
-        let counts: Vec<usize> = report["cells"].as_array().unwrap().iter().map(|count| count.as_u64().unwrap() as usize).collect();
+        let counts: Vec<usize> = report["cells"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|count| count.as_u64().unwrap() as usize)
+            .collect();
         let axes = counts.len();
-        let mut grid = Grid { cells: [1; 3], axes, periodic: [false; 3], h: 0.0 };
+        let mut grid = Grid {
+            cells: [1; 3],
+            axes,
+            periodic: [false; 3],
+            h: 0.0,
+        };
         for (axis, &count) in counts.iter().enumerate() {
             grid.cells[axis] = count;
             grid.periodic[axis] = report["boundary"][axis] == "periodic";
         }
         grid.h = report["length"].as_f64().unwrap() / *counts.iter().max().unwrap() as f64;
         let vector = |name: &str, arrays: &BTreeMap<String, Array>| {
-            let component = |axis: usize| split(&arrays[&format!("{name}_{}", ["x", "y", "z"][axis])], grid.faces(axis), axes);
+            let component = |axis: usize| {
+                split(
+                    &arrays[&format!("{name}_{}", ["x", "y", "z"][axis])],
+                    grid.faces(axis),
+                    axes,
+                )
+            };
             by_step((0..axes).map(component).collect())
         };
         let (velocity, force) = (vector("velocity", &arrays), vector("force", &arrays));
         let steps = arrays["keyframe_step"].data.iter().map(|&step| step as usize);
         Outcome {
             density: split(&arrays["density"], grid.cells, axes),
-            targets: steps.zip(split(&arrays["keyframe_density"], grid.cells, axes)).collect(),
+            targets: steps
+                .zip(split(&arrays["keyframe_density"], grid.cells, axes))
+                .collect(),
             report,
             grid,
             velocity,
@@ -59,7 +92,10 @@ impl Outcome {
     }
 
     fn number(&self, pointer: &str) -> f64 {
-        self.report.pointer(pointer).and_then(Value::as_f64).unwrap_or(f64::NAN)
+        self.report
+            .pointer(pointer)
+            .and_then(Value::as_f64)
+            .unwrap_or(f64::NAN)
     }
 }
 
@@ -84,26 +120,55 @@ pub fn verify(name: &str, folder: &Path) -> Outcome {
 type Check<'a> = &'a mut dyn FnMut(&str, f64, f64);
 
 fn largest<'a>(fields: impl Iterator<Item = &'a Field>) -> f64 {
-    fields.map(Field::max_abs).fold(1e-30, |max, value| if value.is_nan() { f64::NAN } else { value.max(max) })
+    fields.map(Field::max_abs).fold(
+        1e-30,
+        |max, value| if value.is_nan() { f64::NAN } else { value.max(max) },
+    )
 }
 
 fn shapes(outcome: &Outcome, check: Check<'_>) {
     let steps = outcome.report["steps"].as_u64().unwrap() as usize;
-    check("number of densities", (outcome.density.len() as f64 - (steps + 1) as f64).abs(), 0.0);
-    check("number of velocities", (outcome.velocity.len() as f64 - steps as f64).abs(), 0.0);
-    check("number of forces", (outcome.force.len() as f64 - (steps - 1) as f64).abs(), 0.0);
+    check(
+        "number of densities",
+        (outcome.density.len() as f64 - (steps + 1) as f64).abs(),
+        0.0,
+    );
+    check(
+        "number of velocities",
+        (outcome.velocity.len() as f64 - steps as f64).abs(),
+        0.0,
+    );
+    check(
+        "number of forces",
+        (outcome.force.len() as f64 - (steps - 1) as f64).abs(),
+        0.0,
+    );
     check("largest density", largest(outcome.density.iter()), 1e6);
 }
 
 fn incompressible(outcome: &Outcome, check: Check<'_>) {
     let grid = &outcome.grid;
     for (name, series) in [("v", &outcome.velocity), ("u", &outcome.force)] {
-        let divergence = series.iter().map(|field| grid.divergence(field).max_abs()).fold(0.0, f64::max);
-        check(&format!("div {name}"), divergence * grid.h / largest(series.iter().flatten()), 1e-3);
+        let divergence = series
+            .iter()
+            .map(|field| grid.divergence(field).max_abs())
+            .fold(0.0, f64::max);
+        check(
+            &format!("div {name}"),
+            divergence * grid.h / largest(series.iter().flatten()),
+            1e-3,
+        );
         let mut through_walls = 0.0_f64;
-        for (axis, field) in series.iter().flat_map(|field| field.iter().enumerate()).filter(|(axis, _)| !grid.periodic[*axis]) {
+        for (axis, field) in series
+            .iter()
+            .flat_map(|field| field.iter().enumerate())
+            .filter(|(axis, _)| !grid.periodic[*axis])
+        {
             let walls = super::field::indices(with(field.size, axis, 1));
-            through_walls = walls.fold(through_walls, |max, at| max.max(field.at(at).abs()).max(field.at(with(at, axis, grid.cells[axis])).abs()));
+            through_walls = walls.fold(through_walls, |max, at| {
+                max.max(field.at(at).abs())
+                    .max(field.at(with(at, axis, grid.cells[axis])).abs())
+            });
         }
         check(&format!("{name} through walls"), through_walls, 0.0);
     }
@@ -134,7 +199,11 @@ fn momentum(outcome: &Outcome, check: Check<'_>) {
 }
 
 fn transported(outcome: &Outcome, check: Check<'_>) {
-    let scheme = outcome.report.pointer("/advection/scheme").and_then(Value::as_str).unwrap();
+    let scheme = outcome
+        .report
+        .pointer("/advection/scheme")
+        .and_then(Value::as_str)
+        .unwrap();
     if scheme == "semi_lagrangian" {
         return;
     }
@@ -144,8 +213,15 @@ fn transported(outcome: &Outcome, check: Check<'_>) {
     let (mut rho, mut worst, mut drift) = (source.clone(), 0.0_f64, 0.0_f64);
     for (velocity, stored) in outcome.velocity.iter().zip(&outcome.density[1..]) {
         rho = outcome.grid.advect(rho, velocity, dt, scheme == "central", cut);
-        let off = rho.data.iter().zip(&stored.data).map(|(left, right)| (left - right).abs());
-        worst = off.fold(worst, |max, value| if value.is_nan() { f64::NAN } else { max.max(value) });
+        let off = rho
+            .data
+            .iter()
+            .zip(&stored.data)
+            .map(|(left, right)| (left - right).abs());
+        worst = off.fold(
+            worst,
+            |max, value| if value.is_nan() { f64::NAN } else { max.max(value) },
+        );
         drift = drift.max((stored.sum() - source.sum()).abs());
     }
     check("density transported again", worst / largest, 2e-3);
@@ -157,7 +233,11 @@ fn objective(outcome: &Outcome, check: Check<'_>) {
     let mut data = 0.0;
     for (step, target) in &outcome.targets {
         let mut error = outcome.density[*step].clone();
-        error.data.iter_mut().zip(&target.data).for_each(|(left, right)| *left -= right);
+        error
+            .data
+            .iter_mut()
+            .zip(&target.data)
+            .for_each(|(left, right)| *left -= right);
         data += 0.5 * outcome.grid.metric(&error, filters);
     }
     let squares: f64 = outcome.force.iter().flatten().map(Field::sum_of_squares).sum();
@@ -165,6 +245,10 @@ fn objective(outcome: &Outcome, check: Check<'_>) {
     let total = data + force;
     for (part, value) in [("data", data), ("force", force), ("total", total)] {
         let reported = outcome.number(&format!("/objective/{part}"));
-        check(&format!("objective.{part}, reported {reported:.6e}, recomputed {value:.6e}"), (reported - value).abs() / total.abs().max(1e-30), 1e-3);
+        check(
+            &format!("objective.{part}, reported {reported:.6e}, recomputed {value:.6e}"),
+            (reported - value).abs() / total.abs().max(1e-30),
+            1e-3,
+        );
     }
 }

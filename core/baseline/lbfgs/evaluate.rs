@@ -47,8 +47,14 @@ impl<T: Real> Simulated<'_, '_, T> {
     }
 
     fn step_setup(&self) -> step::Setup {
-        let evaluate::Setup { carrier, viscosity, .. } = self.evaluation.setup;
-        step::Setup { viscosity, tolerance: self.tolerance, threads: carrier.threads }
+        let evaluate::Setup {
+            carrier, viscosity, ..
+        } = self.evaluation.setup;
+        step::Setup {
+            viscosity,
+            tolerance: self.tolerance,
+            threads: carrier.threads,
+        }
     }
 
     /// J(u), with the flow in `v` and rho carried by it; the force's part alone where that is above `bound`.
@@ -64,15 +70,34 @@ impl<T: Real> Simulated<'_, '_, T> {
         v: &mut VectorMut<'_, T>,
         bound: f64,
     ) -> Result<Objective, Stop> {
-        let Evaluation { levels, level, setup, sums, .. } = &mut self.evaluation;
+        let Evaluation {
+            levels,
+            level,
+            setup,
+            sums,
+            ..
+        } = &mut self.evaluation;
         let (grid, slots) = (&levels.grids[*level], setup.carrier.slots);
         let force = 0.5 * setup.force_weight * sums::sum_squares(exec, grid, slots, u, sums);
         if force > bound {
             return Ok(Objective { data: 0.0, force });
         }
         self.simulate::<S>(exec, observer, u, warm, v)?;
-        let Evaluation { levels, level, setup, initial, rho, keyframes, region, sums } = &mut self.evaluation;
-        let flow = Flow { initial: *initial, v: view(v), along: None };
+        let Evaluation {
+            levels,
+            level,
+            setup,
+            initial,
+            rho,
+            keyframes,
+            region,
+            sums,
+        } = &mut self.evaluation;
+        let flow = Flow {
+            initial: *initial,
+            v: view(v),
+            along: None,
+        };
         let mut carrier = Carrier::carve(levels, *level, &setup.carrier, &mut Pool::new(region));
         let data = carrier.carry(exec, observer, &flow, rho, keyframes, sums)?;
         Ok(Objective { data, force })
@@ -88,15 +113,35 @@ impl<T: Real> Simulated<'_, '_, T> {
         v: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
         let step_setup = self.step_setup();
-        let Evaluation { levels, level, setup, initial, region, sums, .. } = &mut self.evaluation;
+        let Evaluation {
+            levels,
+            level,
+            setup,
+            initial,
+            region,
+            sums,
+            ..
+        } = &mut self.evaluation;
         let (grid, slots) = (&levels.grids[*level], setup.carrier.slots);
         let mut step = Step::carve(levels, *level, step_setup, &mut Pool::new(region));
         for k in 1..=slots {
-            let slot = |field| Slot { field, slots, slot: k - 1 };
+            let slot = |field| Slot {
+                field,
+                slots,
+                slot: k - 1,
+            };
             let before = Slot::at(k - 1, *initial, view(v), slots);
             let ((change, s), known) = (warm.change, Slot::at(k - 1, *initial, warm.v, slots));
             step.give(exec, [(1.0, before), (1.0, slot(u))]);
-            step.guess(exec, [(1.0, slot(warm.v)), (1.0, before), (-1.0, known), (s, slot(change))]);
+            step.guess(
+                exec,
+                [
+                    (1.0, slot(warm.v)),
+                    (1.0, before),
+                    (-1.0, known),
+                    (s, slot(change)),
+                ],
+            );
             step.advance::<S>(exec, observer, sums)?;
             put(exec, grid, view(&step.v), v, k - 1);
         }
@@ -117,17 +162,50 @@ impl<T: Real> Simulated<'_, '_, T> {
     ) -> Result<(), Stop> {
         self.of_data(exec, observer, v, out)?;
         let setup = self.step_setup();
-        let Evaluation { levels, level, setup: weights, region, sums, .. } = &mut self.evaluation;
+        let Evaluation {
+            levels,
+            level,
+            setup: weights,
+            region,
+            sums,
+            ..
+        } = &mut self.evaluation;
         let (grid, slots) = (&levels.grids[*level], weights.carrier.slots);
         let mut step = Step::carve(levels, *level, setup, &mut Pool::new(region));
-        step.adjoint.iter_mut().for_each(|component| component.fill(T::ZERO));
+        step.adjoint
+            .iter_mut()
+            .for_each(|component| component.fill(T::ZERO));
         for at in (0..slots).rev() {
-            let z = |slot| Slot { field: view(out), slots, slot };
-            slot::combine(exec, grid, [(1.0, Slot::only(view(&step.adjoint))), (1.0, z(at))], &mut step.given);
+            let z = |slot| Slot {
+                field: view(out),
+                slots,
+                slot,
+            };
+            slot::combine(
+                exec,
+                grid,
+                [(1.0, Slot::only(view(&step.adjoint))), (1.0, z(at))],
+                &mut step.given,
+            );
             if at + 2 < slots {
-                slot::combine(exec, grid, [(2.0, z(at + 1)), (-1.0, z(at + 2))], &mut step.adjoint);
+                slot::combine(
+                    exec,
+                    grid,
+                    [(2.0, z(at + 1)), (-1.0, z(at + 2))],
+                    &mut step.adjoint,
+                );
             }
-            step.guess(exec, [(1.0, Slot { field: v, slots, slot: at })]);
+            step.guess(
+                exec,
+                [(
+                    1.0,
+                    Slot {
+                        field: v,
+                        slots,
+                        slot: at,
+                    },
+                )],
+            );
             step.adjoin::<S>(exec, observer, sums)?;
             put(exec, grid, view(&step.adjoint), out, at);
         }
@@ -136,17 +214,61 @@ impl<T: Real> Simulated<'_, '_, T> {
     }
 
     /// `out` = -A_v^T mu, the derivative of the data term by the flow.
-    fn of_data(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, v: Vector<'_, T>, out: &mut VectorMut<'_, T>) -> Result<(), Stop> {
-        let Evaluation { levels, level, setup, initial, rho, keyframes, region, sums } = &mut self.evaluation;
-        let (grid, flow) = (&levels.grids[*level], Flow { initial: *initial, v, along: None });
+    fn of_data(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        v: Vector<'_, T>,
+        out: &mut VectorMut<'_, T>,
+    ) -> Result<(), Stop> {
+        let Evaluation {
+            levels,
+            level,
+            setup,
+            initial,
+            rho,
+            keyframes,
+            region,
+            sums,
+        } = &mut self.evaluation;
+        let (grid, flow) = (
+            &levels.grids[*level],
+            Flow {
+                initial: *initial,
+                v,
+                along: None,
+            },
+        );
         let n = grid.n[0];
         let mut carrier = Carrier::carve(levels, *level, &setup.carrier, &mut Pool::new(region));
-        carrier.sweep_back(exec, observer, &flow, rho, keyframes, sums, &mut |exec, slot, of_data| {
-            for_rows(exec, grid.rows(), 0..grid.rows(), RowBuffers { fields: reborrow(out), sums: &mut [], scratch: &mut [] }, |task| {
-                for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                    rows::scale(&mut out[slot * n..(slot + 1) * n], -T::ONE, &of_data[axis][task.row * n..(task.row + 1) * n]);
-                }
-            });
-        })
+        carrier.sweep_back(
+            exec,
+            observer,
+            &flow,
+            rho,
+            keyframes,
+            sums,
+            &mut |exec, slot, of_data| {
+                for_rows(
+                    exec,
+                    grid.rows(),
+                    0..grid.rows(),
+                    RowBuffers {
+                        fields: reborrow(out),
+                        sums: &mut [],
+                        scratch: &mut [],
+                    },
+                    |task| {
+                        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                            rows::scale(
+                                &mut out[slot * n..(slot + 1) * n],
+                                -T::ONE,
+                                &of_data[axis][task.row * n..(task.row + 1) * n],
+                            );
+                        }
+                    },
+                );
+            },
+        )
     }
 }

@@ -38,7 +38,11 @@ pub struct LbfgsParams {
 
 impl Default for LbfgsParams {
     fn default() -> Self {
-        Self { history: 8, tolerance: 1e-4, nested: false }
+        Self {
+            history: 8,
+            tolerance: 1e-4,
+            nested: false,
+        }
     }
 }
 
@@ -81,7 +85,13 @@ pub struct Settings {
 impl Settings {
     /// The settings of `problem`.
     #[must_use]
-    pub fn new(problem: &Problem<'_>, params: &LbfgsParams, step_tolerance: f64, threads: usize, iterations: usize) -> Self {
+    pub fn new(
+        problem: &Problem<'_>,
+        params: &LbfgsParams,
+        step_tolerance: f64,
+        threads: usize,
+        iterations: usize,
+    ) -> Self {
         Self {
             grid: problem.grid(),
             keyframes: problem.keyframes.len(),
@@ -127,7 +137,11 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         ledger.vector("velocity v", S::DIM, grid.cells() * slots, T::BYTES);
         ledger.vector("force u", S::DIM, grid.cells() * slots, T::BYTES);
         ledger.vector("given velocity v_0", S::DIM, grid.cells(), T::BYTES);
-        ledger.line("sums of rows", quasi_newton::sums_per_row(settings.params.history) * grid.rows(), 8);
+        ledger.line(
+            "sums of rows",
+            quasi_newton::sums_per_row(settings.params.history) * grid.rows(),
+            8,
+        );
         Self::rest(ledger, settings);
     }
 
@@ -135,7 +149,11 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     fn rest(ledger: &mut Ledger, settings: &Settings) {
         let (grid, carrier) = (settings.grid, settings.carrier);
         ledger.group("L-BFGS", Sharing::Together, |ledger| {
-            ledger.line("gradients, directions and pairs", quasi_newton::numbers(&grid, carrier.slots, settings.params.history), T::BYTES);
+            ledger.line(
+                "gradients, directions and pairs",
+                quasi_newton::numbers(&grid, carrier.slots, settings.params.history),
+                T::BYTES,
+            );
             Simulated::<T>::requirement(ledger, &grid, &carrier);
         });
     }
@@ -157,7 +175,20 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         Self::rest(&mut ledger, settings);
         let rest = arena.take(ledger.bytes().unwrap_or(usize::MAX) / T::BYTES)?;
         let descent = Descent::new(settings.params.history);
-        Ok(Self { levels, v, u, initial, rho, rest, sums, settings: *settings, descent, begun: false, iteration: 0, space: PhantomData })
+        Ok(Self {
+            levels,
+            v,
+            u,
+            initial,
+            rho,
+            rest,
+            sums,
+            settings: *settings,
+            descent,
+            begun: false,
+            iteration: 0,
+            space: PhantomData,
+        })
     }
 
     /// The grid.
@@ -189,26 +220,51 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
 
     /// The state in a checkpoint.
     pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
-        let (mut descent, mut begun, mut iteration, mut largest) = (self.descent.clone(), self.begun, self.iteration, self.settings.carrier.largest);
+        let (mut descent, mut begun, mut iteration, mut largest) = (
+            self.descent.clone(),
+            self.begun,
+            self.iteration,
+            self.settings.carrier.largest,
+        );
         record.flag(&mut begun)?;
         record.count(&mut iteration, MANY)?;
         record.real(&mut largest)?;
         descent.record(record)?;
-        (self.descent, self.begun, self.iteration, self.settings.carrier.largest) = (descent, begun, iteration, largest);
+        (
+            self.descent,
+            self.begun,
+            self.iteration,
+            self.settings.carrier.largest,
+        ) = (descent, begun, iteration, largest);
         record.numbers(self.rho);
         let Self { v, u, initial, .. } = self;
-        [v, u, initial].into_iter().flatten().for_each(|field| record.numbers(field));
+        [v, u, initial]
+            .into_iter()
+            .flatten()
+            .for_each(|field| record.numbers(field));
         record.numbers(&mut self.rest[..Self::pairs(&self.settings)]);
         Ok(())
     }
 
     /// Projects v_0; the change relative to max |v_0|.
     pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let (grid, threads, tolerance) = (&self.levels.finest, self.settings.carrier.threads, self.settings.projection_tolerance);
+        let (grid, threads, tolerance) = (
+            &self.levels.finest,
+            self.settings.carrier.threads,
+            self.settings.projection_tolerance,
+        );
         let mut pool = Pool::new(&mut *self.rest);
         let mut copy = pool.take_vector(S::DIM, grid.cells());
         let projection = Projection::carve(&self.levels, 0, 1, threads, &mut pool);
-        poisson::project_given(exec, grid, projection, &mut self.initial, &mut copy, tolerance, self.sums)
+        poisson::project_given(
+            exec,
+            grid,
+            projection,
+            &mut self.initial,
+            &mut copy,
+            tolerance,
+            self.sums,
+        )
     }
 
     /// The forces of the result, after [`Self::make_feasible`].
@@ -217,18 +273,34 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     }
 
     /// One iteration.
-    pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Progress {
+    pub fn step(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Progress {
         let mut progress = Progress::default();
         progress.status = self.iterate(exec, observer, keyframes, &mut progress).err();
         progress
     }
 
     /// The step's body; an error is how the solve ended.
-    fn iterate(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>, progress: &mut Progress) -> Result<(), Status> {
+    fn iterate(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        progress: &mut Progress,
+    ) -> Result<(), Status> {
         self.iteration += 1;
         progress.iteration = self.iteration;
         progress.direct.cells = self.grid().n;
-        if observer.on(Event::IterationBegin { iteration: self.iteration }).is_break() {
+        if observer
+            .on(Event::IterationBegin {
+                iteration: self.iteration,
+            })
+            .is_break()
+        {
             return Err(Status::Cancelled);
         }
         if !self.begun {
@@ -236,7 +308,13 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         }
         let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.settings.params.history));
         let tolerance = self.settings.params.tolerance;
-        let outcome = descent.iterate::<T, S>(exec, observer, &mut self.work(keyframes), tolerance, &mut progress.direct);
+        let outcome = descent.iterate::<T, S>(
+            exec,
+            observer,
+            &mut self.work(keyframes),
+            tolerance,
+            &mut progress.direct,
+        );
         match outcome {
             Ok((outcome, objective)) => {
                 progress.objective = objective;
@@ -254,10 +332,24 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     }
 
     fn work<'a>(&'a mut self, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
-        let Settings { grid, carrier, viscosity, force_weight, projection_tolerance, step_tolerance, params, .. } = self.settings;
+        let Settings {
+            grid,
+            carrier,
+            viscosity,
+            force_weight,
+            projection_tolerance,
+            step_tolerance,
+            params,
+            ..
+        } = self.settings;
         let mut pool = Pool::new(&mut *self.rest);
         let fields = quasi_newton::take(&grid, carrier.slots, params.history, &mut pool);
-        let setup = flow::Setup { carrier, viscosity, force_weight, projection_tolerance };
+        let setup = flow::Setup {
+            carrier,
+            viscosity,
+            force_weight,
+            projection_tolerance,
+        };
         let keyframes = *keyframes;
         let evaluation = Evaluation {
             levels: &self.levels,
@@ -269,14 +361,32 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
             region: pool.into_rest(),
             sums: self.sums,
         };
-        let simulated = Simulated { evaluation, tolerance: step_tolerance };
-        Work { simulated, v: reborrow(&mut self.v), u: reborrow(&mut self.u), fields, change: None }
+        let simulated = Simulated {
+            evaluation,
+            tolerance: step_tolerance,
+        };
+        Work {
+            simulated,
+            v: reborrow(&mut self.v),
+            u: reborrow(&mut self.u),
+            fields,
+            change: None,
+        }
     }
 
     /// The flow projected, its densities, and the forces that make it; the objective.
-    pub(crate) fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+    pub(crate) fn make_feasible(
+        &mut self,
+        exec: &dyn Exec,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<Objective, Status> {
         self.descent = Descent::new(self.settings.params.history);
-        let Work { mut simulated, mut v, mut u, .. } = self.work(keyframes);
+        let Work {
+            mut simulated,
+            mut v,
+            mut u,
+            ..
+        } = self.work(keyframes);
         simulated.evaluation.finish::<S>(exec, &mut v, &mut u)
     }
 }
@@ -293,18 +403,31 @@ struct Work<'a, 'm, T> {
 
 impl<'a, T> Work<'a, '_, T> {
     fn shape(&self) -> Shape<'a> {
-        let Evaluation { levels, level, setup, .. } = &self.simulated.evaluation;
-        Shape { grid: &levels.grids[*level], slots: setup.carrier.slots }
+        let Evaluation {
+            levels, level, setup, ..
+        } = &self.simulated.evaluation;
+        Shape {
+            grid: &levels.grids[*level],
+            slots: setup.carrier.slots,
+        }
     }
 
     /// The first inverse Hessian 1 / r: exact where the data term is flat.
     fn initial(&self) -> Initial<'a> {
-        Initial { line: None, scale: 1.0 / self.simulated.evaluation.setup.force_weight }
+        Initial {
+            line: None,
+            scale: 1.0 / self.simulated.evaluation.setup.force_weight,
+        }
     }
 }
 
 impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
-    fn direction(&mut self, exec: &dyn Exec, _observer: &mut dyn Observer, newton: &mut QuasiNewton) -> Result<f64, Stop> {
+    fn direction(
+        &mut self,
+        exec: &dyn Exec,
+        _observer: &mut dyn Observer,
+        newton: &mut QuasiNewton,
+    ) -> Result<f64, Stop> {
         Ok(newton.descend(exec, self.shape(), &mut self.fields))
     }
 
@@ -314,22 +437,60 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
         self.change = Some((direction, self.change.map_or(0.0, |(_, before)| before) + s));
     }
 
-    fn value(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, work: usize, bound: f64) -> Result<Objective, Stop> {
+    fn value(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        work: usize,
+        bound: f64,
+    ) -> Result<Objective, Stop> {
         let mut v = core::mem::take(&mut self.fields[work]);
-        let change = self.change.map_or((view(&self.u), 0.0), |(direction, s)| (view(&self.fields[direction]), s));
-        let value = self.simulated.value::<S>(exec, observer, view(&self.u), Warm { v: view(&self.v), change }, &mut v, bound);
+        let change = self.change.map_or((view(&self.u), 0.0), |(direction, s)| {
+            (view(&self.fields[direction]), s)
+        });
+        let value = self.simulated.value::<S>(
+            exec,
+            observer,
+            view(&self.u),
+            Warm {
+                v: view(&self.v),
+                change,
+            },
+            &mut v,
+            bound,
+        );
         self.fields[work] = v;
         value
     }
 
-    fn gradient(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, work: usize, into: usize) -> Result<(), Stop> {
+    fn gradient(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        work: usize,
+        into: usize,
+    ) -> Result<(), Stop> {
         let shape = self.shape();
         quasi_newton::add(exec, shape, &mut self.v, 0.0, 1.0, view(&self.fields[work]));
-        self.simulated.gradient::<S>(exec, observer, view(&self.u), view(&self.v), &mut self.fields[into])
+        self.simulated.gradient::<S>(
+            exec,
+            observer,
+            view(&self.u),
+            view(&self.v),
+            &mut self.fields[into],
+        )
     }
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
         let initial = self.initial();
-        newton.arrive(exec, self.shape(), &mut self.fields, borrowed, step, &initial, self.simulated.evaluation.sums);
+        newton.arrive(
+            exec,
+            self.shape(),
+            &mut self.fields,
+            borrowed,
+            step,
+            &initial,
+            self.simulated.evaluation.sums,
+        );
     }
 }

@@ -20,7 +20,12 @@ const COARSE_ITERATIONS: usize = 40;
 
 impl<T: Real, S: Space> Lbfgs<'_, T, S> {
     /// The first flow and forces.
-    pub(super) fn begin(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
+    pub(super) fn begin(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<(), Status> {
         let slots = self.settings.carrier.slots;
         self.u.iter_mut().for_each(|component| component.fill(T::ZERO));
         put_everywhere(exec, &self.levels.finest, view(&self.initial), &mut self.v, slots);
@@ -38,7 +43,11 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
     fn coarse_settings(&self) -> Option<Settings> {
         let (fine, coarse) = (self.levels.grids.first()?, self.levels.grids.get(1)?);
         let on = |threads: usize| {
-            let mut settings = Settings { grid: *coarse, iterations: COARSE_ITERATIONS, ..self.settings };
+            let mut settings = Settings {
+                grid: *coarse,
+                iterations: COARSE_ITERATIONS,
+                ..self.settings
+            };
             settings.carrier.metric.filters = settings.carrier.metric.filters.saturating_sub(1);
             settings.carrier.threads = threads;
             settings
@@ -50,25 +59,53 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
             ledger.bytes().unwrap_or(0) / T::BYTES
         };
         let threads = self.settings.carrier.threads;
-        if !(self.settings.params.nested && nested::begins_on(fine, coarse) && self.coarse_numbers(&on(1)) <= room(1)) {
+        if !(self.settings.params.nested
+            && nested::begins_on(fine, coarse)
+            && self.coarse_numbers(&on(1)) <= room(1))
+        {
             return None;
         }
         let fewer = nested::halvings(threads);
-        fewer.map(on).find(|settings| self.coarse_numbers(settings) <= room(threads))
+        fewer
+            .map(on)
+            .find(|settings| self.coarse_numbers(settings) <= room(threads))
     }
 
     /// Numbers that the coarse solve and the way to it take.
     fn coarse_numbers(&self, settings: &Settings) -> usize {
         let mut ledger = Ledger::new();
         Self::requirement(&mut ledger, settings);
-        ledger.line("keyframe densities", settings.keyframes * settings.grid.cells(), T::BYTES);
-        let scratch = settings.carrier.threads * nested::scratch_per_thread(&self.settings.grid, settings.carrier.slots);
-        ledger.bytes().map_or(usize::MAX, |bytes| (bytes / T::BYTES).saturating_add(scratch))
+        ledger.line(
+            "keyframe densities",
+            settings.keyframes * settings.grid.cells(),
+            T::BYTES,
+        );
+        let scratch = settings.carrier.threads
+            * nested::scratch_per_thread(&self.settings.grid, settings.carrier.slots);
+        ledger
+            .bytes()
+            .map_or(usize::MAX, |bytes| (bytes / T::BYTES).saturating_add(scratch))
     }
 
     /// Solves the coarse scene, prolongs its forces and its flow, and projects both.
-    fn begin_coarse(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, settings: &Settings, keyframes: &Keyframes<'_, T>) -> Result<(), Status> {
-        let Self { levels, rest, rho, initial, v, u, settings: fine, sums, .. } = self;
+    fn begin_coarse(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        settings: &Settings,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<(), Status> {
+        let Self {
+            levels,
+            rest,
+            rho,
+            initial,
+            v,
+            u,
+            settings: fine,
+            sums,
+            ..
+        } = self;
         let (cells, coarse, slots) = (fine.grid.cells(), settings.grid.cells(), fine.carrier.slots);
         let fewer = &Fewer::new(exec, settings.carrier.threads);
         let scratch = settings.carrier.threads * nested::scratch_per_thread(&fine.grid, slots);
@@ -77,12 +114,23 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         let full = |_| Status::NotFinite;
         let mut solver = Lbfgs::<T, S>::carve(&mut arena, settings).map_err(full)?;
         let densities = arena.take(settings.keyframes * coarse).map_err(full)?;
-        let scene = nested::Scene { source: &rho[..cells], initial: view(initial), keyframes };
-        let coarser = nested::SceneMut { source: &mut solver.rho[..coarse], initial: reborrow(&mut solver.initial), densities: &mut *densities };
+        let scene = nested::Scene {
+            source: &rho[..cells],
+            initial: view(initial),
+            keyframes,
+        };
+        let coarser = nested::SceneMut {
+            source: &mut solver.rho[..coarse],
+            initial: reborrow(&mut solver.initial),
+            densities: &mut *densities,
+        };
         nested::restrict(fewer, levels, 0, &scene, coarser, scratch);
         let coarse_keyframes = keyframes.coarse(1, densities);
         let status = loop {
-            if let Some(status) = solver.step(fewer, &mut Muffled(observer), &coarse_keyframes).status {
+            if let Some(status) = solver
+                .step(fewer, &mut Muffled(observer), &coarse_keyframes)
+                .status
+            {
                 break status;
             }
         };
@@ -94,10 +142,33 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         nested::prolong(fewer, levels, 0, slots, view(&solver.v), reborrow(v), scratch);
         nested::prolong(fewer, levels, 0, slots, view(&solver.u), reborrow(u), scratch);
         drop(solver);
-        let Settings { carrier, viscosity, force_weight, projection_tolerance, .. } = *fine;
-        let setup = flow::Setup { carrier, viscosity, force_weight, projection_tolerance };
+        let Settings {
+            carrier,
+            viscosity,
+            force_weight,
+            projection_tolerance,
+            ..
+        } = *fine;
+        let setup = flow::Setup {
+            carrier,
+            viscosity,
+            force_weight,
+            projection_tolerance,
+        };
         let keyframes = *keyframes;
-        let mut evaluation = Evaluation { levels, level: 0, setup, initial: view(initial), rho, keyframes, region: rest, sums };
-        [v, u].into_iter().try_for_each(|field| evaluation.project(exec, observer, field, setup.projection_tolerance)).map_err(|_| Status::Cancelled)
+        let mut evaluation = Evaluation {
+            levels,
+            level: 0,
+            setup,
+            initial: view(initial),
+            rho,
+            keyframes,
+            region: rest,
+            sums,
+        };
+        [v, u]
+            .into_iter()
+            .try_for_each(|field| evaluation.project(exec, observer, field, setup.projection_tolerance))
+            .map_err(|_| Status::Cancelled)
     }
 }

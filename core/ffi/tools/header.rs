@@ -22,16 +22,30 @@ fn header(check: bool) -> Result<(), Box<dyn core::error::Error>> {
     let config = cbindgen::Config::from_file(own.join("cbindgen.toml"))?;
     let mut builder = cbindgen::Builder::new().with_config(config);
     // In the order of the header.
-    for source in ["result.rs", "config.rs", "host.rs", "instance.rs", "calls.rs", "fields.rs"] {
+    for source in [
+        "result.rs",
+        "config.rs",
+        "host.rs",
+        "instance.rs",
+        "calls.rs",
+        "fields.rs",
+    ] {
         builder = builder.with_src(ffi.join(source));
     }
     let mut bytes = Vec::new();
     builder.generate()?.write(&mut bytes);
-    let (path, text) = (ffi.join("thurible.h"), with_plain_comments(&String::from_utf8(bytes)?));
+    let (path, text) = (
+        ffi.join("thurible.h"),
+        with_plain_comments(&String::from_utf8(bytes)?),
+    );
     if !check {
         return Ok(std::fs::write(path, text)?);
     }
-    if std::fs::read_to_string(&path)? == text { Ok(()) } else { Err(format!("{} is not current; run this without --check", path.display()).into()) }
+    if std::fs::read_to_string(&path)? == text {
+        Ok(())
+    } else {
+        Err(format!("{} is not current; run this without --check", path.display()).into())
+    }
 }
 
 /// C has no headings in comments.

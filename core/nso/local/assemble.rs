@@ -24,9 +24,18 @@ impl<T: Real> Group<'_, '_, T> {
     /// Residuals, and from them and the Jacobian a, c, M and the diagonal block of a slot; where the whole group is slow M is 1,
     /// and of the block what it is damped by is kept. `diagonal` is what there is on the diagonal beside M^T M.
     #[inline(always)]
-    pub(super) fn assemble<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], gathered: &[T], diagonal: V, now: &mut [T]) {
+    pub(super) fn assemble<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
+        &self,
+        header: &[T],
+        gathered: &[T],
+        diagonal: V,
+        now: &mut [T],
+    ) {
         let (lanes, zero, one) = (V::LANES, V::splat(T::ZERO), V::splat(T::ONE));
-        let (header, gathered) = (&header[..Header::<S>::SIZE * lanes], &gathered[..Gathered::<S>::SIZE * lanes]);
+        let (header, gathered) = (
+            &header[..Header::<S>::SIZE * lanes],
+            &gathered[..Gathered::<S>::SIZE * lanes],
+        );
         let (residuals, plaquettes) = self.residuals::<S, V, VISCOUS>(header, gathered);
         let mut g = [zero; 6];
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
@@ -43,7 +52,11 @@ impl<T: Real> Group<'_, '_, T> {
         delta.store(&mut now[(Kept::<S>::NORMAL + 1) * lanes..]);
         normal_a.store(&mut now[(Kept::<S>::NORMAL + 2) * lanes..]);
         normal_c.store(&mut now[(Kept::<S>::NORMAL + 3) * lanes..]);
-        let [fast, damping] = if VISCOUS { [one, zero] } else { self.pace::<S, V>(header, gathered) };
+        let [fast, damping] = if VISCOUS {
+            [one, zero]
+        } else {
+            self.pace::<S, V>(header, gathered)
+        };
         if !fast.any_above_zero() {
             Pace::<V>::Slow.keep::<S>(now);
             damping.store(&mut now[Kept::<S>::DAMPING * lanes..]);
@@ -95,7 +108,14 @@ impl<T: Real> Group<'_, '_, T> {
 
     /// a + M^T c, c, M, and the diagonal block (kappa + 1) + M^T M + omega B^T O B + damping, of which `block` is the last two parts.
     #[inline(always)]
-    fn keep_block<S: Space, V: Vector<Elem = T>>(&self, m: &[[V; 5]; 5], block: &mut [[V; 5]; 5], [mut right, force]: [[V; 5]; 2], diagonal: V, now: &mut [T]) {
+    fn keep_block<S: Space, V: Vector<Elem = T>>(
+        &self,
+        m: &[[V; 5]; 5],
+        block: &mut [[V; 5]; 5],
+        [mut right, force]: [[V; 5]; 2],
+        diagonal: V,
+        now: &mut [T],
+    ) {
         let lanes = V::LANES;
         unroll!(row < S::FREE; 0 1 2 3 4; {
             unroll!(i < row + 1; 0 1 2 3 4; {
@@ -132,12 +152,20 @@ impl<T: Real> Group<'_, '_, T> {
     /// What kappa and the changes' own derivatives in time add to M^T M on the diagonal in slot `k`.
     #[inline(always)]
     pub(super) fn diagonal(&self, k: usize) -> T {
-        if k + 1 == self.system.slots { self.system.kappa } else { self.system.kappa + T::ONE }
+        if k + 1 == self.system.slots {
+            self.system.kappa
+        } else {
+            self.system.kappa + T::ONE
+        }
     }
 
     /// B^T of both sides, those of equations a and c at the cell's faces.
     #[inline(always)]
-    fn reduce_sides<S: Space, V: Vector<Elem = T>>(&self, header: &[T], [mut a, mut c]: [[V; 6]; 2]) -> [[V; 5]; 2] {
+    fn reduce_sides<S: Space, V: Vector<Elem = T>>(
+        &self,
+        header: &[T],
+        [mut a, mut c]: [[V; 6]; 2],
+    ) -> [[V; 5]; 2] {
         let zero = V::splat(T::ZERO);
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let free: V = at(header, Place::<S>::FREE + f);
@@ -165,7 +193,11 @@ impl<T: Real> Group<'_, '_, T> {
     /// Powers of 2 are taken out of products, which rounds nothing: plaquettes hold omega / 4, 2 abar and 2 bbar, and sigma_a and sigma_b
     /// are a quarter of the derivatives of omega by the cell's own a- and b-face.
     #[inline(always)]
-    fn residuals<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], gathered: &[T]) -> (Residuals<V>, [Plaquette<V>; 12]) {
+    fn residuals<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
+        &self,
+        header: &[T],
+        gathered: &[T],
+    ) -> (Residuals<V>, [Plaquette<V>; 12]) {
         let (zero, one) = (V::splat(T::ZERO), V::splat(T::ONE));
         let viscosity = self.viscosity::<V>();
         let (mut v, mut w) = ([zero; 6], [zero; 6]);
@@ -173,7 +205,11 @@ impl<T: Real> Group<'_, '_, T> {
             (v[f], w[f]) = (at(gathered, Gathered::<S>::V + f), at(gathered, Gathered::<S>::W + f));
         });
         let mut r = self.linear_residuals::<S, V>(header, gathered, &v, &w);
-        let mut plaquettes = [Plaquette { omega: zero, abar: zero, bbar: zero }; 12];
+        let mut plaquettes = [Plaquette {
+            omega: zero,
+            abar: zero,
+            bbar: zero,
+        }; 12];
         unroll!(e < S::EDGES; 0 1 2 3 4 5 6 7 8 9 10 11; {
             let edge = Edge::new::<S>(e);
             let (fa, fb) = (edge.face_a(), edge.face_b());
@@ -206,11 +242,22 @@ impl<T: Real> Group<'_, '_, T> {
 
     /// The residuals without self-advection, from `v` and `w` at the cells' own faces.
     #[inline(always)]
-    fn linear_residuals<S: Space, V: Vector<Elem = T>>(&self, header: &[T], gathered: &[T], v: &[V; 6], w: &[V; 6]) -> Residuals<V> {
+    fn linear_residuals<S: Space, V: Vector<Elem = T>>(
+        &self,
+        header: &[T],
+        gathered: &[T],
+        v: &[V; 6],
+        w: &[V; 6],
+    ) -> Residuals<V> {
         let zero = V::splat(T::ZERO);
         let (kappa, scale) = (V::splat(self.system.kappa), V::splat(self.system.rhs.scale));
         let (p, pbar): (V, V) = (at(gathered, Gathered::<S>::P), at(gathered, Gathered::<S>::PBAR));
-        let mut r = Residuals { a: [zero; 6], b: at(gathered, Gathered::<S>::B), c: [zero; 6], d: at(gathered, Gathered::<S>::D) };
+        let mut r = Residuals {
+            a: [zero; 6],
+            b: at(gathered, Gathered::<S>::B),
+            c: [zero; 6],
+            d: at(gathered, Gathered::<S>::D),
+        };
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let g: V = at(header, Place::<S>::NORMAL + f);
             let before: V = at(gathered, Gathered::<S>::BEFORE + f);
@@ -233,6 +280,12 @@ impl<T: Real> Group<'_, '_, T> {
 fn quad<S: Space, V: Vector>(gathered: &[V::Elem], field: usize, own: &[V; 6], e: usize) -> ([V; 2], [V; 2]) {
     let edge = Edge::new::<S>(e);
     let (own_a, own_b) = (own[edge.face_a()], own[edge.face_b()]);
-    let (outside_a, outside_b) = (at(gathered, field + S::FACES + 2 * e), at(gathered, field + S::FACES + 2 * e + 1));
-    (Edge::order(own_a, outside_a, edge.side_b), Edge::order(own_b, outside_b, edge.side_a))
+    let (outside_a, outside_b) = (
+        at(gathered, field + S::FACES + 2 * e),
+        at(gathered, field + S::FACES + 2 * e + 1),
+    );
+    (
+        Edge::order(own_a, outside_a, edge.side_b),
+        Edge::order(own_b, outside_b, edge.side_a),
+    )
 }

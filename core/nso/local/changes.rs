@@ -13,7 +13,12 @@ const AHEAD: usize = 2;
 
 impl<T: Real> Group<'_, '_, T> {
     #[inline(always)]
-    pub(super) fn back_substitute<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], out: &mut Changes<'_, T>) {
+    pub(super) fn back_substitute<S: Space, V: Vector<Elem = T>>(
+        &self,
+        header: &[T],
+        kept: &[T],
+        out: &mut Changes<'_, T>,
+    ) {
         let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
         // y_k and M_k y_k.
         let (mut y, mut image) = ([zero; 5], [zero; 5]);
@@ -35,7 +40,14 @@ impl<T: Real> Group<'_, '_, T> {
     /// The changes of slot k from y_k, M_k y_k and y_{k-1}: dv, then q and dw, then both pressures from the normal components of
     /// equations c and a.
     #[inline(always)]
-    fn write_changes<S: Space, V: Vector<Elem = T>>(&self, header: &[T], kept: &[T], k: usize, [y, image, before]: [&[V; 5]; 3], out: &mut Changes<'_, T>) {
+    fn write_changes<S: Space, V: Vector<Elem = T>>(
+        &self,
+        header: &[T],
+        kept: &[T],
+        k: usize,
+        [y, image, before]: [&[V; 5]; 3],
+        out: &mut Changes<'_, T>,
+    ) {
         let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
         let (header, now) = (&header[..Header::<S>::SIZE * V::LANES], slot::<S, V>(kept, k));
         let (inverse, kappa): (V, V) = (at(header, Place::<S>::INVERSE), V::splat(self.system.kappa));
@@ -44,7 +56,8 @@ impl<T: Real> Group<'_, '_, T> {
             q[i] = image[i] - before[i] - at::<V>(now, Kept::<S>::FORCE + i);
         });
         let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
-        let (mut bar, mut pressure): (V, V) = (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
+        let (mut bar, mut pressure): (V, V) =
+            (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
         let (of_y, of_q) = (along_u::<V, S>(header, y), along_u::<V, S>(header, &q));
         let (mut dv, mut dw, mut all) = ([zero; 6], [zero; 6], [zero; super::changes::<D3>()]);
         unroll!(i < S::FREE; 0 1 2 3 4; {
@@ -68,9 +81,18 @@ impl<T: Real> Group<'_, '_, T> {
             (all[f], all[S::FACES + f]) = (dv[f], dw[f]);
         });
         // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
-        let before: V = if k > 0 { at(slot::<S, V>(kept, k - 1), Kept::<S>::NORMAL) } else { zero };
-        let after: V = if k + 1 < slots { at(slot::<S, V>(kept, k + 1), Kept::<S>::NORMAL + 1) } else { zero };
-        (all[2 * S::FACES], all[2 * S::FACES + 1]) = (-(pressure * inverse + before), -(bar * inverse + after));
+        let before: V = if k > 0 {
+            at(slot::<S, V>(kept, k - 1), Kept::<S>::NORMAL)
+        } else {
+            zero
+        };
+        let after: V = if k + 1 < slots {
+            at(slot::<S, V>(kept, k + 1), Kept::<S>::NORMAL + 1)
+        } else {
+            zero
+        };
+        (all[2 * S::FACES], all[2 * S::FACES + 1]) =
+            (-(pressure * inverse + before), -(bar * inverse + after));
         self.put(&all[..super::changes::<S>()], k, out);
     }
 

@@ -15,7 +15,12 @@ impl Edge {
     #[inline(always)]
     pub(super) fn new<S: Space>(e: usize) -> Self {
         let (a, b) = S::PAIRS[e / 4];
-        Self { a, b, side_a: e % 2, side_b: e / 2 % 2 }
+        Self {
+            a,
+            b,
+            side_a: e % 2,
+            side_b: e / 2 % 2,
+        }
     }
 
     /// The cell's own a-face.
@@ -51,6 +56,10 @@ impl Edge {
     /// (A-, A+) or (B-, B+) from the cell's own face and the outside one.
     #[inline(always)]
     pub(super) fn order<V>(own: V, outside: V, own_is_low: usize) -> [V; 2] {
-        if own_is_low == 1 { [own, outside] } else { [outside, own] }
+        if own_is_low == 1 {
+            [own, outside]
+        } else {
+            [outside, own]
+        }
     }
 }

@@ -16,12 +16,22 @@ pub(super) fn triangle(row: usize, column: usize) -> usize {
 /// L_k D_k L_k^T with the reciprocals of D_k on the diagonal, z_k = D_k^-1 L_k^-1 right-hand side, and X_{k+1} = -L_k^-1 M_{k+1},
 /// which takes the place of X_k. `diagonal` is what there is on the diagonal beside M^T M.
 #[inline(always)]
-pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], lower: &mut [T], k: usize, slots: usize, diagonal: T) {
+pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(
+    kept: &mut [T],
+    lower: &mut [T],
+    k: usize,
+    slots: usize,
+    diagonal: T,
+) {
     let (lanes, zero) = (V::LANES, V::splat(T::ZERO));
     let size = Kept::<S>::SIZE * lanes;
     let (before, rest) = kept.split_at_mut(k * size);
     let (now, after) = rest.split_at_mut(size);
-    let before = if k > 0 { Some(&before[(k - 1) * size..][..size]) } else { None };
+    let before = if k > 0 {
+        Some(&before[(k - 1) * size..][..size])
+    } else {
+        None
+    };
     let next = if k + 1 < slots { Some(&after[..size]) } else { None };
     let lower = &mut lower[..super::lower::<S>() * lanes];
     let slow = !Pace::<V>::of::<S>(now).is_fast();
@@ -134,7 +144,12 @@ pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(kept: &mut [T], 
 
 /// The elimination of the slot `before` by X in `lower`, of which only the lower triangle is there if `TRIANGLE`.
 #[inline(always)]
-fn absorb<S: Space, V: Vector, const TRIANGLE: bool>(before: &[V::Elem], lower: &[V::Elem], right: &mut [V; 5], l: &mut [[V; 5]; 5]) {
+fn absorb<S: Space, V: Vector, const TRIANGLE: bool>(
+    before: &[V::Elem],
+    lower: &[V::Elem],
+    right: &mut [V; 5],
+    l: &mut [[V; 5]; 5],
+) {
     unroll!(m < S::FREE; 0 1 2 3 4; {
         let (z, pivot): (V, V) = (at(before, Kept::<S>::RIGHT + m), at(before, Kept::<S>::FACTOR + triangle(m, m)));
         unroll!(i < S::FREE; 0 1 2 3 4; {

@@ -55,21 +55,41 @@ struct Onto {
 
 impl Onto {
     /// A row's cells in groups of their own.
-    const GROUPS: Self = Self { lane: 0, in_order: false };
+    const GROUPS: Self = Self {
+        lane: 0,
+        in_order: false,
+    };
 
     /// The lane of a cell read by `P`.
     #[inline(always)]
     fn lane<P: Vector>(self, cell: usize) -> usize {
-        self.lane + if self.in_order { cell } else { P::PAIRED.get(cell).copied().unwrap_or(cell) }
+        self.lane
+            + if self.in_order {
+                cell
+            } else {
+                P::PAIRED.get(cell).copied().unwrap_or(cell)
+            }
     }
 }
 
 impl<T: Real, const READS: usize> Row<'_, T, READS> {
     /// Gathers for each of `COUNT` groups, of vectors `V`, as many cells as `P` has lanes, from what is `shift` numbers after slot 0.
     #[inline(always)]
-    fn fill<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, onto: Onto, gathered: &mut [T]) {
-        let (from, both, lead) = (self.start.wrapping_add(shift), 2 * P::LANES, usize::from(READS > 2));
-        let Some(row) = self.field.get(from.wrapping_sub(lead)..from.wrapping_add(COUNT * both)) else {
+    fn fill<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(
+        &self,
+        shift: usize,
+        onto: Onto,
+        gathered: &mut [T],
+    ) {
+        let (from, both, lead) = (
+            self.start.wrapping_add(shift),
+            2 * P::LANES,
+            usize::from(READS > 2),
+        );
+        let Some(row) = self
+            .field
+            .get(from.wrapping_sub(lead)..from.wrapping_add(COUNT * both))
+        else {
             return self.fill_by_numbers::<S, V, P>(from, P::LANES, onto, gathered);
         };
         let zero = P::splat(T::ZERO);
@@ -91,13 +111,26 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
 
     /// Stores a vector of each group where it belongs.
     #[inline(always)]
-    fn put<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(&self, vectors: &[P; COUNT], read: usize, onto: Onto, gathered: &mut [T]) {
-        let (first, size) = (self.places[read] * V::LANES + onto.lane, Gathered::<S>::SIZE * V::LANES);
+    fn put<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(
+        &self,
+        vectors: &[P; COUNT],
+        read: usize,
+        onto: Onto,
+        gathered: &mut [T],
+    ) {
+        let (first, size) = (
+            self.places[read] * V::LANES + onto.lane,
+            Gathered::<S>::SIZE * V::LANES,
+        );
         let to = gathered.get_mut(first..first.wrapping_add((COUNT - 1) * size + P::LANES));
         debug_assert!(to.is_some());
         let Some(to) = to else { return };
         for group in 0..COUNT {
-            let vector = if onto.in_order { vectors[group].unpaired() } else { vectors[group] };
+            let vector = if onto.in_order {
+                vectors[group].unpaired()
+            } else {
+                vectors[group]
+            };
             vector.store(&mut to[group * size..]);
         }
     }
@@ -105,11 +138,22 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
     /// As [`Self::fill`] from number `from`, the first `cells` of each group number by number, 0 beyond the ends of the field.
     #[cold]
     #[inline(never)]
-    fn fill_by_numbers<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(&self, from: usize, cells: usize, onto: Onto, gathered: &mut [T]) {
-        for (group, gathered) in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES).enumerate() {
+    fn fill_by_numbers<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(
+        &self,
+        from: usize,
+        cells: usize,
+        onto: Onto,
+        gathered: &mut [T],
+    ) {
+        for (group, gathered) in gathered
+            .chunks_exact_mut(Gathered::<S>::SIZE * V::LANES)
+            .enumerate()
+        {
             for (place, offset) in self.places.into_iter().zip([0, 1, usize::MAX]) {
                 for cell in 0..cells {
-                    let number = from.wrapping_add(offset).wrapping_add(2 * (group * V::LANES + cell));
+                    let number = from
+                        .wrapping_add(offset)
+                        .wrapping_add(2 * (group * V::LANES + cell));
                     if let Some(to) = gathered.get_mut(place * V::LANES + onto.lane::<P>(cell)) {
                         *to = self.field.get(number).copied().unwrap_or(T::ZERO);
                     }
@@ -144,7 +188,14 @@ type OfFaces<'s, T> = Rows<'s, T, 4, 1, 0, 1>;
 
 /// As [`Row::fill`] for all of them, and asks for what is `ahead` after that, unless that is 0.
 #[inline(always)]
-fn fill_all<T: Real, S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize, const READS: usize>(
+fn fill_all<
+    T: Real,
+    S: Space,
+    V: Vector<Elem = T>,
+    P: Vector<Elem = T>,
+    const COUNT: usize,
+    const READS: usize,
+>(
     rows: &[Row<'_, T, READS>],
     shift: usize,
     ahead: usize,
@@ -153,25 +204,49 @@ fn fill_all<T: Real, S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const C
 ) {
     for row in rows {
         if ahead > 0 {
-            prefetch(Cache::Second, row.field, row.start.wrapping_add(shift + ahead), 2 * P::LANES * COUNT);
+            prefetch(
+                Cache::Second,
+                row.field,
+                row.start.wrapping_add(shift + ahead),
+                2 * P::LANES * COUNT,
+            );
         }
         row.fill::<S, V, P, COUNT>(shift, onto, gathered);
     }
 }
 
-impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize> Rows<'_, T, ONE, TWO, THREE, WRAPPED> {
-    const EMPTY: Self = Self { single: heapless::Vec::new(), pairs: heapless::Vec::new(), triples: heapless::Vec::new(), wrapped: heapless::Vec::new() };
+impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize>
+    Rows<'_, T, ONE, TWO, THREE, WRAPPED>
+{
+    const EMPTY: Self = Self {
+        single: heapless::Vec::new(),
+        pairs: heapless::Vec::new(),
+        triples: heapless::Vec::new(),
+        wrapped: heapless::Vec::new(),
+    };
 
     /// As [`fill_all`].
     #[inline(always)]
-    fn fill<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, onto: Onto, gathered: &mut [T]) {
+    fn fill<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(
+        &self,
+        shift: usize,
+        ahead: usize,
+        onto: Onto,
+        gathered: &mut [T],
+    ) {
         self.fill_rows::<S, V, P, COUNT>(shift, ahead, onto, gathered);
         self.fill_wrapped::<S, V>(shift, onto, gathered);
     }
 
     /// As [`fill_all`], without what is across a boundary.
     #[inline(always)]
-    fn fill_rows<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(&self, shift: usize, ahead: usize, onto: Onto, gathered: &mut [T]) {
+    fn fill_rows<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(
+        &self,
+        shift: usize,
+        ahead: usize,
+        onto: Onto,
+        gathered: &mut [T],
+    ) {
         fill_all::<T, S, V, P, COUNT, 3>(&self.triples, shift, ahead, onto, gathered);
         fill_all::<T, S, V, P, COUNT, 2>(&self.pairs, shift, ahead, onto, gathered);
         fill_all::<T, S, V, P, COUNT, 1>(&self.single, shift, ahead, onto, gathered);
@@ -183,7 +258,10 @@ impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAP
             let (group, cell) = (number.cell / V::LANES, number.cell % V::LANES);
             let place = (group * Gathered::<S>::SIZE + number.place) * V::LANES + onto.lane::<V>(cell);
             debug_assert!(place < gathered.len());
-            if let (Some(to), Some(&value)) = (gathered.get_mut(place), number.field.get(number.start.wrapping_add(shift))) {
+            if let (Some(to), Some(&value)) = (
+                gathered.get_mut(place),
+                number.field.get(number.start.wrapping_add(shift)),
+            ) {
                 *to = value;
             }
         }
@@ -191,11 +269,23 @@ impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAP
 
     /// Gathers the first `cells` of each group number by number.
     #[inline(never)]
-    fn fill_by_numbers<S: Space, V: Vector<Elem = T>>(&self, shift: usize, cells: usize, onto: Onto, gathered: &mut [T]) {
+    fn fill_by_numbers<S: Space, V: Vector<Elem = T>>(
+        &self,
+        shift: usize,
+        cells: usize,
+        onto: Onto,
+        gathered: &mut [T],
+    ) {
         let from = |start: usize| start.wrapping_add(shift);
-        self.triples.iter().for_each(|row| row.fill_by_numbers::<S, V, V>(from(row.start), cells, onto, gathered));
-        self.pairs.iter().for_each(|row| row.fill_by_numbers::<S, V, V>(from(row.start), cells, onto, gathered));
-        self.single.iter().for_each(|row| row.fill_by_numbers::<S, V, V>(from(row.start), cells, onto, gathered));
+        self.triples
+            .iter()
+            .for_each(|row| row.fill_by_numbers::<S, V, V>(from(row.start), cells, onto, gathered));
+        self.pairs
+            .iter()
+            .for_each(|row| row.fill_by_numbers::<S, V, V>(from(row.start), cells, onto, gathered));
+        self.single
+            .iter()
+            .for_each(|row| row.fill_by_numbers::<S, V, V>(from(row.start), cells, onto, gathered));
         self.fill_wrapped::<S, V>(shift, onto, gathered);
     }
 }
@@ -217,7 +307,18 @@ pub(super) struct Gather<'s, T> {
 impl<'s, T: Real> Gather<'s, T> {
     /// For `cells` of `row`.
     pub(super) fn new<S: Space>(system: &System<'s, T>, row: usize, cells: Cells) -> Self {
-        let &System { grid, first, slots, v, w, p, pbar, v0, rhs, .. } = system;
+        let &System {
+            grid,
+            first,
+            slots,
+            v,
+            w,
+            p,
+            pbar,
+            v0,
+            rhs,
+            ..
+        } = system;
         let around = Around::new(grid, first, row, cells);
         let mut gather = Self {
             now: Rows::EMPTY,
@@ -264,15 +365,18 @@ impl<'s, T: Real> Gather<'s, T> {
     fn fill_groups<S: Space, V: Vector<Elem = T>, const COUNT: usize>(&self, k: usize, gathered: &mut [T]) {
         let own_faces = |place: usize| place * V::LANES..(place + S::FACES) * V::LANES;
         if k == 0 {
-            self.given.fill_by_numbers::<S, V>(0, V::LANES, Onto::GROUPS, gathered);
+            self.given
+                .fill_by_numbers::<S, V>(0, V::LANES, Onto::GROUPS, gathered);
         } else {
             for group in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES) {
                 group.copy_within(own_faces(Gathered::<S>::V), Gathered::<S>::BEFORE * V::LANES);
             }
         }
-        self.now.fill::<S, V, V, COUNT>(k * self.nx, AHEAD * self.nx, Onto::GROUPS, gathered);
+        self.now
+            .fill::<S, V, V, COUNT>(k * self.nx, AHEAD * self.nx, Onto::GROUPS, gathered);
         if k + 1 < self.slots {
-            self.after.fill::<S, V, V, COUNT>(k * self.nx, 0, Onto::GROUPS, gathered);
+            self.after
+                .fill::<S, V, V, COUNT>(k * self.nx, 0, Onto::GROUPS, gathered);
         } else {
             for group in gathered.chunks_exact_mut(Gathered::<S>::SIZE * V::LANES) {
                 group[own_faces(Gathered::<S>::AFTER)].fill(T::ZERO);
@@ -285,23 +389,43 @@ impl<'s, T: Real> Gather<'s, T> {
 impl<'s, T: Real> Gather<'s, T> {
     /// Adds what slots side by side read besides.
     pub(super) fn add_before<S: Space>(&mut self, system: &System<'s, T>, row: usize, cells: Cells) {
-        Around::new(system.grid, system.first, row, cells).own_faces(&mut self.before, system.v, self.slots, 0, Gathered::<S>::BEFORE);
+        Around::new(system.grid, system.first, row, cells).own_faces(
+            &mut self.before,
+            system.v,
+            self.slots,
+            0,
+            Gathered::<S>::BEFORE,
+        );
     }
 
     /// Gathers the slots from `k` on that lie side by side in the vectors of one group, `each` lanes for each.
     #[inline(always)]
-    pub(super) fn fill_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(&self, k: usize, each: usize, gathered: &mut [T]) {
-        let side_by_side = SideBySide { each, count: (self.slots - k).min(V::LANES / each), nx: self.nx };
+    pub(super) fn fill_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(
+        &self,
+        k: usize,
+        each: usize,
+        gathered: &mut [T],
+    ) {
+        let side_by_side = SideBySide {
+            each,
+            count: (self.slots - k).min(V::LANES / each),
+            nx: self.nx,
+        };
         let shift = k * self.nx;
         side_by_side.fill::<T, S, V, P, 34, 12, 10, 32>(&self.now, shift, gathered);
         side_by_side.fill::<T, S, V, P, 4, 1, 0, 1>(&self.before, shift.wrapping_sub(self.nx), gathered);
         if k == 0 {
-            self.given.fill_by_numbers::<S, V>(0, each, side_by_side.onto(0), gathered);
+            self.given
+                .fill_by_numbers::<S, V>(0, each, side_by_side.onto(0), gathered);
         }
         side_by_side.fill::<T, S, V, P, 4, 1, 0, 1>(&self.after, shift, gathered);
         if k + side_by_side.count == self.slots {
             for face in Gathered::<S>::AFTER..Gathered::<S>::AFTER + S::FACES {
-                gathered.iter_mut().skip(face * V::LANES + (side_by_side.count - 1) * each).take(each).for_each(|after| *after = T::ZERO);
+                gathered
+                    .iter_mut()
+                    .skip(face * V::LANES + (side_by_side.count - 1) * each)
+                    .take(each)
+                    .for_each(|after| *after = T::ZERO);
             }
         }
     }
@@ -319,13 +443,25 @@ struct SideBySide {
 #[cfg(target_arch = "x86_64")]
 impl SideBySide {
     fn onto(self, slot: usize) -> Onto {
-        Onto { lane: slot * self.each, in_order: true }
+        Onto {
+            lane: slot * self.each,
+            in_order: true,
+        }
     }
 
     /// Gathers the first of them from what is `shift` numbers after slot 0: where a row has twice as many cells as a slot has lanes, all of them as
     /// one long row, elsewhere one by one, by vectors of `each` numbers.
     #[inline(always)]
-    fn fill<T: Real, S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize>(
+    fn fill<
+        T: Real,
+        S: Space,
+        V: Vector<Elem = T>,
+        P: Vector<Elem = T>,
+        const ONE: usize,
+        const TWO: usize,
+        const THREE: usize,
+        const WRAPPED: usize,
+    >(
         self,
         rows: &Rows<'_, T, ONE, TWO, THREE, WRAPPED>,
         shift: usize,
@@ -392,7 +528,8 @@ impl Reads {
     }
 
     fn add(&mut self, offset: [isize; 3], place: usize) {
-        self.0[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize][(offset[0].rem_euclid(3)) as usize] = Some(place);
+        self.0[(offset[1] + 1 + 3 * (offset[2] + 1)) as usize][(offset[0].rem_euclid(3)) as usize] =
+            Some(place);
     }
 }
 
@@ -413,7 +550,11 @@ impl<'g> Around<'g> {
         };
         let rows = core::array::from_fn(|i| {
             let in_y = step(Some(row), 1, i % 3);
-            let row = if grid.dims == 3 { step(in_y, 2, i / 3) } else { in_y.filter(|_| i / 3 == 1) };
+            let row = if grid.dims == 3 {
+                step(in_y, 2, i / 3)
+            } else {
+                in_y.filter(|_| i / 3 == 1)
+            };
             row?.checked_sub(first)
         });
         Self { grid, cells, rows }
@@ -435,19 +576,55 @@ impl<'g> Around<'g> {
         let (nx, Cells { start: x, count }) = (self.grid.n[0], self.cells);
         for (&row, &places) in self.rows.iter().zip(&reads.0) {
             debug_assert!(places.is_sorted_by_key(|place| place.is_none()));
-            let (Some(row), [Some(own), after, before]) = (row, places.map(|place| place.map(|place| first + place))) else { continue };
+            let (Some(row), [Some(own), after, before]) =
+                (row, places.map(|place| place.map(|place| first + place)))
+            else {
+                continue;
+            };
             let (begin, last) = ((row * slots + time) * nx, x + 2 * (count - 1));
             let start = begin + x;
             let fits = match (after, before) {
-                (Some(after), Some(before)) => rows.triples.push(Row { field, start, places: [own, after, before] }).is_ok(),
-                (Some(after), None) => rows.pairs.push(Row { field, start, places: [own, after] }).is_ok(),
-                _ => rows.single.push(Row { field, start, places: [own] }).is_ok(),
+                (Some(after), Some(before)) => rows
+                    .triples
+                    .push(Row {
+                        field,
+                        start,
+                        places: [own, after, before],
+                    })
+                    .is_ok(),
+                (Some(after), None) => rows
+                    .pairs
+                    .push(Row {
+                        field,
+                        start,
+                        places: [own, after],
+                    })
+                    .is_ok(),
+                _ => rows
+                    .single
+                    .push(Row {
+                        field,
+                        start,
+                        places: [own],
+                    })
+                    .is_ok(),
             };
             debug_assert!(fits);
-            let across = [(before.filter(|_| x == 0), begin + nx - 1, 0), (after.filter(|_| last + 1 == nx), begin, count - 1)];
+            let across = [
+                (before.filter(|_| x == 0), begin + nx - 1, 0),
+                (after.filter(|_| last + 1 == nx), begin, count - 1),
+            ];
             for (place, start, cell) in across {
                 if let Some(place) = place.filter(|_| self.grid.periodic[0]) {
-                    let fits = rows.wrapped.push(Wrapped { field, start, place, cell }).is_ok();
+                    let fits = rows
+                        .wrapped
+                        .push(Wrapped {
+                            field,
+                            start,
+                            place,
+                            cell,
+                        })
+                        .is_ok();
                     debug_assert!(fits);
                 }
             }
@@ -455,7 +632,14 @@ impl<'g> Around<'g> {
     }
 
     /// Adds the cells' own faces, place after place.
-    fn own_faces<'s, T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize>(
+    fn own_faces<
+        's,
+        T: Real,
+        const ONE: usize,
+        const TWO: usize,
+        const THREE: usize,
+        const WRAPPED: usize,
+    >(
         &self,
         rows: &mut Rows<'s, T, ONE, TWO, THREE, WRAPPED>,
         field: Field<'s, T>,

@@ -23,7 +23,12 @@ struct Rows<V> {
 impl<T: Real> Group<'_, '_, T> {
     /// J, edge by edge, 0 where `fast` is 0.
     #[inline(always)]
-    pub(super) fn jacobian<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], plaquettes: &[Plaquette<V>; 12], fast: V) -> Jacobian<V> {
+    pub(super) fn jacobian<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
+        &self,
+        header: &[T],
+        plaquettes: &[Plaquette<V>; 12],
+        fast: V,
+    ) -> Jacobian<V> {
         let mut j = [[V::splat(T::ZERO); 6]; 6];
         unroll!(e < S::EDGES; 0 1 2 3 4 5 6 7 8 9 10 11; {
             let (fa, fb) = (Edge::new::<S>(e).face_a(), Edge::new::<S>(e).face_b());
@@ -36,7 +41,12 @@ impl<T: Real> Group<'_, '_, T> {
 
     /// O, edge by edge, 0 where `fast` is 0. In one pass with J the smoother's frame with AVX-512 would be 3,200 bytes longer.
     #[inline(always)]
-    pub(super) fn outside<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], plaquettes: &[Plaquette<V>; 12], fast: V) -> Outside<V> {
+    pub(super) fn outside<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
+        &self,
+        header: &[T],
+        plaquettes: &[Plaquette<V>; 12],
+        fast: V,
+    ) -> Outside<V> {
         let mut o = [[V::splat(T::ZERO); 6]; 6];
         unroll!(e < S::EDGES; 0 1 2 3 4 5 6 7 8 9 10 11; {
             let (fa, fb) = (Edge::new::<S>(e).face_a(), Edge::new::<S>(e).face_b());
@@ -50,7 +60,13 @@ impl<T: Real> Group<'_, '_, T> {
 
     /// What the cell's own faces do at edge `e`, 0 where `fast` is 0.
     #[inline(always)]
-    fn rows<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(&self, header: &[T], plaquettes: &[Plaquette<V>; 12], e: usize, fast: V) -> Rows<V> {
+    fn rows<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
+        &self,
+        header: &[T],
+        plaquettes: &[Plaquette<V>; 12],
+        e: usize,
+        fast: V,
+    ) -> Rows<V> {
         let (_, [sigma_a, sigma_b]) = slopes::<S, V>(header, e);
         let Plaquette { omega, abar, bbar } = plaquettes[e];
         let (omega, abar, bbar) = (fast * omega, fast * abar, fast * bbar);
@@ -59,13 +75,19 @@ impl<T: Real> Group<'_, '_, T> {
         let (ba, bb) = (sigma_a * abar + omega, sigma_b * abar);
         let rows = [[aa, ab], [ba, bb]];
         if !VISCOUS {
-            return Rows { inside: rows, outside: rows };
+            return Rows {
+                inside: rows,
+                outside: rows,
+            };
         }
         // .. and what viscosity does at the cell's own face, the opposite outside.
         let viscosity = self.viscosity::<V>();
         let (drag_a, drag_b) = (viscosity * sigma_a, viscosity * sigma_b);
         let (drag_aa, drag_ab, drag_bb) = (drag_a * sigma_a, drag_a * sigma_b, drag_b * sigma_b);
-        Rows { inside: [[aa + drag_aa, ab + drag_ab], [ba + drag_ab, bb + drag_bb]], outside: [[aa - drag_aa, ab - drag_ab], [ba - drag_ab, bb - drag_bb]] }
+        Rows {
+            inside: [[aa + drag_aa, ab + drag_ab], [ba + drag_ab, bb + drag_bb]],
+            outside: [[aa - drag_aa, ab - drag_ab], [ba - drag_ab, bb - drag_bb]],
+        }
     }
 }
 
@@ -166,7 +188,10 @@ impl<V: Vector> Outside<V> {
 #[inline(always)]
 pub(super) fn slopes<S: Space, V: Vector>(header: &[V::Elem], e: usize) -> ([V; 2], [V; 2]) {
     let edge = Edge::new::<S>(e);
-    let (inverse_a, inverse_b): (V, V) = (at(header, Header::<S>::EDGES + 2 * e), at(header, Header::<S>::EDGES + 2 * e + 1));
+    let (inverse_a, inverse_b): (V, V) = (
+        at(header, Header::<S>::EDGES + 2 * e),
+        at(header, Header::<S>::EDGES + 2 * e + 1),
+    );
     let sigma_a = if edge.side_b == 1 { inverse_b } else { -inverse_b };
     let sigma_b = if edge.side_a == 1 { -inverse_a } else { inverse_a };
     ([inverse_a, inverse_b], [sigma_a, sigma_b])

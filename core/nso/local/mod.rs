@@ -94,7 +94,11 @@ pub fn scratch_len<S: Space>(slots: usize, lanes: usize) -> usize {
 /// Lanes of a slot where a few are side by side in rows of `nx` cells: half as many, where that divides every vector, else those of `P`.
 #[cfg(target_arch = "x86_64")]
 fn slot_lanes<P: Vector>(nx: usize) -> usize {
-    if nx.is_multiple_of(2) && (nx / 2).is_power_of_two() { nx / 2 } else { P::LANES }
+    if nx.is_multiple_of(2) && (nx / 2).is_power_of_two() {
+        nx / 2
+    } else {
+        P::LANES
+    }
 }
 
 /// Vectors of scratch of a group, besides what is gathered.
@@ -149,7 +153,11 @@ compiled_once! {
 impl<T: Real> Row<'_, '_, T> {
     #[inline(always)]
     fn solve<S: Space>(self) {
-        if self.system.viscosity == T::ZERO { self.solve_at_level::<S, false>() } else { self.solve_at_level::<S, true>() }
+        if self.system.viscosity == T::ZERO {
+            self.solve_at_level::<S, false>()
+        } else {
+            self.solve_at_level::<S, true>()
+        }
     }
 
     /// With the longest vectors that the processor has and `lanes` allows; where a row has no more cells than the shortest have lanes, with a few slots in each.
@@ -160,7 +168,10 @@ impl<T: Real> Row<'_, '_, T> {
             let half = self.out.half;
             if simd::level() == Level::Avx512 && T::Wide::LANES <= self.lanes {
                 // In 3D those of AVX2 do as well, and this frame would be too long for the C library's stack.
-                if S::DIM == 2 && half <= T::Narrow::LANES && self.has_room_for_slots::<S, T::Wide, T::Narrow>() {
+                if S::DIM == 2
+                    && half <= T::Narrow::LANES
+                    && self.has_room_for_slots::<S, T::Wide, T::Narrow>()
+                {
                     #[allow(unsafe_code)]
                     // SAFETY: `level` says that the processor has AVX-512.
                     return unsafe { avx512_slots::<T, S, T::Narrow, VISCOUS>(self) };
@@ -192,20 +203,46 @@ impl<T: Real> Row<'_, '_, T> {
     /// A few groups at a time, slot after slot, and back.
     #[inline(always)]
     fn solve_groups<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(self) {
-        let Row { system, row, cells, lanes, scratch, mut out } = self;
-        let (slots, most, above_wall) = (system.slots, (lanes / V::LANES).min(GROUPS), system.grid.wall_below(row, 1));
+        let Row {
+            system,
+            row,
+            cells,
+            lanes,
+            scratch,
+            mut out,
+        } = self;
+        let (slots, most, above_wall) = (
+            system.slots,
+            (lanes / V::LANES).min(GROUPS),
+            system.grid.wall_below(row, 1),
+        );
         let (gathered, scratch) = scratch.split_at_mut(most * Gathered::<S>::SIZE * V::LANES);
         for start in (0..cells.count).step_by(most * V::LANES) {
-            let part = Cells { start: cells.start + 2 * start, count: (most * V::LANES).min(cells.count - start) };
+            let part = Cells {
+                start: cells.start + 2 * start,
+                count: (most * V::LANES).min(cells.count - start),
+            };
             let gathered = &mut gathered[..part.count.div_ceil(V::LANES) * Gathered::<S>::SIZE * V::LANES];
             let gather = Gather::new::<S>(system, row, part);
             gathered.fill(T::ZERO);
             let mut rest = scratch.chunks_exact_mut(per_group::<S>(slots) * V::LANES);
             let mut groups: [_; GROUPS] = core::array::from_fn(|index| {
                 let first = start + index * V::LANES;
-                let scratch = if first < cells.count { rest.next()? } else { return None };
+                let scratch = if first < cells.count {
+                    rest.next()?
+                } else {
+                    return None;
+                };
                 let count = V::LANES.min(cells.count - first);
-                let group = Group { system, row, x: cells.start + 2 * first, first, count, above_wall, in_order: false };
+                let group = Group {
+                    system,
+                    row,
+                    x: cells.start + 2 * first,
+                    first,
+                    count,
+                    above_wall,
+                    in_order: false,
+                };
                 let (header, scratch) = scratch.split_at_mut(Header::<S>::SIZE * V::LANES);
                 group.fill_header::<S, V>(V::LANES, header);
                 let (lower, kept) = scratch.split_at_mut(lower::<S>() * V::LANES);
@@ -216,7 +253,12 @@ impl<T: Real> Row<'_, '_, T> {
                     gather.fill::<S, V>(k, gathered);
                     let gathered = gathered.chunks_exact(Gathered::<S>::SIZE * V::LANES);
                     for ((group, header, _, kept), gathered) in groups.iter_mut().flatten().zip(gathered) {
-                        group.assemble::<S, V, VISCOUS>(header, gathered, V::splat(group.diagonal(k)), slot_mut::<S, V>(kept, k));
+                        group.assemble::<S, V, VISCOUS>(
+                            header,
+                            gathered,
+                            V::splat(group.diagonal(k)),
+                            slot_mut::<S, V>(kept, k),
+                        );
                     }
                 }
                 if k > 0 {
@@ -234,19 +276,40 @@ impl<T: Real> Row<'_, '_, T> {
     /// Whether scratch has room for [`Self::solve_slots`].
     #[cfg(target_arch = "x86_64")]
     fn has_room_for_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(&self) -> bool {
-        P::LANES < V::LANES && parts_for_slots::<S, V, P>(self.system.slots).into_iter().map(pooled).sum::<usize>() <= self.scratch.len()
+        P::LANES < V::LANES
+            && parts_for_slots::<S, V, P>(self.system.slots)
+                .into_iter()
+                .map(pooled)
+                .sum::<usize>()
+                <= self.scratch.len()
     }
 
     /// One group, of a row too short for vectors `V`: a few slots side by side are gathered and assembled, then cut up into vectors `P` of a slot each.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     fn solve_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const VISCOUS: bool>(self) {
-        let Row { system, row, cells, scratch, mut out, .. } = self;
+        let Row {
+            system,
+            row,
+            cells,
+            scratch,
+            mut out,
+            ..
+        } = self;
         let (slots, above_wall) = (system.slots, system.grid.wall_below(row, 1));
         let each = slot_lanes::<P>(system.grid.n[0]);
         let (side_by_side, mut pool) = ((V::LANES / each).max(1), Pool::new(scratch));
-        let [gathered, long_header, long, header, lower, kept] = parts_for_slots::<S, V, P>(slots).map(|len| pool.take(len));
-        let group = Group { system, row, x: cells.start, first: 0, count: cells.count, above_wall, in_order: true };
+        let [gathered, long_header, long, header, lower, kept] =
+            parts_for_slots::<S, V, P>(slots).map(|len| pool.take(len));
+        let group = Group {
+            system,
+            row,
+            x: cells.start,
+            first: 0,
+            count: cells.count,
+            above_wall,
+            in_order: true,
+        };
         group.fill_header::<S, V>(each, long_header);
         group.fill_header::<S, P>(P::LANES, header);
         let mut gather = Gather::new::<S>(system, row, cells);
@@ -260,7 +323,12 @@ impl<T: Real> Row<'_, '_, T> {
                 for (lane, diagonal) in diagonal.iter_mut().enumerate() {
                     *diagonal = group.diagonal(k + lane / each);
                 }
-                group.assemble::<S, V, VISCOUS>(long_header, gathered, V::load(&diagonal), slot_mut::<S, V>(long, 0));
+                group.assemble::<S, V, VISCOUS>(
+                    long_header,
+                    gathered,
+                    V::load(&diagonal),
+                    slot_mut::<S, V>(long, 0),
+                );
             }
             let numbers = long.get(place * each..).unwrap_or_default().chunks(V::LANES);
             for (numbers, now) in numbers.zip(slot_mut::<S, P>(kept, k).chunks_exact_mut(P::LANES)) {
@@ -279,7 +347,11 @@ impl<T: Real> Row<'_, '_, T> {
 /// vectors `P` from any lane on; header, lower block and what is kept of each slot.
 #[cfg(target_arch = "x86_64")]
 fn parts_for_slots<S: Space, V: Vector, P: Vector>(slots: usize) -> [usize; 6] {
-    let long = [Gathered::<S>::SIZE * V::LANES, Header::<S>::SIZE * V::LANES, Kept::<S>::SIZE * V::LANES + P::LANES];
+    let long = [
+        Gathered::<S>::SIZE * V::LANES,
+        Header::<S>::SIZE * V::LANES,
+        Kept::<S>::SIZE * V::LANES + P::LANES,
+    ];
     let short = [Header::<S>::SIZE, lower::<S>(), slots * Kept::<S>::SIZE].map(|vectors| vectors * P::LANES);
     [long[0], long[1], long[2], short[0], short[1], short[2]]
 }
@@ -377,7 +449,11 @@ impl<T: Real> Group<'_, '_, T> {
                 let edge = Edge::new::<S>(e);
                 let free = !wall(2 * edge.a + edge.side_a) && !wall(2 * edge.b + edge.side_b);
                 for (i, axis) in [edge.a, edge.b].into_iter().enumerate() {
-                    let inverse = if free { T::from_f64(0.25 / grid.h[axis]) } else { T::ZERO };
+                    let inverse = if free {
+                        T::from_f64(0.25 / grid.h[axis])
+                    } else {
+                        T::ZERO
+                    };
                     header[(Header::<S>::EDGES + 2 * e + i) * lanes + l] = inverse;
                 }
             }

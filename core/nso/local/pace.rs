@@ -31,7 +31,9 @@ impl Slow<f64> {
     /// From that at kappa = 1, that of a problem with this kappa.
     #[must_use]
     pub fn at<T: Real>(self, kappa: f64) -> Slow<T> {
-        Slow { squares: T::from_f64((self.squares * kappa).min(MOST)) }
+        Slow {
+            squares: T::from_f64((self.squares * kappa).min(MOST)),
+        }
     }
 }
 

@@ -35,7 +35,11 @@ pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
     for (walls, row) in table.chunks_exact_mut(Place::<S>::SIZE).enumerate() {
         let mut g = [0.0; 6];
         for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
-            *g = if walls >> f & 1 == 1 { 0.0 } else { [-1.0, 1.0][f % 2] / h[f / 2] };
+            *g = if walls >> f & 1 == 1 {
+                0.0
+            } else {
+                [-1.0, 1.0][f % 2] / h[f / 2]
+            };
         }
         let squared: f64 = g.iter().map(|g| g * g).sum();
         let above_wall = walls >> BELOW & 1 == 1;

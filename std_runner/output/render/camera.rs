@@ -43,9 +43,25 @@ impl Camera {
         let right = [turn.1, turn.0, 0.0];
         let forward = [-turn.0 * raise.1, turn.1 * raise.1, -raise.0];
         let up = [-turn.0 * raise.0, turn.1 * raise.0, raise.1];
-        let mut camera = Self { width: ACROSS, height: 1, cells, right, up, forward, pitch: 1.0, corner: [0.0; 2], edges: Vec::new() };
+        let mut camera = Self {
+            width: ACROSS,
+            height: 1,
+            cells,
+            right,
+            up,
+            forward,
+            pitch: 1.0,
+            corner: [0.0; 2],
+            edges: Vec::new(),
+        };
         let corners = camera.corners().map(|corner| camera.project(corner));
-        let bound = |axis: usize, pick: fn(f32, f32) -> f32| corners.iter().map(|corner| corner[axis]).reduce(pick).unwrap_or(0.0);
+        let bound = |axis: usize, pick: fn(f32, f32) -> f32| {
+            corners
+                .iter()
+                .map(|corner| corner[axis])
+                .reduce(pick)
+                .unwrap_or(0.0)
+        };
         let (left, right) = (bound(0, f32::min), bound(0, f32::max));
         let (bottom, top) = (bound(1, f32::min), bound(1, f32::max));
         let margin = MARGIN * (right - left).max(top - bottom);
@@ -61,7 +77,9 @@ impl Camera {
     /// The ray through a pixel, if it meets the box.
     pub fn ray(&self, column: usize, row: usize) -> Option<Ray> {
         let [across, above] = self.place(column, row);
-        let origin: Vector = core::array::from_fn(|axis| 0.5 * self.cells[axis] + across * self.right[axis] + above * self.up[axis]);
+        let origin: Vector = core::array::from_fn(|axis| {
+            0.5 * self.cells[axis] + across * self.right[axis] + above * self.up[axis]
+        });
         let (mut near, mut far) = (f32::NEG_INFINITY, f32::INFINITY);
         for ((origin, forward), cells) in origin.iter().zip(self.forward).zip(self.cells) {
             let ends = [0.0, cells].map(|side| (side - origin) / forward);
@@ -85,15 +103,30 @@ impl Camera {
     /// How close a pixel is to an edge of the box, in pixels; the three edges at the nearest corner do not count.
     pub fn edge_distance(&self, column: usize, row: usize) -> f32 {
         let place = self.place(column, row);
-        self.edges.iter().map(|&[from, to]| distance(place, from, to)).fold(f32::INFINITY, f32::min) / self.pitch
+        self.edges
+            .iter()
+            .map(|&[from, to]| distance(place, from, to))
+            .fold(f32::INFINITY, f32::min)
+            / self.pitch
     }
 
     fn place(&self, column: usize, row: usize) -> [f32; 2] {
-        [self.corner[0] + (column as f32 + 0.5) * self.pitch, self.corner[1] - (row as f32 + 0.5) * self.pitch]
+        [
+            self.corner[0] + (column as f32 + 0.5) * self.pitch,
+            self.corner[1] - (row as f32 + 0.5) * self.pitch,
+        ]
     }
 
     fn corners(&self) -> [Vector; 8] {
-        core::array::from_fn(|corner| core::array::from_fn(|axis| if (corner >> axis) & 1 == 1 { self.cells[axis] } else { 0.0 }))
+        core::array::from_fn(|corner| {
+            core::array::from_fn(|axis| {
+                if (corner >> axis) & 1 == 1 {
+                    self.cells[axis]
+                } else {
+                    0.0
+                }
+            })
+        })
     }
 
     fn project(&self, point: Vector) -> [f32; 2] {
@@ -103,7 +136,10 @@ impl Camera {
 
     fn visible_edges(&self) -> Vec<[[f32; 2]; 2]> {
         let corners = self.corners();
-        let nearest = (0..3).filter(|&axis| self.forward[axis] < 0.0).map(|axis| 1 << axis).sum::<usize>();
+        let nearest = (0..3)
+            .filter(|&axis| self.forward[axis] < 0.0)
+            .map(|axis| 1 << axis)
+            .sum::<usize>();
         let mut edges = Vec::new();
         for corner in 0..8_usize {
             for other in [1, 2, 4].map(|bit| corner | bit) {
@@ -121,7 +157,10 @@ fn dot(left: Vector, right: Vector) -> f32 {
 }
 
 fn distance(point: [f32; 2], from: [f32; 2], to: [f32; 2]) -> f32 {
-    let (side, offset) = ([to[0] - from[0], to[1] - from[1]], [point[0] - from[0], point[1] - from[1]]);
+    let (side, offset) = (
+        [to[0] - from[0], to[1] - from[1]],
+        [point[0] - from[0], point[1] - from[1]],
+    );
     let square = (side[0] * side[0] + side[1] * side[1]).max(1e-12);
     let part = ((offset[0] * side[0] + offset[1] * side[1]) / square).clamp(0.0, 1.0);
     (offset[0] - part * side[0]).hypot(offset[1] - part * side[1])

@@ -51,9 +51,18 @@ pub(super) fn photograph(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
 pub(super) fn chart(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
     let camera = Camera::new(smoke.cells);
     let sum = |column: usize, row: usize| {
-        let Some(ray) = camera.ray(column, row) else { return 0.0 };
+        let Some(ray) = camera.ray(column, row) else {
+            return 0.0;
+        };
         let steps = ((ray.far - ray.near) / STRIDE) as usize;
-        let at = |step: usize| sample(smoke, &smoke.values, camera.along(&ray, ray.near + (step as f32 + 0.5) * STRIDE)).0;
+        let at = |step: usize| {
+            sample(
+                smoke,
+                &smoke.values,
+                camera.along(&ray, ray.near + (step as f32 + 0.5) * STRIDE),
+            )
+            .0
+        };
         let total: f32 = (0..steps).map(at).sum::<f32>() * STRIDE / smoke.longest();
         total.signum() * (1.0 - (-total.abs() / DIFFERENCE).exp())
     };
@@ -65,7 +74,9 @@ fn picture(smoke: &Smoke, look: impl Fn(&Camera, &Ray) -> (f32, f32, f32)) -> (u
     let camera = Camera::new(smoke.cells);
     let pixel = |column: usize, row: usize| {
         let edge = EDGE * (1.5 - camera.edge_distance(column, row)).clamp(0.0, 1.0);
-        let (brightness, clear, floor) = camera.ray(column, row).map_or((0.0, 1.0, 0.0), |ray| look(&camera, &ray));
+        let (brightness, clear, floor) = camera
+            .ray(column, row)
+            .map_or((0.0, 1.0, 0.0), |ray| look(&camera, &ray));
         brightness + clear * (floor + edge)
     };
     enlarged(&camera, pixel)
@@ -80,7 +91,11 @@ pub(super) fn pixels(cells: [usize; 3]) -> usize {
 fn enlarged(camera: &Camera, pixel: impl Fn(usize, usize) -> f32) -> (usize, usize, Vec<f32>) {
     let places = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
     let small: Vec<f32> = places.map(|(column, row)| pixel(column, row)).collect();
-    (camera.width * FACTOR, camera.height * FACTOR, enlarge(&small, camera.width, FACTOR))
+    (
+        camera.width * FACTOR,
+        camera.height * FACTOR,
+        enlarge(&small, camera.width, FACTOR),
+    )
 }
 
 /// Density and `light` at a point, trilinear between cell centres; there is no smoke beyond the walls' cells.
@@ -98,7 +113,13 @@ fn sample(smoke: &Smoke, light: &[f32], point: Vector) -> (f32, f32) {
     let [nx, ny, _] = smoke.cells;
     let (mut density, mut lit) = (0.0, 0.0);
     for corner in 0..8 {
-        let pick = |axis: usize| if (corner >> axis) & 1 == 1 { (high[axis], part[axis]) } else { (low[axis], 1.0 - part[axis]) };
+        let pick = |axis: usize| {
+            if (corner >> axis) & 1 == 1 {
+                (high[axis], part[axis])
+            } else {
+                (low[axis], 1.0 - part[axis])
+            }
+        };
         let [(x, wx), (y, wy), (z, wz)] = [pick(0), pick(1), pick(2)];
         let (cell, weight) = ((z * ny + y) * nx + x, wx * wy * wz);
         density += weight * smoke.values[cell];

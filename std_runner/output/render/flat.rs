@@ -31,7 +31,11 @@ pub(super) fn photograph(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
 /// Width, height and value -1 ..= 1 of each pixel, from the top.
 pub(super) fn chart(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
     let (width, height, values) = from_the_top(smoke, &smoke.values);
-    (width, height, values.into_iter().map(|value| value.clamp(-1.0, 1.0)).collect())
+    (
+        width,
+        height,
+        values.into_iter().map(|value| value.clamp(-1.0, 1.0)).collect(),
+    )
 }
 
 /// Pixels of a picture of `nx` by `ny` cells.

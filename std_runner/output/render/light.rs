@@ -40,7 +40,11 @@ fn sample(layer: &[f32], [nx, ny]: [usize; 2], x: f32, y: f32) -> f32 {
     let (right, back) = (x - x0, y - y0);
     let at = |x: f32, y: f32| {
         let inside = x >= 0.0 && y >= 0.0 && x < nx as f32 && y < ny as f32;
-        if inside { layer[y as usize * nx + x as usize] } else { 1.0 }
+        if inside {
+            layer[y as usize * nx + x as usize]
+        } else {
+            1.0
+        }
     };
     let front_row = at(x0, y0) * (1.0 - right) + at(x0 + 1.0, y0) * right;
     if back == 0.0 {

@@ -24,12 +24,30 @@ impl Smoke {
     /// `density` of a grid of `cells`, divided by `full`.
     pub fn new(cells: &[usize], density: Vec<f32>, full: f32) -> Self {
         let scale = if full > 0.0 { 1.0 / full } else { 1.0 };
-        let drawn = |value: f32| if value.is_finite() { (value * scale).clamp(-2.0, 2.0) } else { 0.0 };
+        let drawn = |value: f32| {
+            if value.is_finite() {
+                (value * scale).clamp(-2.0, 2.0)
+            } else {
+                0.0
+            }
+        };
         let values = density.into_iter().map(drawn).collect();
         match *cells {
-            [nx, ny, nz] => Self { cells: [nx, ny, nz], values, flat: false },
-            [nx, ny] => Self { cells: [nx, 1, ny], values, flat: true },
-            _ => Self { cells: [values.len(), 1, 1], values, flat: true },
+            [nx, ny, nz] => Self {
+                cells: [nx, ny, nz],
+                values,
+                flat: false,
+            },
+            [nx, ny] => Self {
+                cells: [nx, 1, ny],
+                values,
+                flat: true,
+            },
+            _ => Self {
+                cells: [values.len(), 1, 1],
+                values,
+                flat: true,
+            },
         }
     }
 
@@ -44,22 +62,51 @@ impl Smoke {
 
     /// What `self` has more than `other`, negative where it has less.
     pub fn minus(&self, other: &Self) -> Self {
-        let values = self.values.iter().zip(&other.values).map(|(mine, theirs)| mine - theirs).collect();
+        let values = self
+            .values
+            .iter()
+            .zip(&other.values)
+            .map(|(mine, theirs)| mine - theirs)
+            .collect();
         Self { values, ..*self }
     }
 
     /// The smoke in its light.
     pub fn photograph(&self) -> Picture {
-        let (width, height, brightness) = if self.flat { flat::photograph(self) } else { deep::photograph(self) };
-        let levels = brightness.into_iter().map(|value| (value * 255.0).round().clamp(0.0, 255.0) as u8).collect();
-        Picture { width, height, levels, palette: Palette::Smoke }
+        let (width, height, brightness) = if self.flat {
+            flat::photograph(self)
+        } else {
+            deep::photograph(self)
+        };
+        let levels = brightness
+            .into_iter()
+            .map(|value| (value * 255.0).round().clamp(0.0, 255.0) as u8)
+            .collect();
+        Picture {
+            width,
+            height,
+            levels,
+            palette: Palette::Smoke,
+        }
     }
 
     /// The signed values themselves, for differences.
     pub fn chart(&self) -> Picture {
-        let (width, height, values) = if self.flat { flat::chart(self) } else { deep::chart(self) };
-        let levels = values.into_iter().map(|value| (128.0 + value * 127.0).round().clamp(0.0, 255.0) as u8).collect();
-        Picture { width, height, levels, palette: Palette::Difference }
+        let (width, height, values) = if self.flat {
+            flat::chart(self)
+        } else {
+            deep::chart(self)
+        };
+        let levels = values
+            .into_iter()
+            .map(|value| (128.0 + value * 127.0).round().clamp(0.0, 255.0) as u8)
+            .collect();
+        Picture {
+            width,
+            height,
+            levels,
+            palette: Palette::Difference,
+        }
     }
 
     /// Cells of the longest side.

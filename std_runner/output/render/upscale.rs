@@ -12,7 +12,13 @@ pub(super) fn enlarge(picture: &[f32], width: usize, factor: usize) -> Vec<f32> 
         for column in 0..width {
             for (first, weights) in &taps {
                 let at = |tap: usize| row[clamp(column as i64 + first + tap as i64, width)];
-                wide.push(weights.iter().enumerate().map(|(tap, weight)| weight * at(tap)).sum());
+                wide.push(
+                    weights
+                        .iter()
+                        .enumerate()
+                        .map(|(tap, weight)| weight * at(tap))
+                        .sum(),
+                );
             }
         }
     }
@@ -24,7 +30,9 @@ pub(super) fn enlarge(picture: &[f32], width: usize, factor: usize) -> Vec<f32> 
                 let from = clamp(row as i64 + first + tap as i64, height);
                 &wide[from * line..][..line]
             });
-            large.extend((0..line).map(|column| (0..4).map(|tap| weights[tap] * rows[tap][column]).sum::<f32>()));
+            large.extend(
+                (0..line).map(|column| (0..4).map(|tap| weights[tap] * rows[tap][column]).sum::<f32>()),
+            );
         }
     }
     large
@@ -63,7 +71,11 @@ mod tests {
 
     #[test]
     fn a_constant_stays_constant() {
-        assert!(enlarge(&[0.7; 12], 4, 3).iter().all(|value| (value - 0.7).abs() < 1e-5));
+        assert!(
+            enlarge(&[0.7; 12], 4, 3)
+                .iter()
+                .all(|value| (value - 0.7).abs() < 1e-5)
+        );
     }
 
     #[test]

@@ -18,7 +18,10 @@ pub struct Carry<'g> {
 impl<'g> Carry<'g> {
     /// In sub-steps of Courant number at most 1.
     pub fn new(grid: &'g Grid, scheme: Scheme, tolerance: f64) -> Self {
-        Self { grid, stepping: Advection { scheme, tolerance }.into() }
+        Self {
+            grid,
+            stepping: Advection { scheme, tolerance }.into(),
+        }
     }
 
     /// In sub-steps of Courant number at most `courant`.
@@ -28,13 +31,21 @@ impl<'g> Carry<'g> {
     }
 
     /// A transport with `v` loaded.
-    fn with<T: Real, R>(&self, v: &Components<T>, work: impl FnOnce(&mut Transport<'_, T>) -> R) -> Result<R, TooFast> {
+    fn with<T: Real, R>(
+        &self,
+        v: &Components<T>,
+        work: impl FnOnce(&mut Transport<'_, T>) -> R,
+    ) -> Result<R, TooFast> {
         let mut ledger = Ledger::new();
         Transport::<T>::requirement(&mut ledger, self.grid, 1);
         let mut numbers = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
         let mut sums = vec![0.0; self.grid.rows()];
         let mut transport = Transport::carve(self.grid, self.stepping, 1.0, 1, &mut Pool::new(&mut numbers));
-        let flow = Flow { initial: view(v), v: view(v), along: None };
+        let flow = Flow {
+            initial: view(v),
+            v: view(v),
+            along: None,
+        };
         transport.load(&Serial, &flow, 1, 0, &mut sums)?;
         Ok(work(&mut transport))
     }
@@ -49,7 +60,12 @@ impl<'g> Carry<'g> {
     }
 
     /// A_rho^T mu and A_v^T mu.
-    pub fn backward<T: Real>(&self, v: &Components<T>, rho: &[T], mu: &[T]) -> Result<(Vec<T>, Components<T>), TooFast> {
+    pub fn backward<T: Real>(
+        &self,
+        v: &Components<T>,
+        rho: &[T],
+        mu: &[T],
+    ) -> Result<(Vec<T>, Components<T>), TooFast> {
         self.with(v, |transport| {
             let mut mu = mu.to_vec();
             transport.backward(&Serial, rho, &mut mu);

@@ -3,7 +3,10 @@
 use super::{Memory, boundaries, grid, places};
 use core::ops::ControlFlow;
 use thurible_core::grid::Grid;
-use thurible_core::{Advection, Boundary, Event, Exec, Method, Observer, Params, Plan, Problem, Progress, Real, Scheme, Serial, Silent, Solver, Space, Status};
+use thurible_core::{
+    Advection, Boundary, Event, Exec, Method, Observer, Params, Plan, Problem, Progress, Real, Scheme,
+    Serial, Silent, Solver, Space, Status,
+};
 
 /// A problem with its densities.
 #[derive(Clone, Debug)]
@@ -36,25 +39,45 @@ pub struct Scene {
 
 /// The choices of a solve by ADMM.
 pub fn admm() -> Params {
-    Params { method: Method::Admm, ..Params::default() }
+    Params {
+        method: Method::Admm,
+        ..Params::default()
+    }
 }
 
 /// Soft balls of `radius` around centres in box lengths.
 pub fn balls(grid: &Grid, centres: &[[f64; 3]], radius: f64) -> Vec<f64> {
     let largest = 1.0 / grid.h[0];
-    let middle = |at: [usize; 3], a: usize| if a < grid.dims { (at[a] as f64 + 0.5) / largest } else { 0.5 };
+    let middle = |at: [usize; 3], a: usize| {
+        if a < grid.dims {
+            (at[a] as f64 + 0.5) / largest
+        } else {
+            0.5
+        }
+    };
     let one = |at: [usize; 3], centre: &[f64; 3]| {
-        let distance = (0..3).map(|a| (middle(at, a) - if a < grid.dims { centre[a] } else { 0.5 }).powi(2)).sum::<f64>().sqrt();
+        let distance = (0..3)
+            .map(|a| (middle(at, a) - if a < grid.dims { centre[a] } else { 0.5 }).powi(2))
+            .sum::<f64>()
+            .sqrt();
         0.5 - 0.5 * ((distance - radius) / grid.h[0]).tanh()
     };
-    places(grid).map(|at| centres.iter().map(|centre| one(at, centre)).sum::<f64>().min(1.0)).collect()
+    places(grid)
+        .map(|at| centres.iter().map(|centre| one(at, centre)).sum::<f64>().min(1.0))
+        .collect()
 }
 
 impl Scene {
     /// A ball that should be elsewhere at the end: a small problem of any shape.
     pub fn small(cells: &[usize], ends: &str, steps: usize) -> Self {
         let grid = grid(cells, ends);
-        let side = |a: usize| if a < cells.len() { cells[a] as f64 * grid.h[0] } else { 1.0 };
+        let side = |a: usize| {
+            if a < cells.len() {
+                cells[a] as f64 * grid.h[0]
+            } else {
+                1.0
+            }
+        };
         let at = |x: f64, y: f64| [x * side(0), y * side(1), 0.5 * side(2)];
         let radius = 0.25 * (0..cells.len()).map(side).fold(1.0, f64::min);
         Scene {
@@ -68,17 +91,35 @@ impl Scene {
             force_weight: 1e2,
             scheme: Scheme::Quick,
             cut: 1e-5,
-            params: Params { iterations: 3, ..admm() },
-            densities: vec![balls(&grid, &[at(0.4, 0.45)], radius), balls(&grid, &[at(0.6, 0.55)], radius)],
+            params: Params {
+                iterations: 3,
+                ..admm()
+            },
+            densities: vec![
+                balls(&grid, &[at(0.4, 0.45)], radius),
+                balls(&grid, &[at(0.6, 0.55)], radius),
+            ],
         }
     }
 
     /// Circle to two circles, 32 x 32 x 20, the case of the prototypes.
     pub fn two_circles() -> Self {
         let grid = grid(&[32, 32], "ww");
-        let (one, two) = (balls(&grid, &[[0.5, 0.5, 0.5]], 0.2), balls(&grid, &[[0.3, 0.5, 0.5], [0.7, 0.5, 0.5]], 0.14));
-        let params = Params { iterations: 25, ..admm() };
-        Scene { force_weight: 1e3, scheme: Scheme::Central, params, densities: vec![one, two], ..Self::small(&[32, 32], "ww", 20) }
+        let (one, two) = (
+            balls(&grid, &[[0.5, 0.5, 0.5]], 0.2),
+            balls(&grid, &[[0.3, 0.5, 0.5], [0.7, 0.5, 0.5]], 0.14),
+        );
+        let params = Params {
+            iterations: 25,
+            ..admm()
+        };
+        Scene {
+            force_weight: 1e3,
+            scheme: Scheme::Central,
+            params,
+            densities: vec![one, two],
+            ..Self::small(&[32, 32], "ww", 20)
+        }
     }
 
     /// As the core takes it.
@@ -94,7 +135,10 @@ impl Scene {
             force_weight: self.force_weight,
             filters: None,
             match_mass: true,
-            advection: Advection { scheme: self.scheme, tolerance: self.cut },
+            advection: Advection {
+                scheme: self.scheme,
+                tolerance: self.cut,
+            },
             projection_tolerance: 1e-5,
         }
     }
@@ -105,7 +149,11 @@ impl Scene {
     }
 
     /// Calls `work` with a solver that has its densities, in a block filled with `fill`.
-    pub fn with_fill<T: Real, S: Space, R>(&self, fill: u8, work: impl FnOnce(&mut Solver<'_, T, S>) -> R) -> R {
+    pub fn with_fill<T: Real, S: Space, R>(
+        &self,
+        fill: u8,
+        work: impl FnOnce(&mut Solver<'_, T, S>) -> R,
+    ) -> R {
         let mut memory = Memory::filled(self.plan::<T, S>().bytes(), fill);
         let mut solver = Solver::<T, S>::new(&self.problem(), &self.params, memory.block()).unwrap();
         solver.set_source(&super::cast(&self.densities[0])).unwrap();
@@ -151,14 +199,24 @@ pub struct Solved {
 
 impl Solved {
     /// Solves to the end.
-    pub fn run<T: Real, S: Space>(scene: &Scene, solver: &mut Solver<'_, T, S>, exec: &dyn Exec, observer: &mut dyn Observer) -> Self {
+    pub fn run<T: Real, S: Space>(
+        scene: &Scene,
+        solver: &mut Solver<'_, T, S>,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+    ) -> Self {
         let mut history = Vec::new();
         let status = solver.solve(exec, observer, &mut |progress| history.push(progress.clone()));
         Self::read(scene, solver, status, history)
     }
 
     /// Reads the result.
-    pub fn read<T: Real, S: Space>(scene: &Scene, solver: &Solver<'_, T, S>, status: Status, history: Vec<Progress>) -> Self {
+    pub fn read<T: Real, S: Space>(
+        scene: &Scene,
+        solver: &Solver<'_, T, S>,
+        status: Status,
+        history: Vec<Progress>,
+    ) -> Self {
         let vector = |take: &dyn Fn(usize, &mut [T])| {
             let component = |axis| {
                 let mut out = vec![T::from_f64(f64::NAN); solver.faces(axis)];
@@ -172,17 +230,31 @@ impl Solved {
             status,
             history,
             objective: [objective.data, objective.force],
-            density: (0..=scene.steps).map(|i| super::cast(solver.density(i))).collect(),
-            velocity: (0..scene.steps).map(|i| vector(&|axis, out| solver.velocity(i, axis, out))).collect(),
-            force: (0..scene.steps - 1).map(|i| vector(&|axis, out| solver.force(i, axis, out))).collect(),
-            targets: (0..scene.keyframes.len()).map(|i| super::cast(solver.keyframe(i))).collect(),
+            density: (0..=scene.steps)
+                .map(|i| super::cast(solver.density(i)))
+                .collect(),
+            velocity: (0..scene.steps)
+                .map(|i| vector(&|axis, out| solver.velocity(i, axis, out)))
+                .collect(),
+            force: (0..scene.steps - 1)
+                .map(|i| vector(&|axis, out| solver.force(i, axis, out)))
+                .collect(),
+            targets: (0..scene.keyframes.len())
+                .map(|i| super::cast(solver.keyframe(i)))
+                .collect(),
         }
     }
 
     /// All numbers of the result, bit by bit.
     pub fn bits(&self) -> Vec<u64> {
         let faces = self.velocity.iter().chain(&self.force).flatten().flatten();
-        self.density.iter().flatten().chain(faces).chain(&self.objective).map(|x| x.to_bits()).collect()
+        self.density
+            .iter()
+            .flatten()
+            .chain(faces)
+            .chain(&self.objective)
+            .map(|x| x.to_bits())
+            .collect()
     }
 }
 
@@ -197,6 +269,10 @@ pub struct StopAt {
 impl Observer for StopAt {
     fn on(&mut self, _event: Event) -> ControlFlow<()> {
         self.seen += 1;
-        if self.seen > self.at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.seen > self.at {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }

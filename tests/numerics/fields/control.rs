@@ -50,7 +50,13 @@ impl<T: Real> Control<'_, T> {
     /// One call of AO with `iterations` from v with multipliers lambda / K.
     pub fn solve(&self, v: &Components<T>, multiplier: &Components<T>, iterations: usize) -> Found<T> {
         let (grid, slots) = (self.grid, self.steps - 1);
-        let setup = Setup { penalty: self.penalty, iterations, momentum: 0.0, projection_tolerance: 1e-13, carrier: self.carrier() };
+        let setup = Setup {
+            penalty: self.penalty,
+            iterations,
+            momentum: 0.0,
+            projection_tolerance: 1e-13,
+            carrier: self.carrier(),
+        };
         let mut ledger = Ledger::new();
         ao::requirement::<T>(&mut ledger, grid, &setup);
         let mut region = vec![T::ZERO; ledger.bytes().unwrap() / T::BYTES];
@@ -70,13 +76,33 @@ impl<T: Real> Control<'_, T> {
             keyframes: &keyframes,
         };
         let mut step = 1.0;
-        let info = ao::solve(&Serial, &mut Silent, &levels, &setup, fields, &mut step, &mut region, &mut sums).unwrap();
+        let info = ao::solve(
+            &Serial,
+            &mut Silent,
+            &levels,
+            &setup,
+            fields,
+            &mut step,
+            &mut region,
+            &mut sums,
+        )
+        .unwrap();
         Found { direction, info }
     }
 
     fn carrier(&self) -> carrier::Setup {
-        let metric = Metric { filters: self.filters, identity: 1.0 };
-        carrier::Setup { slots: self.steps - 1, metric, stepping: self.advection.into(), largest: 1.0, threads: 1, tandem: false }
+        let metric = Metric {
+            filters: self.filters,
+            identity: 1.0,
+        };
+        carrier::Setup {
+            slots: self.steps - 1,
+            metric,
+            stepping: self.advection.into(),
+            largest: 1.0,
+            threads: 1,
+            tandem: false,
+        }
     }
 
     /// The objective of the direct method at v with force weight r, and its gradient.
@@ -89,7 +115,12 @@ impl<T: Real> Control<'_, T> {
         let mut evaluation = Evaluation {
             levels: &levels,
             level: 0,
-            setup: evaluate::Setup { carrier: self.carrier(), viscosity: self.viscosity, force_weight, projection_tolerance: 1e-13 },
+            setup: evaluate::Setup {
+                carrier: self.carrier(),
+                viscosity: self.viscosity,
+                force_weight,
+                projection_tolerance: 1e-13,
+            },
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
             keyframes: Keyframes::new(self.keyframes, self.targets),
@@ -97,13 +128,34 @@ impl<T: Real> Control<'_, T> {
             sums: &mut vec![0.0; 2 * grid.rows()],
         };
         let (mut w, mut gradient) = (zeros(grid, slots), zeros(grid, slots));
-        let value = evaluation.value::<S>(&Serial, &mut Silent, view(v), &mut view_mut(&mut w), f64::INFINITY).unwrap();
-        evaluation.gradient::<S>(&Serial, &mut Silent, view(v), view(&w), &mut view_mut(&mut gradient)).unwrap();
+        let value = evaluation
+            .value::<S>(
+                &Serial,
+                &mut Silent,
+                view(v),
+                &mut view_mut(&mut w),
+                f64::INFINITY,
+            )
+            .unwrap();
+        evaluation
+            .gradient::<S>(
+                &Serial,
+                &mut Silent,
+                view(v),
+                view(&w),
+                &mut view_mut(&mut gradient),
+            )
+            .unwrap();
         (value, gradient)
     }
 
     /// The objective of the forces u with force weight r, and its gradient, with steps solved to `tolerance`; the work of both.
-    pub fn simulated<S: Space>(&self, u: &Components<T>, force_weight: f64, tolerance: f64) -> (Objective, Components<T>, [usize; 2]) {
+    pub fn simulated<S: Space>(
+        &self,
+        u: &Components<T>,
+        force_weight: f64,
+        tolerance: f64,
+    ) -> (Objective, Components<T>, [usize; 2]) {
         let (grid, slots) = (self.grid, self.steps - 1);
         let mut ledger = Ledger::new();
         Simulated::<T>::requirement(&mut ledger, grid, &self.carrier());
@@ -112,19 +164,47 @@ impl<T: Real> Control<'_, T> {
         let evaluation = Evaluation {
             levels: &levels,
             level: 0,
-            setup: evaluate::Setup { carrier: self.carrier(), viscosity: self.viscosity, force_weight, projection_tolerance: 1e-13 },
+            setup: evaluate::Setup {
+                carrier: self.carrier(),
+                viscosity: self.viscosity,
+                force_weight,
+                projection_tolerance: 1e-13,
+            },
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
             keyframes: Keyframes::new(self.keyframes, self.targets),
             region: &mut vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES],
             sums: &mut vec![0.0; 2 * grid.rows()],
         };
-        let mut simulated = Simulated { evaluation, tolerance };
+        let mut simulated = Simulated {
+            evaluation,
+            tolerance,
+        };
         let (rest, mut v, mut gradient) = (zeros(grid, slots), zeros(grid, slots), zeros(grid, slots));
-        let warm = Warm { v: view(&rest), change: (view(&rest), 0.0) };
+        let warm = Warm {
+            v: view(&rest),
+            change: (view(&rest), 0.0),
+        };
         let mut work = [Work(0), Work(0)];
-        let value = simulated.value::<S>(&Serial, &mut work[0], view(u), warm, &mut view_mut(&mut v), f64::INFINITY).unwrap();
-        simulated.gradient::<S>(&Serial, &mut work[1], view(u), view(&v), &mut view_mut(&mut gradient)).unwrap();
+        let value = simulated
+            .value::<S>(
+                &Serial,
+                &mut work[0],
+                view(u),
+                warm,
+                &mut view_mut(&mut v),
+                f64::INFINITY,
+            )
+            .unwrap();
+        simulated
+            .gradient::<S>(
+                &Serial,
+                &mut work[1],
+                view(u),
+                view(&v),
+                &mut view_mut(&mut gradient),
+            )
+            .unwrap();
         (value, gradient, work.map(|work| work.0))
     }
 }

@@ -15,11 +15,21 @@ pub fn faces(grid: &Grid, file: &[Vec<f64>]) -> Components<f64> {
         for at in places(grid).filter(|at| !grid.periodic[axis] && at[axis] == 0) {
             let mut high = at;
             high[axis] = grid.n[axis];
-            assert_eq!((number(at), number(high)), (0.0, 0.0), "flow through a wall at {at:?}, axis {axis}");
+            assert_eq!(
+                (number(at), number(high)),
+                (0.0, 0.0),
+                "flow through a wall at {at:?}, axis {axis}"
+            );
         }
         places(grid).map(number).collect()
     };
-    core::array::from_fn(|axis| if axis < grid.dims { component(axis) } else { Vec::new() })
+    core::array::from_fn(|axis| {
+        if axis < grid.dims {
+            component(axis)
+        } else {
+            Vec::new()
+        }
+    })
 }
 
 /// Every fact of a feasible result, checked with the second implementation in scaled numbers.
@@ -33,28 +43,58 @@ pub fn check(scene: &Scene, solved: &Solved, epsilon: f64) {
 /// That the flow is free of divergence and made by its forces; the flow.
 pub fn check_flow(scene: &Scene, solved: &Solved, epsilon: f64) -> Vec<Components<f64>> {
     let grid = scene.problem().grid();
-    let naive = Naive { viscosity: scene.problem().scaled_viscosity(), ..Naive::new(&grid) };
+    let naive = Naive {
+        viscosity: scene.problem().scaled_viscosity(),
+        ..Naive::new(&grid)
+    };
     let (speed, force) = (scene.length / scene.dt, scene.length / (scene.dt * scene.dt));
     let scaled = |list: &[Vec<Vec<f64>>], unit: f64| -> Vec<Components<f64>> {
-        list.iter().map(|v| faces(&grid, v).map(|c| c.iter().map(|x| x / unit).collect())).collect()
+        list.iter()
+            .map(|v| faces(&grid, v).map(|c| c.iter().map(|x| x / unit).collect()))
+            .collect()
     };
     let (v, u) = (scaled(&solved.velocity, speed), scaled(&solved.force, force));
-    let (fastest, strongest) = (largest(v.iter().map(largest_of)), largest(u.iter().map(largest_of)));
+    let (fastest, strongest) = (
+        largest(v.iter().map(largest_of)),
+        largest(u.iter().map(largest_of)),
+    );
     assert!(fastest > 0.0 && strongest > 0.0, "nothing moves");
     for (k, v) in v.iter().enumerate() {
         let divergence = largest(naive.divergence(v));
-        assert!(divergence <= (2e-5 + 40.0 * epsilon) * fastest / grid.h[0], "div v_{k} is {divergence:e}");
+        assert!(
+            divergence <= (2e-5 + 40.0 * epsilon) * fastest / grid.h[0],
+            "div v_{k} is {divergence:e}"
+        );
     }
     for (k, u) in u.iter().enumerate() {
         let divergence = largest(naive.divergence(u));
-        assert!(divergence <= (2e-5 + 40.0 * epsilon) * (strongest + fastest) / grid.h[0], "div u_{k} is {divergence:e}");
+        assert!(
+            divergence <= (2e-5 + 40.0 * epsilon) * (strongest + fastest) / grid.h[0],
+            "div u_{k} is {divergence:e}"
+        );
         // What is left of the momentum equation must be a gradient: no curl anywhere, no mean along periodic axes.
-        let produced = add_scaled_all(&add_scaled_all(&v[k + 1], -1.0, &v[k]), 1.0, &naive.advection(&v[k + 1]));
+        let produced = add_scaled_all(
+            &add_scaled_all(&v[k + 1], -1.0, &v[k]),
+            1.0,
+            &naive.advection(&v[k + 1]),
+        );
         let left = add_scaled_all(u, -1.0, &produced);
-        let unit = 60.0 * epsilon * (strongest + fastest + (fastest + naive.viscosity / grid.h[0]) * fastest / grid.h[0]);
-        assert!(naive.largest_curl(&left) <= unit / grid.h[0], "momentum at step {k}: {:e}", naive.largest_curl(&left));
+        let unit = 60.0
+            * epsilon
+            * (strongest + fastest + (fastest + naive.viscosity / grid.h[0]) * fastest / grid.h[0]);
+        assert!(
+            naive.largest_curl(&left) <= unit / grid.h[0],
+            "momentum at step {k}: {:e}",
+            naive.largest_curl(&left)
+        );
         for a in (0..grid.dims).filter(|&a| grid.periodic[a]) {
-            assert_close("mean force", left[a].iter().sum::<f64>() / grid.cells() as f64, 0.0, unit, 1.0);
+            assert_close(
+                "mean force",
+                left[a].iter().sum::<f64>() / grid.cells() as f64,
+                0.0,
+                unit,
+                1.0,
+            );
         }
     }
     v
@@ -62,17 +102,38 @@ pub fn check_flow(scene: &Scene, solved: &Solved, epsilon: f64) -> Vec<Component
 
 fn check_densities(scene: &Scene, solved: &Solved, naive: &Naive, v: &[Components<f64>], epsilon: f64) {
     let rho_0 = &solved.density[0];
-    assert!(gap(rho_0, &scene.densities[0]) <= epsilon, "rho_0 is not the source");
+    assert!(
+        gap(rho_0, &scene.densities[0]) <= epsilon,
+        "rho_0 is not the source"
+    );
     let top = largest(rho_0.iter().copied());
     let mut rho = rho_0.clone();
     for (step, v) in v.iter().enumerate() {
-        rho = naive.transport(Advection { scheme: scene.scheme, tolerance: scene.cut * top }.into(), v, &rho);
+        rho = naive.transport(
+            Advection {
+                scheme: scene.scheme,
+                tolerance: scene.cut * top,
+            }
+            .into(),
+            v,
+            &rho,
+        );
         let error = gap(&rho, &solved.density[step + 1]);
-        assert!(error <= (1e-4 + 100.0 * epsilon) * top, "rho_{} is {error:e} from what v carries there", step + 1);
+        assert!(
+            error <= (1e-4 + 100.0 * epsilon) * top,
+            "rho_{} is {error:e} from what v carries there",
+            step + 1
+        );
     }
     let mass = |rho: &[f64]| rho.iter().sum::<f64>();
     for (i, rho) in solved.density.iter().chain(&solved.targets).enumerate() {
-        assert_close(&format!("mass of density {i}"), mass(rho), mass(rho_0), mass(rho_0), 2e-6);
+        assert_close(
+            &format!("mass of density {i}"),
+            mass(rho),
+            mass(rho_0),
+            mass(rho_0),
+            2e-6,
+        );
     }
 }
 
@@ -80,10 +141,30 @@ fn check_objective(scene: &Scene, solved: &Solved, naive: &Naive, epsilon: f64) 
     let filters = scene.problem().filters();
     let mut data = 0.0;
     for (target, &step) in solved.targets.iter().zip(&scene.keyframes) {
-        let e: Vec<f64> = solved.density[step].iter().zip(target).map(|(x, y)| x - y).collect();
+        let e: Vec<f64> = solved.density[step]
+            .iter()
+            .zip(target)
+            .map(|(x, y)| x - y)
+            .collect();
         data += 0.5 * dot(&e, &naive.metric(filters, &e));
     }
-    let sum: f64 = solved.force.iter().map(|u| faces(&naive.grid, u).iter().map(|c| dot(c, c)).sum::<f64>()).sum();
-    assert_close("data term", solved.objective[0], data, data, 1e-9 + 100.0 * epsilon);
-    assert_close("force term", solved.objective[1], 0.5 * scene.force_weight * sum, solved.objective[1], 1e-9 + 100.0 * epsilon);
+    let sum: f64 = solved
+        .force
+        .iter()
+        .map(|u| faces(&naive.grid, u).iter().map(|c| dot(c, c)).sum::<f64>())
+        .sum();
+    assert_close(
+        "data term",
+        solved.objective[0],
+        data,
+        data,
+        1e-9 + 100.0 * epsilon,
+    );
+    assert_close(
+        "force term",
+        solved.objective[1],
+        0.5 * scene.force_weight * sum,
+        solved.objective[1],
+        1e-9 + 100.0 * epsilon,
+    );
 }

@@ -31,7 +31,8 @@ pub fn curl(grid: &Grid, slots: usize, psi: impl Fn(usize, [usize; 3], usize) ->
                 let first = if b < grid.dims { slope(c, b) } else { 0.0 };
                 let second = if c < grid.dims { slope(b, c) } else { 0.0 };
                 let used = |of: usize| grid.dims == 3 || of == 2;
-                v[index(grid, slots, k, at)] = if used(c) { first } else { 0.0 } - if used(b) { second } else { 0.0 };
+                v[index(grid, slots, k, at)] =
+                    if used(c) { first } else { 0.0 } - if used(b) { second } else { 0.0 };
             }
         }
     }
@@ -45,7 +46,10 @@ pub fn courant<T: Real>(grid: &Grid, slots: usize, v: &Components<T>) -> f64 {
 
 fn scaled<T: Real>(grid: &Grid, slots: usize, v: &Components<f64>, to: f64) -> Components<T> {
     let now = courant(grid, slots, v);
-    cast_all(&v.each_ref().map(|component| component.iter().map(|x| x * to / now).collect()))
+    cast_all(
+        &v.each_ref()
+            .map(|component| component.iter().map(|x| x * to / now).collect()),
+    )
 }
 
 /// Rough: random potentials, scaled to a Courant number.
@@ -62,10 +66,15 @@ pub fn swirl<T: Real>(grid: &Grid, slots: usize, to: f64) -> Components<T> {
         let t = k as f64 / slots as f64;
         let wave = |m: usize| {
             let factor = |a: usize| {
-                let (u, m) = ((at[a] as f64 + if a == c { 0.5 } else { 0.0 }) / grid.n[a] as f64, m as f64);
+                let (u, m) = (
+                    (at[a] as f64 + if a == c { 0.5 } else { 0.0 }) / grid.n[a] as f64,
+                    m as f64,
+                );
                 match () {
                     () if a == c => (tau * u * m + 1.3 * c as f64).cos(),
-                    () if grid.periodic[a] => (tau * (u * m + 0.37 * ((a + c) as f64 + m) + t * m * 0.5)).sin(),
+                    () if grid.periodic[a] => {
+                        (tau * (u * m + 0.37 * ((a + c) as f64 + m) + t * m * 0.5)).sin()
+                    }
                     () => (tau * 0.5 * u * (m + (a % 2) as f64)).sin(),
                 }
             };

@@ -18,7 +18,15 @@ fn faces(naive: &Naive, at: [usize; 3]) -> Vec<Face> {
         let place = if high { naive.step(at, axis, 1) } else { Some(at) };
         let free = place.filter(|&place| !naive.wall(place, axis));
         let sign = if high { 1.0 } else { -1.0 };
-        Face { axis, at: place.unwrap_or(at), normal: if free.is_some() { sign / naive.grid.h[axis] } else { 0.0 } }
+        Face {
+            axis,
+            at: place.unwrap_or(at),
+            normal: if free.is_some() {
+                sign / naive.grid.h[axis]
+            } else {
+                0.0
+            },
+        }
     };
     (0..2 * naive.grid.dims).map(face).collect()
 }
@@ -33,11 +41,28 @@ fn jacobian(problem: &Equations, k: usize, faces: &[Face]) -> Vec<Vec<f64>> {
             naive.advection(&v)
         };
         let (plus, minus) = (moved(1.0), moved(-1.0));
-        let slope = |f: &Face| if f.normal == 0.0 { 0.0 } else { (plus[f.axis][naive.id(f.at)] - minus[f.axis][naive.id(f.at)]) / 2.0 };
+        let slope = |f: &Face| {
+            if f.normal == 0.0 {
+                0.0
+            } else {
+                (plus[f.axis][naive.id(f.at)] - minus[f.axis][naive.id(f.at)]) / 2.0
+            }
+        };
         faces.iter().map(slope).collect::<Vec<_>>()
     };
-    let columns: Vec<Vec<f64>> = faces.iter().map(|face| if face.normal == 0.0 { vec![0.0; faces.len()] } else { column(face) }).collect();
-    (0..faces.len()).map(|f| columns.iter().map(|column| column[f]).collect()).collect()
+    let columns: Vec<Vec<f64>> = faces
+        .iter()
+        .map(|face| {
+            if face.normal == 0.0 {
+                vec![0.0; faces.len()]
+            } else {
+                column(face)
+            }
+        })
+        .collect();
+    (0..faces.len())
+        .map(|f| columns.iter().map(|column| column[f]).collect())
+        .collect()
 }
 
 /// O: what the faces do to the outside faces of the plaquettes at the cell's corners (edges in 3D), squared.
@@ -45,13 +70,24 @@ fn outside(problem: &Equations, k: usize, faces: &[Face]) -> Vec<Vec<f64>> {
     let (naive, v) = (&problem.naive, &problem.v[k]);
     let mut sum = vec![vec![0.0; faces.len()]; faces.len()];
     naive.each_plaquette(|(a, b), at| {
-        let own = |axis: usize, place: [usize; 3]| faces.iter().position(|f| f.axis == axis && f.at == place && f.normal != 0.0);
+        let own = |axis: usize, place: [usize; 3]| {
+            faces
+                .iter()
+                .position(|f| f.axis == axis && f.at == place && f.normal != 0.0)
+        };
         let own = [own(a, at[0]), own(a, at[1]), own(b, at[2]), own(b, at[3])];
         if own.iter().flatten().count() != 2 || own[0].is_some() == own[1].is_some() {
             return;
         }
         let force = |moved: Option<usize>, by: f64| {
-            let value = |i: usize| v[[a, a, b, b][i]][naive.id(at[i])] + if moved.is_some() && own[i] == moved { by } else { 0.0 };
+            let value = |i: usize| {
+                v[[a, a, b, b][i]][naive.id(at[i])]
+                    + if moved.is_some() && own[i] == moved {
+                        by
+                    } else {
+                        0.0
+                    }
+            };
             let at_all = naive.at_plaquette((a, b), [0, 1, 2, 3].map(value));
             let mut others = (0..4).filter(|&i| own[i].is_none()).map(|i| at_all[i]);
             [others.next().unwrap(), others.next().unwrap()]
@@ -61,8 +97,13 @@ fn outside(problem: &Equations, k: usize, faces: &[Face]) -> Vec<Vec<f64>> {
             let (plus, minus) = (force(Some(face), 1.0), force(Some(face), -1.0));
             (0..2).for_each(|i| rows[i][face] = (plus[i] - minus[i]) / 2.0);
         }
-        for (row, f) in rows.iter().flat_map(|row| (0..faces.len()).map(move |f| (row, f))) {
-            row.iter().zip(&mut sum[f]).for_each(|(x, sum)| *sum += row[f] * x);
+        for (row, f) in rows
+            .iter()
+            .flat_map(|row| (0..faces.len()).map(move |f| (row, f)))
+        {
+            row.iter()
+                .zip(&mut sum[f])
+                .for_each(|(x, sum)| *sum += row[f] * x);
         }
     });
     sum
@@ -70,11 +111,16 @@ fn outside(problem: &Equations, k: usize, faces: &[Face]) -> Vec<Vec<f64>> {
 
 /// `by` on the diagonal.
 fn damping(by: f64, faces: &[Face]) -> Vec<Vec<f64>> {
-    (0..faces.len()).map(|i| (0..faces.len()).map(|j| if i == j { by } else { 0.0 }).collect()).collect()
+    (0..faces.len())
+        .map(|i| (0..faces.len()).map(|j| if i == j { by } else { 0.0 }).collect())
+        .collect()
 }
 
 fn scaled(by: f64, matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    matrix.iter().map(|row| row.iter().map(|x| by * x).collect()).collect()
+    matrix
+        .iter()
+        .map(|row| row.iter().map(|x| by * x).collect())
+        .collect()
 }
 
 /// P O P with P the projection onto changes that keep the cell's divergence.
@@ -82,19 +128,39 @@ fn tangential(o: &[Vec<f64>], faces: &[Face]) -> Vec<Vec<f64>> {
     let squared: f64 = faces.iter().map(|f| f.normal * f.normal).sum();
     let n = faces.len();
     let p = |i: usize, j: usize| f64::from(u8::from(i == j)) - faces[i].normal * faces[j].normal / squared;
-    let entry = |i: usize, j: usize| (0..n).flat_map(|l| (0..n).map(move |m| (l, m))).map(|(l, m)| p(i, l) * o[l][m] * p(m, j)).sum();
+    let entry = |i: usize, j: usize| {
+        (0..n)
+            .flat_map(|l| (0..n).map(move |m| (l, m)))
+            .map(|(l, m)| p(i, l) * o[l][m] * p(m, j))
+            .sum()
+    };
     (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
 }
 
 /// The sum of (v_f / h)^2 over the faces of the cell at `at` in each slot.
 pub fn squares(problem: &Equations, at: [usize; 3]) -> Vec<f64> {
     let faces = faces(&problem.naive, at);
-    problem.v.iter().map(|v| faces.iter().map(|f| (f.normal * v[f.axis][problem.naive.id(f.at)]).powi(2)).sum()).collect()
+    problem
+        .v
+        .iter()
+        .map(|v| {
+            faces
+                .iter()
+                .map(|f| (f.normal * v[f.axis][problem.naive.id(f.at)]).powi(2))
+                .sum()
+        })
+        .collect()
 }
 
 /// The changes of the cell at `at`: for each slot dv and dw at its faces, dp and dpbar. In slots in which the cell is slow, J and O are left
 /// out, and changes that keep its divergence are damped.
-pub fn changes(problem: &Equations, residual: &Residual, weight: f64, slow: Slow<f64>, at: [usize; 3]) -> Vec<Vec<f64>> {
+pub fn changes(
+    problem: &Equations,
+    residual: &Residual,
+    weight: f64,
+    slow: Slow<f64>,
+    at: [usize; 3],
+) -> Vec<Vec<f64>> {
     let (naive, slots) = (&problem.naive, problem.v.len());
     let faces = faces(naive, at);
     let (n, size) = (faces.len(), 2 * faces.len() + 2);
@@ -103,8 +169,16 @@ pub fn changes(problem: &Equations, residual: &Residual, weight: f64, slow: Slow
     let squares = squares(problem, at);
     for k in 0..slots {
         let is_slow = squares[k] <= slow.squares && naive.viscosity == 0.0;
-        let j = if is_slow { vec![vec![0.0; n]; n] } else { jacobian(problem, k, &faces) };
-        let o = if is_slow { damping(squares[k], &faces) } else { scaled(weight, &outside(problem, k, &faces)) };
+        let j = if is_slow {
+            vec![vec![0.0; n]; n]
+        } else {
+            jacobian(problem, k, &faces)
+        };
+        let o = if is_slow {
+            damping(squares[k], &faces)
+        } else {
+            scaled(weight, &outside(problem, k, &faces))
+        };
         let o = tangential(&o, &faces);
         let (v, w, p, pbar) = (k * size, k * size + n, k * size + 2 * n, k * size + 2 * n + 1);
         for (f, face) in faces.iter().enumerate() {
@@ -131,21 +205,29 @@ pub fn changes(problem: &Equations, residual: &Residual, weight: f64, slow: Slow
         }
         (right[p], right[pbar]) = (residual.b[k][naive.id(at)], residual.d[k][naive.id(at)]);
     }
-    solve(matrix, right).chunks_exact(size).map(<[f64]>::to_vec).collect()
+    solve(matrix, right)
+        .chunks_exact(size)
+        .map(<[f64]>::to_vec)
+        .collect()
 }
 
 /// Gaussian elimination with row exchanges.
 fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     let n = right.len();
     for column in 0..n {
-        let pivot = (column..n).max_by(|&i, &j| matrix[i][column].abs().total_cmp(&matrix[j][column].abs())).unwrap();
+        let pivot = (column..n)
+            .max_by(|&i, &j| matrix[i][column].abs().total_cmp(&matrix[j][column].abs()))
+            .unwrap();
         matrix.swap(column, pivot);
         right.swap(column, pivot);
         for row in column + 1..n {
             let factor = matrix[row][column] / matrix[column][column];
             if factor != 0.0 {
                 let (upper, lower) = matrix.split_at_mut(row);
-                lower[0][column..].iter_mut().zip(&upper[column][column..]).for_each(|(x, y)| *x -= factor * y);
+                lower[0][column..]
+                    .iter_mut()
+                    .zip(&upper[column][column..])
+                    .for_each(|(x, y)| *x -= factor * y);
                 right[row] -= factor * right[column];
             }
         }

@@ -1,6 +1,11 @@
 //! What the tests of the core share: memory, threads, random numbers, fields and a plain second implementation.
 #![allow(dead_code, reason = "each test program uses its own part")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 pub mod carry;
 pub mod cases;
@@ -61,7 +66,11 @@ pub fn seal(bytes: &mut [u8]) {
         let mut words: Vec<u64> = Vec::new();
         let mut padded = part.to_vec();
         padded.resize(part.len() / 32 * 32 + 32, 0);
-        words.extend(padded.chunks_exact(8).map(|word| u64::from_le_bytes(word.try_into().unwrap())));
+        words.extend(
+            padded
+                .chunks_exact(8)
+                .map(|word| u64::from_le_bytes(word.try_into().unwrap())),
+        );
         words.push(part.len() as u64);
         for word in words {
             let [a, b, c, d] = lanes;
@@ -79,7 +88,15 @@ pub fn grid(cells: &[usize], ends: &str) -> Grid {
 
 /// `w` for walls, `p` for periodic.
 pub fn boundaries(ends: &str) -> Vec<Boundary> {
-    ends.chars().map(|end| if end == 'p' { Boundary::Periodic } else { Boundary::Wall }).collect()
+    ends.chars()
+        .map(|end| {
+            if end == 'p' {
+                Boundary::Periodic
+            } else {
+                Boundary::Wall
+            }
+        })
+        .collect()
 }
 
 /// The components of a vector field; the third is empty in 2D.
@@ -97,7 +114,13 @@ pub fn view_mut<T>(v: &mut Components<T>) -> [&mut [T]; 3] {
 
 /// Zeros in as many components as the grid has axes.
 pub fn zeros<T: Real>(grid: &Grid, slots: usize) -> Components<T> {
-    core::array::from_fn(|a| if a < grid.dims { vec![T::ZERO; grid.cells() * slots] } else { Vec::new() })
+    core::array::from_fn(|a| {
+        if a < grid.dims {
+            vec![T::ZERO; grid.cells() * slots]
+        } else {
+            Vec::new()
+        }
+    })
 }
 
 /// In the other precision.
@@ -123,7 +146,13 @@ pub fn index(grid: &Grid, slots: usize, k: usize, at: [usize; 3]) -> usize {
 
 /// Slot `k` of a trajectory, in double precision.
 pub fn slot<T: Real>(grid: &Grid, slots: usize, k: usize, field: &[T]) -> Vec<f64> {
-    if field.is_empty() { Vec::new() } else { places(grid).map(|at| field[index(grid, slots, k, at)].to_f64()).collect() }
+    if field.is_empty() {
+        Vec::new()
+    } else {
+        places(grid)
+            .map(|at| field[index(grid, slots, k, at)].to_f64())
+            .collect()
+    }
 }
 
 /// Slot `k` of all components.
@@ -133,7 +162,13 @@ pub fn slot_of_all<T: Real>(grid: &Grid, slots: usize, k: usize, v: &Components<
 
 /// max |x|, NaN when any is.
 pub fn largest(x: impl IntoIterator<Item = f64>) -> f64 {
-    x.into_iter().fold(0.0, |all: f64, x| if x.is_nan() || all.is_nan() { f64::NAN } else { all.max(x.abs()) })
+    x.into_iter().fold(0.0, |all: f64, x| {
+        if x.is_nan() || all.is_nan() {
+            f64::NAN
+        } else {
+            all.max(x.abs())
+        }
+    })
 }
 
 /// max |x| over all components.
@@ -160,7 +195,10 @@ pub fn dot_all<T: Real>(x: &Components<T>, y: &Components<T>) -> f64 {
 
 /// x + s y.
 pub fn add_scaled<T: Real>(x: &[T], s: f64, y: &[T]) -> Vec<T> {
-    x.iter().zip(y).map(|(x, y)| T::from_f64(x.to_f64() + s * y.to_f64())).collect()
+    x.iter()
+        .zip(y)
+        .map(|(x, y)| T::from_f64(x.to_f64() + s * y.to_f64()))
+        .collect()
 }
 
 /// x + s y in all components.
@@ -171,5 +209,10 @@ pub fn add_scaled_all<T: Real>(x: &Components<T>, s: f64, y: &Components<T>) -> 
 /// Fails unless |x - y| is at most `tolerance` times `scale`, NaN included.
 #[track_caller]
 pub fn assert_close(what: &str, x: f64, y: f64, scale: f64, tolerance: f64) {
-    assert!((x - y).abs() <= tolerance * scale, "{what}: {x:e} against {y:e}, {:e} apart where {:e} is allowed", (x - y).abs(), tolerance * scale);
+    assert!(
+        (x - y).abs() <= tolerance * scale,
+        "{what}: {x:e} against {y:e}, {:e} apart where {:e} is allowed",
+        (x - y).abs(),
+        tolerance * scale
+    );
 }

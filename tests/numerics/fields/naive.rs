@@ -18,14 +18,21 @@ pub struct Naive {
 impl Naive {
     /// On `grid`, without viscosity.
     pub fn new(grid: &Grid) -> Self {
-        Naive { grid: *grid, viscosity: 0.0 }
+        Naive {
+            grid: *grid,
+            viscosity: 0.0,
+        }
     }
 
     /// The place `by` further along `axis`, or `None` beyond a wall. `faces` counts the high wall face as inside.
     pub fn step(&self, at: [usize; 3], axis: usize, by: isize) -> Option<[usize; 3]> {
         let n = self.grid.n[axis] as isize;
         let i = at[axis] as isize + by;
-        let i = if self.grid.periodic[axis] { i.rem_euclid(n) } else { i };
+        let i = if self.grid.periodic[axis] {
+            i.rem_euclid(n)
+        } else {
+            i
+        };
         let mut to = at;
         to[axis] = usize::try_from(i).ok()?;
         (i < n).then_some(to)
@@ -51,7 +58,11 @@ impl Naive {
 
     /// div v.
     pub fn divergence(&self, v: &Components<f64>) -> Vec<f64> {
-        let sum = |at| (0..self.grid.dims).map(|a| (self.face(v, at, a, 1) - self.face(v, at, a, 0)) / self.grid.h[a]).sum();
+        let sum = |at| {
+            (0..self.grid.dims)
+                .map(|a| (self.face(v, at, a, 1) - self.face(v, at, a, 0)) / self.grid.h[a])
+                .sum()
+        };
         places(&self.grid).map(sum).collect()
     }
 
@@ -65,13 +76,27 @@ impl Naive {
 
     /// A vector field from a formula for the faces that are not walls.
     pub fn at_faces(&self, value: impl Fn(usize, [usize; 3]) -> f64) -> Components<f64> {
-        let component = |axis| places(&self.grid).map(|at| if self.wall(at, axis) { 0.0 } else { value(axis, at) }).collect();
-        core::array::from_fn(|axis| if axis < self.grid.dims { component(axis) } else { Vec::new() })
+        let component = |axis| {
+            places(&self.grid)
+                .map(|at| if self.wall(at, axis) { 0.0 } else { value(axis, at) })
+                .collect()
+        };
+        core::array::from_fn(|axis| {
+            if axis < self.grid.dims {
+                component(axis)
+            } else {
+                Vec::new()
+            }
+        })
     }
 
     /// The ordered axis pairs of the plaquettes.
     pub fn pairs(&self) -> &'static [(usize, usize)] {
-        if self.grid.dims == 2 { &[(0, 1)] } else { &[(0, 1), (1, 2), (2, 0)] }
+        if self.grid.dims == 2 {
+            &[(0, 1)]
+        } else {
+            &[(0, 1), (1, 2), (2, 0)]
+        }
     }
 
     /// Calls `visit` with the axes a, b of every plaquette that is not on a wall and the places of its faces A-, A+, B-, B+.
@@ -88,14 +113,29 @@ impl Naive {
     /// omega, abar, bbar of a plaquette.
     fn plaquette(&self, v: &Components<f64>, (a, b): (usize, usize), faces: [[usize; 3]; 4]) -> [f64; 3] {
         let [am, ap, bm, bp] = self.values(v, (a, b), faces);
-        [(bp - bm) / self.grid.h[a] - (ap - am) / self.grid.h[b], (am + ap) / 2.0, (bm + bp) / 2.0]
+        [
+            (bp - bm) / self.grid.h[a] - (ap - am) / self.grid.h[b],
+            (am + ap) / 2.0,
+            (bm + bp) / 2.0,
+        ]
     }
 
     fn values(&self, v: &Components<f64>, (a, b): (usize, usize), faces: [[usize; 3]; 4]) -> [f64; 4] {
-        [v[a][self.id(faces[0])], v[a][self.id(faces[1])], v[b][self.id(faces[2])], v[b][self.id(faces[3])]]
+        [
+            v[a][self.id(faces[0])],
+            v[a][self.id(faces[1])],
+            v[b][self.id(faces[2])],
+            v[b][self.id(faces[3])],
+        ]
     }
 
-    fn spread(&self, (a, b): (usize, usize), faces: [[usize; 3]; 4], by: [f64; 4], out: &mut Components<f64>) {
+    fn spread(
+        &self,
+        (a, b): (usize, usize),
+        faces: [[usize; 3]; 4],
+        by: [f64; 4],
+        out: &mut Components<f64>,
+    ) {
         for (i, axis) in [a, a, b, b].into_iter().enumerate() {
             out[axis][self.id(faces[i])] += by[i];
         }
@@ -104,7 +144,14 @@ impl Naive {
     /// Adv[v] + nu C^T C v.
     pub fn advection(&self, v: &Components<f64>) -> Components<f64> {
         let mut out = self.at_faces(|_, _| 0.0);
-        self.each_plaquette(|pair, faces| self.spread(pair, faces, self.at_plaquette(pair, self.values(v, pair, faces)), &mut out));
+        self.each_plaquette(|pair, faces| {
+            self.spread(
+                pair,
+                faces,
+                self.at_plaquette(pair, self.values(v, pair, faces)),
+                &mut out,
+            )
+        });
         out
     }
 
@@ -114,7 +161,12 @@ impl Naive {
         let omega = (bp - bm) / ha - (ap - am) / hb;
         let (to_a, to_b) = (-omega * (bm + bp) / 4.0, omega * (am + ap) / 4.0);
         let drag = self.viscosity * omega;
-        [to_a + drag / hb, to_a - drag / hb, to_b - drag / ha, to_b + drag / ha]
+        [
+            to_a + drag / hb,
+            to_a - drag / hb,
+            to_b - drag / ha,
+            to_b + drag / ha,
+        ]
     }
 
     /// J(v)^T m + nu C^T C m, plaquette by plaquette.
@@ -126,7 +178,12 @@ impl Naive {
             let (ma, mb) = (-(mam + map) / 2.0, (mbm + mbp) / 2.0);
             let g = ma * bbar + mb * abar + self.viscosity * self.plaquette(m, pair, faces)[0];
             let (ga, gb) = (g / self.grid.h[pair.1], g / self.grid.h[pair.0]);
-            let by = [ga + mb * omega / 2.0, -ga + mb * omega / 2.0, -gb + ma * omega / 2.0, gb + ma * omega / 2.0];
+            let by = [
+                ga + mb * omega / 2.0,
+                -ga + mb * omega / 2.0,
+                -gb + ma * omega / 2.0,
+                gb + ma * omega / 2.0,
+            ];
             self.spread(pair, faces, by, &mut out);
         });
         out
@@ -141,7 +198,13 @@ impl Naive {
 
     /// The Courant number of a step of length 1.
     pub fn courant(&self, v: &Components<f64>) -> f64 {
-        let of = |at| (0..self.grid.dims).map(|a| (self.face(v, at, a, 0).abs() + self.face(v, at, a, 1).abs()) / (2.0 * self.grid.h[a])).sum();
+        let of = |at| {
+            (0..self.grid.dims)
+                .map(|a| {
+                    (self.face(v, at, a, 0).abs() + self.face(v, at, a, 1).abs()) / (2.0 * self.grid.h[a])
+                })
+                .sum()
+        };
         super::largest(places(&self.grid).map(of))
     }
 
@@ -191,7 +254,9 @@ impl Naive {
     /// L(v) rho with the fluxes of section 3.
     fn generator(&self, scheme: Scheme, v: &Components<f64>, rho: &[f64]) -> Vec<f64> {
         let flux = |at: [usize; 3], axis: usize| -> f64 {
-            let Some(low) = self.step(at, axis, -1) else { return 0.0 };
+            let Some(low) = self.step(at, axis, -1) else {
+                return 0.0;
+            };
             let v = v[axis][self.id(at)];
             let (l, r) = (rho[self.id(low)], rho[self.id(at)]);
             let ll = self.step(low, axis, -1).map_or(l, |at| rho[self.id(at)]);
@@ -203,26 +268,60 @@ impl Naive {
             };
             v * face
         };
-        let cell = |at| (0..self.grid.dims).map(|a| (flux(at, a) - self.step(at, a, 1).map_or(0.0, |high| flux(high, a))) / self.grid.h[a]).sum();
+        let cell = |at| {
+            (0..self.grid.dims)
+                .map(|a| {
+                    (flux(at, a) - self.step(at, a, 1).map_or(0.0, |high| flux(high, a))) / self.grid.h[a]
+                })
+                .sum()
+        };
         places(&self.grid).map(cell).collect()
     }
 
     /// One step rho' = A[rho, v] of length 1; the tolerance is that of `Stepping` times max rho_0.
-    pub fn transport(&self, Stepping { scheme, tolerance: cut, courant }: Stepping, v: &Components<f64>, rho: &[f64]) -> Vec<f64> {
-        let longest = if scheme == Scheme::SemiLagrangian { 1.0 } else { courant };
+    pub fn transport(
+        &self,
+        Stepping {
+            scheme,
+            tolerance: cut,
+            courant,
+        }: Stepping,
+        v: &Components<f64>,
+        rho: &[f64],
+    ) -> Vec<f64> {
+        let longest = if scheme == Scheme::SemiLagrangian {
+            1.0
+        } else {
+            courant
+        };
         let substeps = (self.courant(v) / longest).ceil().max(1.0);
         let tau = 1.0 / substeps;
         let mut rho = rho.to_vec();
         for _ in 0..substeps as usize {
-            rho = if scheme == Scheme::SemiLagrangian { self.trace(tau, v, &rho) } else { self.exponential(scheme, cut, tau, v, rho) };
+            rho = if scheme == Scheme::SemiLagrangian {
+                self.trace(tau, v, &rho)
+            } else {
+                self.exponential(scheme, cut, tau, v, rho)
+            };
         }
         rho
     }
 
-    fn exponential(&self, scheme: Scheme, cut: f64, tau: f64, v: &Components<f64>, mut rho: Vec<f64>) -> Vec<f64> {
+    fn exponential(
+        &self,
+        scheme: Scheme,
+        cut: f64,
+        tau: f64,
+        v: &Components<f64>,
+        mut rho: Vec<f64>,
+    ) -> Vec<f64> {
         let mut term = rho.clone();
         for k in 1..=20 {
-            term = self.generator(scheme, v, &term).iter().map(|x| x * tau / f64::from(k)).collect();
+            term = self
+                .generator(scheme, v, &term)
+                .iter()
+                .map(|x| x * tau / f64::from(k))
+                .collect();
             rho.iter_mut().zip(&term).for_each(|(rho, x)| *rho += x);
             if super::largest(term.iter().copied()) < cut {
                 break;
@@ -241,13 +340,21 @@ impl Naive {
                     let n = self.grid.n[a] as isize;
                     let speed = (self.face(v, at, a, 0) + self.face(v, at, a, 1)) / 2.0;
                     let place = at[a] as f64 - tau * speed / self.grid.h[a];
-                    let place = if self.grid.periodic[a] { place } else { place.clamp(0.0, (n - 1) as f64) };
+                    let place = if self.grid.periodic[a] {
+                        place
+                    } else {
+                        place.clamp(0.0, (n - 1) as f64)
+                    };
                     let part = place - place.floor();
                     let high = corner >> a & 1 == 1;
                     weight *= if high { part } else { 1.0 - part };
                     from[a] = (place.floor() as isize + isize::from(high)).rem_euclid(n) as usize;
                 }
-                sum += if weight == 0.0 { 0.0 } else { weight * rho[self.id(from)] };
+                sum += if weight == 0.0 {
+                    0.0
+                } else {
+                    weight * rho[self.id(from)]
+                };
             }
             sum
         };

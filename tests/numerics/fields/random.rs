@@ -49,7 +49,9 @@ impl Random {
 
     /// Numbers from -1 to 1 at all cells and slots.
     pub fn cells<T: Real>(&mut self, grid: &Grid, slots: usize) -> Vec<T> {
-        (0..grid.cells() * slots).map(|_| T::from_f64(self.signed())).collect()
+        (0..grid.cells() * slots)
+            .map(|_| T::from_f64(self.signed()))
+            .collect()
     }
 
     /// Densities from 0 to 1 at all cells.
@@ -70,13 +72,19 @@ impl Random {
         })
     }
 
-    fn faces_from<T: Real>(&mut self, grid: &Grid, slots: usize, mut number: impl FnMut(&mut Self) -> f64) -> Components<T> {
+    fn faces_from<T: Real>(
+        &mut self,
+        grid: &Grid,
+        slots: usize,
+        mut number: impl FnMut(&mut Self) -> f64,
+    ) -> Components<T> {
         let mut v = zeros(grid, slots);
         for axis in 0..grid.dims {
             for k in 0..slots {
                 for at in places(grid) {
                     let wall = !grid.periodic[axis] && at[axis] == 0;
-                    v[axis][super::index(grid, slots, k, at)] = T::from_f64(if wall { 0.0 } else { number(self) });
+                    v[axis][super::index(grid, slots, k, at)] =
+                        T::from_f64(if wall { 0.0 } else { number(self) });
                 }
             }
         }

@@ -40,9 +40,15 @@ pub fn setup(kappa: f64, slots: usize) -> Setup {
         viscosity: 0.0,
         slots,
         threads: 1,
-        params: NsoParams { tolerance: 0.0, ..NsoParams::default() },
+        params: NsoParams {
+            tolerance: 0.0,
+            ..NsoParams::default()
+        },
         slow: Slow::USUAL,
-        shape: Shape { lanes: 16, split: Split::Planes(2) },
+        shape: Shape {
+            lanes: 16,
+            split: Split::Planes(2),
+        },
     }
 }
 
@@ -50,15 +56,43 @@ impl<T: Real> Case<T> {
     /// v = target, everything else 0: how the very first solve begins.
     pub fn towards(grid: &Grid, slots: usize, target: Components<T>) -> Self {
         let cells = || vec![T::ZERO; grid.cells() * slots];
-        Case { grid: *grid, slots, v: target.clone(), w: zeros(grid, slots), p: cells(), pbar: cells(), v0: zeros(grid, 1), target }
+        Case {
+            grid: *grid,
+            slots,
+            v: target.clone(),
+            w: zeros(grid, slots),
+            p: cells(),
+            pbar: cells(),
+            v0: zeros(grid, 1),
+            target,
+        }
     }
 
     /// Random numbers everywhere, velocities and forces from -`size` to `size`.
     pub fn random(random: &mut Random, grid: &Grid, slots: usize, size: f64) -> Self {
-        let mut faces = |slots: usize| random.faces::<T>(grid, slots).map(|c| c.iter().map(|x| T::from_f64(x.to_f64() * size)).collect());
+        let mut faces = |slots: usize| {
+            random
+                .faces::<T>(grid, slots)
+                .map(|c| c.iter().map(|x| T::from_f64(x.to_f64() * size)).collect())
+        };
         let (v, w, v0, target) = (faces(slots), faces(slots), faces(1), faces(slots));
-        let mut cells = || random.cells(grid, slots).iter().map(|x: &T| T::from_f64(x.to_f64() * size * grid.h[0])).collect();
-        Case { grid: *grid, slots, v, w, p: cells(), pbar: cells(), v0, target }
+        let mut cells = || {
+            random
+                .cells(grid, slots)
+                .iter()
+                .map(|x: &T| T::from_f64(x.to_f64() * size * grid.h[0]))
+                .collect()
+        };
+        Case {
+            grid: *grid,
+            slots,
+            v,
+            w,
+            p: cells(),
+            pbar: cells(),
+            v0,
+            target,
+        }
     }
 
     /// Calls `work` with the problem as the core solves it.
@@ -74,12 +108,24 @@ impl<T: Real> Case<T> {
         let mut sums = vec![f64::NAN; grid.rows() * slots.max(2)];
         let mut spare = zeros(&grid, slots);
         let finest = Finest {
-            state: State { v: view_mut(&mut self.v), w: view_mut(&mut self.w), p: &mut self.p, pbar: &mut self.pbar },
+            state: State {
+                v: view_mut(&mut self.v),
+                w: view_mut(&mut self.w),
+                p: &mut self.p,
+                pbar: &mut self.pbar,
+            },
             v0: view_mut(&mut self.v0),
             target: view_mut(&mut self.target),
             spare: view_mut(&mut spare),
         };
-        let mut nso = Nso::<T, S>::new(&levels, &bases, finest, setup, &mut Pool::new(&mut numbers), &mut sums);
+        let mut nso = Nso::<T, S>::new(
+            &levels,
+            &bases,
+            finest,
+            setup,
+            &mut Pool::new(&mut numbers),
+            &mut sums,
+        );
         work(&mut nso)
     }
 
@@ -98,7 +144,11 @@ impl<T: Real> Case<T> {
     /// Slot by slot, in double precision.
     pub fn equations(&self, kappa: f64, viscosity: f64) -> Equations {
         let (grid, slots) = (&self.grid, self.slots);
-        let vectors = |v: &Components<T>| (0..slots).map(|k| slot_of_all(grid, slots, k, v)).collect::<Vec<_>>();
+        let vectors = |v: &Components<T>| {
+            (0..slots)
+                .map(|k| slot_of_all(grid, slots, k, v))
+                .collect::<Vec<_>>()
+        };
         let scalars = |p: &[T]| (0..slots).map(|k| slot(grid, slots, k, p)).collect::<Vec<_>>();
         let scaled = |mut v: Vec<Components<f64>>| {
             v.iter_mut().flatten().flatten().for_each(|x| *x *= kappa);
@@ -111,7 +161,10 @@ impl<T: Real> Case<T> {
             d: vec![vec![0.0; grid.cells()]; slots],
         };
         Equations {
-            naive: Naive { viscosity, ..Naive::new(grid) },
+            naive: Naive {
+                viscosity,
+                ..Naive::new(grid)
+            },
             kappa,
             v: vectors(&self.v),
             w: vectors(&self.w),
@@ -180,14 +233,20 @@ impl Equations {
                         (out.a[k][axis][i], out.c[k][axis][i]) = (0.0, 0.0);
                         continue;
                     }
-                    let after = if k + 1 < slots { self.w[k + 1][axis][i] } else { 0.0 };
+                    let after = if k + 1 < slots {
+                        self.w[k + 1][axis][i]
+                    } else {
+                        0.0
+                    };
                     let (v, w) = (self.v[k][axis][i], self.w[k][axis][i]);
                     out.a[k][axis][i] -= self.kappa * v - after + w + back[axis][i] + grad_pbar[axis][i];
                     out.c[k][axis][i] -= v - before[axis][i] + adv[axis][i] - w + grad_p[axis][i];
                 }
             }
             for (out, of) in [(&mut out.b[k], &self.v[k]), (&mut out.d[k], &self.w[k])] {
-                out.iter_mut().zip(naive.divergence(of)).for_each(|(out, x)| *out -= x);
+                out.iter_mut()
+                    .zip(naive.divergence(of))
+                    .for_each(|(out, x)| *out -= x);
             }
         }
         out
@@ -207,5 +266,11 @@ pub fn trajectory<T: Real>(grid: &Grid, slots: &[Vec<f64>]) -> Vec<T> {
 
 /// The vectors of slots as a trajectory.
 pub fn trajectories<T: Real>(grid: &Grid, slots: &[Components<f64>]) -> Components<T> {
-    core::array::from_fn(|a| if a < grid.dims { trajectory(grid, &slots.iter().map(|v| v[a].clone()).collect::<Vec<_>>()) } else { Vec::new() })
+    core::array::from_fn(|a| {
+        if a < grid.dims {
+            trajectory(grid, &slots.iter().map(|v| v[a].clone()).collect::<Vec<_>>())
+        } else {
+            Vec::new()
+        }
+    })
 }

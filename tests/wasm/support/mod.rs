@@ -1,5 +1,10 @@
 //! What the tests of the WebAssembly module share: building it, reading the header, and a host with a memory maximum.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 pub mod header;
 pub mod scene;
@@ -29,7 +34,9 @@ pub fn module() -> Option<&'static Module> {
     let module = MODULE.get_or_init(|| {
         if !has_target() {
             // Not captured by the test harness, as what macros print is.
-            io::stderr().write_all(format!("SKIPPED the WebAssembly module: rustup target add {TARGET}\n").as_bytes()).unwrap();
+            io::stderr()
+                .write_all(format!("SKIPPED the WebAssembly module: rustup target add {TARGET}\n").as_bytes())
+                .unwrap();
             return None;
         }
         Some(Module::new(&Engine::default(), std::fs::read(build()).unwrap()).unwrap())
@@ -38,19 +45,43 @@ pub fn module() -> Option<&'static Module> {
 }
 
 fn has_target() -> bool {
-    let sysroot = Command::new("rustc").args(["--print", "sysroot"]).output().unwrap().stdout;
-    Path::new(String::from_utf8(sysroot).unwrap().trim()).join("lib/rustlib").join(TARGET).exists()
+    let sysroot = Command::new("rustc")
+        .args(["--print", "sysroot"])
+        .output()
+        .unwrap()
+        .stdout;
+    Path::new(String::from_utf8(sysroot).unwrap().trim())
+        .join("lib/rustlib")
+        .join(TARGET)
+        .exists()
 }
 
 /// Compiled quickly: the interpreter decides how fast it is.
 fn build() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("wasm");
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.current_dir(root()).args(["rustc", "--release", "--locked", "--manifest-path", "core/ffi/Cargo.toml", "--target-dir"]);
-    cargo.arg(&folder).args(["--target", TARGET, "--crate-type", "cdylib"]);
-    cargo.envs([("CARGO_PROFILE_RELEASE_LTO", "off"), ("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1"), ("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16")]);
+    cargo.current_dir(root()).args([
+        "rustc",
+        "--release",
+        "--locked",
+        "--manifest-path",
+        "core/ffi/Cargo.toml",
+        "--target-dir",
+    ]);
+    cargo
+        .arg(&folder)
+        .args(["--target", TARGET, "--crate-type", "cdylib"]);
+    cargo.envs([
+        ("CARGO_PROFILE_RELEASE_LTO", "off"),
+        ("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1"),
+        ("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16"),
+    ]);
     let output = cargo.output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     folder.join(TARGET).join("release/thurible.wasm")
 }
 
@@ -66,21 +97,43 @@ impl Host {
     /// An instance of `module` with at most `pages` pages.
     pub fn new(module: &Module, pages: u32) -> Self {
         let engine = module.engine();
-        let limits = StoreLimitsBuilder::new().memory_size((pages * PAGE) as usize).build();
+        let limits = StoreLimitsBuilder::new()
+            .memory_size((pages * PAGE) as usize)
+            .build();
         let mut store = Store::new(engine, limits);
         store.limiter(|limits| limits);
-        let instance = Linker::new(engine).instantiate_and_start(&mut store, module).unwrap();
+        let instance = Linker::new(engine)
+            .instantiate_and_start(&mut store, module)
+            .unwrap();
         let memory = instance.get_memory(&store, "memory").unwrap();
-        let end = instance.get_global(&store, "__heap_base").unwrap().get(&store).i32().unwrap();
-        Host { store, instance, memory, end: u32::try_from(end).unwrap() }
+        let end = instance
+            .get_global(&store, "__heap_base")
+            .unwrap()
+            .get(&store)
+            .i32()
+            .unwrap();
+        Host {
+            store,
+            instance,
+            memory,
+            end: u32::try_from(end).unwrap(),
+        }
     }
 
     /// Calls a function whose arguments are all pointers, sizes and codes.
     pub fn call(&mut self, name: &str, arguments: &[u32]) -> u32 {
-        let function: Func = self.instance.get_func(&self.store, name).unwrap_or_else(|| panic!("there is no {name}"));
-        let arguments: Vec<Val> = arguments.iter().map(|&argument| Val::I32(argument.cast_signed())).collect();
+        let function: Func = self
+            .instance
+            .get_func(&self.store, name)
+            .unwrap_or_else(|| panic!("there is no {name}"));
+        let arguments: Vec<Val> = arguments
+            .iter()
+            .map(|&argument| Val::I32(argument.cast_signed()))
+            .collect();
         let mut results = [Val::I32(0)];
-        function.call(&mut self.store, &arguments, &mut results).unwrap_or_else(|error| panic!("{name}: {error}"));
+        function
+            .call(&mut self.store, &arguments, &mut results)
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
         results[0].i32().unwrap().cast_unsigned()
     }
 
