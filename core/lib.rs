@@ -23,27 +23,23 @@
 //! | | module | what it does |
 //! |---|---|---|
 //! | ground | [`real`] | f32 and f64 behind one trait |
-//! | | [`arena`] | hands out the caller's bytes |
+//! | | [`memory`] | the caller's bytes, handed out; the ledger of named buffers, together and in turn |
 //! | | [`simd`] | vectors, and loops compiled for several instruction sets |
 //! | | [`exec`] | threads: rows of a field as tasks |
 //! | | [`observe`] | what a host can watch and stop |
-//! | | [`plan`] | the ledger of named buffers, together and in turn |
 //! | | [`checkpoint`] | the state of a solve as plain bytes |
-//! | what is solved | [`problem`] | box, time, weights; checked once. Its keyframes and data term |
-//! | | [`grid`] | the staggered grid, coarser grids and the weights between them, eigenvectors along its axes |
-//! | | [`field`] | views of trajectories, loops over rows, sums in a fixed order |
+//! | | [`progress`] | what an iteration reports, and how a solve ends |
+//! | where it is solved | [`grid`] | the staggered grid, coarser grids and the weights between them, eigenvectors along its axes |
+//! | | [`field`] | views of trajectories, their algebra, loops over rows, sums in a fixed order |
 //! | pieces | [`operators`] | divergence, gradient, self-advection and its adjoint, blur |
-//! | | [`poisson`] | the projection onto div v = 0, by eigenvectors or multigrid |
+//! | what is solved | [`problem`] | box, time, weights; checked once |
+//! | pieces | [`poisson`] | the projection onto div v = 0, by eigenvectors or multigrid |
 //! | | [`transport`] | A\[rho, v\] and its exact adjoint |
-//! | | [`carrier`] | the data term of a flow and its gradient, by one sweep forward and one back |
 //! | | [`force`] | the force that a given flow needs |
-//! | | [`quasi_newton`], [`descent`] | L-BFGS over trajectories, line search |
-//! | | [`nested`] | scene and flow between a grid and the next coarser one |
-//! | the paper | [`ao`] | the advection problem: bend the flow so that the density meets the keyframes |
-//! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near that one, by STFAS or Newton-CG |
-//! | | [`admm`] | alternates the two until they agree |
-//! | without splitting | [`direct`] | the objective as a function of the flow alone |
-//! | rivals | [`baseline`] | simulation: free, driven to the keyframes, searched by its adjoint |
+//! | | [`objective`] | keyframes and data term, the density's sweep forward and back, J as a function of the flow, coarser scenes |
+//! | | [`optimise`] | L-BFGS over trajectories, line search |
+//! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near a given one, by STFAS or Newton-CG |
+//! | ways to solve it | [`method`] | the paper's ADMM, the direct method, L-BFGS over the forces, simulation free or driven |
 //! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
 //!
 //! # Example
@@ -85,42 +81,36 @@
 //! ```
 #![no_std]
 
-pub mod admm;
-pub mod ao;
-pub mod arena;
-pub mod baseline;
-pub mod carrier;
 pub mod checkpoint;
-pub mod descent;
-pub mod direct;
 pub mod exec;
 pub mod field;
 pub mod force;
 pub mod grid;
-pub mod nested;
+pub mod memory;
+pub mod method;
 pub mod nso;
+pub mod objective;
 pub mod observe;
 pub mod operators;
-pub mod plan;
+pub mod optimise;
 pub mod poisson;
 pub mod problem;
 pub mod progress;
-pub mod quasi_newton;
 pub mod real;
 pub mod simd;
 pub mod solver;
 pub mod transport;
 
-pub use admm::AdmmParams;
-pub use baseline::drive::PdParams;
-pub use baseline::forward::SimulationParams;
-pub use baseline::lbfgs::LbfgsParams;
-pub use direct::DirectParams;
 pub use exec::{Exec, Serial};
 pub use grid::{Boundary, D2, D3, Space};
+pub use memory::{Entry, Sharing};
+pub use method::admm::AdmmParams;
+pub use method::direct::DirectParams;
+pub use method::lbfgs::LbfgsParams;
+pub use method::simulate::drive::PdParams;
+pub use method::simulate::forward::SimulationParams;
 pub use nso::{Norm, NsoParams, NsoSolver, colours::Colours};
 pub use observe::{Event, Observer, Silent};
-pub use plan::{Entry, Sharing};
 pub use problem::{Advection, Problem, ProblemError, Scheme};
 pub use progress::{AdmmProgress, DirectProgress, Objective, Progress, Status};
 pub use real::Real;

@@ -2,6 +2,11 @@
 
 use crate::checkpoint::{Damaged, Record};
 
+/// Most cycles of one Navier-Stokes problem whose residuals are reported, the first residual included.
+pub const MAX_CYCLES: usize = 64;
+/// Most iterations of one advection problem whose residuals are reported.
+pub const MAX_RESIDUALS: usize = 16;
+
 /// Data and force terms of the objective J (paper eq. 5).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Objective {
@@ -85,10 +90,10 @@ pub struct AdmmProgress {
     /// max change of rho since the iteration before, over max rho_0.
     pub density_change: f64,
     /// max |f| of NSO before its first V-cycle and after each.
-    pub nso_residuals: heapless::Vec<f64, { crate::nso::solve::MAX_CYCLES }>,
+    pub nso_residuals: heapless::Vec<f64, MAX_CYCLES>,
     /// max of AO's direction, over dt, in each of its iterations: the residual of its fixed point as an acceleration (the paper's
-    /// Figure 7). Of more than [`MAX_RESIDUALS`](crate::ao::MAX_RESIDUALS) the last stands for all that came later.
-    pub ao_residuals: heapless::Vec<f64, { crate::ao::MAX_RESIDUALS }>,
+    /// Figure 7). Of more than [`MAX_RESIDUALS`] the last stands for all that came later.
+    pub ao_residuals: heapless::Vec<f64, MAX_RESIDUALS>,
     /// The largest violation of the optimality conditions: of AO's, NSO's, and max |v - v*| over dt (the paper's Figure 7).
     pub kkt: f64,
     /// max |v - v*| over max |v|.

@@ -19,7 +19,7 @@ pub trait Real:
     + Sync
     + 'static
     + sealed::Sealed
-    + crate::arena::Plain
+    + crate::memory::Plain
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>

@@ -10,29 +10,23 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The path of the data. Numbers, memory and vectors of numbers know each other and count as one module.
-const ORDER: [&[&str]; 23] = [
-    &["real", "arena", "simd"],
+const ORDER: [&[&str]; 17] = [
+    &["real", "memory", "simd"],
     &["exec"],
     &["observe"],
-    &["plan"],
     &["checkpoint"],
+    &["progress"],
     &["grid"],
     &["field"],
     &["operators"],
     &["problem"],
     &["poisson"],
     &["transport"],
-    &["carrier"],
     &["force"],
-    &["quasi_newton"],
-    &["ao"],
+    &["objective"],
+    &["optimise"],
     &["nso"],
-    &["progress"],
-    &["nested"],
-    &["descent"],
-    &["admm"],
-    &["direct"],
-    &["baseline"],
+    &["method"],
     &["solver"],
 ];
 

@@ -4,6 +4,7 @@ pub mod means;
 pub mod rows;
 pub mod slot;
 pub mod sums;
+pub mod trajectory;
 pub mod transfer;
 pub mod transform;
 

@@ -7,8 +7,8 @@
 
 use super::Grid;
 use super::spectrum::Spectrum;
-use crate::arena::{Arena, TooSmall};
-use crate::plan::Ledger;
+use crate::memory::Ledger;
+use crate::memory::{Arena, TooSmall};
 use crate::real::Real;
 use crate::simd::multiversion;
 use core::ops::Range;

@@ -14,13 +14,13 @@ pub mod vcycle;
 
 pub use solve::{Ended, Info};
 
-use crate::arena::{Arena, TooSmall};
 use crate::exec::{Exec, Slabs};
 use crate::field::{VectorMut, means};
 use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables};
 use crate::grid::{Grid, Space};
+use crate::memory::{Arena, TooSmall};
+use crate::memory::{Ledger, Pool, Sharing, pooled};
 use crate::observe::{Event, Observer};
-use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::real::Real;
 use colours::Colours;
 use core::marker::PhantomData;

@@ -11,16 +11,16 @@
 
 use super::solve::{Ended, Info};
 use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force;
 use crate::force::time_line::{TimeLine, drag};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
+use crate::memory::{Ledger, Pool, Sharing, pooled};
 use crate::observe::{Event, Observer};
 use crate::operators::self_advection::Fluid;
-use crate::plan::{Ledger, Pool, Sharing, pooled};
 use crate::poisson::Projection;
-use crate::quasi_newton::{self, Shape};
 use crate::real::Real;
 
 /// Vector fields of work: step, residual of the system, direction, its image, work.
@@ -338,7 +338,7 @@ impl<'a, T: Real> Newton<'a, '_, T> {
             self.region,
         );
         self.project(exec, observer, Output::Image)?;
-        quasi_newton::add(
+        trajectory::add(
             exec,
             Shape { grid, slots },
             &mut self.image,
@@ -352,7 +352,7 @@ impl<'a, T: Real> Newton<'a, '_, T> {
     /// work = (kappa + S)^-1 residual; <residual, work>.
     fn precondition(&mut self, exec: &dyn Exec) -> f64 {
         let shape = shape(self.levels, self.setup);
-        quasi_newton::add(exec, shape, &mut self.work, 0.0, 1.0, view(&self.residual));
+        trajectory::add(exec, shape, &mut self.work, 0.0, 1.0, view(&self.residual));
         let (grid, line) = (shape.grid, self.line);
         for_rows(
             exec,
@@ -370,7 +370,7 @@ impl<'a, T: Real> Newton<'a, '_, T> {
                     .for_each(|out| line.solve(out, grid.n[0]));
             },
         );
-        quasi_newton::dot(exec, shape, view(&self.residual), view(&self.work), self.sums)
+        trajectory::dot(exec, shape, view(&self.residual), view(&self.work), self.sums)
     }
 
     /// step = about -H^-1 g; <g, step>.
@@ -379,29 +379,28 @@ impl<'a, T: Real> Newton<'a, '_, T> {
         let enough = INEXACT * INEXACT * left;
         let mut slope = 0.0;
         let shape = shape(self.levels, self.setup);
-        quasi_newton::add(exec, shape, &mut self.direction, 0.0, 1.0, view(&self.work));
-        quasi_newton::add(exec, shape, &mut self.step, 0.0, 0.0, view(&self.work));
+        trajectory::add(exec, shape, &mut self.direction, 0.0, 1.0, view(&self.work));
+        trajectory::add(exec, shape, &mut self.step, 0.0, 0.0, view(&self.work));
         for inner in 0..INNER {
             self.apply::<S>(exec, observer)?;
-            let curvature =
-                quasi_newton::dot(exec, shape, view(&self.direction), view(&self.image), self.sums);
+            let curvature = trajectory::dot(exec, shape, view(&self.direction), view(&self.image), self.sums);
             let negative = !(curvature > 0.0);
             if negative && inner > 0 {
                 break;
             }
             // The first direction is that of steepest descent: where it curves down, it is the step.
             let length = if negative { 1.0 } else { left / curvature };
-            quasi_newton::add(exec, shape, &mut self.step, 1.0, length, view(&self.direction));
+            trajectory::add(exec, shape, &mut self.step, 1.0, length, view(&self.direction));
             slope -= length * left;
             if negative {
                 break;
             }
-            quasi_newton::add(exec, shape, &mut self.residual, 1.0, -length, view(&self.image));
+            trajectory::add(exec, shape, &mut self.residual, 1.0, -length, view(&self.image));
             let next = self.precondition(exec);
             if next <= enough {
                 break;
             }
-            quasi_newton::add(
+            trajectory::add(
                 exec,
                 shape,
                 &mut self.direction,
@@ -430,7 +429,7 @@ impl<'a, T: Real> Newton<'a, '_, T> {
             self.force::<S>(exec, observer)?;
             if self.phi(exec, Force::OfTrial) <= before + ENOUGH * length * slope {
                 let shape = shape(self.levels, self.setup);
-                quasi_newton::add(exec, shape, &mut self.problem.w, 0.0, 1.0, view(&self.work));
+                trajectory::add(exec, shape, &mut self.problem.w, 0.0, 1.0, view(&self.work));
                 return Some(true);
             }
             length *= 0.5;
@@ -442,7 +441,7 @@ impl<'a, T: Real> Newton<'a, '_, T> {
     /// v += `s` step.
     fn move_along(&mut self, exec: &dyn Exec, s: f64) {
         let shape = shape(self.levels, self.setup);
-        quasi_newton::add(exec, shape, &mut self.problem.v, 1.0, s, view(&self.step));
+        trajectory::add(exec, shape, &mut self.problem.v, 1.0, s, view(&self.step));
     }
 
     /// work = the force of v.

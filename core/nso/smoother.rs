@@ -10,7 +10,7 @@ use super::{Shape, Split, local};
 use crate::exec::{Exec, Planes, RowBuffers, RowTask, Serial, Slabs, for_rows, for_rows_across, for_slabs};
 use crate::field::rows;
 use crate::grid::{Grid, Side, Space};
-use crate::plan::pooled;
+use crate::memory::pooled;
 use crate::real::Real;
 use crate::simd::multiversion;
 use core::ops::Range;

@@ -13,7 +13,7 @@ use crate::operators::self_advection::Fluid;
 use crate::real::Real;
 
 /// V-cycles whose residuals an [`Info`] holds.
-pub const MAX_CYCLES: usize = 64;
+pub use crate::progress::MAX_CYCLES;
 
 /// A cycle that leaves more than this of the residual has failed.
 const FAILED: f64 = 0.9;

@@ -11,7 +11,7 @@ use crate::grid::Grid;
 use crate::grid::gaussian::Gaussian;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
-use crate::plan::{Ledger, Pool, pooled};
+use crate::memory::{Ledger, Pool, pooled};
 use crate::real::Real;
 
 /// What a metric is made of.

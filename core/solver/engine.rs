@@ -2,19 +2,19 @@
 
 use super::plan::{Choice, admm_settings, direct_settings, forward_settings, lbfgs_settings};
 use super::{Method, Params};
-use crate::admm::Admm;
-use crate::arena::{Arena, TooSmall};
-use crate::baseline::forward::Forward;
-use crate::baseline::lbfgs::Lbfgs;
 use crate::checkpoint::{Damaged, Record};
-use crate::direct::Direct;
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut};
 use crate::grid::{Grid, Space};
+use crate::memory::Ledger;
+use crate::memory::{Arena, TooSmall};
+use crate::method::admm::Admm;
+use crate::method::direct::Direct;
+use crate::method::lbfgs::Lbfgs;
+use crate::method::simulate::forward::Forward;
+use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
-use crate::plan::Ledger;
 use crate::problem::Problem;
-use crate::problem::keyframes::Keyframes;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 

@@ -1,7 +1,7 @@
 //! Why memory, a field or saved bytes are refused.
 
 use super::plan::PlanError;
-use crate::arena::ALIGN;
+use crate::memory::ALIGN;
 use core::fmt;
 
 /// Why a [`Solver`](super::Solver) cannot be made.

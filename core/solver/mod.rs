@@ -10,11 +10,11 @@ pub use errors::{InputError, SavedError, SolverError};
 pub use layout::Strided;
 pub use plan::{MAX_THREADS, Method, Params, Plan, PlanError};
 
-use crate::arena::{ALIGN, Arena, TooSmall};
 use crate::exec::Exec;
 use crate::grid::Space;
+use crate::memory::{ALIGN, Arena, TooSmall};
+use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
-use crate::problem::keyframes::Keyframes;
 use crate::problem::{Problem, Units};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;

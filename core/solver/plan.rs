@@ -1,16 +1,16 @@
 //! How many bytes a solve needs.
 
 use super::engine::Engine;
-use crate::admm::{self, AdmmParams, Dimensions};
-use crate::arena::ALIGN;
-use crate::baseline::drive::PdParams;
-use crate::baseline::forward::{self, SimulationParams};
-use crate::baseline::lbfgs::{self, LbfgsParams};
 use crate::checkpoint;
-use crate::direct::{self, DirectParams};
 use crate::grid::Space;
+use crate::memory::ALIGN;
+use crate::memory::{Entry, Ledger, Sharing};
+use crate::method::admm::{self, AdmmParams, Dimensions};
+use crate::method::direct::{self, DirectParams};
+use crate::method::lbfgs::{self, LbfgsParams};
+use crate::method::simulate::drive::PdParams;
+use crate::method::simulate::forward::{self, SimulationParams};
 use crate::nso::{self, Shape};
-use crate::plan::{Entry, Ledger, Sharing};
 use crate::problem::{Problem, ProblemError};
 use crate::real::Real;
 use core::fmt;

@@ -2,13 +2,13 @@
 
 use super::plan::Choice;
 use super::{Method, Params, SavedError, Solver};
-use crate::admm::AdmmParams;
-use crate::baseline::drive::PdParams;
-use crate::baseline::forward::SimulationParams;
-use crate::baseline::lbfgs::LbfgsParams;
 use crate::checkpoint::{Damaged, FORMAT, HEAD, Label, MAGIC, Mix, Record};
-use crate::direct::DirectParams;
 use crate::grid::{Boundary, Space};
+use crate::method::admm::AdmmParams;
+use crate::method::direct::DirectParams;
+use crate::method::lbfgs::LbfgsParams;
+use crate::method::simulate::drive::PdParams;
+use crate::method::simulate::forward::SimulationParams;
 use crate::nso::NsoParams;
 use crate::problem::{Advection, Problem};
 use crate::real::Real;

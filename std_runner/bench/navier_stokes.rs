@@ -3,14 +3,14 @@
 use super::flow;
 use super::ready::{in_block, no_memory};
 use crate::exit::Failure;
-use thurible_core::arena::{Arena, TooSmall};
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::memory::{Arena, TooSmall};
+use thurible_core::memory::{Ledger, Pool};
 use thurible_core::nso::level::State;
 use thurible_core::nso::local::Slow;
 use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape};
-use thurible_core::plan::{Ledger, Pool};
 use thurible_core::{Boundary, Colours, Exec, Norm, NsoParams, Real, Space};
 
 /// What is posed.

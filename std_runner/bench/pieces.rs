@@ -3,11 +3,11 @@
 use super::flow;
 use super::ready::{in_block, no_memory};
 use crate::exit::Failure;
-use thurible_core::arena::Arena;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::memory::Arena;
+use thurible_core::memory::{Ledger, Pool};
 use thurible_core::operators::blur::{Blur, Metric};
-use thurible_core::plan::{Ledger, Pool};
 use thurible_core::poisson::Projection;
 use thurible_core::transport::{Flow, Transport};
 use thurible_core::{Advection, Boundary, Exec, Scheme, Space};

@@ -7,8 +7,8 @@ use core::hint::{black_box, spin_loop};
 use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use serde::Serialize;
 use std::time::Instant;
-use thurible_core::arena::{Arena, TooSmall};
 use thurible_core::exec::{RowBuffers, for_rows};
+use thurible_core::memory::{Arena, TooSmall};
 use thurible_core::{Exec, Serial};
 
 /// Numbers of each array of the triad: 64 MiB, more than a core's share of any cache.

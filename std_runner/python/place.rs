@@ -5,7 +5,7 @@ use core::slice;
 use numpy::ndarray::{ArrayView, IxDyn, ShapeBuilder};
 use numpy::{Element, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
-use thurible_core::arena::{Arena, footprint};
+use thurible_core::memory::{Arena, footprint};
 use thurible_core::solver::Strided;
 use thurible_core::{Real, Solver, Space};
 

@@ -7,14 +7,14 @@ use crate::fields::{
     Components, Memory, add_scaled_all, assert_close, cast, dot, dot_all, flow, gap, grid, slot, slot_of_all,
     view, view_mut, with_threads, zeros,
 };
-use thurible_core::arena::Arena;
 use thurible_core::field::Block;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::memory::Arena;
+use thurible_core::memory::{Ledger, Pool};
 use thurible_core::operators::blur::{Blur, Metric};
 use thurible_core::operators::self_advection::Fluid;
 use thurible_core::operators::{divergence, self_advection};
-use thurible_core::plan::{Ledger, Pool};
 use thurible_core::{D2, D3, Real, Scheme, Space};
 
 const GRIDS: [(&[usize], &str); 8] = [

@@ -8,11 +8,11 @@ use crate::fields::random::Random;
 use crate::fields::{
     Components, Memory, add_scaled_all, assert_close, dot_all, flow, grid, largest, largest_of, with_threads,
 };
-use thurible_core::arena::Arena;
-use thurible_core::baseline::step::{Setup, Step};
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
-use thurible_core::plan::{Ledger, Pool};
+use thurible_core::memory::Arena;
+use thurible_core::memory::{Ledger, Pool};
+use thurible_core::method::simulate::step::{Setup, Step};
 use thurible_core::transport::Stop;
 use thurible_core::{D2, D3, Method, Params, Real, Scheme, Serial, Silent, Space, Status};
 

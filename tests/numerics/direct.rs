@@ -5,7 +5,7 @@ use crate::fields::cases::{Scene, Solved, StopAt};
 use crate::fields::feasible::check;
 use crate::fields::spacetime::trajectory;
 use crate::fields::{assert_close, gap, largest, with_threads};
-use thurible_core::nested;
+use thurible_core::objective::coarse;
 use thurible_core::{D2, D3, Method, Params, Real, Scheme, Serial, Silent, Space, Status};
 
 /// The scene by the direct method.
@@ -292,7 +292,7 @@ fn flows_linear_in_time_are_refined_exactly() {
     let initial: Vec<f64> = (0..cells).map(|face| 2.0 * velocity(1.0, face)).collect();
     let mut fine = [vec![0.0; cells * slots], vec![0.0; cells * slots]];
     let [x, y] = &mut fine;
-    nested::refine_time(
+    coarse::refine_time(
         &Serial,
         &grid,
         few,

@@ -3,10 +3,10 @@
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
 use crate::fields::{Components, Memory, flow, grid, largest, largest_of, places, zeros};
-use thurible_core::arena::Arena;
 use thurible_core::field::transfer::{Move, Place};
 use thurible_core::grid::levels::{Levels, MAX_LEVELS, Transfer, hierarchy, taps};
 use thurible_core::grid::{Grid, Side};
+use thurible_core::memory::Arena;
 
 /// The weights of a transfer as a full matrix, targets by sources.
 fn matrix(transfer: Transfer, fine: usize, coarse: usize, periodic: bool) -> Vec<Vec<f64>> {

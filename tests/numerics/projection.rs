@@ -8,10 +8,10 @@ use crate::fields::{
     slot_of_all, view_mut, with_threads,
 };
 use core::ops::ControlFlow;
-use thurible_core::arena::Arena;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
-use thurible_core::plan::{Ledger, Pool};
+use thurible_core::memory::Arena;
+use thurible_core::memory::{Ledger, Pool};
 use thurible_core::poisson::{Projection, multigrid};
 use thurible_core::{Event, Observer, Real};
 

@@ -4,10 +4,11 @@ use crate::fields;
 use crate::fields::random::Random;
 use crate::fields::{Components, assert_close, dot_all, grid, largest};
 use thurible_core::Serial;
+use thurible_core::field::trajectory::Shape;
 use thurible_core::force::time_line::TimeLine;
 use thurible_core::grid::Grid;
-use thurible_core::plan::Pool;
-use thurible_core::quasi_newton::{self, Fields, Initial, QuasiNewton, Shape};
+use thurible_core::memory::Pool;
+use thurible_core::optimise::lbfgs::{self, Fields, Initial, QuasiNewton};
 
 const SLOTS: usize = 5;
 
@@ -121,12 +122,9 @@ fn descends(most: usize) -> f64 {
         weight,
         linear: random.faces(&grid, SLOTS),
     };
-    let mut numbers = vec![f64::NAN; quasi_newton::numbers(&grid, SLOTS, most)];
-    let mut fields = quasi_newton::take(&grid, SLOTS, most, &mut Pool::new(&mut numbers));
-    let (mut pivots, mut sums) = (
-        [0.0; SLOTS],
-        vec![0.0; quasi_newton::sums_per_row(most) * grid.rows()],
-    );
+    let mut numbers = vec![f64::NAN; lbfgs::numbers(&grid, SLOTS, most)];
+    let mut fields = lbfgs::take(&grid, SLOTS, most, &mut Pool::new(&mut numbers));
+    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; lbfgs::sums_per_row(most) * grid.rows()]);
     let initial = Initial {
         line: Some(TimeLine::new(1.0, 0.0, &mut pivots)),
         scale: 1.0,
@@ -207,12 +205,9 @@ fn pairs_of_negative_curvature_are_left_out() {
         grid: &grid,
         slots: SLOTS,
     };
-    let mut numbers = vec![0.0; quasi_newton::numbers(&grid, SLOTS, 2)];
-    let mut fields = quasi_newton::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
-    let (mut pivots, mut sums) = (
-        [0.0; SLOTS],
-        vec![0.0; quasi_newton::sums_per_row(2) * grid.rows()],
-    );
+    let mut numbers = vec![0.0; lbfgs::numbers(&grid, SLOTS, 2)];
+    let mut fields = lbfgs::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
+    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; lbfgs::sums_per_row(2) * grid.rows()]);
     let initial = Initial {
         line: Some(TimeLine::new(1.0, 0.0, &mut pivots)),
         scale: 1.0,

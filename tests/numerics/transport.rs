@@ -8,7 +8,7 @@ use crate::fields::{
     Components, assert_close, cast, cast_all, dot, flow, gap, grid, largest, places, view, zeros,
 };
 use core::ops::ControlFlow;
-use thurible_core::plan::{Ledger, Pool};
+use thurible_core::memory::{Ledger, Pool};
 use thurible_core::transport::{Flow, Stop, TooFast, Transport};
 use thurible_core::{Advection, Event, Real, Scheme, Serial, Silent};
 

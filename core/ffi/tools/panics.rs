@@ -87,19 +87,15 @@ impl Part {
 const PARTS: [Part; 8] = [
     Part {
         name: "interface",
-        files: &["problem/", "solver/"],
+        files: &["problem.rs", "solver/"],
         holds: "steps, keyframes, axes and lengths of arrays are compared with the problem, and refused, before they come here",
     },
     Part {
         name: "methods",
         files: &[
-            "admm/",
-            "ao/",
-            "baseline/",
-            "carrier.rs",
-            "direct/",
-            "nested.rs",
-            "quasi_newton.rs",
+            "method/",
+            "objective/",
+            "optimise/",
         ],
         holds: "fields, sums and scratch are cut by the plan for the cells, steps, threads and pairs that are used here; there is always a finest level",
     },
@@ -125,7 +121,7 @@ const PARTS: [Part; 8] = [
     },
     Part {
         name: "parts and lanes",
-        files: &["exec/", "plan.rs", "simd.rs"],
+        files: &["exec/", "memory/", "simd.rs"],
         holds: "the number of a part is below their count, the pool is as large as the plan that is carved from it, a vector is loaded where a whole one is left",
     },
     Part {

@@ -33,7 +33,7 @@ use super::colours::Cells;
 use super::level::System;
 use crate::grid::{D2, D3, Space};
 #[cfg(target_arch = "x86_64")]
-use crate::plan::{Pool, pooled};
+use crate::memory::{Pool, pooled};
 use crate::real::Real;
 use crate::simd::Vector;
 #[cfg(target_arch = "x86_64")]

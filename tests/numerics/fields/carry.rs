@@ -2,7 +2,7 @@
 
 use super::{Components, view};
 use thurible_core::grid::Grid;
-use thurible_core::plan::{Ledger, Pool};
+use thurible_core::memory::{Ledger, Pool};
 use thurible_core::transport::{Flow, Stepping, TooFast, Transport};
 use thurible_core::{Advection, Real, Scheme, Serial};
 

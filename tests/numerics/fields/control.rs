@@ -2,16 +2,16 @@
 
 use crate::fields::{Components, Memory, view, view_mut, zeros};
 use core::ops::ControlFlow;
-use thurible_core::ao::{self, Fields, Setup};
-use thurible_core::arena::Arena;
-use thurible_core::baseline::lbfgs::evaluate::{Simulated, Warm};
-use thurible_core::carrier;
-use thurible_core::direct::evaluate::{self, Evaluation};
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::memory::Arena;
+use thurible_core::memory::Ledger;
+use thurible_core::method::admm::ao::{self, Fields, Setup};
+use thurible_core::method::lbfgs::evaluate::{Simulated, Warm};
+use thurible_core::objective::flow::{self, Evaluation};
+use thurible_core::objective::keyframes::Keyframes;
+use thurible_core::objective::sweep;
 use thurible_core::operators::blur::Metric;
-use thurible_core::plan::Ledger;
-use thurible_core::problem::keyframes::Keyframes;
 use thurible_core::{Advection, Event, Objective, Observer, Real, Serial, Silent, Space};
 
 /// A flow that should carry `source` to the targets.
@@ -90,12 +90,12 @@ impl<T: Real> Control<'_, T> {
         Found { direction, info }
     }
 
-    fn carrier(&self) -> carrier::Setup {
+    fn carrier(&self) -> sweep::Setup {
         let metric = Metric {
             filters: self.filters,
             identity: 1.0,
         };
-        carrier::Setup {
+        sweep::Setup {
             slots: self.steps - 1,
             metric,
             stepping: self.advection.into(),
@@ -115,7 +115,7 @@ impl<T: Real> Control<'_, T> {
         let mut evaluation = Evaluation {
             levels: &levels,
             level: 0,
-            setup: evaluate::Setup {
+            setup: flow::Setup {
                 carrier: self.carrier(),
                 viscosity: self.viscosity,
                 force_weight,
@@ -164,7 +164,7 @@ impl<T: Real> Control<'_, T> {
         let evaluation = Evaluation {
             levels: &levels,
             level: 0,
-            setup: evaluate::Setup {
+            setup: flow::Setup {
                 carrier: self.carrier(),
                 viscosity: self.viscosity,
                 force_weight,

@@ -3,13 +3,13 @@
 use super::naive::Naive;
 use super::random::Random;
 use super::{Components, Memory, index, largest, places, slot, slot_of_all, view_mut, zeros};
-use thurible_core::arena::Arena;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::memory::Arena;
+use thurible_core::memory::{Ledger, Pool};
 use thurible_core::nso::level::State;
 use thurible_core::nso::local::Slow;
 use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape, Split};
-use thurible_core::plan::{Ledger, Pool};
 use thurible_core::{Exec, NsoParams, Real, Space};
 
 /// The unknowns and data of a Navier-Stokes problem, trajectories all but v_0.

@@ -1,0 +1,121 @@
+//! The ledger: every buffer of a solve by name, together (sum) or in turn (max), to the byte.
+
+use super::arena::footprint;
+use heapless::Vec;
+
+/// Most lines of a [`Ledger`].
+pub const MAX_LINES: usize = 96;
+
+/// How the children of a line share its bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sharing {
+    /// A buffer: no children.
+    Buffer,
+    /// The children live together; their bytes add up.
+    Together,
+    /// The children live one after the other; the largest counts.
+    InTurn,
+}
+
+/// One line of the ledger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// What it holds.
+    pub name: &'static str,
+    /// Bytes, children included.
+    pub bytes: usize,
+    /// Depth in the tree, 0 at the top.
+    pub depth: usize,
+    /// Buffer or group.
+    pub sharing: Sharing,
+}
+
+/// A tree of buffers with their sizes. Sizes that do not fit `usize` saturate, and [`Ledger::bytes`] is then `None`.
+#[derive(Clone, Debug, Default)]
+pub struct Ledger {
+    entries: Vec<Entry, MAX_LINES>,
+    open: Vec<usize, 8>,
+    overflow: bool,
+}
+
+impl Ledger {
+    /// An empty ledger.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A buffer of `len` values of `size` bytes.
+    pub fn line(&mut self, name: &'static str, len: usize, size: usize) {
+        let bytes = footprint(len, size).unwrap_or_else(|| {
+            self.overflow = true;
+            usize::MAX
+        });
+        self.push(name, bytes, Sharing::Buffer);
+        self.count(bytes);
+    }
+
+    /// A group of lines that `fill` writes.
+    pub fn group(&mut self, name: &'static str, sharing: Sharing, fill: impl FnOnce(&mut Self)) {
+        let index = self.entries.len();
+        self.push(name, 0, sharing);
+        self.overflow |= self.open.push(index).is_err();
+        fill(self);
+        let _ = self.open.pop();
+        let bytes = self.entries.get(index).map_or(0, |entry| entry.bytes);
+        self.count(bytes);
+    }
+
+    /// A vector field, `len` numbers of `size` bytes for each of `dims` axes.
+    pub fn vector(&mut self, name: &'static str, dims: usize, len: usize, size: usize) {
+        self.group(name, Sharing::Together, |ledger| {
+            for axis in ["along x", "along y", "along z"].into_iter().take(dims) {
+                ledger.line(axis, len, size);
+            }
+        });
+    }
+
+    fn push(&mut self, name: &'static str, bytes: usize, sharing: Sharing) {
+        let depth = self.open.len();
+        self.overflow |= self
+            .entries
+            .push(Entry {
+                name,
+                bytes,
+                depth,
+                sharing,
+            })
+            .is_err();
+    }
+
+    /// Counts `bytes` in the group that is open.
+    fn count(&mut self, bytes: usize) {
+        if let Some(group) = self.open.last().and_then(|&index| self.entries.get_mut(index)) {
+            match group.sharing {
+                Sharing::InTurn => group.bytes = group.bytes.max(bytes),
+                _ => match group.bytes.checked_add(bytes) {
+                    Some(sum) => group.bytes = sum,
+                    None => self.overflow = true,
+                },
+            }
+        }
+    }
+
+    /// The lines in order, groups before their children.
+    #[must_use]
+    pub fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// The sum of the top lines, or `None` when it does not fit `usize`.
+    #[must_use]
+    pub fn bytes(&self) -> Option<usize> {
+        if self.overflow {
+            return None;
+        }
+        self.entries
+            .iter()
+            .filter(|entry| entry.depth == 0)
+            .try_fold(0usize, |sum, entry| sum.checked_add(entry.bytes))
+    }
+}

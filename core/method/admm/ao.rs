@@ -1,0 +1,374 @@
+//! AO, the advection problem of the paper (section 4.1, eq. 7, Algorithm 1): velocities v* near v + lambda/K that carry the
+//! density to the keyframes.
+//!
+//! A fixed-point iteration: forward and backward through the flow (see [`sweep`]); candidate
+//! Q(v_i + lambda_i/K + A_v^T mu_i / K); then v* moves a part alpha of the way, halved until the objective
+//! 1/2 <e, C e> + K/2 sum |v* - v - lambda/K|^2 falls.
+//!
+//! From the second iteration of a call on, the direction is candidate - v* + beta (the direction before): the momentum of
+//! Polyak's heavy ball, in the same bytes, since the projection is linear. beta = 0 is the paper's iteration.
+
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
+use crate::grid::Grid;
+use crate::grid::levels::Levels;
+use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::objective::keyframes::Keyframes;
+use crate::objective::sweep::{self, Carrier, densities};
+use crate::observe::{Event, Observer};
+use crate::poisson::Projection;
+use crate::real::Real;
+use crate::transport::{Flow, Stop};
+use core::ops::ControlFlow;
+
+/// The smallest blending step that is tried.
+const SMALLEST_STEP: f64 = 1.0 / 1024.0;
+
+/// What does not change from call to call.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    /// Penalty K in scaled numbers.
+    pub penalty: f64,
+    /// Fixed-point iterations of a call.
+    pub iterations: usize,
+    /// Momentum beta between the iterations of a call.
+    pub momentum: f64,
+    /// Relative tolerance of the projection.
+    pub projection_tolerance: f64,
+    /// Transport and metric.
+    pub carrier: sweep::Setup,
+}
+
+/// The fields of a call.
+#[derive(Debug)]
+pub struct Fields<'a, T> {
+    /// v of the Navier-Stokes problem.
+    pub v: Vector<'a, T>,
+    /// lambda / K.
+    pub multiplier: Vector<'a, T>,
+    /// v*, which begins as v.
+    pub star: VectorMut<'a, T>,
+    /// Work: the direction in which v* moves.
+    pub direction: VectorMut<'a, T>,
+    /// The given velocity v_0.
+    pub initial: Vector<'a, T>,
+    /// rho_0 .. rho_N of the last call, and of this one afterwards.
+    pub rho: &'a mut [T],
+    /// The keyframes.
+    pub keyframes: &'a Keyframes<'a, T>,
+}
+
+/// Residuals that a call tells of.
+pub use crate::progress::MAX_RESIDUALS;
+
+/// What a call did.
+#[derive(Clone, Debug, Default)]
+pub struct Info {
+    /// The blending step of the last iteration.
+    pub step: f64,
+    /// Data term of v before the call.
+    pub data_before: f64,
+    /// Data term of v* after it.
+    pub data: f64,
+    /// AO objective after it.
+    pub objective: f64,
+    /// max |direction| of each blend: without momentum the residual of the fixed point.
+    pub residuals: heapless::Vec<f64, MAX_RESIDUALS>,
+    /// max over cells and steps of the change of rho since the last call.
+    pub density_change: f64,
+}
+
+/// Writes the ledger lines of a call's work in the shared pool.
+pub fn requirement<T: Real>(ledger: &mut Ledger, grid: &Grid, setup: &Setup) {
+    ledger.group("advection problem (AO)", Sharing::InTurn, |ledger| {
+        ledger.group("forward and backward", Sharing::Together, |ledger| {
+            ledger.line(
+                "densities of a trial",
+                pooled(densities(grid, setup.carrier.slots)),
+                T::BYTES,
+            );
+            Carrier::<T>::requirement(ledger, grid, &setup.carrier);
+        });
+        Projection::<T>::requirement(ledger, grid, setup.carrier.slots, setup.carrier.threads);
+    });
+}
+
+/// A flow that is tried, in the shared pool: its densities and what carries them.
+struct Trial<'a, T> {
+    rho: &'a mut [T],
+    carrier: Carrier<'a, T>,
+}
+
+impl<'a, T: Real> Trial<'a, T> {
+    fn carve(levels: &'a Levels<'_, T>, setup: &Setup, region: &'a mut [T]) -> Self {
+        let mut pool = Pool::new(region);
+        Self {
+            rho: pool.take(densities(&levels.finest, setup.carrier.slots)),
+            carrier: Carrier::carve(levels, 0, &setup.carrier, &mut pool),
+        }
+    }
+
+    /// The data term of v* + `s` direction.
+    fn carry(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        fields: &Fields<'_, T>,
+        s: f64,
+        sums: &mut [f64],
+    ) -> Result<f64, Stop> {
+        let cells = self.carrier.grid().cells();
+        self.rho[..cells].copy_from_slice(&fields.rho[..cells]);
+        let along = (s != 0.0).then(|| (view(&fields.direction), T::from_f64(s)));
+        let flow = Flow {
+            initial: fields.initial,
+            v: view(&fields.star),
+            along,
+        };
+        self.carrier
+            .carry(exec, observer, &flow, self.rho, fields.keyframes, sums)
+    }
+
+    /// `direction` = v + lambda/K + A_v^T mu / K - v* + `momentum` direction, all at v* (paper Algorithm 1, lines 6 to 9), not
+    /// projected yet.
+    fn sweep_back(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        setup: &Setup,
+        fields: &mut Fields<'_, T>,
+        momentum: f64,
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
+        let (grid, slots) = (self.carrier.grid(), setup.carrier.slots);
+        let (n, scale, momentum) = (grid.n[0], T::from_f64(1.0 / setup.penalty), T::from_f64(momentum));
+        let Fields {
+            v,
+            multiplier,
+            star,
+            direction,
+            initial,
+            keyframes,
+            ..
+        } = fields;
+        let star = view(star);
+        let flow = Flow {
+            initial: *initial,
+            v: star,
+            along: None,
+        };
+        self.carrier.sweep_back(
+            exec,
+            observer,
+            &flow,
+            self.rho,
+            keyframes,
+            sums,
+            &mut |exec, slot, gradient| {
+                let buffers = RowBuffers {
+                    fields: reborrow(direction),
+                    sums: &mut [],
+                    scratch: &mut [],
+                };
+                for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
+                    let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;
+                    for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                        let out = &mut out[slot * n..(slot + 1) * n];
+                        rows::scale_in_place(out, momentum);
+                        rows::add_scaled(out, scale, &gradient[axis][task.row * n..(task.row + 1) * n]);
+                        rows::add(out, &v[axis][span.clone()]);
+                        rows::add(out, &multiplier[axis][span.clone()]);
+                        rows::sub(out, &star[axis][span.clone()]);
+                    }
+                });
+            },
+        )
+    }
+}
+
+/// One call (paper Algorithm 1): `setup.iterations` fixed-point iterations from v* = v. `step` is alpha, kept from call to call.
+///
+/// # Errors
+/// [`Stop::Cancelled`]; [`Stop::TooFast`] when v itself cannot be transported.
+pub fn solve<T: Real>(
+    exec: &dyn Exec,
+    observer: &mut dyn Observer,
+    levels: &Levels<'_, T>,
+    setup: &Setup,
+    mut fields: Fields<'_, T>,
+    step: &mut f64,
+    region: &mut [T],
+    sums: &mut [f64],
+) -> Result<Info, Stop> {
+    let grid = &levels.finest;
+    let slots = setup.carrier.slots;
+    let mut info = Info::default();
+    for iteration in 0..setup.iterations {
+        let mut trial = Trial::carve(levels, setup, &mut *region);
+        if iteration == 0 {
+            info.data = trial.carry(exec, observer, &fields, 0.0, sums)?;
+            info.objective = info.data + distance(exec, grid, setup, &fields, 0.0, sums);
+            info.data_before = info.data;
+            fields
+                .direction
+                .iter_mut()
+                .for_each(|component| component.fill(T::ZERO));
+        }
+        let before = info.objective;
+        trial.sweep_back(
+            exec,
+            observer,
+            setup,
+            &mut fields,
+            if info.step > 0.0 { setup.momentum } else { 0.0 },
+            sums,
+        )?;
+        project(exec, observer, levels, setup, &mut fields.direction, region, sums)?;
+        let residual = sums::max_abs(exec, grid, slots, view(&fields.direction), sums);
+        if let (Err(_), Some(last)) = (info.residuals.push(residual), info.residuals.last_mut()) {
+            *last = residual;
+        }
+        blend(
+            exec,
+            observer,
+            levels,
+            setup,
+            &mut fields,
+            step,
+            before,
+            region,
+            sums,
+            &mut info,
+        )?;
+        if observer
+            .on(Event::AoIteration {
+                objective: info.objective,
+                step: info.step,
+            })
+            .is_break()
+        {
+            return Err(Stop::Cancelled);
+        }
+    }
+    let trial = Trial::carve(levels, setup, region);
+    info.density_change = exchange(exec, grid, trial.rho, fields.rho, sums);
+    Ok(info)
+}
+
+fn project<T: Real>(
+    exec: &dyn Exec,
+    observer: &mut dyn Observer,
+    levels: &Levels<'_, T>,
+    setup: &Setup,
+    v: &mut VectorMut<'_, T>,
+    region: &mut [T],
+    sums: &mut [f64],
+) -> Result<(), Stop> {
+    let slots = setup.carrier.slots;
+    let mut projection = Projection::carve(levels, 0, slots, setup.carrier.threads, &mut Pool::new(region));
+    match projection.project(exec, observer, slots, v, None, setup.projection_tolerance, sums) {
+        ControlFlow::Continue(_) => Ok(()),
+        ControlFlow::Break(()) => Err(Stop::Cancelled),
+    }
+}
+
+/// K/2 sum |v* + s direction - v - lambda/K|^2.
+fn distance<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    setup: &Setup,
+    fields: &Fields<'_, T>,
+    s: f64,
+    sums: &mut [f64],
+) -> f64 {
+    let (star, direction, slots, s) = (
+        view(&fields.star),
+        view(&fields.direction),
+        setup.carrier.slots,
+        T::from_f64(s),
+    );
+    let total = sums::total(exec, grid, sums, |row| {
+        (0..grid.dims)
+            .map(|a| {
+                let [star, direction, v, multiplier] =
+                    [star[a], direction[a], fields.v[a], fields.multiplier[a]]
+                        .map(|field| sums::row(grid, slots, field, row));
+                rows::distance(star, direction, s, v, multiplier)
+            })
+            .sum()
+    });
+    0.5 * setup.penalty * total
+}
+
+/// Moves v* along the direction, alpha halved until the objective falls below `before`; leaves v* where it is if it never does.
+fn blend<T: Real>(
+    exec: &dyn Exec,
+    observer: &mut dyn Observer,
+    levels: &Levels<'_, T>,
+    setup: &Setup,
+    fields: &mut Fields<'_, T>,
+    step: &mut f64,
+    before: f64,
+    region: &mut [T],
+    sums: &mut [f64],
+    info: &mut Info,
+) -> Result<(), Stop> {
+    let grid = &levels.finest;
+    let mut trial = Trial::carve(levels, setup, region);
+    info.step = 0.0;
+    while *step >= SMALLEST_STEP {
+        let data = match trial.carry(exec, observer, fields, *step, sums) {
+            Err(Stop::Cancelled) => return Err(Stop::Cancelled),
+            Err(Stop::TooFast) => f64::INFINITY,
+            Ok(data) => data,
+        };
+        let after = data + distance(exec, grid, setup, fields, *step, sums);
+        if after < before {
+            (info.step, info.data, info.objective) = (*step, data, after);
+            break;
+        }
+        *step *= 0.5;
+    }
+    if info.step > 0.0 {
+        let (direction, s, slots) = (
+            view(&fields.direction),
+            T::from_f64(info.step),
+            setup.carrier.slots,
+        );
+        let star = reborrow(&mut fields.star);
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: star,
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            |task| {
+                for (axis, star) in task.fields.into_iter().enumerate().take(grid.dims) {
+                    rows::add_scaled(star, s, sums::row(grid, slots, direction[axis], task.row));
+                }
+            },
+        );
+    } else {
+        trial.carry(exec, observer, fields, 0.0, sums)?;
+    }
+    *step = (2.0 * *step).min(1.0);
+    Ok(())
+}
+
+/// `to = from`; the largest change.
+fn exchange<T: Real>(exec: &dyn Exec, grid: &Grid, from: &[T], to: &mut [T], sums: &mut [f64]) -> f64 {
+    let cells = grid.cells();
+    let fields = to.len() / cells;
+    let (before, n) = (&*to, grid.n[0]);
+    let change = sums::largest(exec, grid, sums, |row| {
+        rows::largest((0..fields).map(|step| {
+            let span = step * cells + row * n..step * cells + (row + 1) * n;
+            rows::max_gap(&from[span.clone()], &before[span], T::ONE)
+        }))
+    });
+    to.copy_from_slice(&from[..to.len()]);
+    change
+}

@@ -1,0 +1,109 @@
+//! The stop (mathematics section 5), and the fall-back to the plain augmented Lagrangian.
+
+use super::Admm;
+use crate::checkpoint::{Damaged, MANY, Record};
+use crate::exec::Exec;
+use crate::field::{sums, view};
+use crate::grid::Space;
+use crate::memory::Pool;
+use crate::objective::keyframes::Keyframes;
+use crate::objective::sweep::{Carrier, densities};
+use crate::observe::Observer;
+use crate::progress::{Objective, Progress, Status};
+use crate::real::Real;
+use crate::transport::{Flow, Stop};
+
+/// Smallest blending step with which a small change of rho is convergence and not exhaustion, unless there is nothing to blend.
+const TRUSTED_STEP: f64 = 1.0 / 8.0;
+/// max |v - v*| over max |v| at convergence.
+const GAP: f64 = 0.01;
+/// How far, relatively, the data terms of v and v* may differ at convergence.
+const AGREEMENT: f64 = 0.05;
+/// Outer iterations in a row that may end with a small change of rho but without agreement before the solve has stalled.
+const PATIENCE: usize = 3;
+/// Growths of the gap in a row after which the multipliers are held.
+const GROWTHS: usize = 3;
+
+/// What one iteration has to know of those before.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct History {
+    /// Whether NSO overwrote the multiplier's bytes to damp.
+    pub damped: bool,
+    gap: f64,
+    growths: usize,
+    still: usize,
+}
+
+impl History {
+    /// Itself in a checkpoint.
+    pub(super) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        record.flag(&mut self.damped)?;
+        record.real(&mut self.gap)?;
+        record.count(&mut self.growths, MANY)?;
+        record.count(&mut self.still, MANY)
+    }
+
+    /// Whether to hold the multipliers: v and v* have drifted apart several times in a row. Held, the iteration alternates
+    /// AO and NSO at fixed multipliers, the plain augmented Lagrangian, until they come closer again.
+    pub(super) fn hold(&mut self, gap: f64) -> bool {
+        self.growths = if gap > self.gap { self.growths + 1 } else { 0 };
+        self.gap = gap;
+        self.growths > GROWTHS
+    }
+}
+
+impl<T: Real, S: Space> Admm<'_, T, S> {
+    /// The objective of v, and how the iteration ends the solve, if it does.
+    pub(super) fn check(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        progress: &mut Progress,
+    ) -> Result<(), Status> {
+        progress.objective = self.objective(exec, observer, keyframes)?;
+        let admm = &progress.admm;
+        let agree = (progress.objective.data - admm.data_of_star).abs() <= AGREEMENT * admm.data_of_star;
+        if !progress.objective.total().is_finite() {
+            return Err(Status::NotFinite);
+        }
+        let still = self.iteration > 1 && admm.density_change < self.settings.params.density_tolerance;
+        let trusted = admm.ao_step >= TRUSTED_STEP || admm.ao_residuals.last() == Some(&0.0);
+        if still && trusted && admm.gap <= GAP && agree {
+            return Err(Status::Converged);
+        }
+        self.history.still = if still { self.history.still + 1 } else { 0 };
+        match () {
+            () if self.history.still >= PATIENCE => Err(Status::Stalled),
+            () if self.iteration >= self.settings.iterations => Err(Status::MaxIterations),
+            () => Ok(()),
+        }
+    }
+
+    /// Data term of what v carries, force term of w; the region then begins with the densities of v. A flow too fast to transport counts as infinitely bad.
+    pub(crate) fn objective(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<Objective, Status> {
+        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
+        let mut pool = Pool::new(&mut *self.region);
+        let rho = pool.take(densities(grid, slots));
+        let mut carrier = Carrier::carve(&self.levels, 0, &self.settings.setup.carrier, &mut pool);
+        rho[..grid.cells()].copy_from_slice(&self.rho[..grid.cells()]);
+        let flow = Flow {
+            initial: view(&self.initial),
+            v: view(&self.v),
+            along: None,
+        };
+        let data = match carrier.carry(exec, observer, &flow, rho, keyframes, self.sums) {
+            Ok(data) => data,
+            Err(Stop::Cancelled) => return Err(Status::Cancelled),
+            Err(Stop::TooFast) => f64::INFINITY,
+        };
+        let force =
+            0.5 * self.settings.force_weight * sums::sum_squares(exec, grid, slots, view(&self.w), self.sums);
+        Ok(Objective { data, force })
+    }
+}

@@ -1,0 +1,201 @@
+//! The second half of an iteration: NSO with targets t = v* - lambda/K.
+
+use super::{Admm, Dimensions};
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{VectorMut, reborrow, rows, sums, view};
+use crate::force;
+use crate::force::time_line::{TimeLine, drag};
+use crate::grid::Space;
+use crate::memory::Pool;
+use crate::nso::level::State;
+use crate::nso::local::Slow;
+use crate::nso::{self, Ended, Finest, Info, Nso, NsoParams, NsoSolver, newton};
+use crate::observe::{Event, Observer};
+use crate::operators::self_advection::Fluid;
+use crate::poisson::Projection;
+use crate::progress::{Progress, Status};
+use crate::real::Real;
+
+impl<T: Real, S: Space> Admm<'_, T, S> {
+    /// v, w, p, pbar by NSO.
+    pub(super) fn update_velocity(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        progress: &mut Progress,
+    ) -> Result<(), Status> {
+        if observer.on(Event::NsoBegin).is_break() {
+            return Err(Status::Cancelled);
+        }
+        let kappa = self.settings.setup.penalty / self.settings.force_weight;
+        self.predict(exec, kappa);
+        self.consistent_force(exec, observer)?;
+        let info = match self.settings.params.nso.solver {
+            NsoSolver::Stfas => self.by_stfas(exec, observer, kappa),
+            NsoSolver::NewtonCg => self.by_newton(exec, observer, kappa),
+        };
+        self.history.damped = info.damped;
+        progress.admm.nso_residuals = info.residuals;
+        if observer.on(Event::NsoEnd).is_break() {
+            return Err(Status::Cancelled);
+        }
+        match info.ended {
+            Ended::Cancelled => Err(Status::Cancelled),
+            Ended::NotFinite => Err(Status::NotFinite),
+            Ended::Converged | Ended::Cycles => Ok(()),
+        }
+    }
+
+    fn by_stfas(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
+        let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
+        let setup = nso::Setup {
+            kappa,
+            viscosity: self.settings.viscosity,
+            slots,
+            threads,
+            params: self.settings.params.nso,
+            slow: Slow::USUAL,
+            shape: self.settings.dimensions.shape,
+        };
+        let spare = if self.spare[0].is_empty() {
+            &mut self.multiplier
+        } else {
+            &mut self.spare
+        };
+        let finest = Finest {
+            state: State {
+                v: reborrow(&mut self.v),
+                w: reborrow(&mut self.w),
+                p: self.p,
+                pbar: self.pbar,
+            },
+            v0: reborrow(&mut self.initial),
+            target: reborrow(&mut self.target),
+            spare: reborrow(spare),
+        };
+        let mut pool = Pool::new(&mut *self.region);
+        Nso::<T, S>::new(&self.levels, &self.bases, finest, &setup, &mut pool, self.sums)
+            .solve(exec, observer)
+    }
+
+    fn by_newton(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
+        let Dimensions { slots, threads, .. } = self.settings.dimensions;
+        let NsoParams {
+            tolerance,
+            cycles: steps,
+            ..
+        } = self.settings.params.nso;
+        let projection_tolerance = self.settings.setup.projection_tolerance;
+        let setup = newton::Setup {
+            kappa,
+            viscosity: self.settings.viscosity,
+            slots,
+            threads,
+            tolerance,
+            steps,
+            projection_tolerance,
+        };
+        let problem = newton::Problem {
+            v: reborrow(&mut self.v),
+            w: reborrow(&mut self.w),
+            v0: view(&self.initial),
+            target: view(&self.target),
+        };
+        newton::solve::<T, S>(
+            exec,
+            observer,
+            &self.levels,
+            &setup,
+            problem,
+            Pool::new(&mut *self.region),
+            self.sums,
+        )
+    }
+
+    /// t = v* - lambda/K in place of v*, and v moved to where the new targets would take it if the flow were at rest.
+    ///
+    /// A change d = v* - v of the targets changes equation a by kappa d, free of divergence. Without self-advection v answers
+    /// with (kappa + S)^-1 kappa d (see [`TimeLine`]). Smoothing from there need not trade momentum for divergence.
+    fn predict(&mut self, exec: &dyn Exec, kappa: f64) {
+        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
+        let nx = grid.n[0];
+        let line = TimeLine::new(
+            kappa,
+            drag(grid, self.settings.viscosity),
+            &mut self.sums[..slots],
+        );
+        let (first, kappa) = (self.iteration == 1, T::from_f64(kappa));
+        for axis in 0..S::DIM {
+            let fields = [&mut *self.v[axis], &mut *self.w[axis], &mut *self.target[axis]];
+            let multiplier = &*self.multiplier[axis];
+            for_rows(
+                exec,
+                grid.rows(),
+                0..grid.rows(),
+                RowBuffers {
+                    fields,
+                    sums: &mut [],
+                    scratch: &mut [],
+                },
+                |task| {
+                    let [v, work, target] = task.fields;
+                    if first {
+                        v.copy_from_slice(target);
+                    } else {
+                        rows::scale(work, T::ONE, target);
+                        rows::sub(work, v);
+                        rows::scale_in_place(work, kappa);
+                        line.solve(work, nx);
+                        rows::add(v, work);
+                    }
+                    rows::sub(target, sums::row(grid, slots, multiplier, task.row));
+                },
+            );
+        }
+    }
+
+    /// w = P[v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k] with its pressure, so that equations b, c and d hold before the first cycle.
+    pub(crate) fn consistent_force(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+    ) -> Result<(), Status> {
+        let (grid, slots, threads) = (
+            &self.levels.finest,
+            self.settings.dimensions.slots,
+            self.settings.dimensions.threads,
+        );
+        let scratch = &mut self.region[..threads * force::scratch_per_thread(grid, slots)];
+        let fluid = Fluid {
+            grid,
+            slots,
+            viscosity: self.settings.viscosity,
+        };
+        force::from_velocity::<T, S>(
+            exec,
+            fluid,
+            view(&self.v),
+            view(&self.initial),
+            self.p,
+            reborrow(&mut self.w),
+            scratch,
+        );
+        let mut projection =
+            Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
+        let w: &mut VectorMut<'_, T> = &mut self.w;
+        let projected = projection.project(
+            exec,
+            observer,
+            slots,
+            w,
+            Some(self.p),
+            self.settings.setup.projection_tolerance,
+            self.sums,
+        );
+        if projected.is_break() {
+            Err(Status::Cancelled)
+        } else {
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! One quasi-Newton iteration on the grid that the solve has come to.
+
+use super::Direct;
+use super::level::Work;
+use crate::exec::Exec;
+use crate::field::trajectory;
+use crate::field::view;
+use crate::grid::Space;
+use crate::objective::coarse::Fewer;
+use crate::objective::keyframes::Keyframes;
+use crate::observe::Observer;
+use crate::optimise::descent::{Descent, Function, Outcome};
+use crate::optimise::lbfgs::{Borrowed, QuasiNewton};
+use crate::progress::{Objective, Progress, Status};
+use crate::real::Real;
+use crate::transport::Stop;
+
+impl<T: Real, S: Space> Direct<'_, T, S> {
+    /// One iteration on the current grid.
+    pub(super) fn descend(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        progress: &mut Progress,
+    ) -> Result<Outcome, Status> {
+        let level = self.level.unwrap_or(0);
+        let tolerance = self.tolerance_on(level);
+        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.settings.history));
+        let mut work = self.work(level, keyframes);
+        let exec = &Fewer::new(exec, work.evaluation.setup.carrier.threads);
+        (progress.direct.cells, progress.direct.level) = (work.shape().grid.n, level);
+        let outcome = descent.iterate::<T, S>(exec, observer, &mut work, tolerance, &mut progress.direct);
+        drop(work);
+        match outcome {
+            Ok((outcome, objective)) => {
+                progress.objective = objective;
+                self.descent = descent;
+                Ok(outcome)
+            }
+            Err(Stop::Cancelled) => Err(Status::Cancelled),
+            Err(Stop::TooFast) => Err(Status::NotFinite),
+        }
+    }
+}
+
+impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
+    fn direction(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        newton: &mut QuasiNewton,
+    ) -> Result<f64, Stop> {
+        let slope = newton.descend(exec, self.shape(), &mut self.fields);
+        self.evaluation
+            .clean(exec, observer, &mut self.fields[newton.direction])?;
+        Ok(slope)
+    }
+
+    fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64) {
+        let shape = self.shape();
+        trajectory::add(exec, shape, &mut self.v, 1.0, s, view(&self.fields[direction]));
+    }
+
+    fn value(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        force: usize,
+        bound: f64,
+    ) -> Result<Objective, Stop> {
+        self.evaluation
+            .value::<S>(exec, observer, view(&self.v), &mut self.fields[force], bound)
+    }
+
+    fn gradient(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        force: usize,
+        into: usize,
+    ) -> Result<(), Stop> {
+        let mut gradient = core::mem::take(&mut self.fields[into]);
+        let done = self.evaluation.gradient::<S>(
+            exec,
+            observer,
+            view(&self.v),
+            view(&self.fields[force]),
+            &mut gradient,
+        );
+        self.fields[into] = gradient;
+        done
+    }
+
+    fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
+        let initial = self.initial();
+        newton.arrive(
+            exec,
+            self.shape(),
+            &mut self.fields,
+            borrowed,
+            step,
+            &initial,
+            self.evaluation.sums,
+        );
+    }
+}

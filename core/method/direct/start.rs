@@ -1,0 +1,119 @@
+//! Down to the coarsest grid before the first iteration, up grid by grid, and the end.
+
+use super::Direct;
+use super::level::{self, NextMut};
+use crate::exec::Exec;
+use crate::field::{reborrow, rows, view};
+use crate::grid::Space;
+use crate::memory::Pool;
+use crate::objective::coarse::{self, Fewer, Scene, SceneMut};
+use crate::objective::keyframes::Keyframes;
+use crate::observe::{Observer, Silent};
+use crate::optimise::descent::Descent;
+use crate::progress::{Objective, Status};
+use crate::real::Real;
+
+impl<T: Real, S: Space> Direct<'_, T, S> {
+    /// Passes the scene down to the coarsest grid that takes part, where the flow begins as v_0 in all slots; that grid.
+    pub(super) fn begin(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> usize {
+        let (coarsest, settings) = (self.threads.len() - 1, self.settings);
+        let (levels, mut at) = self.finest(keyframes);
+        for (level, grid) in levels.grids.iter().skip(1).take(coarsest).enumerate() {
+            let mut next = NextMut::carve(
+                grid,
+                level::slots_on(&settings, level + 1),
+                keyframes.count(),
+                at.rest,
+            );
+            let fine = Scene {
+                source: &at.rho[..levels.grids[level].cells()],
+                initial: view(&at.initial),
+                keyframes: &at.keyframes,
+            };
+            let coarse = SceneMut {
+                source: &mut next.rho[..grid.cells()],
+                initial: reborrow(&mut next.initial),
+                densities: &mut *next.densities,
+            };
+            coarse::restrict(exec, levels, level, &fine, coarse, next.rest);
+            let [stride, finer] = [level + 1, level].map(|level| level::stride(&settings, level));
+            next.initial
+                .iter_mut()
+                .for_each(|initial| rows::scale_in_place(initial, T::from_f64(f64::from(stride / finer))));
+            at = next.complete(keyframes, stride);
+        }
+        let slots = level::slots_on(&settings, coarsest);
+        let n = levels.grids[coarsest].n[0];
+        for (v, initial) in at.v.iter_mut().zip(&at.initial) {
+            for (row, initial) in v.chunks_exact_mut(slots * n).zip(initial.chunks_exact(n)) {
+                row.chunks_exact_mut(n)
+                    .for_each(|slot| slot.copy_from_slice(initial));
+            }
+        }
+        self.level = Some(coarsest);
+        coarsest
+    }
+
+    /// Prolongs the flow to the next finer grid and goes on there.
+    pub(super) fn ascend(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<(), Status> {
+        let (settings, fine) = (self.settings, self.level.unwrap_or(0).saturating_sub(1));
+        let [slots, few] = [fine, fine + 1].map(|level| level::slots_on(&settings, level));
+        let (levels, finest) = self.finest(keyframes);
+        let at = level::down(levels, &settings, finest, fine);
+        let grid = &levels.grids[fine + 1];
+        let coarse = NextMut::carve(grid, few, keyframes.count(), at.rest);
+        let mut pool = Pool::new(coarse.rest);
+        let v = if slots == few {
+            coarse.v
+        } else {
+            let mut v = pool.take_vector(S::DIM, grid.cells() * slots);
+            coarse::refine_time(
+                exec,
+                grid,
+                few,
+                view(&coarse.initial),
+                view(&coarse.v),
+                reborrow(&mut v),
+            );
+            v
+        };
+        coarse::prolong(exec, levels, fine, slots, view(&v), at.v, pool.into_rest());
+        self.level = Some(fine);
+        self.descent = Descent::new(self.settings.history);
+        let mut work = self.work(fine, keyframes);
+        let exec = &Fewer::new(exec, work.evaluation.setup.carrier.threads);
+        work.evaluation
+            .project(
+                exec,
+                observer,
+                &mut work.v,
+                work.evaluation.setup.projection_tolerance,
+            )
+            .map_err(|_| Status::Cancelled)
+    }
+
+    /// Up to the finest grid, v projected, its densities, and its force in the field of the direction; the objective.
+    pub(crate) fn make_feasible(
+        &mut self,
+        exec: &dyn Exec,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<Objective, Status> {
+        if self.level.is_none() {
+            self.begin(exec, keyframes);
+        }
+        while self.level.is_some_and(|level| level > 0) {
+            self.ascend(exec, &mut Silent, keyframes)?;
+        }
+        self.descent = Descent::new(self.settings.history);
+        let (force, stepping) = (self.descent.newton.direction, self.settings.carrier.stepping);
+        let mut work = self.work(0, keyframes);
+        work.evaluation.setup.carrier.stepping = stepping;
+        work.evaluation
+            .finish::<S>(exec, &mut work.v, &mut work.fields[force])
+    }
+}

@@ -1,0 +1,267 @@
+//! Target-driven smoke (Fattal & Lischinski 2004): a force towards the next keyframe, and gathering of what is astray.
+//!
+//! ```text
+//! v' = F - attenuation v,  F = drive rho~ grad(rho*~) / rho*~          rho' = gathering div(rho rho*~ grad(rho - rho*))
+//! ```
+//!
+//! Blurs rho~ = C rho / (m + 1) by the metric of the objective, whose Gaussians reach across the box: a narrow one alone leaves no slope
+//! where the target is far, a wide one alone no shape where it is near. The unit of time is the way from one keyframe to the next,
+//! the unit of length the longest side, so that one choice serves all sizes.
+
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{VectorMut, reborrow, rows, sums};
+use crate::grid::levels::Levels;
+use crate::grid::{Grid, Side};
+use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::operators::blur::{Blur, Metric};
+use crate::problem::ProblemError;
+use crate::real::Real;
+use crate::transport::Stop;
+
+/// rho*~ is at least this part of its maximum where it divides.
+const FLOOR: f64 = 1e-6;
+/// Sub-steps of gathering at most.
+const MOST_SUBSTEPS: f64 = 4096.0;
+
+/// What a caller chooses for target-driven smoke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PdParams {
+    /// Weight of the driving force, in squared lengths of the box per squared time between keyframes.
+    pub drive: f64,
+    /// Rate at which momentum is lost, per time between keyframes.
+    pub attenuation: f64,
+    /// Weight of the gathering term, in squared lengths of the box per time between keyframes; 0 for none.
+    pub gathering: f64,
+}
+
+impl Default for PdParams {
+    fn default() -> Self {
+        Self {
+            drive: 10.0,
+            attenuation: 20.0,
+            gathering: 0.0,
+        }
+    }
+}
+
+impl PdParams {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`ProblemError::Negative`] names the first that is wrong.
+    pub fn check(&self) -> Result<(), ProblemError> {
+        let numbers = [
+            ("pd.drive", self.drive),
+            ("pd.attenuation", self.attenuation),
+            ("pd.gathering", self.gathering),
+        ];
+        numbers
+            .into_iter()
+            .try_for_each(|(field, given)| crate::problem::not_negative(field, given))
+    }
+
+    /// What one of `steps` steps from keyframe to keyframe keeps of momentum, and the impulse that it gets from a force of 1:
+    /// v' = F - a v, solved exactly for one step.
+    #[must_use]
+    pub fn step(&self, steps: usize) -> [f64; 2] {
+        let rate = self.attenuation / steps as f64;
+        let impulse = if rate > 0.0 {
+            -libm::expm1(-rate) / rate
+        } else {
+            1.0
+        };
+        [libm::exp(-rate), impulse * self.drive / (steps * steps) as f64]
+    }
+}
+
+/// Blurred densities and what they drive.
+pub struct Drive<'a, T> {
+    grid: &'a Grid,
+    filters: usize,
+    smoke: &'a mut [T],
+    target: &'a mut [T],
+    gathered: &'a mut [T],
+    blur: Blur<'a, T>,
+}
+
+impl<'a, T: Real> Drive<'a, T> {
+    /// Writes the ledger lines of [`Self::carve`].
+    pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
+        ledger.group("driving force", Sharing::Together, |ledger| {
+            ledger.line(
+                "blurred densities, gathered smoke",
+                3 * pooled(grid.cells()),
+                T::BYTES,
+            );
+            Blur::<T>::requirement(ledger, grid, filters, threads);
+        });
+    }
+
+    /// Takes its numbers, for the finest grid.
+    pub fn carve(
+        hierarchy: &'a Levels<'_, T>,
+        metric: Metric,
+        threads: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
+        let (grid, len) = (&hierarchy.finest, hierarchy.finest.cells());
+        let (smoke, target, gathered) = (pool.take(len), pool.take(len), pool.take(len));
+        Self {
+            grid,
+            filters: metric.filters,
+            smoke,
+            target,
+            gathered,
+            blur: Blur::carve(hierarchy, 0, metric, threads, pool),
+        }
+    }
+
+    /// Blurs the smoke and its target.
+    pub fn load(&mut self, exec: &dyn Exec, rho: &[T], target: &[T]) {
+        self.blur.apply(exec, rho, self.smoke);
+        self.blur.apply(exec, target, self.target);
+    }
+
+    /// Slot `slot` of the trajectory `out` = `s` rho~ grad(rho*~) / rho*~.
+    pub fn force(&self, exec: &dyn Exec, s: f64, out: &mut VectorMut<'_, T>, slot: usize, sums: &mut [f64]) {
+        let (grid, smoke, target) = (self.grid, &*self.smoke, &*self.target);
+        let n = grid.n[0];
+        let largest = sums::largest(exec, grid, sums, |row| {
+            rows::max_abs(&target[row * n..(row + 1) * n])
+        });
+        let s = s / (self.filters + 1) as f64;
+        at_faces(exec, grid, out, slot, |axis, low, high| {
+            let [near, far] = [low, high].map(|cell| target[cell].to_f64());
+            let middle = (0.5 * (near + far)).max(FLOOR * largest);
+            s * 0.5 * (smoke[low] + smoke[high]).to_f64() * (far - near) / (grid.h[axis] * middle)
+        });
+    }
+
+    /// `rho += s div(rho rho*~ grad(rho - rho*))`, in as many sub-steps as keep it stable; no flux through walls,
+    /// nor where transport has undershot 0, which would gather the wrong way.
+    ///
+    /// # Errors
+    /// [`Stop::TooFast`] when that is too many.
+    pub fn gather(
+        &mut self,
+        exec: &dyn Exec,
+        s: f64,
+        rho: &mut [T],
+        goal: &[T],
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
+        let (grid, target) = (self.grid, &*self.target);
+        let n = grid.n[0];
+        let top = |field: &[T], sums: &mut [f64]| {
+            sums::largest(exec, grid, sums, |row| {
+                rows::max_abs(&field[row * n..(row + 1) * n])
+            })
+        };
+        let s = s / (self.filters + 1) as f64;
+        let stiffness: f64 = (0..grid.dims).map(|a| 4.0 / (grid.h[a] * grid.h[a])).sum();
+        let rate = s * stiffness * top(rho, sums) * top(target, sums);
+        if !(rate <= MOST_SUBSTEPS) {
+            return Err(Stop::TooFast);
+        }
+        let substeps = libm::ceil(rate).max(1.0);
+        let next = &mut *self.gathered;
+        for _ in 0..substeps as usize {
+            let from = &*rho;
+            let flux = |axis: usize, low: usize, high: usize| {
+                let [at, around] = [from, target].map(|field| 0.5 * (field[low] + field[high]).to_f64());
+                at.max(0.0) * around * ((from[high] - goal[high]) - (from[low] - goal[low])).to_f64()
+                    / grid.h[axis]
+            };
+            for_rows(
+                exec,
+                grid.rows(),
+                0..grid.rows(),
+                RowBuffers {
+                    fields: [&mut *next],
+                    sums: &mut [],
+                    scratch: &mut [],
+                },
+                |task| {
+                    let [next] = task.fields;
+                    for (x, next) in next.iter_mut().enumerate() {
+                        let here = task.row * n + x;
+                        let along = |axis: usize| {
+                            let low = beside(grid, task.row, x, axis, Side::Low)
+                                .map_or(0.0, |low| flux(axis, low, here));
+                            let high = beside(grid, task.row, x, axis, Side::High)
+                                .map_or(0.0, |high| flux(axis, here, high));
+                            (high - low) / grid.h[axis]
+                        };
+                        *next =
+                            from[here] + T::from_f64(s / substeps * (0..grid.dims).map(along).sum::<f64>());
+                    }
+                },
+            );
+            rho.copy_from_slice(next);
+        }
+        Ok(())
+    }
+}
+
+/// Slot `slot` of `out` = b (rho_low + rho_high) / 2 at the faces along the last axis, which points up, and 0 elsewhere.
+pub fn buoyancy<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    b: f64,
+    rho: &[T],
+    out: &mut VectorMut<'_, T>,
+    slot: usize,
+) {
+    at_faces(exec, grid, out, slot, |axis, low, high| {
+        if axis + 1 == grid.dims {
+            0.5 * b * (rho[low] + rho[high]).to_f64()
+        } else {
+            0.0
+        }
+    });
+}
+
+/// Writes `value(axis, low cell, high cell)` to every face of slot `slot`, 0 on walls.
+fn at_faces<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    out: &mut VectorMut<'_, T>,
+    slot: usize,
+    value: impl Fn(usize, usize, usize) -> f64 + Sync,
+) {
+    let n = grid.n[0];
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: reborrow(out),
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                for (x, out) in out[slot * n..(slot + 1) * n].iter_mut().enumerate() {
+                    let low = beside(grid, task.row, x, axis, Side::Low);
+                    *out = low.map_or(T::ZERO, |low| T::from_f64(value(axis, low, task.row * n + x)));
+                }
+            }
+        },
+    );
+}
+
+/// The cell next to cell `x` of `row`, or `None` behind a wall.
+fn beside(grid: &Grid, row: usize, x: usize, axis: usize, side: Side) -> Option<usize> {
+    let n = grid.n[0];
+    if axis > 0 {
+        return grid.neighbour(row, axis, side).map(|row| row * n + x);
+    }
+    let x = match side {
+        Side::Low if x > 0 => x - 1,
+        Side::Low if grid.periodic[0] => n - 1,
+        Side::High if x + 1 < n => x + 1,
+        Side::High if grid.periodic[0] => 0,
+        _ => return None,
+    };
+    Some(row * n + x)
+}

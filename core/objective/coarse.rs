@@ -1,0 +1,243 @@
+//! What nested starts share (mathematics section 6): the same scene on a grid of half as many cells an axis.
+//!
+//! The same r and K (all sums shrink alike), densities restricted by means, flows by means that keep them free of
+//! divergence, one filter fewer so that the widest stays as wide; flows come back by the prolongation of STFAS. ADMM and L-BFGS
+//! keep dt and N; the direct method takes two steps for one where it can.
+
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::transfer::{Move, Place};
+use crate::field::{Block, Vector, VectorMut, rows};
+use crate::grid::Grid;
+use crate::grid::levels::{Levels, Transfer};
+use crate::objective::keyframes::Keyframes;
+use crate::observe::{Event, Observer};
+use crate::real::Real;
+use core::ops::ControlFlow;
+
+/// Offers fewer threads than there are.
+pub struct Fewer<'a> {
+    exec: &'a dyn Exec,
+    threads: usize,
+}
+
+impl<'a> Fewer<'a> {
+    /// At most `threads` of the threads of `exec`.
+    pub fn new(exec: &'a dyn Exec, threads: usize) -> Self {
+        Self {
+            exec,
+            threads: exec.threads().min(threads).max(1),
+        }
+    }
+}
+
+impl Exec for Fewer<'_> {
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
+        self.exec.run(tasks, task);
+    }
+}
+
+/// Hears only that work is done, since a coarse solve's iterations are not the caller's.
+pub struct Muffled<'a>(pub &'a mut dyn Observer);
+
+impl Observer for Muffled<'_> {
+    fn on(&mut self, _event: Event) -> ControlFlow<()> {
+        self.0.on(Event::Work)
+    }
+}
+
+/// `threads`, then ever half as many, down to 1: what a coarse solve tries to run on.
+pub fn halvings(threads: usize) -> impl Iterator<Item = usize> + Clone {
+    core::iter::successors(Some(threads), |&threads| (threads > 1).then_some(threads / 2))
+}
+
+/// The smallest grid of a nested start has this many cells along its longest axis at least.
+fn smallest(dims: usize) -> usize {
+    if dims == 2 { 16 } else { 8 }
+}
+
+/// Whether a scene on grid `fine` of a hierarchy is to begin on the next one, `coarse`: where every axis halves exactly and
+/// the coarse grid is not too small.
+#[must_use]
+pub fn begins_on(fine: &Grid, coarse: &Grid) -> bool {
+    let least = smallest(fine.dims);
+    let halves = (0..fine.dims).all(|axis| fine.n[axis] == 2 * coarse.n[axis] && coarse.n[axis] >= least / 2);
+    halves && coarse.n.iter().any(|&n| n >= least)
+}
+
+/// The data of a scene on one grid.
+pub struct Scene<'a, T> {
+    /// rho_0.
+    pub source: &'a [T],
+    /// v_0.
+    pub initial: Vector<'a, T>,
+    /// The keyframes.
+    pub keyframes: &'a Keyframes<'a, T>,
+}
+
+/// The data of the scene on the next coarser grid, to write; the keyframes' densities alone, since their steps are the same.
+pub struct SceneMut<'a, T> {
+    /// rho_0.
+    pub source: &'a mut [T],
+    /// v_0.
+    pub initial: VectorMut<'a, T>,
+    /// Targets one after the other.
+    pub densities: &'a mut [T],
+}
+
+/// Numbers of scratch that one thread needs to pass fields of so many slots to and from the grids below `fine`.
+#[must_use]
+pub fn scratch_per_thread(fine: &Grid, slots: usize) -> usize {
+    Block::largest(fine.n[0], slots)
+}
+
+/// The scene on grid `level + 1` from that on grid `level`.
+pub fn restrict<T: Real>(
+    exec: &dyn Exec,
+    levels: &Levels<'_, T>,
+    level: usize,
+    fine: &Scene<'_, T>,
+    coarse: SceneMut<'_, T>,
+    scratch: &mut [T],
+) {
+    let (source, target) = (&levels.grids[level], &levels.grids[level + 1]);
+    let step = Move {
+        tables: &levels.tables[level],
+        source,
+        target,
+        cell: Transfer::RestrictCell,
+        face: Transfer::RestrictFace,
+    };
+    for (index, density) in coarse.densities.chunks_exact_mut(target.cells()).enumerate() {
+        pass(
+            exec,
+            step,
+            Place::Cell,
+            fine.keyframes.density(index, source.cells()),
+            density,
+            1,
+            scratch,
+        );
+    }
+    pass(exec, step, Place::Cell, fine.source, coarse.source, 1, scratch);
+    for (axis, (from, to)) in fine
+        .initial
+        .into_iter()
+        .zip(coarse.initial)
+        .enumerate()
+        .take(source.dims)
+    {
+        pass(exec, step, Place::Face(axis), from, to, 1, scratch);
+    }
+}
+
+/// The flow on grid `level` from that on grid `level + 1`; its divergence is not zero.
+pub fn prolong<T: Real>(
+    exec: &dyn Exec,
+    levels: &Levels<'_, T>,
+    level: usize,
+    slots: usize,
+    coarse: Vector<'_, T>,
+    fine: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    let (source, target) = (&levels.grids[level + 1], &levels.grids[level]);
+    let step = Move {
+        tables: &levels.tables[level],
+        source,
+        target,
+        cell: Transfer::ProlongCell,
+        face: Transfer::ProlongFace,
+    };
+    for (axis, (from, to)) in coarse.into_iter().zip(fine).enumerate().take(source.dims) {
+        pass(exec, step, Place::Face(axis), from, to, slots, scratch);
+    }
+}
+
+/// The flow at all slots, 2 `few` + 1 of them, from that of the same grid at steps twice as long: linear in time between the middles
+/// of the long steps, of which `initial` fills the first, constant after the last, and halved, as a step is half as long.
+pub fn refine_time<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    few: usize,
+    initial: Vector<'_, T>,
+    coarse: Vector<'_, T>,
+    fine: VectorMut<'_, T>,
+) {
+    let (n, near, far) = (grid.n[0], T::from_f64(0.5 * 0.75), T::from_f64(0.5 * 0.25));
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: fine,
+            sums: &mut [],
+            scratch: &mut [],
+        },
+        |task| {
+            for (axis, fine) in task.fields.into_iter().enumerate().take(grid.dims) {
+                let long = |step: usize| match step.min(few).checked_sub(1) {
+                    None => &initial[axis][task.row * n..][..n],
+                    Some(slot) => &coarse[axis][(task.row * few + slot) * n..][..n],
+                };
+                for (slot, out) in fine.chunks_exact_mut(n).enumerate() {
+                    let step = slot.div_ceil(2);
+                    rows::scale(out, near, long(step));
+                    rows::add_scaled(out, far, long(if slot % 2 == 0 { step + 1 } else { step - 1 }));
+                }
+            }
+        },
+    );
+}
+
+/// `to` = `from` passed to the other grid, on as many threads as `scratch` is enough for.
+fn pass<T: Real>(
+    exec: &dyn Exec,
+    step: Move<'_, T>,
+    place: Place,
+    from: &[T],
+    to: &mut [T],
+    slots: usize,
+    scratch: &mut [T],
+) {
+    let (grid, wide) = (step.target, step.source.n[0].max(step.target.n[0]));
+    let (count, row) = (Block::slots_per_block(wide, slots), Block::largest(wide, slots));
+    let exec = &Fewer::new(exec, scratch.len() / row);
+    let scratch = &mut scratch[..exec.threads() * row];
+    for_rows(
+        exec,
+        grid.rows(),
+        0..grid.rows(),
+        RowBuffers {
+            fields: [to],
+            sums: &mut [],
+            scratch,
+        },
+        |task| {
+            let [out] = task.fields;
+            out.fill(T::ZERO);
+            for first in (0..slots).step_by(count) {
+                let block = Block {
+                    grid,
+                    slots,
+                    first,
+                    count: count.min(slots - first),
+                };
+                step.add_row(
+                    place,
+                    from,
+                    slots,
+                    first,
+                    block.count,
+                    task.row,
+                    T::ONE,
+                    &mut out[block.span_in_row()],
+                    task.scratch,
+                );
+            }
+        },
+    );
+}

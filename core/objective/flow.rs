@@ -1,0 +1,346 @@
+//! The objective as a function of the flow, and its gradient (mathematics section 6): one sweep forward, one back, two projections.
+
+use crate::exec::{Exec, RowBuffers, Serial, for_rows, join};
+use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
+use crate::force;
+use crate::grid::levels::Levels;
+use crate::grid::{Grid, Space};
+use crate::memory::{Ledger, Pool, Sharing};
+use crate::objective::keyframes::Keyframes;
+use crate::objective::sweep::{self, Carrier};
+use crate::observe::{Event, Observer, Silent};
+use crate::operators::self_advection::Fluid;
+use crate::poisson::Projection;
+use crate::progress::{Objective, Status};
+use crate::real::Real;
+use crate::simd::{Cache, prefetch};
+use crate::transport::{Flow, ROWS_AHEAD, Stop};
+
+/// max |div d| h_x / max |d| that a direction d may have.
+const CLEAN: f64 = 4e-5;
+/// Part of its divergence that a projected direction may keep.
+const DIRECTION_TOLERANCE: f64 = 0.02;
+
+/// What does not change from flow to flow.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    /// Transport and metric.
+    pub carrier: sweep::Setup,
+    /// nu in scaled numbers.
+    pub viscosity: f64,
+    /// r in scaled numbers.
+    pub force_weight: f64,
+    /// Relative tolerance of projections.
+    pub projection_tolerance: f64,
+}
+
+/// F(v) = 1/2 <e, C e> + r/2 sum |w(v)|^2 on one grid of a hierarchy.
+pub struct Evaluation<'a, 'm, T> {
+    /// The hierarchy.
+    pub levels: &'a Levels<'m, T>,
+    /// Number of the grid.
+    pub level: usize,
+    /// The weights.
+    pub setup: Setup,
+    /// v_0.
+    pub initial: Vector<'a, T>,
+    /// rho_0, and after [`Self::value`] rho_1 .. rho_N of that flow.
+    pub rho: &'a mut [T],
+    /// The keyframes.
+    pub keyframes: Keyframes<'a, T>,
+    /// What the parts of an evaluation use in turn.
+    pub region: &'a mut [T],
+    /// See [`sums_per_row`](crate::optimise::lbfgs::sums_per_row).
+    pub sums: &'a mut [f64],
+}
+
+impl<T: Real> Evaluation<'_, '_, T> {
+    /// The ledger lines of the region.
+    pub fn requirement(ledger: &mut Ledger, grid: &Grid, setup: &sweep::Setup) {
+        let force = |ledger: &mut Ledger| {
+            Projection::<T>::requirement(ledger, grid, setup.slots, setup.threads);
+            ledger.line(
+                "force: rows of a block",
+                setup.threads * force::scratch_per_thread(grid, setup.slots),
+                T::BYTES,
+            );
+        };
+        let sharing = if setup.in_tandem(grid) {
+            Sharing::Together
+        } else {
+            Sharing::InTurn
+        };
+        ledger.group("evaluation", sharing, |ledger| {
+            Carrier::<T>::requirement(ledger, grid, setup);
+            if sharing == Sharing::InTurn {
+                force(ledger)
+            } else {
+                ledger.group("force and projection", Sharing::InTurn, force)
+            }
+        });
+    }
+
+    /// F(v), with rho carried by v and its force in `w`; without the force where the data term alone is above `bound`.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn value<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        v: Vector<'_, T>,
+        w: &mut VectorMut<'_, T>,
+        bound: f64,
+    ) -> Result<Objective, Stop> {
+        let flow = Flow {
+            initial: self.initial,
+            v,
+            along: None,
+        };
+        let mut pool = Pool::new(&mut *self.region);
+        let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut pool);
+        if !self.setup.carrier.in_tandem(carrier.grid()) {
+            let data = carrier.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
+            let force = if data > bound {
+                0.0
+            } else {
+                self.force::<S>(exec, observer, v, w)?
+            };
+            return Ok(Objective { data, force });
+        }
+        let Self {
+            levels,
+            level,
+            setup,
+            initial,
+            ref mut rho,
+            keyframes,
+            ref mut sums,
+            ..
+        } = *self;
+        let (of_data, of_force) = sums
+            .split_at_mut_checked(carrier.grid().rows())
+            .unwrap_or_default();
+        let mut rest = Evaluation {
+            levels,
+            level,
+            setup,
+            initial,
+            rho: &mut [],
+            keyframes,
+            region: pool.into_rest(),
+            sums: of_force,
+        };
+        let (mut data, mut force) = (Ok(0.0), Ok(0.0));
+        let mut carry = || data = carrier.carry(&Serial, &mut Silent, &flow, rho, &keyframes, of_data);
+        // Together, so that what is left of the force takes about as long as the density.
+        rest.acceleration::<S>(exec, v, w);
+        join(exec, &mut carry, &mut || {
+            force = rest.projected(&Serial, &mut Silent, w)
+        });
+        if observer.on(Event::Work).is_break() {
+            return Err(Stop::Cancelled);
+        }
+        let data = data?;
+        Ok(Objective {
+            data,
+            force: if data > bound { 0.0 } else { force? },
+        })
+    }
+
+    /// The force that produces v, and its part of the objective.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn force<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        v: Vector<'_, T>,
+        w: &mut VectorMut<'_, T>,
+    ) -> Result<f64, Stop> {
+        self.acceleration::<S>(exec, v, w);
+        self.projected(exec, observer, w)
+    }
+
+    /// What the force would be without a pressure.
+    fn acceleration<S: Space>(&mut self, exec: &dyn Exec, v: Vector<'_, T>, w: &mut VectorMut<'_, T>) {
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
+        let scratch = self
+            .region
+            .get_mut(..self.setup.carrier.threads * force::scratch_per_thread(grid, slots))
+            .unwrap_or_default();
+        force::from_velocity::<T, S>(
+            exec,
+            Fluid {
+                grid,
+                slots,
+                viscosity: self.setup.viscosity,
+            },
+            v,
+            self.initial,
+            &[],
+            reborrow(w),
+            scratch,
+        );
+    }
+
+    /// Projects that; the force's part of the objective.
+    fn projected(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        w: &mut VectorMut<'_, T>,
+    ) -> Result<f64, Stop> {
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
+        self.project(exec, observer, w, self.setup.projection_tolerance)?;
+        Ok(0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums))
+    }
+
+    /// The gradient at v, Q[r (w_k - w_{k+1} + (J(v_k)^T + nu C^T C) w_k) - A_v^T mu_k], from the densities and the force of [`Self::value`].
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn gradient<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        v: Vector<'_, T>,
+        w: Vector<'_, T>,
+        out: &mut VectorMut<'_, T>,
+    ) -> Result<(), Stop> {
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
+        let (n, weight) = (grid.n[0], T::from_f64(self.setup.force_weight));
+        let scratch = self
+            .region
+            .get_mut(..self.setup.carrier.threads * force::scratch_per_thread(grid, slots))
+            .unwrap_or_default();
+        force::apply_adjoint::<T, S>(
+            exec,
+            Fluid {
+                grid,
+                slots,
+                viscosity: self.setup.viscosity,
+            },
+            v,
+            w,
+            reborrow(out),
+            scratch,
+        );
+        let flow = Flow {
+            initial: self.initial,
+            v,
+            along: None,
+        };
+        let mut carrier = Carrier::carve(
+            self.levels,
+            self.level,
+            &self.setup.carrier,
+            &mut Pool::new(&mut *self.region),
+        );
+        carrier.sweep_back(
+            exec,
+            observer,
+            &flow,
+            self.rho,
+            &self.keyframes,
+            self.sums,
+            &mut |exec, slot, of_data| {
+                for_rows(
+                    exec,
+                    grid.rows(),
+                    0..grid.rows(),
+                    RowBuffers {
+                        fields: reborrow(out),
+                        sums: &mut [],
+                        scratch: &mut [],
+                    },
+                    move |task| {
+                        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                            prefetch(Cache::First, out, ROWS_AHEAD * out.len() + slot * n, n);
+                            rows::scale_and_sub(
+                                &mut out[slot * n..][..n],
+                                weight,
+                                &of_data[axis][task.row * n..][..n],
+                            );
+                        }
+                    },
+                );
+            },
+        )?;
+        self.project(exec, observer, out, self.setup.projection_tolerance)
+    }
+
+    /// Projects every slot, to a part `tolerance` of the divergence that it has.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn project(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        field: &mut VectorMut<'_, T>,
+        tolerance: f64,
+    ) -> Result<(), Stop> {
+        let sweep::Setup { slots, threads, .. } = self.setup.carrier;
+        let mut projection = Projection::carve(
+            self.levels,
+            self.level,
+            slots,
+            threads,
+            &mut Pool::new(&mut *self.region),
+        );
+        let projected = projection.project(exec, observer, slots, field, None, tolerance, self.sums);
+        if projected.is_break() {
+            Err(Stop::Cancelled)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Projects a direction, made of projected gradients, if it needs that: what projections leave of divergence would add up,
+    /// and the descent would make use of it.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn clean(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        direction: &mut VectorMut<'_, T>,
+    ) -> Result<(), Stop> {
+        let sweep::Setup { slots, threads, .. } = self.setup.carrier;
+        let mut projection = Projection::carve(
+            self.levels,
+            self.level,
+            slots,
+            threads,
+            &mut Pool::new(&mut *self.region),
+        );
+        let divergence = projection.relative_divergence(exec, slots, direction, self.sums);
+        drop(projection);
+        if divergence <= CLEAN {
+            Ok(())
+        } else {
+            self.project(exec, observer, direction, DIRECTION_TOLERANCE)
+        }
+    }
+
+    /// Makes a flow feasible (mathematics section 5): projects v, takes its force, transports rho_0 by it.
+    ///
+    /// # Errors
+    /// [`Status::NotFinite`].
+    pub fn finish<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        v: &mut VectorMut<'_, T>,
+        w: &mut VectorMut<'_, T>,
+    ) -> Result<Objective, Status> {
+        let projected = self.project(exec, &mut Silent, v, self.setup.projection_tolerance);
+        match projected.and_then(|()| self.value::<S>(exec, &mut Silent, view(v), w, f64::INFINITY)) {
+            Ok(objective) if objective.total().is_finite() => Ok(objective),
+            Ok(_) | Err(Stop::TooFast) => Err(Status::NotFinite),
+            Err(Stop::Cancelled) => Err(Status::Cancelled),
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! The keyframes of a problem and the data term that they make (paper eq. 5, mathematics section 4).
+
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::rows;
+use crate::grid::Grid;
+use crate::grid::levels::Levels;
+use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::operators::blur::{Blur, Metric};
+use crate::real::Real;
+
+/// Targets rho*_i with their steps i.
+#[derive(Clone, Copy, Debug)]
+pub struct Keyframes<'a, T> {
+    /// Steps of the scene, ascending.
+    steps: &'a [u32],
+    /// How many of them are one step here.
+    stride: u32,
+    /// One field of cells for each.
+    densities: &'a [T],
+}
+
+impl<'a, T> Keyframes<'a, T> {
+    /// Targets one after the other, at `steps` of the scene.
+    #[must_use]
+    pub fn new(steps: &'a [u32], densities: &'a [T]) -> Self {
+        Self {
+            steps,
+            stride: 1,
+            densities,
+        }
+    }
+
+    /// The same steps with other densities, where `stride` steps of the scene, which divides all of these, are one.
+    #[must_use]
+    pub fn coarse<'c>(&self, stride: u32, densities: &'c [T]) -> Keyframes<'c, T>
+    where
+        'a: 'c,
+    {
+        Keyframes {
+            steps: self.steps,
+            stride,
+            densities,
+        }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Their steps, ascending.
+    pub fn steps(&self) -> impl ExactSizeIterator<Item = usize> + use<'_, T> {
+        self.steps.iter().map(|step| (step / self.stride) as usize)
+    }
+
+    /// The keyframe at `step`, if there is one.
+    #[must_use]
+    pub fn at(&self, step: usize) -> Option<usize> {
+        self.steps().position(|at| at == step)
+    }
+
+    /// The target of keyframe `index`.
+    #[must_use]
+    pub fn density(&self, index: usize, cells: usize) -> &'a [T] {
+        &self.densities[index * cells..(index + 1) * cells]
+    }
+}
+
+/// The workspace of the data term.
+#[derive(Debug)]
+pub struct DataTerm<'a, T> {
+    error: &'a mut [T],
+    image: &'a mut [T],
+    blur: Blur<'a, T>,
+}
+
+impl<'a, T: Real> DataTerm<'a, T> {
+    /// Writes the ledger lines of [`Self::carve`].
+    pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
+        ledger.group("metric of the data term", Sharing::Together, |ledger| {
+            ledger.line("error and its image", 2 * pooled(grid.cells()), T::BYTES);
+            Blur::<T>::requirement(ledger, grid, filters, threads);
+        });
+    }
+
+    /// Takes its numbers. The grid is number `level` of the hierarchy.
+    pub fn carve(
+        hierarchy: &'a Levels<'_, T>,
+        level: usize,
+        metric: Metric,
+        threads: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
+        let blur = Blur::carve(hierarchy, level, metric, threads, pool);
+        let cells = blur.grid().cells();
+        Self {
+            error: pool.take(cells),
+            image: pool.take(cells),
+            blur,
+        }
+    }
+
+    /// The grid.
+    #[must_use]
+    pub fn grid(&self) -> &'a Grid {
+        self.blur.grid()
+    }
+
+    /// 1/2 <e, C e> for e = rho - target; [`Self::image`] is C e afterwards. `sums` holds one number a row.
+    pub fn evaluate(&mut self, exec: &dyn Exec, rho: &[T], target: &[T], sums: &mut [f64]) -> f64 {
+        let (grid, n) = (self.grid(), self.grid().n[0]);
+        for_rows(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: [&mut *self.error],
+                sums: &mut [],
+                scratch: &mut [],
+            },
+            |task| {
+                let [error] = task.fields;
+                let span = task.row * n..(task.row + 1) * n;
+                error.copy_from_slice(&rho[span.clone()]);
+                rows::sub(error, &target[span]);
+            },
+        );
+        self.blur.apply(exec, self.error, self.image);
+        let (error, image) = (&*self.error, &*self.image);
+        let sums = &mut sums[..grid.rows()];
+        for_rows::<T, 0, _>(
+            exec,
+            grid.rows(),
+            0..grid.rows(),
+            RowBuffers {
+                fields: [],
+                sums: &mut *sums,
+                scratch: &mut [],
+            },
+            |task| {
+                let span = task.row * n..(task.row + 1) * n;
+                task.sums[0] = rows::dot(&error[span.clone()], &image[span]);
+            },
+        );
+        0.5 * sums.iter().sum::<f64>()
+    }
+
+    /// C e of the last [`Self::evaluate`].
+    #[must_use]
+    pub fn image(&self) -> &[T] {
+        self.image
+    }
+
+    /// The data term of a whole trajectory of densities.
+    pub fn total(
+        &mut self,
+        exec: &dyn Exec,
+        rho: &[T],
+        keyframes: &Keyframes<'_, T>,
+        sums: &mut [f64],
+    ) -> f64 {
+        let cells = self.grid().cells();
+        let steps = keyframes.steps().enumerate();
+        steps.fold(0.0, |sum, (index, step)| {
+            sum + self.evaluate(
+                exec,
+                &rho[step * cells..][..cells],
+                keyframes.density(index, cells),
+                sums,
+            )
+        })
+    }
+}

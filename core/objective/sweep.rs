@@ -1,0 +1,264 @@
+//! Where a flow carries the density: the data term of a trajectory, and its gradient by one sweep back in time.
+//!
+//! Forward rho_{i+1} = A[rho_i, v_i]; backward mu_{i-1} = A_rho^T mu_i - C_i e_i with mu_N = 0. The data term's derivative by v_i
+//! is -A_v^T mu_{i+1}: what the advection problem (paper Algorithm 1) and the direct method (mathematics section 6) move along.
+
+use crate::exec::{Exec, Serial, join};
+use crate::field::{Vector, rows};
+use crate::grid::Grid;
+use crate::grid::levels::Levels;
+use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::objective::keyframes::{DataTerm, Keyframes};
+use crate::observe::{Event, Observer};
+use crate::operators::blur::Metric;
+use crate::problem::Problem;
+use crate::real::Real;
+use crate::transport::{Flow, Stepping, Stop, TooFast, Transport};
+
+/// What does not change from flow to flow.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    /// Slots T = N - 1.
+    pub slots: usize,
+    /// The metric.
+    pub metric: Metric,
+    /// How transport takes a step.
+    pub stepping: Stepping,
+    /// max rho_0.
+    pub largest: f64,
+    /// Threads that scratch was planned for.
+    pub threads: usize,
+    /// Whether there is memory for two threads to do different works where fields are small.
+    pub tandem: bool,
+}
+
+/// Cells up to which two of so many threads gain more by different works than by sharing the rows of every term, wherever their caches are.
+/// All others wait meanwhile.
+const fn most_in_tandem(threads: usize) -> usize {
+    match threads {
+        0 | 1 => 0,
+        2 => 1 << 15,
+        _ => 1 << 12,
+    }
+}
+
+impl Setup {
+    /// That of `problem` on its own grid, for rho_0 of at most 1.
+    #[must_use]
+    pub fn new(problem: &Problem<'_>, threads: usize) -> Self {
+        let metric = Metric {
+            filters: problem.filters(),
+            identity: 1.0,
+        };
+        Self {
+            slots: problem.slots(),
+            metric,
+            stepping: problem.advection.into(),
+            largest: 1.0,
+            threads,
+            tandem: false,
+        }
+    }
+
+    /// Whether two threads do different works on a grid: each every other step on the way back, and one projects the force while the other
+    /// carries the density.
+    #[must_use]
+    pub fn in_tandem(&self, grid: &Grid) -> bool {
+        self.tandem && grid.cells() <= most_in_tandem(self.threads)
+    }
+}
+
+/// Densities of a trajectory: rho_0 .. rho_N.
+#[must_use]
+pub fn densities(grid: &Grid, slots: usize) -> usize {
+    (slots + 2) * grid.cells()
+}
+
+/// The density of a step among those of all.
+fn density_of<T>(rho: &[T], cells: usize, step: usize) -> &[T] {
+    rho.get(step * cells..(step + 1) * cells).unwrap_or_default()
+}
+
+/// Receives the number of a slot and a velocity at its faces, with threads to use.
+pub type Each<'e, T> = dyn FnMut(&dyn Exec, usize, Vector<'_, T>) + Send + 'e;
+
+/// Transport and metric, carved from a shared pool.
+pub struct Carrier<'a, T> {
+    grid: &'a Grid,
+    slots: usize,
+    mu: &'a mut [T],
+    transport: Transport<'a, T>,
+    /// That of every other step on the way back.
+    other: Option<Transport<'a, T>>,
+    data: DataTerm<'a, T>,
+}
+
+impl<'a, T: Real> Carrier<'a, T> {
+    /// Writes the ledger lines of [`Self::carve`].
+    pub fn requirement(ledger: &mut Ledger, grid: &Grid, setup: &Setup) {
+        ledger.group("transport and metric", Sharing::Together, |ledger| {
+            ledger.line("mu", pooled(grid.cells()), T::BYTES);
+            Transport::<T>::requirement(ledger, grid, setup.threads);
+            if setup.in_tandem(grid) {
+                Transport::<T>::requirement(ledger, grid, setup.threads);
+            }
+            DataTerm::<T>::requirement(ledger, grid, setup.metric.filters, setup.threads);
+        });
+    }
+
+    /// Takes its numbers. The grid is number `level` of the hierarchy.
+    pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, setup: &Setup, pool: &mut Pool<'a, T>) -> Self {
+        let data = DataTerm::carve(hierarchy, level, setup.metric, setup.threads, pool);
+        let grid = data.grid();
+        let mu = pool.take(grid.cells());
+        let mut transport = || Transport::carve(grid, setup.stepping, setup.largest, setup.threads, pool);
+        Self {
+            grid,
+            slots: setup.slots,
+            mu,
+            transport: transport(),
+            other: setup.in_tandem(grid).then(transport),
+            data,
+        }
+    }
+
+    /// The grid.
+    #[must_use]
+    pub fn grid(&self) -> &'a Grid {
+        self.grid
+    }
+
+    /// Transports the first field of `rho` by `flow` through all the others; the data term of where it goes.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn carry(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        flow: &Flow<'_, T>,
+        rho: &mut [T],
+        keyframes: &Keyframes<'_, T>,
+        sums: &mut [f64],
+    ) -> Result<f64, Stop> {
+        self.transport.run(exec, observer, flow, self.slots, rho, sums)?;
+        Ok(self.data.total(exec, rho, keyframes, sums))
+    }
+
+    /// Transports the density of `step` to the next one.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn carry_step(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        flow: &Flow<'_, T>,
+        rho: &mut [T],
+        step: usize,
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
+        self.transport
+            .step(exec, observer, flow, self.slots, step, rho, sums)
+    }
+
+    /// The data term of densities that were carried.
+    pub fn data(
+        &mut self,
+        exec: &dyn Exec,
+        rho: &[T],
+        keyframes: &Keyframes<'_, T>,
+        sums: &mut [f64],
+    ) -> f64 {
+        self.data.total(exec, rho, keyframes, sums)
+    }
+
+    /// Backwards through the flow that carried `rho`: `each` receives every slot, last first, and A_v^T mu at its faces,
+    /// minus the derivative of the data term, with threads to use.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn sweep_back(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        flow: &Flow<'_, T>,
+        rho: &[T],
+        keyframes: &Keyframes<'_, T>,
+        sums: &mut [f64],
+        each: &mut Each<'_, T>,
+    ) -> Result<(), Stop> {
+        let cells = self.grid.cells();
+        self.mu.fill(T::ZERO);
+        for step in (1..=self.slots).rev() {
+            if let Some(index) = keyframes.at(step + 1) {
+                self.data.evaluate(
+                    exec,
+                    density_of(rho, cells, step + 1),
+                    keyframes.density(index, cells),
+                    sums,
+                );
+                rows::sub(self.mu, self.data.image());
+            }
+            self.back_through(exec, flow, rho, step, sums, each)
+                .map_err(|TooFast| Stop::TooFast)?;
+            if observer.on(Event::Work).is_break() {
+                return Err(Stop::Cancelled);
+            }
+        }
+        Ok(())
+    }
+
+    /// Back through a step: `each` receives its gradient now, or in tandem while the step before is gone through.
+    fn back_through(
+        &mut self,
+        exec: &dyn Exec,
+        flow: &Flow<'_, T>,
+        rho: &[T],
+        step: usize,
+        sums: &mut [f64],
+        each: &mut Each<'_, T>,
+    ) -> Result<(), TooFast> {
+        let (slots, cells) = (self.slots, self.grid.cells());
+        let rho_of = |step: usize| density_of(rho, cells, step);
+        let Some(other) = &mut self.other else {
+            self.transport.load(exec, flow, slots, step, sums)?;
+            self.transport.backward(exec, rho_of(step), self.mu);
+            each(exec, step - 1, self.transport.gradient());
+            return Ok(());
+        };
+        // One thread goes back through the step while the other hands on the gradient of the step after, through which it went back, and
+        // prepares the one before, through which it will: what a step holds stays in the cache of one core.
+        let even = step.is_multiple_of(2);
+        let (now, next) = if even {
+            (&mut self.transport, other)
+        } else {
+            (other, &mut self.transport)
+        };
+        if step == slots {
+            now.load(exec, flow, slots, step, sums)?;
+            now.prepare(exec, rho_of(step));
+        }
+        let (mu, mut loaded) = (&mut *self.mu, Ok(()));
+        let mut go_back = || now.backward(&Serial, rho_of(step), mu);
+        let mut prepare = || {
+            if step < slots {
+                each(&Serial, step, next.gradient());
+            }
+            if step > 1 {
+                loaded = next
+                    .load(&Serial, flow, slots, step - 1, sums)
+                    .map(|()| next.prepare(&Serial, rho_of(step - 1)));
+            }
+        };
+        if even {
+            join(exec, &mut go_back, &mut prepare);
+        } else {
+            join(exec, &mut prepare, &mut go_back);
+        }
+        if step == 1 {
+            each(exec, 0, now.gradient());
+        }
+        loaded
+    }
+}

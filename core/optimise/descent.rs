@@ -1,0 +1,215 @@
+//! Descent by quasi-Newton directions: a line search, a gradient, a pair, until there is nothing to gain.
+
+use crate::checkpoint::{Damaged, MANY, Record};
+use crate::exec::Exec;
+use crate::observe::Observer;
+use crate::optimise::lbfgs::{Borrowed, QuasiNewton};
+use crate::progress::{DirectProgress, Objective};
+use crate::real::Real;
+use crate::transport::Stop;
+
+/// Part of the decrease that the slope promises, which a step must keep (Armijo).
+const ENOUGH: f64 = 1e-4;
+/// The smallest step that is tried.
+const SMALLEST_STEP: f64 = 1.0 / (1 << 20) as f64;
+/// Part of a step that is tried next when it is too long, at least and at most.
+const SHRINK: [f64; 2] = [0.1, 0.5];
+/// Iterations in a row that may gain less than the tolerance.
+const PATIENCE: usize = 2;
+
+/// A function of a trajectory of faces, at a point that can be moved.
+pub trait Function<T: Real, S> {
+    /// Writes the direction's field; <gradient, direction>.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    fn direction(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        newton: &mut QuasiNewton,
+    ) -> Result<f64, Stop>;
+    /// Moves the point by `s` times field `direction`.
+    fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64);
+    /// The value, with what the gradient needs of it in field `work`; perhaps not all of it where a part is above `bound`.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    fn value(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        work: usize,
+        bound: f64,
+    ) -> Result<Objective, Stop>;
+    /// The gradient into field `into`, from field `work`: the point is the new one from here on.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    fn gradient(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        work: usize,
+        into: usize,
+    ) -> Result<(), Stop>;
+    /// Calls [`QuasiNewton::arrive`] with its fields.
+    fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>);
+}
+
+/// How an iteration ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// There is more to gain.
+    Goes,
+    /// The gain has been below the tolerance for a while, or the gradient is 0.
+    Converged,
+    /// No step along the preconditioned gradient gains anything.
+    Stalled,
+}
+
+/// The state of a minimisation.
+#[derive(Clone, Debug)]
+pub struct Descent {
+    /// The pairs.
+    pub newton: QuasiNewton,
+    /// The value, once it is known with its gradient.
+    objective: Option<Objective>,
+    /// Iterations so far.
+    pub iterations: usize,
+    slow: usize,
+}
+
+impl Descent {
+    /// Not begun, with so many pairs at most.
+    #[must_use]
+    pub fn new(history: usize) -> Self {
+        Self {
+            newton: QuasiNewton::new(history),
+            objective: None,
+            iterations: 0,
+            slow: 0,
+        }
+    }
+
+    /// Its state in a checkpoint, the fields' numbers aside.
+    ///
+    /// # Errors
+    /// [`Damaged`].
+    pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        record.option(&mut self.objective, |record, objective| objective.record(record))?;
+        record.count(&mut self.iterations, MANY)?;
+        record.count(&mut self.slow, MANY)?;
+        self.newton.record(record)
+    }
+
+    /// One iteration. It converges where the value falls by less than `tolerance` times itself twice in a row.
+    ///
+    /// # Errors
+    /// [`Stop`]; the state is then that of a descent to begin anew.
+    pub fn iterate<T: Real, S>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        function: &mut impl Function<T, S>,
+        tolerance: f64,
+        progress: &mut DirectProgress,
+    ) -> Result<(Outcome, Objective), Stop> {
+        let newton = &mut self.newton;
+        let before = match self.objective {
+            Some(objective) => objective,
+            None => {
+                let first = newton.first();
+                let objective = function.value(exec, observer, first.work, f64::INFINITY)?;
+                function.gradient(exec, observer, first.work, first.gradient)?;
+                function.arrive(exec, newton, first, None);
+                progress.evaluations += 1;
+                *self.objective.insert(objective)
+            }
+        };
+        self.iterations += 1;
+        progress.level_iteration = self.iterations;
+        let mut slope = function.direction(exec, observer, newton)?;
+        if !(slope < 0.0) && newton.has_pairs() {
+            newton.forget();
+            slope = function.direction(exec, observer, newton)?;
+        }
+        progress.slope = slope;
+        if !before.total().is_finite() || !slope.is_finite() {
+            return Err(Stop::TooFast);
+        }
+        if slope >= 0.0 {
+            return Ok((Outcome::Converged, before));
+        }
+        let Some(borrowed) = newton.borrow() else {
+            return Ok((Outcome::Stalled, before));
+        };
+        let Some((length, after)) = search(
+            exec,
+            observer,
+            function,
+            newton,
+            borrowed,
+            before.total(),
+            slope,
+            progress,
+        )?
+        else {
+            newton.give_back(borrowed);
+            let again = newton.has_pairs();
+            newton.forget();
+            return Ok((if again { Outcome::Goes } else { Outcome::Stalled }, before));
+        };
+        function.gradient(exec, observer, borrowed.work, borrowed.gradient)?;
+        function.arrive(exec, newton, borrowed, Some(length));
+        self.objective = Some(after);
+        progress.step = length;
+        let slow = before.total() - after.total() < tolerance * after.total();
+        self.slow = if slow { self.slow + 1 } else { 0 };
+        Ok((
+            if self.slow >= PATIENCE {
+                Outcome::Converged
+            } else {
+                Outcome::Goes
+            },
+            after,
+        ))
+    }
+}
+
+/// Moves the point along the direction by the first step, 1 or shorter, with which the value falls enough; the step and the value
+/// there (Nocedal & Wright, section 3.5). Leaves the point where it was if there is none.
+fn search<T: Real, S>(
+    exec: &dyn Exec,
+    observer: &mut dyn Observer,
+    function: &mut impl Function<T, S>,
+    newton: &QuasiNewton,
+    borrowed: Borrowed,
+    before: f64,
+    slope: f64,
+    progress: &mut DirectProgress,
+) -> Result<Option<(f64, Objective)>, Stop> {
+    let (mut length, mut moved) = (1.0, 0.0);
+    while length >= SMALLEST_STEP {
+        function.move_along(exec, newton.direction, length - moved);
+        moved = length;
+        let bound = before + ENOUGH * length * slope;
+        progress.evaluations += 1;
+        match function.value(exec, observer, borrowed.work, bound) {
+            Ok(after) if after.total() <= bound => return Ok(Some((length, after))),
+            // Where the parabola through the value and the slope before and the value here is lowest.
+            Ok(after) => {
+                let lowest = -0.5 * slope * length * length / (after.total() - before - slope * length);
+                length = if lowest.is_finite() {
+                    lowest.clamp(SHRINK[0] * length, SHRINK[1] * length)
+                } else {
+                    SHRINK[1] * length
+                };
+            }
+            Err(Stop::TooFast) => length *= SHRINK[1],
+            Err(Stop::Cancelled) => return Err(Stop::Cancelled),
+        }
+    }
+    function.move_along(exec, newton.direction, -moved);
+    Ok(None)
+}

@@ -1,0 +1,4 @@
+//! Minimisation over trajectories, without knowledge of what is minimised.
+
+pub mod descent;
+pub mod lbfgs;

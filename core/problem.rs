@@ -1,0 +1,331 @@
+//! What is to be solved, in the scene's units; checked once, refused with the name of the field.
+
+use crate::grid::{Boundary, Grid};
+use core::fmt;
+
+/// How density is carried (mathematics section 3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheme {
+    /// Third-order upwind interpolation to faces (Leonard 1979), mass preserving.
+    #[default]
+    Quick,
+    /// Central interpolation: keeps the 2-norm too, but ripples at edges.
+    Central,
+    /// Back-tracing with linear interpolation (Stam 1999), for comparison.
+    SemiLagrangian,
+}
+
+/// The density transport.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Advection {
+    /// The operator.
+    pub scheme: Scheme,
+    /// The series is cut at the first term below this times max rho_0; earlier while the direct method searches.
+    pub tolerance: f64,
+}
+
+impl Default for Advection {
+    fn default() -> Self {
+        Self {
+            scheme: Scheme::Quick,
+            tolerance: 1e-5,
+        }
+    }
+}
+
+/// A control problem without its densities, which [`Solver`](crate::Solver) takes one by one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Problem<'a> {
+    /// Cells along each axis: two or three numbers from 4 to 4096.
+    pub cells: &'a [usize],
+    /// How each axis ends.
+    pub boundary: &'a [Boundary],
+    /// Longest side of the box.
+    pub length: f64,
+    /// Time step.
+    pub dt: f64,
+    /// Steps N, at least 2.
+    pub steps: usize,
+    /// Steps of the keyframes, ascending, from 2 to N; a free flow needs none.
+    pub keyframes: &'a [usize],
+    /// Viscosity nu of the flow, 0 or more, in length^2 / time: a term nu C^T C v of the momentum equation.
+    pub viscosity: f64,
+    /// Weight r of the force.
+    pub force_weight: f64,
+    /// Filters m of the metric; by default the largest with 2^(m-1) <= max(n) / 4.
+    pub filters: Option<usize>,
+    /// Whether keyframes are scaled to the mass of the source.
+    pub match_mass: bool,
+    /// The density transport.
+    pub advection: Advection,
+    /// Relative tolerance of projections.
+    pub projection_tolerance: f64,
+}
+
+/// Why a [`Problem`] is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ProblemError {
+    /// `cells` has not as many entries as the solver has dimensions.
+    Dimensions {
+        /// Entries expected.
+        expected: usize,
+        /// Entries given.
+        given: usize,
+    },
+    /// An entry of `cells` is not from 4 to 4096.
+    Cells {
+        /// The axis.
+        axis: usize,
+        /// The entry.
+        given: usize,
+    },
+    /// `boundary` has not one entry for each axis.
+    Boundary {
+        /// Entries given.
+        given: usize,
+    },
+    /// `steps` is below 2.
+    Steps {
+        /// The value.
+        given: usize,
+    },
+    /// There is no keyframe.
+    NoKeyframe,
+    /// A keyframe is not from 2 to N.
+    Keyframe {
+        /// Its step.
+        step: usize,
+        /// N.
+        steps: usize,
+    },
+    /// Keyframes are not in ascending order.
+    Order {
+        /// The step that is not above the one before it.
+        step: usize,
+    },
+    /// A number is not positive and finite.
+    NotPositive {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
+    /// A number is negative or not finite.
+    Negative {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
+    /// A number is not finite.
+    NotFinite {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
+    /// `admm.ao_momentum` is not at least 0 and below 1.
+    Momentum {
+        /// The value.
+        given: f64,
+    },
+    /// `filters` is above 12.
+    Filters {
+        /// The value.
+        given: usize,
+    },
+}
+
+impl fmt::Display for ProblemError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Dimensions { expected, given } => {
+                write!(f, "cells has {given} entries where {expected} are needed")
+            }
+            Self::Cells { axis, given } => write!(f, "cells[{axis}] is {given}; it must be from 4 to 4096"),
+            Self::Boundary { given } => write!(f, "boundary has {given} entries; it needs one for each axis"),
+            Self::Steps { given } => write!(f, "steps is {given}; it must be from 2 to 100000"),
+            Self::NoKeyframe => write!(f, "there is no keyframe; at least one is needed"),
+            Self::Keyframe { step, steps } => write!(
+                f,
+                "a keyframe is at step {step}; it must be from 2 to steps = {steps}"
+            ),
+            Self::Order { step } => write!(f, "the keyframe at step {step} is not after the one before it"),
+            Self::NotPositive { field, given } => {
+                write!(f, "{field} is {given}; it must be positive and finite")
+            }
+            Self::Negative { field, given } => {
+                write!(f, "{field} is {given}; it must be at least 0 and finite")
+            }
+            Self::NotFinite { field, given } => write!(f, "{field} is {given}; it must be finite"),
+            Self::Momentum { given } => write!(
+                f,
+                "admm.ao_momentum is {given}; it must be at least 0 and below 1"
+            ),
+            Self::Filters { given } => write!(f, "filters is {given}; it must be at most 12"),
+        }
+    }
+}
+
+impl core::error::Error for ProblemError {}
+
+/// Cells along an axis.
+pub const CELLS: core::ops::RangeInclusive<usize> = 4..=4096;
+/// Most steps.
+pub const MAX_STEPS: usize = 100_000;
+/// Most filters.
+pub const MAX_FILTERS: usize = 12;
+
+impl<'a> Problem<'a> {
+    /// Everything else by default: a box of side 1, steps of length 1 up to the last keyframe (0 without any), r = 1000, no viscosity.
+    #[must_use]
+    pub fn new(cells: &'a [usize], boundary: &'a [Boundary], keyframes: &'a [usize]) -> Self {
+        Self {
+            cells,
+            boundary,
+            length: 1.0,
+            dt: 1.0,
+            steps: keyframes.last().copied().unwrap_or(0),
+            keyframes,
+            viscosity: 0.0,
+            force_weight: 1e3,
+            filters: None,
+            match_mass: true,
+            advection: Advection::default(),
+            projection_tolerance: 1e-5,
+        }
+    }
+}
+
+impl Problem<'_> {
+    /// Checks every field but the number of axes and whether there are keyframes.
+    ///
+    /// # Errors
+    /// [`ProblemError`] names the first field that is wrong.
+    pub fn check(&self) -> Result<(), ProblemError> {
+        if !(2..=3).contains(&self.cells.len()) {
+            return Err(ProblemError::Dimensions {
+                expected: self.cells.len().clamp(2, 3),
+                given: self.cells.len(),
+            });
+        }
+        if let Some((axis, &given)) = self.cells.iter().enumerate().find(|(_, n)| !CELLS.contains(n)) {
+            return Err(ProblemError::Cells { axis, given });
+        }
+        if self.boundary.len() != self.cells.len() {
+            return Err(ProblemError::Boundary {
+                given: self.boundary.len(),
+            });
+        }
+        if !(2..=MAX_STEPS).contains(&self.steps) {
+            return Err(ProblemError::Steps { given: self.steps });
+        }
+        self.check_keyframes()?;
+        let numbers = [
+            ("length", self.length),
+            ("dt", self.dt),
+            ("force_weight", self.force_weight),
+            ("advection.tolerance", self.advection.tolerance),
+            ("projection.tolerance", self.projection_tolerance),
+        ];
+        for (field, given) in numbers {
+            positive(field, given)?;
+        }
+        not_negative("viscosity", self.viscosity)?;
+        match self.filters {
+            Some(given) if given > MAX_FILTERS => Err(ProblemError::Filters { given }),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_keyframes(&self) -> Result<(), ProblemError> {
+        if let Some(&step) = self
+            .keyframes
+            .iter()
+            .find(|step| !(2..=self.steps).contains(step))
+        {
+            return Err(ProblemError::Keyframe {
+                step,
+                steps: self.steps,
+            });
+        }
+        match self.keyframes.windows(2).find(|pair| pair[0] >= pair[1]) {
+            Some(pair) => Err(ProblemError::Order { step: pair[1] }),
+            None => Ok(()),
+        }
+    }
+
+    /// The finest grid, in box lengths.
+    #[must_use]
+    pub fn grid(&self) -> Grid {
+        Grid::new(self.cells, self.boundary)
+    }
+
+    /// Filters m of the metric.
+    #[must_use]
+    pub fn filters(&self) -> usize {
+        let largest = self.cells.iter().copied().max().unwrap_or(1);
+        self.filters.unwrap_or(1 + (largest / 4).max(1).ilog2() as usize)
+    }
+
+    /// Slots T = N - 1 that the trajectories of v and w have.
+    #[must_use]
+    pub fn slots(&self) -> usize {
+        self.steps - 1
+    }
+
+    /// From scaled numbers (dt = length = 1) to the scene's.
+    #[must_use]
+    pub fn units(&self) -> Units {
+        Units {
+            velocity: self.length / self.dt,
+            force: self.length / (self.dt * self.dt),
+        }
+    }
+
+    /// The viscosity in scaled numbers, nu dt / length^2.
+    #[must_use]
+    pub fn scaled_viscosity(&self) -> f64 {
+        self.viscosity * self.dt / (self.length * self.length)
+    }
+
+    /// The weight r in scaled numbers, r length^2 / dt^4.
+    #[must_use]
+    pub fn scaled_force_weight(&self) -> f64 {
+        self.force_weight * self.units().force * self.units().force
+    }
+}
+
+/// Refuses what is not positive and finite.
+///
+/// # Errors
+/// [`ProblemError::NotPositive`].
+pub fn positive(field: &'static str, given: f64) -> Result<(), ProblemError> {
+    if given > 0.0 && given.is_finite() {
+        Ok(())
+    } else {
+        Err(ProblemError::NotPositive { field, given })
+    }
+}
+
+/// Refuses what is negative or not finite.
+///
+/// # Errors
+/// [`ProblemError::Negative`].
+pub fn not_negative(field: &'static str, given: f64) -> Result<(), ProblemError> {
+    if given >= 0.0 && given.is_finite() {
+        Ok(())
+    } else {
+        Err(ProblemError::Negative { field, given })
+    }
+}
+
+/// The scene's units, in scaled ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Units {
+    /// Of velocities: length / dt.
+    pub velocity: f64,
+    /// Of forces: length / dt^2.
+    pub force: f64,
+}
