@@ -52,3 +52,12 @@ impl Observer for Silent {
         ControlFlow::Continue(())
     }
 }
+
+/// Passes on [`Event::Work`] alone: what the inner solve of a coarser grid may say, since its iterations are not the caller's.
+pub struct WorkOnly<'a>(pub &'a mut dyn Observer);
+
+impl Observer for WorkOnly<'_> {
+    fn on(&mut self, _event: Event) -> ControlFlow<()> {
+        self.0.on(Event::Work)
+    }
+}

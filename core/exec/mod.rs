@@ -5,6 +5,9 @@
 #[cfg(target_has_atomic = "64")]
 mod team;
 
+mod capped;
+
+pub use capped::Capped;
 #[cfg(target_has_atomic = "64")]
 pub use team::{Seat, Team};
 

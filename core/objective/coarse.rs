@@ -4,50 +4,13 @@
 //! divergence, one filter fewer so that the widest stays as wide; flows come back by the prolongation of STFAS. ADMM and L-BFGS
 //! keep dt and N; the direct method takes two steps for one where it can.
 
-use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::exec::{Capped, Exec, RowBuffers, for_rows};
 use crate::field::transfer::{Move, Place};
 use crate::field::{Block, Vector, VectorMut, rows};
 use crate::grid::Grid;
 use crate::grid::levels::{Levels, Transfer};
 use crate::objective::keyframes::Keyframes;
-use crate::observe::{Event, Observer};
 use crate::real::Real;
-use core::ops::ControlFlow;
-
-/// Offers fewer threads than there are.
-pub struct Fewer<'a> {
-    exec: &'a dyn Exec,
-    threads: usize,
-}
-
-impl<'a> Fewer<'a> {
-    /// At most `threads` of the threads of `exec`.
-    pub fn new(exec: &'a dyn Exec, threads: usize) -> Self {
-        Self {
-            exec,
-            threads: exec.threads().min(threads).max(1),
-        }
-    }
-}
-
-impl Exec for Fewer<'_> {
-    fn threads(&self) -> usize {
-        self.threads
-    }
-
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
-        self.exec.run(tasks, task);
-    }
-}
-
-/// Hears only that work is done, since a coarse solve's iterations are not the caller's.
-pub struct Muffled<'a>(pub &'a mut dyn Observer);
-
-impl Observer for Muffled<'_> {
-    fn on(&mut self, _event: Event) -> ControlFlow<()> {
-        self.0.on(Event::Work)
-    }
-}
 
 /// `threads`, then ever half as many, down to 1: what a coarse solve tries to run on.
 pub fn halvings(threads: usize) -> impl Iterator<Item = usize> + Clone {
@@ -205,7 +168,7 @@ fn pass<T: Real>(
 ) {
     let (grid, wide) = (step.target, step.source.n[0].max(step.target.n[0]));
     let (count, row) = (Block::slots_per_block(wide, slots), Block::largest(wide, slots));
-    let exec = &Fewer::new(exec, scratch.len() / row);
+    let exec = &Capped::new(exec, scratch.len() / row);
     let scratch = &mut scratch[..exec.threads() * row];
     for_rows(
         exec,

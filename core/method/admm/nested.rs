@@ -4,15 +4,15 @@
 //! are going to use in turn, so it asks for no memory of its own; where it does not fit, the flow begins at rest.
 
 use super::{Admm, Dimensions, Settings};
-use crate::exec::Exec;
+use crate::exec::{Capped, Exec};
 use crate::field::{reborrow, view};
 use crate::grid::{Grid, Space};
 use crate::memory::Arena;
 use crate::memory::{Ledger, Pool};
 use crate::nso::Shape;
-use crate::objective::coarse::{self, Fewer, Muffled};
+use crate::objective::coarse;
 use crate::objective::keyframes::Keyframes;
-use crate::observe::Observer;
+use crate::observe::{Observer, WorkOnly};
 use crate::poisson::Projection;
 use crate::progress::Status;
 use crate::real::Real;
@@ -131,7 +131,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             settings: fine,
             ..
         } = self;
-        let exec = &Fewer::new(exec, settings.dimensions.threads);
+        let exec = &Capped::new(exec, settings.dimensions.threads);
         let (cells, coarse) = (fine.dimensions.grid.cells(), settings.dimensions.grid.cells());
         let mut arena = Arena::over(region);
         let full = |_| Status::NotFinite;
@@ -150,7 +150,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         coarse::restrict(exec, levels, 0, &scene, coarser, scratch);
         let coarse_keyframes = keyframes.coarse(1, densities);
         let status = loop {
-            if let Some(status) = admm.step(exec, &mut Muffled(observer), &coarse_keyframes).status {
+            if let Some(status) = admm.step(exec, &mut WorkOnly(observer), &coarse_keyframes).status {
                 break status;
             }
         };

@@ -2,11 +2,10 @@
 
 use super::Direct;
 use super::level::Work;
-use crate::exec::Exec;
+use crate::exec::{Capped, Exec};
 use crate::field::trajectory;
 use crate::field::view;
 use crate::grid::Space;
-use crate::objective::coarse::Fewer;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::optimise::descent::{Descent, Function, Outcome};
@@ -28,7 +27,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         let tolerance = self.tolerance_on(level);
         let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.settings.history));
         let mut work = self.work(level, keyframes);
-        let exec = &Fewer::new(exec, work.evaluation.setup.carrier.threads);
+        let exec = &Capped::new(exec, work.evaluation.setup.carrier.threads);
         (progress.direct.cells, progress.direct.level) = (work.shape().grid.n, level);
         let outcome = descent.iterate::<T, S>(exec, observer, &mut work, tolerance, &mut progress.direct);
         drop(work);

@@ -2,11 +2,11 @@
 
 use super::Direct;
 use super::level::{self, NextMut};
-use crate::exec::Exec;
+use crate::exec::{Capped, Exec};
 use crate::field::{reborrow, rows, view};
 use crate::grid::Space;
 use crate::memory::Pool;
-use crate::objective::coarse::{self, Fewer, Scene, SceneMut};
+use crate::objective::coarse::{self, Scene, SceneMut};
 use crate::objective::keyframes::Keyframes;
 use crate::observe::{Observer, Silent};
 use crate::optimise::descent::Descent;
@@ -86,7 +86,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         self.level = Some(fine);
         self.descent = Descent::new(self.settings.history);
         let mut work = self.work(fine, keyframes);
-        let exec = &Fewer::new(exec, work.evaluation.setup.carrier.threads);
+        let exec = &Capped::new(exec, work.evaluation.setup.carrier.threads);
         work.evaluation
             .project(
                 exec,

@@ -1,16 +1,16 @@
 //! Where the forces begin: at 0, or as those of the same scene on a coarser grid, solved first in the bytes of `rest`.
 
 use super::{Lbfgs, Settings};
-use crate::exec::Exec;
+use crate::exec::{Capped, Exec};
 use crate::field::slot::put_everywhere;
 use crate::field::{reborrow, view};
 use crate::grid::Space;
 use crate::memory::Arena;
 use crate::memory::Ledger;
-use crate::objective::coarse::{self, Fewer, Muffled};
+use crate::objective::coarse;
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::keyframes::Keyframes;
-use crate::observe::Observer;
+use crate::observe::{Observer, WorkOnly};
 use crate::optimise::descent::Descent;
 use crate::progress::Status;
 use crate::real::Real;
@@ -107,7 +107,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
             ..
         } = self;
         let (cells, coarse, slots) = (fine.grid.cells(), settings.grid.cells(), fine.carrier.slots);
-        let fewer = &Fewer::new(exec, settings.carrier.threads);
+        let capped = &Capped::new(exec, settings.carrier.threads);
         let scratch = settings.carrier.threads * coarse::scratch_per_thread(&fine.grid, slots);
         let (memory, scratch) = rest.split_at_mut(rest.len() - scratch);
         let mut arena = Arena::over(memory);
@@ -124,11 +124,11 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
             initial: reborrow(&mut solver.initial),
             densities: &mut *densities,
         };
-        coarse::restrict(fewer, levels, 0, &scene, coarser, scratch);
+        coarse::restrict(capped, levels, 0, &scene, coarser, scratch);
         let coarse_keyframes = keyframes.coarse(1, densities);
         let status = loop {
             if let Some(status) = solver
-                .step(fewer, &mut Muffled(observer), &coarse_keyframes)
+                .step(capped, &mut WorkOnly(observer), &coarse_keyframes)
                 .status
             {
                 break status;
@@ -139,8 +139,8 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
             Status::NotFinite => return Ok(()),
             _ => {}
         }
-        coarse::prolong(fewer, levels, 0, slots, view(&solver.v), reborrow(v), scratch);
-        coarse::prolong(fewer, levels, 0, slots, view(&solver.u), reborrow(u), scratch);
+        coarse::prolong(capped, levels, 0, slots, view(&solver.v), reborrow(v), scratch);
+        coarse::prolong(capped, levels, 0, slots, view(&solver.u), reborrow(u), scratch);
         drop(solver);
         let Settings {
             carrier,
