@@ -48,12 +48,8 @@ fn bench_divergence(
     let mut scratch = vec![0f32; exec.threads() * Block::largest(grid.n[0], SLOTS)];
     group.bench_function("divergence", |bencher| {
         bencher.iter(|| {
-            let buffers = RowBuffers {
-                fields: [&mut out[..]],
-                sums: &mut [],
-                scratch: &mut scratch[..],
-            };
-            for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
+            let buffers = RowBuffers::fields([&mut out[..]]).with_scratch(&mut scratch[..]);
+            for_rows(exec, grid.rows(), buffers, |task| {
                 let [out] = task.fields;
                 out.fill(0.0);
                 for block in Block::all(grid, SLOTS) {

@@ -105,6 +105,42 @@ pub struct RowBuffers<'a, T, const K: usize> {
     pub scratch: &'a mut [T],
 }
 
+impl<'a, T, const K: usize> RowBuffers<'a, T, K> {
+    /// Fields alone: no sums, no scratch.
+    #[inline(always)]
+    #[must_use]
+    pub fn fields(fields: [&'a mut [T]; K]) -> Self {
+        Self {
+            fields,
+            sums: &mut [],
+            scratch: &mut [],
+        }
+    }
+
+    /// As `self`, with `sums` cut into one chunk a row.
+    #[inline(always)]
+    #[must_use]
+    pub fn with_sums(self, sums: &'a mut [f64]) -> Self {
+        Self { sums, ..self }
+    }
+
+    /// As `self`, with `scratch` cut into one chunk a thread.
+    #[inline(always)]
+    #[must_use]
+    pub fn with_scratch(self, scratch: &'a mut [T]) -> Self {
+        Self { scratch, ..self }
+    }
+}
+
+impl<'a, T> RowBuffers<'a, T, 0> {
+    /// Sums alone, for a reduction that writes no field.
+    #[inline(always)]
+    #[must_use]
+    pub fn sums(sums: &'a mut [f64]) -> Self {
+        Self::fields([]).with_sums(sums)
+    }
+}
+
 /// Numbers to write below which a second thread costs more than it brings.
 const WORTH_A_THREAD: usize = 1 << 12;
 /// Numbers that a thread takes at a time, at least.
@@ -123,22 +159,16 @@ pub struct RunTask<'a, T, const K: usize> {
     pub scratch: &'a mut [T],
 }
 
-/// Calls `task` for every row of `range`, each with its own chunk of every field; `rows` is the number of chunks in all.
+/// Calls `task` for each of `rows` rows, with the row's own chunk of every field.
 ///
 /// Reductions go through `sums`, added up by the caller in row order.
-pub fn for_rows<T, const K: usize, F>(
-    exec: &dyn Exec,
-    rows: usize,
-    range: Range<usize>,
-    buffers: RowBuffers<'_, T, K>,
-    task: F,
-) where
+pub fn for_rows<T, const K: usize, F>(exec: &dyn Exec, rows: usize, buffers: RowBuffers<'_, T, K>, task: F)
+where
     T: Send,
     F: Fn(RowTask<'_, T, K>) + Sync,
 {
-    debug_assert!(range.end <= rows);
     // SAFETY: every number is that of its row.
-    unsafe { in_order(exec, rows, range, |row| row, buffers, task) }
+    unsafe { in_order(exec, rows, 0..rows, |row| row, buffers, task) }
 }
 
 /// Planes one after the other, or around a ring of them.

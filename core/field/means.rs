@@ -18,12 +18,7 @@ pub fn remove<T: Real>(exec: &dyn Exec, grid: &Grid, slots: usize, field: &mut [
     for_rows(
         exec,
         rows,
-        0..rows,
-        RowBuffers {
-            fields: [&mut *field],
-            sums: &mut *sums,
-            scratch: &mut [],
-        },
+        RowBuffers::fields([&mut *field]).with_sums(&mut *sums),
         |task| {
             let [field] = task.fields;
             for (row, sum) in field.chunks_exact(nx).zip(task.sums) {
@@ -37,21 +32,11 @@ pub fn remove<T: Real>(exec: &dyn Exec, grid: &Grid, slots: usize, field: &mut [
     }
     means.iter_mut().for_each(|mean| *mean /= grid.cells() as f64);
     let means = &*means;
-    for_rows(
-        exec,
-        rows,
-        0..rows,
-        RowBuffers {
-            fields: [field],
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            let [field] = task.fields;
-            for (row, &mean) in field.chunks_exact_mut(nx).zip(means) {
-                let mean = T::from_f64(mean);
-                row.iter_mut().for_each(|x| *x -= mean);
-            }
-        },
-    );
+    for_rows(exec, rows, RowBuffers::fields([field]), |task| {
+        let [field] = task.fields;
+        for (row, &mean) in field.chunks_exact_mut(nx).zip(means) {
+            let mean = T::from_f64(mean);
+            row.iter_mut().for_each(|x| *x -= mean);
+        }
+    });
 }

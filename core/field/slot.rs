@@ -54,24 +54,14 @@ pub fn combine<T: Real, const K: usize>(
     terms: [(f64, Slot<'_, T>); K],
     out: &mut VectorMut<'_, T>,
 ) {
-    for_rows(
-        exec,
-        grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: reborrow(out),
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                out.fill(T::ZERO);
-                for (s, x) in &terms {
-                    rows::add_scaled(out, T::from_f64(*s), x.row(grid, axis, task.row));
-                }
+    for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+            out.fill(T::ZERO);
+            for (s, x) in &terms {
+                rows::add_scaled(out, T::from_f64(*s), x.row(grid, axis, task.row));
             }
-        },
-    );
+        }
+    });
 }
 
 /// Writes `from`, of one slot, to slot `slot` of the trajectory `out`.
@@ -83,21 +73,11 @@ pub fn put<T: Real>(
     slot: usize,
 ) {
     let n = grid.n[0];
-    for_rows(
-        exec,
-        grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: reborrow(out),
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                out[slot * n..(slot + 1) * n].copy_from_slice(&from[axis][task.row * n..(task.row + 1) * n]);
-            }
-        },
-    );
+    for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+            out[slot * n..(slot + 1) * n].copy_from_slice(&from[axis][task.row * n..(task.row + 1) * n]);
+        }
+    });
 }
 
 /// Writes `from`, of one slot, to all slots of the trajectory `out`.

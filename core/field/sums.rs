@@ -22,15 +22,10 @@ fn fill<'a, F: Fn(usize) -> f64 + Sync>(
     of: F,
 ) -> &'a [f64] {
     let sums = &mut sums[..grid.rows()];
-    for_rows::<f64, 0, _>(
+    for_rows(
         exec,
         grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: [],
-            sums: &mut *sums,
-            scratch: &mut [],
-        },
+        RowBuffers::<f64, 0>::sums(&mut *sums),
         |task| {
             task.sums[0] = of(task.row);
         },

@@ -46,29 +46,19 @@ pub fn add<T: Real>(
 ) {
     let Shape { grid, slots } = shape;
     let (own, other) = (T::from_f64(s), T::from_f64(t));
-    for_rows(
-        exec,
-        grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: reborrow(out),
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                let x = sums::row(grid, slots, x[axis], task.row);
-                match () {
-                    () if s == 0.0 => rows::scale(out, other, x),
-                    () if s == 1.0 => rows::add_scaled(out, other, x),
-                    () => {
-                        rows::scale_in_place(out, own);
-                        rows::add_scaled(out, other, x);
-                    }
+    for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+            let x = sums::row(grid, slots, x[axis], task.row);
+            match () {
+                () if s == 0.0 => rows::scale(out, other, x),
+                () if s == 1.0 => rows::add_scaled(out, other, x),
+                () => {
+                    rows::scale_in_place(out, own);
+                    rows::add_scaled(out, other, x);
                 }
             }
-        },
-    );
+        }
+    });
 }
 
 /// `out = s out`.
@@ -77,20 +67,10 @@ pub fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_,
         return;
     }
     let grid = shape.grid;
-    for_rows(
-        exec,
-        grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: reborrow(out),
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            task.fields
-                .into_iter()
-                .take(grid.dims)
-                .for_each(|out| rows::scale_in_place(out, T::from_f64(s)));
-        },
-    );
+    for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+        task.fields
+            .into_iter()
+            .take(grid.dims)
+            .for_each(|out| rows::scale_in_place(out, T::from_f64(s)));
+    });
 }

@@ -237,12 +237,7 @@ impl<'a, T: Real> Newton<'a, '_, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields: reborrow(&mut self.residual),
-                sums: &mut [],
-                scratch: &mut [],
-            },
+            RowBuffers::fields(reborrow(&mut self.residual)),
             |task| {
                 for (axis, out) in task.fields.into_iter().enumerate().take(S::DIM) {
                     let (v, t) = (
@@ -357,12 +352,7 @@ impl<'a, T: Real> Newton<'a, '_, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields: reborrow(&mut self.work),
-                sums: &mut [],
-                scratch: &mut [],
-            },
+            RowBuffers::fields(reborrow(&mut self.work)),
             |task| {
                 task.fields
                     .into_iter()

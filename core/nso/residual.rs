@@ -182,12 +182,7 @@ pub fn norm<T: Real, S: Space>(
     for_rows(
         exec,
         grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: [],
-            sums: &mut *sums,
-            scratch,
-        },
+        RowBuffers::sums(&mut *sums).with_scratch(scratch),
         |task| {
             let mut largest = 0.0;
             for block in Block::all(grid, weights.slots) {

@@ -162,12 +162,7 @@ impl<T: Real> Pass<'_, T> {
         for_rows(
             exec,
             rows,
-            0..rows,
-            RowBuffers {
-                fields: [edges],
-                sums: &mut [],
-                scratch,
-            },
+            RowBuffers::fields([edges]).with_scratch(scratch),
             |task| {
                 let ([edge, in_plane], [changes]) = (grid.plane_of(task.row), task.fields);
                 let Range { start, end } = self.slabs.rows_of(edge / 2);
@@ -278,11 +273,7 @@ impl<T: Real> Slab<'_, T> {
             size * a_plane,
             a_plane,
             places,
-            RowBuffers {
-                fields: [ring],
-                sums: &mut [],
-                scratch,
-            },
+            RowBuffers::fields([ring]).with_scratch(scratch),
             |task| {
                 let ([place, in_plane], [changes]) = (grid.plane_of(task.row), task.fields);
                 let Some(plane) = planes.clone().find(|&plane| place_in_ring(plane, size) == place) else {
@@ -311,11 +302,7 @@ impl<T: Real> Slab<'_, T> {
             size,
             row_len: row_changes::<S>(pass.given.grid, slots),
         };
-        let buffers = RowBuffers {
-            fields: state.each_mut().map(|field| &mut **field),
-            sums: &mut [],
-            scratch: &mut [],
-        };
+        let buffers = RowBuffers::fields(state.each_mut().map(|field| &mut **field));
         let within = Planes::of(planes.start - all.start..planes.end - all.start);
         for_rows_across(exec, all.len() * a_plane, a_plane, within, buffers, |task| {
             waiting.add_to_row::<S>(RowTask {

@@ -232,20 +232,10 @@ fn blend<T: Real>(
             rows::scale(out, T::from_f64(s), &x[axis][range.clone()]);
             rows::add_scaled(out, T::from_f64(t), &y[axis][range]);
         };
-        for_rows(
-            exec,
-            whole / CHUNK,
-            0..whole / CHUNK,
-            RowBuffers {
-                fields: [chunks],
-                sums: &mut [],
-                scratch: &mut [],
-            },
-            |task| {
-                let [out] = task.fields;
-                combine(out, task.row * CHUNK);
-            },
-        );
+        for_rows(exec, whole / CHUNK, RowBuffers::fields([chunks]), |task| {
+            let [out] = task.fields;
+            combine(out, task.row * CHUNK);
+        });
         combine(tail, whole);
     }
 }

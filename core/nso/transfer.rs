@@ -119,12 +119,7 @@ fn move_fields<T: Real>(
     for_rows(
         exec,
         step.target.rows(),
-        0..step.target.rows(),
-        RowBuffers {
-            fields: to,
-            sums: &mut [],
-            scratch,
-        },
+        RowBuffers::fields(to).with_scratch(scratch),
         |task| {
             for (index, (field, out)) in from
                 .iter()
@@ -276,11 +271,7 @@ impl<T: Real> Slab<'_, T> {
             while start < planes.end {
                 let window = Window::new(tables, fine.grid, grid, start..planes.end, room);
                 let fresh = window.fresh(known);
-                let buffers = RowBuffers {
-                    fields: [&mut *waiting],
-                    sums: &mut [],
-                    scratch,
-                };
+                let buffers = RowBuffers::fields([&mut *waiting]).with_scratch(scratch);
                 for_rows_across(
                     exec,
                     room * a_plane,
@@ -305,11 +296,8 @@ impl<T: Real> Slab<'_, T> {
                     window: &window,
                     block: &block,
                 };
-                let buffers = RowBuffers {
-                    fields: sides.each_mut().map(|field| &mut **field),
-                    sums: &mut [],
-                    scratch,
-                };
+                let buffers =
+                    RowBuffers::fields(sides.each_mut().map(|field| &mut **field)).with_scratch(scratch);
                 let within = Planes::of(start - planes.start..window.end - planes.start);
                 for_rows_across(
                     exec,

@@ -131,29 +131,19 @@ pub fn refine_time<T: Real>(
     fine: VectorMut<'_, T>,
 ) {
     let (n, near, far) = (grid.n[0], T::from_f64(0.5 * 0.75), T::from_f64(0.5 * 0.25));
-    for_rows(
-        exec,
-        grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: fine,
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            for (axis, fine) in task.fields.into_iter().enumerate().take(grid.dims) {
-                let long = |step: usize| match step.min(few).checked_sub(1) {
-                    None => &initial[axis][task.row * n..][..n],
-                    Some(slot) => &coarse[axis][(task.row * few + slot) * n..][..n],
-                };
-                for (slot, out) in fine.chunks_exact_mut(n).enumerate() {
-                    let step = slot.div_ceil(2);
-                    rows::scale(out, near, long(step));
-                    rows::add_scaled(out, far, long(if slot % 2 == 0 { step + 1 } else { step - 1 }));
-                }
+    for_rows(exec, grid.rows(), RowBuffers::fields(fine), |task| {
+        for (axis, fine) in task.fields.into_iter().enumerate().take(grid.dims) {
+            let long = |step: usize| match step.min(few).checked_sub(1) {
+                None => &initial[axis][task.row * n..][..n],
+                Some(slot) => &coarse[axis][(task.row * few + slot) * n..][..n],
+            };
+            for (slot, out) in fine.chunks_exact_mut(n).enumerate() {
+                let step = slot.div_ceil(2);
+                rows::scale(out, near, long(step));
+                rows::add_scaled(out, far, long(if slot % 2 == 0 { step + 1 } else { step - 1 }));
             }
-        },
-    );
+        }
+    });
 }
 
 /// `to` = `from` passed to the other grid, on as many threads as `scratch` is enough for.
@@ -173,12 +163,7 @@ fn pass<T: Real>(
     for_rows(
         exec,
         grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: [to],
-            sums: &mut [],
-            scratch,
-        },
+        RowBuffers::fields([to]).with_scratch(scratch),
         |task| {
             let [out] = task.fields;
             out.fill(T::ZERO);

@@ -249,12 +249,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
                 for_rows(
                     exec,
                     grid.rows(),
-                    0..grid.rows(),
-                    RowBuffers {
-                        fields: reborrow(out),
-                        sums: &mut [],
-                        scratch: &mut [],
-                    },
+                    RowBuffers::fields(reborrow(out)),
                     move |task| {
                         for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
                             prefetch(Cache::First, out, ROWS_AHEAD * out.len() + slot * n, n);

@@ -113,12 +113,7 @@ impl<'a, T: Real> DataTerm<'a, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields: [&mut *self.error],
-                sums: &mut [],
-                scratch: &mut [],
-            },
+            RowBuffers::fields([&mut *self.error]),
             |task| {
                 let [error] = task.fields;
                 let span = task.row * n..(task.row + 1) * n;
@@ -129,20 +124,10 @@ impl<'a, T: Real> DataTerm<'a, T> {
         self.blur.apply(exec, self.error, self.image);
         let (error, image) = (&*self.error, &*self.image);
         let sums = &mut sums[..grid.rows()];
-        for_rows::<T, 0, _>(
-            exec,
-            grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields: [],
-                sums: &mut *sums,
-                scratch: &mut [],
-            },
-            |task| {
-                let span = task.row * n..(task.row + 1) * n;
-                task.sums[0] = rows::dot(&error[span.clone()], &image[span]);
-            },
-        );
+        for_rows(exec, grid.rows(), RowBuffers::<T, 0>::sums(&mut *sums), |task| {
+            let span = task.row * n..(task.row + 1) * n;
+            task.sums[0] = rows::dot(&error[span.clone()], &image[span]);
+        });
         0.5 * sums.iter().sum::<f64>()
     }
 

@@ -149,12 +149,7 @@ fn along<T: Real>(
     for_rows(
         exec,
         grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: [to],
-            sums: &mut [],
-            scratch,
-        },
+        RowBuffers::fields([to]).with_scratch(scratch),
         |task| {
             let [out] = task.fields;
             out.fill(T::ZERO);

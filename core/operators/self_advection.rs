@@ -127,12 +127,7 @@ pub(crate) fn for_blocks<
     for_rows(
         exec,
         grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: out,
-            sums: &mut [],
-            scratch,
-        },
+        RowBuffers::fields(out).with_scratch(scratch),
         |task| {
             let mut fields = task.fields;
             for block in Block::all(grid, slots) {

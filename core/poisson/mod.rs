@@ -125,12 +125,7 @@ impl<'a, T: Real> Projection<'a, T> {
             for_rows(
                 exec,
                 grid.rows(),
-                0..grid.rows(),
-                RowBuffers {
-                    fields: [],
-                    sums: &mut *sums,
-                    scratch,
-                },
+                RowBuffers::sums(&mut *sums).with_scratch(scratch),
                 |task| {
                     let out = task.scratch.get_mut(..grid.n[0]).unwrap_or_default();
                     divergence_in_row(grid, batch, task.row, v, |faces, scales| {

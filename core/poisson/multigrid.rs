@@ -122,12 +122,7 @@ impl<'a, T: Real> Multigrid<'a, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields: [rhs],
-                sums: &mut *sums,
-                scratch: &mut [],
-            },
+            RowBuffers::fields([rhs]).with_sums(&mut *sums),
             |task| {
                 let [rhs] = task.fields;
                 let mut slots = rhs.chunks_exact_mut(grid.n[0]);
@@ -155,12 +150,7 @@ impl<'a, T: Real> Multigrid<'a, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields,
-                sums: &mut [],
-                scratch: &mut *self.scratch,
-            },
+            RowBuffers::fields(fields).with_scratch(&mut *self.scratch),
             |task| {
                 let mut fields = task.fields;
                 for block in batch.blocks(grid) {
@@ -208,12 +198,7 @@ impl<'a, T: Real> Multigrid<'a, T> {
             for_rows(
                 exec,
                 grid.rows(),
-                0..grid.rows(),
-                RowBuffers {
-                    fields: [&mut *next],
-                    sums: &mut [],
-                    scratch: &mut *self.scratch,
-                },
+                RowBuffers::fields([&mut *next]).with_scratch(&mut *self.scratch),
                 |task| {
                     let [out] = task.fields;
                     for block in Block::all(grid, slots) {
@@ -249,12 +234,7 @@ impl<'a, T: Real> Multigrid<'a, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields: [&mut coarse.rhs[..len]],
-                sums: &mut [],
-                scratch: &mut *self.scratch,
-            },
+            RowBuffers::fields([&mut coarse.rhs[..len]]).with_scratch(&mut *self.scratch),
             |task| {
                 let [out] = task.fields;
                 for block in Block::all(fine_grid, slots) {
@@ -287,12 +267,9 @@ impl<'a, T: Real> Multigrid<'a, T> {
             face: Transfer::ProlongCell,
         };
         let (grid, q) = (fine.grid, &coarse.q[..coarse.grid.cells() * slots]);
-        let buffers = RowBuffers {
-            fields: [&mut fine.q[..grid.cells() * slots]],
-            sums: &mut [],
-            scratch: &mut *self.scratch,
-        };
-        for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
+        let buffers =
+            RowBuffers::fields([&mut fine.q[..grid.cells() * slots]]).with_scratch(&mut *self.scratch);
+        for_rows(exec, grid.rows(), buffers, |task| {
             let [out] = task.fields;
             for block in Block::all(grid, slots) {
                 step.add_row(
@@ -318,12 +295,7 @@ impl<'a, T: Real> Multigrid<'a, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields: [],
-                sums: &mut *sums,
-                scratch: &mut *self.scratch,
-            },
+            RowBuffers::sums(&mut *sums).with_scratch(&mut *self.scratch),
             |task| {
                 task.sums[0] = 0.0;
                 for block in Block::all(grid, slots) {

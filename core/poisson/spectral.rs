@@ -53,12 +53,7 @@ impl<'a, T: Real> Spectral<'a, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields,
-                sums: &mut *sums,
-                scratch: &mut [],
-            },
+            RowBuffers::fields(fields).with_sums(&mut *sums),
             |task| {
                 let mut slots = task.fields.into_iter();
                 divergence_in_row(grid, batch, task.row, v, |faces, scales| {
@@ -77,12 +72,7 @@ impl<'a, T: Real> Spectral<'a, T> {
         for_rows(
             exec,
             batch.count,
-            0..batch.count,
-            RowBuffers {
-                fields: [q],
-                sums: &mut [],
-                scratch: &mut *self.scratch,
-            },
+            RowBuffers::fields([q]).with_scratch(&mut *self.scratch),
             |task| {
                 let [q] = task.fields;
                 solve(grid, spectrum, q, task.scratch);
@@ -105,12 +95,7 @@ impl<'a, T: Real> Spectral<'a, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields,
-                sums: &mut [],
-                scratch: &mut *self.scratch,
-            },
+            RowBuffers::fields(fields).with_scratch(&mut *self.scratch),
             |task| {
                 let mut fields = task.fields;
                 let alone = Block {

@@ -258,35 +258,25 @@ impl<'a, T: Real> Transport<'a, T> {
         self.held = None;
         let sums = &mut sums[..grid.rows()];
         let [v0, v1, v2] = reborrow(&mut self.velocity);
-        for_rows(
-            exec,
-            grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields: [v0, v1, v2],
-                sums: &mut [],
-                scratch: &mut [],
-            },
-            move |task| {
-                for (axis, faces) in task.fields.into_iter().enumerate().take(grid.dims) {
-                    flow.row(
-                        axis,
-                        slots,
-                        step,
-                        task.row,
-                        if axis == 0 {
-                            flux::inner(faces, n)
-                        } else {
-                            &mut *faces
-                        },
-                    );
-                    flow.prefetch_row(axis, slots, step, task.row + ROWS_AHEAD, n);
+        for_rows(exec, grid.rows(), RowBuffers::fields([v0, v1, v2]), move |task| {
+            for (axis, faces) in task.fields.into_iter().enumerate().take(grid.dims) {
+                flow.row(
+                    axis,
+                    slots,
+                    step,
+                    task.row,
                     if axis == 0 {
-                        flux::surround_faces(faces, n, grid.periodic[0]);
-                    }
+                        flux::inner(faces, n)
+                    } else {
+                        &mut *faces
+                    },
+                );
+                flow.prefetch_row(axis, slots, step, task.row + ROWS_AHEAD, n);
+                if axis == 0 {
+                    flux::surround_faces(faces, n, grid.periodic[0]);
                 }
-            },
-        );
+            }
+        });
         // In a pass of its own: together with the copying, reading again what was just written, loading took nearly twice as long.
         let (velocity, scales) = (
             Velocity(view(&self.velocity)),
@@ -295,12 +285,7 @@ impl<'a, T: Real> Transport<'a, T> {
         for_rows(
             exec,
             grid.rows(),
-            0..grid.rows(),
-            RowBuffers::<T, 0> {
-                fields: [],
-                sums: &mut *sums,
-                scratch: &mut [],
-            },
+            RowBuffers::<T, 0>::sums(&mut *sums),
             move |task| {
                 task.sums[0] = flux::largest_courant(
                     &faces(&Around::new(grid, task.row), velocity),

@@ -119,64 +119,44 @@ pub fn trace<T: Real>(
     from: &[T],
     to: &mut [T],
 ) {
-    for_rows(
-        exec,
-        grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: [to],
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            let [to] = task.fields;
-            for (x, to) in to.iter_mut().enumerate() {
-                let origins = origins(grid, velocity, tau, cell(grid, task.row, x));
-                let mut sum = 0.0;
-                corners(
-                    grid,
-                    &origins,
-                    |axis, side| linear(&origins[axis], side),
-                    |at, w| sum += w * from[at].to_f64(),
-                );
-                *to = T::from_f64(sum);
-            }
-        },
-    );
+    for_rows(exec, grid.rows(), RowBuffers::fields([to]), |task| {
+        let [to] = task.fields;
+        for (x, to) in to.iter_mut().enumerate() {
+            let origins = origins(grid, velocity, tau, cell(grid, task.row, x));
+            let mut sum = 0.0;
+            corners(
+                grid,
+                &origins,
+                |axis, side| linear(&origins[axis], side),
+                |at, w| sum += w * from[at].to_f64(),
+            );
+            *to = T::from_f64(sum);
+        }
+    });
 }
 
 /// `to` = transpose of [`trace`] applied to mu: every cell gathers from the cells around whose origin it is.
 pub fn adjoint<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, to: &mut [T]) {
     let grid = step.grid;
-    for_rows(
-        exec,
-        grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: [to],
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            let [to] = task.fields;
-            for (x, to) in to.iter_mut().enumerate() {
-                let here = cell(grid, task.row, x);
-                let mut sum = 0.0;
-                around(grid, here, |source| {
-                    let origins = origins(grid, step.velocity, step.tau, source);
-                    let mut share = 0.0;
-                    corners(
-                        grid,
-                        &origins,
-                        |axis, side| linear(&origins[axis], side),
-                        |at, w| share += if at == index(grid, here) { w } else { 0.0 },
-                    );
-                    sum += share * step.mu[index(grid, source)].to_f64();
-                });
-                *to = T::from_f64(sum);
-            }
-        },
-    );
+    for_rows(exec, grid.rows(), RowBuffers::fields([to]), |task| {
+        let [to] = task.fields;
+        for (x, to) in to.iter_mut().enumerate() {
+            let here = cell(grid, task.row, x);
+            let mut sum = 0.0;
+            around(grid, here, |source| {
+                let origins = origins(grid, step.velocity, step.tau, source);
+                let mut share = 0.0;
+                corners(
+                    grid,
+                    &origins,
+                    |axis, side| linear(&origins[axis], side),
+                    |at, w| share += if at == index(grid, here) { w } else { 0.0 },
+                );
+                sum += share * step.mu[index(grid, source)].to_f64();
+            });
+            *to = T::from_f64(sum);
+        }
+    });
 }
 
 /// Visits the cells at most one away along each axis, each once.
@@ -206,29 +186,19 @@ fn around(grid: &Grid, at: [usize; 3], mut visit: impl FnMut([usize; 3])) {
 /// `gradient` += the derivative of <mu, trace(rho)> by the velocity at each face.
 pub fn gradient<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, gradient: VectorMut<'_, T>) {
     let grid = step.grid;
-    for_rows(
-        exec,
-        grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: gradient,
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                for (x, out) in out.iter_mut().enumerate() {
-                    let high = cell(grid, task.row, x);
-                    if high[axis] == 0 && !grid.periodic[axis] {
-                        continue;
-                    }
-                    let mut low = high;
-                    low[axis] = (high[axis] + grid.n[axis] - 1) % grid.n[axis];
-                    *out += T::from_f64(by_cell(step, axis, high) + by_cell(step, axis, low));
+    for_rows(exec, grid.rows(), RowBuffers::fields(gradient), |task| {
+        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+            for (x, out) in out.iter_mut().enumerate() {
+                let high = cell(grid, task.row, x);
+                if high[axis] == 0 && !grid.periodic[axis] {
+                    continue;
                 }
+                let mut low = high;
+                low[axis] = (high[axis] + grid.n[axis] - 1) % grid.n[axis];
+                *out += T::from_f64(by_cell(step, axis, high) + by_cell(step, axis, low));
             }
-        },
-    );
+        }
+    });
 }
 
 /// The derivative of <mu, trace(rho)> by one face of cell `at` along `axis`, through that cell's origin.

@@ -156,24 +156,14 @@ fn triad_of(exec: &dyn Exec, rows: usize, a_row: usize) -> Result<f64, Failure> 
         c.fill(2.0);
         let seconds = best(REPEATS, || {
             for _ in 0..passes {
-                for_rows(
-                    exec,
-                    rows,
-                    0..rows,
-                    RowBuffers {
-                        fields: [&mut *a],
-                        sums: &mut [],
-                        scratch: &mut [],
-                    },
-                    |task| {
-                        let [a] = task.fields;
-                        let span = task.row * a.len()..(task.row + 1) * a.len();
-                        a.iter_mut()
-                            .zip(&b[span.clone()])
-                            .zip(&c[span])
-                            .for_each(|((a, &b), &c)| *a = b + 3.0 * c);
-                    },
-                );
+                for_rows(exec, rows, RowBuffers::fields([&mut *a]), |task| {
+                    let [a] = task.fields;
+                    let span = task.row * a.len()..(task.row + 1) * a.len();
+                    a.iter_mut()
+                        .zip(&b[span.clone()])
+                        .zip(&c[span])
+                        .for_each(|((a, &b), &c)| *a = b + 3.0 * c);
+                });
                 black_box(&mut *a);
             }
         });

@@ -165,12 +165,8 @@ impl<'a, T: Real> Trial<'a, T> {
             keyframes,
             sums,
             &mut |exec, slot, gradient| {
-                let buffers = RowBuffers {
-                    fields: reborrow(direction),
-                    sums: &mut [],
-                    scratch: &mut [],
-                };
-                for_rows(exec, grid.rows(), 0..grid.rows(), buffers, |task| {
+                let buffers = RowBuffers::fields(reborrow(direction));
+                for_rows(exec, grid.rows(), buffers, |task| {
                     let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;
                     for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
                         let out = &mut out[slot * n..(slot + 1) * n];
@@ -336,21 +332,11 @@ fn blend<T: Real>(
             setup.carrier.slots,
         );
         let star = reborrow(&mut fields.star);
-        for_rows(
-            exec,
-            grid.rows(),
-            0..grid.rows(),
-            RowBuffers {
-                fields: star,
-                sums: &mut [],
-                scratch: &mut [],
-            },
-            |task| {
-                for (axis, star) in task.fields.into_iter().enumerate().take(grid.dims) {
-                    rows::add_scaled(star, s, sums::row(grid, slots, direction[axis], task.row));
-                }
-            },
-        );
+        for_rows(exec, grid.rows(), RowBuffers::fields(star), |task| {
+            for (axis, star) in task.fields.into_iter().enumerate().take(grid.dims) {
+                rows::add_scaled(star, s, sums::row(grid, slots, direction[axis], task.row));
+            }
+        });
     } else {
         trial.carry(exec, observer, fields, 0.0, sums)?;
     }

@@ -30,12 +30,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             for_rows(
                 exec,
                 grid.rows(),
-                0..grid.rows(),
-                RowBuffers {
-                    fields: reborrow(&mut self.multiplier),
-                    sums: &mut [],
-                    scratch: &mut [],
-                },
+                RowBuffers::fields(reborrow(&mut self.multiplier)),
                 |task| {
                     for (axis, multiplier) in task.fields.into_iter().enumerate().take(S::DIM) {
                         let (v, t) = (

@@ -128,29 +128,19 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         for axis in 0..S::DIM {
             let fields = [&mut *self.v[axis], &mut *self.w[axis], &mut *self.target[axis]];
             let multiplier = &*self.multiplier[axis];
-            for_rows(
-                exec,
-                grid.rows(),
-                0..grid.rows(),
-                RowBuffers {
-                    fields,
-                    sums: &mut [],
-                    scratch: &mut [],
-                },
-                |task| {
-                    let [v, work, target] = task.fields;
-                    if first {
-                        v.copy_from_slice(target);
-                    } else {
-                        rows::scale(work, T::ONE, target);
-                        rows::sub(work, v);
-                        rows::scale_in_place(work, kappa);
-                        line.solve(work, nx);
-                        rows::add(v, work);
-                    }
-                    rows::sub(target, sums::row(grid, slots, multiplier, task.row));
-                },
-            );
+            for_rows(exec, grid.rows(), RowBuffers::fields(fields), |task| {
+                let [v, work, target] = task.fields;
+                if first {
+                    v.copy_from_slice(target);
+                } else {
+                    rows::scale(work, T::ONE, target);
+                    rows::sub(work, v);
+                    rows::scale_in_place(work, kappa);
+                    line.solve(work, nx);
+                    rows::add(v, work);
+                }
+                rows::sub(target, sums::row(grid, slots, multiplier, task.row));
+            });
         }
     }
 

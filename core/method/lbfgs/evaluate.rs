@@ -249,25 +249,15 @@ impl<T: Real> Simulated<'_, '_, T> {
             keyframes,
             sums,
             &mut |exec, slot, of_data| {
-                for_rows(
-                    exec,
-                    grid.rows(),
-                    0..grid.rows(),
-                    RowBuffers {
-                        fields: reborrow(out),
-                        sums: &mut [],
-                        scratch: &mut [],
-                    },
-                    |task| {
-                        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                            rows::scale(
-                                &mut out[slot * n..(slot + 1) * n],
-                                -T::ONE,
-                                &of_data[axis][task.row * n..(task.row + 1) * n],
-                            );
-                        }
-                    },
-                );
+                for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+                    for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                        rows::scale(
+                            &mut out[slot * n..(slot + 1) * n],
+                            -T::ONE,
+                            &of_data[axis][task.row * n..(task.row + 1) * n],
+                        );
+                    }
+                });
             },
         )
     }

@@ -172,31 +172,20 @@ impl<'a, T: Real> Drive<'a, T> {
                 at.max(0.0) * around * ((from[high] - goal[high]) - (from[low] - goal[low])).to_f64()
                     / grid.h[axis]
             };
-            for_rows(
-                exec,
-                grid.rows(),
-                0..grid.rows(),
-                RowBuffers {
-                    fields: [&mut *next],
-                    sums: &mut [],
-                    scratch: &mut [],
-                },
-                |task| {
-                    let [next] = task.fields;
-                    for (x, next) in next.iter_mut().enumerate() {
-                        let here = task.row * n + x;
-                        let along = |axis: usize| {
-                            let low = beside(grid, task.row, x, axis, Side::Low)
-                                .map_or(0.0, |low| flux(axis, low, here));
-                            let high = beside(grid, task.row, x, axis, Side::High)
-                                .map_or(0.0, |high| flux(axis, here, high));
-                            (high - low) / grid.h[axis]
-                        };
-                        *next =
-                            from[here] + T::from_f64(s / substeps * (0..grid.dims).map(along).sum::<f64>());
-                    }
-                },
-            );
+            for_rows(exec, grid.rows(), RowBuffers::fields([&mut *next]), |task| {
+                let [next] = task.fields;
+                for (x, next) in next.iter_mut().enumerate() {
+                    let here = task.row * n + x;
+                    let along = |axis: usize| {
+                        let low = beside(grid, task.row, x, axis, Side::Low)
+                            .map_or(0.0, |low| flux(axis, low, here));
+                        let high = beside(grid, task.row, x, axis, Side::High)
+                            .map_or(0.0, |high| flux(axis, here, high));
+                        (high - low) / grid.h[axis]
+                    };
+                    *next = from[here] + T::from_f64(s / substeps * (0..grid.dims).map(along).sum::<f64>());
+                }
+            });
             rho.copy_from_slice(next);
         }
         Ok(())
@@ -230,24 +219,14 @@ fn at_faces<T: Real>(
     value: impl Fn(usize, usize, usize) -> f64 + Sync,
 ) {
     let n = grid.n[0];
-    for_rows(
-        exec,
-        grid.rows(),
-        0..grid.rows(),
-        RowBuffers {
-            fields: reborrow(out),
-            sums: &mut [],
-            scratch: &mut [],
-        },
-        |task| {
-            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                for (x, out) in out[slot * n..(slot + 1) * n].iter_mut().enumerate() {
-                    let low = beside(grid, task.row, x, axis, Side::Low);
-                    *out = low.map_or(T::ZERO, |low| T::from_f64(value(axis, low, task.row * n + x)));
-                }
+    for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+            for (x, out) in out[slot * n..(slot + 1) * n].iter_mut().enumerate() {
+                let low = beside(grid, task.row, x, axis, Side::Low);
+                *out = low.map_or(T::ZERO, |low| T::from_f64(value(axis, low, task.row * n + x)));
             }
-        },
-    );
+        }
+    });
 }
 
 /// The cell next to cell `x` of `row`, or `None` behind a wall.

@@ -185,29 +185,19 @@ impl QuasiNewton {
         let mut direction = core::mem::take(&mut fields[self.direction]);
         let Shape { grid, slots } = shape;
         for (axis, out) in direction.iter_mut().enumerate().take(grid.dims) {
-            for_rows(
-                exec,
-                grid.rows(),
-                0..grid.rows(),
-                RowBuffers {
-                    fields: [out],
-                    sums: &mut [],
-                    scratch: &mut [],
-                },
-                |task| {
-                    let [out] = task.fields;
-                    for (out, piece) in out.chunks_mut(rows::PIECE).zip(rows::pieces(slots * grid.n[0])) {
-                        let of = |field: usize| {
-                            piece_of(sums::row(grid, slots, &*fields[field][axis], task.row), &piece)
-                        };
-                        rows::scale(out, T::from_f64(-scale), of(self.preconditioned));
-                        for &(pair, s, z) in &weights {
-                            rows::add_scaled(out, T::from_f64(s), of(pair.s));
-                            rows::add_scaled(out, T::from_f64(z), of(pair.z));
-                        }
+            for_rows(exec, grid.rows(), RowBuffers::fields([out]), |task| {
+                let [out] = task.fields;
+                for (out, piece) in out.chunks_mut(rows::PIECE).zip(rows::pieces(slots * grid.n[0])) {
+                    let of = |field: usize| {
+                        piece_of(sums::row(grid, slots, &*fields[field][axis], task.row), &piece)
+                    };
+                    rows::scale(out, T::from_f64(-scale), of(self.preconditioned));
+                    for &(pair, s, z) in &weights {
+                        rows::add_scaled(out, T::from_f64(s), of(pair.s));
+                        rows::add_scaled(out, T::from_f64(z), of(pair.z));
                     }
-                },
-            );
+                }
+            });
         }
         fields[self.direction] = direction;
         self.slope
@@ -322,12 +312,7 @@ impl QuasiNewton {
             for_rows(
                 exec,
                 rows,
-                0..rows,
-                RowBuffers {
-                    fields: [image, s, z],
-                    sums: &mut *sums,
-                    scratch: &mut [],
-                },
+                RowBuffers::fields([image, s, z]).with_sums(&mut *sums),
                 |task| {
                     let row = |field: usize| sums::row(grid, slots, &*fields[field][axis], task.row);
                     let [image, s, z] = task.fields;
