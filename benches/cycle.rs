@@ -4,14 +4,14 @@
 
 mod common;
 
-use common::{size, sure, team};
+use common::{pool, size, sure};
 use thurible::bench::navier_stokes::Case;
 use thurible::bench::yardstick::{Yardstick, best};
 use thurible_core::{D2, D3, Exec, Silent, Space};
 
 fn main() {
     let quick = std::env::args().any(|argument| argument == "--quick");
-    let exec = team();
+    let exec = pool();
     let yardstick = sure(Yardstick::measure(exec, quick));
     println!("{}", yardstick.sentence());
     println!(

@@ -3,14 +3,14 @@
 mod common;
 
 use common::exec::THREADS;
-use common::{size, sure, team};
+use common::{pool, size, sure};
 use core::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use thurible::bench::scenes::letter_f;
 use thurible_core::{D2, Silent};
 
 fn methods(criterion: &mut Criterion) {
-    let exec = team();
+    let exec = pool();
     for (method, sets) in [
         ("direct", &["method.direct.nested=false"][..]),
         ("admm", &[]),

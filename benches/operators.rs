@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{size, sure, team};
+use common::{pool, size, sure};
 use criterion::{
     BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
 };
@@ -19,7 +19,7 @@ use thurible_core::{Boundary, D2, D3, Exec, Space};
 const SLOTS: usize = 39;
 
 fn operators(criterion: &mut Criterion) {
-    let exec = team();
+    let exec = pool();
     of_box::<D2>(criterion, exec, &[128, 128]);
     of_box::<D3>(criterion, exec, &[32, 32, 32]);
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{size, sure, team};
+use common::{pool, size, sure};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use thurible::bench::pieces::Trajectories;
 use thurible_core::{D2, D3, Exec, Silent, Space};
@@ -13,7 +13,7 @@ const SLOTS: usize = 19;
 const TOLERANCE: f64 = 1e-5;
 
 fn projection(criterion: &mut Criterion) {
-    let exec = team();
+    let exec = pool();
     of_box::<D2>(criterion, exec, &[128, 128]);
     of_box::<D2>(criterion, exec, &[96, 60]);
     of_box::<D3>(criterion, exec, &[32, 32, 32]);

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{size, team};
+use common::{pool, size};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use thurible::bench::flow;
 use thurible_core::field::VectorMut;
@@ -15,7 +15,7 @@ use thurible_core::{Boundary, Colours, D2, D3, Exec, Space};
 const SLOTS: usize = 39;
 
 fn sweeps(criterion: &mut Criterion) {
-    let exec = team();
+    let exec = pool();
     of_box::<D2>(criterion, exec, &[128, 128]);
     of_box::<D3>(criterion, exec, &[32, 32, 32]);
 }

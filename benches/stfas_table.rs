@@ -7,7 +7,7 @@
 mod common;
 
 use common::rate::{asymptotic, listed};
-use common::{size, sure, team};
+use common::{pool, size, sure};
 use std::process::ExitCode;
 use std::time::Instant;
 use thurible::bench::navier_stokes::Case;
@@ -56,7 +56,7 @@ impl Table {
 
 fn main() -> ExitCode {
     if std::env::args().any(|argument| argument == "--floor") {
-        floors(team());
+        floors(pool());
         return ExitCode::SUCCESS;
     }
     let mut table = Table {
@@ -64,7 +64,7 @@ fn main() -> ExitCode {
         quick: std::env::args().any(|argument| argument == "--quick"),
     };
     let began = Instant::now();
-    let exec = team();
+    let exec = pool();
     synthetic_2d(exec, &mut table);
     synthetic_3d(exec, &mut table);
     at_rest(exec, &mut table);

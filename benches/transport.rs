@@ -2,13 +2,13 @@
 
 mod common;
 
-use common::{size, team};
+use common::{pool, size};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use thurible::bench::pieces::Trajectories;
 use thurible_core::{D2, D3, Exec, Scheme, Space};
 
 fn transport(criterion: &mut Criterion) {
-    let exec = team();
+    let exec = pool();
     for scheme in [Scheme::Quick, Scheme::Central, Scheme::SemiLagrangian] {
         of_box::<D2>(criterion, exec, &[128, 128], scheme);
         of_box::<D3>(criterion, exec, &[64, 64, 64], scheme);

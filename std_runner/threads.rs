@@ -1,10 +1,10 @@
-//! Threads for the core: rayon's, kept awake as a [`Team`] while there is something to solve.
+//! Threads for the core: rayon's, kept awake as a [`WorkerPool`] while there is something to solve.
 
 use crate::exit::Failure;
 use core::num::NonZeroUsize;
 use core::time::Duration;
 use std::thread;
-use thurible_core::exec::{Seat, Team};
+use thurible_core::exec::{Worker, WorkerPool};
 use thurible_core::{Exec, Serial};
 
 /// Most threads that `--threads` may ask for.
@@ -49,23 +49,23 @@ pub fn together<R: Send>(threads: usize, work: impl FnOnce(&dyn Exec) -> R + Sen
     if threads <= 1 {
         return work(&Serial);
     }
-    let seats: Vec<Seat> = (1..threads).map(|_| Seat::default()).collect();
-    let team = Team::new(&seats, relax);
+    let workers: Vec<Worker> = (1..threads).map(|_| Worker::default()).collect();
+    let pool = WorkerPool::new(&workers, relax);
     rayon::scope(|scope| {
-        for _ in &seats {
-            scope.spawn(|_| team.serve());
+        for _ in &workers {
+            scope.spawn(|_| pool.work());
         }
-        let _dismissal = Dismissal(&team);
-        work(&team)
+        let _shut_down = ShutDown(&pool);
+        work(&pool)
     })
 }
 
-/// Sends the team home, also when the work panics.
-struct Dismissal<'a>(&'a Team<'a>);
+/// Shuts the pool down, also when the work panics: the scope waits for its threads.
+struct ShutDown<'a>(&'a WorkerPool<'a>);
 
-impl Drop for Dismissal<'_> {
+impl Drop for ShutDown<'_> {
     fn drop(&mut self) {
-        self.0.dismiss();
+        self.0.shut_down();
     }
 }
 

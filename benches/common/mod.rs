@@ -4,7 +4,7 @@
 pub mod exec;
 pub mod rate;
 
-pub use exec::team;
+pub use exec::pool;
 
 use thurible::exit::Failure;
 
