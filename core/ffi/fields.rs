@@ -2,6 +2,7 @@
 
 use crate::each;
 use crate::instance::{self, Body, Thurible};
+use crate::pointer::required;
 use crate::result::ThuribleResult;
 use core::ffi::c_void;
 use thurible_core::solver::Strided;
@@ -11,7 +12,7 @@ use thurible_core::{Real, Solver, Space};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThuribleField {
-    /// Density at step 0 .. N, one number for each cell.
+    /// Density at step 0 .. N, one element for each cell.
     Density = 0,
     /// The target of keyframe 0 .., in place of a step, as it was scaled.
     Keyframe = 1,
@@ -21,25 +22,25 @@ pub enum ThuribleField {
     Force = 3,
 }
 
-/// A field as it lies in the instance. Number (x, y, z) is at `data` plus x `strides[0]` + y `strides[1]` + z `strides[2]` numbers of the
+/// A field as it lies in the instance. Element (x, y, z) is at `data` plus x `strides[0]` + y `strides[1]` + z `strides[2]` elements of the
 /// instance's precision; times `unit` it is in the scene's units.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct ThuribleView {
-    /// Number (0, 0, 0).
+    /// Element (0, 0, 0).
     pub data: *const c_void,
-    /// Numbers along x, y and z. A component of a velocity or force has the low face of every cell along its axis; on a wall axis the
+    /// Elements along x, y and z. A component of a velocity or force has the low face of every cell along its axis; on a wall axis the
     /// first is on the wall, where nothing flows, and the last wall is left out.
     pub extent: [usize; 3],
-    /// Numbers from one to the next along x, y and z.
+    /// Elements from one to the next along x, y and z.
     pub strides: [usize; 3],
-    /// The scene's unit of these numbers.
+    /// The scene's unit of these elements.
     pub unit: f64,
-    /// Bytes of a number: 4 for `float`, 8 for `double`.
+    /// Bytes of an element: 4 for `float`, 8 for `double`.
     pub bytes_per_number: usize,
 }
 
-/// A field that is there.
+/// One component of a field at one step, which exists.
 #[derive(Clone, Copy)]
 struct Place {
     field: ThuribleField,
@@ -48,7 +49,7 @@ struct Place {
 }
 
 impl Place {
-    /// Checks that there is such a field, and that it has something to say.
+    /// Checks that there is such a field, and that it is known by now.
     fn new(body: &Body, field: u32, step: usize, axis: usize) -> Result<Self, ThuribleResult> {
         let sizes = body.sizes;
         let all = [
@@ -73,16 +74,16 @@ impl Place {
             1
         };
         let given = field == ThuribleField::Keyframe || field != ThuribleField::Force && step == 0;
-        match () {
-            () if step >= steps || axis >= axes => Err(ThuribleResult::Index),
-            () if !given && !each!(&body.solver, solver => solver.is_finished()) => {
-                Err(ThuribleResult::NoResult)
-            }
-            () => Ok(Self { field, step, axis }),
+        if step >= steps || axis >= axes {
+            return Err(ThuribleResult::Index);
         }
+        if !given && !each!(&body.solver, solver => solver.is_finished()) {
+            return Err(ThuribleResult::NoResult);
+        }
+        Ok(Self { field, step, axis })
     }
 
-    /// Numbers in a file.
+    /// Elements of the field in a file.
     fn count(self, body: &Body) -> usize {
         match self.field {
             ThuribleField::Density | ThuribleField::Keyframe => body.sizes.cells,
@@ -146,12 +147,7 @@ pub unsafe extern "C" fn thurible_view(
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
-            if view.is_null() {
-                return Err(ThuribleResult::Null.into());
-            }
-            if !view.is_aligned() {
-                return Err(ThuribleResult::Misaligned.into());
-            }
+            required(view)?;
             let place = Place::new(body, field, step, axis)?;
             view.write(each!(&body.solver, solver => place.view(solver)));
             Ok(())
@@ -173,12 +169,7 @@ pub unsafe extern "C" fn thurible_copy_bytes(
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
-            if bytes.is_null() {
-                return Err(ThuribleResult::Null.into());
-            }
-            if !bytes.is_aligned() {
-                return Err(ThuribleResult::Misaligned.into());
-            }
+            required(bytes)?;
             let axes = if field == ThuribleField::Velocity as u32 || field == ThuribleField::Force as u32 {
                 body.sizes.dims
             } else {
@@ -226,14 +217,16 @@ pub unsafe extern "C" fn thurible_copy(
         instance::enter(instance, |body| {
             let place = Place::new(body, field, step, axis)?;
             let count = place.count(body);
-            match () {
-                () if out.is_null() => return Err(ThuribleResult::Null.into()),
-                () if !out.addr().is_multiple_of(body.sizes.precision) => {
-                    return Err(ThuribleResult::Misaligned.into());
-                }
-                () if bytes != count * body.sizes.precision => return Err(ThuribleResult::Length.into()),
-                () => out.cast::<u8>().write_bytes(0, bytes),
+            if out.is_null() {
+                return Err(ThuribleResult::Null.into());
             }
+            if !out.addr().is_multiple_of(body.sizes.precision) {
+                return Err(ThuribleResult::Misaligned.into());
+            }
+            if bytes != count * body.sizes.precision {
+                return Err(ThuribleResult::Length.into());
+            }
+            out.cast::<u8>().write_bytes(0, bytes);
             each!(&body.solver, solver => place.copy(solver, core::slice::from_raw_parts_mut(out.cast(), count)));
             Ok(())
         })

@@ -239,13 +239,13 @@ impl Observer for ThuribleObserver {
 /// `observer` is null or points to one.
 #[must_use]
 pub unsafe fn observer(observer: *const ThuribleObserver) -> Option<ThuribleObserver> {
-    match () {
-        () if observer.is_null() => Some(ThuribleObserver {
-            on: None,
-            context: core::ptr::null_mut(),
-        }),
-        () if !observer.is_aligned() => None,
-        // SAFETY: not null, aligned, and the caller promises the rest.
-        () => Some(unsafe { observer.read() }),
+    if observer.is_null() {
+        let context = core::ptr::null_mut();
+        return Some(ThuribleObserver { on: None, context });
     }
+    if !observer.is_aligned() {
+        return None;
+    }
+    // SAFETY: not null, aligned, and the caller promises the rest.
+    Some(unsafe { observer.read() })
 }

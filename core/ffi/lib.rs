@@ -1,17 +1,19 @@
 //! The C interface of [`thurible_core`]: `thurible.h`, which cbindgen makes from this crate.
 //!
-//! An instance lives in memory of the caller; nothing is allocated. Its precision and dimension are chosen when it is made, so it is
-//! one of four solvers. Every pointer and size is checked as far as it can be, and what is refused changes nothing.
+//! An instance lives in memory of the caller; nothing is allocated. Its precision and dimension are chosen when it is made, so it holds
+//! one of four types of solver. Every pointer and size is checked as far as it can be, and a call that is refused changes nothing.
+//! A module imports only from those before it.
 //!
 //! | module | what it holds |
 //! |---|---|
 //! | [`result`] | what every call returns |
+//! | `pointer` | pointers of the caller, checked |
+//! | [`text`] | text into the caller's buffer |
 //! | [`config`] | the scene and the choices, as C gives them |
 //! | [`host`] | threads and observers of the host |
 //! | [`instance`] | the instance in its memory, and how a call enters it |
-//! | [`calls`] | make, fill, solve, save |
-//! | [`fields`] | what was found: views and copies |
-//! | [`text`] | words for codes, written into the caller's buffer |
+//! | [`calls`] | plan, make, fill, solve, save |
+//! | [`fields`] | results: views and copies |
 //! | `trap` | the end of a panic |
 #![no_std]
 
@@ -20,6 +22,7 @@ pub mod config;
 pub mod fields;
 pub mod host;
 pub mod instance;
+mod pointer;
 pub mod result;
 pub mod text;
 mod trap;

@@ -100,7 +100,7 @@ typedef enum {
     THURIBLE_STATUS_NOT_READY = 6,
 } ThuribleStatus;
 
-// Precision of all numbers: their bytes.
+// Precision of all fields: bytes of an element.
 typedef enum {
     // `float`.
     THURIBLE_PRECISION_F32 = 4,
@@ -166,7 +166,7 @@ typedef enum {
 
 // A field of the result.
 typedef enum {
-    // Density at step 0 .. N, one number for each cell.
+    // Density at step 0 .. N, one element for each cell.
     THURIBLE_FIELD_DENSITY = 0,
     // The target of keyframe 0 .., in place of a step, as it was scaled.
     THURIBLE_FIELD_KEYFRAME = 1,
@@ -204,7 +204,7 @@ typedef struct {
     size_t steps;
     // Steps of the keyframes, ascending, from 2 to N; read only while a call that takes the configuration lasts.
     const size_t *keyframes;
-    // How many.
+    // How many steps `keyframes` points to.
     size_t keyframe_count;
     // Weight r of the force.
     double force_weight;
@@ -260,7 +260,7 @@ typedef struct {
     double lbfgs_tolerance;
     // L-BFGS over forces: whether to begin on a coarser grid: 0 or 1.
     uint32_t lbfgs_nested;
-    // Nothing: 0.
+    // For later versions; must be 0.
     uint32_t reserved;
     // Target-driven smoke: weight of the driving force.
     double pd_drive;
@@ -315,7 +315,7 @@ typedef struct {
     void *context;
 } ThuribleObserver;
 
-// How a solve goes.
+// How far a solve is.
 typedef struct {
     // How the solve ended, or that it goes on.
     ThuribleStatus status;
@@ -343,19 +343,19 @@ typedef struct {
     double kkt;
 } ThuribleProgress;
 
-// A field as it lies in the instance. Number (x, y, z) is at `data` plus x `strides[0]` + y `strides[1]` + z `strides[2]` numbers of the
+// A field as it lies in the instance. Element (x, y, z) is at `data` plus x `strides[0]` + y `strides[1]` + z `strides[2]` elements of the
 // instance's precision; times `unit` it is in the scene's units.
 typedef struct {
-    // Number (0, 0, 0).
+    // Element (0, 0, 0).
     const void *data;
-    // Numbers along x, y and z. A component of a velocity or force has the low face of every cell along its axis; on a wall axis the
+    // Elements along x, y and z. A component of a velocity or force has the low face of every cell along its axis; on a wall axis the
     // first is on the wall, where nothing flows, and the last wall is left out.
     size_t extent[3];
-    // Numbers from one to the next along x, y and z.
+    // Elements from one to the next along x, y and z.
     size_t strides[3];
-    // The scene's unit of these numbers.
+    // The scene's unit of these elements.
     double unit;
-    // Bytes of a number: 4 for `float`, 8 for `double`.
+    // Bytes of an element: 4 for `float`, 8 for `double`.
     size_t bytes_per_number;
 } ThuribleView;
 
@@ -402,7 +402,7 @@ ThuribleResult thurible_close(Thurible *instance);
 // Safety: `instance` as in `thurible_close`; `buffer` is null or points to `size` bytes.
 size_t thurible_message(const Thurible *instance, char *buffer, size_t size);
 
-// Sets the density of step 0: one number of the instance's precision for each cell, x fastest; `bytes` of all.
+// Sets the density of step 0: one element of the instance's precision for each cell, x fastest; `bytes` of all.
 // Safety: `instance` as in `thurible_close`; `density` is null or points to `bytes` bytes.
 ThuribleResult thurible_set_source(Thurible *instance, const void *density, size_t bytes);
 

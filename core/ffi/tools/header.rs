@@ -24,10 +24,13 @@ fn header(check: bool) -> Result<(), Box<dyn core::error::Error>> {
     // In the order of the header.
     for source in [
         "result.rs",
-        "config.rs",
+        "config/mod.rs",
         "host.rs",
-        "instance.rs",
-        "calls.rs",
+        "instance/mod.rs",
+        "calls/make.rs",
+        "calls/inputs.rs",
+        "calls/solve.rs",
+        "calls/save.rs",
         "fields.rs",
     ] {
         builder = builder.with_src(ffi.join(source));

@@ -1,0 +1,70 @@
+//! Densities and velocities of the caller.
+
+use crate::each;
+use crate::instance::{self, Thurible};
+use crate::pointer::{elements, put, writable};
+use crate::result::ThuribleResult;
+use core::ffi::c_void;
+
+/// Sets the density of step 0: one element of the instance's precision for each cell, x fastest; `bytes` of all.
+///
+/// # Safety
+/// `instance` as in `thurible_close`; `density` is null or points to `bytes` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_set_source(
+    instance: *mut Thurible,
+    density: *const c_void,
+    bytes: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            Ok(each!(&mut body.solver, solver => solver.set_source(elements(density, bytes)?))?)
+        })
+    }
+}
+
+/// Sets the target of keyframe `index`, as `thurible_set_source`, which comes first. Where keyframes are scaled to the source's mass,
+/// `factor` is by how much; it may be null.
+///
+/// # Safety
+/// As `thurible_set_source`; `factor` is null or may be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_set_keyframe(
+    instance: *mut Thurible,
+    index: usize,
+    density: *const c_void,
+    bytes: usize,
+    factor: *mut f64,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            writable(factor)?;
+            put(
+                factor,
+                each!(&mut body.solver, solver => solver.set_keyframe(index, elements(density, bytes)?))?,
+            );
+            Ok(())
+        })
+    }
+}
+
+/// Sets component `axis` of the velocity at step 0, in the layout of `thurible_copy` and the scene's units; 0 where it is not set.
+///
+/// # Safety
+/// As `thurible_set_source`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_set_initial_velocity(
+    instance: *mut Thurible,
+    axis: usize,
+    faces: *const c_void,
+    bytes: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            Ok(each!(&mut body.solver, solver => solver.set_initial_velocity(axis, elements(faces, bytes)?))?)
+        })
+    }
+}

@@ -1,0 +1,67 @@
+//! The state of an instance as bytes, and back.
+
+use crate::each;
+use crate::instance::{self, Refusal, Thurible, ThuribleProgress};
+use crate::result::ThuribleResult;
+use core::ffi::c_void;
+
+/// Saves the whole state, densities included, into `bytes` of `size` bytes, `saved_bytes` of `thurible_plan` or more: plain bytes, the
+/// same on every machine.
+///
+/// # Safety
+/// `instance` as in `thurible_close`; `bytes` is null or points to `size` bytes to write.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_save(
+    instance: *mut Thurible,
+    bytes: *mut c_void,
+    size: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            if bytes.is_null() {
+                return Err(ThuribleResult::Null.into());
+            }
+            let needed = each!(&body.solver, solver => solver.saved_bytes());
+            if size < needed {
+                return Err(ThuribleResult::Length.into());
+            }
+            // No byte is read before it is written, but a slice must not hold what was never written.
+            bytes.cast::<u8>().write_bytes(0, needed);
+            let bytes = core::slice::from_raw_parts_mut(bytes.cast::<u8>(), needed);
+            Ok(each!(&mut body.solver, solver => solver.save(bytes))?)
+        })
+    }
+}
+
+/// Goes on from what `thurible_save` wrote, of exactly `saved_bytes`, here or in another instance, process or machine, whose
+/// configuration may differ in threads, ceiling and iterations alone: every later step gives the same bits. Damaged bytes and those of
+/// another configuration are refused and change nothing.
+///
+/// # Safety
+/// `instance` as in `thurible_close`; `bytes` is null or points to `size` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_restore(
+    instance: *mut Thurible,
+    bytes: *const c_void,
+    size: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            if bytes.is_null() {
+                return Err(ThuribleResult::Null.into());
+            }
+            if size > isize::MAX as usize {
+                return Err(ThuribleResult::Length.into());
+            }
+            let bytes = core::slice::from_raw_parts(bytes.cast::<u8>(), size);
+            each!(&mut body.solver, solver => solver.restore(bytes))?;
+            body.progress = each!(&body.solver, solver => {
+                let objective = solver.objective();
+                ThuribleProgress { data: objective.data, force: objective.force, ..ThuribleProgress::default() }
+            });
+            Ok::<(), Refusal>(())
+        })
+    }
+}

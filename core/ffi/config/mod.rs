@@ -1,0 +1,116 @@
+//! The scene and the choices of a solve, as C gives them.
+
+mod choices;
+mod default;
+mod error;
+mod read;
+
+pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleMethod, ThuribleNorm, ThuribleNsoSolver};
+pub use choices::{ThuriblePrecision, ThuribleScheme};
+pub use default::thurible_defaults;
+pub use error::ConfigError;
+
+/// What a number of the configuration holds to leave the choice to the library.
+pub const THURIBLE_AUTOMATIC: u32 = u32::MAX;
+
+/// A scene without its densities, and the choices of the solve: begin with `thurible_defaults`, then set what is to differ. Fields
+/// that hold one of several codes are `uint32_t`, so that any number may arrive and be refused.
+///
+/// Later versions add fields at the end; `size` tells which version a program was compiled for.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct ThuribleConfig {
+    /// `sizeof(ThuribleConfig)`, as `thurible_defaults` writes it.
+    pub size: usize,
+    /// A `ThuriblePrecision`; `THURIBLE_PRECISION_F32` by default.
+    pub precision: u32,
+    /// 2 or 3; 2 by default.
+    pub dimensions: u32,
+    /// Cells along x, y and z, each from 4 to 4096; z is ignored in 2D. To be set.
+    pub cells: [usize; 3],
+    /// A `ThuribleBoundary` for each axis; walls by default.
+    pub boundary: [u32; 3],
+    /// A `ThuribleMethod`; direct by default.
+    pub method: u32,
+    /// Longest side of the box.
+    pub length: f64,
+    /// Time step.
+    pub dt: f64,
+    /// Steps N, at least 2. To be set.
+    pub steps: usize,
+    /// Steps of the keyframes, ascending, from 2 to N; read only while a call that takes the configuration lasts.
+    pub keyframes: *const usize,
+    /// How many steps `keyframes` points to.
+    pub keyframe_count: usize,
+    /// Weight r of the force.
+    pub force_weight: f64,
+    /// Kinematic viscosity, in squared lengths per time; 0 for none.
+    pub viscosity: f64,
+    /// Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
+    pub filters: u32,
+    /// Whether keyframes are scaled to the mass of the source: 0 or 1.
+    pub match_mass: u32,
+    /// A `ThuribleScheme`; quick by default.
+    pub scheme: u32,
+    /// The smoother's colours, of ADMM: a `ThuribleColours`.
+    pub nso_colours: u32,
+    /// The series of a transport step is cut at the first term below this times the largest density.
+    pub advection_tolerance: f64,
+    /// Relative tolerance of projections.
+    pub projection_tolerance: f64,
+    /// Iterations at most.
+    pub iterations: usize,
+    /// Threads that memory is planned for, from 1 to 1024; an executor must not have more.
+    pub threads: usize,
+    /// Bytes that the plan should stay within if it can; 0 for none.
+    pub memory_ceiling: usize,
+    /// Direct: pairs of L-BFGS from 1 to 8, or `THURIBLE_AUTOMATIC`.
+    pub direct_history: u32,
+    /// Direct: whether to begin on coarser grids: 0 or 1.
+    pub direct_nested: u32,
+    /// Direct: stop when the objective falls by less than this times itself, twice in a row.
+    pub direct_tolerance: f64,
+    /// ADMM: penalty K.
+    pub admm_penalty: f64,
+    /// ADMM: relaxation beta.
+    pub admm_relaxation: f64,
+    /// ADMM: momentum of the advection problem, at least 0 and below 1.
+    pub admm_ao_momentum: f64,
+    /// ADMM: stop when densities change less than this times the largest.
+    pub admm_density_tolerance: f64,
+    /// ADMM: iterations of the advection problem in each iteration.
+    pub admm_ao_iterations: u32,
+    /// ADMM: whether to begin on coarser grids: 0 or 1.
+    pub admm_nested: u32,
+    /// ADMM: a `ThuribleNsoSolver`.
+    pub nso_solver: u32,
+    /// ADMM: V-cycles or Newton steps of a Navier-Stokes problem at most, from 1 to 63.
+    pub nso_cycles: u32,
+    /// ADMM: stop a Navier-Stokes problem at a residual below this.
+    pub nso_tolerance: f64,
+    /// ADMM: a `ThuribleNorm`.
+    pub nso_norm: u32,
+    /// L-BFGS over forces: pairs from 1 to 8.
+    pub lbfgs_history: u32,
+    /// L-BFGS over forces: stop as `direct_tolerance`.
+    pub lbfgs_tolerance: f64,
+    /// L-BFGS over forces: whether to begin on a coarser grid: 0 or 1.
+    pub lbfgs_nested: u32,
+    /// For later versions; must be 0.
+    pub reserved: u32,
+    /// Target-driven smoke: weight of the driving force.
+    pub pd_drive: f64,
+    /// Target-driven smoke: rate at which momentum is lost.
+    pub pd_attenuation: f64,
+    /// Target-driven smoke: weight of the gathering term.
+    pub pd_gathering: f64,
+    /// Simulations: upward acceleration where the density is 1.
+    pub simulation_buoyancy: f64,
+    /// Simulations, L-BFGS over forces and target-driven smoke: relative residual of an implicit step.
+    pub simulation_tolerance: f64,
+}
+
+/// Bytes of this version, which is the first.
+const SIZE: usize = size_of::<ThuribleConfig>();
+/// No version will have more.
+const MOST_BYTES: usize = 1 << 16;

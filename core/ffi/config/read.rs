@@ -1,0 +1,164 @@
+//! From C to the core: what a configuration describes.
+
+use super::choices::{code, flag};
+use super::{
+    ConfigError, MOST_BYTES, SIZE, THURIBLE_AUTOMATIC, ThuribleBoundary, ThuribleColours, ThuribleConfig,
+};
+use super::{ThuribleMethod, ThuribleNorm, ThuribleNsoSolver, ThuribleScheme};
+use crate::result::ThuribleResult;
+use thurible_core::problem::MAX_STEPS;
+use thurible_core::{AdmmParams, DirectParams, LbfgsParams, NsoParams, PdParams, SimulationParams};
+use thurible_core::{Advection, Boundary, Params, Problem};
+
+impl ThuribleConfig {
+    /// Reads a configuration of any version up to this one.
+    ///
+    /// # Errors
+    /// [`ConfigError`]: null, misaligned, or of an unknown size.
+    ///
+    /// # Safety
+    /// `config` is null or points to a configuration of `size` bytes.
+    pub unsafe fn read(config: *const Self) -> Result<Self, ConfigError> {
+        if config.is_null() {
+            return Err(ConfigError::Result(ThuribleResult::Null));
+        }
+        if !config.is_aligned() {
+            return Err(ConfigError::Result(ThuribleResult::Misaligned));
+        }
+        // SAFETY: not null and aligned; `size` is the first field of every version.
+        let size = unsafe { config.cast::<usize>().read() };
+        if !(SIZE..=MOST_BYTES).contains(&size) {
+            return Err(ConfigError::Result(ThuribleResult::ConfigSize));
+        }
+        // SAFETY: the caller promises `size` bytes.
+        let later = unsafe { core::slice::from_raw_parts(config.cast::<u8>().add(SIZE), size - SIZE) };
+        // What a later version added is known only as far as it is left at nothing.
+        if later.iter().any(|&byte| byte != 0) {
+            return Err(ConfigError::Result(ThuribleResult::ConfigSize));
+        }
+        // SAFETY: as above, and every pattern of bits is a configuration.
+        Ok(unsafe { config.read() })
+    }
+
+    /// Calls `work` with the problem and the choices that this describes.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    ///
+    /// # Safety
+    /// `keyframes` points to `keyframe_count` steps.
+    pub unsafe fn with<R>(&self, work: impl FnOnce(&Problem<'_>, &Params) -> R) -> Result<R, ConfigError> {
+        let dims = match self.dimensions {
+            2 => 2,
+            3 => 3,
+            given => {
+                let field = "dimensions";
+                return Err(ConfigError::Code { field, given });
+            }
+        };
+        let boundary = self.ends(dims)?;
+        let params = self.params()?;
+        let problem = Problem {
+            cells: first(&self.cells, dims),
+            boundary: first(&boundary, dims),
+            length: self.length,
+            dt: self.dt,
+            steps: self.steps,
+            // SAFETY: the caller's promise.
+            keyframes: unsafe { self.keyframe_steps() }?,
+            force_weight: self.force_weight,
+            viscosity: self.viscosity,
+            filters: (self.filters != THURIBLE_AUTOMATIC).then(|| wide(self.filters)),
+            match_mass: flag("match_mass", self.match_mass)?,
+            advection: Advection {
+                scheme: code("scheme", self.scheme, ThuribleScheme::CODES)?,
+                tolerance: self.advection_tolerance,
+            },
+            projection_tolerance: self.projection_tolerance,
+        };
+        Ok(work(&problem, &params))
+    }
+
+    /// How the first `dims` axes end.
+    fn ends(&self, dims: usize) -> Result<[Boundary; 3], ConfigError> {
+        let mut ends = [Boundary::Wall; 3];
+        for (end, &given) in ends.iter_mut().zip(&self.boundary).take(dims) {
+            *end = code("boundary", given, ThuribleBoundary::CODES)?;
+        }
+        Ok(ends)
+    }
+
+    /// The steps of the keyframes.
+    ///
+    /// # Safety
+    /// `keyframes` points to `keyframe_count` steps.
+    unsafe fn keyframe_steps(&self) -> Result<&[usize], ConfigError> {
+        match self.keyframe_count {
+            0 => Ok(&[]),
+            given if given > MAX_STEPS => Err(ConfigError::Keyframes { given }),
+            _ if self.keyframes.is_null() || !self.keyframes.is_aligned() => {
+                Err(ConfigError::KeyframePointer)
+            }
+            // SAFETY: not null, aligned, and the caller promises the steps.
+            count => Ok(unsafe { core::slice::from_raw_parts(self.keyframes, count) }),
+        }
+    }
+
+    fn params(&self) -> Result<Params, ConfigError> {
+        let params = Params {
+            method: code("method", self.method, ThuribleMethod::CODES)?,
+            iterations: self.iterations,
+            threads: self.threads,
+            ceiling: (self.memory_ceiling != 0).then_some(self.memory_ceiling),
+            direct: DirectParams {
+                history: (self.direct_history != THURIBLE_AUTOMATIC).then(|| wide(self.direct_history)),
+                nested: flag("direct_nested", self.direct_nested)?,
+                tolerance: self.direct_tolerance,
+            },
+            admm: self.admm()?,
+            lbfgs: LbfgsParams {
+                history: wide(self.lbfgs_history),
+                tolerance: self.lbfgs_tolerance,
+                nested: flag("lbfgs_nested", self.lbfgs_nested)?,
+            },
+            pd: PdParams {
+                drive: self.pd_drive,
+                attenuation: self.pd_attenuation,
+                gathering: self.pd_gathering,
+            },
+            simulation: SimulationParams {
+                buoyancy: self.simulation_buoyancy,
+                tolerance: self.simulation_tolerance,
+            },
+        };
+        code("reserved", self.reserved, [(0, params)])
+    }
+
+    fn admm(&self) -> Result<AdmmParams, ConfigError> {
+        Ok(AdmmParams {
+            penalty: self.admm_penalty,
+            relaxation: self.admm_relaxation,
+            ao_momentum: self.admm_ao_momentum,
+            density_tolerance: self.admm_density_tolerance,
+            ao_iterations: wide(self.admm_ao_iterations),
+            nested: flag("admm_nested", self.admm_nested)?,
+            nso: NsoParams {
+                solver: code("nso_solver", self.nso_solver, ThuribleNsoSolver::CODES)?,
+                colours: code("nso_colours", self.nso_colours, ThuribleColours::CODES)?,
+                norm: code("nso_norm", self.nso_norm, ThuribleNorm::CODES)?,
+                cycles: wide(self.nso_cycles),
+                tolerance: self.nso_tolerance,
+            },
+        })
+    }
+}
+
+/// The first `dims` of three values, where `dims` is 2 or 3.
+fn first<V>(values: &[V; 3], dims: usize) -> &[V] {
+    values.get(..dims).unwrap_or(values)
+}
+
+/// A count that fits the core's counts on every machine.
+fn wide(count: u32) -> usize {
+    usize::try_from(count).unwrap_or(usize::MAX)
+}

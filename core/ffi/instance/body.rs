@@ -1,0 +1,117 @@
+//! What an instance is made of.
+
+use super::progress::ThuribleProgress;
+use super::refusal::Refusal;
+use crate::config::ThuribleConfig;
+use thurible_core::{D2, D3, Exec, InputError, Objective, Observer, Real, Solver, Space, Status};
+
+/// A solver of either precision in either dimension.
+#[derive(Debug)]
+pub enum AnySolver<'m> {
+    /// 2D in `f32`.
+    Plane32(Solver<'m, f32, D2>),
+    /// 2D in `f64`.
+    Plane64(Solver<'m, f64, D2>),
+    /// 3D in `f32`.
+    Space32(Solver<'m, f32, D3>),
+    /// 3D in `f64`.
+    Space64(Solver<'m, f64, D3>),
+}
+
+/// Evaluates `$call` with `$solver` bound to the solver inside an [`AnySolver`](crate::instance::AnySolver), whatever its type.
+#[macro_export]
+macro_rules! each {
+    ($any:expr, $solver:ident => $call:expr) => {
+        match $any {
+            $crate::instance::AnySolver::Plane32($solver) => $call,
+            $crate::instance::AnySolver::Plane64($solver) => $call,
+            $crate::instance::AnySolver::Space32($solver) => $call,
+            $crate::instance::AnySolver::Space64($solver) => $call,
+        }
+    };
+}
+
+/// The sizes of a solve.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes {
+    /// Steps N.
+    pub steps: usize,
+    /// Axes of the box, 2 or 3.
+    pub dims: usize,
+    /// How many keyframes there are.
+    pub keyframes: usize,
+    /// Cells of the finest grid.
+    pub cells: usize,
+    /// Bytes of an element of a field: 4 or 8.
+    pub precision: usize,
+    /// Threads planned for.
+    pub threads: usize,
+}
+
+impl Sizes {
+    pub(super) fn of(config: &ThuribleConfig) -> Self {
+        let dims = if config.dimensions == 2 { 2 } else { 3 };
+        Self {
+            steps: config.steps,
+            dims,
+            keyframes: config.keyframe_count,
+            cells: config.cells.iter().take(dims).product(),
+            precision: if config.precision == 4 { 4 } else { 8 },
+            threads: config.threads,
+        }
+    }
+}
+
+/// What an instance is made of.
+#[derive(Debug)]
+pub struct Body {
+    /// The solver.
+    pub solver: AnySolver<'static>,
+    /// Its sizes.
+    pub sizes: Sizes,
+    /// How far it is.
+    pub progress: ThuribleProgress,
+    /// Why the last call was refused, or that it was not.
+    pub(super) refusal: Refusal,
+}
+
+impl Body {
+    /// One iteration.
+    pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) {
+        self.progress = each!(&mut self.solver, solver => step_of(solver, exec, observer));
+    }
+
+    /// Makes the result feasible.
+    pub fn finish(&mut self, exec: &dyn Exec) {
+        match each!(&mut self.solver, solver => finish_of(solver, exec)) {
+            Ok(Objective { data, force }) => (self.progress.data, self.progress.force) = (data, force),
+            Err(status) => self.progress.status = Some(status).into(),
+        }
+    }
+
+    /// Projects v_0 once all densities are there; by how much that changed it.
+    ///
+    /// # Errors
+    /// [`InputError`].
+    pub fn prepare(&mut self, exec: &dyn Exec) -> Result<f64, InputError> {
+        each!(&mut self.solver, solver => solver.prepare(exec))
+    }
+}
+
+// Functions of one type of solver are not inlined where the type is chosen, so that one frame of the stack serves them in turn.
+
+/// One iteration by one type of solver.
+#[inline(never)]
+fn step_of<T: Real, S: Space>(
+    solver: &mut Solver<'_, T, S>,
+    exec: &dyn Exec,
+    observer: &mut dyn Observer,
+) -> ThuribleProgress {
+    ThuribleProgress::from(&solver.step(exec, observer))
+}
+
+/// The end of a solve by one type of solver.
+#[inline(never)]
+fn finish_of<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Result<Objective, Status> {
+    solver.finish(exec)
+}

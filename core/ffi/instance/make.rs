@@ -1,0 +1,96 @@
+//! How an instance is made.
+
+use super::body::{AnySolver, Body, Sizes};
+use super::handle::{ALIGN, BLOCK, Thurible, mark};
+use super::plan::{Planned, choose, plan};
+use super::progress::ThuribleProgress;
+use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision};
+use crate::result::ThuribleResult;
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicBool, AtomicUsize};
+use thurible_core::{Params, Problem, Real, Solver, Space};
+
+/// Makes an instance in the first bytes of `memory`.
+///
+/// # Errors
+/// [`ThuribleResult`].
+///
+/// # Safety
+/// `memory` is null or points to `bytes` bytes that nobody else uses while the instance lives; `config.keyframes` points to
+/// `keyframe_count` steps.
+pub unsafe fn make(
+    memory: *mut u8,
+    bytes: usize,
+    config: &ThuribleConfig,
+) -> Result<*mut Thurible, ThuribleResult> {
+    if memory.is_null() {
+        return Err(ThuribleResult::Null);
+    }
+    if !memory.addr().is_multiple_of(ALIGN) {
+        return Err(ThuribleResult::Misaligned);
+    }
+    // SAFETY: the caller's promise.
+    let Planned { bytes: needed, .. } = unsafe { plan(config) }.map_err(ConfigError::result)?;
+    if bytes < needed {
+        return Err(ThuribleResult::TooSmall);
+    }
+    // SAFETY: `needed` bytes are there and no more than the address space, the instance takes `BLOCK` of them, and the rest is the
+    // solver's alone: nothing else of this library points there.
+    let block: &'static mut [MaybeUninit<u8>] =
+        unsafe { core::slice::from_raw_parts_mut(memory.add(BLOCK).cast(), needed - BLOCK) };
+    let sizes = Sizes::of(config);
+    let instance: *mut Thurible = memory.cast();
+    // SAFETY: the caller's promise; `instance` is aligned, and the bytes before the solver's block are its own.
+    let made = unsafe {
+        config.with(
+            |problem, params| match choose(config).map_err(ConfigError::result)? {
+                (ThuriblePrecision::F32, 2) => {
+                    place(instance, sizes, problem, params, block, AnySolver::Plane32)
+                }
+                (ThuriblePrecision::F64, 2) => {
+                    place(instance, sizes, problem, params, block, AnySolver::Plane64)
+                }
+                (ThuriblePrecision::F32, _) => {
+                    place(instance, sizes, problem, params, block, AnySolver::Space32)
+                }
+                (ThuriblePrecision::F64, _) => {
+                    place(instance, sizes, problem, params, block, AnySolver::Space64)
+                }
+            },
+        )
+    };
+    made.map_err(ConfigError::result)??;
+    Ok(instance)
+}
+
+/// Makes a solver of one type in `block` and the instance where it belongs.
+///
+/// # Safety
+/// `instance` is aligned and points to the bytes of an instance.
+#[inline(never)]
+unsafe fn place<T: Real, S: Space>(
+    instance: *mut Thurible,
+    sizes: Sizes,
+    problem: &Problem<'_>,
+    params: &Params,
+    block: &'static mut [MaybeUninit<u8>],
+    wrap: fn(Solver<'static, T, S>) -> AnySolver<'static>,
+) -> Result<(), ThuribleResult> {
+    let solver = wrap(Solver::new(problem, params, block)?);
+    let body = Body {
+        solver,
+        sizes,
+        progress: ThuribleProgress::default(),
+        refusal: ThuribleResult::Ok.into(),
+    };
+    // SAFETY: the caller's promise.
+    unsafe {
+        instance.write(Thurible {
+            mark: AtomicUsize::new(mark(instance)),
+            busy: AtomicBool::new(false),
+            body: UnsafeCell::new(body),
+        })
+    };
+    Ok(())
+}

@@ -1,0 +1,61 @@
+//! How many bytes an instance takes.
+
+use super::handle::BLOCK;
+use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision};
+use crate::result::ThuribleResult;
+use thurible_core::{D2, D3, Params, Plan, Problem, Real, Space};
+
+/// Bytes of an instance, and of one that is saved.
+#[derive(Clone, Copy, Debug)]
+pub struct Planned {
+    /// The caller's memory.
+    pub bytes: usize,
+    /// A saved instance.
+    pub saved: usize,
+}
+
+/// Plans an instance.
+///
+/// # Errors
+/// [`ConfigError`].
+///
+/// # Safety
+/// `config.keyframes` points to `keyframe_count` steps.
+pub unsafe fn plan(config: &ThuribleConfig) -> Result<Planned, ConfigError> {
+    // SAFETY: the caller's promise.
+    let planned = unsafe {
+        config.with(|problem, params| match choose(config)? {
+            (ThuriblePrecision::F32, 2) => sizes_of::<f32, D2>(problem, params),
+            (ThuriblePrecision::F64, 2) => sizes_of::<f64, D2>(problem, params),
+            (ThuriblePrecision::F32, _) => sizes_of::<f32, D3>(problem, params),
+            (ThuriblePrecision::F64, _) => sizes_of::<f64, D3>(problem, params),
+        })
+    };
+    planned.flatten()
+}
+
+/// Precision and dimension, which choose the type of the solver.
+pub(super) fn choose(config: &ThuribleConfig) -> Result<(ThuriblePrecision, u32), ConfigError> {
+    match config.precision {
+        4 => Ok((ThuriblePrecision::F32, config.dimensions)),
+        8 => Ok((ThuriblePrecision::F64, config.dimensions)),
+        given => Err(ConfigError::Code {
+            field: "precision",
+            given,
+        }),
+    }
+}
+
+// Not inlined, as the functions in `body`.
+#[inline(never)]
+fn sizes_of<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Planned, ConfigError> {
+    let plan = Plan::new::<T, S>(problem, params)?;
+    let bytes = plan
+        .bytes()
+        .checked_add(BLOCK)
+        .ok_or(ConfigError::Result(ThuribleResult::TooLarge))?;
+    Ok(Planned {
+        bytes,
+        saved: plan.saved_bytes(),
+    })
+}

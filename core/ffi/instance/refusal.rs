@@ -1,0 +1,56 @@
+//! Why a call was refused.
+
+use crate::result::ThuribleResult;
+use core::fmt;
+use thurible_core::{InputError, SavedError};
+
+/// Why the last call was refused.
+#[derive(Clone, Copy, Debug)]
+pub enum Refusal {
+    /// As the code says.
+    Result(ThuribleResult),
+    /// A field was refused.
+    Input(InputError),
+    /// Saved bytes were refused.
+    Saved(SavedError),
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Result(ThuribleResult::Ok) => Ok(()),
+            Self::Result(result) => f.write_str(result.words()),
+            Self::Input(error) => error.fmt(f),
+            Self::Saved(error) => error.fmt(f),
+        }
+    }
+}
+
+impl From<ThuribleResult> for Refusal {
+    fn from(result: ThuribleResult) -> Self {
+        Self::Result(result)
+    }
+}
+
+impl From<InputError> for Refusal {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl From<SavedError> for Refusal {
+    fn from(error: SavedError) -> Self {
+        Self::Saved(error)
+    }
+}
+
+impl Refusal {
+    /// What the call returns.
+    pub(super) fn result(self) -> ThuribleResult {
+        match self {
+            Self::Result(result) => result,
+            Self::Input(error) => error.into(),
+            Self::Saved(error) => error.into(),
+        }
+    }
+}
