@@ -22,7 +22,8 @@
 //!
 //! | | module | what it does |
 //! |---|---|---|
-//! | ground | [`real`] | f32 and f64 behind one trait |
+//! | ground | [`words`] | the words of choices and outcomes, for every interface |
+//! | | [`real`] | f32 and f64 behind one trait |
 //! | | [`memory`] | the caller's bytes, handed out; the ledger of named buffers, together and in turn |
 //! | | [`simd`] | vectors, and loops compiled for several instruction sets |
 //! | | [`exec`] | threads: rows of a field as tasks |
@@ -100,6 +101,7 @@ pub mod real;
 pub mod simd;
 pub mod solver;
 pub mod transport;
+pub mod words;
 
 pub use exec::{Exec, Serial};
 pub use grid::{Boundary, D2, D3, Space};
@@ -115,6 +117,7 @@ pub use problem::{Advection, Problem, ProblemError, Scheme};
 pub use progress::{AdmmProgress, DirectProgress, Objective, Progress, Status};
 pub use real::Real;
 pub use solver::{InputError, Method, Params, Plan, PlanError, SavedError, Solver, SolverError};
+pub use words::Named;
 
 /// The example of the README.
 #[cfg(doctest)]

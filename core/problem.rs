@@ -1,6 +1,7 @@
 //! What is to be solved, in the scene's units; checked once, refused with the name of the field.
 
 use crate::grid::{Boundary, Grid};
+use crate::words::named;
 use core::fmt;
 
 /// How density is carried (mathematics section 3).
@@ -14,6 +15,8 @@ pub enum Scheme {
     /// Back-tracing with linear interpolation (Stam 1999), for comparison.
     SemiLagrangian,
 }
+
+named!(Scheme { Quick = "quick", Central = "central", SemiLagrangian = "semi_lagrangian" });
 
 /// The density transport.
 #[derive(Clone, Copy, Debug, PartialEq)]

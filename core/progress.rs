@@ -1,6 +1,7 @@
 //! What an outer iteration reports, and how a solve ends: data, not errors.
 
 use crate::checkpoint::{Damaged, Record};
+use crate::words::named;
 
 /// Most cycles of one Navier-Stokes problem whose residuals are reported, the first residual included.
 pub const MAX_CYCLES: usize = 64;
@@ -49,6 +50,15 @@ pub enum Status {
     /// The source or a keyframe is missing.
     NotReady,
 }
+
+named!(Status {
+    Converged = "converged",
+    MaxIterations = "max_iterations",
+    Stalled = "stalled",
+    NotFinite = "not_finite",
+    Cancelled = "cancelled",
+    NotReady = "not_ready",
+});
 
 /// What one outer iteration did.
 #[derive(Clone, Debug, Default)]

@@ -56,15 +56,3 @@ pub fn code_of(status: Status) -> u8 {
         Status::Cancelled => INTERRUPTED,
     }
 }
-
-/// The name of a status in `report.json` and JSON lines.
-pub fn status_name(status: Status) -> &'static str {
-    match status {
-        Status::Converged => "converged",
-        Status::MaxIterations => "max_iterations",
-        Status::Stalled => "stalled",
-        Status::NotFinite => "not_finite",
-        Status::Cancelled => "cancelled",
-        Status::NotReady => "not_ready",
-    }
-}

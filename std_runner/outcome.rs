@@ -1,11 +1,9 @@
 //! What a finished solve says about itself: the [`RunRecord`] behind `report.json` and `report.html`.
 
-use crate::exit::status_name;
 use crate::job::Job;
 use crate::progress::{Clock, Watch};
 use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
-use crate::scene::{boundary_name, method_name, scheme_name};
-use thurible_core::{Real, Solver, Space, Status};
+use thurible_core::{Named, Real, Solver, Space, Status};
 
 /// The record of `job`, solved by `solver` under the eyes of `watch`.
 pub fn record<T: Real, S: Space>(
@@ -22,7 +20,7 @@ pub fn record<T: Real, S: Space>(
         boundary: problem
             .boundary
             .iter()
-            .map(|&boundary| boundary_name(boundary).into())
+            .map(|&boundary| boundary.name().into())
             .collect(),
         length: problem.length,
         dt: problem.dt,
@@ -31,12 +29,12 @@ pub fn record<T: Real, S: Space>(
         force_weight: problem.force_weight,
         filters: problem.problem().filters(),
         advection: AdvectionRecord {
-            scheme: scheme_name(problem.advection.scheme).into(),
+            scheme: problem.advection.scheme.name().into(),
             tolerance: problem.advection.tolerance,
         },
-        method: method_name(job.planned.params.method).into(),
+        method: job.planned.params.method,
         precision: job.planned.precision.name().into(),
-        status: status_name(status).into(),
+        status,
         objective: solver.objective().into(),
         history: core::mem::take(&mut watch.history),
         memory: memory(job),

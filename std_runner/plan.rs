@@ -8,7 +8,7 @@ use crate::region::MARGIN;
 use crate::scene::Scene;
 use crate::threads;
 use serde_json::{Value, json};
-use thurible_core::{Entry, Method, Params, Plan, Sharing};
+use thurible_core::{Entry, Method, Named, Params, Plan, Sharing};
 
 /// What the command line says about a plan.
 #[derive(Clone, Copy, Debug)]
@@ -159,7 +159,7 @@ pub fn plan_fields(planned: &Planned) -> Value {
         "steps": planned.problem.steps,
         "precision": planned.precision.name(),
         "threads": planned.params.threads,
-        "method": crate::scene::method_name(planned.params.method),
+        "method": planned.params.method.name(),
         "planned_bytes": planned.plan.bytes(),
         "block_bytes": block_bytes(&planned.plan),
         "method_bytes": planned.plan.method_bytes(),
@@ -167,7 +167,7 @@ pub fn plan_fields(planned: &Planned) -> Value {
         "saved_bytes": planned.plan.saved_bytes(),
         "bytes_per_cell_and_step": planned.plan.bytes() as f64 / (planned.problem.cells.iter().product::<usize>() * planned.problem.steps) as f64,
         "keyframes": planned.problem.keyframes,
-        "boundary": planned.problem.boundary.iter().map(|&boundary| crate::scene::boundary_name(boundary)).collect::<Vec<_>>(),
+        "boundary": planned.problem.boundary.iter().map(|&boundary| boundary.name()).collect::<Vec<_>>(),
         "phases": phases(planned.plan.entries(), planned.plan.bytes()),
         "ledger": planned.plan.entries().iter().map(entry_fields).collect::<Vec<_>>(),
     })

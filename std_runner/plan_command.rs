@@ -7,9 +7,9 @@ use crate::exit::{DONE, Failure};
 use crate::plan::{self, Planned, block_bytes, plan_fields, scaled, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
-use crate::scene::{Scene, method_name};
+use crate::scene::Scene;
 use serde_json::{Value, json};
-use thurible_core::Plan;
+use thurible_core::{Named, Plan};
 
 /// Runs `plan`.
 pub fn run(arguments: &SceneArguments) -> Result<u8, Failure> {
@@ -97,7 +97,7 @@ fn print_plan(scene: &Scene, planned: &Planned, others: &[Other]) {
         planned.problem.steps,
         planned.precision.name(),
         planned.params.threads,
-        method_name(planned.params.method)
+        planned.params.method.name()
     ));
     print(&format!("\n{:>18}  buffer", "bytes"));
     for entry in plan.entries() {

@@ -3,7 +3,7 @@
 use crate::cli::SolveArguments;
 use crate::console;
 use crate::destination::Destination;
-use crate::exit::{Failure, code_of, status_name};
+use crate::exit::{Failure, code_of};
 use crate::frames::SolverFrames;
 use crate::inputs::{hand_on, hand_over, solver_refusal};
 use crate::interrupt::Interrupt;
@@ -14,13 +14,13 @@ use crate::problem::Precision;
 use crate::progress::{Clock, Display, Mode, Watch, history_bytes, in_words};
 use crate::region::{Region, touch};
 use crate::report::RunRecord;
-use crate::scene::{Scene, method_name};
+use crate::scene::Scene;
 use crate::{address_space, bytes, outcome, report, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
-use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
+use thurible_core::{D2, D3, Exec, Named, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
 const DIVERGENT: f64 = 1e-6;
@@ -184,7 +184,7 @@ impl Job {
         display.note(&format!(
             "{} by {}: {} cells, {} steps, {} bytes ({}) in {}, {} threads",
             self.scene.document.path().display(),
-            method_name(planned.params.method),
+            planned.params.method.name(),
             size_in_words(&planned.problem.cells),
             planned.problem.steps,
             bytes::grouped(planned.plan.bytes()),
@@ -284,7 +284,7 @@ impl Job {
         watch.display.event(
             "result",
             json!({
-                "status": status_name(*status),
+                "status": status.name(),
                 "exit_code": code_of(*status),
                 "iterations": record.history.len(),
                 "seconds": watch.clock.seconds(),

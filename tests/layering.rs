@@ -10,7 +10,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The path of the data. Numbers, memory and vectors of numbers know each other and count as one module.
-const ORDER: [&[&str]; 17] = [
+const ORDER: [&[&str]; 18] = [
+    &["words"],
     &["real", "memory", "simd"],
     &["exec"],
     &["observe"],

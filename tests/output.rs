@@ -12,6 +12,7 @@ use output_support::{MadeUp, Number, record};
 use support::without_pictures;
 use thurible::output::{Frames, OutputError, Samples};
 use thurible::report::{RunRecord, write_numbers, write_pictures};
+use thurible_core::Status;
 
 fn write(folder: &Path, frames: &dyn Frames, record: &RunRecord, images: bool) -> Result<(), OutputError> {
     write_numbers(folder, frames, record)?;
@@ -227,7 +228,7 @@ fn an_empty_history_and_odd_numbers_still_make_a_page() {
     let folder = folder("odd");
     let frames = MadeUp::<f64>::new(&[4, 4, 4], &[false; 3], 2, &[2]);
     let mut odd = record(&frames, 0);
-    odd.status = "not_finite".into();
+    odd.status = Status::NotFinite;
     odd.keyframes[0].relative_l2 = f64::NAN;
     odd.seconds.total = 0.0;
     odd.memory.planned_bytes = 0;

@@ -16,6 +16,8 @@ pub mod gaussian;
 pub mod levels;
 pub mod spectrum;
 
+use crate::words::named;
+
 mod sealed {
     pub trait Sealed {}
 }
@@ -61,6 +63,8 @@ pub enum Boundary {
     /// Wraps around.
     Periodic,
 }
+
+named!(Boundary { Wall = "wall", Periodic = "periodic" });
 
 /// Which side of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! The order in which the smoother visits cells (mathematics section 5).
 
 use crate::grid::Grid;
+use crate::words::named;
 
 /// How cells are split into colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,6 +12,8 @@ pub enum Colours {
     /// The paper's 2^d colours, by the parity of each coordinate.
     PowerOfTwo,
 }
+
+named!(Colours { RedBlack = "red_black", PowerOfTwo = "2^d" });
 
 /// The cells of one colour in one row: `start`, `start + 2`, .., `count` of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

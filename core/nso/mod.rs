@@ -22,6 +22,7 @@ use crate::memory::{Arena, TooSmall};
 use crate::memory::{Ledger, Pool, Sharing, pooled};
 use crate::observe::{Event, Observer};
 use crate::real::Real;
+use crate::words::named;
 use colours::Colours;
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
@@ -38,6 +39,8 @@ pub enum Norm {
     Plain,
 }
 
+named!(Norm { Scaled = "scaled", Plain = "plain" });
+
 /// How Navier-Stokes problems are solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NsoSolver {
@@ -47,6 +50,8 @@ pub enum NsoSolver {
     /// Newton's method with conjugate gradients, preconditioned in time: see [`newton`]. It has memory of its own.
     NewtonCg,
 }
+
+named!(NsoSolver { Stfas = "stfas", NewtonCg = "newton_cg" });
 
 /// What a caller chooses for NSO.
 #[derive(Clone, Copy, Debug, PartialEq)]

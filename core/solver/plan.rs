@@ -13,6 +13,7 @@ use crate::method::simulate::forward::{self, SimulationParams};
 use crate::nso::{self, Shape};
 use crate::problem::{Problem, ProblemError};
 use crate::real::Real;
+use crate::words::named;
 use core::fmt;
 
 /// How a problem is solved.
@@ -30,6 +31,14 @@ pub enum Method {
     /// No control: the flow alone. Keyframes may be missing.
     Simulate,
 }
+
+named!(Method {
+    Direct = "direct",
+    Admm = "admm",
+    Lbfgs = "lbfgs",
+    Pd = "pd",
+    Simulate = "simulate",
+});
 
 /// What a caller chooses besides the problem.
 #[derive(Clone, Copy, Debug, PartialEq)]

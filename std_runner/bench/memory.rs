@@ -14,7 +14,6 @@ use crate::phases::{Phase, phases};
 use crate::plan::{block_bytes, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::region::Region;
-use crate::scene::method_name;
 use core::ops::ControlFlow;
 use core::time::Duration;
 use serde::{Deserialize, Serialize};
@@ -22,7 +21,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
-use thurible_core::{D2, D3, Event, Method, Observer, Params, Real, Serial, Solver, Space};
+use thurible_core::{D2, D3, Event, Method, Named, Observer, Params, Real, Serial, Solver, Space};
 
 /// Sizes of the table, smallest first in each dimension; `--quick` takes the first of each.
 const SIZES: [(&[usize], usize); 6] = [
@@ -33,7 +32,8 @@ const SIZES: [(&[usize], usize); 6] = [
     (&[32, 32, 32], 30),
     (&[40, 40, 40], 30),
 ];
-const METHODS: [Method; 4] = [Method::Direct, Method::Admm, Method::Lbfgs, Method::Pd];
+/// Methods of the table.
+pub(super) const METHODS: [Method; 4] = [Method::Direct, Method::Admm, Method::Lbfgs, Method::Pd];
 const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F64];
 /// A row is solved for no longer than this: the whole block is touched before the first iteration.
 const LONGEST: Duration = Duration::from_millis(700);
@@ -190,7 +190,7 @@ pub(super) fn representatives(table: &[Measured]) -> impl Iterator<Item = &Measu
         };
         METHODS
             .into_iter()
-            .filter_map(move |method| table.iter().rev().find(|row| named(row, method_name(method))))
+            .filter_map(move |method| table.iter().rev().find(|row| named(row, method.name())))
     })
 }
 
@@ -235,7 +235,7 @@ impl Row {
         Ok(Measured {
             cells: self.problem.cells.clone(),
             steps: self.problem.steps,
-            method: method_name(self.params.method),
+            method: self.params.method.name(),
             precision: self.precision.name(),
             planned_bytes: plan.bytes(),
             method_bytes: plan.method_bytes(),

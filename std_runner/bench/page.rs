@@ -1,6 +1,6 @@
 //! `memory.md` and its figures.
 
-use super::memory::{Measured, representatives};
+use super::memory::{METHODS, Measured, representatives};
 use crate::address_space;
 use crate::bytes::grouped;
 use crate::exit::Failure;
@@ -9,6 +9,7 @@ use crate::region::MARGIN;
 use crate::report::{Chart, Curve, Scale};
 use std::fs;
 use std::path::Path;
+use thurible_core::{Method, Named};
 
 /// The page.
 const PAGE: &str = "memory.md";
@@ -60,21 +61,17 @@ fn chart(table: &[Measured], dims: usize) -> Chart {
         let count = (row.cells.iter().product::<usize>() * row.steps) as f64;
         (count, bytes as f64 / count)
     };
-    let curve = |(index, method): (usize, &str)| {
+    let curve = |(index, method): (usize, Method)| {
         let points = rows
             .iter()
-            .filter(|row| row.method == method)
+            .filter(|row| row.method == method.name())
             .map(|row| per_number(row, row.planned_bytes));
-        Curve::new(method, 1 + index, points.collect::<Vec<_>>().into_iter())
+        Curve::new(method.name(), 1 + index, points.collect::<Vec<_>>().into_iter())
     };
-    let mut curves: Vec<Curve> = ["direct", "admm", "lbfgs", "pd"]
-        .into_iter()
-        .enumerate()
-        .map(curve)
-        .collect();
+    let mut curves: Vec<Curve> = METHODS.into_iter().enumerate().map(curve).collect();
     let bound = rows
         .iter()
-        .filter(|row| row.method == "admm")
+        .filter(|row| row.method == Method::Admm.name())
         .map(|row| per_number(row, row.paper_bound_bytes));
     curves.push(Curve::new("bound", 5, bound.collect::<Vec<_>>().into_iter()));
     Chart {

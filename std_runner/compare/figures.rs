@@ -1,7 +1,8 @@
 //! What a run of one method comes down to in a comparison, taken from its record alone.
 
-use crate::report::{IterationRecord, ObjectiveRecord, RunRecord, by_grid};
+use crate::report::{IterationRecord, ObjectiveRecord, RunRecord, by_grid, by_name};
 use serde::Serialize;
+use thurible_core::{Method, Status};
 
 /// How close to the best objective counts as there.
 pub const NEAR: f64 = 1.01;
@@ -10,9 +11,11 @@ pub const NEAR: f64 = 1.01;
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
     /// The method.
-    pub method: String,
+    #[serde(serialize_with = "by_name")]
+    pub method: Method,
     /// How it ended.
-    pub status: String,
+    #[serde(serialize_with = "by_name")]
+    pub status: Status,
     /// Threads that it used.
     pub threads: usize,
     /// Iterations on the finest grid.
@@ -47,10 +50,10 @@ impl Figures {
         let finest = finest(record);
         let coarser = record.history.len() - finest.len();
         let seconds = record.history.last().map_or(0.0, |entry| entry.seconds);
-        let only_admm = |value: f64| (record.method == "admm").then_some(value);
+        let only_admm = |value: f64| (record.method == Method::Admm).then_some(value);
         Self {
-            method: record.method.clone(),
-            status: record.status.clone(),
+            method: record.method,
+            status: record.status,
             threads: record.threads,
             iterations: finest.len(),
             coarser_iterations: coarser,

@@ -6,10 +6,11 @@ use crate::report::{
     Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, bytes, number, product,
     seconds,
 };
+use thurible_core::{Named, Status};
 
 /// The page about one scene.
 pub(crate) fn page(name: &str, contest: &Contest) -> Document {
-    let methods: Vec<&str> = contest.records().map(|record| record.method.as_str()).collect();
+    let methods: Vec<&str> = contest.records().map(|record| record.method.name()).collect();
     let mut blocks = contest
         .records()
         .next()
@@ -27,7 +28,7 @@ pub(crate) fn page(name: &str, contest: &Contest) -> Document {
     blocks.extend(last_keyframe(contest));
     blocks.push(Block::Heading("On the way".into()));
     for solved in &contest.solved {
-        blocks.push(Block::Part(solved.record.method.clone()));
+        blocks.push(Block::Part(solved.record.method.name().into()));
         blocks.push(strip(&solved.gallery.strip));
     }
     if let Some(record) = contest.records().next() {
@@ -131,7 +132,7 @@ pub(crate) const COLUMNS: [&str; 14] = [
 pub(crate) fn cells(figures: &Figures) -> Vec<String> {
     let or_dash = |value: Option<f64>| value.map_or_else(|| "\u{2013}".into(), seconds_alone);
     vec![
-        status(&figures.status).into(),
+        status(figures.status).into(),
         figures.iterations.to_string(),
         figures.coarser_iterations.to_string(),
         figures
@@ -181,11 +182,11 @@ fn seconds_alone(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-fn status(name: &str) -> &str {
-    match name {
-        "max_iterations" => "at its limit",
-        "cancelled" => "interrupted",
-        other => other,
+fn status(status: Status) -> &'static str {
+    match status {
+        Status::MaxIterations => "at its limit",
+        Status::Cancelled => "interrupted",
+        other => other.name(),
     }
 }
 
@@ -193,7 +194,7 @@ fn table(rows: &[Figures]) -> Table {
     let mut head = vec!["method"];
     head.extend(COLUMNS);
     let row = |figures: &Figures| {
-        let mut row = vec![figures.method.clone()];
+        let mut row = vec![figures.method.name().to_owned()];
         row.extend(cells(figures));
         row
     };
@@ -224,7 +225,7 @@ fn race(rows: &[Figures]) -> Option<String> {
     let worst = descending.max_by(|one, other| one.objective.total().total_cmp(&other.objective.total()))?;
     let mut times: Vec<(&str, f64)> = rows
         .iter()
-        .filter_map(|row| Some((row.method.as_str(), row.seconds_to_worst?)))
+        .filter_map(|row| Some((row.method.name(), row.seconds_to_worst?)))
         .collect();
     times.sort_by(|one, other| one.1.total_cmp(&other.1));
     let [(first, least), rest @ ..] = times.as_slice() else {
@@ -248,7 +249,7 @@ fn race(rows: &[Figures]) -> Option<String> {
     Some(format!(
         "The objective {}, at which {} ended, was reached by {first} after {}, {others}.",
         number(worst.objective.total()),
-        worst.method,
+        worst.method.name(),
         seconds(*least)
     ))
 }
@@ -264,7 +265,7 @@ fn objective(contest: &Contest, across: fn(&IterationRecord, usize) -> f64) -> V
             .iter()
             .enumerate()
             .map(|(place, entry)| (across(entry, place), entry.objective.total()));
-        Curve::new(record.method.clone(), index % 4 + 1, points)
+        Curve::new(record.method.name(), index % 4 + 1, points)
     };
     contest.records().enumerate().map(curve).collect()
 }
@@ -306,13 +307,13 @@ pub(crate) fn last_keyframe(contest: &Contest) -> Vec<Block> {
             });
         }
         shots.push(Shot {
-            caption: solved.record.method.clone(),
+            caption: solved.record.method.name().into(),
             png: pictures.reached.clone(),
         });
         differences.push(Shot {
             caption: format!(
                 "{}: off by {:.1} %",
-                solved.record.method,
+                solved.record.method.name(),
                 100.0 * facts.relative_l2
             ),
             png: pictures.difference.clone(),

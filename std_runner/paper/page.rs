@@ -4,6 +4,7 @@ use super::catalogue::{Entry, GROUPS, NOT_FOUND, QUOTED_FROM, SHEETS, Sheet, Sho
 use super::{Scale, Shown};
 use crate::compare::{self, COLUMNS, Contest, Figures};
 use crate::report::{AdmmRecord, Block, Chart, Curve, Document, RunRecord, Table, product};
+use thurible_core::Named;
 
 /// Names of the columns that quote the paper.
 const QUOTED: [&str; 5] = [
@@ -139,7 +140,7 @@ fn names(shown: &Shown, index: usize, figures: &Figures) -> Vec<String> {
     } else {
         Default::default()
     };
-    vec![scene, size, figures.method.clone()]
+    vec![scene, size, figures.method.name().to_owned()]
 }
 
 fn size(contest: &Contest) -> String {
@@ -200,7 +201,7 @@ fn section(sheet: &Sheet, shown: &[&Shown]) -> Vec<Block> {
         if sheet.show == Show::Steps
             && let Some(solved) = shown.contest.solved.first()
         {
-            blocks.push(Block::Text(format!("Steps by {}:", solved.record.method)));
+            blocks.push(Block::Text(format!("Steps by {}:", solved.record.method.name())));
             blocks.push(compare::strip(&solved.gallery.strip));
         }
     }

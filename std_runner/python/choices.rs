@@ -4,7 +4,8 @@ use crate::words::{automatic, flag, number, read, refused, unknown, whole, word}
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use thurible::owned::OwnedProblem;
-use thurible_core::{Boundary, Colours, Method, Norm, NsoSolver, Params, Scheme};
+use thurible_core::words::{Named, UnknownWord};
+use thurible_core::{Boundary, Method, Params};
 
 const NAMES: [&str; 16] = [
     "steps",
@@ -92,29 +93,10 @@ impl Choices {
             "force_weight" => self.scene.force_weight = number(name, value)?,
             "filters" => self.scene.filters = automatic(name, value)?,
             "match_mass" => self.scene.match_mass = flag(name, value)?,
-            "advection" => {
-                self.scene.advection.scheme = word(
-                    name,
-                    value,
-                    [
-                        ("quick", Scheme::Quick),
-                        ("central", Scheme::Central),
-                        ("semi_lagrangian", Scheme::SemiLagrangian),
-                    ],
-                )?;
-            }
+            "advection" => self.scene.advection.scheme = word(name, value)?,
             "advection_tolerance" => self.scene.advection.tolerance = number(name, value)?,
             "projection_tolerance" => self.scene.projection_tolerance = number(name, value)?,
-            "method" => {
-                let methods = [
-                    ("direct", Method::Direct),
-                    ("admm", Method::Admm),
-                    ("lbfgs", Method::Lbfgs),
-                    ("pd", Method::Pd),
-                    ("simulate", Method::Simulate),
-                ];
-                self.params.method = word(name, value, methods)?;
-            }
+            "method" => self.params.method = word(name, value)?,
             "iterations" => self.params.iterations = whole(name, value)?,
             "threads" => self.threads = chosen(whole)?,
             "memory_limit" => self.memory_limit = chosen(whole)?,
@@ -133,18 +115,16 @@ impl Choices {
     }
 }
 
-const BOUNDARIES: [(&str, Boundary); 2] = [("wall", Boundary::Wall), ("periodic", Boundary::Periodic)];
-
 /// One word for all axes, or one for each of x, y (and z).
 fn boundary(value: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<Boundary>> {
     if value.extract::<&str>().is_ok() {
-        return Ok(vec![word("boundary", value, BOUNDARIES)?; axes]);
+        return Ok(vec![word("boundary", value)?; axes]);
     }
-    let words: Vec<Bound<'_, PyAny>> = read(
-        "boundary",
-        value,
-        "\"wall\", \"periodic\" or a list of these words",
-    )?;
+    let known = UnknownWord {
+        allowed: Boundary::ALL,
+    };
+    let words: Vec<Bound<'_, PyAny>> =
+        read("boundary", value, &format!("{known}, or a list of these words"))?;
     if words.len() != axes {
         return Err(refused(
             "boundary",
@@ -157,7 +137,7 @@ fn boundary(value: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<Boundary>> {
     words
         .iter()
         .enumerate()
-        .map(|(axis, value)| word(&format!("boundary[{axis}]"), value, BOUNDARIES))
+        .map(|(axis, value)| word(&format!("boundary[{axis}]"), value))
         .collect()
 }
 
@@ -218,22 +198,10 @@ fn admm_option(
         "ao_momentum" => admm.ao_momentum = number(field, value)?,
         "nested" => admm.nested = flag(field, value)?,
         "density_tolerance" => admm.density_tolerance = number(field, value)?,
-        "nso" => {
-            admm.nso.solver = word(
-                field,
-                value,
-                [("stfas", NsoSolver::Stfas), ("newton_cg", NsoSolver::NewtonCg)],
-            )?
-        }
+        "nso" => admm.nso.solver = word(field, value)?,
         "nso_tolerance" => admm.nso.tolerance = number(field, value)?,
-        "nso_norm" => admm.nso.norm = word(field, value, [("scaled", Norm::Scaled), ("plain", Norm::Plain)])?,
-        "smoother_colours" => {
-            admm.nso.colours = word(
-                field,
-                value,
-                [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)],
-            )?
-        }
+        "nso_norm" => admm.nso.norm = word(field, value)?,
+        "smoother_colours" => admm.nso.colours = word(field, value)?,
         _ => {
             return Ok(&[
                 "penalty",

@@ -12,8 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::sync::OnceLock;
 use thurible::bytes::grouped;
-use thurible::exit::status_name;
-use thurible_core::{D2, D3, Objective, Solver, SolverError, Space, Status};
+use thurible_core::{D2, D3, Named, Objective, Solver, SolverError, Space, Status};
 
 /// A result. Its arrays cannot be written to and keep it alive; copy what you want to change.
 #[pyclass(frozen, module = "thurible")]
@@ -239,7 +238,7 @@ impl Solution {
     /// "converged", "max_iterations", "stalled" or "cancelled".
     #[getter]
     fn status(&self) -> &'static str {
-        status_name(self.ended.status)
+        self.ended.status.name()
     }
 
     /// All iterations.

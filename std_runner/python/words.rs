@@ -4,6 +4,7 @@ use core::fmt::Display;
 use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use thurible_core::PlanError;
+use thurible_core::words::{Named, UnknownWord};
 
 /// The refusal of an argument's value.
 pub fn refused(field: &str, why: impl Display) -> PyErr {
@@ -53,19 +54,13 @@ pub fn automatic(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<usize
     read(field, value, "None, \"auto\" or a whole number from 0").map(Some)
 }
 
-/// One of a few words.
-pub fn word<V: Copy, const N: usize>(
-    field: &str,
-    value: &Bound<'_, PyAny>,
-    words: [(&str, V); N],
-) -> PyResult<V> {
-    let listed = words.map(|(word, _)| format!("\"{word}\"")).join(" or ");
-    let given: String = read(field, value, &listed)?;
-    let known = words.iter().find(|(word, _)| *word == given);
-    known.map(|&(_, meaning)| meaning).ok_or_else(|| {
+/// The choice that a word stands for.
+pub fn word<V: Named>(field: &str, value: &Bound<'_, PyAny>) -> PyResult<V> {
+    let given: String = read(field, value, &UnknownWord { allowed: V::ALL }.to_string())?;
+    V::from_name(&given).map_err(|known| {
         refused(
             field,
-            format!("is \"{given}\", but must be {listed}; change it to that"),
+            format!("is \"{given}\", but must be {known}; change it to that"),
         )
     })
 }

@@ -18,7 +18,7 @@ pub use record::{
     ObjectiveRecord, RunRecord, SecondsRecord,
 };
 
-pub(crate) use record::cells;
+pub(crate) use record::{by_name, cells};
 pub(crate) use tables::product;
 pub(crate) use words::{bytes, number, seconds};
 

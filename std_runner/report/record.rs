@@ -1,7 +1,7 @@
 //! The facts of a run, as `report.json` holds them.
 
 use serde::{Serialize, Serializer};
-use thurible_core::{AdmmProgress, DirectProgress, Objective, Progress};
+use thurible_core::{AdmmProgress, DirectProgress, Method, Named, Objective, Progress, Status};
 
 /// Everything that a program needs to check a result without its scene; numbers that are not finite become `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -26,12 +26,14 @@ pub struct RunRecord {
     pub filters: usize,
     /// How density was carried.
     pub advection: AdvectionRecord,
-    /// "admm", ...
-    pub method: String,
+    /// How it was solved; in the file its name.
+    #[serde(serialize_with = "by_name")]
+    pub method: Method,
     /// "f32" or "f64".
     pub precision: String,
-    /// "converged", "max_iterations", "stalled", "not_finite" or "cancelled".
-    pub status: String,
+    /// How it ended; in the file its name.
+    #[serde(serialize_with = "by_name")]
+    pub status: Status,
     /// At the end.
     pub objective: ObjectiveRecord,
     /// One entry an outer iteration.
@@ -50,6 +52,11 @@ pub struct RunRecord {
     pub command: String,
     /// How well each keyframe was reached.
     pub keyframes: Vec<KeyframeRecord>,
+}
+
+/// Writes a choice as the word that stands for it.
+pub(crate) fn by_name<T: Named, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(choice.name())
 }
 
 /// `advection`

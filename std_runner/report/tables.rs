@@ -3,6 +3,7 @@
 use super::charts::by_grid;
 use super::record::{IterationRecord, LedgerLine, RunRecord};
 use super::words::{bytes, count, escape, grouped, number, seconds};
+use thurible_core::Named;
 
 /// Lines of a list of names and values; values are HTML.
 fn list(rows: &[(&str, String)]) -> String {
@@ -41,7 +42,7 @@ pub(super) fn parameters(record: &RunRecord) -> String {
                 number(record.advection.tolerance)
             ),
         ),
-        ("Method", escape(&record.method)),
+        ("Method", escape(record.method.name())),
         ("Precision", escape(&record.precision)),
         ("Threads", record.threads.to_string()),
         ("Version", escape(&record.version)),

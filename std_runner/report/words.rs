@@ -1,6 +1,7 @@
 //! Numbers, sizes, times and outcomes as people read them.
 
 use super::record::RunRecord;
+use thurible_core::{Method, Status};
 
 /// Text that is safe between tags and in attributes.
 pub(crate) fn escape(text: &str) -> String {
@@ -114,38 +115,38 @@ pub(crate) fn outcome(record: &RunRecord) -> (&'static str, &'static str, String
         coarser => format!(", and {coarser} on coarser grids before"),
     };
     let after = format!("after {}{coarser}", count(finest, "iteration"));
-    let little = if record.method == "admm" {
+    let little = if record.method == Method::Admm {
         "changed the density"
     } else {
         "lowered the objective"
     };
-    match record.status.as_str() {
-        "converged" => (
+    match record.status {
+        Status::Converged => (
             "converged",
             "good",
             format!("Converged {after}: the last one {little} by less than the tolerance."),
         ),
-        "max_iterations" => (
+        Status::MaxIterations => (
             "ran its iterations",
             "fair",
             format!("Stopped {after}, as many as were allowed; more may still improve it."),
         ),
-        "stalled" => (
+        Status::Stalled => (
             "stalled",
             "fair",
             format!("Stalled {after}: it could not improve any more before it reached its tolerance."),
         ),
-        "not_finite" => (
+        Status::NotFinite => (
             "not finite",
             "bad",
             format!("Failed {after}: the numbers stopped being finite. What is shown is the last state."),
         ),
-        "cancelled" => (
+        Status::Cancelled => (
             "interrupted",
             "fair",
             format!("Interrupted {after}; what was reached by then is shown."),
         ),
-        _ => ("ended", "fair", format!("Ended {after}.")),
+        Status::NotReady => ("ended", "fair", format!("Ended {after}.")),
     }
 }
 

@@ -11,27 +11,12 @@ use crate::scene::{Control, Flow, Grid, MethodSection, Output, Scene, Time, shap
 use core::ops::RangeInclusive;
 use std::path::PathBuf;
 use thurible_core::problem::{MAX_FILTERS, MAX_STEPS};
+use thurible_core::words::UnknownWord;
 use thurible_core::{
-    AdmmParams, Advection, Boundary, Colours, DirectParams, LbfgsParams, Method, Norm, NsoParams, NsoSolver,
-    Params, PdParams, Problem, Scheme, SimulationParams,
+    AdmmParams, Advection, Boundary, DirectParams, LbfgsParams, Method, Named, NsoParams, Params, PdParams,
+    Problem, SimulationParams,
 };
 use toml::Value;
-
-const BOUNDARIES: [(&str, Boundary); 2] = [("wall", Boundary::Wall), ("periodic", Boundary::Periodic)];
-const SCHEMES: [(&str, Scheme); 3] = [
-    ("quick", Scheme::Quick),
-    ("central", Scheme::Central),
-    ("semi_lagrangian", Scheme::SemiLagrangian),
-];
-const METHODS: [(&str, Method); 4] = [
-    ("direct", Method::Direct),
-    ("admm", Method::Admm),
-    ("lbfgs", Method::Lbfgs),
-    ("pd", Method::Pd),
-];
-const NORMS: [(&str, Norm); 2] = [("scaled", Norm::Scaled), ("plain", Norm::Plain)];
-const NSO_SOLVERS: [(&str, NsoSolver); 2] = [("stfas", NsoSolver::Stfas), ("newton_cg", NsoSolver::NewtonCg)];
-const COLOURS: [(&str, Colours); 2] = [("red_black", Colours::RedBlack), ("2^d", Colours::PowerOfTwo)];
 
 /// More than any run needs.
 const MOST_ITERATIONS: i64 = 1_000_000;
@@ -134,20 +119,19 @@ fn grid(document: &Document, raw: Option<RawGrid>) -> Result<Grid, Failure> {
 
 fn boundary(document: &Document, raw: Option<Value>, axes: usize) -> Result<Vec<Boundary>, Failure> {
     let key = "grid.boundary";
-    let wanted = format!("\"wall\", \"periodic\" or a list of {axes} such words");
+    let known = UnknownWord {
+        allowed: Boundary::ALL,
+    };
+    let wanted = format!("{known}, or a list of {axes} such words");
     match raw {
         None => Ok(vec![Boundary::Wall; axes]),
-        Some(Value::String(word)) => Ok(vec![document.word(key, &word, &BOUNDARIES)?; axes]),
+        Some(Value::String(word)) => Ok(vec![document.word(key, &word)?; axes]),
         Some(Value::Array(words)) if words.len() == axes => words
             .iter()
             .enumerate()
             .map(|(axis, word)| match word {
-                Value::String(word) => document.word(&format!("{key}[{axis}]"), word, &BOUNDARIES),
-                other => Err(document.outside(
-                    &format!("{key}[{axis}]"),
-                    shown(other),
-                    "\"wall\" or \"periodic\"",
-                )),
+                Value::String(word) => document.word(&format!("{key}[{axis}]"), word),
+                other => Err(document.outside(&format!("{key}[{axis}]"), shown(other), &known.to_string())),
             })
             .collect(),
         Some(other) => Err(document.outside(key, shown(&other), &wanted)),
@@ -222,7 +206,7 @@ fn initial_velocity(document: &Document, raw: Option<Value>) -> Result<Option<Pa
 fn advection(document: &Document, raw: RawAdvection) -> Result<Advection, Failure> {
     let Advection { scheme, tolerance } = Advection::default();
     Ok(Advection {
-        scheme: word(document, "advection.scheme", raw.scheme, &SCHEMES, scheme)?,
+        scheme: word(document, "advection.scheme", raw.scheme, scheme)?,
         tolerance: document.between("advection.tolerance", raw.tolerance.unwrap_or(tolerance), 1.0)?,
     })
 }
@@ -239,14 +223,21 @@ fn whole(
 }
 
 /// The choice that a word stands for, or the one that is made where there is none.
-fn word<T: Copy>(
-    document: &Document,
-    key: &str,
-    word: Option<String>,
-    words: &[(&str, T)],
-    standard: T,
-) -> Result<T, Failure> {
-    word.map_or(Ok(standard), |word| document.word(key, &word, words))
+fn word<T: Named>(document: &Document, key: &str, word: Option<String>, standard: T) -> Result<T, Failure> {
+    word.map_or(Ok(standard), |word| document.word(key, &word))
+}
+
+/// A method that steers: a scene is simulated by a command of its own.
+fn method_name(document: &Document, word: Option<String>) -> Result<Method, Failure> {
+    let steers: Vec<Method> = Method::ALL
+        .iter()
+        .copied()
+        .filter(|&method| method != Method::Simulate)
+        .collect();
+    word.map_or_else(
+        || Ok(Method::default()),
+        |word| document.one_of("method.name", &word, &steers),
+    )
 }
 
 fn method(document: &Document, raw: RawMethod) -> Result<MethodSection, Failure> {
@@ -255,7 +246,7 @@ fn method(document: &Document, raw: RawMethod) -> Result<MethodSection, Failure>
         .tolerance
         .unwrap_or(standard().projection_tolerance);
     Ok(MethodSection {
-        name: word(document, "method.name", raw.name, &METHODS, Method::default())?,
+        name: method_name(document, raw.name)?,
         iterations: whole(
             document,
             "method.iterations",
@@ -359,24 +350,17 @@ fn admm(document: &Document, raw: RawAdmm) -> Result<AdmmParams, Failure> {
     let key = |name: &str| format!("method.admm.{name}");
     let standard = AdmmParams::default();
     let nso = NsoParams {
-        solver: word(document, &key("nso"), raw.nso, &NSO_SOLVERS, standard.nso.solver)?,
+        solver: word(document, &key("nso"), raw.nso, standard.nso.solver)?,
         tolerance: document.between(
             &key("nso_tolerance"),
             raw.nso_tolerance.unwrap_or(standard.nso.tolerance),
             1.0,
         )?,
-        norm: word(
-            document,
-            &key("nso_norm"),
-            raw.nso_norm,
-            &NORMS,
-            standard.nso.norm,
-        )?,
+        norm: word(document, &key("nso_norm"), raw.nso_norm, standard.nso.norm)?,
         colours: word(
             document,
             &key("smoother_colours"),
             raw.smoother_colours,
-            &COLOURS,
             standard.nso.colours,
         )?,
         ..standard.nso

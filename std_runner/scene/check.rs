@@ -4,6 +4,7 @@ use crate::exit::Failure;
 use crate::scene::document::Document;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
+use thurible_core::words::{Named, one_of};
 use toml::Value;
 
 impl Document {
@@ -79,13 +80,15 @@ impl Document {
         Err(self.outside(key, format_args!("{found:?}"), "a number from 0 up to but not 1"))
     }
 
-    /// One of a few words.
-    pub(super) fn word<T: Copy>(&self, key: &str, found: &str, words: &[(&str, T)]) -> Result<T, Failure> {
-        let known = words.iter().find(|(word, _)| *word == found);
-        known.map(|&(_, meaning)| meaning).ok_or_else(|| {
-            let listed: Vec<String> = words.iter().map(|(word, _)| format!("\"{word}\"")).collect();
-            self.outside(key, format!("\"{found}\""), &listed.join(" or "))
-        })
+    /// The choice that the word `found` stands for.
+    pub(super) fn word<T: Named>(&self, key: &str, found: &str) -> Result<T, Failure> {
+        self.one_of(key, found, T::ALL)
+    }
+
+    /// As [`Self::word`], where only `choices` are allowed.
+    pub(super) fn one_of<T: Named>(&self, key: &str, found: &str, choices: &[T]) -> Result<T, Failure> {
+        one_of(choices, found)
+            .map_err(|unknown| self.outside(key, format!("\"{found}\""), &unknown.to_string()))
     }
 
     /// The refusal of a value outside what is allowed.

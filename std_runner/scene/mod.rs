@@ -13,7 +13,7 @@ use crate::exit::Failure;
 use crate::keyframes::{Canvas, ShapeSpec};
 use std::path::{Path, PathBuf};
 use thurible_core::{
-    AdmmParams, Advection, Boundary, DirectParams, LbfgsParams, Method, PdParams, Scheme, SimulationParams,
+    AdmmParams, Advection, Boundary, DirectParams, LbfgsParams, Method, PdParams, SimulationParams,
 };
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
@@ -161,33 +161,5 @@ impl Scene {
                 .collect(),
             length: self.grid.length,
         }
-    }
-}
-
-/// The word for a boundary in scenes and reports.
-pub fn boundary_name(boundary: Boundary) -> &'static str {
-    match boundary {
-        Boundary::Wall => "wall",
-        Boundary::Periodic => "periodic",
-    }
-}
-
-/// The word for a method in scenes and reports.
-pub fn method_name(method: Method) -> &'static str {
-    match method {
-        Method::Direct => "direct",
-        Method::Admm => "admm",
-        Method::Lbfgs => "lbfgs",
-        Method::Pd => "pd",
-        Method::Simulate => "simulate",
-    }
-}
-
-/// The word for a transport scheme in scenes and reports.
-pub fn scheme_name(scheme: Scheme) -> &'static str {
-    match scheme {
-        Scheme::Quick => "quick",
-        Scheme::Central => "central",
-        Scheme::SemiLagrangian => "semi_lagrangian",
     }
 }

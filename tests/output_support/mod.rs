@@ -8,6 +8,7 @@ use thurible::report::{
     AdmmRecord, AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord,
     RunRecord, SecondsRecord,
 };
+use thurible_core::{Method, Status};
 
 /// A trajectory without a solver; values tell which field, step and place they come from.
 pub struct MadeUp<T> {
@@ -199,14 +200,14 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
             scheme: "quick".into(),
             tolerance: 1e-5,
         },
-        method: "admm".into(),
+        method: Method::Admm,
         precision: if frames.precision() == Precision::F64 {
             "f64"
         } else {
             "f32"
         }
         .into(),
-        status: "converged".into(),
+        status: Status::Converged,
         objective,
         history,
         memory: MemoryRecord {

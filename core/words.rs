@@ -1,0 +1,99 @@
+//! The words that stand for choices and outcomes in scenes, reports, Python and on the command line: each is spelled here, beside
+//! its enum, and nowhere else.
+
+use core::fmt;
+
+/// An enum whose every value has a word.
+pub trait Named: Copy + PartialEq + fmt::Debug + 'static {
+    /// Every value, the default first where there is one.
+    const ALL: &'static [Self];
+
+    /// Its word: lower case, with underscores.
+    fn name(self) -> &'static str;
+
+    /// The value that `word` stands for.
+    ///
+    /// # Errors
+    /// Where no value has that word: the error lists the words that there are.
+    fn from_name(word: &str) -> Result<Self, UnknownWord<'static, Self>> {
+        one_of(Self::ALL, word)
+    }
+}
+
+/// The value among `allowed` that `word` stands for, where not all values of an enum are.
+///
+/// # Errors
+/// Where none of them has that word.
+pub fn one_of<'a, T: Named>(allowed: &'a [T], word: &str) -> Result<T, UnknownWord<'a, T>> {
+    let found = allowed.iter().find(|value| value.name() == word);
+    found.copied().ok_or(UnknownWord { allowed })
+}
+
+/// A word that stands for nothing. Shown, it is the list of those allowed: `"wall" or "periodic"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownWord<'a, T> {
+    /// The values that are allowed there.
+    pub allowed: &'a [T],
+}
+
+impl<T: Named> fmt::Display for UnknownWord<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, value) in self.allowed.iter().enumerate() {
+            let or = if index == 0 { "" } else { " or " };
+            write!(f, "{or}\"{}\"", value.name())?;
+        }
+        Ok(())
+    }
+}
+
+impl<T: Named> core::error::Error for UnknownWord<'_, T> {}
+
+/// Implements [`Named`]; a value that is left out does not compile.
+macro_rules! named {
+    ($kind:ident { $($value:ident = $word:literal),+ $(,)? }) => {
+        impl $crate::words::Named for $kind {
+            const ALL: &'static [Self] = &[$(Self::$value),+];
+
+            fn name(self) -> &'static str {
+                match self {
+                    $(Self::$value => $word),+
+                }
+            }
+        }
+    };
+}
+
+pub(crate) use named;
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::{Boundary, Colours, Method, Norm, NsoSolver, Scheme, Status};
+    use std::string::ToString;
+
+    fn each_word_is_its_own<T: Named>() {
+        for &value in T::ALL {
+            assert_eq!(T::from_name(value.name()), Ok(value));
+        }
+        assert!(T::from_name("").is_err());
+    }
+
+    #[test]
+    fn words_and_values_belong_together() {
+        each_word_is_its_own::<Method>();
+        each_word_is_its_own::<Scheme>();
+        each_word_is_its_own::<Boundary>();
+        each_word_is_its_own::<Norm>();
+        each_word_is_its_own::<NsoSolver>();
+        each_word_is_its_own::<Colours>();
+        each_word_is_its_own::<Status>();
+    }
+
+    #[test]
+    fn an_unknown_word_is_answered_with_the_known_ones() {
+        let listed = Boundary::from_name("open").map_err(|unknown| unknown.to_string());
+        assert_eq!(listed, Err("\"wall\" or \"periodic\"".into()));
+    }
+}
