@@ -1,8 +1,8 @@
 //! The runner of thurible: reads a scene, plans its memory, solves it with [`thurible_core`] and writes the result.
 //!
-//! The path of the data is the order of the modules: the command line ([`cli`], acted on by [`program`]) names a [`scene`], its shapes become
+//! The path of the data is the order of the modules: the command line ([`cli`], acted on by [`program`] and [`commands`]) names a [`scene`], its shapes become
 //! densities ([`keyframes`]), its numbers become a [`problem`], whose [`plan`] says how many bytes the one block
-//! ([`region`]) must have; [`solve`] runs the core in it on a pool of [`threads`], watched by [`progress`], and
+//! ([`region`]) must have; [`run`] solves it there on a pool of [`threads`], watched by [`progress`], and
 //! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper; [`mod@bench`] measures.
 //!
 //! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`] and [`exit`] alone are the feature `embed`. Without
@@ -20,6 +20,8 @@ pub mod bytes;
 #[cfg(feature = "std")]
 pub mod cli;
 #[cfg(feature = "std")]
+pub mod commands;
+#[cfg(feature = "std")]
 pub mod compare;
 #[cfg(feature = "std")]
 pub mod console;
@@ -28,19 +30,9 @@ pub mod destination;
 #[cfg(feature = "embed")]
 pub mod exit;
 #[cfg(feature = "std")]
-pub mod frames;
-#[cfg(feature = "std")]
-pub mod inputs;
-#[cfg(feature = "std")]
 pub mod interrupt;
 #[cfg(feature = "std")]
-pub mod job;
-#[cfg(feature = "std")]
 pub mod keyframes;
-#[cfg(feature = "std")]
-pub mod new_command;
-#[cfg(feature = "std")]
-pub mod outcome;
 #[cfg(feature = "std")]
 pub mod output;
 #[cfg(feature = "embed")]
@@ -52,8 +44,6 @@ pub mod phases;
 #[cfg(feature = "std")]
 pub mod plan;
 #[cfg(feature = "std")]
-pub mod plan_command;
-#[cfg(feature = "std")]
 pub mod problem;
 #[cfg(feature = "std")]
 pub mod program;
@@ -64,10 +54,8 @@ pub mod region;
 #[cfg(feature = "std")]
 pub mod report;
 #[cfg(feature = "std")]
+pub mod run;
+#[cfg(feature = "std")]
 pub mod scene;
-#[cfg(feature = "std")]
-pub mod simulate;
-#[cfg(feature = "std")]
-pub mod solve;
 #[cfg(feature = "embed")]
 pub mod threads;

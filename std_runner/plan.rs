@@ -12,7 +12,7 @@ use thurible_core::{Entry, Method, Named, Params, Plan, Sharing};
 
 /// What the command line says about a plan.
 #[derive(Clone, Copy, Debug)]
-pub struct Wishes {
+pub struct PlanOptions {
     /// f32 or f64.
     pub precision: Precision,
     /// Threads, or `None` for what the machine offers.
@@ -56,50 +56,50 @@ pub fn block_bytes(plan: &Plan) -> usize {
     plan.bytes().saturating_add(MARGIN)
 }
 
-fn ceiling(wishes: &Wishes) -> Option<usize> {
-    wishes.limit.or_else(bytes::of_machine)
+fn ceiling(options: &PlanOptions) -> Option<usize> {
+    options.limit.or_else(bytes::of_machine)
 }
 
 /// The plan of `scene`, within the ceiling if that can be.
-pub fn make(scene: &Scene, wishes: &Wishes) -> Result<Planned, Failure> {
+pub fn make(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> {
     let problem = OwnedProblem::of(scene);
-    let ceiling = ceiling(wishes).map(|limit| limit.saturating_sub(MARGIN));
-    let params = params_of(scene, wishes.threads.unwrap_or_else(threads::available), ceiling);
+    let ceiling = ceiling(options).map(|limit| limit.saturating_sub(MARGIN));
+    let params = params_of(scene, options.threads.unwrap_or_else(threads::available), ceiling);
     let plan = problem
-        .plan(&params, wishes.precision)
+        .plan(&params, options.precision)
         .map_err(|error| refusal(scene, error))?;
     Ok(Planned {
         problem,
         params,
-        precision: wishes.precision,
+        precision: options.precision,
         plan,
     })
 }
 
 /// The plan of `scene` within the ceiling, on fewer threads if that is what it takes and nobody asked for a number.
-pub fn choose(scene: &Scene, wishes: &Wishes) -> Result<Planned, Failure> {
-    let mut planned = make(scene, wishes)?;
-    let Some(limit) = ceiling(wishes) else {
+pub fn choose(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> {
+    let mut planned = make(scene, options)?;
+    let Some(limit) = ceiling(options) else {
         return Ok(planned);
     };
     while block_bytes(&planned.plan) > limit {
-        if wishes.threads.is_some() || planned.params.threads <= 1 {
-            return Err(over_limit(scene, &planned, wishes, limit));
+        if options.threads.is_some() || planned.params.threads <= 1 {
+            return Err(over_limit(scene, &planned, options, limit));
         }
         planned = make(
             scene,
-            &Wishes {
+            &PlanOptions {
                 threads: Some(planned.params.threads / 2),
-                ..*wishes
+                ..*options
             },
         )?;
     }
     Ok(planned)
 }
 
-fn over_limit(scene: &Scene, planned: &Planned, wishes: &Wishes, limit: usize) -> Failure {
+fn over_limit(scene: &Scene, planned: &Planned, options: &PlanOptions, limit: usize) -> Failure {
     let needed = block_bytes(&planned.plan);
-    let whose = if wishes.limit.is_some() {
+    let whose = if options.limit.is_some() {
         "--memory-limit allows"
     } else {
         "this machine has"

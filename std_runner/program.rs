@@ -1,8 +1,9 @@
 //! The program: reads the command line, runs the command, says in one sentence what went wrong.
 
 use crate::cli::{Cli, Command};
+use crate::commands::{compare, new, paper, plan, simulate, solve};
 use crate::exit::{DONE, Failure, INPUT};
-use crate::{bench, compare, console, new_command, paper, plan_command, simulate, solve};
+use crate::{bench, console};
 use clap::Parser;
 
 /// Runs the program and returns its exit code; errors are one sentence on stderr.
@@ -25,10 +26,10 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
     match &cli.command {
         Command::Solve(arguments) => solve::run(arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
-        Command::Plan(arguments) => plan_command::run(arguments),
+        Command::Plan(arguments) => plan::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
         Command::Bench(arguments) => bench::run(arguments),
-        Command::New(arguments) => new_command::run(arguments),
+        Command::New(arguments) => new::run(arguments),
     }
 }

@@ -24,6 +24,16 @@ pub fn available() -> usize {
         .min(MOST)
 }
 
+/// Reads the value of `--threads`; the error says what is allowed.
+pub fn parse(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=MOST).contains(&count) => Ok(count),
+        _ => Err(format!(
+            "found \"{text}\", allowed is a whole number from 1 to {MOST}"
+        )),
+    }
+}
+
 /// Calls `work` on a rayon pool of `threads` threads; on one thread, in place.
 pub fn with<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> Result<R, Failure> {
     if threads <= 1 {

@@ -1,11 +1,11 @@
 //! `thurible bench circles`: iterations of the direct method and a solve, in both precisions, of the scene that rivals solve.
 
+use super::arguments::MeasureArguments;
 use super::sheet::{Line, Sheet, time};
 use super::solves;
 use super::speed::PART;
 use super::yardstick::Yardstick;
 use super::{Voice, scenes, section, with_team};
-use crate::cli::MeasureArguments;
 use crate::exit::{DONE, Failure};
 use crate::plan::size_in_words;
 use crate::problem::Precision;

@@ -3,17 +3,17 @@
 //! Each row is solved in a process of its own, so that nothing an earlier one left behind is counted: it notes how much of it is
 //! resident, takes the block, solves, and asks the system for the most that ever was (`VmHWM`).
 
+use super::arguments::MemoryArguments;
 use super::page;
 use super::ready::no_memory;
 use crate::bytes::grouped;
-use crate::cli::MemoryArguments;
 use crate::console::print;
 use crate::exit::{DONE, Failure};
-use crate::inputs::solver_refusal;
 use crate::phases::{Phase, phases};
 use crate::plan::{block_bytes, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::region::Region;
+use crate::run::inputs::solver_refusal;
 use core::ops::ControlFlow;
 use core::time::Duration;
 use serde::{Deserialize, Serialize};

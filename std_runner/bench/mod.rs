@@ -1,5 +1,6 @@
 //! `thurible bench`: what this machine does. The parts that are public serve `cargo bench` too.
 
+pub mod arguments;
 mod circles;
 pub mod flow;
 mod kernels;
@@ -18,10 +19,10 @@ mod solves;
 mod speed;
 pub mod yardstick;
 
-use crate::cli::{BenchArguments, Benchmark, MeasureArguments};
 use crate::console;
 use crate::exit::Failure;
 use crate::{address_space, threads};
+use arguments::{BenchArguments, Benchmark, MeasureArguments};
 use serde_json::Value;
 use thurible_core::Exec;
 

@@ -3,9 +3,9 @@
 use super::flow::courant_of;
 use crate::bytes::{grouped, rounded};
 use crate::exit::Failure;
-use crate::inputs::{hand_over, solver_refusal};
 use crate::problem::{OwnedProblem, Precision, params_of, refusal};
 use crate::region::Region;
+use crate::run::inputs::{set_inputs, solver_refusal};
 use crate::scene::{Document, Scene};
 use core::mem::MaybeUninit;
 use std::path::Path;
@@ -74,7 +74,7 @@ impl Ready {
         in_block(bytes, |block| {
             let mut solver =
                 Solver::<T, S>::new(&problem, &self.params, block).map_err(|error| solver_refusal(&error))?;
-            hand_over(&self.scene, &mut solver)?;
+            set_inputs(&self.scene, &mut solver)?;
             solver.prepare(exec).map_err(|error| {
                 self.scene.document.refuse(
                     "source",

@@ -1,10 +1,10 @@
 //! `thurible bench roofline`: bytes, operations and rates of each kernel beside what the machine can do.
 
+use super::arguments::RooflineArguments;
 use super::kernels::Kernel;
 use super::sheet::{self, Line, Sheet};
 use super::yardstick::Yardstick;
 use super::{Voice, section, with_team};
-use crate::cli::RooflineArguments;
 use crate::exit::{DONE, Failure};
 use crate::plan::size_in_words;
 use serde::Serialize;

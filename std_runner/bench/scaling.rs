@@ -1,11 +1,11 @@
 //! `thurible bench scaling`: cost for each cell and step at many sizes, on one thread and on all.
 
+use super::arguments::MeasureArguments;
 use super::kernels::Kernel;
 use super::sheet::{Line, Sheet};
 use super::solves;
 use super::yardstick::{Moment, Yardstick, gain};
 use super::{Voice, page, scenes, section, with_team};
-use crate::cli::MeasureArguments;
 use crate::exit::{DONE, Failure};
 use crate::plan::size_in_words;
 use crate::report::{Chart, Curve, Scale};

@@ -1,12 +1,12 @@
 //! `thurible bench`: how long kernels, iterations and solves take, beside a triad of the same run.
 
+use super::arguments::BenchArguments;
 use super::kernels::Kernel;
 use super::row::{Peak, Row};
 use super::sheet::Sheet;
 use super::solves::{self, Reached};
 use super::yardstick::{Moment, Yardstick};
 use super::{Voice, scenes, section, with_team};
-use crate::cli::BenchArguments;
 use crate::exit::{DONE, Failure};
 use serde_json::json;
 use thurible_core::{D2, D3, Exec};

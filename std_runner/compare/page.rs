@@ -1,6 +1,6 @@
 //! The page of a comparison, in parts that the page of the paper's scenes uses too.
 
-use super::contest::Contest;
+use super::comparison::Comparison;
 use super::figures::{Figures, descends, finest};
 use crate::report::{
     Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, bytes, number, product,
@@ -9,29 +9,29 @@ use crate::report::{
 use thurible_core::{Named, Status};
 
 /// The page about one scene.
-pub(crate) fn page(name: &str, contest: &Contest) -> Document {
-    let methods: Vec<&str> = contest.records().map(|record| record.method.name()).collect();
-    let mut blocks = contest
+pub(crate) fn page(name: &str, comparison: &Comparison) -> Document {
+    let methods: Vec<&str> = comparison.records().map(|record| record.method.name()).collect();
+    let mut blocks = comparison
         .records()
         .next()
         .map(conditions)
         .into_iter()
         .flatten()
         .collect::<Vec<_>>();
-    blocks.push(Block::Table(table(&contest.figures())));
-    blocks.extend(notes(contest));
-    if let Some(chart) = by_seconds(contest) {
+    blocks.push(Block::Table(table(&comparison.figures())));
+    blocks.extend(notes(comparison));
+    if let Some(chart) = by_seconds(comparison) {
         blocks.push(Block::Heading("Curves".into()));
-        blocks.push(Block::Charts(vec![chart, by_iteration(contest)]));
+        blocks.push(Block::Charts(vec![chart, by_iteration(comparison)]));
     }
     blocks.push(Block::Heading("The last keyframe".into()));
-    blocks.extend(last_keyframe(contest));
+    blocks.extend(last_keyframe(comparison));
     blocks.push(Block::Heading("On the way".into()));
-    for solved in &contest.solved {
+    for solved in &comparison.solved {
         blocks.push(Block::Part(solved.record.method.name().into()));
         blocks.push(strip(&solved.gallery.strip));
     }
-    if let Some(record) = contest.records().next() {
+    if let Some(record) = comparison.records().next() {
         blocks.push(Block::Heading("The command and the scene".into()));
         blocks.push(Block::Code(record.command.clone()));
         blocks.push(Block::Code(record.scene.trim_end().into()));
@@ -207,10 +207,10 @@ fn table(rows: &[Figures]) -> Table {
 }
 
 /// What is to be said below the table.
-fn notes(contest: &Contest) -> Vec<Block> {
-    let mut notes: Vec<Block> = race(&contest.figures()).map(Block::Text).into_iter().collect();
+fn notes(comparison: &Comparison) -> Vec<Block> {
+    let mut notes: Vec<Block> = race(&comparison.figures()).map(Block::Text).into_iter().collect();
     notes.extend(
-        contest
+        comparison
             .failed
             .iter()
             .map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))),
@@ -259,7 +259,7 @@ pub(crate) const MEMORY: &str = "Memory is the one block that a solve takes, sou
      numbers bounds its own method, ADMM, without source and keyframes; it is given here in the precision of this run.";
 
 /// Curves of the objective over `across`, one for each method.
-fn objective(contest: &Contest, across: fn(&IterationRecord, usize) -> f64) -> Vec<Curve> {
+fn objective(comparison: &Comparison, across: fn(&IterationRecord, usize) -> f64) -> Vec<Curve> {
     let curve = |(index, record): (usize, &RunRecord)| {
         let points = finest(record)
             .iter()
@@ -267,35 +267,35 @@ fn objective(contest: &Contest, across: fn(&IterationRecord, usize) -> f64) -> V
             .map(|(place, entry)| (across(entry, place), entry.objective.total()));
         Curve::new(record.method.name(), index % 4 + 1, points)
     };
-    contest.records().enumerate().map(curve).collect()
+    comparison.records().enumerate().map(curve).collect()
 }
 
 /// The objective against seconds, if a method has a way to show.
-pub(crate) fn by_seconds(contest: &Contest) -> Option<Chart> {
-    contest.records().any(descends).then(|| Chart {
+pub(crate) fn by_seconds(comparison: &Comparison) -> Option<Chart> {
+    comparison.records().any(descends).then(|| Chart {
         title: "Objective against time",
         note: "On the scene's own grid; what a method spends on coarser grids before shows as a later beginning.",
         across: "seconds",
         scale: Scale::Logarithmic,
-        curves: objective(contest, |entry, _| entry.seconds),
+        curves: objective(comparison, |entry, _| entry.seconds),
     })
 }
 
-fn by_iteration(contest: &Contest) -> Chart {
+fn by_iteration(comparison: &Comparison) -> Chart {
     Chart {
         title: "Objective by iteration",
         note: "On the scene's own grid.",
         across: "iteration on the finest grid",
         scale: Scale::Counts,
-        curves: objective(contest, |_, place| place as f64 + 1.0),
+        curves: objective(comparison, |_, place| place as f64 + 1.0),
     }
 }
 
 /// The last keyframe, what each method made of it, and by how much that is off.
-pub(crate) fn last_keyframe(contest: &Contest) -> Vec<Block> {
+pub(crate) fn last_keyframe(comparison: &Comparison) -> Vec<Block> {
     let mut shots = Vec::new();
     let mut differences = Vec::new();
-    for solved in &contest.solved {
+    for solved in &comparison.solved {
         let (Some(pictures), Some(facts)) = (solved.gallery.keyframes.last(), solved.record.keyframes.last())
         else {
             continue;
@@ -336,6 +336,6 @@ pub(crate) fn strip(pictures: &[(usize, Vec<u8>)]) -> Block {
 }
 
 /// The table of the page in Markdown, for the terminal.
-pub(crate) fn summary(contest: &Contest) -> String {
-    table(&contest.figures()).markdown()
+pub(crate) fn summary(comparison: &Comparison) -> String {
+    table(&comparison.figures()).markdown()
 }

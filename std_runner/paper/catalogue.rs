@@ -4,7 +4,7 @@
 //! uses meshes and motion capture, shapes of balls and capsules stand in; places and sizes of shapes are ours.
 
 /// A scene, and by what it may be solved.
-pub(super) struct Entry {
+pub(crate) struct Entry {
     /// On the command line and of its folder.
     pub name: &'static str,
     /// In the table.
@@ -21,7 +21,7 @@ pub(super) struct Entry {
 
 /// Figures of the paper's Table 2, empty where none was found.
 #[derive(Clone, Copy)]
-pub(super) struct Quoted {
+pub(crate) struct Quoted {
     /// ADMM iterations.
     pub loops: &'static str,
     /// Average seconds per AO.
@@ -35,13 +35,13 @@ pub(super) struct Quoted {
 }
 
 /// Where the figures of [`Quoted`] come from.
-pub(super) const QUOTED_FROM: &str = "The columns \"paper\" quote Table 2 of Z. Pan and D. Manocha, \"Efficient Optimal Control of Smoke using \
+pub(crate) const QUOTED_FROM: &str = "The columns \"paper\" quote Table 2 of Z. Pan and D. Manocha, \"Efficient Optimal Control of Smoke using \
      Spacetime Multigrid\" (arXiv 1608.01102), measured by its authors with their own program on an i7-4790, as far as this project's notes \
      have them (measurements.md, section B5; memory found there by grid and steps). A dash is a figure that was not found. The paper's bound for the memory of LBFGS was not \
      found either.";
 
 /// A part of the page: a row of Table 2 in its variants, or a figure.
-pub(super) struct Sheet {
+pub(crate) struct Section {
     /// On the command line.
     pub name: &'static str,
     /// Its heading.
@@ -51,12 +51,12 @@ pub(super) struct Sheet {
     /// Names of its entries.
     pub entries: &'static [&'static str],
     /// What it shows beside the table.
-    pub show: Show,
+    pub content: Content,
 }
 
-/// What a sheet shows of its entries.
+/// What a section shows of its scenes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Show {
+pub(crate) enum Content {
     /// The objective against time, and the last keyframe.
     Results,
     /// The same, and some steps on the way.
@@ -67,8 +67,8 @@ pub(super) enum Show {
     Optimality,
 }
 
-/// Words for several sheets at once.
-pub(super) const GROUPS: [(&str, &[&str]); 4] = [
+/// Words for several sections at once.
+pub(crate) const GROUPS: [(&str, &[&str]); 4] = [
     (
         "table2",
         &["fluid", "rabbit", "abc", "animals", "genus", "figure", "sphere"],
@@ -96,7 +96,7 @@ const FIGURE: &str = include_str!("figure.toml");
 const SPHERE: &str = include_str!("../../examples/moving_sphere.toml");
 
 /// What stands where no figure was found.
-pub(super) const NOT_FOUND: &str = "\u{2013}";
+pub(crate) const NOT_FOUND: &str = "\u{2013}";
 
 /// A row of which the memory alone was found.
 const fn memory(memory: &'static str) -> Option<Quoted> {
@@ -143,7 +143,7 @@ const LETTER: &str = "keyframe[0].text";
 /// Smoke cannot be compressed, so the circle is as large as the letter.
 const RADIUS: &str = "source.circle.radius";
 
-pub(super) const ENTRIES: &[Entry] = &[
+pub(crate) const ENTRIES: &[Entry] = &[
     plain("fluid_f", "FLUID: circle to F", FLUID),
     plain("fluid_l", "FLUID: circle to L", FLUID).with(&[(LETTER, "\"L\""), (RADIUS, "0.1660")]),
     plain("fluid_u", "FLUID: circle to U", FLUID).with(&[(LETTER, "\"U\""), (RADIUS, "0.2080")]),
@@ -243,126 +243,126 @@ const FROM_REST: (&str, &str) = ("method.admm.nested", "false");
 const FAR: (&str, &str) = ("method.admm.nso_tolerance", "1e-7");
 const NORM: (&str, &str) = ("method.admm.nso_norm", "\"plain\"");
 
-const fn sheet(
+const fn section(
     name: &'static str,
     title: &'static str,
     text: &'static str,
     entries: &'static [&'static str],
-    show: Show,
-) -> Sheet {
-    Sheet {
+    content: Content,
+) -> Section {
+    Section {
         name,
         title,
         text,
         entries,
-        show,
+        content,
     }
 }
 
-pub(super) const SHEETS: &[Sheet] = &[
-    sheet(
+pub(crate) const SECTIONS: &[Section] = &[
+    section(
         "fluid",
         "FLUID",
         "A circle of smoke becomes each of five letters; each is a solve of its own.",
         &["fluid_f", "fluid_l", "fluid_u", "fluid_i", "fluid_d"],
-        Show::Results,
+        Content::Results,
     ),
-    sheet(
+    section(
         "rabbit",
         "Circle, two circles, rabbit",
         "One circle splits into two, and the two become a rabbit, at three weights of the force.",
         &["rabbit_1e2", "rabbit_1e3", "rabbit_1e4"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "abc",
         "ABC",
         "A chain of three letters in one solve.",
         &["abc"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "animals",
         "Ball, dog, duck",
         "In 3D; animals of balls and capsules stand for the paper's meshes.",
         &["animals"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "genus",
         "Varying genus",
         "A ball opens to a ring and the ring to a figure eight, in a box that repeats along all axes.",
         &["genus"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "figure",
         "A figure that walks and punches",
         "30 keyframes, one at every second step, in a box that repeats; joint angles stand for the paper's motion capture.",
         &["figure"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "sphere",
         "Moving sphere",
         "A ball travels through three places, at two weights of the force.",
         &["sphere_1e2", "sphere_1e3"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "fig4",
         "Figure 4: advection operators",
         "The same scene with three ways to carry the density.",
         &["quick", "central", "semi_lagrangian"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "fig6",
         "Figure 6: convergence on two grids and two lengths",
         "The residual of the first Navier-Stokes problem by V-cycle of STFAS, in the paper's plain norm: the rate should depend neither on the grid nor on the number of steps. With lbfgs among the methods, its objective stands in the charts against time.",
         &["coarse_20", "coarse_40", "fine_20", "fine_40"],
-        Show::Cycles,
+        Content::Cycles,
     ),
-    sheet(
+    section(
         "fig7",
         "Figure 7: optimality",
         "The residual of the whole problem's optimality conditions by iteration of ADMM, and that of the advection problem by fixed-point iteration, of which there are eight here instead of two.",
         &["optimality"],
-        Show::Optimality,
+        Content::Optimality,
     ),
-    sheet(
+    section(
         "fig8",
         "Figure 8: more wake as r grows, 2D",
         "The dearer the force, the more the smoke is left to its own flow.",
         &["rabbit_1e2", "rabbit_1e3", "rabbit_1e4"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "fig13",
         "Figure 13: more wake as r grows, 3D",
         "The dearer the force, the more the smoke is left to its own flow.",
         &["sphere_1e2", "sphere_1e3", "sphere_1e4"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "fig14",
         "Figure 14: large r",
         "Where the force is very dear, the Navier-Stokes problem needs Levenberg-Marquardt damping. The curves are the residual of the first such problem.",
         &["damped_1e4", "damped_1e5"],
-        Show::Cycles,
+        Content::Cycles,
     ),
-    sheet(
+    section(
         "fig15",
         "Figure 15: driven smoke",
         "Target-driven smoke (Fattal and Lischinski) without and with the gathering term, too strong and too weak.",
         &["pd", "pd_gathering", "pd_strong", "pd_weak"],
-        Show::Steps,
+        Content::Steps,
     ),
-    sheet(
+    section(
         "dt",
         "The length of a step",
         "The same scene at dt = 0.4, 1 and 2, with the same weights: convergence should not depend on it.",
         &["dt_0.4", "dt_1", "dt_2"],
-        Show::Results,
+        Content::Results,
     ),
 ];

@@ -1,8 +1,8 @@
 //! The page of the paper's scenes.
 
-use super::catalogue::{Entry, GROUPS, NOT_FOUND, QUOTED_FROM, SHEETS, Sheet, Show};
-use super::{Scale, Shown};
-use crate::compare::{self, COLUMNS, Contest, Figures};
+use super::catalogue::{Content, Entry, GROUPS, NOT_FOUND, QUOTED_FROM, SECTIONS, Section};
+use super::scale::Scale;
+use crate::compare::{self, COLUMNS, Comparison, Figures};
 use crate::report::{AdmmRecord, Block, Chart, Curve, Document, RunRecord, Table, product};
 use thurible_core::Named;
 
@@ -15,15 +15,23 @@ const QUOTED: [&str; 5] = [
     "paper: memory",
 ];
 
+/// A scene that has been solved.
+pub(crate) struct SolvedScene {
+    /// The scene.
+    pub entry: &'static Entry,
+    /// What the methods made of it.
+    pub comparison: Comparison,
+}
+
 /// The page about what has been solved so far.
-pub(super) fn page(sheets: &[&Sheet], shown: &[Shown], scale: Scale) -> Document {
+pub(crate) fn page(sections: &[&Section], solved: &[SolvedScene], scale: Scale) -> Document {
     let mut blocks = Vec::new();
-    if let Some(record) = shown.iter().flat_map(|shown| shown.contest.records()).next() {
+    if let Some(record) = solved.iter().flat_map(|scene| scene.comparison.records()).next() {
         blocks.push(Block::Text(compare::measured(record)));
         blocks.push(Block::Code(record.command.clone()));
     }
-    blocks.extend([Block::Table(table(shown)), Block::Text(compare::MEMORY.into())]);
-    let rows: Vec<&Shown> = shown.iter().filter(|shown| in_table(shown.entry)).collect();
+    blocks.extend([Block::Table(table(solved)), Block::Text(compare::MEMORY.into())]);
+    let rows: Vec<&SolvedScene> = solved.iter().filter(|scene| in_table(scene.entry)).collect();
     if !rows.is_empty() {
         blocks.extend([
             Block::Heading("Beside the paper's Table 2".into()),
@@ -31,17 +39,17 @@ pub(super) fn page(sheets: &[&Sheet], shown: &[Shown], scale: Scale) -> Document
             Block::Text(quoted_from(scale)),
         ]);
     }
-    for sheet in sheets {
-        blocks.push(Block::Heading(sheet.title.into()));
-        blocks.push(Block::Text(sheet.text.into()));
-        let own: Vec<&Shown> = sheet
+    for section in sections {
+        blocks.push(Block::Heading(section.title.into()));
+        blocks.push(Block::Text(section.text.into()));
+        let own: Vec<&SolvedScene> = section
             .members()
-            .filter_map(|entry| shown.iter().find(|shown| shown.entry.name == entry.name))
+            .filter_map(|entry| solved.iter().find(|scene| scene.entry.name == entry.name))
             .collect();
         if own.is_empty() {
-            blocks.push(Block::Text(absent(sheet)));
+            blocks.push(Block::Text(absent(section)));
         } else {
-            blocks.extend(section(sheet, &own));
+            blocks.extend(blocks_of(section, &own));
         }
     }
     let size = if scale.name() == "1" {
@@ -56,8 +64,8 @@ pub(super) fn page(sheets: &[&Sheet], shown: &[Shown], scale: Scale) -> Document
     }
 }
 
-fn absent(sheet: &Sheet) -> String {
-    match sheet.only() {
+fn absent(section: &Section) -> String {
+    match section.only() {
         [] => "Not run: the run was stopped before.".into(),
         methods => format!(
             "Not run: it is about {}, which --methods did not name, or the run was stopped before.",
@@ -67,17 +75,17 @@ fn absent(sheet: &Sheet) -> String {
 }
 
 /// One row a scene and method.
-pub(super) fn table(shown: &[Shown]) -> Table {
+pub(crate) fn table(solved: &[SolvedScene]) -> Table {
     let mut head = vec!["scene", "size", "method"];
     head.extend(COLUMNS);
-    let rows = shown.iter().flat_map(|shown| {
-        shown
-            .contest
+    let rows = solved.iter().flat_map(|scene| {
+        scene
+            .comparison
             .figures()
             .into_iter()
             .enumerate()
             .map(|(index, figures)| {
-                let mut row = names(shown, index, &figures);
+                let mut row = names(scene, index, &figures);
                 row.extend(compare::cells(&figures));
                 row
             })
@@ -93,13 +101,13 @@ pub(super) fn table(shown: &[Shown]) -> Table {
 /// Whether a row of the paper's Table 2 is about the scene.
 fn in_table(entry: &Entry) -> bool {
     let table = GROUPS[0].1;
-    SHEETS
+    SECTIONS
         .iter()
-        .any(|sheet| table.contains(&sheet.name) && sheet.entries.contains(&entry.name))
+        .any(|section| table.contains(&section.name) && section.entries.contains(&entry.name))
 }
 
 /// The same columns from this run and from the paper.
-fn beside(shown: &[&Shown]) -> Table {
+fn beside(solved: &[&SolvedScene]) -> Table {
     let mut head = vec![
         "scene",
         "size",
@@ -112,16 +120,16 @@ fn beside(shown: &[&Shown]) -> Table {
     ];
     let ours = head.len();
     head.extend(QUOTED);
-    let rows = shown.iter().flat_map(|shown| {
-        shown
-            .contest
+    let rows = solved.iter().flat_map(|scene| {
+        scene
+            .comparison
             .figures()
             .into_iter()
             .enumerate()
             .map(|(index, figures)| {
-                let mut row = names(shown, index, &figures);
+                let mut row = names(scene, index, &figures);
                 row.extend(compare::in_brief(&figures));
-                row.extend(quoted(shown.entry, index));
+                row.extend(quoted(scene.entry, index));
                 row
             })
     });
@@ -134,17 +142,17 @@ fn beside(shown: &[&Shown]) -> Table {
 }
 
 /// Scene and size once for each scene, and the method.
-fn names(shown: &Shown, index: usize, figures: &Figures) -> Vec<String> {
+fn names(scene: &SolvedScene, index: usize, figures: &Figures) -> Vec<String> {
     let (scene, size) = if index == 0 {
-        (shown.entry.about.to_owned(), size(&shown.contest))
+        (scene.entry.about.to_owned(), size(&scene.comparison))
     } else {
         Default::default()
     };
     vec![scene, size, figures.method.name().to_owned()]
 }
 
-fn size(contest: &Contest) -> String {
-    contest
+fn size(comparison: &Comparison) -> String {
+    comparison
         .records()
         .next()
         .map(|record| format!("{}, {} steps", product(&record.cells), record.steps))
@@ -171,35 +179,35 @@ fn quoted_from(scale: Scale) -> String {
     }
 }
 
-fn section(sheet: &Sheet, shown: &[&Shown]) -> Vec<Block> {
-    let mut charts = match sheet.show {
-        Show::Cycles => cycles(shown).into_iter().collect(),
-        Show::Optimality => shown
+fn blocks_of(section: &Section, solved: &[&SolvedScene]) -> Vec<Block> {
+    let mut charts = match section.content {
+        Content::Cycles => cycles(solved).into_iter().collect(),
+        Content::Optimality => solved
             .iter()
-            .flat_map(|shown| shown.contest.records())
+            .flat_map(|scene| scene.comparison.records())
             .flat_map(|record| [optimality(record), fixed_point(record)])
             .collect(),
-        Show::Results | Show::Steps => Vec::new(),
+        Content::Results | Content::Steps => Vec::new(),
     };
-    charts.extend(shown.iter().filter_map(|shown| {
+    charts.extend(solved.iter().filter_map(|scene| {
         Some(Chart {
-            title: shown.entry.about,
-            ..compare::by_seconds(&shown.contest)?
+            title: scene.entry.about,
+            ..compare::by_seconds(&scene.comparison)?
         })
     }));
     let mut blocks = vec![Block::Charts(charts)];
-    for shown in shown {
-        blocks.push(Block::Part(shown.entry.about.into()));
+    for scene in solved {
+        blocks.push(Block::Part(scene.entry.about.into()));
         blocks.extend(
-            shown
-                .contest
+            scene
+                .comparison
                 .failed
                 .iter()
                 .map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))),
         );
-        blocks.extend(compare::last_keyframe(&shown.contest));
-        if sheet.show == Show::Steps
-            && let Some(solved) = shown.contest.solved.first()
+        blocks.extend(compare::last_keyframe(&scene.comparison));
+        if section.content == Content::Steps
+            && let Some(solved) = scene.comparison.solved.first()
         {
             blocks.push(Block::Text(format!("Steps by {}:", solved.record.method.name())));
             blocks.push(compare::strip(&solved.gallery.strip));
@@ -209,11 +217,11 @@ fn section(sheet: &Sheet, shown: &[&Shown]) -> Vec<Block> {
 }
 
 /// Residuals of the first Navier-Stokes problem of each entry, if ADMM has solved any.
-fn cycles(shown: &[&Shown]) -> Option<Chart> {
+fn cycles(solved: &[&SolvedScene]) -> Option<Chart> {
     let first = |record: &RunRecord| Some(record.history.first()?.admm.as_ref()?.nso_residuals.clone());
-    let residuals: Vec<_> = shown
+    let residuals: Vec<_> = solved
         .iter()
-        .filter_map(|shown| Some((shown.entry.about, shown.contest.records().find_map(first)?)))
+        .filter_map(|scene| Some((scene.entry.about, scene.comparison.records().find_map(first)?)))
         .collect();
     let curve = |(index, (name, residuals)): (usize, (&str, Vec<f64>))| {
         Curve::new(

@@ -1,25 +1,114 @@
 //! From names on the command line to the scenes that are to be solved.
 
-use super::Scale;
-use super::catalogue::{ENTRIES, Entry, GROUPS, SHEETS, Sheet};
+use super::catalogue::{ENTRIES, Entry, GROUPS, SECTIONS, Section};
+use super::scale::Scale;
+use crate::compare::{listed, scenes_by_method};
 use crate::exit::Failure;
-use crate::scene::Document;
-use std::path::Path;
+use crate::run::RunOptions;
+use crate::scene::{Document, Scene};
+use std::path::{Path, PathBuf};
 use toml::Value;
 
 /// Iterations at most, unless an entry or `--set` says otherwise: the files of the examples are meant for a quick look.
 const ITERATIONS: i64 = 60;
 
-/// The sheets that `names` ask for, in the order of the page; Table 2 if there are none.
-pub(super) fn sheets(names: &[String]) -> Result<Vec<&'static Sheet>, Failure> {
+/// What the command line says of the scenes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Selection<'a> {
+    /// Sections and groups of them; Table 2 if there are none.
+    pub names: &'a [String],
+    /// The methods, in the order in which they run.
+    pub methods: &'a [String],
+    /// By how much the grids are made smaller.
+    pub scale: Scale,
+    /// Assignments to keys of every scene.
+    pub sets: &'a [String],
+}
+
+/// A scene that is going to be solved.
+pub(crate) struct PlannedScene {
+    /// The scene.
+    pub entry: &'static Entry,
+    /// By what it is solved.
+    pub methods: Vec<String>,
+    /// It, once for each method.
+    pub scenes: Vec<Scene>,
+    /// Where the results go.
+    pub folder: PathBuf,
+}
+
+impl Selection<'_> {
+    /// The sections that are named, in the order of the page.
+    pub fn sections(&self) -> Result<Vec<&'static Section>, Failure> {
+        let sections = sections(self.names)?;
+        self.refuse_unfit(&sections).map(|()| sections)
+    }
+
+    /// A section that was named must have a method that it is about.
+    fn refuse_unfit(&self, sections: &[&Section]) -> Result<(), Failure> {
+        let unfit = |section: &&&Section| {
+            self.names.iter().any(|name| name == section.name)
+                && section
+                    .members()
+                    .all(|entry| entry.methods(self.methods).is_empty())
+        };
+        sections.iter().find(unfit).map_or(Ok(()), |section| {
+            let only = section.only();
+            Err(Failure::Input(format!(
+                "--methods {}: {} is about {} alone; add it, as in --methods {}",
+                self.methods.join(","),
+                section.name,
+                listed(only),
+                only.join(",")
+            )))
+        })
+    }
+
+    /// Every scene of `sections` once, checked and planned with each of its methods, to be solved in folders below `folder`.
+    pub fn scenes(
+        &self,
+        sections: &[&Section],
+        folder: &Path,
+        options: &RunOptions,
+    ) -> Result<Vec<PlannedScene>, Failure> {
+        let mut all: Vec<PlannedScene> = Vec::new();
+        for entry in sections.iter().flat_map(|section| section.members()) {
+            let methods = entry.methods(self.methods);
+            if methods.is_empty() || all.iter().any(|other| other.entry.name == entry.name) {
+                continue;
+            }
+            let scenes = self.by_method(entry, &methods, options)?;
+            all.push(PlannedScene {
+                entry,
+                methods,
+                scenes,
+                folder: folder.join(entry.name),
+            });
+        }
+        Ok(all)
+    }
+
+    /// The scene of `entry` once for each of `methods`.
+    pub fn by_method(
+        &self,
+        entry: &Entry,
+        methods: &[String],
+        options: &RunOptions,
+    ) -> Result<Vec<Scene>, Failure> {
+        scenes_by_method(&entry.document(self.scale, self.sets)?, methods, options)
+    }
+}
+
+/// The sections that `names` ask for, in the order of the page; Table 2 if there are none.
+fn sections(names: &[String]) -> Result<Vec<&'static Section>, Failure> {
     let mut wanted = Vec::new();
     for name in names {
         match GROUPS.iter().find(|(group, _)| group == name) {
             Some((_, members)) => wanted.extend_from_slice(members),
             None => wanted.push(
-                SHEETS
+                SECTIONS
                     .iter()
-                    .find(|sheet| sheet.name == name)
+                    .find(|section| section.name == name)
                     .ok_or_else(|| unknown(name))?
                     .name,
             ),
@@ -28,16 +117,16 @@ pub(super) fn sheets(names: &[String]) -> Result<Vec<&'static Sheet>, Failure> {
     if names.is_empty() {
         wanted.extend_from_slice(GROUPS[0].1);
     }
-    Ok(SHEETS
+    Ok(SECTIONS
         .iter()
-        .filter(|sheet| wanted.contains(&sheet.name))
+        .filter(|section| wanted.contains(&section.name))
         .collect())
 }
 
 fn unknown(name: &str) -> Failure {
-    let known: Vec<&str> = SHEETS
+    let known: Vec<&str> = SECTIONS
         .iter()
-        .map(|sheet| sheet.name)
+        .map(|section| section.name)
         .chain(GROUPS.iter().map(|(group, _)| *group))
         .collect();
     Failure::Input(format!(
@@ -46,7 +135,7 @@ fn unknown(name: &str) -> Failure {
     ))
 }
 
-impl Sheet {
+impl Section {
     /// Its entries.
     pub fn members(&self) -> impl Iterator<Item = &'static Entry> {
         self.entries
@@ -126,28 +215,30 @@ mod tests {
                 entry.name
             );
             assert!(
-                SHEETS.iter().any(|sheet| sheet.entries.contains(&entry.name)),
-                "{} is in no sheet",
+                SECTIONS
+                    .iter()
+                    .any(|section| section.entries.contains(&entry.name)),
+                "{} is in no section",
                 entry.name
             );
         }
-        for sheet in SHEETS {
+        for section in SECTIONS {
             assert_eq!(
-                sheet.members().count(),
-                sheet.entries.len(),
+                section.members().count(),
+                section.entries.len(),
                 "an entry of {} is missing",
-                sheet.name
+                section.name
             );
             assert!(
-                sheet.members().all(|entry| entry.only == sheet.only()),
+                section.members().all(|entry| entry.only == section.only()),
                 "{} mixes methods",
-                sheet.name
+                section.name
             );
         }
         for name in GROUPS.iter().flat_map(|(_, members)| members.iter()) {
             assert!(
-                SHEETS.iter().any(|sheet| sheet.name == *name),
-                "{name} is no sheet"
+                SECTIONS.iter().any(|section| section.name == *name),
+                "{name} is no section"
             );
         }
     }

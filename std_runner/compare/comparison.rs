@@ -2,17 +2,22 @@
 
 use super::figures::{Figures, ends};
 use crate::console;
-use crate::exit::Failure;
+use crate::exit::{DONE, Failure, NOT_FINITE};
 use crate::interrupt::Interrupt;
 use crate::plan;
 use crate::progress::{Clock, Mode};
 use crate::report::RunRecord;
+use crate::run::{Outcome, Request, RunOptions};
 use crate::scene::{Document, Scene};
-use crate::solve::{Finished, Order, Start};
+use serde_json::{Value, json};
 use std::path::Path;
 
 /// The same scene once for each method, checked and planned: what would be refused is refused before anything is solved.
-pub(crate) fn entries(document: &Document, methods: &[String], order: &Order) -> Result<Vec<Scene>, Failure> {
+pub(crate) fn scenes_by_method(
+    document: &Document,
+    methods: &[String],
+    options: &RunOptions,
+) -> Result<Vec<Scene>, Failure> {
     if let Some(twice) = methods
         .iter()
         .enumerate()
@@ -24,59 +29,55 @@ pub(crate) fn entries(document: &Document, methods: &[String], order: &Order) ->
             twice.1
         )));
     }
-    let entry = |name: &String| {
+    let scene = |name: &String| {
         let mut document = document.clone();
         document.replace(format!("--methods {name}"), "method.name", name.as_str().into())?;
         let scene = Scene::of(document)?;
-        plan::choose(&scene, &order.wishes)?;
+        plan::choose(&scene, &options.plan)?;
         Ok(scene)
     };
-    methods.iter().map(entry).collect()
+    methods.iter().map(scene).collect()
 }
 
 /// What the methods made of a scene.
 #[derive(Default)]
-pub(crate) struct Contest {
+pub(crate) struct Comparison {
     /// Those that came to a result, in order.
-    pub solved: Vec<Finished>,
+    pub solved: Vec<Outcome>,
     /// Those that did not: the method and why.
     pub failed: Vec<(String, String)>,
 }
 
-impl Contest {
-    /// Solves each entry into a folder of its method's name below `folder`, until the user says stop.
-    pub fn hold(
-        entries: Vec<Scene>,
+impl Comparison {
+    /// Solves each scene into a folder of its method's name below `folder`, until the user says stop.
+    pub fn run(
+        scenes: Vec<Scene>,
         methods: &[String],
-        order: &Order,
+        options: &RunOptions,
         folder: &Path,
         interrupt: &Interrupt,
     ) -> Result<Self, Failure> {
-        let mut contest = Self::default();
-        for (scene, method) in entries.into_iter().zip(methods) {
+        let mut comparison = Self::default();
+        for (scene, method) in scenes.into_iter().zip(methods) {
             if interrupt.asked() {
                 break;
             }
-            match order.solve(
-                scene,
-                folder.join(method),
-                Clock::start(),
-                Start {
-                    interrupt: Some(interrupt.clone()),
-                    ..Start::default()
-                },
-            ) {
-                Ok(solved) => contest.solved.push(solved),
+            let request = Request {
+                interrupt: Some(interrupt.clone()),
+                ..Request::new(scene, folder.join(method), Clock::start())
+            };
+            match options.solve(request) {
+                Ok(outcome) => comparison.solved.push(outcome),
                 Err(Failure::NotFinite(why)) => {
-                    if order.mode != Mode::Quiet {
+                    if options.mode != Mode::Quiet {
                         console::error(&format!("thurible: {method}: {why}"));
                     }
-                    contest.failed.push((method.clone(), why));
+                    comparison.failed.push((method.clone(), why));
                 }
                 Err(other) => return Err(other),
             }
         }
-        Ok(contest)
+        Ok(comparison)
     }
 
     /// The records of the results.
@@ -84,14 +85,24 @@ impl Contest {
         self.solved.iter().map(|solved| &solved.record)
     }
 
-    /// The least objective of the results.
-    pub fn best(&self) -> f64 {
-        ends(self.records()).0
-    }
-
     /// The rows of the table.
     pub fn figures(&self) -> Vec<Figures> {
         let ends = ends(self.records());
         self.records().map(|record| Figures::of(record, ends)).collect()
+    }
+
+    /// What a program needs to know of it: the least objective, the rows of the table, and what failed.
+    pub fn facts(&self) -> Value {
+        let failed: Value = self
+            .failed
+            .iter()
+            .map(|(method, why)| json!({ "method": method, "why": why }))
+            .collect();
+        json!({ "best": ends(self.records()).0, "rows": self.figures(), "failed": failed })
+    }
+
+    /// The exit code, if nobody interrupted it.
+    pub fn exit_code(&self) -> u8 {
+        if self.failed.is_empty() { DONE } else { NOT_FINITE }
     }
 }

@@ -1,7 +1,7 @@
 //! `thurible plan SCENE`: the memory of a solve to the byte, and what other sizes and precisions would take.
 
+use super::options::SceneArguments;
 use crate::bytes::{grouped, rounded};
-use crate::cli::SceneArguments;
 use crate::console::print;
 use crate::exit::{DONE, Failure};
 use crate::plan::{self, Planned, block_bytes, plan_fields, scaled, size_in_words};
@@ -18,10 +18,10 @@ pub fn run(arguments: &SceneArguments) -> Result<u8, Failure> {
         &arguments.options.set,
         arguments.method.as_deref(),
     )?;
-    let wishes = arguments.options.wishes();
-    let planned = match wishes.limit {
-        Some(_) => plan::choose(&scene, &wishes)?,
-        None => plan::make(&scene, &wishes)?,
+    let options = arguments.options.plan();
+    let planned = match options.limit {
+        Some(_) => plan::choose(&scene, &options)?,
+        None => plan::make(&scene, &options)?,
     };
     let others = others(&planned);
     match arguments.options.mode() {

@@ -8,7 +8,7 @@ use thurible_core::{InputError, Real, Solver, SolverError, Space};
 
 /// Draws every shape of `scene`, reads the files that it names and hands everything to `solver`; the answer is the mass
 /// factor of each keyframe.
-pub fn hand_over<T: Real, S: Space>(
+pub fn set_inputs<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
 ) -> Result<Vec<f64>, Failure> {
@@ -47,7 +47,7 @@ pub fn hand_over<T: Real, S: Space>(
 }
 
 /// Hands the last density and velocity of the result in `folder` to `solver`; what little of the density is negative becomes 0.
-pub fn hand_on<T: Real, S: Space>(
+pub fn set_inputs_from_result<T: Real, S: Space>(
     scene: &Scene,
     folder: &Path,
     solver: &mut Solver<'_, T, S>,

@@ -1,8 +1,8 @@
 //! `thurible new NAME`: a commented scene to start from.
 
-use crate::cli::NewArguments;
 use crate::console;
 use crate::exit::{DONE, Failure};
+use clap::Args;
 use std::ffi::OsStr;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
@@ -10,6 +10,16 @@ use std::path::{Path, PathBuf};
 
 /// What `new` writes.
 pub const TEMPLATE: &str = include_str!("template.toml");
+
+/// What `new` takes.
+#[derive(Args, Debug)]
+pub struct NewArguments {
+    /// Name of the scene; NAME.toml is written.
+    pub name: PathBuf,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub quiet: bool,
+}
 
 /// Runs `new`.
 pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {

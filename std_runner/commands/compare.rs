@@ -1,0 +1,74 @@
+//! `thurible compare SCENE`: the same scene by several methods, on one page.
+
+use super::options::{MethodList, Options};
+use crate::compare::{self, Comparison, publish, scenes_by_method};
+use crate::exit::{Failure, INTERRUPTED};
+use crate::interrupt::Interrupt;
+use crate::run::Outputs;
+use crate::scene::{Document, Scene};
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// The name of the page and of its facts.
+const STEM: &str = "compare";
+
+/// What `compare` takes.
+#[derive(Args, Debug)]
+pub struct CompareArguments {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// By what it is solved.
+    #[command(flatten)]
+    pub methods: MethodList,
+    /// The common options.
+    #[command(flatten)]
+    pub options: Options,
+    /// Where the page and a result folder for each method go [default: `output.folder` of the scene with _compare after it].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
+/// Runs `compare`.
+pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
+    let methods = &arguments.methods.methods;
+    let mut document = Document::read(&arguments.scene)?;
+    for assignment in &arguments.options.set {
+        document.set(assignment)?;
+    }
+    let scene = Scene::of(document.clone())?;
+    let options = arguments.options.run(Outputs {
+        arrays: true,
+        images: scene.output.frames,
+    });
+    let scenes = scenes_by_method(&document, methods, &options)?;
+    let folder = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| beside(&scene.output.folder));
+    publish::prepare(&folder, STEM)?;
+    publish::check_below(&folder, methods)?;
+    let interrupt = Interrupt::listen()?;
+    let comparison = Comparison::run(scenes, methods, &options, &folder, &interrupt)?;
+    let name = arguments
+        .scene
+        .file_stem()
+        .map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
+    let mut facts = comparison.facts();
+    facts["format"] = json!(1);
+    facts["scene"] = json!(name);
+    publish::write(&folder, STEM, &compare::page(&name, &comparison), &facts)?;
+    publish::announce(options.mode, &folder, STEM, &compare::summary(&comparison), facts);
+    Ok(if interrupt.asked() {
+        INTERRUPTED
+    } else {
+        comparison.exit_code()
+    })
+}
+
+/// The folder of a comparison beside that of a solve.
+fn beside(folder: &Path) -> PathBuf {
+    let mut name = folder.file_name().unwrap_or_default().to_owned();
+    name.push("_compare");
+    folder.with_file_name(name)
+}

@@ -1,0 +1,9 @@
+//! The commands, each with its arguments and its body.
+
+pub mod compare;
+pub mod new;
+pub mod options;
+pub mod paper;
+pub mod plan;
+pub mod simulate;
+pub mod solve;

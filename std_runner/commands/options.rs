@@ -1,0 +1,91 @@
+//! Options that several commands share.
+
+use crate::plan::PlanOptions;
+use crate::problem::Precision;
+use crate::progress::Mode;
+use crate::run::{Outputs, RunOptions};
+use crate::{bytes, threads};
+use clap::Args;
+use std::path::PathBuf;
+
+/// What every command that plans or solves takes.
+#[derive(Args, Debug)]
+pub struct Options {
+    /// Threads [default: as many as the machine offers].
+    #[arg(long, value_name = "N", value_parser = threads::parse)]
+    pub threads: Option<usize>,
+    /// Precision of all numbers [default: f32; of `simulate`, whose forces are next to nothing: f64].
+    #[arg(long, value_enum)]
+    pub precision: Option<Precision>,
+    /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].
+    #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
+    pub memory_limit: Option<usize>,
+    /// Overrides of single keys of the scene.
+    #[arg(
+        long,
+        value_name = "KEY=VALUE",
+        help = "Override any key of the scene, as in --set time.steps=20 or --set 'keyframe[0].text=\"G\"'"
+    )]
+    pub set: Vec<String>,
+    /// Print nothing but errors.
+    #[arg(long, conflicts_with = "json")]
+    pub quiet: bool,
+    /// Print JSON lines.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Options {
+    /// What they say about the plan.
+    pub fn plan(&self) -> PlanOptions {
+        PlanOptions {
+            precision: self.precision.unwrap_or(Precision::F32),
+            threads: self.threads,
+            limit: self.memory_limit,
+        }
+    }
+
+    /// How progress is shown.
+    pub fn mode(&self) -> Mode {
+        match (self.quiet, self.json) {
+            (true, _) => Mode::Quiet,
+            (_, true) => Mode::Json,
+            _ => Mode::Human,
+        }
+    }
+
+    /// What they say about a solve that writes `outputs`.
+    pub(crate) fn run(&self, outputs: Outputs) -> RunOptions {
+        RunOptions {
+            plan: self.plan(),
+            mode: self.mode(),
+            outputs,
+        }
+    }
+}
+
+/// What `solve` and `plan` share.
+#[derive(Args, Debug)]
+pub struct SceneArguments {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// The method: direct, admm, lbfgs or pd.
+    #[arg(long, value_name = "M")]
+    pub method: Option<String>,
+    /// The common options.
+    #[command(flatten)]
+    pub options: Options,
+}
+
+/// The methods of `compare` and `paper`.
+#[derive(Args, Debug)]
+pub struct MethodList {
+    /// The methods, in the order in which they run.
+    #[arg(
+        long,
+        value_name = "M,M",
+        value_delimiter = ',',
+        default_value = "direct,admm"
+    )]
+    pub methods: Vec<String>,
+}

@@ -1,0 +1,160 @@
+//! `thurible paper`: the scenes of the paper's Table 2 and figures, on one page beside the paper's own figures.
+
+use super::options::{MethodList, Options};
+use crate::bytes::rounded;
+use crate::compare::{Comparison, listed, publish};
+use crate::console;
+use crate::exit::{DONE, Failure, INTERRUPTED};
+use crate::interrupt::Interrupt;
+use crate::paper::{self, Entry, GROUPS, SECTIONS, Scale, Selection, SolvedScene};
+use crate::plan::{self, size_in_words};
+use crate::run::{Outputs, RunOptions};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// The name of the page and of its facts.
+const STEM: &str = "paper";
+
+/// What `paper` takes.
+#[derive(Args, Debug)]
+pub struct PaperArguments {
+    /// Which of them; all of Table 2 if none is named. --list shows the names.
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+    /// Print the names and what they are, and solve nothing.
+    #[arg(long)]
+    pub list: bool,
+    /// The paper's cells along each axis times this: 1, 1/2, 1/4 or 1/8; the steps stay.
+    #[arg(long, value_name = "S", default_value = "1", value_parser = Scale::parse)]
+    pub scale: Scale,
+    /// By what they are solved.
+    #[command(flatten)]
+    pub methods: MethodList,
+    /// Keep result.npz of every solve too; at full size they are gigabytes.
+    #[arg(long)]
+    pub arrays: bool,
+    /// The common options.
+    #[command(flatten)]
+    pub options: Options,
+    /// Where the page and the result folders go.
+    #[arg(short, long, value_name = "DIR", default_value = "out/paper")]
+    pub output: PathBuf,
+}
+
+/// Runs `paper`.
+pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
+    let options = arguments.options.run(Outputs {
+        arrays: arguments.arrays,
+        images: false,
+    });
+    let selection = arguments.selection();
+    if arguments.list {
+        return list(&selection, &options);
+    }
+    let sections = selection.sections()?;
+    let planned = selection.scenes(&sections, &arguments.output, &options)?;
+    publish::prepare(&arguments.output, STEM)?;
+    planned
+        .iter()
+        .try_for_each(|planned| publish::check_below(&planned.folder, &planned.methods))?;
+    let interrupt = Interrupt::listen()?;
+    let mut solved = Vec::new();
+    for planned in planned {
+        if interrupt.asked() {
+            break;
+        }
+        solved.push(SolvedScene {
+            entry: planned.entry,
+            comparison: Comparison::run(
+                planned.scenes,
+                &planned.methods,
+                &options,
+                &planned.folder,
+                &interrupt,
+            )?,
+        });
+        // After each scene, so that a long run can be looked at, and leaves what it has if it is stopped.
+        let page = paper::page(&sections, &solved, arguments.scale);
+        publish::write(&arguments.output, STEM, &page, &facts(&solved, arguments.scale))?;
+    }
+    let table = paper::table(&solved).markdown();
+    let facts = facts(&solved, arguments.scale);
+    publish::announce(options.mode, &arguments.output, STEM, &table, facts);
+    Ok(if interrupt.asked() {
+        INTERRUPTED
+    } else {
+        exit_code(&solved)
+    })
+}
+
+impl PaperArguments {
+    fn selection(&self) -> Selection<'_> {
+        Selection {
+            names: &self.names,
+            methods: &self.methods.methods,
+            scale: self.scale,
+            sets: &self.options.set,
+        }
+    }
+}
+
+/// The worst exit code of all scenes.
+fn exit_code(solved: &[SolvedScene]) -> u8 {
+    let codes = solved.iter().map(|scene| scene.comparison.exit_code());
+    codes.max().unwrap_or(DONE)
+}
+
+fn facts(solved: &[SolvedScene], scale: Scale) -> Value {
+    let scene = |scene: &SolvedScene| {
+        let mut facts = scene.comparison.facts();
+        facts["name"] = scene.entry.name.into();
+        facts
+    };
+    json!({ "format": 1, "scale": scale.name(), "scenes": solved.iter().map(scene).collect::<Vec<_>>() })
+}
+
+/// Prints the names, and what the first method that is asked for would take.
+fn list(selection: &Selection<'_>, options: &RunOptions) -> Result<u8, Failure> {
+    for section in SECTIONS {
+        console::print(&format!("{:<10}{}", section.name, section.title));
+        for entry in section.members() {
+            console::print(&format!(
+                "{:<10}  {:<18}{:<40}{}",
+                "",
+                entry.name,
+                entry.about,
+                needs(entry, selection, options)?
+            ));
+        }
+    }
+    for (group, members) in GROUPS
+        .iter()
+        .filter(|(_, members)| members.len() < SECTIONS.len())
+    {
+        console::print(&format!("{group:<10}{}", members.join(" ")));
+    }
+    console::print(&format!("{:<10}all of them; without a name: table2", "all"));
+    Ok(DONE)
+}
+
+/// Size and memory of an entry, or why it would not be solved.
+fn needs(entry: &Entry, selection: &Selection<'_>, options: &RunOptions) -> Result<String, Failure> {
+    let methods = entry.methods(selection.methods);
+    let Some(method) = methods.first() else {
+        return Ok(format!("only by {}", listed(entry.only)));
+    };
+    let scenes = selection.by_method(entry, core::slice::from_ref(method), options)?;
+    let planned = scenes
+        .first()
+        .map(|scene| plan::choose(scene, &options.plan))
+        .transpose()?;
+    Ok(planned.map_or_else(String::new, |planned| {
+        format!(
+            "{}, {} steps, {} by {method}",
+            size_in_words(&planned.problem.cells),
+            planned.problem.steps,
+            rounded(planned.plan.bytes())
+        )
+    }))
+}

@@ -1,0 +1,34 @@
+//! `thurible solve SCENE`: plan, allocate once, solve, make feasible, write.
+
+use super::options::SceneArguments;
+use crate::exit::{Failure, code_of};
+use crate::progress::Clock;
+use crate::run::{Outputs, Request};
+use crate::scene::Scene;
+use clap::Args;
+use std::path::PathBuf;
+
+/// What `solve` takes.
+#[derive(Args, Debug)]
+pub struct SolveArguments {
+    /// The scene and the common options.
+    #[command(flatten)]
+    pub common: SceneArguments,
+    /// The result folder [default: `output.folder` of the scene].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
+/// Runs `solve`.
+pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
+    let common = &arguments.common;
+    let clock = Clock::start();
+    let scene = Scene::load(&common.scene, &common.options.set, common.method.as_deref())?;
+    let options = common.options.run(Outputs {
+        arrays: true,
+        images: scene.output.frames,
+    });
+    let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
+    let outcome = options.solve(Request::new(scene, folder, clock))?;
+    Ok(code_of(outcome.record.status))
+}

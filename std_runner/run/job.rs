@@ -1,0 +1,302 @@
+//! A planned solve in its block of memory: solve, make feasible, write, say what came of it.
+
+use super::frames::SolverFrames;
+use super::inputs::{set_inputs, set_inputs_from_result, solver_refusal};
+use super::outcome::{Facts, Outcome};
+use super::request::{Request, RunOptions};
+use crate::destination::Destination;
+use crate::exit::{Failure, code_of};
+use crate::interrupt::Interrupt;
+use crate::output::{Gallery, Sample};
+use crate::plan::{Planned, plan_fields, size_in_words};
+use crate::problem::Precision;
+use crate::progress::{Display, Mode, Watch, history_bytes, in_words};
+use crate::region::{Region, touch};
+use crate::report::{self, RunRecord};
+use crate::scene::Scene;
+use crate::{bytes, console, threads};
+use core::mem::MaybeUninit;
+use serde_json::json;
+use std::fs;
+use std::path::Path;
+use thurible_core::{D2, D3, Exec, Named, Real, Solver, Space, Status};
+
+/// A given v_0 that projection changes by more than this is worth a warning.
+const DIVERGENT: f64 = 1e-6;
+
+/// Bytes that the runner needs beside the block, about: its stack, buffers of files and the scene,
+const BESIDE: usize = 256 << 10;
+/// and fields of shapes in double precision while they are drawn.
+const FIELDS: usize = 2;
+
+/// A solve that is ready to run.
+pub(super) struct Job {
+    options: RunOptions,
+    request: Request,
+    planned: Planned,
+    /// Bytes that the block takes from the system.
+    footprint: usize,
+}
+
+/// A solve that is over, its arrays and its report written.
+struct Solved {
+    destination: Destination,
+    record: RunRecord,
+    watch: Watch,
+}
+
+fn no_memory(bytes: usize) -> Failure {
+    Failure::Memory(format!(
+        "the system has not {} bytes ({}) for the solve and a little more to read and write; close other programs, or make `grid.cells` or `time.steps` smaller",
+        bytes::grouped(bytes),
+        bytes::rounded(bytes)
+    ))
+}
+
+impl Job {
+    /// Takes the memory of a planned solve, and makes sure that there is enough beside it.
+    pub fn new(options: RunOptions, request: Request, planned: Planned) -> Result<(Self, Region), Failure> {
+        let bytes = planned.plan.bytes();
+        let beside = BESIDE
+            + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>()
+            + history_bytes(planned.most_iterations());
+        let region = Region::new(bytes)
+            .filter(|_| bytes::are_free(beside))
+            .ok_or_else(|| no_memory(bytes))?;
+        let job = Self {
+            options,
+            request,
+            planned,
+            footprint: region.footprint(),
+        };
+        Ok((job, region))
+    }
+
+    /// Solves in `region`, and draws pictures when it has been given back.
+    pub fn run(&self, mut region: Region) -> Result<Outcome, Failure> {
+        let bytes = self.planned.plan.bytes();
+        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
+        touch(block);
+        let solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block))?;
+        drop(region);
+        let gallery = self.draw(&solved)?;
+        if !self.options.outputs.arrays {
+            self.remove_arrays()?;
+        }
+        self.report(&solved);
+        Ok(Outcome {
+            record: solved.record,
+            gallery,
+        })
+    }
+
+    /// Draws the pictures and the page; without pictures where the system has not the memory.
+    fn draw(&self, solved: &Solved) -> Result<Gallery, Failure> {
+        let Solved {
+            destination,
+            record,
+            watch,
+        } = solved;
+        let folder = &self.request.folder;
+        let left = |error| {
+            Failure::File(format!(
+                "{error}; result.npz and report.json are in {}",
+                folder.display()
+            ))
+        };
+        let draw = |aside: &Path| report::draw(folder, aside, record, self.options.outputs.images);
+        let drawn = destination.add(|aside| draw(aside).map_err(left));
+        watch.display.close();
+        let gallery = drawn?;
+        if gallery.is_none() {
+            watch.display.warning("the system has not the memory to draw pictures, so there are none; result.npz, report.json and the page are there");
+        }
+        Ok(gallery.unwrap_or_default())
+    }
+
+    /// Pictures are drawn from `result.npz`; now it can go.
+    fn remove_arrays(&self) -> Result<(), Failure> {
+        let path = self.request.folder.join(report::ARCHIVE);
+        fs::remove_file(&path).map_err(|error| {
+            Failure::File(format!(
+                "cannot remove {}: {error}; remove it yourself",
+                path.display()
+            ))
+        })
+    }
+
+    fn announce(&self, display: &Display) {
+        let planned = &self.planned;
+        display.event("plan", plan_fields(planned));
+        display.note(&format!(
+            "{} by {}: {} cells, {} steps, {} bytes ({}) in {}, {} threads",
+            self.request.scene.document.path().display(),
+            planned.params.method.name(),
+            size_in_words(&planned.problem.cells),
+            planned.problem.steps,
+            bytes::grouped(planned.plan.bytes()),
+            bytes::rounded(planned.plan.bytes()),
+            planned.precision.name(),
+            planned.params.threads
+        ));
+    }
+
+    fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>]) -> Result<Solved, Failure> {
+        match (self.planned.problem.cells.len(), self.planned.precision) {
+            (2, Precision::F32) => self.solve::<f32, D2>(exec, block),
+            (2, Precision::F64) => self.solve::<f64, D2>(exec, block),
+            (_, Precision::F32) => self.solve::<f32, D3>(exec, block),
+            (_, Precision::F64) => self.solve::<f64, D3>(exec, block),
+        }
+    }
+
+    fn solve<T: Real + Sample, S: Space>(
+        &self,
+        exec: &dyn Exec,
+        block: &mut [MaybeUninit<u8>],
+    ) -> Result<Solved, Failure> {
+        let problem = self.planned.problem.problem();
+        let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block)
+            .map_err(|error| solver_refusal(&error))?;
+        let mass_factors = self.set_inputs(&mut solver)?;
+        let destination = Destination::check(&self.request.folder)?;
+        let mut watch = self.watch()?;
+        self.announce(&watch.display);
+        self.prepare(&mut solver, exec, &watch)?;
+        watch.clock.begin();
+        let status = iterate(&mut solver, exec, &mut watch);
+        watch.clock.solved();
+        watch
+            .display
+            .detail(format_args!("making the result feasible and writing it"));
+        if matches!(status, Status::NotFinite | Status::NotReady) || solver.finish(exec).is_err() {
+            watch.display.close();
+            return Err(not_finite(&self.request.scene));
+        }
+        watch.clock.finished();
+        let frames = SolverFrames::new(&solver, &self.planned.problem);
+        let facts = Facts {
+            scene: &self.request.scene,
+            planned: &self.planned,
+            footprint: self.footprint,
+            mass_factors: &mass_factors,
+        };
+        let record = facts.record(&solver, status, &mut watch);
+        destination.fill(|folder| {
+            report::write_numbers(folder, &frames, &record).map_err(|error| Failure::File(error.to_string()))
+        })?;
+        Ok(Solved {
+            destination,
+            record,
+            watch,
+        })
+    }
+
+    /// Hands the solver what it starts from; the answer is the mass factor of each keyframe.
+    fn set_inputs<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>) -> Result<Vec<f64>, Failure> {
+        match &self.request.from {
+            Some(folder) => set_inputs_from_result(&self.request.scene, folder, solver).map(|()| Vec::new()),
+            None => set_inputs(&self.request.scene, solver),
+        }
+    }
+
+    fn watch(&self) -> Result<Watch, Failure> {
+        let interrupt = self
+            .request
+            .interrupt
+            .clone()
+            .map_or_else(Interrupt::listen, Ok)?;
+        let display = Display::new(self.options.mode, self.planned.params.iterations);
+        let most = self.planned.most_iterations();
+        Ok(Watch::new(self.request.clock, display, most, interrupt))
+    }
+
+    /// Projects v_0 and warns if it needed that.
+    fn prepare<T: Real, S: Space>(
+        &self,
+        solver: &mut Solver<'_, T, S>,
+        exec: &dyn Exec,
+        watch: &Watch,
+    ) -> Result<(), Failure> {
+        let changed = solver.prepare(exec).map_err(|error| {
+            self.request.scene.document.refuse(
+                "source",
+                format!("or a keyframe cannot be used: {error}; change it"),
+            )
+        })?;
+        if changed > DIVERGENT {
+            let text = format!(
+                "the initial velocity was not divergence-free; projecting it changed it by {changed:.1e} of its largest value"
+            );
+            watch.display.warning(&text);
+        }
+        Ok(())
+    }
+
+    /// Says what came of it, and where it is.
+    fn report(&self, Solved { record, watch, .. }: &Solved) {
+        let (folder, objective) = (self.request.folder.display(), record.objective);
+        let status = record.status;
+        watch.display.event(
+            "result",
+            json!({
+                "status": status.name(),
+                "exit_code": code_of(status),
+                "iterations": record.history.len(),
+                "seconds": watch.clock.seconds(),
+                "objective": objective,
+                "folder": folder.to_string(),
+            }),
+        );
+        if self.options.mode != Mode::Human {
+            return;
+        }
+        console::print(&format!(
+            "{} after {} iterations and {}",
+            in_sentence(status),
+            record.history.len(),
+            in_words(watch.clock.seconds())
+        ));
+        console::print(&format!(
+            "objective {:.5e} = keyframes {:.5e} + force {:.5e}",
+            objective.total(),
+            objective.data,
+            objective.force
+        ));
+        console::print(&format!(
+            "result in {folder}; open {}",
+            self.request.folder.join("report.html").display()
+        ));
+    }
+}
+
+fn iterate<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, watch: &mut Watch) -> Status {
+    loop {
+        let progress = solver.step(exec, watch);
+        // An iteration that was cut short has no numbers yet.
+        if progress.status != Some(Status::Cancelled) {
+            watch.iteration(&progress);
+        }
+        if let Some(status) = progress.status {
+            return status;
+        }
+    }
+}
+
+fn in_sentence(status: Status) -> &'static str {
+    match status {
+        Status::Converged => "converged",
+        Status::MaxIterations => "stopped at its limit",
+        Status::Stalled => "stalled before its tolerance",
+        Status::NotFinite => "left the finite numbers",
+        Status::Cancelled => "interrupted",
+        Status::NotReady => "lacked its densities",
+    }
+}
+
+fn not_finite(scene: &Scene) -> Failure {
+    Failure::NotFinite(format!(
+        "{}: the solve left the finite numbers, or a flow was too fast to follow, and nothing was written; try --precision f64, more `time.steps` or weaker control",
+        scene.document.path().display()
+    ))
+}

@@ -1,0 +1,28 @@
+//! One solve: from a scene to its result folder.
+//!
+//! [`RunOptions::solve`] plans the scene and takes its one block of memory; the job solves it there, watched by
+//! [`progress`](crate::progress), and writes the folder.
+
+pub mod frames;
+pub mod inputs;
+mod job;
+mod outcome;
+mod request;
+
+pub(crate) use outcome::Outcome;
+pub(crate) use request::{Outputs, Request, RunOptions};
+
+use crate::exit::Failure;
+use crate::{address_space, plan, threads};
+use job::Job;
+
+impl RunOptions {
+    /// Solves the scene of `request` into its folder.
+    pub(crate) fn solve(&self, request: Request) -> Result<Outcome, Failure> {
+        let planned = plan::choose(&request.scene, &self.plan)?;
+        let threads = planned.params.threads;
+        let (job, region) = Job::new(*self, request, planned)?;
+        address_space::check(threads)?;
+        threads::with(threads, || job.run(region))?
+    }
+}

@@ -1,0 +1,145 @@
+//! What comes of a solve: its [`RunRecord`], which is behind `report.json` and `report.html`, and its pictures.
+
+use crate::output::Gallery;
+use crate::plan::Planned;
+use crate::progress::{Clock, Watch};
+use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
+use crate::scene::Scene;
+use thurible_core::{Named, Real, Solver, Space, Status};
+
+/// What comes of a solve, beside its folder.
+pub(crate) struct Outcome {
+    /// What `report.json` holds.
+    pub record: RunRecord,
+    /// The pictures of `report.html`; none if the system had not the memory.
+    pub gallery: Gallery,
+}
+
+/// What is known of a solve beside its solver.
+pub(super) struct Facts<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Problem, parameters and ledger.
+    pub planned: &'a Planned,
+    /// Bytes that the block takes from the system.
+    pub footprint: usize,
+    /// What each keyframe was multiplied by.
+    pub mass_factors: &'a [f64],
+}
+
+impl Facts<'_> {
+    /// The record of what `solver` came to, as `watch` saw it.
+    pub fn record<T: Real, S: Space>(
+        &self,
+        solver: &Solver<'_, T, S>,
+        status: Status,
+        watch: &mut Watch,
+    ) -> RunRecord {
+        let problem = &self.planned.problem;
+        RunRecord {
+            format: 1,
+            cells: problem.cells.clone(),
+            boundary: problem
+                .boundary
+                .iter()
+                .map(|&boundary| boundary.name().into())
+                .collect(),
+            length: problem.length,
+            dt: problem.dt,
+            steps: problem.steps,
+            viscosity: problem.viscosity,
+            force_weight: problem.force_weight,
+            filters: problem.problem().filters(),
+            advection: AdvectionRecord {
+                scheme: problem.advection.scheme.name().into(),
+                tolerance: problem.advection.tolerance,
+            },
+            method: self.planned.params.method,
+            precision: self.planned.precision.name().into(),
+            status,
+            objective: solver.objective().into(),
+            history: core::mem::take(&mut watch.history),
+            memory: self.memory(),
+            seconds: seconds(&watch.clock),
+            threads: self.planned.params.threads,
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: self.scene.document.text().into(),
+            command: command_line(),
+            keyframes: self.keyframes(solver),
+        }
+    }
+
+    fn memory(&self) -> MemoryRecord {
+        let plan = &self.planned.plan;
+        let line = |entry: &thurible_core::Entry| LedgerLine {
+            name: entry.name.into(),
+            bytes: entry.bytes,
+            depth: entry.depth,
+        };
+        MemoryRecord {
+            planned_bytes: plan.bytes(),
+            used_bytes: self.footprint,
+            paper_bound_bytes: plan.paper_bound(),
+            ledger: plan.entries().iter().map(line).collect(),
+        }
+    }
+
+    fn keyframes<T: Real, S: Space>(&self, solver: &Solver<'_, T, S>) -> Vec<KeyframeRecord> {
+        let steps = self
+            .planned
+            .problem
+            .keyframes
+            .iter()
+            .zip(self.mass_factors)
+            .enumerate();
+        steps
+            .map(|(index, (&step, &mass_factor))| {
+                let (mut off, mut size) = (0.0, 0.0);
+                for (found, wanted) in solver.density(step).iter().zip(solver.keyframe(index)) {
+                    let (found, wanted) = (found.to_f64(), wanted.to_f64());
+                    off += (found - wanted) * (found - wanted);
+                    size += wanted * wanted;
+                }
+                KeyframeRecord {
+                    step,
+                    relative_l2: (off / size).sqrt(),
+                    mass_factor,
+                }
+            })
+            .collect()
+    }
+}
+
+fn seconds(clock: &Clock) -> SecondsRecord {
+    let iterations = clock.solved - clock.begun;
+    SecondsRecord {
+        total: clock.total(),
+        setup: clock.begun,
+        nested: clock.nested,
+        ao: clock.ao.seconds(),
+        nso: clock.nso.seconds(),
+        other: (iterations - clock.nested - clock.ao.seconds() - clock.nso.seconds()).max(0.0),
+        finish: clock.finished - clock.solved,
+        ao_average: clock.ao.average(),
+        nso_average: clock.nso.average(),
+    }
+}
+
+/// The command line, with quotes around what a shell would split.
+fn command_line() -> String {
+    let plain = |text: &str| {
+        text.chars()
+            .all(|letter| letter.is_ascii_alphanumeric() || "-_./=:,+".contains(letter))
+    };
+    let quoted = |text: String| {
+        if plain(&text) && !text.is_empty() {
+            text
+        } else {
+            format!("'{}'", text.replace('\'', r"'\''"))
+        }
+    };
+    std::env::args_os()
+        .map(|argument| quoted(argument.to_string_lossy().into_owned()))
+        .collect::<Vec<_>>()
+        .join(" ")
+}

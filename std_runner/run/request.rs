@@ -1,0 +1,54 @@
+//! What is to be solved, and how.
+
+use crate::interrupt::Interrupt;
+use crate::plan::PlanOptions;
+use crate::progress::{Clock, Mode};
+use crate::scene::Scene;
+use std::path::PathBuf;
+
+/// How scenes are to be solved.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RunOptions {
+    /// Precision, threads and memory.
+    pub plan: PlanOptions,
+    /// How progress is shown.
+    pub mode: Mode,
+    /// What stays in the result folder beside the report.
+    pub outputs: Outputs,
+}
+
+/// Which of the large parts of a result folder are wanted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outputs {
+    /// `result.npz`.
+    pub arrays: bool,
+    /// The frames and the animation.
+    pub images: bool,
+}
+
+/// A scene to be solved.
+pub(crate) struct Request {
+    /// The scene.
+    pub scene: Scene,
+    /// Where the result goes.
+    pub folder: PathBuf,
+    /// Runs since the scene was read.
+    pub clock: Clock,
+    /// A result that the flow continues from its last step, instead of the scene's source.
+    pub from: Option<PathBuf>,
+    /// Listens for Ctrl-C; if there is none, the solve listens itself.
+    pub interrupt: Option<Interrupt>,
+}
+
+impl Request {
+    /// A scene that starts from its source.
+    pub fn new(scene: Scene, folder: PathBuf, clock: Clock) -> Self {
+        Self {
+            scene,
+            folder,
+            clock,
+            from: None,
+            interrupt: None,
+        }
+    }
+}
