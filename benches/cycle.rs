@@ -1,25 +1,26 @@
-//! Seconds of one V(2,2) cycle of STFAS in f32 on two threads, beside the machine's own yardstick, a triad.
+//! Seconds of one V(2,2) cycle of STFAS in f32 on two threads, beside the machine's own machine, a triad.
 //!
 //! `cargo bench --bench cycle`; `-- --quick` leaves out the largest size.
 
 mod common;
 
 use common::{pool, size, sure};
-use thurible::bench::navier_stokes::Case;
-use thurible::bench::yardstick::{Yardstick, best};
+use thurible_bench::machine::Machine;
+use thurible_bench::navier_stokes::Case;
+use thurible_bench::timing::best;
 use thurible_core::{D2, D3, Exec, Silent, Space};
 
 fn main() {
     let quick = std::env::args().any(|argument| argument == "--quick");
     let exec = pool();
-    let yardstick = sure(Yardstick::measure(exec, quick));
-    println!("{}", yardstick.sentence());
+    let machine = sure(Machine::measure(exec, quick));
+    println!("{}", machine.sentence());
     println!(
         "{:<18}{:>12}{:>20}{:>34}",
         "cells, N", "s/cycle", "ns per cell, slot", "unknowns read at triad speed"
     );
     for (n, steps) in [(64, 40), (128, 40), (256, 80)] {
-        report::<D2>(exec, &Case::new(&[n, n], steps, 1.0), yardstick.moment.triad);
+        report::<D2>(exec, &Case::new(&[n, n], steps, 1.0), machine.moment.triad);
     }
     let sizes: &[(usize, usize)] = if quick {
         &[(32, 30)]
@@ -27,7 +28,7 @@ fn main() {
         &[(32, 30), (64, 20), (64, 60)]
     };
     for &(n, steps) in sizes {
-        report::<D3>(exec, &Case::new(&[n; 3], steps, 1.0), yardstick.moment.triad);
+        report::<D3>(exec, &Case::new(&[n; 3], steps, 1.0), machine.moment.triad);
     }
 }
 

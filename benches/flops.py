@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Counts the floating-point operations that each kernel executes, for `thurible bench roofline --flops FILE`.
+"""Counts the floating-point operations that each kernel executes, for `thurible-bench roofline --flops FILE`.
 
-    cargo build --release && python3 benches/flops.py target/release/thurible docs/flops.json
+    cargo build --release -p thurible-bench && python3 benches/flops.py target/release/thurible-bench docs/flops.json
 
 Needs valgrind and objdump. Callgrind says how often every instruction of the program runs, objdump which one it is: an addition,
 subtraction, multiplication, division, square root, minimum or maximum counts once for each number of its vector, a fused
@@ -44,7 +44,7 @@ def executed(program, order, table):
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "out")
         command = ["valgrind", "--tool=callgrind", "--dump-instr=yes", "--compress-pos=no", "--compress-strings=no", f"--callgrind-out-file={out}"]
-        run = subprocess.run([*command, program, "bench", "roofline", "--threads", "1", "--only", order], capture_output=True, text=True, check=True)
+        run = subprocess.run([*command, program, "roofline", "--threads", "1", "--only", order], capture_output=True, text=True, check=True)
         total = 0
         called = False
         with open(out) as lines:

@@ -7,7 +7,7 @@
     reason = "calling functions compiled for AVX-512 after asking the machine for it"
 )]
 
-use thurible::bench::yardstick::best;
+use thurible_bench::timing::best;
 
 /// Coefficients of the kernel: own and other colour of the neighbour rows, own cell, other colour, time. Their sum is about 1.
 const C: [f32; 5] = [0.013, -0.011, 0.31, 0.17, 0.55];

@@ -6,7 +6,7 @@ use common::exec::THREADS;
 use common::{pool, size, sure};
 use core::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
-use thurible::bench::scenes::letter_f;
+use thurible_bench::scenes::letter_f;
 use thurible_core::{D2, Silent};
 
 fn methods(criterion: &mut Criterion) {

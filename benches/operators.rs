@@ -6,8 +6,8 @@ use common::{pool, size, sure};
 use criterion::{
     BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
 };
-use thurible::bench::flow;
-use thurible::bench::pieces::Trajectories;
+use thurible_bench::flow;
+use thurible_bench::pieces::Trajectories;
 use thurible_core::exec::{RowBuffers, for_rows};
 use thurible_core::field::{Block, Vector, VectorMut};
 use thurible_core::grid::Grid;

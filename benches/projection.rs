@@ -4,7 +4,7 @@ mod common;
 
 use common::{pool, size, sure};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use thurible::bench::pieces::Trajectories;
+use thurible_bench::pieces::Trajectories;
 use thurible_core::{D2, D3, Exec, Silent, Space};
 
 /// Slots of the trajectories.

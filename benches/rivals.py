@@ -2,7 +2,7 @@
 """What other programs take for a circle that becomes two, beside thurible, in one session: a part of docs/performance.md.
 
     python3 -m venv venv && venv/bin/pip install phiflow 'jax[cpu]' scipy
-    python3 benches/rivals.py venv/bin/python ../shared/tools/rivals.py target/release/thurible docs
+    python3 benches/rivals.py venv/bin/python ../shared/tools/rivals.py target/release/thurible-bench docs
 
 Prints the lines of JSON that it got and puts a table between the marks of the page.
 """
@@ -27,9 +27,9 @@ def time(seconds):
     return "-" if seconds is None else f"{1000 * seconds:.1f} ms" if seconds < 0.1 else f"{seconds:.2f} s"
 
 
-def main(python, rivals, thurible, folder):
+def main(python, rivals, program, folder):
     ours = {}
-    for line in lines([thurible, "bench", "circles", "--json"]):
+    for line in lines([program, "circles", "--json"]):
         if row := line.get("row"):
             ours[row["cells"][0], row["precision"]] = row
     table = [

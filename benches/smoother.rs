@@ -4,7 +4,7 @@ mod common;
 
 use common::{pool, size};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use thurible::bench::flow;
+use thurible_bench::flow;
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::nso::level::{LevelMut, State, Weights};

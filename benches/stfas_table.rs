@@ -10,9 +10,9 @@ use common::rate::{asymptotic, listed};
 use common::{pool, size, sure};
 use std::process::ExitCode;
 use std::time::Instant;
-use thurible::bench::navier_stokes::Case;
-use thurible::bench::ready::Ready;
-use thurible::bench::scenes::{letter_f, moving_sphere};
+use thurible_bench::navier_stokes::Case;
+use thurible_bench::prepared::PreparedScene;
+use thurible_bench::scenes::{letter_f, moving_sphere};
 use thurible_core::nso::local::Slow;
 use thurible_core::{Colours, D2, D3, Exec, Norm, Real, Silent, Space};
 
@@ -365,8 +365,8 @@ fn print_floor(name: &str, single: &[f64], double: &[f64]) {
 }
 
 /// The first iterations of ADMM, each of which may take all cycles.
-fn solved<S: Space>(exec: &dyn Exec, name: &str, ready: &Ready) {
-    fn iterations<T: Real, S: Space>(exec: &dyn Exec, ready: &Ready) -> Vec<Vec<f64>> {
+fn solved<S: Space>(exec: &dyn Exec, name: &str, ready: &PreparedScene) {
+    fn iterations<T: Real, S: Space>(exec: &dyn Exec, ready: &PreparedScene) -> Vec<Vec<f64>> {
         sure(ready.with::<T, S, _>(exec, |solver| {
             (0..3)
                 .map(|_| solver.step(exec, &mut Silent).admm.nso_residuals.to_vec())

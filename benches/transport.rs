@@ -4,7 +4,7 @@ mod common;
 
 use common::{pool, size};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use thurible::bench::pieces::Trajectories;
+use thurible_bench::pieces::Trajectories;
 use thurible_core::{D2, D3, Exec, Scheme, Space};
 
 fn transport(criterion: &mut Criterion) {

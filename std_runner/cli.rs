@@ -1,6 +1,5 @@
 //! The words of the command line; each command's own stand beside it in [`commands`](crate::commands).
 
-use crate::bench::arguments::BenchArguments;
 use crate::commands::compare::CompareArguments;
 use crate::commands::new::NewArguments;
 use crate::commands::options::SceneArguments;
@@ -34,8 +33,6 @@ pub enum Command {
     Compare(CompareArguments),
     /// Solve the scenes of Pan & Manocha's paper and put the results beside its own.
     Paper(PaperArguments),
-    /// Measure this machine: speed, scaling, memory.
-    Bench(BenchArguments),
     /// Write a commented scene to start from.
     New(NewArguments),
 }

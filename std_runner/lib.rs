@@ -3,7 +3,7 @@
 //! The path of the data is the order of the modules: the command line ([`cli`], acted on by [`program`] and [`commands`]) names a [`scene`], its shapes become
 //! densities ([`keyframes`]), its numbers become a [`problem`], whose [`plan`] says how many bytes the one block
 //! ([`region`]) must have; [`run`] solves it there on a pool of [`threads`], watched by [`progress`], and
-//! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper; [`mod@bench`] measures.
+//! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper.
 //!
 //! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`] and [`exit`] alone are the feature `embed`. Without
 //! either the library only hands on the core.
@@ -13,8 +13,6 @@ pub use thurible_core;
 
 #[cfg(feature = "std")]
 pub mod address_space;
-#[cfg(feature = "std")]
-pub mod bench;
 #[cfg(feature = "embed")]
 pub mod bytes;
 #[cfg(feature = "std")]

@@ -2,8 +2,8 @@
 
 use crate::cli::{Cli, Command};
 use crate::commands::{compare, new, paper, plan, simulate, solve};
+use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
-use crate::{bench, console};
 use clap::Parser;
 
 /// Runs the program and returns its exit code; errors are one sentence on stderr.
@@ -29,7 +29,6 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Plan(arguments) => plan::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
-        Command::Bench(arguments) => bench::run(arguments),
         Command::New(arguments) => new::run(arguments),
     }
 }

@@ -1,4 +1,4 @@
-//! What the benches share beyond `thurible::bench`: threads, ratios, how they stop.
+//! What the benches share beyond `thurible_bench`: threads, ratios, how they stop.
 #![allow(dead_code, reason = "each bench uses its own part")]
 
 pub mod exec;

@@ -14,10 +14,12 @@ const MOST_DOTS: usize = 60;
 const FILE_STYLE: &str = include_str!("chart.css");
 
 /// A named curve, in pieces where it is interrupted.
-pub(crate) struct Curve {
+pub struct Curve {
+    /// Beside its end.
     pub name: String,
     /// 1 ..= 4: which of the page's colours; 5, for a bound, is dashed and only in files.
     pub colour: usize,
+    /// Its points, in order.
     pub pieces: Vec<Vec<(f64, f64)>>,
 }
 
@@ -41,7 +43,7 @@ impl Curve {
 
 /// What the horizontal axis counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Scale {
+pub enum Scale {
     /// Whole numbers, evenly.
     Counts,
     /// Powers of ten.
@@ -49,11 +51,16 @@ pub(crate) enum Scale {
 }
 
 /// Curves; the vertical axis is logarithmic.
-pub(crate) struct Chart {
+pub struct Chart {
+    /// What it shows.
     pub title: &'static str,
+    /// Below the title, if it is not empty.
     pub note: &'static str,
+    /// What the horizontal axis counts.
     pub across: &'static str,
+    /// How it counts.
     pub scale: Scale,
+    /// The curves.
     pub curves: Vec<Curve>,
 }
 

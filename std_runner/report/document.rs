@@ -39,7 +39,7 @@ pub(crate) enum Block {
 
 /// Rows below a head: names stand left, figures right.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Table {
+pub struct Table {
     /// Names of the columns.
     pub head: Vec<&'static str>,
     /// So many columns from the left hold names.

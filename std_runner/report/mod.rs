@@ -10,14 +10,15 @@ mod words;
 
 use std::path::Path;
 
-pub(crate) use chart::{Chart, Curve, Scale};
-pub(crate) use charts::by_grid;
-pub(crate) use document::{Block, Document, Shot, Table};
+pub use chart::{Chart, Curve, Scale};
+pub use document::Table;
 pub use record::{
     AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord,
     ObjectiveRecord, RunRecord, SecondsRecord,
 };
 
+pub(crate) use charts::by_grid;
+pub(crate) use document::{Block, Document, Shot};
 pub(crate) use record::{by_name, cells};
 pub(crate) use tables::product;
 pub(crate) use words::{bytes, number, seconds};

@@ -1,25 +1,25 @@
 //! Real scenes with overrides, ready to be solved.
 
 use super::flow::courant_of;
-use crate::bytes::{grouped, rounded};
-use crate::exit::Failure;
-use crate::problem::{OwnedProblem, Precision, params_of, refusal};
-use crate::region::Region;
-use crate::run::inputs::{set_inputs, solver_refusal};
-use crate::scene::{Document, Scene};
 use core::mem::MaybeUninit;
 use std::path::Path;
+use thurible::bytes::{grouped, rounded};
+use thurible::exit::Failure;
+use thurible::problem::{OwnedProblem, Precision, params_of, refusal};
+use thurible::region::Region;
+use thurible::run::inputs::{set_inputs, solver_refusal};
+use thurible::scene::{Document, Scene};
 use thurible_core::{Exec, Params, Plan, Problem, Real, Solver, Space};
 
 /// A scene with what its solve needs.
-pub struct Ready {
+pub struct PreparedScene {
     scene: Scene,
     problem: OwnedProblem,
     /// The parameters, to change before [`Self::with`].
     pub params: Params,
 }
 
-impl Ready {
+impl PreparedScene {
     /// The scene `text` by `method`, with assignments as after `--set`.
     ///
     /// # Errors

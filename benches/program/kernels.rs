@@ -2,10 +2,10 @@
 
 use super::navier_stokes::Case;
 use super::pieces::{Carried, Trajectories};
-use super::yardstick::{best, timed};
+use super::timing::{best, timed};
 use super::{scenes, solves};
-use crate::exit::Failure;
 use core::hint::black_box;
+use thurible::exit::Failure;
 use thurible_core::{DirectParams, Exec, Scheme, Silent, Space};
 
 /// Part of its divergence that the projection leaves.
@@ -81,8 +81,8 @@ impl Kernel {
             Self::Backward => Ok(backward::<S>(exec, cells, steps, repeats)),
             Self::Projection => projection::<S>(exec, cells, steps, repeats),
             Self::Direct => {
-                let ready = scenes::drift(cells, steps, false, exec.threads())?;
-                solves::iterations::<f32, S, 1>([exec], &ready, [repeats, repeats + MORE_ITERATIONS])
+                let prepared = scenes::drift(cells, steps, false, exec.threads())?;
+                solves::iterations::<f32, S, 1>([exec], &prepared, [repeats, repeats + MORE_ITERATIONS])
                     .map(|[iterations]| iterations.seconds)
             }
         }

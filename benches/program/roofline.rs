@@ -1,16 +1,18 @@
-//! `thurible bench roofline`: bytes, operations and rates of each kernel beside what the machine can do.
+//! `thurible-bench roofline`: bytes, operations and rates of each kernel beside what the machine can do.
 
-use super::arguments::RooflineArguments;
 use super::kernels::Kernel;
-use super::sheet::{self, Line, Sheet};
-use super::yardstick::Yardstick;
-use super::{Voice, section, with_team};
-use crate::exit::{DONE, Failure};
-use crate::plan::size_in_words;
+use super::machine::Machine;
+use super::printer::Printer;
+use super::section;
+use super::table::{self, Line, Table};
+use super::threads::with_threads;
+use crate::arguments::RooflineArguments;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
+use thurible::exit::{DONE, Failure};
+use thurible::plan::size_in_words;
 use thurible_core::simd::{self, Level};
 use thurible_core::{D2, D3, Exec};
 
@@ -40,35 +42,35 @@ struct Row {
     of_arithmetic: Option<f64>,
 }
 
-/// Runs `bench roofline`.
+/// Runs `roofline`.
 pub(super) fn run(arguments: &RooflineArguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     if let Some(order) = &arguments.only {
-        return with_team(common.threads, |exec| only(exec, order));
+        return with_threads(common.threads, |exec| only(exec, order));
     }
     section::check(common.out.as_deref())?;
     let counts = arguments.flops.as_deref().map_or(Ok(Value::Null), counts)?;
-    let voice = Voice::of(common);
-    with_team(common.threads, |exec| {
-        let yardstick = Yardstick::measure(exec, common.quick)?;
-        voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
-        let mut sheet = Sheet::begin(voice);
+    let printer = Printer::of(common);
+    with_threads(common.threads, |exec| {
+        let machine = Machine::measure(exec, common.quick)?;
+        printer.say(&machine.sentence(), json!({ "machine": machine }));
+        let mut table = Table::begin(printer);
         for (cells, steps) in if common.quick { QUICK_SIZES } else { SIZES } {
             for kernel in Kernel::ALL {
-                sheet.add(Row::new(
+                table.add(Row::new(
                     kernel,
                     cells,
                     steps,
                     time(exec, kernel, cells, steps, REPEATS)?,
                     &counts,
-                    &yardstick,
+                    &machine,
                 ));
             }
         }
         section::write(
             common.out.as_deref(),
             "roofline",
-            &format!("{}\n\n{}", yardstick.sentence(), sheet.markdown()),
+            &format!("{}\n\n{}", machine.sentence(), table.markdown()),
         )
     })?;
     Ok(DONE)
@@ -110,7 +112,7 @@ fn only(exec: &dyn Exec, order: &str) -> Result<u8, Failure> {
         COUNTED_SMALL
     };
     time(exec, kernel, cells, steps, times)?;
-    crate::console::print(&(cells.iter().product::<usize>() * (steps - 1)).to_string());
+    thurible::console::print(&(cells.iter().product::<usize>() * (steps - 1)).to_string());
     Ok(DONE)
 }
 
@@ -136,7 +138,7 @@ impl Row {
         steps: usize,
         seconds: f64,
         counts: &Value,
-        yardstick: &Yardstick,
+        machine: &Machine,
     ) -> Self {
         let [of_step, of_all] = [1, steps].map(|steps| (cells.iter().product::<usize>() * steps) as f64);
         let least_bytes = size_of::<f32>() as f64 * kernel.least_numbers(cells.len()) * of_all;
@@ -150,8 +152,8 @@ impl Row {
             seconds,
             least_bytes,
             flops,
-            of_memory: least_bytes / yardstick.moment.triad / seconds,
-            of_arithmetic: flops.map(|flops| flops / yardstick.moment.flops / seconds),
+            of_memory: least_bytes / machine.moment.triad / seconds,
+            of_arithmetic: flops.map(|flops| flops / machine.moment.flops / seconds),
         }
     }
 }
@@ -180,7 +182,7 @@ impl Line<10> for Row {
         [
             self.kernel.into(),
             format!("{}, {}", size_in_words(&self.cells), self.steps),
-            sheet::time(self.seconds),
+            table::time(self.seconds),
             format!("{:.3}", 1e-9 * self.least_bytes),
             counted(self.flops.map(|flops| 1e-9 * flops), 2),
             format!("{:.1}", 1e-9 * self.least_bytes / self.seconds),

@@ -1,5 +1,4 @@
-//! `thurible bench`: the memory table against sums and formulas of its own, the tables of speed in small, and the pages.
-#![cfg(feature = "std")]
+//! `thurible-bench`: the memory table against sums and formulas of its own, the tables of speed in small, and the pages.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -7,11 +6,42 @@
     reason = "a test says what went wrong by panicking"
 )]
 
-mod support;
-
 use serde_json::Value;
 use std::fs;
-use support::{fresh_folder, run};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use thurible::bytes::grouped;
+use thurible::phases::phases;
+use thurible::problem::{OwnedProblem, Precision};
+use thurible_core::{Method, Params};
+
+/// The exit code and what was printed on stdout and stderr.
+struct Ended {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+/// Runs the program with all words of `arguments`.
+fn run(arguments: &[&[&str]]) -> Ended {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_thurible-bench"));
+    let output = command.args(arguments.concat()).output().unwrap();
+    Ended {
+        code: output.status.code().unwrap_or(-1),
+        out: String::from_utf8_lossy(&output.stdout).into_owned(),
+        err: String::from_utf8_lossy(&output.stderr).into_owned(),
+    }
+}
+
+/// A fresh, empty folder for the test `name`.
+fn fresh_folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    if folder.exists() {
+        fs::remove_dir_all(&folder).unwrap();
+    }
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
 
 fn number(row: &Value, name: &str) -> u64 {
     row[name].as_u64().unwrap_or_else(|| panic!("{name} of {row}"))
@@ -25,14 +55,7 @@ fn bound(cells: u64, dims: u32, steps: u64, bytes: u64) -> u64 {
 #[test]
 fn the_memory_table_adds_up() {
     let folder = fresh_folder("bench_memory").join("docs");
-    let ended = run(&[
-        "bench",
-        "memory",
-        "--quick",
-        "--json",
-        "--out",
-        folder.to_str().unwrap(),
-    ]);
+    let ended = run(&[&["memory", "--quick", "--json", "--out", folder.to_str().unwrap()]]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     let rows: Vec<Value> = ended
         .out
@@ -91,8 +114,9 @@ fn the_memory_table_adds_up() {
             row["precision"].as_str().unwrap()
         );
         assert!(
-            page.lines().any(|line| line.contains(&shown)
-                && line.contains(&thurible::bytes::grouped(usize::try_from(planned).unwrap()))),
+            page.lines()
+                .any(|line| line.contains(&shown)
+                    && line.contains(&grouped(usize::try_from(planned).unwrap()))),
             "{row}"
         );
     }
@@ -107,37 +131,17 @@ fn the_memory_table_adds_up() {
     }
 }
 
-/// The rows are those that `plan` knows.
+/// The rows are those that a plan knows.
 #[test]
 fn the_memory_table_is_that_of_plan() {
-    let sets = [
-        "--set",
-        "grid.cells=[64,64]",
-        "--set",
-        "time.steps=20",
-        "--set",
-        "keyframe[0].step=20",
-        "--set",
-        "grid.length=1",
-    ];
-    let plan = run(&[
-        &[
-            "plan",
-            "examples/small_letter.toml",
-            "--threads",
-            "1",
-            "--json",
-            "--method",
-            "admm",
-            "--precision",
-            "f64",
-        ][..],
-        &sets,
-    ]
-    .concat());
-    let plan: Value = serde_json::from_str(&plan.out).unwrap();
-    let ended = run(&["bench", "memory", "--quick"]);
-    let planned = thurible::bytes::grouped(usize::try_from(number(&plan, "planned_bytes")).unwrap());
+    let problem = OwnedProblem::new(vec![64, 64], vec![20]);
+    let params = Params {
+        method: Method::Admm,
+        ..Params::default()
+    };
+    let plan = problem.plan(&params, Precision::F64).unwrap();
+    let ended = run(&[&["memory", "--quick"]]);
+    let planned = grouped(plan.bytes());
     assert!(
         ended
             .out
@@ -146,12 +150,8 @@ fn the_memory_table_is_that_of_plan() {
         "{planned}: {}",
         ended.out
     );
-    for phase in plan["phases"].as_array().unwrap() {
-        assert!(
-            ended.out.contains(phase["name"].as_str().unwrap()),
-            "{phase}: {}",
-            ended.out
-        );
+    for phase in phases(plan.entries(), plan.bytes()) {
+        assert!(ended.out.contains(&phase.name), "{phase:?}: {}", ended.out);
     }
 }
 
@@ -164,9 +164,9 @@ fn bench_refuses_what_it_does_not_know() {
         &["--quiet", "--json"],
         &["roofline", "--only", "cycle,4,1"],
     ] {
-        assert_eq!(run(&[&["bench"], words].concat()).code, 2, "{words:?}");
+        assert_eq!(run(&[words]).code, 2, "{words:?}");
     }
-    let ended = run(&["bench", "roofline", "--quick", "--flops", "no/such/file"]);
+    let ended = run(&[&["roofline", "--quick", "--flops", "no/such/file"]]);
     assert_eq!(ended.code, 4, "{}", ended.err);
     assert!(
         ended.err.contains("no/such/file") && ended.err.contains("benches/flops.py") && ended.out.is_empty(),
@@ -177,7 +177,7 @@ fn bench_refuses_what_it_does_not_know() {
 
 /// The rows that a command prints in small, after what the machine can do.
 fn rows(words: &[&str]) -> Vec<Value> {
-    let ended = run(&[&["bench"], words, &["--quick", "--json"]].concat());
+    let ended = run(&[words, &["--quick", "--json"]]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     let lines: Vec<Value> = ended
         .out
@@ -344,7 +344,7 @@ fn a_page_that_cannot_be_written_is_refused_before_anything_is_measured() {
     let file = fresh_folder("bench_page").join("file");
     fs::write(&file, "mine").unwrap();
     for words in [&["memory"][..], &[], &["scaling"], &["roofline"], &["circles"]] {
-        let ended = run(&[&["bench"], words, &["--quick", "--out", file.to_str().unwrap()]].concat());
+        let ended = run(&[words, &["--quick", "--out", file.to_str().unwrap()]]);
         assert_eq!(ended.code, 4, "{words:?}: {}", ended.err);
         assert!(
             ended.err.contains("--out") && ended.out.is_empty(),

@@ -1,13 +1,13 @@
 //! Whole solves and their iterations on the clock.
 
-use super::memory::resident;
-use super::ready::Ready;
-use super::yardstick::timed;
-use crate::exit::Failure;
-use crate::problem::Precision;
+use super::prepared::PreparedScene;
+use super::process::resident;
+use super::timing::timed;
 use core::ops::ControlFlow;
 use std::fs;
 use std::time::Instant;
+use thurible::exit::Failure;
+use thurible::problem::Precision;
 use thurible_core::{Exec, Progress, Real, Silent, Solver, Space, Status};
 
 /// How close to the final objective counts as there.
@@ -32,12 +32,12 @@ pub(super) struct Iterations {
 /// them runs on the last one.
 pub(super) fn iterations<T: Real, S: Space, const N: usize>(
     execs: [&dyn Exec; N],
-    ready: &Ready,
+    prepared: &PreparedScene,
     [first, last]: [usize; 2],
 ) -> Result<[Iterations; N], Failure> {
-    let planned = ready.plan(Precision::of::<T>())?.bytes();
+    let planned = prepared.plan(Precision::of::<T>())?.bytes();
     let before = forget_peak();
-    ready.with::<T, S, _>(execs[N - 1], |solver| {
+    prepared.with::<T, S, _>(execs[N - 1], |solver| {
         let mut number = 1;
         while number < first {
             let progress = solver.step(execs[N - 1], &mut Silent);
@@ -56,7 +56,7 @@ pub(super) fn iterations<T: Real, S: Space, const N: usize>(
             Iterations {
                 seconds: seconds[count / 2],
                 evaluations,
-                courant: ready.courant(solver),
+                courant: prepared.courant(solver),
                 planned,
                 touched,
             }
@@ -80,8 +80,8 @@ pub(super) struct Reached {
 }
 
 /// Solves to the end: when the objective was within 1 % of the last.
-pub(super) fn to_final<S: Space>(exec: &dyn Exec, ready: &Ready) -> Result<Reached, Failure> {
-    ready.with::<f32, S, _>(exec, |solver| {
+pub(super) fn to_final<S: Space>(exec: &dyn Exec, prepared: &PreparedScene) -> Result<Reached, Failure> {
+    prepared.with::<f32, S, _>(exec, |solver| {
         let mut path = Vec::new();
         watch(exec, solver, |_, progress, seconds| {
             path.push((
@@ -102,8 +102,8 @@ pub(super) fn to_final<S: Space>(exec: &dyn Exec, ready: &Ready) -> Result<Reach
 }
 
 /// Solves to the end of ADMM's own rule.
-pub(super) fn to_stop<S: Space>(exec: &dyn Exec, ready: &Ready) -> Result<Reached, Failure> {
-    ready.with::<f32, S, _>(exec, |solver| {
+pub(super) fn to_stop<S: Space>(exec: &dyn Exec, prepared: &PreparedScene) -> Result<Reached, Failure> {
+    prepared.with::<f32, S, _>(exec, |solver| {
         let mut reached = Reached {
             seconds: None,
             iterations: 0,
@@ -123,11 +123,11 @@ pub(super) fn to_stop<S: Space>(exec: &dyn Exec, ready: &Ready) -> Result<Reache
 /// Solves until half the squared distance from the last keyframe, without any blur, is `part` of what it was at rest.
 pub(super) fn to_part<T: Real, S: Space>(
     exec: &dyn Exec,
-    ready: &Ready,
+    prepared: &PreparedScene,
     part: f64,
 ) -> Result<Reached, Failure> {
-    let (steps, last) = (ready.problem().steps, ready.problem().keyframes.len() - 1);
-    ready.with::<T, S, _>(exec, |solver| {
+    let (steps, last) = (prepared.problem().steps, prepared.problem().keyframes.len() - 1);
+    prepared.with::<T, S, _>(exec, |solver| {
         let at_rest = distance(solver.density(0), solver.keyframe(last));
         let mut path = Vec::new();
         watch(exec, solver, |solver, progress, seconds| {

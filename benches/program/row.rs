@@ -1,11 +1,11 @@
 //! The lines of the speed table.
 
-use super::sheet::{self, Line};
+use super::machine::Moment;
 use super::solves::Iterations;
-use super::yardstick::Moment;
-use crate::bytes::rounded;
-use crate::plan::size_in_words;
+use super::table::{self, Line};
 use serde::Serialize;
+use thurible::bytes::rounded;
+use thurible::plan::size_in_words;
 
 /// The triad of the machine that the targets are for.
 const TARGET_TRIAD: f64 = 45e9;
@@ -109,7 +109,7 @@ impl Line<11> for Row {
     const WIDTHS: &'static [usize] = &[44, 18];
 
     fn texts(&self) -> [String; 11] {
-        let time = |value: Option<f64>| value.map_or_else(|| "-".into(), sheet::time);
+        let time = |value: Option<f64>| value.map_or_else(|| "-".into(), table::time);
         let ratio = |by: Option<f64>| {
             self.seconds
                 .zip(by)

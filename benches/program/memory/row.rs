@@ -1,26 +1,19 @@
-//! `thurible bench memory`: bytes planned and bytes touched for a table of sizes, methods and precisions.
-//!
-//! Each row is solved in a process of its own, so that nothing an earlier one left behind is counted: it notes how much of it is
-//! resident, takes the block, solves, and asks the system for the most that ever was (`VmHWM`).
+//! A row of the memory table: what is solved in it, and what is measured.
 
-use super::arguments::MemoryArguments;
-use super::page;
-use super::ready::no_memory;
-use crate::bytes::grouped;
-use crate::console::print;
-use crate::exit::{DONE, Failure};
-use crate::phases::{Phase, phases};
-use crate::plan::{block_bytes, size_in_words};
-use crate::problem::{OwnedProblem, Precision};
-use crate::region::Region;
-use crate::run::inputs::solver_refusal;
+use crate::prepared::no_memory;
+use crate::process::resident;
 use core::ops::ControlFlow;
 use core::time::Duration;
 use serde::{Deserialize, Serialize};
-use std::fs;
-use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
+use thurible::bytes::grouped;
+use thurible::exit::Failure;
+use thurible::phases::{Phase, phases};
+use thurible::plan::{block_bytes, size_in_words};
+use thurible::problem::{OwnedProblem, Precision};
+use thurible::region::Region;
+use thurible::run::inputs::solver_refusal;
 use thurible_core::{D2, D3, Event, Method, Named, Observer, Params, Real, Serial, Solver, Space};
 
 /// Sizes of the table, smallest first in each dimension; `--quick` takes the first of each.
@@ -75,12 +68,13 @@ pub(super) struct Measured {
 
 /// What the process of a row says.
 #[derive(Deserialize, Serialize)]
-struct Touched {
-    touched_bytes: Option<usize>,
+pub(super) struct Touched {
+    /// Beyond what it had before; `None` where the system does not tell.
+    pub touched_bytes: Option<usize>,
 }
 
 /// All rows, or those of the smallest sizes.
-fn rows(quick: bool) -> Vec<Row> {
+pub(super) fn rows(quick: bool) -> Vec<Row> {
     let sizes = SIZES
         .iter()
         .enumerate()
@@ -100,86 +94,6 @@ fn rows(quick: bool) -> Vec<Row> {
         }
     }
     rows
-}
-
-/// Runs `bench memory`.
-pub fn run(arguments: &MemoryArguments) -> Result<u8, Failure> {
-    let rows = rows(arguments.quick);
-    if let Some(index) = arguments.row {
-        let row = rows
-            .get(index)
-            .ok_or_else(|| Failure::Input(format!("there is no row {index}; there are {}", rows.len())))?;
-        print(
-            &serde_json::json!(Touched {
-                touched_bytes: row.touch()?
-            })
-            .to_string(),
-        );
-        return Ok(DONE);
-    }
-    if let Some(folder) = &arguments.out {
-        page::check(folder)?;
-    }
-    if !arguments.json {
-        print(&heading());
-    }
-    let mut table = Vec::with_capacity(rows.len());
-    for (index, row) in rows.iter().enumerate() {
-        let measured = row.measure(index, arguments.quick)?;
-        print(&if arguments.json {
-            serde_json::json!(measured).to_string()
-        } else {
-            line(&measured)
-        });
-        table.push(measured);
-    }
-    if !arguments.json {
-        print_phases(&table);
-    }
-    if let Some(folder) = &arguments.out {
-        page::write(folder, &table, arguments.quick)?;
-    }
-    Ok(DONE)
-}
-
-fn heading() -> String {
-    format!(
-        "{:>14}{:>6}  {:<7}{:<5}{:>15}{:>15}{:>11}{:>15}{:>9}{:>10}",
-        "cells", "steps", "method", "", "planned", "touched", "of plan", "bound M", "of M", "B/cell/step"
-    )
-}
-
-fn line(row: &Measured) -> String {
-    let [
-        cells,
-        steps,
-        method,
-        precision,
-        planned,
-        touched,
-        part,
-        bound,
-        of_bound,
-        each,
-    ] = row.columns(["-", "-"]);
-    format!(
-        "{cells:>14}{steps:>6}  {method:<7}{precision:<5}{planned:>15}{touched:>15}{part:>11}{bound:>15}{of_bound:>9}{each:>10}"
-    )
-}
-
-/// High-water marks of the last single-precision row of each method and dimension.
-fn print_phases(table: &[Measured]) {
-    for row in representatives(table) {
-        print(&format!(
-            "\n{} by {} in {}, in use at most:",
-            size_in_words(&row.cells),
-            row.method,
-            row.precision
-        ));
-        for Phase { name, bytes } in &row.phases {
-            print(&format!("{:>15}  {name}", grouped(*bytes)));
-        }
-    }
 }
 
 /// The largest single-precision row of each method and dimension.
@@ -226,7 +140,7 @@ impl Measured {
 
 impl Row {
     /// Plans the row, and has it solved by a process of its own.
-    fn measure(&self, index: usize, quick: bool) -> Result<Measured, Failure> {
+    pub fn measure(&self, index: usize, quick: bool) -> Result<Measured, Failure> {
         let plan = self
             .problem
             .plan(&self.params, self.precision)
@@ -247,7 +161,7 @@ impl Row {
     }
 
     /// Solves the row here; bytes that were touched meanwhile.
-    fn touch(&self) -> Result<Option<usize>, Failure> {
+    pub fn touch(&self) -> Result<Option<usize>, Failure> {
         match (self.problem.cells.len(), self.precision) {
             (2, Precision::F32) => self.solve::<f32, D2>(),
             (2, Precision::F64) => self.solve::<f64, D2>(),
@@ -317,15 +231,15 @@ fn ask(index: usize, quick: bool) -> Result<Option<usize>, Failure> {
     let program = std::env::current_exe().map_err(|error| cannot(error.to_string()))?;
     let mut command = Command::new(program);
     command
-        .args(["bench", "memory", "--row", &index.to_string()])
+        .args(["memory", "--row", &index.to_string()])
         .args(quick.then_some("--quick"));
     let output = command.output().map_err(|error| cannot(error.to_string()))?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr)
             .trim()
-            .trim_start_matches("thurible: ")
+            .trim_start_matches("thurible-bench: ")
             .to_string();
-        return Err(if output.status.code() == Some(crate::exit::MEMORY.into()) {
+        return Err(if output.status.code() == Some(thurible::exit::MEMORY.into()) {
             Failure::Memory(said)
         } else {
             cannot(said)
@@ -333,18 +247,4 @@ fn ask(index: usize, quick: bool) -> Result<Option<usize>, Failure> {
     }
     let said: Touched = serde_json::from_slice(&output.stdout).map_err(|error| cannot(error.to_string()))?;
     Ok(said.touched_bytes)
-}
-
-/// A figure of this process's memory, where the system tells (Linux).
-pub(super) fn resident(name: &str) -> Option<usize> {
-    let status = fs::read_to_string(Path::new("/proc/self/status")).ok()?;
-    let kibibytes: usize = status
-        .lines()
-        .find_map(|line| line.strip_prefix(name))?
-        .trim()
-        .strip_suffix("kB")?
-        .trim()
-        .parse()
-        .ok()?;
-    Some(1024 * kibibytes)
 }

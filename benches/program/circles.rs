@@ -1,16 +1,18 @@
-//! `thurible bench circles`: iterations of the direct method and a solve, in both precisions, of the scene that rivals solve.
+//! `thurible-bench circles`: iterations of the direct method and a solve, in both precisions, of the scene that rivals solve.
 
-use super::arguments::MeasureArguments;
-use super::sheet::{Line, Sheet, time};
+use super::machine::Machine;
+use super::printer::Printer;
 use super::solves;
 use super::speed::PART;
-use super::yardstick::Yardstick;
-use super::{Voice, scenes, section, with_team};
-use crate::exit::{DONE, Failure};
-use crate::plan::size_in_words;
-use crate::problem::Precision;
+use super::table::{Line, Table, time};
+use super::threads::with_threads;
+use super::{scenes, section};
+use crate::arguments::MeasureArguments;
 use serde::Serialize;
 use serde_json::json;
+use thurible::exit::{DONE, Failure};
+use thurible::plan::size_in_words;
+use thurible::problem::Precision;
 use thurible_core::{D2, Exec, Real};
 
 const SIZES: [(usize, usize); 2] = [(64, 20), (128, 40)];
@@ -34,22 +36,22 @@ struct Row {
     solve_iterations: usize,
 }
 
-/// Runs `bench circles`.
+/// Runs `circles`.
 pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
     section::check(arguments.out.as_deref())?;
-    let voice = Voice::of(arguments);
-    with_team(arguments.threads, |exec| {
-        let yardstick = Yardstick::measure(exec, arguments.quick)?;
-        voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
-        let mut sheet = Sheet::begin(voice);
+    let printer = Printer::of(arguments);
+    with_threads(arguments.threads, |exec| {
+        let machine = Machine::measure(exec, arguments.quick)?;
+        printer.say(&machine.sentence(), json!({ "machine": machine }));
+        let mut table = Table::begin(printer);
         for (side, steps) in if arguments.quick { QUICK_SIZES } else { SIZES } {
-            sheet.add(Row::measure::<f32>(exec, side, steps)?);
-            sheet.add(Row::measure::<f64>(exec, side, steps)?);
+            table.add(Row::measure::<f32>(exec, side, steps)?);
+            table.add(Row::measure::<f64>(exec, side, steps)?);
         }
         section::write(
             arguments.out.as_deref(),
             "circles",
-            &format!("{}\n\n{}", yardstick.sentence(), sheet.markdown()),
+            &format!("{}\n\n{}", machine.sentence(), table.markdown()),
         )
     })?;
     Ok(DONE)
@@ -63,9 +65,9 @@ impl Row {
             format!("time.steps={steps}"),
             format!("keyframe[0].step={steps}"),
         ];
-        let ready = scenes::two_circles(&sets, exec.threads())?;
-        let [iterations] = solves::iterations::<T, D2, 1>([exec], &ready, ITERATIONS)?;
-        let reached = solves::to_part::<T, D2>(exec, &ready, PART)?;
+        let prepared = scenes::two_circles(&sets, exec.threads())?;
+        let [iterations] = solves::iterations::<T, D2, 1>([exec], &prepared, ITERATIONS)?;
+        let reached = solves::to_part::<T, D2>(exec, &prepared, PART)?;
         Ok(Self {
             cells,
             steps,

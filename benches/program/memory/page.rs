@@ -1,50 +1,25 @@
 //! `memory.md` and its figures.
 
-use super::memory::{METHODS, Measured, representatives};
-use crate::address_space;
-use crate::bytes::grouped;
-use crate::exit::Failure;
-use crate::plan::size_in_words;
-use crate::region::MARGIN;
-use crate::report::{Chart, Curve, Scale};
-use std::fs;
+use super::row::{METHODS, Measured, representatives};
+use crate::files;
 use std::path::Path;
+use thurible::address_space;
+use thurible::bytes::grouped;
+use thurible::exit::Failure;
+use thurible::plan::size_in_words;
+use thurible::region::MARGIN;
+use thurible::report::{Chart, Curve, Scale};
 use thurible_core::{Method, Named};
 
 /// The page.
 const PAGE: &str = "memory.md";
 
-/// Refuses a folder that cannot be written, before anything is measured.
-pub(super) fn check(folder: &Path) -> Result<(), Failure> {
-    let probe = folder.join(format!(".thurible-probe-{}", std::process::id()));
-    let tried = fs::create_dir_all(folder)
-        .and_then(|()| fs::write(&probe, ""))
-        .and_then(|()| fs::remove_file(&probe));
-    tried.map_err(|error| {
-        Failure::File(format!(
-            "cannot write the folder {}: {error}; choose another one with --out DIR",
-            folder.display()
-        ))
-    })
-}
-
 /// Writes the page and a figure for each dimension.
 pub(super) fn write(folder: &Path, table: &[Measured], quick: bool) -> Result<(), Failure> {
     for dims in [2, 3] {
-        put(folder, &figure(dims), &chart(table, dims).to_svg())?;
+        files::put(folder, &figure(dims), &chart(table, dims).to_svg())?;
     }
-    put(folder, PAGE, &page(table, quick))
-}
-
-/// Writes a file of the folder.
-pub(super) fn put(folder: &Path, name: &str, text: &str) -> Result<(), Failure> {
-    let path = folder.join(name);
-    fs::write(&path, text).map_err(|error| {
-        Failure::File(format!(
-            "cannot write {}: {error}; free some space or choose another folder",
-            path.display()
-        ))
-    })
+    files::put(folder, PAGE, &page(table, quick))
 }
 
 fn figure(dims: usize) -> String {
@@ -85,9 +60,9 @@ fn chart(table: &[Measured], dims: usize) -> Chart {
 
 fn page(table: &[Measured], quick: bool) -> String {
     let command = if quick {
-        "cargo run --release -- bench memory --quick --out docs"
+        "cargo thurible-bench memory --quick --out docs"
     } else {
-        "cargo run --release -- bench memory --out docs"
+        "cargo thurible-bench memory --out docs"
     };
     let thread = address_space::OF_A_THREAD >> 20;
     let mut page = format!(

@@ -1,8 +1,8 @@
 //! A Navier-Stokes problem (NSO) with a synthetic target, alone in its memory.
 
 use super::flow;
-use super::ready::{in_block, no_memory};
-use crate::exit::Failure;
+use super::prepared::{in_block, no_memory};
+use thurible::exit::Failure;
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;

@@ -1,16 +1,16 @@
 //! The parts of `performance.md` that commands write, between marks; what people wrote around them stays.
 
-use super::page;
-use crate::exit::Failure;
+use super::files;
 use std::fs;
 use std::path::Path;
+use thurible::exit::Failure;
 
 /// The page.
 const PAGE: &str = "performance.md";
 
 /// Refuses a folder that cannot be written, before anything is measured.
 pub(super) fn check(folder: Option<&Path>) -> Result<(), Failure> {
-    folder.map_or(Ok(()), page::check)
+    folder.map_or(Ok(()), files::check)
 }
 
 /// Puts `text` between the marks of part `name`, which come last if the page does not have them yet.
@@ -27,7 +27,7 @@ pub(super) fn write(folder: Option<&Path>, name: &str, text: &str) -> Result<(),
             )));
         }
     };
-    page::put(folder, PAGE, &replaced(&page, name, text))
+    files::put(folder, PAGE, &replaced(&page, name, text))
 }
 
 fn replaced(page: &str, name: &str, text: &str) -> String {

@@ -1,13 +1,18 @@
-//! The words of `bench`.
+//! The words of the command line.
 
-use crate::threads;
-use clap::{Args, Subcommand};
+use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
+use thurible::threads;
 
-/// What `bench` takes.
-#[derive(Args, Debug)]
-#[command(args_conflicts_with_subcommands = true)]
-pub struct BenchArguments {
+/// Measures this machine with thurible: the speed of kernels, iterations and solves, scaling, memory.
+#[derive(Debug, Parser)]
+#[command(
+    name = "thurible-bench",
+    version,
+    about,
+    args_conflicts_with_subcommands = true
+)]
+pub struct Arguments {
     /// What is measured, if not the speed of kernels, iterations and solves.
     #[command(subcommand)]
     pub what: Option<Benchmark>,
@@ -52,7 +57,7 @@ pub struct MeasureArguments {
     pub json: bool,
 }
 
-/// What `bench roofline` takes.
+/// What `roofline` takes.
 #[derive(Args, Debug)]
 pub struct RooflineArguments {
     /// Options of all measurements of speed.
@@ -66,7 +71,7 @@ pub struct RooflineArguments {
     pub only: Option<String>,
 }
 
-/// What `bench memory` takes.
+/// What `memory` takes.
 #[derive(Args, Debug)]
 pub struct MemoryArguments {
     /// The smallest sizes alone.

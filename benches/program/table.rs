@@ -1,9 +1,9 @@
 //! A table that is printed line by line, and written as Markdown when it is complete.
 
-use super::Voice;
-use crate::report;
+use super::printer::Printer;
 use serde::Serialize;
 use serde_json::json;
+use thurible::report;
 
 /// Space between columns.
 const GAP: usize = 2;
@@ -19,24 +19,24 @@ pub(super) trait Line<const N: usize>: Serialize {
 }
 
 /// The lines so far.
-pub(super) struct Sheet<L, const N: usize> {
-    voice: Voice,
+pub(super) struct Table<L, const N: usize> {
+    printer: Printer,
     lines: Vec<L>,
 }
 
-impl<L: Line<N>, const N: usize> Sheet<L, N> {
+impl<L: Line<N>, const N: usize> Table<L, N> {
     /// Prints the head.
-    pub fn begin(voice: Voice) -> Self {
-        voice.for_people(&Self::laid_out(&L::HEAD.map(String::from)));
+    pub fn begin(printer: Printer) -> Self {
+        printer.for_people(&Self::laid_out(&L::HEAD.map(String::from)));
         Self {
-            voice,
+            printer,
             lines: Vec::new(),
         }
     }
 
     /// Prints a line and keeps it.
     pub fn add(&mut self, line: L) {
-        self.voice
+        self.printer
             .say(&Self::laid_out(&line.texts()), json!({ "row": line }));
         self.lines.push(line);
     }

@@ -1,14 +1,16 @@
-//! `thurible bench`: how long kernels, iterations and solves take, beside a triad of the same run.
+//! `thurible-bench`: how long kernels, iterations and solves take, beside a triad of the same run.
 
-use super::arguments::BenchArguments;
 use super::kernels::Kernel;
+use super::machine::{Machine, Moment};
+use super::printer::Printer;
 use super::row::{Peak, Row};
-use super::sheet::Sheet;
 use super::solves::{self, Reached};
-use super::yardstick::{Moment, Yardstick};
-use super::{Voice, scenes, section, with_team};
-use crate::exit::{DONE, Failure};
+use super::table::Table;
+use super::threads::with_threads;
+use super::{scenes, section};
+use crate::arguments::Arguments;
 use serde_json::json;
+use thurible::exit::{DONE, Failure};
 use thurible_core::{D2, D3, Exec};
 
 /// Part of the distance from the keyframe at which the circles are there.
@@ -65,22 +67,22 @@ struct Run<'a> {
     moment: Moment,
     sizes: Sizes,
     quick: bool,
-    sheet: Sheet<Row, 11>,
+    table: Table<Row, 11>,
 }
 
-/// Runs `bench`.
-pub(super) fn run(arguments: &BenchArguments) -> Result<u8, Failure> {
+/// Runs it.
+pub(super) fn run(arguments: &Arguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     section::check(common.out.as_deref())?;
-    with_team(common.threads, |exec| {
-        let (voice, yardstick) = (Voice::of(common), Yardstick::measure(exec, common.quick)?);
-        voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
+    with_threads(common.threads, |exec| {
+        let (printer, machine) = (Printer::of(common), Machine::measure(exec, common.quick)?);
+        printer.say(&machine.sentence(), json!({ "machine": machine }));
         let mut run = Run {
             exec,
-            moment: yardstick.moment,
+            moment: machine.moment,
             sizes: Sizes::new(common.quick),
             quick: common.quick,
-            sheet: Sheet::begin(voice),
+            table: Table::begin(printer),
         };
         let peak = run.iterations_in_3d()?;
         run.kernels()?;
@@ -88,11 +90,11 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<u8, Failure> {
         if arguments.long {
             run.long()?;
         }
-        voice.say(&peak.sentence(), json!({ "memory": peak }));
+        printer.say(&peak.sentence(), json!({ "memory": peak }));
         let text = format!(
             "{}\n\n{}\n{}\n",
-            yardstick.sentence(),
-            run.sheet.markdown(),
+            machine.sentence(),
+            run.table.markdown(),
             peak.sentence()
         );
         section::write(common.out.as_deref(), "speed", &text)
@@ -104,7 +106,7 @@ impl Run<'_> {
     /// Completes a row and tells it.
     fn add(&mut self, row: Row) -> Result<(), Failure> {
         let before = core::mem::replace(&mut self.moment, Moment::measure(self.exec, self.quick)?);
-        self.sheet.add(row.beside(before.mean(self.moment), self.quick));
+        self.table.add(row.beside(before.mean(self.moment), self.quick));
         Ok(())
     }
 
@@ -125,8 +127,8 @@ impl Run<'_> {
 
     /// Iterations of the direct method in the cube, and what memory they took.
     fn iterations_in_3d(&mut self) -> Result<Peak, Failure> {
-        let ready = scenes::moving_sphere(&self.sizes.sets_of_cube(), "direct", self.exec.threads())?;
-        let [iterations] = solves::iterations::<f32, D3, 1>([self.exec], &ready, FEW)?;
+        let prepared = scenes::moving_sphere(&self.sizes.sets_of_cube(), "direct", self.exec.threads())?;
+        let [iterations] = solves::iterations::<f32, D3, 1>([self.exec], &prepared, FEW)?;
         let (cells, steps) = self.sizes.cube.clone();
         let row = Row::new(
             "direct iteration, moving_sphere",
@@ -146,8 +148,8 @@ impl Run<'_> {
                 format!("time.steps={steps}"),
                 format!("keyframe[0].step={steps}"),
             ];
-            let ready = scenes::letter_f(&sets, "direct", self.exec.threads())?;
-            let [iterations] = solves::iterations::<f32, D2, 1>([self.exec], &ready, MANY)?;
+            let prepared = scenes::letter_f(&sets, "direct", self.exec.threads())?;
+            let [iterations] = solves::iterations::<f32, D2, 1>([self.exec], &prepared, MANY)?;
             let row = Row::new(
                 "direct iteration, letter_f",
                 &cells,

@@ -1,7 +1,7 @@
 //! The scenes that are timed, with assignments as after `--set`.
 
-use super::ready::Ready;
-use crate::exit::Failure;
+use super::prepared::PreparedScene;
+use thurible::exit::Failure;
 
 const LETTER_F: &str = include_str!("../../examples/letter_f.toml");
 const MOVING_SPHERE: &str = include_str!("../../examples/moving_sphere.toml");
@@ -25,31 +25,31 @@ force_weight = 100.0
 ///
 /// # Errors
 /// [`Failure`]: an assignment is wrong.
-pub fn letter_f(assignments: &[String], method: &str, threads: usize) -> Result<Ready, Failure> {
-    Ready::new("letter_f", LETTER_F, assignments, method, threads)
+pub fn letter_f(assignments: &[String], method: &str, threads: usize) -> Result<PreparedScene, Failure> {
+    PreparedScene::new("letter_f", LETTER_F, assignments, method, threads)
 }
 
 /// A circle becomes two.
 ///
 /// # Errors
 /// [`Failure`]: an assignment is wrong.
-pub fn two_circles(assignments: &[String], threads: usize) -> Result<Ready, Failure> {
-    Ready::new("two_circles", TWO_CIRCLES, assignments, "direct", threads)
+pub fn two_circles(assignments: &[String], threads: usize) -> Result<PreparedScene, Failure> {
+    PreparedScene::new("two_circles", TWO_CIRCLES, assignments, "direct", threads)
 }
 
 /// A ball travels through three places.
 ///
 /// # Errors
 /// [`Failure`]: an assignment is wrong.
-pub fn moving_sphere(assignments: &[String], method: &str, threads: usize) -> Result<Ready, Failure> {
-    Ready::new("moving_sphere", MOVING_SPHERE, assignments, method, threads)
+pub fn moving_sphere(assignments: &[String], method: &str, threads: usize) -> Result<PreparedScene, Failure> {
+    PreparedScene::new("moving_sphere", MOVING_SPHERE, assignments, method, threads)
 }
 
 /// Smoke that moves 0.4 cells a step, as far as there is room: much the same work for each cell and step in boxes of any size.
 ///
 /// # Errors
 /// [`Failure`]: there is no such box.
-pub fn drift(cells: &[usize], steps: usize, nested: bool, threads: usize) -> Result<Ready, Failure> {
+pub fn drift(cells: &[usize], steps: usize, nested: bool, threads: usize) -> Result<PreparedScene, Failure> {
     let shift = (0.2 * steps as f64 / cells[0] as f64).min(0.15);
     let circle = |x: f64| format!("circle = {{ center = [{x}, 0.5], radius = 0.15 }}");
     let text = format!(
@@ -57,5 +57,5 @@ pub fn drift(cells: &[usize], steps: usize, nested: bool, threads: usize) -> Res
         circle(0.5 - shift),
         circle(0.5 + shift)
     );
-    Ready::new("drift", &text, &[], "direct", threads)
+    PreparedScene::new("drift", &text, &[], "direct", threads)
 }

@@ -1,8 +1,8 @@
 //! The transport and the projection alone, in f32 on synthetic flows.
 
 use super::flow;
-use super::ready::{in_block, no_memory};
-use crate::exit::Failure;
+use super::prepared::{in_block, no_memory};
+use thurible::exit::Failure;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::memory::Arena;

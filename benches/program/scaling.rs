@@ -1,16 +1,18 @@
-//! `thurible bench scaling`: cost for each cell and step at many sizes, on one thread and on all.
+//! `thurible-bench scaling`: cost for each cell and step at many sizes, on one thread and on all.
 
-use super::arguments::MeasureArguments;
 use super::kernels::Kernel;
-use super::sheet::{Line, Sheet};
+use super::machine::{Machine, Moment, gain};
+use super::printer::Printer;
 use super::solves;
-use super::yardstick::{Moment, Yardstick, gain};
-use super::{Voice, page, scenes, section, with_team};
-use crate::exit::{DONE, Failure};
-use crate::plan::size_in_words;
-use crate::report::{Chart, Curve, Scale};
+use super::table::{Line, Table};
+use super::threads::with_threads;
+use super::{files, scenes, section};
+use crate::arguments::MeasureArguments;
 use serde::Serialize;
 use serde_json::json;
+use thurible::exit::{DONE, Failure};
+use thurible::plan::size_in_words;
+use thurible::report::{Chart, Curve, Scale};
 use thurible_core::{D2, D3, Exec, Serial, Space};
 
 const SIZES: [(&[usize], usize); 11] = [
@@ -57,36 +59,36 @@ struct Row {
     moment: Moment,
 }
 
-/// Runs `bench scaling`.
+/// Runs `scaling`.
 pub(super) fn run(arguments: &MeasureArguments) -> Result<u8, Failure> {
     section::check(arguments.out.as_deref())?;
     let sizes: &[_] = if arguments.quick { &QUICK_SIZES } else { &SIZES };
-    let voice = Voice::of(arguments);
-    let (yardstick, sheet) = with_team(arguments.threads, |exec| {
-        let yardstick = Yardstick::measure(exec, arguments.quick)?;
-        voice.say(&yardstick.sentence(), json!({ "machine": yardstick }));
-        let mut sheet = Sheet::begin(voice);
+    let printer = Printer::of(arguments);
+    let (machine, table) = with_threads(arguments.threads, |exec| {
+        let machine = Machine::measure(exec, arguments.quick)?;
+        printer.say(&machine.sentence(), json!({ "machine": machine }));
+        let mut table = Table::begin(printer);
         for &(cells, steps) in sizes {
             let quick = arguments.quick;
-            sheet.add(if cells.len() == 2 {
+            table.add(if cells.len() == 2 {
                 Row::measure::<D2>(exec, cells, steps, quick)
             } else {
                 Row::measure::<D3>(exec, cells, steps, quick)
             }?);
         }
-        Ok((yardstick, sheet))
+        Ok((machine, table))
     })?;
     let Some(folder) = &arguments.out else {
         return Ok(DONE);
     };
     for dims in [2, 3] {
-        page::put(
+        files::put(
             folder,
             &format!("scaling_{dims}d.svg"),
-            &chart(sheet.lines(), dims).to_svg(),
+            &chart(table.lines(), dims).to_svg(),
         )?;
     }
-    section::write(Some(folder), "scaling", &text(&yardstick, &sheet))?;
+    section::write(Some(folder), "scaling", &text(&machine, &table))?;
     Ok(DONE)
 }
 
@@ -100,10 +102,10 @@ impl Row {
         let before = Moment::measure(exec, quick)?;
         let count = cells.iter().product::<usize>() * steps;
         let repeats = (ENOUGH / count).clamp(1, 20);
-        let ready = scenes::drift(cells, steps, true, exec.threads())?;
+        let prepared = scenes::drift(cells, steps, true, exec.threads())?;
         let among = ITERATIONS[usize::from(count > LARGE)];
         let cycle = |exec: &dyn Exec| Kernel::Cycle.seconds::<S>(exec, cells, steps, repeats);
-        let [alone, together] = solves::iterations::<f32, S, 2>([&Serial, exec], &ready, among)?;
+        let [alone, together] = solves::iterations::<f32, S, 2>([&Serial, exec], &prepared, among)?;
         let rows = cells.iter().skip(1).product();
         let ns = |seconds: f64| 1e9 * seconds / count as f64;
         Ok(Self {
@@ -165,13 +167,13 @@ impl Line<14> for Row {
     }
 }
 
-fn text(yardstick: &Yardstick, sheet: &Sheet<Row, 14>) -> String {
+fn text(machine: &Machine, table: &Table<Row, 14>) -> String {
     format!(
         "{} The triad gains {:.2} from all threads.\n\nNanoseconds for each cell and step, f32, on one thread and on all, and what all gain on a triad over the box:\n\n{}\n\
          ![Cost in 2D](scaling_2d.svg)\n\n![Cost in 3D](scaling_3d.svg)",
-        yardstick.sentence(),
-        yardstick.moment.triad / yardstick.triad_on_one,
-        sheet.markdown()
+        machine.sentence(),
+        machine.moment.triad / machine.triad_on_one,
+        table.markdown()
     )
 }
 
