@@ -2,9 +2,9 @@
 
 use crate::exit::Failure;
 use crate::keyframes::ShapeSpec;
-use crate::scene::Keyframe;
 use crate::scene::check::shown;
 use crate::scene::document::Document;
+use crate::scene::model::Keyframe;
 use crate::scene::raw::read;
 use toml::{Table, Value};
 

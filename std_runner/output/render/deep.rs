@@ -1,8 +1,8 @@
 //! A box of smoke: absorption and scattered light along parallel rays, over a floor that catches the shadow.
 
-use super::Smoke;
 use super::camera::{Camera, Ray, Vector};
 use super::light::arriving;
+use super::smoke::Smoke;
 use super::upscale::enlarge;
 
 /// Pixels a sample.

@@ -1,7 +1,7 @@
 //! A plane of smoke, seen face on, y up.
 
-use super::Smoke;
 use super::light::arriving;
+use super::smoke::Smoke;
 use super::upscale::enlarge;
 
 /// Pictures are at least about this wide, in pixels,

@@ -1,6 +1,6 @@
 //! How much of the lamp's light arrives at each cell.
 
-use super::Smoke;
+use super::smoke::Smoke;
 
 /// Where the lamp stands, seen from the smoke: to the left, a little to the front, and above. The sweep goes down
 /// layer by layer, so these are cells per layer.

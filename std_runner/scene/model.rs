@@ -1,0 +1,130 @@
+//! What a scene says, section by section.
+
+use super::document::Document;
+use crate::keyframes::{Canvas, ShapeSpec};
+use std::path::PathBuf;
+use thurible_core::{
+    AdmmParams, Advection, Boundary, DirectParams, LbfgsParams, Method, PdParams, SimulationParams,
+};
+
+/// Everything a scene file says, with its defaults filled in and every value checked.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The text it came from, for errors found later and for the report.
+    pub document: Document,
+    /// The box.
+    pub grid: Grid,
+    /// Steps and their length.
+    pub time: Time,
+    /// The shape of rho_0.
+    pub source: ShapeSpec,
+    /// The targets, by ascending step.
+    pub keyframes: Vec<Keyframe>,
+    /// The fluid.
+    pub flow: Flow,
+    /// What is minimised.
+    pub control: Control,
+    /// How density is carried.
+    pub advection: Advection,
+    /// How it is solved.
+    pub method: MethodSection,
+    /// How the flow is simulated, where it is.
+    pub simulation: SimulationParams,
+    /// What is written, and where.
+    pub output: Output,
+}
+
+/// `[grid]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// Cells per axis, two or three.
+    pub cells: Vec<usize>,
+    /// One word per axis.
+    pub boundary: Vec<Boundary>,
+    /// The longest side of the box.
+    pub length: f64,
+}
+
+/// `[time]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Time {
+    /// N; the densities are 0 .. N.
+    pub steps: usize,
+    /// Length of a step.
+    pub dt: f64,
+}
+
+/// One `[[keyframe]]`.
+#[derive(Clone, Debug)]
+pub struct Keyframe {
+    /// The step it stands at.
+    pub step: usize,
+    /// What the density should look like there.
+    pub shape: ShapeSpec,
+    /// Its key in the file, `keyframe[i]`, for errors found later.
+    pub key: String,
+}
+
+/// `[flow]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flow {
+    /// nu, in the scene's units.
+    pub viscosity: f64,
+}
+
+/// `[control]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Control {
+    /// r, the weight of the force.
+    pub force_weight: f64,
+    /// m, the number of Gaussian filters; `None` is `"auto"`.
+    pub filters: Option<usize>,
+    /// Whether keyframes are scaled to the mass of the source.
+    pub match_mass: bool,
+    /// The file of v_0; `None` is `"rest"`.
+    pub initial_velocity: Option<PathBuf>,
+}
+
+/// `[method]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodSection {
+    /// `[method] name`
+    pub name: Method,
+    /// Outer iterations at most.
+    pub iterations: usize,
+    /// `[method.direct]`
+    pub direct: DirectParams,
+    /// `[method.admm]`
+    pub admm: AdmmParams,
+    /// `[method.lbfgs]`
+    pub lbfgs: LbfgsParams,
+    /// `[method.pd]`
+    pub pd: PdParams,
+    /// `[method.projection] tolerance`
+    pub projection_tolerance: f64,
+}
+
+/// `[output]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// The result folder, relative paths already taken from the scene file.
+    pub folder: PathBuf,
+    /// Whether images are written.
+    pub frames: bool,
+}
+
+impl Scene {
+    /// The grid as the shapes see it.
+    pub fn canvas(&self) -> Canvas {
+        Canvas {
+            cells: self.grid.cells.clone(),
+            periodic: self
+                .grid
+                .boundary
+                .iter()
+                .map(|&boundary| boundary == Boundary::Periodic)
+                .collect(),
+            length: self.grid.length,
+        }
+    }
+}
