@@ -1,5 +1,6 @@
 //! One scene by several methods: their runs, the figures of each, and the page.
 
+mod columns;
 mod comparison;
 mod figures;
 mod page;
@@ -7,7 +8,6 @@ pub(crate) mod publish;
 
 pub use figures::{Figures, NEAR};
 
+pub(crate) use columns::{COLUMNS, MEMORY, cells, in_brief};
 pub(crate) use comparison::{Comparison, scenes_by_method};
-pub(crate) use page::{
-    COLUMNS, MEMORY, by_seconds, cells, in_brief, last_keyframe, listed, measured, page, strip, summary,
-};
+pub(crate) use page::{by_seconds, last_keyframe, listed, measured, page, strip, summary};

@@ -3,10 +3,12 @@
 mod catalogue;
 mod page;
 mod scale;
+mod sections;
 mod selection;
 
 pub use scale::Scale;
 
-pub(crate) use catalogue::{Entry, GROUPS, SECTIONS};
+pub(crate) use catalogue::Entry;
 pub(crate) use page::{SolvedScene, page, table};
+pub(crate) use sections::{GROUPS, SECTIONS};
 pub(crate) use selection::Selection;

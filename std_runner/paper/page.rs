@@ -1,7 +1,8 @@
 //! The page of the paper's scenes.
 
-use super::catalogue::{Content, Entry, GROUPS, NOT_FOUND, QUOTED_FROM, SECTIONS, Section};
+use super::catalogue::{Entry, NOT_FOUND, QUOTED_FROM};
 use super::scale::Scale;
+use super::sections::{Content, GROUPS, SECTIONS, Section};
 use crate::compare::{self, COLUMNS, Comparison, Figures};
 use crate::report::{AdmmRecord, Block, Chart, Curve, Document, RunRecord, Table, product};
 use thurible_core::Named;

@@ -1,7 +1,8 @@
 //! From names on the command line to the scenes that are to be solved.
 
-use super::catalogue::{ENTRIES, Entry, GROUPS, SECTIONS, Section};
+use super::catalogue::{ENTRIES, Entry};
 use super::scale::Scale;
+use super::sections::{GROUPS, SECTIONS, Section};
 use crate::compare::{listed, scenes_by_method};
 use crate::exit::Failure;
 use crate::run::RunOptions;

@@ -1,6 +1,7 @@
 //! The curves of a run.
 
-use super::chart::{Chart, Curve, Scale};
+use super::axes::Scale;
+use super::chart::{Chart, Curve};
 use super::record::{AdmmRecord, IterationRecord, RunRecord};
 
 /// All figures that this run has data for, as HTML.

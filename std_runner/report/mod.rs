@@ -1,5 +1,6 @@
 //! What a run has to say about itself: `report.json` for programs, `report.html` for people.
 
+mod axes;
 mod chart;
 mod charts;
 mod document;
@@ -10,7 +11,8 @@ mod words;
 
 use std::path::Path;
 
-pub use chart::{Chart, Curve, Scale};
+pub use axes::Scale;
+pub use chart::{Chart, Curve};
 pub use document::Table;
 pub use record::{
     AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord,

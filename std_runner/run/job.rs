@@ -2,24 +2,23 @@
 
 use super::frames::SolverFrames;
 use super::inputs::{set_inputs, set_inputs_from_result, solver_refusal};
+use super::messages::{self, no_memory, not_finite};
 use super::outcome::{Facts, Outcome};
 use super::request::{Request, RunOptions};
 use crate::destination::Destination;
-use crate::exit::{Failure, code_of};
+use crate::exit::Failure;
 use crate::interrupt::Interrupt;
 use crate::output::{Gallery, Sample};
-use crate::plan::{Planned, plan_fields, size_in_words};
+use crate::plan::Planned;
 use crate::problem::Precision;
-use crate::progress::{Display, Mode, Watch, history_bytes, in_words};
+use crate::progress::{Display, Watch, history_bytes};
 use crate::region::{Region, touch};
 use crate::report::{self, RunRecord};
-use crate::scene::Scene;
-use crate::{bytes, console, threads};
+use crate::{bytes, threads};
 use core::mem::MaybeUninit;
-use serde_json::json;
 use std::fs;
 use std::path::Path;
-use thurible_core::{D2, D3, Exec, Named, Real, Solver, Space, Status};
+use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
 const DIVERGENT: f64 = 1e-6;
@@ -43,14 +42,6 @@ struct Solved {
     destination: Destination,
     record: RunRecord,
     watch: Watch,
-}
-
-fn no_memory(bytes: usize) -> Failure {
-    Failure::Memory(format!(
-        "the system has not {} bytes ({}) for the solve and a little more to read and write; close other programs, or make `grid.cells` or `time.steps` smaller",
-        bytes::grouped(bytes),
-        bytes::rounded(bytes)
-    ))
 }
 
 impl Job {
@@ -83,7 +74,12 @@ impl Job {
         if !self.options.outputs.arrays {
             self.remove_arrays()?;
         }
-        self.report(&solved);
+        messages::result(
+            self.options.mode,
+            &solved.watch,
+            &solved.record,
+            &self.request.folder,
+        );
         Ok(Outcome {
             record: solved.record,
             gallery,
@@ -125,22 +121,6 @@ impl Job {
         })
     }
 
-    fn announce(&self, display: &Display) {
-        let planned = &self.planned;
-        display.event("plan", plan_fields(planned));
-        display.note(&format!(
-            "{} by {}: {} cells, {} steps, {} bytes ({}) in {}, {} threads",
-            self.request.scene.document.path().display(),
-            planned.params.method.name(),
-            size_in_words(&planned.problem.cells),
-            planned.problem.steps,
-            bytes::grouped(planned.plan.bytes()),
-            bytes::rounded(planned.plan.bytes()),
-            planned.precision.name(),
-            planned.params.threads
-        ));
-    }
-
     fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>]) -> Result<Solved, Failure> {
         match (self.planned.problem.cells.len(), self.planned.precision) {
             (2, Precision::F32) => self.solve::<f32, D2>(exec, block),
@@ -161,7 +141,7 @@ impl Job {
         let mass_factors = self.set_inputs(&mut solver)?;
         let destination = Destination::check(&self.request.folder)?;
         let mut watch = self.watch()?;
-        self.announce(&watch.display);
+        messages::plan(&watch.display, &self.request.scene, &self.planned);
         self.prepare(&mut solver, exec, &watch)?;
         watch.clock.begin();
         let status = iterate(&mut solver, exec, &mut watch);
@@ -232,42 +212,6 @@ impl Job {
         }
         Ok(())
     }
-
-    /// Says what came of it, and where it is.
-    fn report(&self, Solved { record, watch, .. }: &Solved) {
-        let (folder, objective) = (self.request.folder.display(), record.objective);
-        let status = record.status;
-        watch.display.event(
-            "result",
-            json!({
-                "status": status.name(),
-                "exit_code": code_of(status),
-                "iterations": record.history.len(),
-                "seconds": watch.clock.seconds(),
-                "objective": objective,
-                "folder": folder.to_string(),
-            }),
-        );
-        if self.options.mode != Mode::Human {
-            return;
-        }
-        console::print(&format!(
-            "{} after {} iterations and {}",
-            in_sentence(status),
-            record.history.len(),
-            in_words(watch.clock.seconds())
-        ));
-        console::print(&format!(
-            "objective {:.5e} = keyframes {:.5e} + force {:.5e}",
-            objective.total(),
-            objective.data,
-            objective.force
-        ));
-        console::print(&format!(
-            "result in {folder}; open {}",
-            self.request.folder.join("report.html").display()
-        ));
-    }
 }
 
 fn iterate<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, watch: &mut Watch) -> Status {
@@ -281,22 +225,4 @@ fn iterate<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, wa
             return status;
         }
     }
-}
-
-fn in_sentence(status: Status) -> &'static str {
-    match status {
-        Status::Converged => "converged",
-        Status::MaxIterations => "stopped at its limit",
-        Status::Stalled => "stalled before its tolerance",
-        Status::NotFinite => "left the finite numbers",
-        Status::Cancelled => "interrupted",
-        Status::NotReady => "lacked its densities",
-    }
-}
-
-fn not_finite(scene: &Scene) -> Failure {
-    Failure::NotFinite(format!(
-        "{}: the solve left the finite numbers, or a flow was too fast to follow, and nothing was written; try --precision f64, more `time.steps` or weaker control",
-        scene.document.path().display()
-    ))
 }

@@ -6,6 +6,7 @@
 pub mod frames;
 pub mod inputs;
 mod job;
+mod messages;
 mod outcome;
 mod request;
 

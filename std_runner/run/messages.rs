@@ -1,0 +1,92 @@
+//! What a solve says of itself, before and after, and why it could not be.
+
+use crate::bytes;
+use crate::console;
+use crate::exit::{Failure, code_of};
+use crate::plan::{Planned, plan_fields, size_in_words};
+use crate::progress::{Display, Mode, Watch, in_words};
+use crate::report::RunRecord;
+use crate::scene::Scene;
+use serde_json::json;
+use std::path::Path;
+use thurible_core::{Named, Status};
+
+/// What is going to be solved, and in how many bytes.
+pub(super) fn plan(display: &Display, scene: &Scene, planned: &Planned) {
+    display.event("plan", plan_fields(planned));
+    display.note(&format!(
+        "{} by {}: {} cells, {} steps, {} bytes ({}) in {}, {} threads",
+        scene.document.path().display(),
+        planned.params.method.name(),
+        size_in_words(&planned.problem.cells),
+        planned.problem.steps,
+        bytes::grouped(planned.plan.bytes()),
+        bytes::rounded(planned.plan.bytes()),
+        planned.precision.name(),
+        planned.params.threads
+    ));
+}
+
+/// What came of it, and where it is.
+pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, folder: &Path) {
+    let (status, objective) = (record.status, record.objective);
+    watch.display.event(
+        "result",
+        json!({
+            "status": status.name(),
+            "exit_code": code_of(status),
+            "iterations": record.history.len(),
+            "seconds": watch.clock.seconds(),
+            "objective": objective,
+            "folder": folder.display().to_string(),
+        }),
+    );
+    if mode != Mode::Human {
+        return;
+    }
+    console::print(&format!(
+        "{} after {} iterations and {}",
+        in_sentence(status),
+        record.history.len(),
+        in_words(watch.clock.seconds())
+    ));
+    console::print(&format!(
+        "objective {:.5e} = keyframes {:.5e} + force {:.5e}",
+        objective.total(),
+        objective.data,
+        objective.force
+    ));
+    console::print(&format!(
+        "result in {}; open {}",
+        folder.display(),
+        folder.join("report.html").display()
+    ));
+}
+
+fn in_sentence(status: Status) -> &'static str {
+    match status {
+        Status::Converged => "converged",
+        Status::MaxIterations => "stopped at its limit",
+        Status::Stalled => "stalled before its tolerance",
+        Status::NotFinite => "left the finite numbers",
+        Status::Cancelled => "interrupted",
+        Status::NotReady => "lacked its densities",
+    }
+}
+
+/// The block, or the little beside it, is more than the system gives.
+pub(super) fn no_memory(bytes: usize) -> Failure {
+    Failure::Memory(format!(
+        "the system has not {} bytes ({}) for the solve and a little more to read and write; close other programs, or make `grid.cells` or `time.steps` smaller",
+        bytes::grouped(bytes),
+        bytes::rounded(bytes)
+    ))
+}
+
+/// The solve came to nothing that could be written.
+pub(super) fn not_finite(scene: &Scene) -> Failure {
+    Failure::NotFinite(format!(
+        "{}: the solve left the finite numbers, or a flow was too fast to follow, and nothing was written; try --precision f64, more `time.steps` or weaker control",
+        scene.document.path().display()
+    ))
+}
