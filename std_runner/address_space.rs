@@ -31,7 +31,7 @@ pub fn check(threads: usize) -> Result<(), Failure> {
     }
 }
 
-/// Addresses that this process may still take, or `None` where nothing limits them or nobody tells.
+/// Addresses that this process may still take, or `None` where they are not limited or the system does not tell.
 fn left() -> Option<usize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let limit = limits

@@ -81,7 +81,7 @@ pub fn of_machine() -> Option<usize> {
 pub fn are_free(count: usize) -> bool {
     let mut block = Vec::<u8>::new();
     let given = block.try_reserve_exact(count).is_ok();
-    // Lest the compiler finds that nobody needs the block and does not ask for it.
+    // Without this the compiler may remove an allocation that is never used.
     core::hint::black_box(block);
     given
 }

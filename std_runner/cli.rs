@@ -15,12 +15,12 @@ use clap::{Parser, Subcommand};
     after_help = "Exit codes: 0 done, 1 not finite, 2 bad input or usage, 3 does not fit in memory,\n4 a file could not be read or written, 5 stalled (result written), 130 interrupted (result written)."
 )]
 pub struct Cli {
-    /// What to do.
+    /// What to do; each command has its own arguments.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// The commands.
+/// The commands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Solve a scene and write the result folder.

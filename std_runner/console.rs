@@ -1,4 +1,4 @@
-//! Printing that does not panic when nobody reads.
+//! Printing that does not panic when the reader has closed the pipe.
 
 use std::io::{Write, stderr, stdout};
 

@@ -5,7 +5,7 @@ use thurible_core::Status;
 
 /// Converged, or ran all its iterations.
 pub const DONE: u8 = 0;
-/// The numbers stopped being finite.
+/// A value was no longer finite.
 pub const NOT_FINITE: u8 = 1;
 /// Bad input or usage.
 pub const INPUT: u8 = 2;
@@ -30,7 +30,7 @@ pub enum Failure {
     /// A file could not be read or written.
     #[error("{0}")]
     File(String),
-    /// The solve left the finite numbers.
+    /// A value was no longer finite.
     #[error("{0}")]
     NotFinite(String),
 }

@@ -1,7 +1,7 @@
 //! The runner of thurible: reads a scene, plans its memory, solves it with [`thurible_core`] and writes the result.
 //!
 //! The path of the data is the order of the modules: the command line ([`cli`], acted on by [`program`] and [`commands`]) names a [`scene`], its shapes become
-//! densities ([`keyframes`]), its numbers become a [`problem`], whose [`plan`] says how many bytes the one block
+//! densities ([`keyframes`]), its values become a [`problem`], whose [`plan`] says how many bytes the one block
 //! ([`region`]) must have; [`run`] solves it there on a pool of [`threads`], watched by [`progress`], and
 //! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper.
 //!

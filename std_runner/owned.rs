@@ -11,17 +11,17 @@ pub struct OwnedProblem {
     pub boundary: Vec<Boundary>,
     /// Steps of the keyframes, ascending.
     pub keyframes: Vec<usize>,
-    /// N.
+    /// Number of time steps N.
     pub steps: usize,
     /// The longest side of the box.
     pub length: f64,
     /// Length of a step.
     pub dt: f64,
-    /// nu.
+    /// Kinematic viscosity nu.
     pub viscosity: f64,
-    /// r.
+    /// Weight r of the force.
     pub force_weight: f64,
-    /// m, or `None` for the default.
+    /// Number m of Gaussian filters, or `None` for the default.
     pub filters: Option<usize>,
     /// Whether keyframes take the mass of the source.
     pub match_mass: bool,

@@ -5,7 +5,7 @@ use thurible_core::{Entry, Sharing};
 /// A phase, and the bytes that are in use while it lasts.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Phase {
-    /// What it works on; what it is part of comes first.
+    /// Its name, after those of the phases that it is part of.
     pub name: String,
     /// Every buffer that lives through it and its own.
     pub bytes: usize,

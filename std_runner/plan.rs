@@ -24,13 +24,13 @@ pub struct PlanOptions {
 /// A plan, and what it was made from.
 #[derive(Clone, Debug)]
 pub struct Planned {
-    /// The problem.
+    /// The problem of the scene.
     pub problem: OwnedProblem,
     /// The parameters, threads included.
     pub params: Params,
     /// f32 or f64.
     pub precision: Precision,
-    /// The ledger.
+    /// The core's plan: every buffer, to the byte.
     pub plan: Plan,
 }
 
@@ -76,7 +76,7 @@ pub fn make(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> {
     })
 }
 
-/// The plan of `scene` within the ceiling, on fewer threads if that is what it takes and nobody asked for a number.
+/// The plan of `scene` within the ceiling; on fewer threads, if their number was not given and that makes it fit.
 pub fn choose(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> {
     let mut planned = make(scene, options)?;
     let Some(limit) = ceiling(options) else {

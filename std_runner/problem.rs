@@ -8,9 +8,9 @@ use thurible_core::{D2, D3, Params, Plan, PlanError, Real};
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Precision {
-    /// Single precision.
+    /// Single precision, IEEE 754 binary32.
     F32,
-    /// Double precision.
+    /// Double precision, IEEE 754 binary64.
     F64,
 }
 

@@ -65,7 +65,7 @@ fn ask_for_huge_pages(block: &mut [MaybeUninit<u8>]) {
         .checked_sub(after)
         .and_then(|end| block.get_mut(before..end))
     {
-        // SAFETY: the range lies within a block that is borrowed for writing, and this advice leaves its numbers as they are.
+        // SAFETY: the range lies within a block that is borrowed for writing, and this advice does not change what it holds.
         unsafe { libc::madvise(inner.as_mut_ptr().cast(), inner.len(), libc::MADV_HUGEPAGE) };
     }
 }

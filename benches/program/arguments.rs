@@ -66,8 +66,8 @@ pub struct RooflineArguments {
     /// Operations for each cell and slot of each kernel, counted by benches/flops.py.
     #[arg(long, value_name = "FILE")]
     pub flops: Option<PathBuf>,
-    /// Run one kernel so many times and print nothing: how its operations are counted.
-    #[arg(long, hide = true, value_name = "KERNEL=N")]
+    /// Run KERNEL, as in cycle,3,2 (kernel, dimensions, times), and print cells times slots alone: how operations are counted.
+    #[arg(long, hide = true, value_name = "KERNEL")]
     pub only: Option<String>,
 }
 

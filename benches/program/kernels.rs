@@ -60,7 +60,7 @@ impl Kernel {
         }
     }
 
-    /// Seconds on `cells` and `steps`, the best of `repeats`; of the direct method's iterations from rest the last of so many.
+    /// Seconds on `cells` and `steps`, the best of `repeats`; of the direct method, the median of its iterations from number `repeats` on.
     ///
     /// # Errors
     /// [`Failure`]: there is no memory for it.
@@ -88,9 +88,9 @@ impl Kernel {
         }
     }
 
-    /// Numbers that must at least be read or written for each cell and step in `dims` dimensions: every field once in each pass
+    /// Values that must at least be read or written for each cell and step in `dims` dimensions: every field once in each pass
     /// that the algorithm cannot do without.
-    pub fn least_numbers(self, dims: usize) -> f64 {
+    pub fn least_values(self, dims: usize) -> f64 {
         let d = dims as f64;
         match self {
             // Four smoothings, each reading targets and unknowns and writing these; a residual, which reads both; two
@@ -109,8 +109,8 @@ impl Kernel {
             // With one evaluation: the direction from all pairs, each of which L-BFGS reads twice, and its projection; the move,
             // densities, the force and its projection; the gradient of force and data and its projection; a new pair.
             Self::Direct => {
-                let [forward, backward, projection] = [Self::Forward, Self::Backward, Self::Projection]
-                    .map(|kernel| kernel.least_numbers(dims));
+                let [forward, backward, projection] =
+                    [Self::Forward, Self::Backward, Self::Projection].map(|kernel| kernel.least_values(dims));
                 let pairs = DirectParams::MOST_BY_DEFAULT as f64;
                 let direction = (4.0 * pairs + 2.0) * d + projection;
                 let value = 3.0 * d + forward + 2.0 * d + projection;

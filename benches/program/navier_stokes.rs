@@ -20,7 +20,7 @@ pub struct Case {
     pub cells: Vec<usize>,
     /// Steps N; there are N - 1 slots.
     pub steps: usize,
-    /// K / r in scaled numbers.
+    /// K / r in units of dt and length.
     pub kappa: f64,
     /// Largest Courant number of the target.
     pub courant: f64,

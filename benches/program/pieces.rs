@@ -24,7 +24,7 @@ pub struct Trajectories {
     pub slots: usize,
 }
 
-/// What a [`Transport`] works on.
+/// The fields that a [`Transport`] reads and writes.
 pub struct Carried<'a> {
     /// The velocities.
     pub flow: Flow<'a, f32>,

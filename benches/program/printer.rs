@@ -1,4 +1,4 @@
-//! How results are told: to people, to programs or to nobody.
+//! How results are printed: for people, for programs or not at all.
 
 use crate::arguments::MeasureArguments;
 use serde_json::Value;

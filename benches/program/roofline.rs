@@ -25,7 +25,7 @@ const COUNTED_SMALL: (&[usize], usize) = (&[32; 3], 8);
 /// Times that a kernel runs; from the third iteration on the direct method moves as fast as in a solve.
 const REPEATS: usize = 4;
 
-/// One line.
+/// A line of the table: one kernel in one box.
 #[derive(Clone, Debug, Serialize)]
 struct Row {
     kernel: &'static str,
@@ -34,7 +34,7 @@ struct Row {
     seconds: f64,
     /// What must at least be moved.
     least_bytes: f64,
-    /// None if nobody counted them.
+    /// `None` if they were not counted.
     flops: Option<f64>,
     /// Seconds that the triad would take for the bytes, in parts of all.
     of_memory: f64,
@@ -141,7 +141,7 @@ impl Row {
         machine: &Machine,
     ) -> Self {
         let [of_step, of_all] = [1, steps].map(|steps| (cells.iter().product::<usize>() * steps) as f64);
-        let least_bytes = size_of::<f32>() as f64 * kernel.least_numbers(cells.len()) * of_all;
+        let least_bytes = size_of::<f32>() as f64 * kernel.least_values(cells.len()) * of_all;
         let flops = counts[kernel.word()][cells.len().to_string()]
             .as_f64()
             .map(|flops| flops * (of_all - of_step));

@@ -14,7 +14,7 @@ const BESIDE: usize = 8 << 20;
 /// and the stack of each thread.
 const STACK: usize = 2 << 20;
 
-/// One line.
+/// A line of the table: one measurement.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Row {
     pub name: String,
@@ -60,7 +60,7 @@ impl Row {
         }
     }
 
-    /// With the numbers in f32 that must be moved for each cell and step.
+    /// With the f32 values that must at least be moved for each cell and step.
     pub fn moving(self, numbers: f64) -> Self {
         Self {
             least_bytes: Some(

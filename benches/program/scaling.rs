@@ -38,7 +38,7 @@ const ENOUGH: usize = 20_000_000;
 const ITERATIONS: [[usize; 2]; 2] = [[7, 11], [7, 8]];
 const LARGE: usize = 1_000_000;
 
-/// One size.
+/// A line of the table: one size.
 #[derive(Clone, Debug, Serialize)]
 struct Row {
     cells: Vec<usize>,

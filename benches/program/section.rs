@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use thurible::exit::Failure;
 
-/// The page.
+/// The page that the commands share.
 const PAGE: &str = "performance.md";
 
 /// Refuses a folder that cannot be written, before anything is measured.

@@ -22,7 +22,7 @@ pub(super) struct Iterations {
     pub evaluations: f64,
     /// The largest Courant number at the end.
     pub courant: f64,
-    /// Bytes planned.
+    /// Bytes of the block by its plan.
     pub planned: usize,
     /// Bytes that became resident, where the system tells.
     pub touched: Option<usize>,
@@ -73,7 +73,7 @@ fn forget_peak() -> Option<usize> {
 /// A solve until it was good enough.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reached {
-    /// Seconds from the first iteration, on whichever grid; none if it never was.
+    /// Seconds from the first iteration, which may be on a coarser grid; `None` if it was never good enough.
     pub seconds: Option<f64>,
     /// Iterations until then, on all grids.
     pub iterations: usize,

@@ -70,7 +70,7 @@ struct Run<'a> {
     table: Table<Row, 11>,
 }
 
-/// Runs it.
+/// Measures kernels, iterations and solves.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     section::check(common.out.as_deref())?;
@@ -120,7 +120,7 @@ impl Run<'_> {
         ] {
             let seconds = kernel.seconds::<D3>(self.exec, &cells, steps, 2)?;
             let row = Row::new(kernel.name(), &cells, steps, Some(seconds)).targeting(target);
-            self.add(row.moving(kernel.least_numbers(3)))?;
+            self.add(row.moving(kernel.least_values(3)))?;
         }
         Ok(())
     }
@@ -137,7 +137,7 @@ impl Run<'_> {
             Some(iterations.seconds),
         )
         .targeting(2.0);
-        self.add(row.moving(Kernel::Direct.least_numbers(3)).of(&iterations))?;
+        self.add(row.moving(Kernel::Direct.least_values(3)).of(&iterations))?;
         Ok(Peak::new(&iterations, self.exec.threads()))
     }
 
@@ -157,7 +157,7 @@ impl Run<'_> {
                 Some(iterations.seconds),
             )
             .targeting(target);
-            self.add(row.moving(Kernel::Direct.least_numbers(2)).of(&iterations))?;
+            self.add(row.moving(Kernel::Direct.least_values(2)).of(&iterations))?;
         }
         let circles = scenes::two_circles(&self.sizes.sets, self.exec.threads())?;
         let reached = solves::to_part::<f32, D2>(self.exec, &circles, PART)?;

@@ -47,7 +47,7 @@ fn number(row: &Value, name: &str) -> u64 {
     row[name].as_u64().unwrap_or_else(|| panic!("{name} of {row}"))
 }
 
-/// 4 (1 + d) N prod(n) / (1 - 2^-d) numbers.
+/// Bytes of 4 (1 + d) N prod(n) / (1 - 2^-d) values.
 fn bound(cells: u64, dims: u32, steps: u64, bytes: u64) -> u64 {
     4 * (1 + u64::from(dims)) * steps * cells * bytes * 2_u64.pow(dims) / (2_u64.pow(dims) - 1)
 }
@@ -240,7 +240,7 @@ fn the_speed_table_has_its_rows() {
         );
         assert!(row["handover"].is_null(), "one thread hands nothing over: {row}");
     }
-    // Forward transport reads density and velocity and writes density: 5 numbers in 3D.
+    // Forward transport reads density and velocity and writes density: 5 values in 3D.
     let forward = rows
         .iter()
         .find(|row| row["name"] == "forward transport")

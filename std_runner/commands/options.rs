@@ -14,7 +14,7 @@ pub struct Options {
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<usize>,
-    /// Precision of all numbers [default: f32; of `simulate`, whose forces are next to nothing: f64].
+    /// Precision of all fields [default: f32; of `simulate`, whose forces are almost zero: f64].
     #[arg(long, value_enum)]
     pub precision: Option<Precision>,
     /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].

@@ -101,7 +101,7 @@ impl Comparison {
         json!({ "best": ends(self.records()).0, "rows": self.figures(), "failed": failed })
     }
 
-    /// The exit code, if nobody interrupted it.
+    /// The exit code of a comparison that was not interrupted.
     pub fn exit_code(&self) -> u8 {
         if self.failed.is_empty() { DONE } else { NOT_FINITE }
     }

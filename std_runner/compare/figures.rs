@@ -40,7 +40,7 @@ pub struct Figures {
     pub keyframe_error: f64,
     /// The block of memory.
     pub planned_bytes: usize,
-    /// The paper's bound M for ADMM, in numbers of this precision.
+    /// The paper's bound M for ADMM, in values of this precision.
     pub paper_bound_bytes: usize,
 }
 

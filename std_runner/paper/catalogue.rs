@@ -5,9 +5,9 @@
 
 /// A scene, and by what it may be solved.
 pub(crate) struct Entry {
-    /// On the command line and of its folder.
+    /// Name of its result folder.
     pub name: &'static str,
-    /// In the table.
+    /// What it is called in tables.
     pub about: &'static str,
     /// The scene file that it comes from.
     pub text: &'static str,
@@ -22,7 +22,7 @@ pub(crate) struct Entry {
 /// Figures of the paper's Table 2, empty where none was found.
 #[derive(Clone, Copy)]
 pub(crate) struct Quoted {
-    /// ADMM iterations.
+    /// Number of ADMM iterations.
     pub loops: &'static str,
     /// Average seconds per AO.
     pub ao: &'static str,
@@ -30,7 +30,7 @@ pub(crate) struct Quoted {
     pub nso: &'static str,
     /// Time in all.
     pub total: &'static str,
-    /// Memory.
+    /// Memory in GB.
     pub memory: &'static str,
 }
 

@@ -18,7 +18,7 @@ const QUOTED: [&str; 5] = [
 
 /// A scene that has been solved.
 pub(crate) struct SolvedScene {
-    /// The scene.
+    /// Which scene of the catalogue it is.
     pub entry: &'static Entry,
     /// What the methods made of it.
     pub comparison: Comparison,

@@ -2,13 +2,13 @@
 
 /// A part of the page: a row of Table 2 in its variants, or a figure.
 pub(crate) struct Section {
-    /// On the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// Its heading.
+    /// Heading on the page.
     pub title: &'static str,
     /// What to look for.
     pub text: &'static str,
-    /// Names of its entries.
+    /// Names of its scenes in the catalogue.
     pub entries: &'static [&'static str],
     /// What it shows beside the table.
     pub content: Content,

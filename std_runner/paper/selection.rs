@@ -28,11 +28,11 @@ pub(crate) struct Selection<'a> {
 
 /// A scene that is going to be solved.
 pub(crate) struct PlannedScene {
-    /// The scene.
+    /// Which scene of the catalogue it is.
     pub entry: &'static Entry,
     /// By what it is solved.
     pub methods: Vec<String>,
-    /// It, once for each method.
+    /// The checked scene, once for each method.
     pub scenes: Vec<Scene>,
     /// Where the results go.
     pub folder: PathBuf,
@@ -137,7 +137,7 @@ fn unknown(name: &str) -> Failure {
 }
 
 impl Section {
-    /// Its entries.
+    /// The scenes of the section.
     pub fn members(&self) -> impl Iterator<Item = &'static Entry> {
         self.entries
             .iter()

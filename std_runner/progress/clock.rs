@@ -15,7 +15,7 @@ pub enum Phase {
 /// Time and number of calls of one phase.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spent {
-    /// Time in all.
+    /// Total time.
     pub time: Duration,
     /// How often it was entered.
     pub calls: usize,
@@ -57,7 +57,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Starts now.
+    /// A clock that starts now, in no phase.
     pub fn start() -> Self {
         let never = Spent::default();
         Clock {
@@ -103,13 +103,13 @@ impl Clock {
         self.finished = self.total();
     }
 
-    /// Enters `phase`, leaving the one before if nobody said so.
+    /// Enters `phase`; a phase that is still running is left.
     pub fn enter(&mut self, phase: Phase) {
         self.leave();
         self.running = Some((phase, Instant::now()));
     }
 
-    /// Leaves the phase that is running, if any.
+    /// Leaves the running phase, if there is one.
     pub fn leave(&mut self) {
         if let Some((phase, since)) = self.running.take() {
             let spent = match phase {

@@ -17,7 +17,7 @@ pub enum Mode {
     Human,
     /// JSON lines on stdout.
     Json,
-    /// Nothing.
+    /// No output but errors.
     Quiet,
 }
 
@@ -79,7 +79,7 @@ impl Display {
         }
     }
 
-    /// Something small is done.
+    /// Keeps the spinner moving.
     pub fn tick(&self) {
         if let Some(bar) = &self.bar {
             bar.tick();

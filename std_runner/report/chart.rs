@@ -1,4 +1,4 @@
-//! A line chart as inline SVG, with ticks at round numbers.
+//! A line chart as inline SVG, with ticks at round values.
 
 use super::axes::{Axes, HEIGHT, LEFT, RIGHT, Scale, WIDTH, grid};
 use super::words::{escape, number};
@@ -10,7 +10,7 @@ const FILE_STYLE: &str = include_str!("chart.css");
 
 /// A named curve, in pieces where it is interrupted.
 pub struct Curve {
-    /// Beside its end.
+    /// Name in the legend.
     pub name: String,
     /// 1 ..= 4: which of the page's colours; 5, for a bound, is dashed and only in files.
     pub colour: usize,
@@ -38,7 +38,7 @@ impl Curve {
 
 /// Curves; the vertical axis is logarithmic.
 pub struct Chart {
-    /// What it shows.
+    /// Title above the chart.
     pub title: &'static str,
     /// Below the title, if it is not empty.
     pub note: &'static str,
@@ -46,7 +46,7 @@ pub struct Chart {
     pub across: &'static str,
     /// How it counts.
     pub scale: Scale,
-    /// The curves.
+    /// Curves, in the order of the legend.
     pub curves: Vec<Curve>,
 }
 

@@ -7,13 +7,13 @@ use super::words::escape;
 use crate::output::{OutputError, create_folder, write_bytes};
 use std::path::Path;
 
-/// A page.
+/// A page as a list of blocks below its title.
 pub(crate) struct Document {
-    /// Its title.
+    /// Title of the page and of the browser's window.
     pub title: String,
     /// A sentence below the title.
     pub lead: String,
-    /// What follows.
+    /// The page's content, from top to bottom.
     pub blocks: Vec<Block>,
 }
 
@@ -23,13 +23,13 @@ pub(crate) enum Block {
     Heading(String),
     /// A title below that.
     Part(String),
-    /// A paragraph.
+    /// A paragraph of plain text.
     Text(String),
     /// Text as a machine reads it.
     Code(String),
-    /// Numbers.
+    /// Rows of names and figures.
     Table(Table),
-    /// Curves.
+    /// Charts side by side.
     Charts(Vec<Chart>),
     /// Pictures side by side.
     Pictures(Vec<Shot>),
@@ -42,17 +42,17 @@ pub(crate) enum Block {
 pub struct Table {
     /// Names of the columns.
     pub head: Vec<&'static str>,
-    /// So many columns from the left hold names.
+    /// How many columns, from the left, hold names.
     pub names: usize,
-    /// So many columns from the left are ours, the rest is quoted from the paper.
+    /// How many columns, from the left, are ours; the others quote the paper.
     pub ours: usize,
-    /// The rows.
+    /// One text for each column of the head.
     pub rows: Vec<Vec<String>>,
 }
 
 /// A picture with a line below it.
 pub(crate) struct Shot {
-    /// The line.
+    /// The line below it, as plain text.
     pub caption: String,
     /// The bytes of a PNG file.
     pub png: Vec<u8>,

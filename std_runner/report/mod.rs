@@ -33,7 +33,7 @@ use crate::output::{
 /// The arrays of a result.
 pub(crate) const ARCHIVE: &str = "result.npz";
 
-/// Writes the numbers of a result, `result.npz` and `report.json`, into `folder`. Every file is whole or not there.
+/// Writes the data of a result, `result.npz` and `report.json`, into `folder`. A file is written completely or not at all.
 ///
 /// # Errors
 /// A file that could not be written, by name.
@@ -46,10 +46,10 @@ pub fn write_numbers(folder: &Path, frames: &dyn Frames, record: &RunRecord) -> 
     })
 }
 
-/// Writes `report.html`, and with `images` the frames and the animation, into `folder`, all drawn from the numbers in
+/// Writes `report.html`, and with `images` the frames and the animation, into `folder`, all drawn from the arrays in
 /// `result`, which may be the same folder.
 ///
-/// The answer is false if the system has not the memory for pictures; then the page is without any.
+/// Returns false if there is no memory for pictures; then the page has none.
 ///
 /// # Errors
 /// A file that could not be read or written, by name.
@@ -62,7 +62,7 @@ pub fn write_pictures(
     draw(result, folder, record, images).map(|gallery| gallery.is_some())
 }
 
-/// As [`write_pictures`]; the answer is the pictures of the page, if the system has the memory for them.
+/// As [`write_pictures`]; returns the pictures of the page, or `None` if there is no memory for them.
 pub(crate) fn draw(
     result: &Path,
     folder: &Path,

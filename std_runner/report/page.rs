@@ -53,7 +53,7 @@ fn head(title: &str, record: &RunRecord) -> String {
     )
 }
 
-/// The animation beside the few numbers that matter most, and the parameters.
+/// The animation beside the main figures, and the parameters.
 fn hero(record: &RunRecord, gallery: &Gallery) -> String {
     let moving = gallery
         .animation

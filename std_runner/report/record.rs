@@ -3,10 +3,10 @@
 use serde::{Serialize, Serializer};
 use thurible_core::{AdmmProgress, DirectProgress, Method, Named, Objective, Progress, Status};
 
-/// Everything that a program needs to check a result without its scene; numbers that are not finite become `null`.
+/// Everything that a program needs to check a result without its scene; values that are not finite become `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunRecord {
-    /// Of this file: 1.
+    /// Version of this file's format: 1.
     pub format: u32,
     /// Cells along x, y (and z).
     pub cells: Vec<usize>,
@@ -16,13 +16,13 @@ pub struct RunRecord {
     pub length: f64,
     /// Length of a time step.
     pub dt: f64,
-    /// N.
+    /// Number of time steps N.
     pub steps: usize,
-    /// nu.
+    /// Kinematic viscosity nu in the scene's units.
     pub viscosity: f64,
-    /// r.
+    /// Weight r of the force.
     pub force_weight: f64,
-    /// m, resolved.
+    /// Number m of Gaussian filters; `"auto"` is resolved.
     pub filters: usize,
     /// How density was carried.
     pub advection: AdvectionRecord,
@@ -34,17 +34,17 @@ pub struct RunRecord {
     /// How it ended; in the file its name.
     #[serde(serialize_with = "by_name")]
     pub status: Status,
-    /// At the end.
+    /// The objective at the end, of the feasible result.
     pub objective: ObjectiveRecord,
     /// One entry an outer iteration.
     pub history: Vec<IterationRecord>,
-    /// Bytes.
+    /// Bytes planned and used, and what for.
     pub memory: MemoryRecord,
     /// Seconds by phase.
     pub seconds: SecondsRecord,
     /// Threads that the solve used.
     pub threads: usize,
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
     /// The text of the scene file.
     pub scene: String,
@@ -59,12 +59,12 @@ pub(crate) fn by_name<T: Named, S: Serializer>(choice: &T, serializer: S) -> Res
     serializer.serialize_str(choice.name())
 }
 
-/// `advection`
+/// The section `advection` of `report.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AdvectionRecord {
     /// "quick", "central" or "semi_lagrangian".
     pub scheme: String,
-    /// Of the exponential series.
+    /// Truncation error that the transport's exponential series may have.
     pub tolerance: f64,
 }
 
@@ -110,11 +110,11 @@ impl Serialize for ObjectiveRecord {
 /// One outer iteration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct IterationRecord {
-    /// From 1.
+    /// Number of the iteration, from 1.
     pub iteration: usize,
     /// Since the solve began.
     pub seconds: f64,
-    /// After it.
+    /// The objective after the iteration.
     #[serde(flatten)]
     pub objective: ObjectiveRecord,
     /// What ADMM alone can tell.
@@ -211,14 +211,14 @@ impl From<&AdmmProgress> for AdmmRecord {
     }
 }
 
-/// `memory`
+/// The section `memory` of `report.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MemoryRecord {
     /// The block that was asked for.
     pub planned_bytes: usize,
     /// What was carved from it.
     pub used_bytes: usize,
-    /// M of the paper, in numbers of this precision.
+    /// The paper's bound M, in values of this precision.
     pub paper_bound_bytes: usize,
     /// What the bytes are for.
     pub ledger: Vec<LedgerLine>,
@@ -227,11 +227,11 @@ pub struct MemoryRecord {
 /// One line of the ledger; a line's parts follow it, one level deeper.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LedgerLine {
-    /// What it is.
+    /// What the bytes hold.
     pub name: String,
-    /// Its bytes, parts included.
+    /// Bytes, those of its parts included.
     pub bytes: usize,
-    /// 0 for the whole.
+    /// Depth in the tree, 0 for the whole.
     pub depth: usize,
 }
 
@@ -261,7 +261,7 @@ pub struct SecondsRecord {
 /// How well a keyframe was reached.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct KeyframeRecord {
-    /// Where it stands.
+    /// The time step of the keyframe.
     pub step: usize,
     /// Euclidean distance from the target, in parts of the target's size.
     pub relative_l2: f64,

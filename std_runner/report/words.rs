@@ -1,4 +1,4 @@
-//! Numbers, sizes, times and outcomes as people read them.
+//! Values, sizes, times and outcomes as people read them.
 
 use super::record::RunRecord;
 use thurible_core::{Method, Status};

@@ -1,4 +1,4 @@
-//! What a solve starts from, drawn from the scene and handed to the solver one field at a time.
+//! What a solve starts from: drawn from the scene, or read from an earlier result, one field at a time.
 
 use crate::exit::Failure;
 use crate::keyframes::{ShapeError, ShapeSpec, read_last_density, read_last_velocity, read_velocity};

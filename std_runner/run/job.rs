@@ -217,7 +217,7 @@ impl Job {
 fn iterate<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, watch: &mut Watch) -> Status {
     loop {
         let progress = solver.step(exec, watch);
-        // An iteration that was cut short has no numbers yet.
+        // An interrupted iteration has no objective yet.
         if progress.status != Some(Status::Cancelled) {
             watch.iteration(&progress);
         }

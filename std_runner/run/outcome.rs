@@ -17,7 +17,7 @@ pub(crate) struct Outcome {
 
 /// What is known of a solve beside its solver.
 pub(super) struct Facts<'a> {
-    /// The scene.
+    /// The scene, for its text.
     pub scene: &'a Scene,
     /// Problem, parameters and ledger.
     pub planned: &'a Planned,

@@ -20,15 +20,15 @@ pub(crate) struct RunOptions {
 /// Which of the large parts of a result folder are wanted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outputs {
-    /// `result.npz`.
+    /// Whether `result.npz` stays.
     pub arrays: bool,
-    /// The frames and the animation.
+    /// Whether frames and an animation are drawn.
     pub images: bool,
 }
 
 /// A scene to be solved.
 pub(crate) struct Request {
-    /// The scene.
+    /// The checked scene.
     pub scene: Scene,
     /// Where the result goes.
     pub folder: PathBuf,

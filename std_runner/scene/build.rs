@@ -14,9 +14,9 @@ use thurible_core::words::UnknownWord;
 use thurible_core::{Boundary, Method, Named, Problem};
 use toml::Value;
 
-/// In scaled numbers: it spreads motion over the whole box in a step.
+/// Largest viscosity in units of dt and length: it spreads motion over the whole box in one step.
 const MOST_VISCOSITY: f64 = 1.0;
-/// Weights in scaled numbers (dt = length = 1) within which single precision keeps its digits.
+/// Weights in units of dt and length within which single precision keeps its digits.
 const WEIGHTS: RangeInclusive<f64> = 1e-15..=1e15;
 
 /// What a scene leaves out.
@@ -197,7 +197,7 @@ fn initial_velocity(document: &Document, raw: Option<Value>) -> Result<Option<Pa
     Err(document.outside(key, found, "\"rest\" or { file = \"v0.npz\" }"))
 }
 
-/// A weight must be of reasonable size in scaled numbers, whatever the scene's units.
+/// Refuses a weight that is out of range in units of dt and length.
 fn check_weight(document: &Document, key: &str, weight: f64, scale: f64) -> Result<(), Failure> {
     let scaled = weight * scale;
     if WEIGHTS.contains(&scaled) {

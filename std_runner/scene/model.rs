@@ -12,7 +12,7 @@ use thurible_core::{
 pub struct Scene {
     /// The text it came from, for errors found later and for the report.
     pub document: Document,
-    /// The box.
+    /// Size of the box and how its axes end.
     pub grid: Grid,
     /// Steps and their length.
     pub time: Time,
@@ -20,7 +20,7 @@ pub struct Scene {
     pub source: ShapeSpec,
     /// The targets, by ascending step.
     pub keyframes: Vec<Keyframe>,
-    /// The fluid.
+    /// What the fluid does by itself.
     pub flow: Flow,
     /// What is minimised.
     pub control: Control,
@@ -48,7 +48,7 @@ pub struct Grid {
 /// `[time]`
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Time {
-    /// N; the densities are 0 .. N.
+    /// N; densities are numbered 0 to N.
     pub steps: usize,
     /// Length of a step.
     pub dt: f64,

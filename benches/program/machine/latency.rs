@@ -1,24 +1,24 @@
-//! How long a number is on its way from one thread to another.
+//! How long a value takes from one thread to another.
 
 use core::hint::spin_loop;
 use core::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 use thurible_core::Exec;
 
-/// Times that a number goes there and back in one measurement,
+/// Round trips of a value in one measurement,
 const TRIPS: usize = 1_000;
-/// and measurements.
+/// and measurements, of which the median counts.
 const MEASUREMENTS: usize = 9;
-/// Looks at a number until nobody is waited for any more.
+/// How often a thread looks for the other's value before it gives up.
 const PATIENCE: usize = 1 << 18;
 
-/// A number on a cache line of its own: processors fetch lines in pairs.
+/// A value on cache lines of its own: processors fetch lines in pairs.
 #[derive(Default)]
 #[repr(align(128))]
 struct Line(AtomicUsize);
 
 impl Line {
-    /// Waits until the number is `goal`; whether it came to that.
+    /// Waits until the value is `goal`; false if it gave up.
     fn reaches(&self, goal: usize) -> bool {
         (0..PATIENCE).any(|_| {
             spin_loop();

@@ -1,5 +1,5 @@
 //! What the machine can do, measured in the same run as what is compared with it: a triad for its memory, multiplications and
-//! additions for its arithmetic, and how long a number is on its way from thread to thread.
+//! additions for its arithmetic, and how long a value takes from thread to thread.
 
 mod arithmetic;
 mod latency;
@@ -82,7 +82,7 @@ impl Machine {
         })
     }
 
-    /// In words.
+    /// All of it in a sentence.
     pub fn sentence(&self) -> String {
         let [triad, one, flops, one_flops] = [
             self.moment.triad,

@@ -8,34 +8,34 @@ use thurible_core::exec::{RowBuffers, for_rows};
 use thurible_core::memory::{Arena, TooSmall};
 use thurible_core::{Exec, Serial};
 
-/// Numbers of each array of the triad: 64 MiB, more than a core's share of any cache.
-const NUMBERS: usize = 1 << 24;
+/// Elements of each array of the triad: 64 MiB, more than a core's share of any cache.
+const ELEMENTS: usize = 1 << 24;
 /// The same where a few seconds must do.
-const FEW_NUMBERS: usize = 1 << 20;
-/// Repeats, so many that some of them are not disturbed.
+const FEW_ELEMENTS: usize = 1 << 20;
+/// Repeats; enough that other programs disturb not all of them.
 const REPEATS: usize = 40;
 /// Chunks that the threads take.
 const CHUNKS: usize = 1 << 8;
 
-/// Numbers of each array of the triad.
-const fn numbers(quick: bool) -> usize {
-    if quick { FEW_NUMBERS } else { NUMBERS }
+/// Elements of each array of the triad.
+const fn elements(quick: bool) -> usize {
+    if quick { FEW_ELEMENTS } else { ELEMENTS }
 }
 
 /// Bytes a second of a = b + s c in f32 on the threads of `exec`, counting two reads and a write, in a block like a solve's.
 pub(super) fn triad(exec: &dyn Exec, quick: bool) -> Result<f64, Failure> {
-    triad_of(exec, CHUNKS, numbers(quick) / CHUNKS)
+    triad_of(exec, CHUNKS, elements(quick) / CHUNKS)
 }
 
-/// As [`triad`], over `rows` rows of `a_row` numbers, as often in a timing as it takes for as many numbers as [`FEW_NUMBERS`].
+/// As [`triad`], over `rows` rows of `a_row` elements, repeated until a timing has covered [`FEW_ELEMENTS`].
 fn triad_of(exec: &dyn Exec, rows: usize, a_row: usize) -> Result<f64, Failure> {
-    let numbers = rows * a_row;
-    let (bytes, passes) = (3 * numbers * size_of::<f32>(), FEW_NUMBERS.div_ceil(numbers));
+    let elements = rows * a_row;
+    let (bytes, passes) = (3 * elements * size_of::<f32>(), FEW_ELEMENTS.div_ceil(elements));
     in_block(bytes, |block| {
         let mut arena = Arena::new(block);
         let mut array = || {
             arena
-                .take::<f32>(numbers)
+                .take::<f32>(elements)
                 .map_err(|TooSmall { .. }| no_memory(bytes))
         };
         let (a, b, c) = (array()?, array()?, array()?);
@@ -58,7 +58,7 @@ fn triad_of(exec: &dyn Exec, rows: usize, a_row: usize) -> Result<f64, Failure> 
     })
 }
 
-/// How many times as fast all threads of `exec` are as one where they meet after every triad over `rows` rows of `a_row` numbers.
+/// How many times as fast all threads of `exec` are as one where they meet after every triad over `rows` rows of `a_row` elements.
 ///
 /// # Errors
 /// [`Failure`]: there is no memory for it.

@@ -11,7 +11,7 @@ use thurible::region::MARGIN;
 use thurible::report::{Chart, Curve, Scale};
 use thurible_core::{Method, Named};
 
-/// The page.
+/// Name of the page.
 const PAGE: &str = "memory.md";
 
 /// Writes the page and a figure for each dimension.

@@ -46,9 +46,9 @@ pub(super) struct Row {
 pub(super) struct Measured {
     /// Cells along each axis.
     pub cells: Vec<usize>,
-    /// N.
+    /// Number of time steps N.
     pub steps: usize,
-    /// The method.
+    /// Name of the method.
     pub method: &'static str,
     /// f32 or f64.
     pub precision: &'static str,
