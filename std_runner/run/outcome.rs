@@ -5,6 +5,7 @@ use crate::plan::Planned;
 use crate::progress::{Clock, Watch};
 use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
 use crate::scene::Scene;
+use std::path::Path;
 use thurible_core::{Named, Real, Solver, Space, Status};
 
 /// What comes of a solve, beside its folder.
@@ -125,21 +126,53 @@ fn seconds(clock: &Clock) -> SecondsRecord {
     }
 }
 
-/// The command line, with quotes around what a shell would split.
+/// The command line as it may be shown to others: absolute paths come down to their last name, so that a page tells nothing of
+/// the folders of the machine that made it, and what a shell would split stands in quotes.
 fn command_line() -> String {
-    let plain = |text: &str| {
-        text.chars()
-            .all(|letter| letter.is_ascii_alphanumeric() || "-_./=:,+".contains(letter))
-    };
-    let quoted = |text: String| {
-        if plain(&text) && !text.is_empty() {
-            text
-        } else {
-            format!("'{}'", text.replace('\'', r"'\''"))
-        }
-    };
-    std::env::args_os()
-        .map(|argument| quoted(argument.to_string_lossy().into_owned()))
+    let arguments = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned());
+    arguments
+        .enumerate()
+        .map(|(index, argument)| quoted(&without_folders(index, &argument)))
         .collect::<Vec<_>>()
         .join(" ")
+}
+
+/// An argument whose path, alone or after `=`, is only a name: that of the program always, others where they are absolute.
+fn without_folders(index: usize, argument: &str) -> String {
+    let start = argument.find('=').map_or(0, |place| place + 1);
+    let (option, path) = argument.split_at(start);
+    match Path::new(path).file_name() {
+        Some(name) if index == 0 || Path::new(path).has_root() => format!("{option}{}", name.to_string_lossy()),
+        _ => argument.to_owned(),
+    }
+}
+
+fn quoted(text: &str) -> String {
+    let plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./=:,+".contains(letter);
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_line_shows_no_folders_of_the_machine() {
+        for (index, argument, shown) in [
+            (0, "target/release/thurible", "thurible"),
+            (1, "examples/letter_f.toml", "examples/letter_f.toml"),
+            (2, "/home/someone/scene.toml", "scene.toml"),
+            (3, "--output=/tmp/paper", "--output=paper"),
+            (4, "time.steps=20", "time.steps=20"),
+            (5, "1/2", "1/2"),
+            (6, "/", "/"),
+        ] {
+            assert_eq!(without_folders(index, argument), shown);
+        }
+        assert_eq!(quoted("two words"), "'two words'");
+    }
 }
