@@ -19,26 +19,46 @@ pub(crate) struct Entry {
     pub quoted: Option<Quoted>,
 }
 
-/// Figures of the paper's Table 2, empty where none was found.
+/// A row of the paper's Table 2.
 #[derive(Clone, Copy)]
 pub(crate) struct Quoted {
-    /// Number of ADMM iterations.
+    /// ADMM iterations.
     pub loops: &'static str,
-    /// Average seconds per AO.
+    /// Seconds per AO, on average over the ADMM iterations.
     pub ao: &'static str,
-    /// Average seconds per NSO.
+    /// Seconds per NSO, likewise.
     pub nso: &'static str,
-    /// Time in all.
+    /// Time of ADMM in all.
     pub total: &'static str,
-    /// Memory in GB.
+    /// Memory of ADMM.
     pub memory: &'static str,
+    /// Iterations of LBFGS.
+    pub lbfgs_loops: &'static str,
+    /// Time of LBFGS in all.
+    pub lbfgs_total: &'static str,
+}
+
+impl Quoted {
+    /// The figures in the order of the columns.
+    pub const fn cells(self) -> [&'static str; 7] {
+        [
+            self.loops,
+            self.ao,
+            self.nso,
+            self.total,
+            self.memory,
+            self.lbfgs_loops,
+            self.lbfgs_total,
+        ]
+    }
 }
 
 /// Where the figures of [`Quoted`] come from.
 pub(crate) const QUOTED_FROM: &str = "The columns \"paper\" quote Table 2 of Z. Pan and D. Manocha, \"Efficient Optimal Control of Smoke using \
-     Spacetime Multigrid\" (arXiv 1608.01102), measured by its authors with their own program on an i7-4790, as far as this project's notes \
-     have them (measurements.md, section B5; memory found there by grid and steps). A dash is a figure that was not found. The paper's bound for the memory of LBFGS was not \
-     found either.";
+     Spacetime Multigrid\" (arXiv 1608.01102), and its text for the iterations of LBFGS: measured by its authors with their own program on an \
+     i7-4790 with 12 GB. All but the last two are of ADMM, seconds are averages for one ADMM iteration; LBFGS keeps 8 pairs and stops by the same \
+     rule. \"N/A\" is the paper's own word, a dash is a figure that the paper does not give. Its bounds for memory, in numbers, are \
+     M = 4 (1 + d) N prod(n) / (1 - 2^-d) for ADMM and L (1 + d) N prod(n) with L from 5 to 10 for LBFGS.";
 
 const FLUID: &str = include_str!("fluid.toml");
 const RABBIT: &str = include_str!("../../examples/two_circles_rabbit.toml");
@@ -48,19 +68,25 @@ const GENUS: &str = include_str!("../../examples/genus.toml");
 const FIGURE: &str = include_str!("figure.toml");
 const SPHERE: &str = include_str!("../../examples/moving_sphere.toml");
 
-/// What stands where no figure was found.
-pub(crate) const NOT_FOUND: &str = "\u{2013}";
+/// What stands where the paper gives no figure.
+pub(crate) const NOT_GIVEN: &str = "\u{2013}";
 
-/// A row of which the memory alone was found.
-const fn memory(memory: &'static str) -> Option<Quoted> {
+/// A row of the paper's Table 2 with what its text says of LBFGS, in the order of [`Quoted::cells`].
+const fn row(cells: [&'static str; 7]) -> Option<Quoted> {
+    let [loops, ao, nso, total, memory, lbfgs_loops, lbfgs_total] = cells;
     Some(Quoted {
-        loops: NOT_FOUND,
-        ao: NOT_FOUND,
-        nso: NOT_FOUND,
-        total: NOT_FOUND,
+        loops,
+        ao,
+        nso,
+        total,
         memory,
+        lbfgs_loops,
+        lbfgs_total,
     })
 }
+
+/// Each of the letters.
+const FLUID_ROW: Option<Quoted> = row(["13", "10", "60", "0.25 h", "0.06 GB", "71", "4 h"]);
 
 /// A scene as its file has it.
 const fn plain(name: &'static str, about: &'static str, text: &'static str) -> Entry {
@@ -97,36 +123,41 @@ const LETTER: &str = "keyframe[0].text";
 const RADIUS: &str = "source.circle.radius";
 
 pub(crate) const ENTRIES: &[Entry] = &[
-    plain("fluid_f", "FLUID: circle to F", FLUID),
-    plain("fluid_l", "FLUID: circle to L", FLUID).with(&[(LETTER, "\"L\""), (RADIUS, "0.1660")]),
-    plain("fluid_u", "FLUID: circle to U", FLUID).with(&[(LETTER, "\"U\""), (RADIUS, "0.2080")]),
-    plain("fluid_i", "FLUID: circle to I", FLUID).with(&[(LETTER, "\"I\""), (RADIUS, "0.1433")]),
-    plain("fluid_d", "FLUID: circle to D", FLUID).with(&[(LETTER, "\"D\""), (RADIUS, "0.2214")]),
-    plain("rabbit_1e2", "circle, two circles, rabbit, r = 1e2", RABBIT).with(&[(R, "1e2")]),
-    plain("rabbit_1e3", "circle, two circles, rabbit, r = 1e3", RABBIT).with(&[(R, "1e3")]),
-    plain("rabbit_1e4", "circle, two circles, rabbit, r = 1e4", RABBIT).with(&[(R, "1e4")]),
-    plain("abc", "A, B, C", ABC),
-    plain("animals", "ball, dog, duck", ANIMALS).quoting(memory("1.34 GB")),
-    plain("genus", "varying genus", GENUS).quoting(memory("0.67 GB")),
-    plain("figure", "walking and punching figure", FIGURE).quoting(memory("4.0 GB")),
+    plain("fluid_f", "FLUID: circle to F", FLUID).quoting(FLUID_ROW),
+    plain("fluid_l", "FLUID: circle to L", FLUID)
+        .with(&[(LETTER, "\"L\""), (RADIUS, "0.1660")])
+        .quoting(FLUID_ROW),
+    plain("fluid_u", "FLUID: circle to U", FLUID)
+        .with(&[(LETTER, "\"U\""), (RADIUS, "0.2080")])
+        .quoting(FLUID_ROW),
+    plain("fluid_i", "FLUID: circle to I", FLUID)
+        .with(&[(LETTER, "\"I\""), (RADIUS, "0.1433")])
+        .quoting(FLUID_ROW),
+    plain("fluid_d", "FLUID: circle to D", FLUID)
+        .with(&[(LETTER, "\"D\""), (RADIUS, "0.2214")])
+        .quoting(FLUID_ROW),
+    plain("rabbit_1e2", "circle, two circles, rabbit, r = 1e2", RABBIT)
+        .with(&[(R, "1e2")])
+        .quoting(row(["25", "20", "130", "1.04 h", "0.2 GB", "152", "12 h"])),
+    plain("rabbit_1e3", "circle, two circles, rabbit, r = 1e3", RABBIT)
+        .with(&[(R, "1e3")])
+        .quoting(row(["37", "20", "220", "2.46 h", "0.2 GB", "170", "15 h"])),
+    plain("rabbit_1e4", "circle, two circles, rabbit, r = 1e4", RABBIT)
+        .with(&[(R, "1e4")])
+        .quoting(row(["43", "20", "218", "2.84 h", "0.2 GB", "212", "16 h"])),
+    plain("abc", "A, B, C", ABC).quoting(row(["33", "16", "179", "1.78 h", "0.15 GB", NOT_GIVEN, "14 h"])),
+    plain("animals", "ball, dog, duck", ANIMALS)
+        .quoting(row(["17", "103", "1341", "6.81 h", "1.34 GB", NOT_GIVEN, "N/A"])),
+    plain("genus", "varying genus", GENUS)
+        .quoting(row(["20", "82", "840", "5.12 h", "0.67 GB", NOT_GIVEN, "N/A"])),
+    plain("figure", "walking and punching figure", FIGURE)
+        .quoting(row(["5", "1437", "3534", "6.9 h", "4.0 GB", NOT_GIVEN, "N/A"])),
     plain("sphere_1e2", "moving sphere, r = 1e2", SPHERE)
         .with(&[(R, "1e2")])
-        .quoting(Some(Quoted {
-            loops: "17",
-            ao: NOT_FOUND,
-            nso: "1792",
-            total: NOT_FOUND,
-            memory: "2.2 GB",
-        })),
+        .quoting(row(["17", "630", "1792", "11.43 h", "2.2 GB", NOT_GIVEN, "N/A"])),
     plain("sphere_1e3", "moving sphere, r = 1e3", SPHERE)
         .with(&[(R, "1e3")])
-        .quoting(Some(Quoted {
-            loops: "22",
-            ao: "630",
-            nso: "1978",
-            total: "15.93 h",
-            memory: "2.2 GB",
-        })),
+        .quoting(row(["22", "630", "1978", "15.93 h", "2.2 GB", NOT_GIVEN, "N/A"])),
     plain("sphere_1e4", "moving sphere, r = 1e4", SPHERE).with(&[(R, "1e4")]),
     plain("quick", "circle to F, quick", FLUID).with(&[("advection.scheme", "\"quick\"")]),
     plain("central", "circle to F, central", FLUID).with(&[("advection.scheme", "\"central\"")]),

@@ -1,6 +1,6 @@
 //! The page of the paper's scenes.
 
-use super::catalogue::{Entry, NOT_FOUND, QUOTED_FROM};
+use super::catalogue::{Entry, NOT_GIVEN, QUOTED_FROM};
 use super::scale::Scale;
 use super::sections::{Content, GROUPS, SECTIONS, Section};
 use crate::compare::{self, COLUMNS, Comparison, Figures};
@@ -8,12 +8,14 @@ use crate::report::{AdmmRecord, Block, Chart, Curve, Document, RunRecord, Table,
 use thurible_core::Named;
 
 /// Names of the columns that quote the paper.
-const QUOTED: [&str; 5] = [
+const QUOTED: [&str; 7] = [
     "paper: iterations",
     "paper: s per AO",
     "paper: s per NSO",
     "paper: in all",
     "paper: memory",
+    "paper: iterations of LBFGS",
+    "paper: LBFGS in all",
 ];
 
 /// A scene that has been solved.
@@ -161,10 +163,10 @@ fn size(comparison: &Comparison) -> String {
 }
 
 /// The paper's figures, once for each scene.
-fn quoted(entry: &Entry, index: usize) -> [String; 5] {
+fn quoted(entry: &Entry, index: usize) -> [String; QUOTED.len()] {
     match (entry.quoted, index) {
-        (Some(row), 0) => [row.loops, row.ao, row.nso, row.total, row.memory].map(str::to_owned),
-        (None, 0) => QUOTED.map(|_| NOT_FOUND.to_owned()),
+        (Some(row), 0) => row.cells().map(str::to_owned),
+        (None, 0) => QUOTED.map(|_| NOT_GIVEN.to_owned()),
         _ => QUOTED.map(|_| String::new()),
     }
 }
@@ -199,18 +201,21 @@ fn blocks_of(section: &Section, solved: &[&SolvedScene]) -> Vec<Block> {
     let mut blocks = vec![Block::Charts(charts)];
     for scene in solved {
         blocks.push(Block::Part(scene.entry.about.into()));
-        blocks.extend(
-            scene
-                .comparison
-                .failed
-                .iter()
-                .map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))),
-        );
+        blocks.extend(scene.comparison.failed.iter().map(|(method, why)| {
+            Block::Text(format!(
+                "{}: {method} came to no result: {why}",
+                scene.entry.about
+            ))
+        }));
         blocks.extend(compare::last_keyframe(&scene.comparison));
         if section.content == Content::Steps
             && let Some(solved) = scene.comparison.solved.first()
         {
-            blocks.push(Block::Text(format!("Steps by {}:", solved.record.method.name())));
+            blocks.push(Block::Part(format!(
+                "{}, steps by {}",
+                scene.entry.about,
+                solved.record.method.name()
+            )));
             blocks.push(compare::strip(&solved.gallery.strip));
         }
     }

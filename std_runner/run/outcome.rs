@@ -142,7 +142,9 @@ fn without_folders(index: usize, argument: &str) -> String {
     let start = argument.find('=').map_or(0, |place| place + 1);
     let (option, path) = argument.split_at(start);
     match Path::new(path).file_name() {
-        Some(name) if index == 0 || Path::new(path).has_root() => format!("{option}{}", name.to_string_lossy()),
+        Some(name) if index == 0 || Path::new(path).has_root() => {
+            format!("{option}{}", name.to_string_lossy())
+        }
         _ => argument.to_owned(),
     }
 }
