@@ -329,6 +329,7 @@ fn a_page_of_the_papers_scenes() {
         "--threads",
         "1",
         "--quiet",
+        "--no-pictures",
         "--set",
         "method.iterations=3",
         "-o",
@@ -367,6 +368,14 @@ fn a_page_of_the_papers_scenes() {
     assert!(
         page.contains("not for the 1/8 of this run") && page.contains("0.67 GB"),
         "the paper's own figures are not set apart"
+    );
+    assert!(
+        page.contains("thurible paper abc fig7 genus") && !page.contains(out),
+        "the page shows a path of this machine"
+    );
+    assert!(
+        !page.contains("<img") && !folder.join("paper_pictures").exists(),
+        "no pictures were asked for"
     );
     let again = run(&[
         "paper",

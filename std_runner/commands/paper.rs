@@ -34,6 +34,9 @@ pub struct PaperArguments {
     /// Keep result.npz of every solve too; at full size they are gigabytes.
     #[arg(long)]
     pub arrays: bool,
+    /// Leave pictures and curves out of paper.md; paper.html keeps them.
+    #[arg(long)]
+    pub no_pictures: bool,
     /// The common options.
     #[command(flatten)]
     pub options: Options,
@@ -75,7 +78,8 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
             )?,
         });
         // After each scene, so that a long run can be looked at, and leaves what it has if it is stopped.
-        let page = paper::page(&sections, &solved, arguments.scale);
+        let mut page = paper::page(&sections, &solved, arguments.scale);
+        page.pictures = !arguments.no_pictures;
         publish::write(&arguments.output, STEM, &page, &facts(&solved, arguments.scale))?;
     }
     let table = paper::table(&solved).markdown();

@@ -43,6 +43,7 @@ pub(crate) fn page(name: &str, comparison: &Comparison) -> Document {
             listed(&methods)
         ),
         blocks,
+        pictures: true,
     }
 }
 

@@ -64,6 +64,7 @@ pub(crate) fn page(sections: &[&Section], solved: &[SolvedScene], scale: Scale) 
         title: "The paper's scenes".into(),
         lead: format!("Scenes of Pan & Manocha, solved {size}, beside what the paper says of its own."),
         blocks,
+        pictures: true,
     }
 }
 

@@ -1,5 +1,5 @@
 //! A page of tables, curves and pictures, written twice: as HTML that needs nothing else, and as Markdown with its pictures
-//! beside it.
+//! beside it or without them.
 
 use super::chart::Chart;
 use super::page::{image, shell};
@@ -15,6 +15,8 @@ pub(crate) struct Document {
     pub lead: String,
     /// The page's content, from top to bottom.
     pub blocks: Vec<Block>,
+    /// Whether the Markdown page has its pictures beside it.
+    pub pictures: bool,
 }
 
 /// A part of a page.
@@ -59,24 +61,38 @@ pub(crate) struct Shot {
 }
 
 impl Document {
-    /// Writes `STEM.html`, `STEM.md` and the pictures of the latter below `folder`.
+    /// Writes `STEM.html`, `STEM.md` and the pictures of the latter, if it has any, below `folder`.
     pub fn write(&self, folder: &Path, stem: &str) -> Result<(), OutputError> {
         create_folder(folder)?;
         write_bytes(&folder.join(format!("{stem}.html")), self.html().as_bytes())?;
+        let text = if self.pictures {
+            self.with_pictures(folder, stem)?
+        } else {
+            self.without_pictures(stem)
+        };
+        write_bytes(
+            &folder.join(format!("{stem}.md")),
+            format!("# {}\n\n{}\n\n{text}", self.title, self.lead).as_bytes(),
+        )
+    }
+
+    /// The blocks in Markdown, whose pictures are written beside it.
+    fn with_pictures(&self, folder: &Path, stem: &str) -> Result<String, OutputError> {
         let mut pictures = Pictures {
             folder,
             stem,
             count: 0,
         };
-        let text = self
-            .blocks
+        self.blocks
             .iter()
             .map(|block| markdown(block, &mut pictures))
-            .collect::<Result<String, _>>()?;
-        write_bytes(
-            &folder.join(format!("{stem}.md")),
-            format!("# {}\n\n{}\n\n{text}", self.title, self.lead).as_bytes(),
-        )
+            .collect()
+    }
+
+    /// The blocks in Markdown that are words and tables.
+    fn without_pictures(&self, stem: &str) -> String {
+        let blocks = self.blocks.iter().filter_map(words).collect::<String>();
+        format!("Pictures and curves are in {stem}.html, which the same command writes.\n\n{blocks}")
     }
 
     fn html(&self) -> String {
@@ -191,13 +207,20 @@ impl Pictures<'_> {
     }
 }
 
-fn markdown(block: &Block, pictures: &mut Pictures<'_>) -> Result<String, OutputError> {
-    Ok(match block {
+/// A block of words or a table in Markdown. A title below a heading ([`Block::Part`]) is one of pictures.
+fn words(block: &Block) -> Option<String> {
+    Some(match block {
         Block::Heading(text) => format!("## {text}\n\n"),
-        Block::Part(text) => format!("### {text}\n\n"),
         Block::Text(text) => format!("{text}\n\n"),
         Block::Code(text) => format!("```\n{text}\n```\n\n"),
         Block::Table(table) => table.markdown() + "\n",
+        Block::Part(_) | Block::Charts(_) | Block::Pictures(_) | Block::Strip(_) => return None,
+    })
+}
+
+fn markdown(block: &Block, pictures: &mut Pictures<'_>) -> Result<String, OutputError> {
+    Ok(match block {
+        Block::Part(text) => format!("### {text}\n\n"),
         Block::Charts(charts) => {
             let shown = charts.iter().map(|chart| {
                 Ok(format!(
@@ -217,5 +240,6 @@ fn markdown(block: &Block, pictures: &mut Pictures<'_>) -> Result<String, Output
             let captions: Vec<&str> = shots.iter().map(|shot| shot.caption.as_str()).collect();
             format!("{}\n\n*{}*\n\n", shown.join("\n"), captions.join(", "))
         }
+        block => words(block).unwrap_or_default(),
     })
 }
