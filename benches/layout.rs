@@ -1,6 +1,6 @@
 //! How a trajectory should lie in memory: the access patterns of the solver on three layouts, with a synthetic kernel.
 //!
-//! `cargo bench --bench layout` prints ns per cell and slot, the best of some rounds, on one thread (see `docs/layout.md`).
+//! `cargo bench --bench layout` prints ns per cell and slot, the best of some rounds, on one thread (see `docs/log/layout.md`).
 //! All layouts must end with the same bits.
 #![allow(
     unsafe_code,
