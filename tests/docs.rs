@@ -1,0 +1,214 @@
+//! The documents: every link leads somewhere, every section that code cites is there, and the folder stays light.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Pictures of all documents together, at most; `thurible paper` makes the rest.
+const MOST_PICTURES: usize = 12;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every file below `folder` that ends with one of `endings`, without what builds and runs leave there.
+fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
+    let mut list = Vec::new();
+    for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        let name = path.file_name().unwrap().to_str().unwrap();
+        if path.is_dir() {
+            if !name.starts_with('.') && !["target", "out", "shared"].contains(&name) {
+                list.extend(files(&path, endings));
+            }
+        } else if endings.iter().any(|ending| name.ends_with(ending)) {
+            list.push(path);
+        }
+    }
+    list.sort();
+    list
+}
+
+/// The lines of a page outside of fenced code.
+fn prose(text: &str) -> Vec<&str> {
+    let mut fenced = false;
+    text.lines()
+        .filter(|line| {
+            let fence = line.trim_start().starts_with("```");
+            fenced ^= fence;
+            !fenced && !fence
+        })
+        .collect()
+}
+
+/// A line without what stands between backticks.
+fn without_code(line: &str) -> String {
+    line.split('`').step_by(2).collect()
+}
+
+/// The targets of the links and pictures of a page.
+fn links(text: &str) -> Vec<String> {
+    let until = |rest: &str, end: char| rest.split(end).next().unwrap().to_owned();
+    prose(text)
+        .into_iter()
+        .map(without_code)
+        .flat_map(|line| {
+            let markdown: Vec<_> = line.split("](").skip(1).map(|rest| until(rest, ')')).collect();
+            let html = line.split("src=\"").skip(1).map(|rest| until(rest, '"'));
+            markdown.into_iter().chain(html).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// The anchors that GitHub makes of the headings of a page.
+fn anchors(text: &str) -> Vec<String> {
+    let heading = |line: &&str| line.starts_with('#') && line.trim_start_matches('#').starts_with(' ');
+    prose(text)
+        .into_iter()
+        .filter(heading)
+        .map(|line| {
+            let words = line.trim_start_matches('#').trim().to_lowercase();
+            let kept = words
+                .chars()
+                .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+            kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+        })
+        .collect()
+}
+
+/// What is wrong with a link of the page `file`.
+fn broken(file: &Path, link: &str) -> Option<String> {
+    if ["http:", "https:", "mailto:"]
+        .iter()
+        .any(|scheme| link.starts_with(scheme))
+    {
+        return None;
+    }
+    let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
+    let target = if path.is_empty() {
+        file.to_owned()
+    } else {
+        file.parent().unwrap().join(path)
+    };
+    let fault = if !target.exists() {
+        "there is no such file"
+    } else if !anchor.is_empty()
+        && !anchors(&fs::read_to_string(&target).unwrap()).contains(&anchor.to_owned())
+    {
+        "there is no such heading"
+    } else {
+        return None;
+    };
+    Some(format!(
+        "{}: {link}: {fault}",
+        file.strip_prefix(root()).unwrap().display()
+    ))
+}
+
+#[test]
+fn every_link_leads_to_a_file_and_a_heading() {
+    let mut count = 0;
+    let mut wrong = Vec::new();
+    for file in files(root(), &[".md"]) {
+        let text = fs::read_to_string(&file).unwrap();
+        for link in links(&text) {
+            count += 1;
+            wrong.extend(broken(&file, &link));
+        }
+    }
+    assert!(count > 50, "only {count} links were found");
+    assert!(wrong.is_empty(), "broken links:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn links_and_anchors_are_found() {
+    let text = "# A page, in short\n[a](b.md#c), `[no](code)` and <img src=\"d.png\">\n```\n[no](either)\n```\n[e](#f)";
+    assert_eq!(links(text), ["b.md#c", "d.png", "#f"]);
+    assert_eq!(anchors(text), ["a-page-in-short"]);
+}
+
+/// The sections of docs/mathematics.md that a text cites: "mathematics section 5", "mathematics (sections 1 to 4)", across lines.
+fn cited(text: &str) -> Vec<usize> {
+    let words: Vec<&str> = text
+        .split_whitespace()
+        .filter(|word| !["//", "///", "//!", "#"].contains(word))
+        .collect();
+    let number = |word: &str| {
+        word.trim_matches(|c: char| !c.is_ascii_digit())
+            .parse::<usize>()
+            .ok()
+    };
+    let mut sections = Vec::new();
+    for at in words.windows(3) {
+        if at[0].contains("mathematics") && at[1].trim_matches('(').starts_with("section") {
+            sections.extend(number(at[2]));
+        }
+    }
+    for at in words.windows(5) {
+        if at[0].contains("mathematics") && at[1].contains("sections") && at[3] == "to" {
+            sections.extend(number(at[4]));
+        }
+    }
+    sections
+}
+
+#[test]
+fn every_section_of_the_mathematics_that_is_cited_is_there() {
+    let page = fs::read_to_string(root().join("docs/mathematics.md")).unwrap();
+    let sections: Vec<usize> = page
+        .lines()
+        .filter_map(|line| line.strip_prefix("## ")?.split('.').next()?.parse().ok())
+        .collect();
+    assert_eq!(
+        sections,
+        (1..=sections.len()).collect::<Vec<_>>(),
+        "sections are numbered in order"
+    );
+    let mut count = 0;
+    for file in files(root(), &[".rs", ".toml", ".md"]) {
+        if file.ends_with("tests/docs.rs") {
+            continue;
+        }
+        for section in cited(&fs::read_to_string(&file).unwrap()) {
+            count += 1;
+            assert!(
+                sections.contains(&section),
+                "{} cites section {section} of the mathematics, which is not there",
+                file.display()
+            );
+        }
+    }
+    assert!(count >= 20, "only {count} citations were found");
+}
+
+#[test]
+fn citations_are_found() {
+    assert_eq!(
+        cited("//! x (mathematics section 6): y. of the mathematics\n/// section 5"),
+        [6, 5]
+    );
+    assert_eq!(
+        cited("mathematics (sections 1 to 4), a; (docs: mathematics, section 7)"),
+        [1, 7, 4]
+    );
+}
+
+#[test]
+fn the_documents_are_light_and_show_no_folder_of_a_machine() {
+    let pictures = files(root(), &[".png", ".svg", ".gif", ".jpg"]);
+    assert!(
+        pictures.len() <= MOST_PICTURES,
+        "{} pictures where at most {MOST_PICTURES} may be",
+        pictures.len()
+    );
+    for file in files(root(), &[".md"]) {
+        let text = fs::read_to_string(&file).unwrap();
+        for folder in ["/tmp/", "/home/", "/root/", "/Users/", "-o /"] {
+            assert!(!text.contains(folder), "{} shows {folder}", file.display());
+        }
+    }
+}
