@@ -131,6 +131,54 @@ fn links_and_anchors_are_found() {
     assert_eq!(anchors(text), ["a-page-in-short"]);
 }
 
+/// The files and folders of this repository that a page names between backticks.
+fn named(text: &str) -> Vec<&str> {
+    let folders = [
+        "core/",
+        "std_runner/",
+        "tests/",
+        "benches/",
+        "tools/",
+        "examples/",
+        "docs/",
+        ".ci/",
+    ];
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
+    prose(text)
+        .into_iter()
+        .flat_map(|line| line.split('`').skip(1).step_by(2))
+        .filter(|code| folders.iter().any(|folder| code.starts_with(folder)) && code.chars().all(plain))
+        .collect()
+}
+
+/// Made by a build, so not in the repository.
+const MADE: [&str; 1] = ["examples/web/thurible.wasm"];
+
+#[test]
+fn every_file_that_a_page_names_is_there() {
+    let mut wrong = Vec::new();
+    for file in files(root(), &[".md"]) {
+        // The journal speaks of files as they were.
+        if file.starts_with(root().join("docs/log")) {
+            continue;
+        }
+        let text = fs::read_to_string(&file).unwrap();
+        for path in named(&text) {
+            if !root().join(path).exists() && !MADE.contains(&path) {
+                wrong.push(format!(
+                    "{}: {path}",
+                    file.strip_prefix(root()).unwrap().display()
+                ));
+            }
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "pages name files that are not there:\n{}",
+        wrong.join("\n")
+    );
+}
+
 /// The sections of docs/mathematics.md that a text cites: "mathematics section 5", "mathematics (sections 1 to 4)", across lines.
 fn cited(text: &str) -> Vec<usize> {
     let words: Vec<&str> = text
