@@ -9,7 +9,7 @@ use thurible_core::{D2, D3, Exec, Silent, Space};
 
 /// Slots of the trajectories.
 const SLOTS: usize = 19;
-/// Relative tolerance.
+/// Relative tolerance of every projection.
 const TOLERANCE: f64 = 1e-5;
 
 fn projection(criterion: &mut Criterion) {

@@ -295,7 +295,7 @@ fn real_run(
     }));
 }
 
-/// The paper's tolerance.
+/// Tolerance at which the paper stops its V-cycles.
 const PAPERS: f64 = 1e-5;
 
 /// The least residuals in both precisions, with divergences as accelerations and as they are (the paper's norm).

@@ -52,7 +52,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Reads from `bytes`.
+    /// Reads back from `bytes` that [`Self::write`] filled.
     #[must_use]
     pub fn read(bytes: &'a [u8]) -> Self {
         Self {
@@ -155,7 +155,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Bytes passed over.
+    /// Bytes that head and fields take so far.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.at
@@ -179,11 +179,11 @@ impl<'a> Record<'a> {
 /// What bytes say that they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// [`MAGIC`].
+    /// First word: [`MAGIC`], or these are other bytes.
     pub magic: u64,
-    /// [`FORMAT`].
+    /// Format of the bytes: [`FORMAT`], or they cannot be read.
     pub format: u64,
-    /// Bytes in all.
+    /// Length of the whole, head included.
     pub bytes: u64,
     /// The problem and the choices that the state belongs to.
     pub fingerprint: u64,
@@ -272,7 +272,7 @@ impl Mix {
         self.word(bytes.len() as u64);
     }
 
-    /// The one word.
+    /// The word that all those before were mixed into.
     #[must_use]
     pub fn finish(self) -> u64 {
         let all = self.0.into_iter().fold(0, Self::step);

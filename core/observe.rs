@@ -26,7 +26,7 @@ pub enum Event {
     NsoBegin,
     /// One FAS V-cycle of NSO is over.
     NsoCycle {
-        /// V-cycle, from 1.
+        /// Count of V-cycles in this Navier-Stokes problem, from 1.
         cycle: usize,
         /// max |f| after it, in scaled accelerations.
         residual: f64,

@@ -31,15 +31,15 @@ pub trait Real:
 {
     /// Bytes of one number.
     const BYTES: usize;
-    /// 0.
+    /// Zero, 0.
     const ZERO: Self;
-    /// 1.
+    /// One, 1.
     const ONE: Self;
-    /// 1/2.
+    /// One half, 1/2.
     const HALF: Self;
     /// The distance from 1 to the next number.
     const EPSILON: f64;
-    /// `f32` or `f64`.
+    /// Name of the type as users write it: `f32` or `f64`.
     const NAME: &'static str;
     /// The SIMD vectors of this number, widest first; see [`simd`](crate::simd).
     type Wide: crate::simd::Vector<Elem = Self>;
@@ -48,11 +48,11 @@ pub trait Real:
     /// As [`Self::Wide`], for every machine.
     type Narrow: crate::simd::Vector<Elem = Self>;
 
-    /// Rounds to nearest.
+    /// The nearest value of this type; ties go to the even one.
     fn from_f64(x: f64) -> Self;
-    /// Exact.
+    /// The same value in `f64`; always exact.
     fn to_f64(self) -> f64;
-    /// |x|.
+    /// The absolute value |x|.
     fn abs(self) -> Self;
     /// The square root, correctly rounded.
     fn sqrt(self) -> Self;

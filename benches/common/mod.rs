@@ -16,7 +16,7 @@ pub fn sure<R>(result: Result<R, Failure>) -> R {
     })
 }
 
-/// `64x64x64`
+/// The size as its rows are named: `64x64x64`.
 pub fn size(cells: &[usize]) -> String {
     cells.iter().map(usize::to_string).collect::<Vec<_>>().join("x")
 }

@@ -9,7 +9,7 @@ pub struct RowTask<'a, T, const K: usize> {
     pub row: usize,
     /// The row's chunk of each field.
     pub fields: [&'a mut [T]; K],
-    /// The row's sums.
+    /// The row's chunk of the sums.
     pub sums: &'a mut [f64],
     /// The thread's chunk of the scratch; it holds what the last task left there.
     pub scratch: &'a mut [T],
@@ -83,7 +83,7 @@ where
 /// Consecutive planes of a field, or of a ring of planes inside it.
 #[derive(Clone, Copy, Debug)]
 pub struct Planes {
-    /// How many planes.
+    /// How many planes are visited.
     pub count: usize,
     /// Place in the ring of the first plane.
     pub first: usize,

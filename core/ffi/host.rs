@@ -22,9 +22,9 @@ pub type ThuribleRun = Option<
 pub struct ThuribleExecutor {
     /// How many tasks there may be at the same time, at most `threads` of the configuration.
     pub threads: usize,
-    /// Runs them.
+    /// Runs tasks on them; null is refused.
     pub run: ThuribleRun,
-    /// Handed to `run`.
+    /// Passed to `run` as it is; the library never reads it.
     pub context: *mut c_void,
 }
 
@@ -147,13 +147,13 @@ pub enum ThuribleEventKind {
     AoBegin = 1,
     /// An iteration of it is over: `value` is its objective, `step` its blending step.
     AoIteration = 2,
-    /// It ends.
+    /// The advection problem of ADMM is over.
     AoEnd = 3,
     /// The Navier-Stokes problem of ADMM begins.
     NsoBegin = 4,
     /// A cycle of it is over: `iteration` is its number, `value` the residual.
     NsoCycle = 5,
-    /// It ends.
+    /// The Navier-Stokes problem of ADMM is over.
     NsoEnd = 6,
     /// A piece of work well below a second at ordinary sizes is over.
     Work = 7,
@@ -214,7 +214,7 @@ pub type ThuribleOn = Option<unsafe extern "C" fn(context: *mut c_void, event: *
 pub struct ThuribleObserver {
     /// Called at every event, on the thread that called the library; null hears nothing.
     pub on: ThuribleOn,
-    /// Handed to `on`.
+    /// Passed to `on` as it is; the library never reads it.
     pub context: *mut c_void,
 }
 

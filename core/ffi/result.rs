@@ -10,7 +10,7 @@ pub const THURIBLE_VERSION: u32 = 256;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThuribleResult {
-    /// Done.
+    /// The call did what it was asked to do.
     Ok = 0,
     /// A pointer that must not be null is.
     Null = 1,

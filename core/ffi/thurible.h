@@ -14,7 +14,7 @@
 
 // What a call returns: 0, or why it was refused. What is refused changes nothing.
 typedef enum {
-    // Done.
+    // The call did what it was asked to do.
     THURIBLE_RESULT_OK = 0,
     // A pointer that must not be null is.
     THURIBLE_RESULT_NULL = 1,
@@ -70,13 +70,13 @@ typedef enum {
     THURIBLE_EVENT_KIND_AO_BEGIN = 1,
     // An iteration of it is over: `value` is its objective, `step` its blending step.
     THURIBLE_EVENT_KIND_AO_ITERATION = 2,
-    // It ends.
+    // The advection problem of ADMM is over.
     THURIBLE_EVENT_KIND_AO_END = 3,
     // The Navier-Stokes problem of ADMM begins.
     THURIBLE_EVENT_KIND_NSO_BEGIN = 4,
     // A cycle of it is over: `iteration` is its number, `value` the residual.
     THURIBLE_EVENT_KIND_NSO_CYCLE = 5,
-    // It ends.
+    // The Navier-Stokes problem of ADMM is over.
     THURIBLE_EVENT_KIND_NSO_END = 6,
     // A piece of work well below a second at ordinary sizes is over.
     THURIBLE_EVENT_KIND_WORK = 7,
@@ -102,17 +102,17 @@ typedef enum {
 
 // Precision of all fields: bytes of an element.
 typedef enum {
-    // `float`.
+    // `float`, 4 bytes an element.
     THURIBLE_PRECISION_F32 = 4,
-    // `double`.
+    // `double`, 8 bytes an element.
     THURIBLE_PRECISION_F64 = 8,
 } ThuriblePrecision;
 
 // How an axis ends.
 typedef enum {
-    // Closed, free slip.
+    // Walls at both ends: no flow through them, free slip along them.
     THURIBLE_BOUNDARY_WALL = 0,
-    // Wraps around.
+    // Both ends are the same place: what leaves at one enters at the other.
     THURIBLE_BOUNDARY_PERIODIC = 1,
 } ThuribleBoundary;
 
@@ -120,7 +120,7 @@ typedef enum {
 typedef enum {
     // Third-order upwind interpolation to faces, mass preserving.
     THURIBLE_SCHEME_QUICK = 0,
-    // Central interpolation.
+    // Central interpolation to faces: the mean of both cells, mass preserving.
     THURIBLE_SCHEME_CENTRAL = 1,
     // Back-tracing with linear interpolation.
     THURIBLE_SCHEME_SEMI_LAGRANGIAN = 2,
@@ -158,9 +158,9 @@ typedef enum {
 
 // In which units divergences count in the residual of STFAS.
 typedef enum {
-    // As accelerations.
+    // As accelerations, in which the other equations are.
     THURIBLE_NORM_SCALED = 0,
-    // As they are.
+    // In their own units, as in the paper.
     THURIBLE_NORM_PLAIN = 1,
 } ThuribleNorm;
 
@@ -198,7 +198,7 @@ typedef struct {
     uint32_t method;
     // Longest side of the box.
     double length;
-    // Time step.
+    // Time between two steps.
     double dt;
     // Steps N, at least 2. To be set.
     size_t steps;
@@ -222,7 +222,7 @@ typedef struct {
     double advection_tolerance;
     // Relative tolerance of projections.
     double projection_tolerance;
-    // Iterations at most.
+    // Iterations of the method, at most; of the direct method those on the finest grid.
     size_t iterations;
     // Threads that memory is planned for, from 1 to 1024; an executor must not have more.
     size_t threads;
@@ -234,9 +234,9 @@ typedef struct {
     uint32_t direct_nested;
     // Direct: stop when the objective falls by less than this times itself, twice in a row.
     double direct_tolerance;
-    // ADMM: penalty K.
+    // ADMM: penalty K, above 0, in the units of the scene.
     double admm_penalty;
-    // ADMM: relaxation beta.
+    // ADMM: relaxation beta of the multipliers.
     double admm_relaxation;
     // ADMM: momentum of the advection problem, at least 0 and below 1.
     double admm_ao_momentum;
@@ -246,13 +246,13 @@ typedef struct {
     uint32_t admm_ao_iterations;
     // ADMM: whether to begin on coarser grids: 0 or 1.
     uint32_t admm_nested;
-    // ADMM: a `ThuribleNsoSolver`.
+    // ADMM: a `ThuribleNsoSolver`; multigrid by default.
     uint32_t nso_solver;
     // ADMM: V-cycles or Newton steps of a Navier-Stokes problem at most, from 1 to 63.
     uint32_t nso_cycles;
     // ADMM: stop a Navier-Stokes problem at a residual below this.
     double nso_tolerance;
-    // ADMM: a `ThuribleNorm`.
+    // ADMM: a `ThuribleNorm`; scaled by default.
     uint32_t nso_norm;
     // L-BFGS over forces: pairs from 1 to 8.
     uint32_t lbfgs_history;
@@ -286,9 +286,9 @@ typedef void (*ThuribleRun)(void *context, size_t tasks, ThuribleTask task, void
 typedef struct {
     // How many tasks there may be at the same time, at most `threads` of the configuration.
     size_t threads;
-    // Runs them.
+    // Runs tasks on them; null is refused.
     ThuribleRun run;
-    // Handed to `run`.
+    // Passed to `run` as it is; the library never reads it.
     void *context;
 } ThuribleExecutor;
 
@@ -311,7 +311,7 @@ typedef int32_t (*ThuribleOn)(void *context, const ThuribleEvent *event);
 typedef struct {
     // Called at every event, on the thread that called the library; null hears nothing.
     ThuribleOn on;
-    // Handed to `on`.
+    // Passed to `on` as it is; the library never reads it.
     void *context;
 } ThuribleObserver;
 
@@ -319,7 +319,7 @@ typedef struct {
 typedef struct {
     // How the solve ended, or that it goes on.
     ThuribleStatus status;
-    // Iterations so far.
+    // Iterations of the method so far.
     size_t iteration;
     // Data term of the objective.
     double data;

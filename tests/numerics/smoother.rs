@@ -43,7 +43,7 @@ fn grids(cells: &[usize], ends: &str) -> [Grid; 2] {
     ]
 }
 
-/// Random right-hand sides.
+/// Right-hand sides of all four equations, random.
 fn right_hand_sides(random: &mut Random, grid: &Grid) -> Residual {
     let vectors = |random: &mut Random| (0..SLOTS).map(|_| random.faces(grid, 1)).collect();
     let scalars = |random: &mut Random| (0..SLOTS).map(|_| random.cells(grid, 1)).collect();

@@ -17,7 +17,7 @@ struct Scene<'a> {
     courant: f64,
     kappa: f64,
     colours: Colours,
-    /// nu / h^2.
+    /// Kinematic viscosity over squared cell size, nu / h^2.
     viscosity: f64,
 }
 

@@ -88,7 +88,7 @@ impl<T: Number> MadeUp<T> {
     }
 }
 
-/// f32 or f64.
+/// A precision of `Sample` that values of f64 round to.
 pub trait Number: Sample {
     fn from(value: f64) -> Self;
 }

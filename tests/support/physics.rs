@@ -69,7 +69,7 @@ impl Grid {
         }) as usize
     }
 
-    /// L(v) rho.
+    /// The rate of change of the density, L(v) rho.
     pub fn transport(&self, rho: &Field, v: &[Field], central: bool) -> Field {
         let mut out = Field::zeros(self.cells);
         for (axis, speeds) in v.iter().enumerate() {
@@ -175,7 +175,7 @@ impl Grid {
         out
     }
 
-    /// The largest |omega|.
+    /// max |omega|, the largest vorticity.
     pub fn curl_max(&self, v: &[Field]) -> f64 {
         let mut max = 0.0_f64;
         for &(a, b) in self.pairs() {
@@ -226,7 +226,7 @@ impl Grid {
         }) as usize
     }
 
-    /// <e, C e>.
+    /// The squared norm <e, C e> of an error of the density.
     pub fn metric(&self, e: &Field, filters: usize) -> f64 {
         let mut out = e.clone();
         for j in 0..filters {

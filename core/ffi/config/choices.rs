@@ -7,9 +7,9 @@ use thurible_core::{Boundary, Colours, Method, Norm, NsoSolver, Scheme};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThuriblePrecision {
-    /// `float`.
+    /// `float`, 4 bytes an element.
     F32 = 4,
-    /// `double`.
+    /// `double`, 8 bytes an element.
     F64 = 8,
 }
 
@@ -17,9 +17,9 @@ pub enum ThuriblePrecision {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThuribleBoundary {
-    /// Closed, free slip.
+    /// Walls at both ends: no flow through them, free slip along them.
     Wall = 0,
-    /// Wraps around.
+    /// Both ends are the same place: what leaves at one enters at the other.
     Periodic = 1,
 }
 
@@ -36,7 +36,7 @@ impl ThuribleBoundary {
 pub enum ThuribleScheme {
     /// Third-order upwind interpolation to faces, mass preserving.
     Quick = 0,
-    /// Central interpolation.
+    /// Central interpolation to faces: the mean of both cells, mass preserving.
     Central = 1,
     /// Back-tracing with linear interpolation.
     SemiLagrangian = 2,
@@ -114,9 +114,9 @@ impl ThuribleColours {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThuribleNorm {
-    /// As accelerations.
+    /// As accelerations, in which the other equations are.
     Scaled = 0,
-    /// As they are.
+    /// In their own units, as in the paper.
     Plain = 1,
 }
 

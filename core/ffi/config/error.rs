@@ -14,12 +14,12 @@ pub enum ConfigError {
     Code {
         /// Name of the field.
         field: &'static str,
-        /// What it holds.
+        /// The code that it holds.
         given: u32,
     },
     /// There are more keyframes than steps.
     Keyframes {
-        /// What `keyframe_count` holds.
+        /// The value of `keyframe_count`.
         given: usize,
     },
     /// `keyframes` is null or misaligned.

@@ -34,7 +34,7 @@ pub struct ThuribleConfig {
     pub method: u32,
     /// Longest side of the box.
     pub length: f64,
-    /// Time step.
+    /// Time between two steps.
     pub dt: f64,
     /// Steps N, at least 2. To be set.
     pub steps: usize,
@@ -58,7 +58,7 @@ pub struct ThuribleConfig {
     pub advection_tolerance: f64,
     /// Relative tolerance of projections.
     pub projection_tolerance: f64,
-    /// Iterations at most.
+    /// Iterations of the method, at most; of the direct method those on the finest grid.
     pub iterations: usize,
     /// Threads that memory is planned for, from 1 to 1024; an executor must not have more.
     pub threads: usize,
@@ -70,9 +70,9 @@ pub struct ThuribleConfig {
     pub direct_nested: u32,
     /// Direct: stop when the objective falls by less than this times itself, twice in a row.
     pub direct_tolerance: f64,
-    /// ADMM: penalty K.
+    /// ADMM: penalty K, above 0, in the units of the scene.
     pub admm_penalty: f64,
-    /// ADMM: relaxation beta.
+    /// ADMM: relaxation beta of the multipliers.
     pub admm_relaxation: f64,
     /// ADMM: momentum of the advection problem, at least 0 and below 1.
     pub admm_ao_momentum: f64,
@@ -82,13 +82,13 @@ pub struct ThuribleConfig {
     pub admm_ao_iterations: u32,
     /// ADMM: whether to begin on coarser grids: 0 or 1.
     pub admm_nested: u32,
-    /// ADMM: a `ThuribleNsoSolver`.
+    /// ADMM: a `ThuribleNsoSolver`; multigrid by default.
     pub nso_solver: u32,
     /// ADMM: V-cycles or Newton steps of a Navier-Stokes problem at most, from 1 to 63.
     pub nso_cycles: u32,
     /// ADMM: stop a Navier-Stokes problem at a residual below this.
     pub nso_tolerance: f64,
-    /// ADMM: a `ThuribleNorm`.
+    /// ADMM: a `ThuribleNorm`; scaled by default.
     pub nso_norm: u32,
     /// L-BFGS over forces: pairs from 1 to 8.
     pub lbfgs_history: u32,

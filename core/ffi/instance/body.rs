@@ -8,13 +8,13 @@ use thurible_core::{D2, D3, Exec, InputError, Objective, Observer, Real, Solver,
 /// A solver of either precision in either dimension.
 #[derive(Debug)]
 pub enum AnySolver<'m> {
-    /// 2D in `f32`.
+    /// Two dimensions, elements in `f32`.
     Plane32(Solver<'m, f32, D2>),
-    /// 2D in `f64`.
+    /// Two dimensions, elements in `f64`.
     Plane64(Solver<'m, f64, D2>),
-    /// 3D in `f32`.
+    /// Three dimensions, elements in `f32`.
     Space32(Solver<'m, f32, D3>),
-    /// 3D in `f64`.
+    /// Three dimensions, elements in `f64`.
     Space64(Solver<'m, f64, D3>),
 }
 
@@ -34,7 +34,7 @@ macro_rules! each {
 /// The sizes of a solve.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes {
-    /// Steps N.
+    /// Steps N; densities have one more.
     pub steps: usize,
     /// Axes of the box, 2 or 3.
     pub dims: usize,
@@ -44,7 +44,7 @@ pub struct Sizes {
     pub cells: usize,
     /// Bytes of an element of a field: 4 or 8.
     pub precision: usize,
-    /// Threads planned for.
+    /// Threads that scratch is planned for.
     pub threads: usize,
 }
 
@@ -65,9 +65,9 @@ impl Sizes {
 /// What an instance is made of.
 #[derive(Debug)]
 pub struct Body {
-    /// The solver.
+    /// The solver, in the block behind the instance.
     pub solver: AnySolver<'static>,
-    /// Its sizes.
+    /// The solver's sizes, which calls check against.
     pub sizes: Sizes,
     /// How far it is.
     pub progress: ThuribleProgress,
@@ -76,7 +76,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// One iteration.
+    /// Runs one iteration of the method and keeps its progress.
     pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) {
         self.progress = each!(&mut self.solver, solver => step_of(solver, exec, observer));
     }

@@ -8,9 +8,9 @@ use thurible_core::{D2, D3, Params, Plan, Problem, Real, Space};
 /// Bytes of an instance, and of one that is saved.
 #[derive(Clone, Copy, Debug)]
 pub struct Planned {
-    /// The caller's memory.
+    /// Bytes of memory that the caller must bring.
     pub bytes: usize,
-    /// A saved instance.
+    /// Bytes that a saved instance takes.
     pub saved: usize,
 }
 

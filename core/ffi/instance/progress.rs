@@ -9,7 +9,7 @@ use thurible_core::Progress;
 pub struct ThuribleProgress {
     /// How the solve ended, or that it goes on.
     pub status: ThuribleStatus,
-    /// Iterations so far.
+    /// Iterations of the method so far.
     pub iteration: usize,
     /// Data term of the objective.
     pub data: f64,

@@ -9,7 +9,6 @@ use thurible_core::{Advection, Real, Scheme, Serial};
 /// How a step is taken.
 #[derive(Clone, Copy)]
 pub struct Carry<'g> {
-    /// The grid.
     pub grid: &'g Grid,
     /// Scheme, cut relative to a density of at most 1, and sub-steps.
     pub stepping: Stepping,
@@ -50,7 +49,7 @@ impl<'g> Carry<'g> {
         Ok(work(&mut transport))
     }
 
-    /// A[rho, v].
+    /// A[rho, v]: the density one step later.
     pub fn forward<T: Real>(&self, v: &Components<T>, rho: &[T]) -> Result<Vec<T>, TooFast> {
         self.with(v, |transport| {
             let mut to = rho.to_vec();

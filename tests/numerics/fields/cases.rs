@@ -15,23 +15,18 @@ pub struct Scene {
     pub cells: Vec<usize>,
     /// How the axes end.
     pub boundary: Vec<Boundary>,
-    /// Longest side.
     pub length: f64,
-    /// Time step.
     pub dt: f64,
-    /// N.
     pub steps: usize,
     /// Steps of the keyframes.
     pub keyframes: Vec<usize>,
-    /// nu.
+    /// Kinematic viscosity nu.
     pub viscosity: f64,
-    /// r.
+    /// Weight r of the force.
     pub force_weight: f64,
-    /// The transport.
     pub scheme: Scheme,
     /// Where its series is cut, in parts of max rho_0.
     pub cut: f64,
-    /// Choices.
     pub params: Params,
     /// rho_0 and the keyframes.
     pub densities: Vec<Vec<f64>>,
@@ -143,7 +138,6 @@ impl Scene {
         }
     }
 
-    /// The ledger.
     pub fn plan<T: Real, S: Space>(&self) -> Plan {
         Plan::new::<T, S>(&self.problem(), &self.params).unwrap()
     }
@@ -163,12 +157,11 @@ impl Scene {
         work(&mut solver)
     }
 
-    /// As [`Self::with_fill`].
+    /// As [`Self::with_fill`], in a block filled with 0xA5.
     pub fn with<T: Real, S: Space, R>(&self, work: impl FnOnce(&mut Solver<'_, T, S>) -> R) -> R {
         self.with_fill(0xA5, work)
     }
 
-    /// Solves it.
     pub fn solve<T: Real, S: Space>(&self, exec: &dyn Exec, observer: &mut dyn Observer) -> Solved {
         self.with::<T, S, _>(|solver| Solved::run(self, solver, exec, observer))
     }
@@ -181,17 +174,16 @@ impl Scene {
 
 /// What a solve left, in double precision and the scene's units.
 pub struct Solved {
-    /// How it ended.
     pub status: Status,
     /// What every iteration said.
     pub history: Vec<Progress>,
     /// The objective: data and force.
     pub objective: [f64; 2],
-    /// rho_0 .. rho_N.
+    /// Densities rho_0 .. rho_N.
     pub density: Vec<Vec<f64>>,
     /// v_0 .. v_{N-1}, components as in files.
     pub velocity: Vec<Vec<Vec<f64>>>,
-    /// u_0 .. u_{N-2}.
+    /// Forces u_0 .. u_{N-2}, each by component.
     pub force: Vec<Vec<Vec<f64>>>,
     /// The keyframes' targets, after scaling.
     pub targets: Vec<Vec<f64>>,
@@ -210,7 +202,7 @@ impl Solved {
         Self::read(scene, solver, status, history)
     }
 
-    /// Reads the result.
+    /// Reads the result of a solver that finished.
     pub fn read<T: Real, S: Space>(
         scene: &Scene,
         solver: &Solver<'_, T, S>,
@@ -262,7 +254,6 @@ impl Solved {
 pub struct StopAt {
     /// Events before the stop.
     pub at: usize,
-    /// Events so far.
     pub seen: usize,
 }
 

@@ -16,25 +16,21 @@ use thurible_core::{Advection, Event, Objective, Observer, Real, Serial, Silent,
 
 /// A flow that should carry `source` to the targets.
 pub struct Control<'a, T> {
-    /// The grid.
     pub grid: &'a Grid,
-    /// N.
     pub steps: usize,
-    /// rho_0.
+    /// Density at step 0, rho_0.
     pub source: &'a [T],
     /// Steps of the keyframes.
     pub keyframes: &'a [u32],
     /// Their densities, one after the other.
     pub targets: &'a [T],
-    /// v_0.
+    /// Velocity at step 0, v_0.
     pub initial: &'a Components<T>,
-    /// The transport.
     pub advection: Advection,
     /// Filters of the metric.
     pub filters: usize,
-    /// Penalty K.
     pub penalty: f64,
-    /// nu.
+    /// Kinematic viscosity nu.
     pub viscosity: f64,
 }
 

@@ -42,7 +42,6 @@ impl Memory {
         Self::filled(len, 0xA5)
     }
 
-    /// The aligned block.
     pub fn block(&mut self) -> &mut [MaybeUninit<u8>] {
         self.shifted(0)
     }
@@ -102,12 +101,12 @@ pub fn boundaries(ends: &str) -> Vec<Boundary> {
 /// The components of a vector field; the third is empty in 2D.
 pub type Components<T> = [Vec<T>; 3];
 
-/// To read.
+/// The components as slices to read.
 pub fn view<T>(v: &Components<T>) -> [&[T]; 3] {
     v.each_ref().map(|component| &component[..])
 }
 
-/// To write.
+/// The components as slices to write.
 pub fn view_mut<T>(v: &mut Components<T>) -> [&mut [T]; 3] {
     v.each_mut().map(|component| &mut component[..])
 }
@@ -182,7 +181,7 @@ pub fn gap(x: &[f64], y: &[f64]) -> f64 {
     largest(x.iter().zip(y).map(|(x, y)| x - y))
 }
 
-/// <x, y>.
+/// The inner product <x, y>, summed in f64.
 pub fn dot<T: Real>(x: &[T], y: &[T]) -> f64 {
     assert_eq!(x.len(), y.len());
     x.iter().zip(y).map(|(x, y)| x.to_f64() * y.to_f64()).sum()

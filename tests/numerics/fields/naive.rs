@@ -9,9 +9,8 @@ use thurible_core::transport::Stepping;
 /// A box of cells whose fields are read by whole-number places.
 #[derive(Clone, Copy)]
 pub struct Naive {
-    /// The grid.
     pub grid: Grid,
-    /// nu.
+    /// Kinematic viscosity nu.
     pub viscosity: f64,
 }
 
@@ -56,7 +55,7 @@ impl Naive {
         }
     }
 
-    /// div v.
+    /// The divergence div v, at cells.
     pub fn divergence(&self, v: &Components<f64>) -> Vec<f64> {
         let sum = |at| {
             (0..self.grid.dims)
@@ -66,7 +65,7 @@ impl Naive {
         places(&self.grid).map(sum).collect()
     }
 
-    /// grad p.
+    /// The gradient grad p, at faces; 0 on walls.
     pub fn gradient(&self, p: &[f64]) -> Components<f64> {
         self.at_faces(|axis, at| {
             let low = self.step(at, axis, -1).map_or(0.0, |low| p[self.id(low)]);

@@ -8,12 +8,12 @@ use thurible_core::grid::Grid;
 pub struct Random(u64);
 
 impl Random {
-    /// From a seed.
+    /// The sequence that belongs to `seed`.
     pub fn new(seed: u64) -> Self {
         Random(seed)
     }
 
-    /// Any 64 bits.
+    /// 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -42,7 +42,6 @@ impl Random {
         list[self.between(0, list.len() - 1)]
     }
 
-    /// True or false.
     pub fn coin(&mut self) -> bool {
         self.bits() & 1 == 1
     }

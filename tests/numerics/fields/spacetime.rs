@@ -15,13 +15,9 @@ use thurible_core::{Exec, NsoParams, Real, Space};
 /// The unknowns and data of a Navier-Stokes problem, trajectories all but v_0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case<T> {
-    /// The grid.
     pub grid: Grid,
-    /// Slots T.
     pub slots: usize,
-    /// Velocities.
     pub v: Components<T>,
-    /// Forces.
     pub w: Components<T>,
     /// Pressures of equation c.
     pub p: Vec<T>,
@@ -29,7 +25,6 @@ pub struct Case<T> {
     pub pbar: Vec<T>,
     /// The velocity before slot 1.
     pub v0: Components<T>,
-    /// Targets.
     pub target: Components<T>,
 }
 
@@ -176,16 +171,16 @@ impl<T: Real> Case<T> {
     }
 }
 
-/// Numbers of the equations a to d in every slot: residuals or right-hand sides.
+/// Values of the equations a to d in every slot: residuals or right-hand sides.
 #[derive(Clone, Debug)]
 pub struct Residual {
-    /// At faces.
+    /// Equation a: stationarity in the velocity, at faces.
     pub a: Vec<Components<f64>>,
-    /// At cells.
+    /// Equation b: divergence of the velocity, at cells.
     pub b: Vec<Vec<f64>>,
-    /// At faces.
+    /// Equation c: balance of momentum, at faces.
     pub c: Vec<Components<f64>>,
-    /// At cells.
+    /// Equation d: divergence of the force, at cells.
     pub d: Vec<Vec<f64>>,
 }
 
@@ -199,13 +194,10 @@ impl Residual {
 
 /// The problem slot by slot.
 pub struct Equations {
-    /// The grid.
     pub naive: Naive,
-    /// K / r.
+    /// Penalty over force weight, K / r.
     pub kappa: f64,
-    /// Velocities.
     pub v: Vec<Components<f64>>,
-    /// Forces.
     pub w: Vec<Components<f64>>,
     /// Pressures of equation c.
     pub p: Vec<Vec<f64>>,
@@ -213,7 +205,6 @@ pub struct Equations {
     pub pbar: Vec<Vec<f64>>,
     /// The velocity before slot 1.
     pub v0: Components<f64>,
-    /// Right-hand sides.
     pub rhs: Residual,
 }
 

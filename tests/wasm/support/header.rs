@@ -5,15 +5,13 @@ use std::fs;
 /// A field of a structure.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// As declared.
     pub declaration: String,
-    /// Its name.
     pub name: String,
     /// Where it lies on wasm32.
     pub at: u32,
 }
 
-/// The header.
+/// The text of the header.
 pub fn text() -> String {
     fs::read_to_string(super::root().join("core/ffi/thurible.h")).unwrap()
 }

@@ -23,7 +23,6 @@ pub const LINE: u32 = 64;
 /// What has a core, no instructions beyond the first version of WebAssembly, and no host.
 const TARGET: &str = "wasm32v1-none";
 
-/// The project's folder.
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
@@ -169,7 +168,7 @@ impl Host {
         u32::from_le_bytes(self.read(at, 4).try_into().unwrap())
     }
 
-    /// Writes bytes.
+    /// Writes `bytes` to the module's memory.
     pub fn write(&mut self, at: u32, bytes: &[u8]) {
         self.memory.write(&mut self.store, at as usize, bytes).unwrap();
     }

@@ -17,18 +17,16 @@ pub struct Scene {
     pub cells: Vec<usize>,
     /// N, where the keyframe is.
     pub steps: usize,
-    /// The method.
     pub method: Method,
-    /// Iterations at most.
     pub iterations: usize,
 }
 
 /// Bytes that a solve takes in the module's memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Needs {
-    /// The instance.
+    /// Bytes of the instance.
     pub instance: u32,
-    /// Pages of everything.
+    /// Pages of the whole memory.
     pub pages: u32,
 }
 
