@@ -1,5 +1,4 @@
 //! Shapes have the mass, the place and the look that their words promise.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use core::f64::consts::PI;
 use std::path::Path;

@@ -1,15 +1,11 @@
 //! A written result can be read back to the bit, and its report needs nothing but itself.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod output_support;
-mod support;
 
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use output_support::{MadeUp, Number, record};
-use support::without_pictures;
+use crate::output_support::{MadeUp, Number, record};
+use crate::support::without_pictures;
 use thurible::output::{Frames, OutputError, Samples};
 use thurible::report::{RunRecord, write_numbers, write_pictures};
 use thurible_core::Status;

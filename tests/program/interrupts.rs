@@ -1,0 +1,83 @@
+//! Ctrl-C: what there is is written, and a second one ends the program.
+
+use crate::support::fresh_folder;
+use crate::support::verify::verify;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// A solve that goes on until it is stopped, seen to iterate; and the lines of JSON that it will yet print.
+fn endless(folder: &Path) -> (Child, impl Iterator<Item = String>) {
+    let mut program = crate::support::thurible()
+        .args([
+            "solve",
+            "examples/small_letter.toml",
+            "--json",
+            "--set",
+            "method.iterations=100000",
+            "--set",
+            "output.frames=false",
+        ])
+        .args([
+            "--set",
+            "method.admm.density_tolerance=1e-12",
+            "-o",
+            folder.to_str().unwrap(),
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(program.stdout.take().unwrap())
+        .lines()
+        .map(Result::unwrap);
+    assert!(
+        lines.any(|line| line.contains("\"iteration\"")),
+        "no iteration was seen"
+    );
+    (program, lines)
+}
+
+/// Sends `signals` to `program`, one after the other.
+fn signal(program: &Child, signals: &[&str]) {
+    let kill: String = signals
+        .iter()
+        .map(|signal| format!("kill -{signal} {}; ", program.id()))
+        .collect();
+    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+}
+
+/// Ctrl-C in the middle: exit code 130, and what there is is written and feasible.
+#[test]
+fn an_interrupt_writes_what_there_is() {
+    let folder = fresh_folder("interrupted").join("out");
+    let (mut program, lines) = endless(&folder);
+    signal(&program, &["INT"]);
+    let rest: Vec<String> = lines.collect();
+    assert_eq!(program.wait().unwrap().code(), Some(130));
+    assert!(rest.last().unwrap().contains("\"cancelled\""), "{rest:?}");
+    let report = verify("interrupted", &folder).report;
+    assert_eq!(report["status"], "cancelled");
+    assert!(
+        report["history"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|row| row["total"].as_f64().unwrap() > 0.0),
+        "an iteration without numbers"
+    );
+}
+
+/// Two signals while the program sleeps, so that it hears both at once.
+#[test]
+fn a_second_interrupt_ends_at_once() {
+    let folder = fresh_folder("interrupted_twice").join("out");
+    let (mut program, lines) = endless(&folder);
+    signal(&program, &["STOP", "INT", "TERM", "CONT"]);
+    let rest: Vec<String> = lines.collect();
+    assert_eq!(program.wait().unwrap().code(), Some(130));
+    assert!(
+        !rest.iter().any(|line| line.contains("\"result\"")) && !folder.exists(),
+        "{rest:?}"
+    );
+}

@@ -1,0 +1,109 @@
+//! `thurible paper` from end to end, at an eighth of its size.
+
+use super::compare::{cell, check_row, json, table};
+use crate::support::verify::verify;
+use crate::support::{fresh_folder, run};
+use std::fs;
+
+#[test]
+fn every_scene_of_the_paper_parses_and_plans() {
+    for (scale, size) in [
+        ("1", "128 x 128, 40 steps"),
+        ("1/2", "64 x 64, 40 steps"),
+        ("1/8", "16 x 16, 40 steps"),
+    ] {
+        let ended = run(&["paper", "--list", "--scale", scale, "--memory-limit", "64GiB"]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let line = |name: &str| {
+            ended
+                .out
+                .lines()
+                .find(|line| line.trim_start().starts_with(name))
+                .unwrap_or_else(|| panic!("{name} is not listed"))
+                .to_owned()
+        };
+        assert!(line("fluid_f ").contains(size), "{}", line("fluid_f "));
+        assert!(line("optimality ").ends_with("by admm") && line("figure ").contains("punches"));
+        assert!(line("pd_gathering ").ends_with("only by pd"));
+    }
+}
+
+#[test]
+fn a_page_of_the_papers_scenes() {
+    let folder = fresh_folder("paper").join("out");
+    let out = folder.to_str().unwrap();
+    let arguments = [
+        "paper",
+        "abc",
+        "fig7",
+        "genus",
+        "--scale",
+        "1/8",
+        "--threads",
+        "1",
+        "--quiet",
+        "--no-pictures",
+        "--set",
+        "method.iterations=3",
+        "-o",
+        out,
+    ];
+    let ended = run(&arguments);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let (facts, page) = (
+        json(&folder.join("paper.json")),
+        fs::read_to_string(folder.join("paper.md")).unwrap(),
+    );
+    let scenes = facts["scenes"].as_array().unwrap();
+    assert_eq!(
+        scenes
+            .iter()
+            .map(|scene| scene["name"].as_str().unwrap())
+            .collect::<Vec<_>>(),
+        ["abc", "genus", "optimality"]
+    );
+    assert_eq!(
+        scenes[2]["rows"].as_array().unwrap().len(),
+        1,
+        "figure 7 is about admm alone"
+    );
+    for scene in scenes {
+        let name = scene["name"].as_str().unwrap();
+        for row in scene["rows"].as_array().unwrap() {
+            let method = folder.join(name).join(row["method"].as_str().unwrap());
+            check_row(row, &json(&method.join("report.json")));
+            assert!(!method.join("result.npz").exists(), "arrays were not asked for");
+        }
+    }
+    let table = table(&page);
+    assert_eq!(table.len(), 1 + 5);
+    assert_eq!(cell(&table, 0, "size"), "16 \u{d7} 16, 60 steps");
+    assert!(
+        page.contains("not for the 1/8 of this run") && page.contains("0.67 GB"),
+        "the paper's own figures are not set apart"
+    );
+    assert!(
+        page.contains("thurible paper abc fig7 genus") && !page.contains(out),
+        "the page shows a path of this machine"
+    );
+    assert!(
+        !page.contains("<img") && !folder.join("paper_pictures").exists(),
+        "no pictures were asked for"
+    );
+    let again = run(&[
+        "paper",
+        "abc",
+        "--methods",
+        "direct",
+        "--scale",
+        "1/8",
+        "--arrays",
+        "--quiet",
+        "--set",
+        "method.iterations=1",
+        "-o",
+        out,
+    ]);
+    assert_eq!(again.code, 0, "{}", again.err);
+    verify("abc", &folder.join("abc/direct"));
+}
