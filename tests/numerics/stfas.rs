@@ -107,7 +107,7 @@ fn sizes_that_do_not_halve() {
 
 #[test]
 fn viscous_flows() {
-    for viscosity in [0.01, 0.1, 1.0, 10.0, 100.0] {
+    for viscosity in [0.01, 1.0, 100.0] {
         Scene {
             viscosity,
             ..Scene::new(&[32, 32], "ww", 15)
@@ -216,14 +216,13 @@ fn shapes_agree<T: Real, S: Space>(list: &[(&[usize], &str)]) {
         let grid = grid(cells, ends);
         let case = Case::<T>::random(&mut random, &grid, 4, 0.5 * grid.h[0]);
         let mut first = None;
-        let shared = [1, 2, 3, 8, 1000]
-            .map(|planes| (Split::Planes(planes), 1))
+        let planes = |planes| (Split::Planes(planes), 1);
+        let slabs = |threads| (Split::Slabs, threads);
+        let lanes = [32, 16, 8, 4, 1]
             .into_iter()
-            .chain([1, 2, 3].map(|threads| (Split::Slabs, threads)));
-        for (lanes, (split, threads)) in [32, 16, 8, 4, 1]
-            .into_iter()
-            .flat_map(|lanes| shared.clone().map(move |shared| (lanes, shared)))
-        {
+            .flat_map(|lanes| [(lanes, planes(3)), (lanes, slabs(2))]);
+        let splits = [planes(1), planes(2), planes(8), planes(1000), slabs(1), slabs(3)];
+        for (lanes, (split, threads)) in lanes.chain(splits.map(|split| (8, split))) {
             let mut case = case.clone();
             let (shape, params) = (
                 Shape { lanes, split },
