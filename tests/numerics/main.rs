@@ -11,9 +11,14 @@ mod fields;
 mod adjoints;
 mod admm;
 mod admm_statuses;
+mod allocations;
 mod baseline;
+#[cfg(target_os = "linux")]
+mod ceiling;
 mod checkpoint;
+mod determinism;
 mod direct;
+mod exec;
 mod gradients;
 mod grid;
 mod memory;

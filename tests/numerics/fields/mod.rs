@@ -1,11 +1,4 @@
 //! What the tests of the core share: memory, threads, random numbers, fields and a plain second implementation.
-#![allow(dead_code, reason = "each test program uses its own part")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test says what went wrong by panicking"
-)]
 
 pub mod carry;
 pub mod cases;

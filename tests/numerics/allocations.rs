@@ -1,19 +1,10 @@
 //! Nothing is allocated between `Solver::new` and the end of `solve`, saving and restoring included.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test says what went wrong by panicking"
-)]
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
-#[path = "numerics/fields/mod.rs"]
-mod fields;
-
+use crate::fields::cases::Scene;
+use crate::fields::{Memory, cast};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
-use fields::cases::Scene;
-use fields::{Memory, cast};
 use std::alloc::System;
 use thurible_core::{D2, D3, Method, Params, Real, Serial, Silent, Solver, Space, Status};
 

@@ -1,19 +1,9 @@
 //! A run under an address-space limit: the plan and one MiB above the process's size at start are enough, 64 KiB less than the
 //! plan is a clean error.
-#![cfg(target_os = "linux")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test says what went wrong by panicking"
-)]
 #![allow(unsafe_code, reason = "system calls")]
 
-#[path = "numerics/fields/mod.rs"]
-mod fields;
-
+use crate::fields::cases::{Scene, admm};
 use core::mem::MaybeUninit;
-use fields::cases::{Scene, admm};
 use std::process::{Command, Output};
 use thurible_core::{D3, Params, Serial, Silent, Solver, Status};
 
@@ -82,7 +72,7 @@ fn solve_under_limit(above: usize) {
     let densities: Vec<Vec<f32>> = scene
         .densities
         .iter()
-        .map(|density| fields::cast(density))
+        .map(|density| crate::fields::cast(density))
         .collect();
     let Some(block) = block_under_limit(above, plan.bytes()) else {
         println!("no block");
@@ -107,12 +97,12 @@ fn the_plan_and_a_mebibyte_are_enough() {
         "the plan of {plan} bytes does not show against what the process has"
     );
     let text = |output: &Output| String::from_utf8_lossy(&output.stdout).into_owned();
-    let enough = limited("the_plan_and_a_mebibyte_are_enough", plan + MIB);
+    let enough = limited("ceiling::the_plan_and_a_mebibyte_are_enough", plan + MIB);
     assert!(
         enough.status.success() && text(&enough).contains("solved: "),
         "{enough:?}"
     );
-    let short = limited("the_plan_and_a_mebibyte_are_enough", plan - 65_536);
+    let short = limited("ceiling::the_plan_and_a_mebibyte_are_enough", plan - 65_536);
     assert!(
         short.status.success() && text(&short).contains("no block"),
         "{short:?}"
