@@ -121,7 +121,7 @@ const PARTS: [Part; 8] = [
     },
     Part {
         name: "parts and lanes",
-        files: &["exec/", "memory/", "simd.rs"],
+        files: &["exec/", "memory/", "simd/"],
         holds: "the number of a part is below their count, the pool is as large as the plan that is carved from it, a vector is loaded where a whole one is left",
     },
     Part {
