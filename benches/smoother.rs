@@ -7,6 +7,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use thurible_bench::flow;
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
+use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::{LevelMut, State, Weights};
 use thurible_core::nso::{Shape, local, smoother};
 use thurible_core::{Boundary, Colours, D2, D3, Exec, Space};
@@ -50,7 +51,7 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
         kappa: 1.0,
         viscosity: 0.0,
         outside: 3.0,
-        slow: local::Slow::USUAL.at(1.0),
+        damping: LocalDamping::USUAL.at(1.0),
     };
     let shape = Shape::all::<f32, S>(&grid).next().unwrap_or(Shape::LEAST);
     let mut waiting = vec![0f32; smoother::waiting_len::<S>(&grid, SLOTS, exec.threads(), shape.split)];

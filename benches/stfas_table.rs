@@ -13,7 +13,7 @@ use std::time::Instant;
 use thurible_bench::navier_stokes::Case;
 use thurible_bench::prepared::PreparedScene;
 use thurible_bench::scenes::{letter_f, moving_sphere};
-use thurible_core::nso::local::Slow;
+use thurible_core::nso::damping::LocalDamping;
 use thurible_core::{Colours, D2, D3, Exec, Norm, Real, Silent, Space};
 
 /// A residual below this part of the largest one is rounding.
@@ -70,7 +70,7 @@ fn main() -> ExitCode {
     at_rest(exec, &mut table);
     other_boxes(exec, &mut table);
     fast_flows(exec, &mut table);
-    slow_flows(exec, &mut table);
+    local_damping_cases(exec, &mut table);
     if !table.quick {
         real_runs(exec, &mut table);
     }
@@ -194,9 +194,9 @@ fn fast_flows(exec: &dyn Exec, table: &mut Table) {
     }
 }
 
-/// With and without what the smoother leaves out where the flow is slow: the same to a tenth.
-fn slow_flows(exec: &dyn Exec, table: &mut Table) {
-    table.title("Terms left out where the flow is slow / nowhere, by kappa = K / r");
+/// With and without local damping: the same to a tenth.
+fn local_damping_cases(exec: &dyn Exec, table: &mut Table) {
+    table.title("Cells damped where the flow is slow / nowhere, by kappa = K / r");
     for (kappa, courant) in [
         (0.01, 0.2),
         (0.1, 0.6),
@@ -205,7 +205,7 @@ fn slow_flows(exec: &dyn Exec, table: &mut Table) {
         (4.0, 2.0),
         (20.0, 2.0),
     ] {
-        slow_flow::<D2>(
+        local_damping::<D2>(
             exec,
             table,
             &Case {
@@ -214,7 +214,7 @@ fn slow_flows(exec: &dyn Exec, table: &mut Table) {
             },
         );
         if !table.quick {
-            slow_flow::<D3>(
+            local_damping::<D3>(
                 exec,
                 table,
                 &Case {
@@ -226,7 +226,7 @@ fn slow_flows(exec: &dyn Exec, table: &mut Table) {
     }
 }
 
-fn slow_flow<S: Space>(exec: &dyn Exec, table: &mut Table, case: &Case) {
+fn local_damping<S: Space>(exec: &dyn Exec, table: &mut Table, case: &Case) {
     let name = format!(
         "{}, N = {}, kappa {}, C {}",
         size(&case.cells),
@@ -237,7 +237,7 @@ fn slow_flow<S: Space>(exec: &dyn Exec, table: &mut Table, case: &Case) {
     let everywhere = cycles::<S>(
         exec,
         &Case {
-            slow: Slow::AT_REST,
+            damping: LocalDamping::NONE,
             ..case.clone()
         },
     );

@@ -8,8 +8,8 @@ use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::memory::{Arena, TooSmall};
 use thurible_core::memory::{Ledger, Pool};
+use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::State;
-use thurible_core::nso::local::Slow;
 use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape};
 use thurible_core::{Boundary, Colours, Exec, Norm, NsoParams, Real, Space};
 
@@ -29,7 +29,7 @@ pub struct Case {
     /// In which units max |f| is measured.
     pub norm: Norm,
     /// Where the smoother leaves terms out, at kappa = 1.
-    pub slow: Slow<f64>,
+    pub damping: LocalDamping<f64>,
 }
 
 impl Case {
@@ -42,7 +42,7 @@ impl Case {
             courant,
             colours: Colours::RedBlack,
             norm: Norm::Scaled,
-            slow: Slow::USUAL,
+            damping: LocalDamping::USUAL,
         }
     }
 
@@ -66,8 +66,9 @@ impl Case {
             slots: self.steps - 1,
             threads,
             params,
-            slow: self.slow,
+            damping: self.damping,
             shape,
+            projection_tolerance: 0.0,
         }
     }
 

@@ -1,8 +1,10 @@
 //! One level of STFAS: its grid, solution and right-hand side.
 
-use super::local::Slow;
+use super::damping::LocalDamping;
+use crate::field::transfer::Place;
 use crate::field::{Vector, VectorMut, view};
 use crate::grid::Grid;
+use crate::real::Real;
 use core::ops::Range;
 
 /// The unknowns of slots 1..T on one grid, all trajectories.
@@ -48,8 +50,8 @@ pub struct System<'a, T> {
     pub viscosity: T,
     /// Weight of the outside-face term of the smoother.
     pub outside: T,
-    /// Where the smoother leaves terms out.
-    pub slow: Slow<T>,
+    /// Where the smoother damps.
+    pub damping: LocalDamping<T>,
     /// Velocities.
     pub v: Vector<'a, T>,
     /// Forces.
@@ -100,8 +102,8 @@ pub struct Weights<T> {
     pub viscosity: T,
     /// Weight of the outside-face term.
     pub outside: T,
-    /// Where the smoother leaves terms out.
-    pub slow: Slow<T>,
+    /// Where the smoother damps.
+    pub damping: LocalDamping<T>,
 }
 
 impl<T: Copy> LevelMut<'_, T> {
@@ -114,7 +116,7 @@ impl<T: Copy> LevelMut<'_, T> {
             kappa: weights.kappa,
             viscosity: weights.viscosity,
             outside: weights.outside,
-            slow: weights.slow,
+            damping: weights.damping,
             v: view(&self.state.v),
             w: view(&self.state.w),
             p: self.state.p,
@@ -129,6 +131,38 @@ impl<T: Copy> LevelMut<'_, T> {
             },
             table: self.table,
         }
+    }
+}
+
+impl<T: Real> LevelMut<'_, T> {
+    /// The level's left-hand sides, to read, and its right-hand sides, to write: a, c by component, b and d.
+    pub(super) fn sides(&mut self, weights: &Weights<T>) -> (System<'_, T>, [&mut [T]; 8]) {
+        let none: &[T] = &[];
+        let left = System {
+            grid: self.grid,
+            first: 0,
+            slots: weights.slots,
+            kappa: weights.kappa,
+            viscosity: weights.viscosity,
+            outside: weights.outside,
+            damping: weights.damping,
+            v: view(&self.state.v),
+            w: view(&self.state.w),
+            p: self.state.p,
+            pbar: self.state.pbar,
+            v0: view(&self.v0),
+            rhs: Rhs {
+                scale: T::ONE,
+                a: [none; 3],
+                b: none,
+                c: [none; 3],
+                d: none,
+            },
+            table: self.table,
+        };
+        let [a0, a1, a2] = self.a.each_mut().map(|c| &mut **c);
+        let [c0, c1, c2] = self.c.each_mut().map(|c| &mut **c);
+        (left, [a0, a1, a2, c0, c1, c2, self.b, self.d])
     }
 }
 
@@ -169,5 +203,17 @@ impl<'a, T> State<'a, T> {
         let [v0, v1, v2] = self.v.each_mut().map(|c| &mut **c);
         let [w0, w1, w2] = self.w.each_mut().map(|c| &mut **c);
         [v0, v1, v2, w0, w1, w2, self.p, self.pbar]
+    }
+}
+
+/// Of the fields of [`State::fields`], how many are at faces: v and w by component.
+pub(super) const FACES_OF_STATE: usize = 6;
+
+/// Where the values of a field of [`State::fields`] are.
+pub(super) fn place_of(field: usize) -> Place {
+    if field < FACES_OF_STATE {
+        Place::Face(field % 3)
+    } else {
+        Place::Cell
     }
 }

@@ -2,150 +2,38 @@
 //!
 //! For targets t_k: the smallest kappa |v_k - t_k|^2 + |w_k|^2 over flows v driven by forces w.
 
+mod collect;
 pub mod colours;
+pub mod damping;
+pub mod info;
 pub mod level;
 pub mod local;
 pub mod newton;
+pub mod params;
+mod pass;
+mod pending;
+mod reduced;
 pub mod residual;
 pub mod smoother;
 pub mod solve;
 pub mod transfer;
 pub mod vcycle;
+mod window;
 
-pub use solve::{Ended, Info};
+pub use info::{Ended, Info, MAX_CYCLES};
+pub use params::{Norm, NsoParams, NsoSolver, Setup, Shape, Split};
 
-use crate::exec::{Exec, Slabs};
+use crate::exec::Exec;
 use crate::field::{VectorMut, means};
 use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables};
 use crate::grid::{Grid, Space};
-use crate::memory::{Arena, TooSmall};
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Arena, Ledger, Pool, Sharing, TooSmall, pooled};
 use crate::observe::{Event, Observer};
 use crate::real::Real;
-use crate::words::named;
 use colours::Colours;
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 use level::{LevelMut, State, Weights};
-use local::Slow;
-
-/// In which units divergences count in max |f|.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Norm {
-    /// Times h / dt, so that all four equations are accelerations.
-    #[default]
-    Scaled,
-    /// As they are: the paper's, stricter by 1 / h on divergence (its Figure 6).
-    Plain,
-}
-
-named!(Norm { Scaled = "scaled", Plain = "plain" });
-
-/// How Navier-Stokes problems are solved.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum NsoSolver {
-    /// The paper's multigrid in space and time.
-    #[default]
-    Stfas,
-    /// Newton's method with conjugate gradients, preconditioned in time: see [`newton`]. It has memory of its own.
-    NewtonCg,
-}
-
-named!(NsoSolver { Stfas = "stfas", NewtonCg = "newton_cg" });
-
-/// What a caller chooses for NSO.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NsoParams {
-    /// The solver.
-    pub solver: NsoSolver,
-    /// Stop at max |f| below this, in scaled accelerations.
-    pub tolerance: f64,
-    /// V-cycles, or Newton steps, at most.
-    pub cycles: usize,
-    /// The smoother's colours.
-    pub colours: Colours,
-    /// The norm of the stop.
-    pub norm: Norm,
-}
-
-impl Default for NsoParams {
-    fn default() -> Self {
-        Self {
-            solver: NsoSolver::Stfas,
-            tolerance: 1e-5,
-            cycles: 30,
-            colours: Colours::RedBlack,
-            norm: Norm::Scaled,
-        }
-    }
-}
-
-/// How threads share the planes of a grid, which in 2D are its rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Split {
-    /// Every thread has slabs of planes of its own.
-    Slabs,
-    /// All threads share so many planes, then the next ones.
-    Planes(usize),
-}
-
-impl Split {
-    /// The slabs of a grid's planes, of `least` each: one, unless threads have their own.
-    fn slabs(self, grid: &Grid, threads: usize, least: usize) -> Slabs {
-        Slabs::new(
-            grid.planes(),
-            if self == Self::Slabs { threads } else { 1 },
-            least,
-        )
-    }
-}
-
-/// How the memory that there is is used; changes speed, never results.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
-    /// Cells that a thread smooths side by side at most.
-    pub lanes: usize,
-    /// How threads share planes.
-    pub split: Split,
-}
-
-impl Shape {
-    /// The least memory.
-    pub const LEAST: Self = Self {
-        lanes: 1,
-        split: Split::Planes(1),
-    };
-    /// Bytes of the longest vector, and vectors side by side at most.
-    const WIDEST: [usize; 2] = [64, 2];
-    /// Bytes side by side below which slabs bring less than more cells do.
-    const WORTH_SLABS: usize = 32;
-
-    /// Those to choose from for a grid, the fastest first. In 3D every thread has the same rows of all planes that are shared, so slabs
-    /// would not be faster, and what waits for other threads would be a part of the state.
-    pub fn all<T: Real, S: Space>(grid: &Grid) -> impl Iterator<Item = Self> + Clone {
-        let [bytes, vectors] = Self::WIDEST;
-        let vector = bytes / T::BYTES;
-        let most = grid.n[0]
-            .div_ceil(2)
-            .next_multiple_of(vector)
-            .min(vectors * vector);
-        let lanes = [32, 16, 8, 4, 1].into_iter().filter(move |&lanes| lanes <= most);
-        let slabs = lanes
-            .clone()
-            .filter(|lanes| S::DIM == 2 && lanes * T::BYTES >= Self::WORTH_SLABS)
-            .map(|lanes| Self {
-                lanes,
-                split: Split::Slabs,
-            });
-        let together: &[usize] = if S::DIM == 2 { &[1] } else { &[2, 1] };
-        slabs.chain(lanes.flat_map(|lanes| {
-            together.iter().map(move |&together| Self {
-                lanes,
-                split: Split::Planes(together),
-            })
-        }))
-    }
-}
 
 /// The smoother's bases on every grid: what NSO keeps for the whole solve.
 #[derive(Debug)]
@@ -191,25 +79,6 @@ pub struct Finest<'a, T> {
     pub target: VectorMut<'a, T>,
     /// A vector field that may be overwritten: the damped target, should damping be needed.
     pub spare: VectorMut<'a, T>,
-}
-
-/// How a Navier-Stokes problem is posed and solved.
-#[derive(Clone, Copy, Debug)]
-pub struct Setup {
-    /// K / r in scaled numbers.
-    pub kappa: f64,
-    /// nu in scaled numbers.
-    pub viscosity: f64,
-    /// Slots T.
-    pub slots: usize,
-    /// Threads that scratch was planned for.
-    pub threads: usize,
-    /// Stop and smoother.
-    pub params: NsoParams,
-    /// Where the smoother leaves terms out, at kappa = 1.
-    pub slow: Slow<f64>,
-    /// Use of the memory.
-    pub shape: Shape,
 }
 
 /// One Navier-Stokes problem while it is solved: all levels and the scratch.
@@ -354,7 +223,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             kappa: T::from_f64(setup.kappa),
             viscosity: T::from_f64(setup.viscosity),
             outside: T::from_f64(outside_weight::<S>(setup.params.colours)),
-            slow: setup.slow.at(setup.kappa),
+            damping: setup.damping.at(setup.kappa),
         };
         let scratch = pool.take((sizes.waiting + sizes.lines).max(sizes.transfer));
         Self {

@@ -36,37 +36,36 @@ pub const fn rows_of<S: Space>() -> usize {
     2 * (1 + S::DIM)
 }
 
+/// Which places of [`Rows::list`] have a row: those of z have none in 2D.
+fn used<S: Space>() -> impl Iterator<Item = usize> {
+    (0..8).filter(|&index| index % 3 < S::DIM || index > 5)
+}
+
 impl<'a, T: Real> Rows<'a, T> {
-    /// From [`rows_of`] rows of `len` numbers each: equation a, then c, by component, b and d.
-    pub fn new<S: Space>(len: usize, numbers: &'a mut [T]) -> Self {
-        let mut parts = numbers.chunks_exact_mut(len);
-        let mut next = |wanted: bool| {
-            if wanted {
-                parts.next().unwrap_or_default()
-            } else {
-                Default::default()
-            }
-        };
-        let a = core::array::from_fn(|axis| next(axis < S::DIM));
-        let c = core::array::from_fn(|axis| next(axis < S::DIM));
+    /// From [`rows_of`] rows of `len` values each: equation a, then c, by component, b and d.
+    pub fn new<S: Space>(len: usize, values: &'a mut [T]) -> Self {
+        debug_assert!(values.len() >= rows_of::<S>() * len);
+        let mut list: [&mut [T]; 8] = Default::default();
+        for (index, part) in used::<S>().zip(values.chunks_exact_mut(len)) {
+            list[index] = part;
+        }
+        let [a0, a1, a2, c0, c1, c2, b, d] = list;
         Self {
-            a,
-            c,
-            b: next(true),
-            d: next(true),
+            a: [a0, a1, a2],
+            b,
+            c: [c0, c1, c2],
+            d,
         }
     }
 
-    /// The residuals that [`Self::new`] laid out in `numbers`, in the order of [`Self::list`].
-    pub fn written<S: Space>(len: usize, numbers: &'a [T]) -> [&'a [T]; 8] {
-        let mut parts = numbers.chunks_exact(len);
-        core::array::from_fn(|index| {
-            if index % 3 < S::DIM || index > 5 {
-                parts.next().unwrap_or_default()
-            } else {
-                &[]
-            }
-        })
+    /// The residuals that [`Self::new`] laid out in `values`, in the order of [`Self::list`].
+    pub fn written<S: Space>(len: usize, values: &'a [T]) -> [&'a [T]; 8] {
+        debug_assert!(values.len() >= rows_of::<S>() * len);
+        let mut list: [&[T]; 8] = Default::default();
+        for (index, part) in used::<S>().zip(values.chunks_exact(len)) {
+            list[index] = part;
+        }
+        list
     }
 
     /// Equations a, c (by component), b, d.
@@ -77,13 +76,13 @@ impl<'a, T: Real> Rows<'a, T> {
     }
 }
 
-/// Numbers of scratch a thread needs for [`norm`].
+/// Values of scratch that a thread needs for [`norm`].
 #[must_use]
 pub fn norm_scratch<S: Space>(grid: &Grid, slots: usize) -> usize {
     (rows_of::<S>() + WORK_ROWS) * Block::largest(grid.n[0], slots)
 }
 
-/// Numbers of scratch that [`of_block`] needs for a block.
+/// Values of scratch that [`of_block`] needs for a block.
 #[must_use]
 pub fn work_len(block: &Block<'_>) -> usize {
     WORK_ROWS * block.len()
@@ -158,6 +157,7 @@ pub fn of_block<T: Real, S: Space>(
     }
 }
 
+/// A row of a right-hand side, empty where all of it is 0.
 fn target<'a, T>(rhs: Vector<'a, T>, axis: usize, block: &Block<'_>, row: usize) -> &'a [T] {
     if rhs[axis].is_empty() {
         &[]
@@ -168,7 +168,7 @@ fn target<'a, T>(rhs: Vector<'a, T>, axis: usize, block: &Block<'_>, row: usize)
 
 /// max |f| over all equations, cells and slots, b and d counted times `unit` (h / dt: then all are accelerations).
 ///
-/// NaN when any number is not finite. `sums` holds one number a row, `scratch` [`norm_scratch`] a thread.
+/// NaN when any value is not finite. `sums` holds one value a row, `scratch` [`norm_scratch`] a thread.
 pub fn norm<T: Real, S: Space>(
     exec: &dyn Exec,
     level: &LevelMut<'_, T>,
@@ -186,8 +186,8 @@ pub fn norm<T: Real, S: Space>(
         |task| {
             let mut largest = 0.0;
             for block in Block::all(grid, weights.slots) {
-                let (numbers, work) = task.scratch.split_at_mut(rows_of::<S>() * block.len());
-                let mut out = Rows::new::<S>(block.len(), numbers);
+                let (values, work) = task.scratch.split_at_mut(rows_of::<S>() * block.len());
+                let mut out = Rows::new::<S>(block.len(), values);
                 of_block::<T, S>(&system, &block, task.row, &mut out, work);
                 let maxima = out.list().map(|row| rows::max_abs(row));
                 let (momentum, divergence) = maxima.split_at(6);

@@ -5,15 +5,13 @@
 //! so moving the centre after every good cycle and letting mu shrink ends at the solution of the true problem.
 
 use super::Nso;
+use super::info::{Ended, Info};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Space;
 use crate::observe::{Event, Observer};
 use crate::operators::self_advection::Fluid;
 use crate::real::Real;
-
-/// V-cycles whose residuals an [`Info`] holds.
-pub use crate::progress::MAX_CYCLES;
 
 /// A cycle that leaves more than this of the residual has failed.
 const FAILED: f64 = 0.9;
@@ -25,52 +23,15 @@ const SHRINKAGE: f64 = 0.25;
 /// Damping below this, in units of kappa, is dropped.
 const NEGLIGIBLE: f64 = 1e-2;
 
-/// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
-    /// max |f| is below the tolerance.
-    Converged,
-    /// The cap on V-cycles was reached.
-    Cycles,
-    /// The residual is not finite and damping did not help.
-    NotFinite,
-    /// The observer said stop.
-    Cancelled,
-}
-
-/// What happened.
-#[derive(Clone, Debug)]
-pub struct Info {
-    /// How it ended.
-    pub ended: Ended,
-    /// max |f| before the first cycle and after each.
-    pub residuals: heapless::Vec<f64, MAX_CYCLES>,
-    /// Whether damping was needed (the spare field was overwritten).
-    pub damped: bool,
-}
-
-impl Info {
-    /// The last residual.
-    #[must_use]
-    pub fn residual(&self) -> f64 {
-        self.residuals.last().copied().unwrap_or(f64::NAN)
-    }
-}
-
 impl<T: Real, S: Space> Nso<'_, T, S> {
     /// Solves to the tolerance, from the state as it is.
     pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Info {
-        let mut info = Info {
-            ended: Ended::Cycles,
-            residuals: heapless::Vec::new(),
-            damped: false,
-        };
+        let mut info = Info::default();
         let mut damping = Damping::default();
         let mut residual = self.residual(exec);
         let _ = info.residuals.push(residual);
         for cycle in 1..=self.setup.params.cycles {
             if residual < self.setup.params.tolerance {
-                info.ended = Ended::Converged;
                 break;
             }
             if self.vcycle(exec, observer).is_break() {
@@ -89,12 +50,13 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
         if damping.mu > 0.0 {
             self.undamp(&mut damping);
         }
-        match () {
-            () if !residual.is_finite() => info.ended = Ended::NotFinite,
-            () if residual < self.setup.params.tolerance => info.ended = Ended::Converged,
-            () => {}
+        if !residual.is_finite() {
+            info.ended(Ended::NotFinite)
+        } else if residual < self.setup.params.tolerance {
+            info.ended(Ended::Converged)
+        } else {
+            info
         }
-        info
     }
 
     /// Judges a cycle that changed the residual of the damped problem from `before` to `after`; the residual of the true one.
@@ -158,7 +120,7 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
 
     fn set_kappa(&mut self, kappa: f64) {
         self.weights.kappa = T::from_f64(kappa);
-        self.weights.slow = self.setup.slow.at(kappa);
+        self.weights.damping = self.setup.damping.at(kappa);
         self.levels[0].scale = T::from_f64(kappa);
     }
 

@@ -331,11 +331,7 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
             DirectParams::MOST,
         ),
         ("lbfgs.history", params.lbfgs.history, LbfgsParams::MOST),
-        (
-            "admm.nso_cycles",
-            params.admm.nso.cycles,
-            nso::solve::MAX_CYCLES - 1,
-        ),
+        ("admm.nso_cycles", params.admm.nso.cycles, nso::MAX_CYCLES - 1),
     ];
     for (field, given, most) in ranges {
         if !(1..=most).contains(&given) {

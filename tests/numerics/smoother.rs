@@ -8,8 +8,9 @@ use thurible_core::field::Block;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::coarsen;
 use thurible_core::nso::colours::{Cells, Colours};
+use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::{Rhs, System};
-use thurible_core::nso::local::{Changes, Slow, changes, fill_table, scratch_len, solve_row, table_len};
+use thurible_core::nso::local::{Changes, changes, fill_table, scratch_len, solve_row, table_len};
 use thurible_core::nso::residual::{Rows, of_block, rows_of, work_len};
 use thurible_core::nso::{Norm, NsoParams, Setup, Shape, Split};
 use thurible_core::{D2, D3, Real, Serial, Space};
@@ -99,7 +100,7 @@ impl<T: Real> Both<T> {
         }
     }
 
-    fn system(&self, outside: f64, slow: Slow<f64>) -> System<'_, T> {
+    fn system(&self, outside: f64, damping: LocalDamping<f64>) -> System<'_, T> {
         let case = &self.case;
         let kappa = T::from_f64(self.equations.kappa);
         let rhs = match &self.rhs {
@@ -125,8 +126,8 @@ impl<T: Real> Both<T> {
             kappa,
             viscosity: T::from_f64(self.equations.naive.viscosity),
             outside: T::from_f64(outside),
-            slow: Slow {
-                squares: T::from_f64(slow.squares),
+            damping: LocalDamping {
+                threshold: T::from_f64(damping.threshold),
             },
             v: view(&case.v),
             w: view(&case.w),
@@ -178,7 +179,7 @@ fn residual_agrees<T: Real, S: Space>(list: &[(&[usize], &str)]) {
         let viscosity = if coarse { 0.2 * grid.h[0] * grid.h[0] } else { 0.0 };
         let both = Both::<T>::new::<S>(&mut random, &grid, 0.7, 2.0, viscosity, coarse);
         let (found, expected) = (
-            found::<T, S>(&both.system(2.0, Slow::AT_REST)),
+            found::<T, S>(&both.system(2.0, LocalDamping::NONE)),
             both.equations.residual(),
         );
         let [a, c]: [Components<f64>; 2] = [&expected.a, &expected.c].map(|x| trajectories(&grid, x));
@@ -236,10 +237,10 @@ fn norm_counts_all_four_equations() {
 }
 
 /// Every cell's changes against the dense solution, for vectors of several widths, of which none may change a bit, and for every order of
-/// slots in which a cell is slow and fast.
+/// slots in which a cell is damped and others.
 fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
     let mut random = Random::new(63);
-    let mut paces = [0; 1 << SLOTS];
+    let mut orders = [0; 1 << SLOTS];
     for (n, (grid, coarse)) in list
         .iter()
         .flat_map(|(cells, ends)| grids(cells, ends))
@@ -251,14 +252,14 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
             [2.0, 0.0, 3.0][n % 3],
             [0.0, 0.0, 0.2][n % 5 % 3] * grid.h[0] * grid.h[0],
         );
-        let slow = [
-            Slow {
-                squares: 1.3 * S::DIM as f64,
+        let damping = [
+            LocalDamping {
+                threshold: 1.3 * S::DIM as f64,
             },
-            Slow::AT_REST,
+            LocalDamping::NONE,
         ][n % 7 % 2];
         let both = Both::<T>::new::<S>(&mut random, &grid, kappa, 1.5, viscosity, coarse);
-        let (system, residual) = (both.system(outside, slow), both.equations.residual());
+        let (system, residual) = (both.system(outside, damping), both.equations.residual());
         for row in 0..grid.rows() {
             let [y, z] = grid.row_at(row);
             for start in 0..2 {
@@ -294,12 +295,12 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
                 }
                 let i = random.between(0, cells.count - 1);
                 let at = [start + 2 * i, y, z];
-                let expected = local::changes(&both.equations, &residual, outside, slow, at);
-                if slow.squares > 0.0 && viscosity == 0.0 {
+                let expected = local::changes(&both.equations, &residual, outside, damping, at);
+                if damping.threshold > 0.0 && viscosity == 0.0 {
                     let squares = local::squares(&both.equations, at);
-                    paces[squares
-                        .iter()
-                        .fold(0, |code, &squares| 2 * code + usize::from(squares > slow.squares))] += 1;
+                    orders[squares.iter().fold(0, |code, &squares| {
+                        2 * code + usize::from(squares > damping.threshold)
+                    })] += 1;
                 }
                 let scale = largest(expected.iter().flatten().copied());
                 for (k, expected) in expected.iter().enumerate() {
@@ -316,8 +317,8 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
         }
     }
     assert!(
-        !paces.contains(&0),
-        "some order of slow and fast slots was not met: {paces:?}"
+        !orders.contains(&0),
+        "some order of damped slots and others was not met: {orders:?}"
     );
 }
 
@@ -406,7 +407,7 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
             kappa: 0.6,
             viscosity: 0.0,
             outside: 0.0,
-            slow: Slow::AT_REST,
+            damping: LocalDamping::NONE,
         };
         let mut level = thurible_core::nso::level::LevelMut {
             grid: &grid,

@@ -7,9 +7,9 @@ use crate::force;
 use crate::force::time_line::{TimeLine, drag};
 use crate::grid::Space;
 use crate::memory::Pool;
+use crate::nso::damping::LocalDamping;
 use crate::nso::level::State;
-use crate::nso::local::Slow;
-use crate::nso::{self, Ended, Finest, Info, Nso, NsoParams, NsoSolver, newton};
+use crate::nso::{Ended, Finest, Info, Nso, NsoSolver, Setup, newton};
 use crate::observe::{Event, Observer};
 use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
@@ -46,17 +46,27 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
     }
 
-    fn by_stfas(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
-        let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
-        let setup = nso::Setup {
+    fn nso_setup(&self, kappa: f64) -> Setup {
+        let Dimensions {
+            slots,
+            threads,
+            shape,
+            ..
+        } = self.settings.dimensions;
+        Setup {
             kappa,
             viscosity: self.settings.viscosity,
             slots,
             threads,
             params: self.settings.params.nso,
-            slow: Slow::USUAL,
-            shape: self.settings.dimensions.shape,
-        };
+            damping: LocalDamping::USUAL,
+            shape,
+            projection_tolerance: self.settings.setup.projection_tolerance,
+        }
+    }
+
+    fn by_stfas(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
+        let setup = self.nso_setup(kappa);
         let spare = if self.spare[0].is_empty() {
             &mut self.multiplier
         } else {
@@ -79,22 +89,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     }
 
     fn by_newton(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
-        let Dimensions { slots, threads, .. } = self.settings.dimensions;
-        let NsoParams {
-            tolerance,
-            cycles: steps,
-            ..
-        } = self.settings.params.nso;
-        let projection_tolerance = self.settings.setup.projection_tolerance;
-        let setup = newton::Setup {
-            kappa,
-            viscosity: self.settings.viscosity,
-            slots,
-            threads,
-            tolerance,
-            steps,
-            projection_tolerance,
-        };
+        let setup = self.nso_setup(kappa);
         let problem = newton::Problem {
             v: reborrow(&mut self.v),
             w: reborrow(&mut self.w),

@@ -1,9 +1,10 @@
 //! From the last slot to the first: what changes at the cells.
 
 use super::factor::{solve_factor, times_m};
-use super::pace::Pace;
+use super::group::Group;
+use super::lanes::{MAX_LANES, at, unroll};
 use super::reflection::{ABOVE, BELOW, Place, face};
-use super::{Changes, Group, Header, Kept, MAX_LANES, at, slot, unroll};
+use super::storage::{Changes, Header, Stored, changes, form, slot};
 use crate::grid::{D3, Space};
 use crate::real::Real;
 use crate::simd::{Cache, Vector, prefetch};
@@ -16,7 +17,7 @@ impl<T: Real> Group<'_, '_, T> {
     pub(super) fn back_substitute<S: Space, V: Vector<Elem = T>>(
         &self,
         header: &[T],
-        kept: &[T],
+        stored: &[T],
         out: &mut Changes<'_, T>,
     ) {
         let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
@@ -25,13 +26,13 @@ impl<T: Real> Group<'_, '_, T> {
         for k in (0..=slots).rev() {
             let mut before = [zero; 5];
             if k > 0 {
-                before = solve_factor::<T, S, V>(slot::<S, V>(kept, k - 1), &image);
+                before = solve_factor::<T, S, V>(slot::<S, V>(stored, k - 1), &image);
             }
             if k < slots {
-                self.write_changes::<S, V>(header, kept, k, [&y, &image, &before], out);
+                self.write_changes::<S, V>(header, stored, k, [&y, &image, &before], out);
             }
             if k > 0 {
-                image = times_m::<T, S, V>(slot::<S, V>(kept, k - 1), &before);
+                image = times_m::<T, S, V>(slot::<S, V>(stored, k - 1), &before);
             }
             y = before;
         }
@@ -43,23 +44,23 @@ impl<T: Real> Group<'_, '_, T> {
     fn write_changes<S: Space, V: Vector<Elem = T>>(
         &self,
         header: &[T],
-        kept: &[T],
+        stored: &[T],
         k: usize,
         [y, image, before]: [&[V; 5]; 3],
         out: &mut Changes<'_, T>,
     ) {
         let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
-        let (header, now) = (&header[..Header::<S>::SIZE * V::LANES], slot::<S, V>(kept, k));
+        let (header, now) = (&header[..Header::<S>::SIZE * V::LANES], slot::<S, V>(stored, k));
         let (inverse, kappa): (V, V) = (at(header, Place::<S>::INVERSE), V::splat(self.system.kappa));
         let mut q = [zero; 5];
         unroll!(i < S::FREE; 0 1 2 3 4; {
-            q[i] = image[i] - before[i] - at::<V>(now, Kept::<S>::FORCE + i);
+            q[i] = image[i] - before[i] - at::<V>(now, Stored::<S>::FORCE + i);
         });
-        let (beta, delta): (V, V) = (at(now, Kept::<S>::NORMAL), at(now, Kept::<S>::NORMAL + 1));
+        let (beta, delta): (V, V) = (at(now, Stored::<S>::NORMAL), at(now, Stored::<S>::NORMAL + 1));
         let (mut bar, mut pressure): (V, V) =
-            (at(now, Kept::<S>::NORMAL + 2), at(now, Kept::<S>::NORMAL + 3));
+            (at(now, Stored::<S>::NORMAL + 2), at(now, Stored::<S>::NORMAL + 3));
         let (of_y, of_q) = (along_u::<V, S>(header, y), along_u::<V, S>(header, &q));
-        let (mut dv, mut dw, mut all) = ([zero; 6], [zero; 6], [zero; super::changes::<D3>()]);
+        let (mut dv, mut dw, mut all) = ([zero; 6], [zero; 6], [zero; changes::<D3>()]);
         unroll!(i < S::FREE; 0 1 2 3 4; {
             (dv[face(i)], dw[face(i)]) = (y[i], q[i]);
         });
@@ -71,29 +72,29 @@ impl<T: Real> Group<'_, '_, T> {
             dv.swap(BELOW, ABOVE);
             dw.swap(BELOW, ABOVE);
         }
-        let fast = Pace::<V>::of::<S>(now).is_fast();
+        let full = form::<S, V>(now).is_full();
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let g: V = at(header, Place::<S>::NORMAL + f);
             (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);
-            let (row, column) = if fast { (at(now, Kept::<S>::ROW + f), at(now, Kept::<S>::COLUMN + f)) } else { (g, g) };
+            let (row, column) = if full { (at(now, Stored::<S>::ROW + f), at(now, Stored::<S>::COLUMN + f)) } else { (g, g) };
             pressure = pressure - row * dv[f] + g * dw[f];
             bar = bar - kappa * g * dv[f] - column * dw[f];
             (all[f], all[S::FACES + f]) = (dv[f], dw[f]);
         });
         // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
         let before: V = if k > 0 {
-            at(slot::<S, V>(kept, k - 1), Kept::<S>::NORMAL)
+            at(slot::<S, V>(stored, k - 1), Stored::<S>::NORMAL)
         } else {
             zero
         };
         let after: V = if k + 1 < slots {
-            at(slot::<S, V>(kept, k + 1), Kept::<S>::NORMAL + 1)
+            at(slot::<S, V>(stored, k + 1), Stored::<S>::NORMAL + 1)
         } else {
             zero
         };
         (all[2 * S::FACES], all[2 * S::FACES + 1]) =
             (-(pressure * inverse + before), -(bar * inverse + after));
-        self.put(&all[..super::changes::<S>()], k, out);
+        self.put(&all[..changes::<S>()], k, out);
     }
 
     /// Stores the lanes that are cells, as the changes of all quantities in slot `k`, and asks for where those of a slot to come are.

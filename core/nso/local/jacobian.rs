@@ -1,15 +1,17 @@
 //! The local Jacobian J and the outside-face term O of a cell in one slot, and what the reflection H makes of them.
 
 use super::edge::Edge;
+use super::group::Group;
+use super::lanes::{at, unroll};
 use super::reflection::{ABOVE, BELOW, Place, face, reflection};
-use super::{Group, Header, at, unroll};
+use super::storage::Header;
 use crate::grid::Space;
 use crate::operators::plaquette::Plaquette;
 use crate::real::Real;
 use crate::simd::Vector;
 
 /// J, by rows.
-pub(super) struct Jacobian<V>(pub(super) [[V; 6]; 6]);
+pub(super) struct Jacobian<V>([[V; 6]; 6]);
 
 /// The lower triangle of O.
 pub(super) struct Outside<V>([[V; 6]; 6]);
@@ -21,36 +23,36 @@ struct Rows<V> {
 }
 
 impl<T: Real> Group<'_, '_, T> {
-    /// J, edge by edge, 0 where `fast` is 0.
+    /// J, edge by edge, 0 where `moving` is 0.
     #[inline(always)]
     pub(super) fn jacobian<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
         &self,
         header: &[T],
         plaquettes: &[Plaquette<V>; 12],
-        fast: V,
+        moving: V,
     ) -> Jacobian<V> {
         let mut j = [[V::splat(T::ZERO); 6]; 6];
         unroll!(e < S::EDGES; 0 1 2 3 4 5 6 7 8 9 10 11; {
             let (fa, fb) = (Edge::new::<S>(e).face_a(), Edge::new::<S>(e).face_b());
-            let [[aa, ab], [ba, bb]] = self.rows::<S, V, VISCOUS>(header, plaquettes, e, fast).inside;
+            let [[aa, ab], [ba, bb]] = self.rows::<S, V, VISCOUS>(header, plaquettes, e, moving).inside;
             (j[fa][fa], j[fb][fb]) = (j[fa][fa] + aa, j[fb][fb] + bb);
             (j[fa][fb], j[fb][fa]) = (ab, ba);
         });
         Jacobian(j)
     }
 
-    /// O, edge by edge, 0 where `fast` is 0. In one pass with J the smoother's frame with AVX-512 would be 3,200 bytes longer.
+    /// O, edge by edge, 0 where `moving` is 0. In one pass with J the smoother's frame with AVX-512 would be 3,200 bytes longer.
     #[inline(always)]
     pub(super) fn outside<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
         &self,
         header: &[T],
         plaquettes: &[Plaquette<V>; 12],
-        fast: V,
+        moving: V,
     ) -> Outside<V> {
         let mut o = [[V::splat(T::ZERO); 6]; 6];
         unroll!(e < S::EDGES; 0 1 2 3 4 5 6 7 8 9 10 11; {
             let (fa, fb) = (Edge::new::<S>(e).face_a(), Edge::new::<S>(e).face_b());
-            let [[aa, ab], [ba, bb]] = self.rows::<S, V, VISCOUS>(header, plaquettes, e, fast).outside;
+            let [[aa, ab], [ba, bb]] = self.rows::<S, V, VISCOUS>(header, plaquettes, e, moving).outside;
             o[fa][fa] = o[fa][fa] + (aa * aa + ba * ba);
             o[fb][fb] = o[fb][fb] + (ab * ab + bb * bb);
             o[fa.max(fb)][fa.min(fb)] = aa * ab + ba * bb;
@@ -58,18 +60,18 @@ impl<T: Real> Group<'_, '_, T> {
         Outside(o)
     }
 
-    /// What the cell's own faces do at edge `e`, 0 where `fast` is 0.
+    /// What the cell's own faces do at edge `e`, 0 where `moving` is 0.
     #[inline(always)]
     fn rows<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
         &self,
         header: &[T],
         plaquettes: &[Plaquette<V>; 12],
         e: usize,
-        fast: V,
+        moving: V,
     ) -> Rows<V> {
         let (_, [sigma_a, sigma_b]) = slopes::<S, V>(header, e);
         let Plaquette { omega, abar, bbar } = plaquettes[e];
-        let (omega, abar, bbar) = (fast * omega, fast * abar, fast * bbar);
+        let (omega, abar, bbar) = (moving * omega, moving * abar, moving * bbar);
         // What advection does, which is the same at both faces of a component ..
         let (aa, ab) = (-(sigma_a * bbar), -(sigma_b * bbar + omega));
         let (ba, bb) = (sigma_a * abar + omega, sigma_b * abar);
@@ -92,6 +94,24 @@ impl<T: Real> Group<'_, '_, T> {
 }
 
 impl<V: Vector> Jacobian<V> {
+    /// J g and J^T g.
+    #[inline(always)]
+    pub(super) fn along<S: Space>(&self, g: &[V; 6]) -> [[V; 6]; 2] {
+        let Self(j) = self;
+        let [mut column, mut row] = [*g; 2];
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
+            let first = first_coupled(f);
+            (column[f], row[f]) = (j[f][first] * g[first], g[first] * j[first][f]);
+            unroll!(e < S::FACES; 1 2 3 4 5; {
+                if coupled(f, e) && e > first {
+                    column[f] = column[f] + j[f][e] * g[e];
+                    row[f] = row[f] + g[e] * j[e][f];
+                }
+            });
+        });
+        [column, row]
+    }
+
     /// Lets the faces along y change places.
     #[inline(always)]
     pub(super) fn flip<S: Space>(&mut self) {

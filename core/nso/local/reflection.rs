@@ -1,7 +1,7 @@
 //! H = 1 - u u^T, the Householder reflection of each combination of walls (Golub & Van Loan, Matrix Computations, section 5.1), and
 //! the normal g that it turns on e_p. p is a face along y, which is free in all cells of a row or in none.
 
-use super::{at, unroll};
+use super::lanes::{at, unroll};
 use crate::grid::Space;
 use crate::real::Real;
 use crate::simd::Vector;

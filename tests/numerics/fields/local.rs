@@ -2,7 +2,7 @@
 
 use super::naive::Naive;
 use super::spacetime::{Equations, Residual};
-use thurible_core::nso::local::Slow;
+use thurible_core::nso::damping::LocalDamping;
 
 /// What a cell's faces, in the order low x, high x, low y, .., are to the local problem.
 struct Face {
@@ -158,7 +158,7 @@ pub fn changes(
     problem: &Equations,
     residual: &Residual,
     weight: f64,
-    slow: Slow<f64>,
+    local: LocalDamping<f64>,
     at: [usize; 3],
 ) -> Vec<Vec<f64>> {
     let (naive, slots) = (&problem.naive, problem.v.len());
@@ -168,13 +168,13 @@ pub fn changes(
     let mut right = vec![0.0; size * slots];
     let squares = squares(problem, at);
     for k in 0..slots {
-        let is_slow = squares[k] <= slow.squares && naive.viscosity == 0.0;
-        let j = if is_slow {
+        let is_damped = squares[k] <= local.threshold && naive.viscosity == 0.0;
+        let j = if is_damped {
             vec![vec![0.0; n]; n]
         } else {
             jacobian(problem, k, &faces)
         };
-        let o = if is_slow {
+        let o = if is_damped {
             damping(squares[k], &faces)
         } else {
             scaled(weight, &outside(problem, k, &faces))

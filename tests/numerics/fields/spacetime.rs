@@ -7,8 +7,8 @@ use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::memory::Arena;
 use thurible_core::memory::{Ledger, Pool};
+use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::State;
-use thurible_core::nso::local::Slow;
 use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape, Split};
 use thurible_core::{Exec, NsoParams, Real, Space};
 
@@ -39,11 +39,12 @@ pub fn setup(kappa: f64, slots: usize) -> Setup {
             tolerance: 0.0,
             ..NsoParams::default()
         },
-        slow: Slow::USUAL,
+        damping: LocalDamping::USUAL,
         shape: Shape {
             lanes: 16,
             split: Split::Planes(2),
         },
+        projection_tolerance: 0.0,
     }
 }
 

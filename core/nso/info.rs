@@ -1,0 +1,52 @@
+//! How a Navier-Stokes problem was solved, by either solver.
+
+pub use crate::progress::MAX_CYCLES;
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// max |f| is below the tolerance.
+    Converged,
+    /// All V-cycles or Newton steps were taken, or no step gained anything.
+    Cycles,
+    /// The residual is not finite and damping did not help.
+    NotFinite,
+    /// The observer said stop.
+    Cancelled,
+}
+
+/// What happened in a solve.
+#[derive(Clone, Debug)]
+pub struct Info {
+    /// How it ended.
+    pub ended: Ended,
+    /// max |f| before the first cycle and after each.
+    pub residuals: heapless::Vec<f64, MAX_CYCLES>,
+    /// Whether the problem was damped, for which the spare field was overwritten.
+    pub damped: bool,
+}
+
+impl Default for Info {
+    /// Before the first cycle.
+    fn default() -> Self {
+        Self {
+            ended: Ended::Cycles,
+            residuals: heapless::Vec::new(),
+            damped: false,
+        }
+    }
+}
+
+impl Info {
+    /// The last residual, NaN before there is one.
+    #[must_use]
+    pub fn residual(&self) -> f64 {
+        self.residuals.last().copied().unwrap_or(f64::NAN)
+    }
+
+    /// With another end.
+    #[must_use]
+    pub fn ended(self, ended: Ended) -> Self {
+        Self { ended, ..self }
+    }
+}
