@@ -149,6 +149,33 @@ fn every_module_of_the_order_is_public_in_the_crate() {
     }
 }
 
+/// Beside the C interface, which `sources` leaves out.
+const MAY_BE_UNSAFE: [&str; 3] = ["memory/arena.rs", "exec/", "simd/"];
+
+#[test]
+fn unsafe_code_is_in_three_rooms() {
+    let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("core");
+    for file in sources(&core) {
+        let (name, text) = (
+            file.strip_prefix(&core).unwrap(),
+            fs::read_to_string(&file).unwrap(),
+        );
+        let code = |line: &str| {
+            line.split("//")
+                .next()
+                .is_some_and(|code| code.contains("unsafe"))
+        };
+        let allowed = MAY_BE_UNSAFE
+            .iter()
+            .any(|room| name.to_str().unwrap().starts_with(room));
+        assert!(
+            allowed || !text.lines().any(code),
+            "{} has unsafe code",
+            name.display()
+        );
+    }
+}
+
 #[test]
 fn imports_are_found() {
     let text = "use crate::grid::{Grid, Space};\nuse crate::{field, real::Real};\n// crate::solver\nlet x = crate::force::f();\n$crate::simd::level()";
