@@ -40,7 +40,7 @@ pub struct Rhs<'a, T> {
 pub struct System<'a, T> {
     /// The grid.
     pub grid: &'a Grid,
-    /// The row that fields begin with.
+    /// The row that the fields begin with: 0 unless they are a part of the grid's rows.
     pub first: usize,
     /// Slots T.
     pub slots: usize,
@@ -73,7 +73,7 @@ pub struct System<'a, T> {
 pub struct LevelMut<'a, T> {
     /// The grid.
     pub grid: &'a Grid,
-    /// The solution.
+    /// The unknowns.
     pub state: State<'a, T>,
     /// The given velocity before slot 1, a field of one slot.
     pub v0: VectorMut<'a, T>,

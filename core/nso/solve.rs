@@ -184,7 +184,7 @@ fn blend<T: Real>(
     t: f64,
     y: Vector<'_, T>,
 ) {
-    /// Numbers of one task.
+    /// Values of one task.
     const CHUNK: usize = 4096;
     for axis in 0..3 {
         let whole = out[axis].len() / CHUNK * CHUNK;

@@ -1,4 +1,6 @@
-//! One FAS V(2,2) cycle (paper Algorithm 2): coarsening in space only, no copy of the coarse solution is kept.
+//! One FAS V(2,2) cycle (paper Algorithm 2), coarsened in space alone.
+//!
+//! No copy of the coarse solution is kept: it is subtracted from the fine one on the way down, and added again, corrected, on the way up.
 
 use super::Nso;
 use super::transfer::{add_prolonged, restrict_residual, restrict_solution};

@@ -71,7 +71,7 @@ impl<T: Real> Group<'_, '_, T> {
         self.store_block::<S, V>(&matrix, &mut block, reduced, diagonal, now);
     }
 
-    /// a + M^T c, c, M, and the diagonal block (kappa + 1) + M^T M + omega B^T O B + damping, of which `block` is the last two parts.
+    /// a + M^T c, c, M, and the diagonal block (kappa + 1) + M^T M + omega B^T O B + damping, of which `block` holds the outside-face term and the damping.
     #[inline(always)]
     fn store_block<S: Space, V: Vector<Elem = T>>(
         &self,

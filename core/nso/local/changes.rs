@@ -1,4 +1,4 @@
-//! From the last slot to the first: what changes at the cells.
+//! Substitution back, from the last slot to the first: the changes of the cells.
 
 use super::factor::{solve_factor, times_m};
 use super::group::Group;
@@ -9,10 +9,11 @@ use crate::grid::{D3, Space};
 use crate::real::Real;
 use crate::simd::{Cache, Vector, prefetch};
 
-/// Slots between the one that is written and the one that is asked for.
+/// Slots between the one that is written and the one that is prefetched.
 const AHEAD: usize = 2;
 
 impl<T: Real> Group<'_, '_, T> {
+    /// Writes the changes of all slots to `out`.
     #[inline(always)]
     pub(super) fn back_substitute<S: Space, V: Vector<Elem = T>>(
         &self,
@@ -97,12 +98,12 @@ impl<T: Real> Group<'_, '_, T> {
         self.put(&all[..changes::<S>()], k, out);
     }
 
-    /// Stores the lanes that are cells, as the changes of all quantities in slot `k`, and asks for where those of a slot to come are.
+    /// Stores the lanes that are cells as the changes of all quantities in slot `k`, and prefetches where those of a later slot go.
     #[inline(always)]
     fn put<V: Vector<Elem = T>>(&self, changes: &[V], k: usize, Changes { out, half }: &mut Changes<'_, T>) {
         let mut from = k * *half + self.first;
         for &change in changes {
-            // Which of the zeros a 0 is may depend on the pace of the cells beside; after this it is the positive one.
+            // The sign of a 0 may depend on whether the other cells of the group are damped; after this it is +0.
             let change = change + V::splat(T::ZERO);
             let change = if self.in_order { change } else { change.unpaired() };
             prefetch(Cache::First, out, from.wrapping_sub(AHEAD * *half), V::LANES);

@@ -12,6 +12,7 @@ pub(super) struct Edge {
 }
 
 impl Edge {
+    /// Edge `e` of the cell: four for each pair of axes.
     #[inline(always)]
     pub(super) fn new<S: Space>(e: usize) -> Self {
         let (a, b) = S::PAIRS[e / 4];

@@ -10,7 +10,7 @@ use crate::simd::Vector;
 pub(super) const BELOW: usize = 2;
 pub(super) const ABOVE: usize = 3;
 
-/// Places in a row of the table: for each face u (with p in the place of the face below), g and 1 where it is free; then three numbers.
+/// Offsets in a row of the table: for each face u (that of p in the place of the face below), g, and 1 where the face is free; then three scalars.
 pub(super) struct Place<S>(core::marker::PhantomData<S>);
 impl<S: Space> Place<S> {
     pub(super) const REFLECTION: usize = 0;
@@ -24,7 +24,7 @@ impl<S: Space> Place<S> {
     pub(super) const SIZE: usize = Self::ACROSS + 1;
 }
 
-/// Numbers of the table of reflections: one row for each combination of walls.
+/// Values of the table of reflections, which has a row for each combination of walls.
 #[must_use]
 pub fn table_len<S: Space>() -> usize {
     Place::<S>::SIZE << (2 * S::DIM)

@@ -1,7 +1,7 @@
 //! Which values around a cell its equations read, and in which rows they are.
 
 use super::edge::Edge;
-use super::streams::{Row, Rows, Wrapped};
+use super::streams::Rows;
 use crate::field::Vector as Field;
 use crate::grid::{Grid, Side, Space};
 use crate::nso::colours::Cells;
@@ -118,52 +118,17 @@ impl<'g> Around<'g> {
             else {
                 continue;
             };
-            let (begin, last) = ((row * slots + time) * nx, x + 2 * (count - 1));
-            let start = begin + x;
-            let fits = match (after, before) {
-                (Some(after), Some(before)) => rows
-                    .triples
-                    .push(Row {
-                        field,
-                        start,
-                        places: [own, after, before],
-                    })
-                    .is_ok(),
-                (Some(after), None) => rows
-                    .pairs
-                    .push(Row {
-                        field,
-                        start,
-                        places: [own, after],
-                    })
-                    .is_ok(),
-                _ => rows
-                    .single
-                    .push(Row {
-                        field,
-                        start,
-                        places: [own],
-                    })
-                    .is_ok(),
-            };
-            debug_assert!(fits);
-            let across = [
-                (before.filter(|_| x == 0), begin + nx - 1, 0),
-                (after.filter(|_| last + 1 == nx), begin, count - 1),
-            ];
-            for (place, start, cell) in across {
-                if let Some(place) = place.filter(|_| self.grid.periodic[0]) {
-                    let fits = rows
-                        .wrapped
-                        .push(Wrapped {
-                            field,
-                            start,
-                            place,
-                            cell,
-                        })
-                        .is_ok();
-                    debug_assert!(fits);
-                }
+            let begin = (row * slots + time) * nx;
+            rows.push(field, begin + x, own, [after, before]);
+            if !self.grid.periodic[0] {
+                continue;
+            }
+            let last = count - 1;
+            if let Some(place) = before.filter(|_| x == 0) {
+                rows.push_wrapped(field, begin + nx - 1, place, 0);
+            }
+            if let Some(place) = after.filter(|_| x + 2 * last + 1 == nx) {
+                rows.push_wrapped(field, begin, place, last);
             }
         }
     }

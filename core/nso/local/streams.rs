@@ -12,12 +12,12 @@ use crate::simd::{Cache, Vector, prefetch};
 
 /// A row of a field, of which every other value is read, those of the cells; with `READS` = 2 the values after them too, with 3 also
 /// those before them.
-pub(super) struct Row<'s, T, const READS: usize> {
-    pub(super) field: &'s [T],
+struct Row<'s, T, const READS: usize> {
+    field: &'s [T],
     /// The place of the first cell's value in slot 0.
-    pub(super) start: usize,
+    start: usize,
     /// Which of the gathered vectors the values become.
-    pub(super) places: [usize; READS],
+    places: [usize; READS],
 }
 
 impl<T: Real, const READS: usize> Row<'_, T, READS> {
@@ -106,22 +106,22 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
 }
 
 /// A value on the other side of a periodic axis.
-pub(super) struct Wrapped<'s, T> {
-    pub(super) field: &'s [T],
+struct Wrapped<'s, T> {
+    field: &'s [T],
     /// Its place in slot 0.
-    pub(super) start: usize,
+    start: usize,
     /// Which of the gathered vectors it belongs to.
-    pub(super) place: usize,
+    place: usize,
     /// The cell that reads it.
-    pub(super) cell: usize,
+    cell: usize,
 }
 
 /// Rows of fields by how many values of each cell are read, and values across a periodic boundary: the parameters are the most of each.
 pub(super) struct Rows<'s, T, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize> {
-    pub(super) single: heapless::Vec<Row<'s, T, 1>, ONE>,
-    pub(super) pairs: heapless::Vec<Row<'s, T, 2>, TWO>,
-    pub(super) triples: heapless::Vec<Row<'s, T, 3>, THREE>,
-    pub(super) wrapped: heapless::Vec<Wrapped<'s, T>, WRAPPED>,
+    single: heapless::Vec<Row<'s, T, 1>, ONE>,
+    pairs: heapless::Vec<Row<'s, T, 2>, TWO>,
+    triples: heapless::Vec<Row<'s, T, 3>, THREE>,
+    wrapped: heapless::Vec<Wrapped<'s, T>, WRAPPED>,
 }
 /// All that the equations of a slot read.
 pub(super) type OfSlot<'s, T> = Rows<'s, T, 34, 12, 10, 32>;
@@ -154,6 +154,44 @@ fn fill_all<
             );
         }
         row.fill::<S, V, P, COUNT>(shift, onto, gathered);
+    }
+}
+
+impl<'s, T, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize>
+    Rows<'s, T, ONE, TWO, THREE, WRAPPED>
+{
+    /// Adds a row of `field` from `start` on, of which the vector `own` is read, and those after and before it; where there is one before,
+    /// there is one after.
+    pub(super) fn push(
+        &mut self,
+        field: &'s [T],
+        start: usize,
+        own: usize,
+        [after, before]: [Option<usize>; 2],
+    ) {
+        let fits = if let (Some(after), Some(before)) = (after, before) {
+            let places = [own, after, before];
+            self.triples.push(Row { field, start, places }).is_ok()
+        } else if let Some(after) = after {
+            let places = [own, after];
+            self.pairs.push(Row { field, start, places }).is_ok()
+        } else {
+            let places = [own];
+            self.single.push(Row { field, start, places }).is_ok()
+        };
+        debug_assert!(fits);
+    }
+
+    /// Adds the value at `start` of `field`, read by a cell across a periodic boundary.
+    pub(super) fn push_wrapped(&mut self, field: &'s [T], start: usize, place: usize, cell: usize) {
+        let wrapped = Wrapped {
+            field,
+            start,
+            place,
+            cell,
+        };
+        let fits = self.wrapped.push(wrapped).is_ok();
+        debug_assert!(fits);
     }
 }
 
