@@ -8,7 +8,7 @@ use thurible_bench::flow;
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::nso::damping::LocalDamping;
-use thurible_core::nso::level::{LevelMut, State, Weights};
+use thurible_core::nso::level::{Coefficients, LevelMut, State};
 use thurible_core::nso::{Shape, local, smoother};
 use thurible_core::{Boundary, Colours, D2, D3, Exec, Space};
 
@@ -46,7 +46,7 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
         d: &mut [],
         table: &table,
     };
-    let weights = Weights {
+    let coefficients = Coefficients {
         slots: SLOTS,
         kappa: 1.0,
         viscosity: 0.0,
@@ -65,7 +65,8 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
                 scratch: &mut scratch,
                 shape,
             };
-            bencher.iter(|| smoother::sweep::<f32, S>(exec, &mut level, &weights, colours, &mut workspace));
+            bencher
+                .iter(|| smoother::sweep::<f32, S>(exec, &mut level, &coefficients, colours, &mut workspace));
         });
     }
     group.finish();

@@ -91,9 +91,9 @@ pub struct LevelMut<'a, T> {
     pub table: &'a [T],
 }
 
-/// What all levels share.
+/// The coefficients of the equations, the same on all levels.
 #[derive(Clone, Copy, Debug)]
-pub struct Weights<T> {
+pub struct Coefficients<T> {
     /// Slots T.
     pub slots: usize,
     /// K / r.
@@ -106,22 +106,10 @@ pub struct Weights<T> {
     pub damping: LocalDamping<T>,
 }
 
-impl<T: Copy> LevelMut<'_, T> {
+impl<T: Real> LevelMut<'_, T> {
     /// The level's equations, to read.
-    pub fn system(&self, weights: &Weights<T>) -> System<'_, T> {
+    pub fn system(&self, coefficients: &Coefficients<T>) -> System<'_, T> {
         System {
-            grid: self.grid,
-            first: 0,
-            slots: weights.slots,
-            kappa: weights.kappa,
-            viscosity: weights.viscosity,
-            outside: weights.outside,
-            damping: weights.damping,
-            v: view(&self.state.v),
-            w: view(&self.state.w),
-            p: self.state.p,
-            pbar: self.state.pbar,
-            v0: view(&self.v0),
             rhs: Rhs {
                 scale: self.scale,
                 a: view(&self.a),
@@ -129,53 +117,64 @@ impl<T: Copy> LevelMut<'_, T> {
                 c: view(&self.c),
                 d: self.d,
             },
-            table: self.table,
+            ..left_hand_side(self.grid, coefficients, &self.state, &self.v0, self.table)
         }
     }
-}
 
-impl<T: Real> LevelMut<'_, T> {
     /// The level's left-hand sides, to read, and its right-hand sides, to write: a, c by component, b and d.
-    pub(super) fn sides(&mut self, weights: &Weights<T>) -> (System<'_, T>, [&mut [T]; 8]) {
-        let none: &[T] = &[];
-        let left = System {
-            grid: self.grid,
-            first: 0,
-            slots: weights.slots,
-            kappa: weights.kappa,
-            viscosity: weights.viscosity,
-            outside: weights.outside,
-            damping: weights.damping,
-            v: view(&self.state.v),
-            w: view(&self.state.w),
-            p: self.state.p,
-            pbar: self.state.pbar,
-            v0: view(&self.v0),
-            rhs: Rhs {
-                scale: T::ONE,
-                a: [none; 3],
-                b: none,
-                c: [none; 3],
-                d: none,
-            },
-            table: self.table,
-        };
+    pub(super) fn sides(&mut self, coefficients: &Coefficients<T>) -> (System<'_, T>, [&mut [T]; 8]) {
+        let left = left_hand_side(self.grid, coefficients, &self.state, &self.v0, self.table);
         let [a0, a1, a2] = self.a.each_mut().map(|c| &mut **c);
         let [c0, c1, c2] = self.c.each_mut().map(|c| &mut **c);
         (left, [a0, a1, a2, c0, c1, c2, self.b, self.d])
     }
 }
 
-impl<'a, T: Copy> System<'a, T> {
+/// The equations with 0 on the right.
+fn left_hand_side<'a, T: Real>(
+    grid: &'a Grid,
+    coefficients: &Coefficients<T>,
+    state: &'a State<'_, T>,
+    v0: &'a VectorMut<'_, T>,
+    table: &'a [T],
+) -> System<'a, T> {
+    let none: &[T] = &[];
+    System {
+        grid,
+        first: 0,
+        slots: coefficients.slots,
+        kappa: coefficients.kappa,
+        viscosity: coefficients.viscosity,
+        outside: coefficients.outside,
+        damping: coefficients.damping,
+        v: view(&state.v),
+        w: view(&state.w),
+        p: state.p,
+        pbar: state.pbar,
+        v0: view(v0),
+        rhs: Rhs {
+            scale: T::ONE,
+            a: [none; 3],
+            b: none,
+            c: [none; 3],
+            d: none,
+        },
+        table,
+    }
+}
+
+impl<'a, T: Real> System<'a, T> {
     /// The equations of some `rows` of all, with these unknowns of them, in the order of [`State::fields`].
     #[must_use]
     pub fn of_rows(&self, rows: Range<usize>, state: [&'a [T]; 8]) -> Self {
         let Self { grid, slots, rhs, .. } = *self;
         let [v0, v1, v2, w0, w1, w2, p, pbar] = state;
         let part = |field: &'a [T], slots: usize| {
-            field
-                .get(rows.start * slots * grid.n[0]..rows.end * slots * grid.n[0])
-                .unwrap_or_default()
+            if field.is_empty() {
+                field
+            } else {
+                &field[rows.start * slots * grid.n[0]..rows.end * slots * grid.n[0]]
+            }
         };
         let rhs = Rhs {
             a: rhs.a.map(|a| part(a, slots)),

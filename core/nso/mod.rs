@@ -33,7 +33,7 @@ use crate::real::Real;
 use colours::Colours;
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
-use level::{LevelMut, State, Weights};
+use level::{Coefficients, LevelMut, State};
 
 /// The smoother's bases on every grid: what NSO keeps for the whole solve.
 #[derive(Debug)]
@@ -85,7 +85,7 @@ pub struct Finest<'a, T> {
 pub struct Nso<'a, T, S> {
     levels: heapless::Vec<LevelMut<'a, T>, MAX_LEVELS>,
     tables: heapless::Vec<&'a Tables<'a, T>, MAX_LEVELS>,
-    weights: Weights<T>,
+    coefficients: Coefficients<T>,
     setup: Setup,
     sizes: Sizes,
     scratch: &'a mut [T],
@@ -218,7 +218,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             debug_assert!(pushed.is_ok());
         }
         let sizes = Sizes::new::<S>(&hierarchy.finest, slots, setup.threads, setup.shape);
-        let weights = Weights {
+        let coefficients = Coefficients {
             slots,
             kappa: T::from_f64(setup.kappa),
             viscosity: T::from_f64(setup.viscosity),
@@ -229,7 +229,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
         Self {
             levels,
             tables: hierarchy.tables.iter().collect(),
-            weights,
+            coefficients,
             setup: *setup,
             sizes,
             scratch,
@@ -257,7 +257,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             smoother::sweep::<T, S>(
                 exec,
                 &mut self.levels[level],
-                &self.weights,
+                &self.coefficients,
                 self.setup.params.colours,
                 &mut workspace,
             );
@@ -284,7 +284,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
         residual::norm::<T, S>(
             exec,
             &self.levels[0],
-            &self.weights,
+            &self.coefficients,
             unit,
             self.sums,
             self.scratch,
@@ -295,7 +295,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
     fn remove_means(&mut self, exec: &dyn Exec, level: usize) {
         let LevelMut { grid, state, .. } = &mut self.levels[level];
         for field in [&mut *state.p, &mut *state.pbar] {
-            means::remove(exec, grid, self.weights.slots, field, self.sums);
+            means::remove(exec, grid, self.coefficients.slots, field, self.sums);
         }
     }
 }

@@ -7,7 +7,7 @@
 //! d:  div w_k = rd_k                                                                 at cells
 //! ```
 
-use super::level::{LevelMut, System, Weights};
+use super::level::{Coefficients, LevelMut, System};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, rows, subtract_next, subtract_previous};
 use crate::grid::{Grid, Space};
@@ -172,12 +172,12 @@ fn target<'a, T>(rhs: Vector<'a, T>, axis: usize, block: &Block<'_>, row: usize)
 pub fn norm<T: Real, S: Space>(
     exec: &dyn Exec,
     level: &LevelMut<'_, T>,
-    weights: &Weights<T>,
+    coefficients: &Coefficients<T>,
     unit: f64,
     sums: &mut [f64],
     scratch: &mut [T],
 ) -> f64 {
-    let (grid, system) = (level.grid, level.system(weights));
+    let (grid, system) = (level.grid, level.system(coefficients));
     let sums = &mut sums[..grid.rows()];
     for_rows(
         exec,
@@ -185,7 +185,7 @@ pub fn norm<T: Real, S: Space>(
         RowBuffers::sums(&mut *sums).with_scratch(scratch),
         |task| {
             let mut largest = 0.0;
-            for block in Block::all(grid, weights.slots) {
+            for block in Block::all(grid, coefficients.slots) {
                 let (values, work) = task.scratch.split_at_mut(rows_of::<S>() * block.len());
                 let mut out = Rows::new::<S>(block.len(), values);
                 of_block::<T, S>(&system, &block, task.row, &mut out, work);

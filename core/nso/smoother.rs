@@ -6,7 +6,7 @@
 //! any number of threads.
 
 use super::colours::Colours;
-use super::level::{LevelMut, Weights};
+use super::level::{Coefficients, LevelMut};
 use super::local;
 use super::params::{Shape, Split};
 use super::pass::{Pass, plane_changes};
@@ -72,13 +72,13 @@ pub fn scratch_len<S: Space>(grid: &Grid, slots: usize, shape: Shape) -> usize {
 pub fn sweep<T: Real, S: Space>(
     exec: &dyn Exec,
     level: &mut LevelMut<'_, T>,
-    weights: &Weights<T>,
+    coefficients: &Coefficients<T>,
     colours: Colours,
     workspace: &mut Workspace<'_, T>,
 ) {
     let mut state = core::mem::take(&mut level.state);
     let Shape { lanes, split } = workspace.shape;
-    let (grid, slots) = (level.grid, weights.slots);
+    let (grid, slots) = (level.grid, coefficients.slots);
     let slabs = split.slabs(grid, exec.threads(), LEAST);
     let at_edges = edges(grid, slabs);
     let (edges, ring) = workspace
@@ -87,7 +87,7 @@ pub fn sweep<T: Real, S: Space>(
     let scratch = &mut *workspace.scratch;
     for number in 0..colours.passes(grid) {
         let pass = Pass {
-            given: level.system(weights),
+            given: level.system(coefficients),
             slabs,
             colours,
             number,

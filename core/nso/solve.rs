@@ -119,8 +119,8 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
     }
 
     fn set_kappa(&mut self, kappa: f64) {
-        self.weights.kappa = T::from_f64(kappa);
-        self.weights.damping = self.setup.damping.at(kappa);
+        self.coefficients.kappa = T::from_f64(kappa);
+        self.coefficients.damping = self.setup.damping.at(kappa);
         self.levels[0].scale = T::from_f64(kappa);
     }
 
@@ -155,7 +155,7 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
             exec,
             Fluid {
                 grid: level.grid,
-                slots: self.weights.slots,
+                slots: self.coefficients.slots,
                 viscosity: self.setup.viscosity,
             },
             view(&level.state.v),

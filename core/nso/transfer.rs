@@ -2,7 +2,7 @@
 //! the scaled transpose of the prolongation (cells: by the mean), corrections are prolonged linearly.
 
 use super::collect::{Slab, waiting_len};
-use super::level::{LevelMut, Weights, place_of};
+use super::level::{Coefficients, LevelMut, place_of};
 use super::params::Split;
 use super::residual;
 use crate::exec::{Exec, RowBuffers, Serial, for_rows, for_slabs};
@@ -141,14 +141,14 @@ pub fn restrict_residual<T: Real, S: Space>(
     fine: &LevelMut<'_, T>,
     coarse: &mut LevelMut<'_, T>,
     tables: &Tables<'_, T>,
-    weights: &Weights<T>,
+    coefficients: &Coefficients<T>,
     split: Split,
     scratch: &mut [T],
 ) {
-    let fine = fine.system(weights);
-    let (coarse, sides) = coarse.sides(weights);
+    let fine = fine.system(coefficients);
+    let (coarse, sides) = coarse.sides(coefficients);
     let grid = coarse.grid;
-    let waiting_len = waiting_len::<S>(fine.grid, weights.slots);
+    let waiting_len = waiting_len::<S>(fine.grid, coefficients.slots);
     if split == Split::Slabs {
         for_slabs(
             exec,

@@ -41,24 +41,32 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
 
     /// x_c = R x, f_c = lhs(x_c) + R residual(x), x -= P x_c.
     fn descend(&mut self, exec: &dyn Exec, level: usize) {
-        let (weights, tables) = (self.weights, self.tables[level]);
+        let (coefficients, tables) = (self.coefficients, self.tables[level]);
         let (fine, coarse) = Self::pair_of(&mut self.levels, level);
-        restrict_solution(exec, fine, coarse, tables, weights.slots, self.scratch);
+        restrict_solution(exec, fine, coarse, tables, coefficients.slots, self.scratch);
         restrict_residual::<T, S>(
             exec,
             fine,
             coarse,
             tables,
-            &weights,
+            &coefficients,
             self.setup.shape.split,
             self.scratch,
         );
-        add_prolonged(exec, fine, coarse, tables, weights.slots, -T::ONE, self.scratch);
+        add_prolonged(
+            exec,
+            fine,
+            coarse,
+            tables,
+            coefficients.slots,
+            -T::ONE,
+            self.scratch,
+        );
     }
 
     /// x += P x_c.
     fn ascend(&mut self, exec: &dyn Exec, level: usize) {
-        let (slots, tables) = (self.weights.slots, self.tables[level]);
+        let (slots, tables) = (self.coefficients.slots, self.tables[level]);
         let (fine, coarse) = Self::pair_of(&mut self.levels, level);
         add_prolonged(exec, fine, coarse, tables, slots, T::ONE, self.scratch);
     }

@@ -402,7 +402,7 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
         let mut scratch = vec![f64::NAN; threads * scratch_len::<S>(&grid, SLOTS, shape)];
         let mut table = vec![0.0; table_len::<S>()];
         fill_table::<f64, S>(grid.h, &mut table);
-        let weights = thurible_core::nso::level::Weights {
+        let coefficients = thurible_core::nso::level::Coefficients {
             slots: SLOTS,
             kappa: 0.6,
             viscosity: 0.0,
@@ -431,7 +431,7 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
             shape,
         };
         fields::with_threads(threads, |exec| {
-            sweep::<f64, S>(exec, &mut level, &weights, colours, &mut workspace)
+            sweep::<f64, S>(exec, &mut level, &coefficients, colours, &mut workspace)
         });
         let after = case.equations(0.6, 0.0).residual();
         let worst = largest(last_cells(&grid, colours).flat_map(|at| of_cell(&grid, &after, at)));
