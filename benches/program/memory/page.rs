@@ -66,7 +66,7 @@ fn page(table: &[Measured], quick: bool) -> String {
     };
     let thread = address_space::OF_A_THREAD >> 20;
     let mut page = format!(
-        "# Memory\n\nThis page is written by `{command}`; `thurible plan SCENE --json` says the same of any scene, for sweeps.\n\n\
+        "# Memory\n\nThis page says how many bytes a solve takes: planned, touched, and beside its block. `{command}` writes it; `thurible plan SCENE --json` says the same of any scene.\n\n\
          ## What is promised\n\n\
          A solve takes one block, of the planned bytes and at most {} more, before it begins. Beside it the program takes:\n\n\
          | what | at most | shown by |\n|---|---|---|\n\
