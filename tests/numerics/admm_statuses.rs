@@ -1,13 +1,12 @@
-//! Every way in which a solve ends, and every input that is refused.
+//! Every way in which a solve by ADMM ends.
 
-use crate::fields::Memory;
 use crate::fields::cases::{Scene, Solved, admm};
 use core::ops::ControlFlow;
-use thurible_core::{D2, Event, InputError, Observer, Params, Real, Serial, Silent, Solver, Status};
+use thurible_core::{D2, Event, Observer, Params, Serial, Silent, Solver, Status};
 
-type Small<'m> = Solver<'m, f64, D2>;
+pub type Small<'m> = Solver<'m, f64, D2>;
 
-fn scene() -> Scene {
+pub fn scene() -> Scene {
     Scene::small(&[12, 10], "wp", 5)
 }
 
@@ -207,136 +206,4 @@ fn cancelled_by_solve_is_made_feasible() {
     check_finite(&solved);
     let mass = |rho: &[f64]| rho.iter().sum::<f64>();
     assert!((mass(&solved.density[5]) - mass(&solved.density[0])).abs() < 1e-6 * mass(&solved.density[0]));
-}
-
-fn with_empty<R>(work: impl FnOnce(&mut Small<'_>) -> R) -> R {
-    let mut scene = scene();
-    scene.keyframes = vec![3, 5];
-    let mut memory = Memory::new(scene.plan::<f64, D2>().bytes());
-    work(&mut Solver::new(&scene.problem(), &scene.params, memory.block()).unwrap())
-}
-
-#[test]
-fn not_ready_until_all_densities_are_there() {
-    with_empty(|solver| {
-        let (good, one) = (scene().densities[0].clone(), vec![1.0; 120]);
-        assert_eq!(solver.prepare(&Serial), Err(InputError::NoSource));
-        assert_eq!(solver.solve(&Serial, &mut Silent, &mut |_| {}), Status::NotReady);
-        assert_eq!(solver.set_keyframe(0, &good), Err(InputError::NoSource));
-        solver.set_source(&good).unwrap();
-        assert_eq!(solver.prepare(&Serial), Err(InputError::NoKeyframe { index: 0 }));
-        solver.set_keyframe(1, &one).unwrap();
-        assert_eq!(solver.prepare(&Serial), Err(InputError::NoKeyframe { index: 0 }));
-        assert_eq!(solver.step(&Serial, &mut Silent).status, Some(Status::NotReady));
-        solver.set_keyframe(1, &good).unwrap();
-        assert_eq!(solver.prepare(&Serial), Err(InputError::NoKeyframe { index: 0 }));
-        assert_eq!(
-            solver.set_keyframe(2, &good),
-            Err(InputError::Index { given: 2, count: 2 })
-        );
-        let factor = solver.set_keyframe(0, &one).unwrap();
-        assert!(
-            (factor - good.iter().sum::<f64>() / 120.0).abs() < 1e-12,
-            "scaled to the mass of the source"
-        );
-        assert_eq!(solver.prepare(&Serial), Ok(0.0));
-        assert_eq!(solver.step(&Serial, &mut Silent).status, None);
-    });
-}
-
-#[test]
-fn densities_that_are_refused() {
-    with_empty(|solver| {
-        let good = scene().densities[0].clone();
-        solver.set_source(&good).unwrap();
-        let broken = |at: usize, value: f64| {
-            let mut density = good.clone();
-            density[at] = value;
-            density
-        };
-        let list = [
-            (broken(7, f64::NAN), InputError::NotFinite { index: 7 }),
-            (broken(119, f64::INFINITY), InputError::NotFinite { index: 119 }),
-            (broken(0, f64::NEG_INFINITY), InputError::NotFinite { index: 0 }),
-            (broken(60, -1e-9), InputError::Negative { index: 60 }),
-            (vec![0.0; 120], InputError::Empty),
-            (
-                vec![1.0; 119],
-                InputError::Length {
-                    expected: 120,
-                    given: 119,
-                },
-            ),
-            (
-                vec![1.0; 121],
-                InputError::Length {
-                    expected: 120,
-                    given: 121,
-                },
-            ),
-            (
-                Vec::new(),
-                InputError::Length {
-                    expected: 120,
-                    given: 0,
-                },
-            ),
-        ];
-        for (density, error) in list {
-            assert_eq!(solver.set_source(&density), Err(error));
-            assert_eq!(solver.set_keyframe(0, &density), Err(error));
-        }
-    });
-}
-
-#[test]
-fn velocities_that_are_refused() {
-    with_empty(|solver| {
-        assert_eq!((solver.faces(0), solver.faces(1)), (130, 120));
-        assert_eq!(
-            solver.set_initial_velocity(2, &[0.0; 120]),
-            Err(InputError::Index { given: 2, count: 2 })
-        );
-        assert_eq!(
-            solver.set_initial_velocity(0, &[0.0; 120]),
-            Err(InputError::Length {
-                expected: 130,
-                given: 120
-            })
-        );
-        for value in [f64::NAN, f64::INFINITY] {
-            let mut faces = [0.0; 130];
-            faces[99] = value;
-            assert_eq!(
-                solver.set_initial_velocity(0, &faces),
-                Err(InputError::NotFinite { index: 99 })
-            );
-        }
-        solver.set_initial_velocity(0, &[0.0; 130]).unwrap();
-    });
-}
-
-/// A target so small that it underflows when scaled is still a target.
-#[test]
-fn a_keyframe_may_be_set_again() {
-    with_empty(|solver| {
-        let good = scene().densities[0].clone();
-        solver.set_source(&good).unwrap();
-        for index in [0, 1, 0, 1, 1] {
-            solver.set_keyframe(index, &good).unwrap();
-        }
-        solver.prepare(&Serial).unwrap();
-        solver
-            .set_source(&good.iter().map(|x| 2.0 * x).collect::<Vec<_>>())
-            .unwrap();
-        assert!(
-            solver
-                .keyframe(0)
-                .iter()
-                .zip(&good)
-                .all(|(x, y)| (x - y).abs() < 1e-12),
-            "a new source leaves the targets"
-        );
-        assert_eq!(<f64 as Real>::NAME, "f64");
-    });
 }
