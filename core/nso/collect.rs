@@ -1,4 +1,5 @@
-//! Collecting residuals on a coarse level: those of fine planes are computed once, and stored until all coarse planes near have collected.
+//! Collecting residuals on a coarse level: those of fine planes are computed once, and stored until all
+//! coarse planes near have collected.
 
 use super::level::{FACES_OF_STATE, System, place_of};
 use super::residual;
@@ -37,7 +38,8 @@ impl<T: Real> Slab<'_, T> {
     pub(super) fn collect<S: Space>(&mut self, exec: &dyn Exec) {
         let room = NEAR.min(self.fine.grid.planes());
         for block in Block::all(self.fine.grid, self.fine.slots) {
-            let (mut start, mut known) = (self.planes.start, isize::MIN);
+            let mut start = self.planes.start;
+            let mut known = isize::MIN;
             while start < self.planes.end {
                 let coarse_planes = start..self.planes.end;
                 let window = Window::new(self.tables, self.fine.grid, self.coarse.grid, coarse_planes, room);
@@ -137,7 +139,8 @@ struct Waiting<'a, T> {
 }
 
 impl<T: Real> Waiting<'_, T> {
-    /// `out` = the restricted residuals of one coarse row: a, c by component, b, d. `scratch` holds the rows of a block.
+    /// `out` = the restricted residuals of one coarse row: a, c by component, b, d. `scratch` holds the rows
+    /// of a block.
     fn collect<S: Space>(
         &self,
         tables: &Tables<'_, T>,
@@ -146,7 +149,8 @@ impl<T: Real> Waiting<'_, T> {
         scratch: &mut [T],
         out: &mut [&mut [T]; 8],
     ) {
-        let (fine, [y, z]) = (self.block.grid, coarse.row_at(row));
+        let fine = self.block.grid;
+        let [y, z] = coarse.row_at(row);
         let mut sums = residual::Rows::new::<S>(self.block.len(), scratch);
         let mut sums = sums.list();
         sums.iter_mut().for_each(|row| row.fill(T::ZERO));
@@ -187,7 +191,8 @@ impl<T: Real> Waiting<'_, T> {
 
     /// The residuals of a fine row, in the order of [`residual::Rows::list`].
     fn row<S: Space>(&self, row: usize) -> [&[T]; 8] {
-        let (a_plane, len) = (self.block.grid.rows_per_plane(), self.block.len());
+        let a_plane = self.block.grid.rows_per_plane();
+        let len = self.block.len();
         let [plane, in_plane] = self.block.grid.plane_of(row);
         let place = self.window.place(plane) * a_plane + in_plane;
         residual::Rows::written::<S>(len, &self.values[place * residual::rows_of::<S>() * len..])

@@ -1,16 +1,18 @@
-//! The local damping of a level: where the flow is slow, the smoother damps a cell instead of linearising its equations.
+//! The local damping of a level: where the flow is slow, the smoother damps a cell instead of linearising its
+//! equations.
 //!
-//! The local Jacobian J and the outside-face term O keep the smoother stable where smoke crosses a good part of a cell in one step.
-//! Elsewhere they hardly change the convergence of a cycle, but take two thirds of the arithmetic. So both are left out at every cell
-//! and in every slot where
+//! The local Jacobian J and the outside-face term O keep the smoother stable where smoke crosses a good part
+//! of a cell in one step. Elsewhere they hardly change the convergence of a cycle, but take two thirds of the
+//! arithmetic. So both are left out at every cell and in every slot where
 //!
 //! ```text
 //! s = sum over the faces f of the cell of (v_f dt / h)^2
 //! ```
 //!
-//! is at most a threshold, and s takes their place on the diagonal, which keeps corrections from overshooting. Changes that are constant
-//! in time meet kappa alone in the system of a cell, and J would add J^T J, which is of the order of s: so the threshold grows with kappa.
-//! `docs/convergence.md` has what was measured. With viscosity nothing is left out.
+//! is at most a threshold, and s takes their place on the diagonal, which keeps corrections from
+//! overshooting. Changes that are constant in time meet kappa alone in the system of a cell, and J would add
+//! J^T J, which is of the order of s: so the threshold grows with kappa. `docs/convergence.md` has what was
+//! measured. With viscosity nothing is left out.
 
 use crate::real::Real;
 

@@ -1,7 +1,9 @@
-//! NSO without a multigrid in time: Newton's method on the flow alone ([`reduced`](super::reduced)), its systems by conjugate gradients.
+//! NSO without a multigrid in time: Newton's method on the flow alone ([`reduced`](super::reduced)), its
+//! systems by conjugate gradients.
 //!
-//! They are preconditioned by (kappa + S)^-1, exact in time for a flow at rest (mathematics section 6). Systems are solved inexactly,
-//! and left where the curvature is not positive (Nocedal & Wright, algorithm 7.1, Newton-CG with a line search).
+//! They are preconditioned by (kappa + S)^-1, exact in time for a flow at rest (mathematics section 6).
+//! Systems are solved inexactly, and left where the curvature is not positive (Nocedal & Wright, algorithm
+//! 7.1, Newton-CG with a line search).
 
 use super::info::{Ended, Info};
 use super::params::Setup;
@@ -134,8 +136,8 @@ impl<T: Real> Reduced<'_, '_, T> {
         Some(slope)
     }
 
-    /// Moves v along the step by the first of 1, 1/2, 1/4, .. with which phi falls enough, w with it; false, with v where it was, if
-    /// there is none.
+    /// Moves v along the step by the first of 1, 1/2, 1/4, .. with which phi falls enough, w with it; false,
+    /// with v where it was, if there is none.
     fn search<S: Space>(
         &mut self,
         exec: &dyn Exec,

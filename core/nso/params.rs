@@ -25,7 +25,8 @@ pub enum NsoSolver {
     /// The paper's multigrid in space and time.
     #[default]
     Stfas,
-    /// Newton's method with conjugate gradients, preconditioned in time: see [`newton`](super::newton). It has memory of its own.
+    /// Newton's method with conjugate gradients, preconditioned in time: see [`newton`](super::newton). It
+    /// has memory of its own.
     NewtonCg,
 }
 
@@ -89,7 +90,8 @@ pub enum Split {
 }
 
 impl Split {
-    /// The slabs of a grid's planes, one for each of `threads` as long as each has `least` planes; one where threads share planes.
+    /// The slabs of a grid's planes, one for each of `threads` as long as each has `least` planes; one where
+    /// threads share planes.
     pub(super) fn slabs(self, grid: &Grid, threads: usize, least: usize) -> Slabs {
         let count = if self == Self::Slabs { threads } else { 1 };
         Slabs::new(grid.planes(), count, least)
@@ -118,8 +120,9 @@ impl Shape {
     /// Bytes of lanes below which slabs gain less than longer vectors do.
     const WORTH_SLABS: usize = 32;
 
-    /// The shapes to choose from for a grid, the fastest first. Slabs are for 2D alone: in 3D they would not be faster, since each thread has
-    /// the same rows of all shared planes anyway, and the changes at their edges would take as much memory as a part of the state.
+    /// The shapes to choose from for a grid, the fastest first. Slabs are for 2D alone: in 3D they would not
+    /// be faster, since each thread has the same rows of all shared planes anyway, and the changes at their
+    /// edges would take as much memory as a part of the state.
     pub fn all<T: Real, S: Space>(grid: &Grid) -> impl Iterator<Item = Self> + Clone {
         let vector = Self::LONGEST_VECTOR / T::BYTES;
         let cells = grid.n[0].div_ceil(2).next_multiple_of(vector);

@@ -46,7 +46,8 @@ impl<T: Real> Pass<'_, T> {
         let rows = count * a_plane;
         let buffers = RowBuffers::fields([edges]).with_scratch(scratch);
         for_rows(exec, rows, buffers, |task| {
-            let ([edge, in_plane], [changes]) = (grid.plane_of(task.row), task.fields);
+            let [edge, in_plane] = grid.plane_of(task.row);
+            let [changes] = task.fields;
             let Range { start, end } = self.slabs.rows_of(edge / 2);
             let plane = if edge % 2 == 0 { start } else { end - 1 };
             self.solve_row::<S>(&system, plane * a_plane + in_plane, changes, task.scratch);

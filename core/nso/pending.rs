@@ -1,4 +1,5 @@
-//! Changes of cells that are solved but not yet added to the state, since cells beside still read it as it was.
+//! Changes of cells that are solved but not yet added to the state, since cells beside still read it as it
+//! was.
 
 use super::colours::Cells;
 use super::level::System;
@@ -109,7 +110,8 @@ struct Source<'a, T> {
 }
 
 impl<T: Real> Source<'_, T> {
-    /// Adds a quantity to `field` at the cells plus `offset` along x, in every slot. With `walls`, values at x = 0 are on a wall and stay 0.
+    /// Adds a quantity to `field` at the cells plus `offset` along x, in every slot. With `walls`, values at
+    /// x = 0 are on a wall and stay 0.
     fn add_to(&self, field: &mut [T], quantity: usize, offset: usize, walls: bool) {
         let (nx, slots, count) = (self.grid.n[0], self.slots, self.cells.count);
         let half = nx.div_ceil(2);
@@ -137,8 +139,9 @@ impl<T: Real> Source<'_, T> {
 }
 
 multiversion! {
-    /// Adds, in every slot, the first `count` of `half` values of `from` to every other one of `nx` values of `field`, from `first` on as far
-    /// as they go. To those between it adds 0, which keeps the loop a plain one over whole vectors.
+    /// Adds, in every slot, the first `count` of `half` values of `from` to every other one of `nx` values of
+    /// `field`, from `first` on as far as they go. To those between it adds 0, which keeps the loop a plain
+    /// one over whole vectors.
     fn add_to_every_other[T: Real](field: &mut [T], nx: usize, first: usize, from: &[T], half: usize, count: usize) {
         for (to, from) in field.chunks_exact_mut(nx).zip(from.chunks(half)) {
             let (Some(to), Some(from)) = (to.get_mut(first..), from.get(..count)) else { continue };

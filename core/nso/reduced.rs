@@ -1,7 +1,9 @@
-//! NSO as a problem of the flow alone: its objective, gradient and Hessian over flows that are free of divergence.
+//! NSO as a problem of the flow alone: its objective, gradient and Hessian over flows that are free of
+//! divergence.
 //!
 //! ```text
-//! phi(v) = kappa/2 sum |v_k - t_k|^2 + 1/2 sum |w_k(v)|^2        over div v_k = 0, w_k = P[v_k - v_{k-1} + Adv(v_k)]
+//! phi(v) = kappa/2 sum |v_k - t_k|^2 + 1/2 sum |w_k(v)|^2
+//!          over div v_k = 0, w_k = P[v_k - v_{k-1} + Adv(v_k)]
 //! g_k    = kappa (v_k - t_k) + Q[w_k - w_{k+1} + J(v_k)^T w_k]
 //! H d    = kappa d + Q[D^T P D d + J(d)^T w],  D d = d_k - d_{k-1} + J(v_k) d_k
 //! ```
@@ -150,7 +152,8 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
     /// phi(v).
     pub(super) fn phi(&mut self, exec: &dyn Exec, force: Force) -> f64 {
         let (grid, slots) = (&self.levels.finest, self.setup.slots);
-        let (v, target) = (view(&self.problem.v), self.problem.target);
+        let v = view(&self.problem.v);
+        let target = self.problem.target;
         let off = sums::total(exec, grid, self.sums, |row| {
             (0..grid.dims)
                 .map(|a| {
@@ -243,7 +246,8 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
     pub(super) fn precondition(&mut self, exec: &dyn Exec) -> f64 {
         let shape = self.shape();
         trajectory::add(exec, shape, &mut self.work, 0.0, 1.0, view(&self.residual));
-        let (grid, line) = (shape.grid, self.line);
+        let grid = shape.grid;
+        let line = self.line;
         for_rows(
             exec,
             grid.rows(),

@@ -1,4 +1,5 @@
-//! The residual f of the Navier-Stokes problem (paper eq. 13, mathematics section 5): right-hand side minus left-hand side.
+//! The residual f of the Navier-Stokes problem (paper eq. 13, mathematics section 5): right-hand side minus
+//! left-hand side.
 //!
 //! ```text
 //! a:  kappa v_k - w_{k+1} + (1 + J(v_k)^T + nu C^T C) w_k + grad pbar_k = ra_k      at faces
@@ -166,7 +167,8 @@ fn target<'a, T>(rhs: Vector<'a, T>, axis: usize, block: &Block<'_>, row: usize)
     }
 }
 
-/// max |f| over all equations, cells and slots, b and d counted times `unit` (h / dt: then all are accelerations).
+/// max |f| over all equations, cells and slots, b and d counted times `unit` (h / dt: then all are
+/// accelerations).
 ///
 /// NaN when any value is not finite. `sums` holds one value a row, `scratch` [`norm_scratch`] a thread.
 pub fn norm<T: Real, S: Space>(
@@ -177,7 +179,8 @@ pub fn norm<T: Real, S: Space>(
     sums: &mut [f64],
     scratch: &mut [T],
 ) -> f64 {
-    let (grid, system) = (level.grid, level.system(coefficients));
+    let grid = level.grid;
+    let system = level.system(coefficients);
     let sums = &mut sums[..grid.rows()];
     for_rows(
         exec,

@@ -1,9 +1,10 @@
 //! The order of cells: one colour after the other, every cell of a colour reading the state before its pass.
 //!
-//! Reads reach one and a half cells, so the changes of a plane of cells stay [`pending`](super::pending) in a ring of a few planes until
-//! the planes next to it are solved. Threads share the planes of the ring, or have a ring and a slab of planes each; then the first and
-//! the last plane of every slab, the only ones that others read, are solved before all. The result is the same whatever the shape, and for
-//! any number of threads.
+//! Reads reach one and a half cells, so the changes of a plane of cells stay [`pending`](super::pending) in a
+//! ring of a few planes until the planes next to it are solved. Threads share the planes of the ring, or have
+//! a ring and a slab of planes each; then the first and the last plane of every slab, the only ones that
+//! others read, are solved before all. The result is the same whatever the shape, and for any number of
+//! threads.
 
 use super::colours::Colours;
 use super::level::{Coefficients, LevelMut};
@@ -28,7 +29,8 @@ pub struct Workspace<'a, T> {
     pub shape: Shape,
 }
 
-/// The fewest planes of a slab: with fewer, a thread loses more by reading its neighbours' planes than it gains by having its own.
+/// The fewest planes of a slab: with fewer, a thread loses more by reading its neighbours' planes than it
+/// gains by having its own.
 const LEAST: usize = 8;
 
 /// Planes that stay in the ring besides those being solved.
@@ -186,7 +188,8 @@ impl<T: Real> Slab<'_, T> {
             RowBuffers::fields([&mut self.ring[..size * plane_changes::<S>(grid, pass.given.slots)]])
                 .with_scratch(&mut *self.scratch);
         for_rows_across(exec, size * a_plane, a_plane, places, buffers, |task| {
-            let ([place, in_plane], [changes]) = (grid.plane_of(task.row), task.fields);
+            let [place, in_plane] = grid.plane_of(task.row);
+            let [changes] = task.fields;
             let Some(plane) = planes.clone().find(|&plane| place_in_ring(plane, size) == place) else {
                 return;
             };
@@ -196,7 +199,8 @@ impl<T: Real> Slab<'_, T> {
 
     /// Adds the changes to the rows of some planes.
     fn apply<S: Space>(&mut self, exec: &dyn Exec, planes: Range<usize>, size: usize) {
-        let (all, a_plane) = (self.planes.clone(), self.pass.given.grid.rows_per_plane());
+        let all = self.planes.clone();
+        let a_plane = self.pass.given.grid.rows_per_plane();
         let pending = Pending::new::<S>(self.pass, self.edges, self.ring, size);
         let buffers = RowBuffers::fields(self.state.each_mut().map(|field| &mut **field));
         let within = Planes::of(planes.start - all.start..planes.end - all.start);

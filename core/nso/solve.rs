@@ -1,8 +1,9 @@
 //! V-cycles to a tolerance, with Levenberg-Marquardt damping when a cycle fails to reduce the residual.
 //!
-//! The paper's remedy for large r (its section 6): kappa grows to kappa + mu with the target pulled towards the flow that
-//! damping began from, (kappa t + mu v) / (kappa + mu). At that flow the damped problem has the residual of the true one,
-//! so moving the centre after every good cycle and letting mu shrink ends at the solution of the true problem.
+//! The paper's remedy for large r (its section 6): kappa grows to kappa + mu with the target pulled towards
+//! the flow that damping began from, (kappa t + mu v) / (kappa + mu). At that flow the damped problem has the
+//! residual of the true one, so moving the centre after every good cycle and letting mu shrink ends at the
+//! solution of the true problem.
 
 use super::Nso;
 use super::info::{Ended, Info};
@@ -59,7 +60,8 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
         }
     }
 
-    /// Judges a cycle that changed the residual of the damped problem from `before` to `after`; the residual of the true one.
+    /// Judges a cycle that changed the residual of the damped problem from `before` to `after`; the residual
+    /// of the true one.
     fn damp(&mut self, exec: &dyn Exec, damping: &mut Damping, before: f64, after: f64) -> f64 {
         let kappa = self.setup.kappa;
         let good = after < FAILED * before;
@@ -89,7 +91,8 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
         self.residual(exec)
     }
 
-    /// Moves the centre to the current flow: `spare` = (kappa t + mu v) / (kappa + mu), with which equation a is damped.
+    /// Moves the centre to the current flow: `spare` = (kappa t + mu v) / (kappa + mu), with which equation a
+    /// is damped.
     fn centre(&mut self, exec: &dyn Exec, damping: &mut Damping) {
         if damping.swapped {
             core::mem::swap(&mut self.levels[0].a, &mut self.spare);

@@ -1,5 +1,6 @@
-//! Between two levels (mathematics section 5): the solution is restricted by means that keep the divergence, residuals by
-//! the scaled transpose of the prolongation (cells: by the mean), corrections are prolonged linearly.
+//! Between two levels (mathematics section 5): the solution is restricted by means that keep the divergence,
+//! residuals by the scaled transpose of the prolongation (cells: by the mean), corrections are prolonged
+//! linearly.
 
 use super::collect::{Slab, waiting_len};
 use super::level::{Coefficients, LevelMut, place_of};
@@ -15,8 +16,8 @@ use crate::real::Real;
 /// The fewest coarse planes of a slab.
 const LEAST: usize = 4;
 
-/// Values of scratch for any transfer from `fine`, and for its norm: rows of a block for each thread, and stored residuals, with slabs
-/// for each thread too.
+/// Values of scratch for any transfer from `fine`, and for its norm: rows of a block for each thread, and
+/// stored residuals, with slabs for each thread too.
 #[must_use]
 pub fn scratch_len<S: Space>(fine: &Grid, slots: usize, threads: usize, split: Split) -> usize {
     let rings = if split == Split::Slabs { threads } else { 1 };

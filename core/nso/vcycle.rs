@@ -1,6 +1,7 @@
 //! One FAS V(2,2) cycle (paper Algorithm 2), coarsened in space alone.
 //!
-//! No copy of the coarse solution is kept: it is subtracted from the fine one on the way down, and added again, corrected, on the way up.
+//! No copy of the coarse solution is kept: it is subtracted from the fine one on the way down, and added
+//! again, corrected, on the way up.
 
 use super::Nso;
 use super::transfer::{add_prolonged, restrict_residual, restrict_solution};
@@ -41,7 +42,8 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
 
     /// x_c = R x, f_c = lhs(x_c) + R residual(x), x -= P x_c.
     fn descend(&mut self, exec: &dyn Exec, level: usize) {
-        let (coefficients, tables) = (self.coefficients, self.tables[level]);
+        let coefficients = self.coefficients;
+        let tables = self.tables[level];
         let (fine, coarse) = Self::pair_of(&mut self.levels, level);
         restrict_solution(exec, fine, coarse, tables, coefficients.slots, self.scratch);
         restrict_residual::<T, S>(
@@ -66,7 +68,8 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
 
     /// x += P x_c.
     fn ascend(&mut self, exec: &dyn Exec, level: usize) {
-        let (slots, tables) = (self.coefficients.slots, self.tables[level]);
+        let slots = self.coefficients.slots;
+        let tables = self.tables[level];
         let (fine, coarse) = Self::pair_of(&mut self.levels, level);
         add_prolonged(exec, fine, coarse, tables, slots, T::ONE, self.scratch);
     }

@@ -9,8 +9,8 @@ use core::ops::Range;
 /// The most fine planes that a coarse plane collects from, and whose residuals are stored at the same time.
 pub(super) const NEAR: usize = 8;
 
-/// The fine planes that some coarse planes collect from, stored in a ring of places. Planes before 0 and behind the last are those on the
-/// other side of a periodic axis.
+/// The fine planes that some coarse planes collect from, stored in a ring of places. Planes before 0 and
+/// behind the last are those on the other side of a periodic axis.
 pub(super) struct Window {
     /// Behind the last coarse plane.
     pub(super) end: usize,
@@ -30,7 +30,8 @@ impl Window {
         coarse_planes: Range<usize>,
         room: usize,
     ) -> Self {
-        let (planes, start) = (fine.planes(), coarse_planes.start);
+        let planes = fine.planes();
+        let start = coarse_planes.start;
         let centre = |plane: usize| plane * planes / coarse.planes();
         let mut window = Self {
             end: start,
@@ -99,7 +100,8 @@ fn around(i: isize, count: usize) -> usize {
     i.rem_euclid(count as isize) as usize
 }
 
-/// A fine row near a coarse one along one axis, with the weights of cells, of faces across and of faces along the axis.
+/// A fine row near a coarse one along one axis, with the weights of cells, of faces across and of faces along
+/// the axis.
 pub(super) type Near<T> = heapless::Vec<(usize, [T; 3]), NEAR>;
 
 /// The weights of a [`Near`], in order.

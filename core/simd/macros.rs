@@ -1,4 +1,5 @@
-//! Functions compiled for several instruction sets, and generic ones compiled once for the types that they are used with.
+//! Functions compiled for several instruction sets, and generic ones compiled once for the types that they
+//! are used with.
 //!
 //! All that is unsafe about them is here: the functions that these macros write are safe to call.
 
@@ -40,7 +41,8 @@ macro_rules! multiversion {
 }
 pub(crate) use multiversion;
 
-/// Compiles a kernel once for every [`Level`](super::Level), with the vectors of that level as its type parameter `V`.
+/// Compiles a kernel once for every [`Level`](super::Level), with the vectors of that level as its type
+/// parameter `V`.
 ///
 /// `fn name[T, V](..)`: the body may use `V: Vector<Elem = T>`; what it calls must be `#[inline(always)]`.
 macro_rules! vectorised {
@@ -78,11 +80,11 @@ macro_rules! vectorised {
 }
 pub(crate) use vectorised;
 
-/// Compiles functions each for one instruction set alone, and with a stack frame of its own. A caller shows that the processor has
-/// it by a proof: [`avx512`](super::avx512) or [`avx2`](super::avx2).
+/// Compiles functions each for one instruction set alone, and with a stack frame of its own. A caller shows
+/// that the processor has it by a proof: [`avx512`](super::avx512) or [`avx2`](super::avx2).
 ///
-/// `fn name[T: Real, S: Space; FLAG](Avx2; arg: Type) { .. }`: type parameters with their bounds, then flags, which are constants of
-/// type `bool`. What the body calls must be `#[inline(always)]`.
+/// `fn name[T: Real, S: Space; FLAG](Avx2; arg: Type) { .. }`: type parameters with their bounds, then flags,
+/// which are constants of type `bool`. What the body calls must be `#[inline(always)]`.
 macro_rules! compiled_for {
     (@with Avx512 $($function:tt)*) => {
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2")]
@@ -120,8 +122,8 @@ macro_rules! compiled_for {
 }
 pub(crate) use compiled_for;
 
-/// Compiles a generic function in this crate for a list of types, and not again in every program that calls it. With other types it does
-/// nothing.
+/// Compiles a generic function in this crate for a list of types, and not again in every program that calls
+/// it. With other types it does nothing.
 ///
 /// `fn name[T: Real, S: Space](arg: Type) for [f32, D2] [f64, D2] { .. }`
 macro_rules! compiled_once {
@@ -146,7 +148,8 @@ macro_rules! compiled_once {
                     body::<$t, $s>($arg)
                 }
                 #[allow(unsafe_code)]
-                // SAFETY: the type parameters are these types, so both arguments have one type; the original is not used again.
+                // SAFETY: the type parameters are these types, so both arguments have one type; the original
+                // is not used again.
                 return compiled(unsafe { core::mem::transmute_copy(&moved) });
             })*
         }

@@ -1,7 +1,8 @@
-//! SIMD vectors, and kernels compiled for several instruction sets, of which one is chosen for the whole process.
+//! SIMD vectors, and kernels compiled for several instruction sets, of which one is chosen for the whole
+//! process.
 //!
-//! Every operation works lane by lane, so a result does not depend on the length of a vector, and multiply and add are never
-//! fused: all instruction sets give the same bits.
+//! Every operation works lane by lane, so a result does not depend on the length of a vector, and multiply
+//! and add are never fused: all instruction sets give the same bits.
 #![allow(unsafe_code)]
 
 mod macros;
@@ -124,12 +125,13 @@ pub(crate) fn avx2() -> Option<Avx2> {
 pub enum Cache {
     /// The first level, for what is read next.
     First,
-    /// The second level, for more data than the first one has room for: there, prefetched lines would evict those in use, and would
-    /// be evicted themselves before they are read.
+    /// The second level, for more data than the first one has room for: there, prefetched lines would evict
+    /// those in use, and would be evicted themselves before they are read.
     Second,
 }
 
-/// Starts to load `count` values of `from`, from `index` on, into a cache. Places beyond the slice are harmless.
+/// Starts to load `count` values of `from`, from `index` on, into a cache. Places beyond the slice are
+/// harmless.
 #[inline(always)]
 pub fn prefetch<T>(cache: Cache, from: &[T], index: usize, count: usize) {
     #[cfg(target_arch = "x86_64")]
@@ -172,7 +174,8 @@ pub trait Vector:
     fn load(from: &[Self::Elem]) -> Self;
     /// Writes to the first `LANES` places of `to`, which must have as many.
     fn store(self, to: &mut [Self::Elem]);
-    /// The first and the second value of each pair of `from`, which must have `LANES` pairs; pair `i` goes to lane [`Self::PAIRED`]`[i]`.
+    /// The first and the second value of each pair of `from`, which must have `LANES` pairs; pair `i` goes to
+    /// lane [`Self::PAIRED`]`[i]`.
     fn load_pairs(from: &[Self::Elem]) -> [Self; 2];
     /// The order of [`Self::load_pairs`], its own inverse.
     const PAIRED: &'static [usize] = &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];

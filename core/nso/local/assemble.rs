@@ -12,8 +12,9 @@ use crate::real::Real;
 use crate::simd::Vector;
 
 impl<T: Real> Group<'_, '_, T> {
-    /// Residuals, and from them and the Jacobian a, c, M and the diagonal block of a slot; where all cells of the group are damped, M is the
-    /// identity and the damping is all that is stored of the block. `diagonal` is what is added to M^T M on the diagonal.
+    /// Residuals, and from them and the Jacobian a, c, M and the diagonal block of a slot; where all cells of
+    /// the group are damped, M is the identity and the damping is all that is stored of the block. `diagonal`
+    /// is what is added to M^T M on the diagonal.
     #[inline(always)]
     pub(super) fn assemble<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
         &self,
@@ -71,7 +72,8 @@ impl<T: Real> Group<'_, '_, T> {
         self.store_block::<S, V>(&matrix, &mut block, reduced, diagonal, now);
     }
 
-    /// a + M^T c, c, M, and the diagonal block (kappa + 1) + M^T M + omega B^T O B + damping, of which `block` holds the outside-face term and the damping.
+    /// a + M^T c, c, M, and the diagonal block (kappa + 1) + M^T M + omega B^T O B + damping, of which
+    /// `block` holds the outside-face term and the damping.
     #[inline(always)]
     fn store_block<S: Space, V: Vector<Elem = T>>(
         &self,
@@ -100,7 +102,8 @@ impl<T: Real> Group<'_, '_, T> {
         });
     }
 
-    /// 1 in cells that are not damped, 0 elsewhere; and the damping of the others, the sum of (g_f v_f)^2 over their faces.
+    /// 1 in cells that are not damped, 0 elsewhere; and the damping of the others, the sum of (g_f v_f)^2
+    /// over their faces.
     #[inline(always)]
     fn local_damping<S: Space, V: Vector<Elem = T>>(&self, header: &[T], gathered: &[T]) -> [V; 2] {
         let (zero, one) = (V::splat(T::ZERO), V::splat(T::ONE));

@@ -21,7 +21,8 @@ impl<T: Real> Group<'_, '_, T> {
         stored: &[T],
         out: &mut Changes<'_, T>,
     ) {
-        let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
+        let slots = self.system.slots;
+        let zero = V::splat(T::ZERO);
         // y_k and M_k y_k.
         let (mut y, mut image) = ([zero; 5], [zero; 5]);
         for k in (0..=slots).rev() {
@@ -39,8 +40,8 @@ impl<T: Real> Group<'_, '_, T> {
         }
     }
 
-    /// The changes of slot k from y_k, M_k y_k and y_{k-1}: dv, then q and dw, then both pressures from the normal components of
-    /// equations c and a.
+    /// The changes of slot k from y_k, M_k y_k and y_{k-1}: dv, then q and dw, then both pressures from the
+    /// normal components of equations c and a.
     #[inline(always)]
     fn write_changes<S: Space, V: Vector<Elem = T>>(
         &self,
@@ -50,9 +51,12 @@ impl<T: Real> Group<'_, '_, T> {
         [y, image, before]: [&[V; 5]; 3],
         out: &mut Changes<'_, T>,
     ) {
-        let (slots, zero) = (self.system.slots, V::splat(T::ZERO));
-        let (header, now) = (&header[..Header::<S>::SIZE * V::LANES], slot::<S, V>(stored, k));
-        let (inverse, kappa): (V, V) = (at(header, Place::<S>::INVERSE), V::splat(self.system.kappa));
+        let slots = self.system.slots;
+        let zero = V::splat(T::ZERO);
+        let header = &header[..Header::<S>::SIZE * V::LANES];
+        let now = slot::<S, V>(stored, k);
+        let inverse: V = at(header, Place::<S>::INVERSE);
+        let kappa = V::splat(self.system.kappa);
         let mut q = [zero; 5];
         unroll!(i < S::FREE; 0 1 2 3 4; {
             q[i] = image[i] - before[i] - at::<V>(now, Stored::<S>::FORCE + i);
@@ -61,7 +65,9 @@ impl<T: Real> Group<'_, '_, T> {
         let (mut bar, mut pressure): (V, V) =
             (at(now, Stored::<S>::NORMAL + 2), at(now, Stored::<S>::NORMAL + 3));
         let (of_y, of_q) = (along_u::<V, S>(header, y), along_u::<V, S>(header, &q));
-        let (mut dv, mut dw, mut all) = ([zero; 6], [zero; 6], [zero; changes::<D3>()]);
+        let mut dv = [zero; 6];
+        let mut dw = [zero; 6];
+        let mut all = [zero; changes::<D3>()];
         unroll!(i < S::FREE; 0 1 2 3 4; {
             (dv[face(i)], dw[face(i)]) = (y[i], q[i]);
         });
@@ -77,12 +83,14 @@ impl<T: Real> Group<'_, '_, T> {
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let g: V = at(header, Place::<S>::NORMAL + f);
             (dv[f], dw[f]) = (dv[f] + g * beta, dw[f] + g * delta);
-            let (row, column) = if full { (at(now, Stored::<S>::ROW + f), at(now, Stored::<S>::COLUMN + f)) } else { (g, g) };
+            let row = if full { at(now, Stored::<S>::ROW + f) } else { g };
+            let column = if full { at(now, Stored::<S>::COLUMN + f) } else { g };
             pressure = pressure - row * dv[f] + g * dw[f];
             bar = bar - kappa * g * dv[f] - column * dw[f];
             (all[f], all[S::FACES + f]) = (dv[f], dw[f]);
         });
-        // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they are.
+        // beta and delta are divergences over |g|^2, so times |g|^2 / |g|^2 they enter the pressures as they
+        // are.
         let before: V = if k > 0 {
             at(slot::<S, V>(stored, k - 1), Stored::<S>::NORMAL)
         } else {
@@ -98,12 +106,14 @@ impl<T: Real> Group<'_, '_, T> {
         self.put(&all[..changes::<S>()], k, out);
     }
 
-    /// Stores the lanes that are cells as the changes of all quantities in slot `k`, and prefetches where those of a later slot go.
+    /// Stores the lanes that are cells as the changes of all quantities in slot `k`, and prefetches where
+    /// those of a later slot go.
     #[inline(always)]
     fn put<V: Vector<Elem = T>>(&self, changes: &[V], k: usize, Changes { out, half }: &mut Changes<'_, T>) {
         let mut from = k * *half + self.first;
         for &change in changes {
-            // The sign of a 0 may depend on whether the other cells of the group are damped; after this it is +0.
+            // The sign of a 0 may depend on whether the other cells of the group are damped; after this it is
+            // +0.
             let change = change + V::splat(T::ZERO);
             let change = if self.in_order { change } else { change.unpaired() };
             prefetch(Cache::First, out, from.wrapping_sub(AHEAD * *half), V::LANES);

@@ -13,9 +13,10 @@ pub(super) fn triangle(row: usize, column: usize) -> usize {
     row * (row + 1) / 2 + column
 }
 
-/// Finishes slot k once slot k + 1 is assembled: its right-hand side, the elimination of slot k - 1 by X_k in `lower`, the factors
-/// L_k D_k L_k^T with the reciprocals of D_k on the diagonal, z_k = D_k^-1 L_k^-1 right-hand side, and X_{k+1} = -L_k^-1 M_{k+1},
-/// which takes the place of X_k. `diagonal` is what is added to M^T M on the diagonal.
+/// Finishes slot k once slot k + 1 is assembled: its right-hand side, the elimination of slot k - 1 by X_k in
+/// `lower`, the factors L_k D_k L_k^T with the reciprocals of D_k on the diagonal, z_k = D_k^-1 L_k^-1
+/// right-hand side, and X_{k+1} = -L_k^-1 M_{k+1}, which takes the place of X_k. `diagonal` is what is added
+/// to M^T M on the diagonal.
 #[inline(always)]
 pub(super) fn eliminate<T: Real, S: Space, V: Vector<Elem = T>>(
     stored: &mut [T],
@@ -74,7 +75,8 @@ where
     at::<V>(now, Stored::<S>::DAMPING) + V::splat(V::Elem::ONE) + V::splat(diagonal)
 }
 
-/// Finishes a slot whose block, like those of all slots before, is a multiple of the identity, of which `reciprocal` is the reciprocal.
+/// Finishes a slot whose block, like those of all slots before, is a multiple of the identity, of which
+/// `reciprocal` is the reciprocal.
 #[inline(always)]
 fn eliminate_scalar<S: Space, V: Vector>(
     before: Option<&[V::Elem]>,
@@ -199,7 +201,8 @@ fn absorb<S: Space, V: Vector, const TRIANGLE: bool>(
     l: &mut [[V; 5]; 5],
 ) {
     unroll!(m < S::FREE; 0 1 2 3 4; {
-        let (z, pivot): (V, V) = (at(before, Stored::<S>::RIGHT + m), at(before, Stored::<S>::FACTOR + triangle(m, m)));
+        let z: V = at(before, Stored::<S>::RIGHT + m);
+        let pivot: V = at(before, Stored::<S>::FACTOR + triangle(m, m));
         unroll!(i < S::FREE; 0 1 2 3 4; {
             if !TRIANGLE || i <= m {
                 let x = at::<V>(lower, m * S::FREE + i);
@@ -216,7 +219,8 @@ fn absorb<S: Space, V: Vector, const TRIANGLE: bool>(
 /// y_k = L_k^-T (z_k + D_k^-1 L_k^-1 M_{k+1} y_{k+1}) from M_{k+1} y_{k+1}, 0 behind the last slot.
 #[inline(always)]
 pub(super) fn solve_factor<T: Real, S: Space, V: Vector<Elem = T>>(now: &[T], image: &[V; 5]) -> [V; 5] {
-    let (mut l, mut y) = ([[image[0]; 5]; 5], *image);
+    let mut l = [[image[0]; 5]; 5];
+    let mut y = *image;
     if let Form::Scalar(reciprocal) = form::<S, V>(now) {
         unroll!(i < S::FREE; 0 1 2 3 4; {
             y[i] = reciprocal * y[i] + at::<V>(now, Stored::<S>::RIGHT + i);

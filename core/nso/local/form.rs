@@ -6,8 +6,8 @@ use crate::simd::Vector;
 /// The form of the block of a slot, the same for all cells of a group.
 #[derive(Clone, Copy)]
 pub(super) enum Form<V> {
-    /// All cells are damped, in this slot and in all before: what elimination leaves of the block is a multiple of the identity, the
-    /// reciprocal of this one.
+    /// All cells are damped, in this slot and in all before: what elimination leaves of the block is a
+    /// multiple of the identity, the reciprocal of this one.
     Scalar(V),
     /// All cells are damped: M is the identity.
     Damped,

@@ -116,7 +116,8 @@ impl<'s, T: Real> Gather<'s, T> {
         );
     }
 
-    /// Gathers the slots from `k` on that lie side by side in the vectors of one group, `each` lanes for each.
+    /// Gathers the slots from `k` on that lie side by side in the vectors of one group, `each` lanes for
+    /// each.
     #[inline(always)]
     pub(super) fn fill_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(
         &self,

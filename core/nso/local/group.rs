@@ -17,17 +17,20 @@ pub(super) struct Group<'s, 'a, T> {
     /// The first cell, as a number among the row's cells of its colour.
     pub(super) first: usize,
     pub(super) count: usize,
-    /// Whether there is a wall below along y: then p is the face above, and the faces along y change places in the system.
+    /// Whether there is a wall below along y: then p is the face above, and the faces along y change places
+    /// in the system.
     pub(super) above_wall: bool,
     /// Whether lanes are in the order of the cells, or in that of [`Vector::load_pairs`].
     pub(super) in_order: bool,
 }
 
 impl<T: Real> Group<'_, '_, T> {
-    /// Fills the header for lanes that repeat every `each` of them; 1 / 4h of an edge is 0 where it is on a wall.
+    /// Fills the header for lanes that repeat every `each` of them; 1 / 4h of an edge is 0 where it is on a
+    /// wall.
     #[inline(always)]
     pub(super) fn fill_header<S: Space, V: Vector<Elem = T>>(&self, each: usize, header: &mut [T]) {
-        let (grid, lanes) = (self.system.grid, V::LANES);
+        let grid = self.system.grid;
+        let lanes = V::LANES;
         let [y, z] = grid.row_at(self.row);
         for lane in 0..lanes {
             let cell = if self.in_order {

@@ -1,4 +1,5 @@
-//! The local Jacobian J and the outside-face term O of a cell in one slot, and what the reflection H makes of them.
+//! The local Jacobian J and the outside-face term O of a cell in one slot, and what the reflection H makes of
+//! them.
 
 use super::edge::Edge;
 use super::group::Group;
@@ -16,7 +17,8 @@ pub(super) struct Jacobian<V>([[V; 6]; 6]);
 /// The lower triangle of O.
 pub(super) struct Outside<V>([[V; 6]; 6]);
 
-/// What a change of the cell's own a- and b-face does at the faces of an edge along the same axes: at the cell's own, and at those outside.
+/// What a change of the cell's own a- and b-face does at the faces of an edge along the same axes: at the
+/// cell's own, and at those outside.
 struct Rows<V> {
     inside: [[V; 2]; 2],
     outside: [[V; 2]; 2],
@@ -41,7 +43,8 @@ impl<T: Real> Group<'_, '_, T> {
         Jacobian(j)
     }
 
-    /// O, edge by edge, 0 where `moving` is 0. In one pass with J the smoother's frame with AVX-512 would be 3,200 bytes longer.
+    /// O, edge by edge, 0 where `moving` is 0. In one pass with J the smoother's frame with AVX-512 would be
+    /// 3,200 bytes longer.
     #[inline(always)]
     pub(super) fn outside<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
         &self,
@@ -130,10 +133,14 @@ impl<V: Vector> Jacobian<V> {
     where
         V::Elem: Real,
     {
-        let (Self(j), zero, one) = (self, V::splat(V::Elem::ZERO), V::splat(V::Elem::ONE));
+        let Self(j) = self;
+        let zero = V::splat(V::Elem::ZERO);
+        let one = V::splat(V::Elem::ONE);
         let u = reflection::<S, V>(header);
         let (along, across): (V, V) = (at(header, Place::<S>::ALONG), at(header, Place::<S>::ACROSS));
-        let (mut ju, mut uj, mut uju) = ([zero; 6], [zero; 6], zero);
+        let mut ju = [zero; 6];
+        let mut uj = [zero; 6];
+        let mut uju = zero;
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             (ju[f], uj[f]) = (along * of_g_c[f], along * of_g_a[f]);
             if coupled(f, BELOW) {
@@ -177,9 +184,11 @@ impl<V: Vector> Outside<V> {
     where
         V::Elem: Real,
     {
-        let (Self(o), zero) = (self, V::splat(V::Elem::ZERO));
+        let Self(o) = self;
+        let zero = V::splat(V::Elem::ZERO);
         let u = reflection::<S, V>(header);
-        let (mut ou, mut uou) = ([zero; 6], zero);
+        let mut ou = [zero; 6];
+        let mut uou = zero;
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let first = first_coupled(f);
             ou[f] = o[f][first] * u[first];
@@ -204,7 +213,8 @@ impl<V: Vector> Outside<V> {
     }
 }
 
-/// 1 / 4h along both axes of an edge, 0 on walls, and sigma_a and sigma_b, a quarter of the derivatives of omega by the cell's own a- and b-face.
+/// 1 / 4h along both axes of an edge, 0 on walls, and sigma_a and sigma_b, a quarter of the derivatives of
+/// omega by the cell's own a- and b-face.
 #[inline(always)]
 pub(super) fn slopes<S: Space, V: Vector>(header: &[V::Elem], e: usize) -> ([V; 2], [V; 2]) {
     let edge = Edge::new::<S>(e);

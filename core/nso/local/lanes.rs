@@ -23,8 +23,8 @@ pub(super) fn store_at<V: Vector>(vector: V, values: &mut [V::Elem], index: usiz
     vector.store(&mut values[index * V::LANES..]);
 }
 
-/// The lanes that values are gathered to: that of the first cell, and whether cells stay in order or are left as
-/// [`Vector::load_pairs`] leaves them.
+/// The lanes that values are gathered to: that of the first cell, and whether cells stay in order or are left
+/// as [`Vector::load_pairs`] leaves them.
 #[derive(Clone, Copy)]
 pub(super) struct Onto {
     pub(super) lane: usize,
@@ -71,7 +71,8 @@ impl SideBySide {
     }
 }
 
-/// Repeats the body for each of the numbers that are below a constant, so that it is compiled with every index known.
+/// Repeats the body for each of the numbers that are below a constant, so that it is compiled with every
+/// index known.
 macro_rules! unroll {
     ($i:ident < $count:expr; $($number:literal)*; $body:block) => {
         $(if $number < $count {

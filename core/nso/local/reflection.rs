@@ -1,5 +1,6 @@
-//! H = 1 - u u^T, the Householder reflection of each combination of walls (Golub & Van Loan, Matrix Computations, section 5.1), and
-//! the normal g that it turns on e_p. p is a face along y, which is free in all cells of a row or in none.
+//! H = 1 - u u^T, the Householder reflection of each combination of walls (Golub & Van Loan, Matrix
+//! Computations, section 5.1), and the normal g that it turns on e_p. p is a face along y, which is free in
+//! all cells of a row or in none.
 
 use super::lanes::{at, unroll};
 use crate::grid::Space;
@@ -10,7 +11,8 @@ use crate::simd::Vector;
 pub(super) const BELOW: usize = 2;
 pub(super) const ABOVE: usize = 3;
 
-/// Offsets in a row of the table: for each face u (that of p in the place of the face below), g, and 1 where the face is free; then three scalars.
+/// Offsets in a row of the table: for each face u (that of p in the place of the face below), g, and 1 where
+/// the face is free; then three scalars.
 pub(super) struct Place<S>(core::marker::PhantomData<S>);
 impl<S: Space> Place<S> {
     pub(super) const REFLECTION: usize = 0;
@@ -50,7 +52,8 @@ pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
             continue;
         }
         // u is g / |g| + sign(g_p) e_p, so long that u u^T is twice the projection on it.
-        let (norm, sign) = (libm::sqrt(squared), if g[p] > 0.0 { 1.0 } else { -1.0 });
+        let norm = libm::sqrt(squared);
+        let sign = if g[p] > 0.0 { 1.0 } else { -1.0 };
         let across = sign / libm::sqrt(1.0 + sign * g[p] / norm);
         let along = sign * across / norm;
         for (f, &g) in g.iter().enumerate().take(S::FACES) {

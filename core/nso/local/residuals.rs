@@ -22,8 +22,9 @@ pub(super) struct Residuals<V> {
 impl<T: Real> Group<'_, '_, T> {
     /// The residuals at the group's cells and faces, and the plaquettes of v at the edges.
     ///
-    /// Powers of 2 are taken out of products, which rounds nothing: plaquettes hold omega / 4, 2 abar and 2 bbar, and sigma_a and sigma_b
-    /// are a quarter of the derivatives of omega by the cell's own a- and b-face.
+    /// Powers of 2 are taken out of products, which rounds nothing: plaquettes hold omega / 4, 2 abar and 2
+    /// bbar, and sigma_a and sigma_b are a quarter of the derivatives of omega by the cell's own a- and
+    /// b-face.
     #[inline(always)]
     pub(super) fn residuals<S: Space, V: Vector<Elem = T>, const VISCOUS: bool>(
         &self,
@@ -76,7 +77,8 @@ impl<T: Real> Group<'_, '_, T> {
         w: &[V; 6],
     ) -> Residuals<V> {
         let zero = V::splat(T::ZERO);
-        let (kappa, scale) = (V::splat(self.system.kappa), V::splat(self.system.rhs.scale));
+        let kappa = V::splat(self.system.kappa);
+        let scale = V::splat(self.system.rhs.scale);
         let (p, pbar): (V, V) = (at(gathered, Gathered::<S>::P), at(gathered, Gathered::<S>::PBAR));
         let mut r = Residuals {
             a: [zero; 6],

@@ -17,7 +17,8 @@ pub fn scratch_len<S: Space>(slots: usize, lanes: usize) -> usize {
     (Gathered::<S>::SIZE + group_len::<S>(slots)) * lanes
 }
 
-/// Solves the cells `start`, `start + 2`, .. of `row`, at most `lanes` of them at the same time, and writes their changes.
+/// Solves the cells `start`, `start + 2`, .. of `row`, at most `lanes` of them at the same time, and writes
+/// their changes.
 pub fn solve_row<T: Real, S: Space>(
     system: &System<'_, T>,
     row: usize,
@@ -79,8 +80,8 @@ struct Row<'r, 'a, T> {
 }
 
 impl<T: Real> Row<'_, '_, T> {
-    /// By the longest vectors that the processor has and `lanes` allows. Where a row has at most as many cells as the shortest vectors have
-    /// lanes, longer ones hold a few slots side by side.
+    /// By the longest vectors that the processor has and `lanes` allows. Where a row has at most as many
+    /// cells as the shortest vectors have lanes, longer ones hold a few slots side by side.
     #[inline(always)]
     fn solve<S: Space, const VISCOUS: bool>(self) {
         let half = self.out.half;
@@ -172,8 +173,8 @@ impl<T: Real> Row<'_, '_, T> {
         P::LANES < V::LANES && parts.into_iter().map(pooled).sum::<usize>() <= self.scratch.len()
     }
 
-    /// One group, of a row too short for vectors `V`: a few slots side by side are gathered and assembled, then cut up into vectors `P` of
-    /// one slot each.
+    /// One group, of a row too short for vectors `V`: a few slots side by side are gathered and assembled,
+    /// then cut up into vectors `P` of one slot each.
     #[inline(always)]
     fn solve_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const VISCOUS: bool>(self) {
         let Row {
@@ -225,8 +226,9 @@ impl<T: Real> Row<'_, '_, T> {
     }
 }
 
-/// Values of the parts of scratch of [`Row::solve_slots`]: what is gathered, the header and what is stored of slots side by side, of which
-/// vectors `P` are read from any lane on; header, lower block and what is stored of each slot.
+/// Values of the parts of scratch of [`Row::solve_slots`]: what is gathered, the header and what is stored of
+/// slots side by side, of which vectors `P` are read from any lane on; header, lower block and what is stored
+/// of each slot.
 fn parts_for_slots<S: Space, V: Vector, P: Vector>(slots: usize) -> [usize; 6] {
     [
         Gathered::<S>::SIZE * V::LANES,
@@ -238,7 +240,8 @@ fn parts_for_slots<S: Space, V: Vector, P: Vector>(slots: usize) -> [usize; 6] {
     ]
 }
 
-/// Lanes of each slot where a few are side by side, in rows of `nx` cells: half as many where that divides every vector, else those of `P`.
+/// Lanes of each slot where a few are side by side, in rows of `nx` cells: half as many where that divides
+/// every vector, else those of `P`.
 fn slot_lanes<P: Vector>(nx: usize) -> usize {
     if nx.is_multiple_of(2) && (nx / 2).is_power_of_two() {
         nx / 2

@@ -7,8 +7,9 @@ use crate::grid::{Grid, Side, Space};
 use crate::nso::colours::Cells;
 use crate::real::Real;
 
-/// Which values of a field the equations of a cell read, and which of the gathered vectors they become: for each of the rows around
-/// the cell (see [`Around`]) the value at the cell, the one after it and the one before it. Where one is read, so are those named before it.
+/// Which values of a field the equations of a cell read, and which of the gathered vectors they become: for
+/// each of the rows around the cell (see [`Around`]) the value at the cell, the one after it and the one
+/// before it. Where one is read, so are those named before it.
 pub(super) struct Reads([[Option<usize>; 3]; 9]);
 
 impl Reads {
@@ -90,7 +91,8 @@ impl<'g> Around<'g> {
         Self { grid, cells, rows }
     }
 
-    /// Adds what is read of a field of `slots` slots, `time` slots after the one that is gathered, into the vectors from `first` on.
+    /// Adds what is read of a field of `slots` slots, `time` slots after the one that is gathered, into the
+    /// vectors from `first` on.
     pub(super) fn read<
         's,
         T: Real,
@@ -110,7 +112,8 @@ impl<'g> Around<'g> {
         if field.is_empty() {
             return;
         }
-        let (nx, Cells { start: x, count }) = (self.grid.n[0], self.cells);
+        let nx = self.grid.n[0];
+        let Cells { start: x, count } = self.cells;
         for (&row, &places) in self.rows.iter().zip(&reads.0) {
             debug_assert!(places.is_sorted_by_key(|place| place.is_none()));
             let (Some(row), [Some(own), after, before]) =

@@ -21,8 +21,8 @@ pub struct Changes<'a, T> {
     pub half: usize,
 }
 
-/// The most groups of a row that go through the slots together, taking turns in each step: 32 cells, those of one colour in a row of 64, are
-/// read once, whether they fill two vectors or four.
+/// The most groups of a row that go through the slots together, taking turns in each step: 32 cells, those of
+/// one colour in a row of 64, are read once, whether they fill two vectors or four.
 pub(super) const GROUPS: usize = 4;
 
 /// Offsets of what is gathered for a group in one slot.
@@ -34,7 +34,8 @@ impl<S: Space> Gathered<S> {
     /// Of both pressures: at the cell, then beside each face.
     pub(super) const P: usize = 2 * Self::W;
     pub(super) const PBAR: usize = Self::P + 1 + S::FACES;
-    /// At the cell's own faces: v in the slot before, w in the slot after, and the right-hand sides of equations a and c.
+    /// At the cell's own faces: v in the slot before, w in the slot after, and the right-hand sides of
+    /// equations a and c.
     pub(super) const BEFORE: usize = Self::PBAR + 1 + S::FACES;
     pub(super) const AFTER: usize = Self::BEFORE + S::FACES;
     pub(super) const TARGET: usize = Self::AFTER + S::FACES;
@@ -45,7 +46,8 @@ impl<S: Space> Gathered<S> {
     pub(super) const SIZE: usize = Self::D + 1;
 }
 
-/// Offsets of what a group stores once for all slots: its rows of the table, and 1 / 4h along both axes of every edge.
+/// Offsets of what a group stores once for all slots: its rows of the table, and 1 / 4h along both axes of
+/// every edge.
 pub(super) struct Header<S>(PhantomData<S>);
 impl<S: Space> Header<S> {
     pub(super) const EDGES: usize = Place::<S>::SIZE;
@@ -76,7 +78,8 @@ impl<S: Space> Stored<S> {
     pub(super) const SIZE: usize = Self::FORM + 1;
 }
 
-/// Vectors of the block left of the diagonal, which goes from the elimination of one slot to that of the next.
+/// Vectors of the block left of the diagonal, which goes from the elimination of one slot to that of the
+/// next.
 pub(super) const fn lower_len<S: Space>() -> usize {
     S::FREE * S::FREE
 }

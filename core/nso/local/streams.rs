@@ -1,8 +1,9 @@
 //! Rows of fields as streams: every other value of a row, in all slots, into the lanes of vectors.
 //!
-//! The equations read some fifty rows of eight fields, and of each row every other value, of some the values between too. Every row is a
-//! stream of its own through memory, and there are more of them than a processor follows. So all are read, and prefetched, in small loops,
-//! and the equations, compiled apart from that, find their values at fixed places.
+//! The equations read some fifty rows of eight fields, and of each row every other value, of some the values
+//! between too. Every row is a stream of its own through memory, and there are more of them than a processor
+//! follows. So all are read, and prefetched, in small loops, and the equations, compiled apart from that,
+//! find their values at fixed places.
 
 use super::lanes::{Onto, SideBySide};
 use super::storage::Gathered;
@@ -10,8 +11,8 @@ use crate::grid::Space;
 use crate::real::Real;
 use crate::simd::{Cache, Vector, prefetch};
 
-/// A row of a field, of which every other value is read, those of the cells; with `READS` = 2 the values after them too, with 3 also
-/// those before them.
+/// A row of a field, of which every other value is read, those of the cells; with `READS` = 2 the values
+/// after them too, with 3 also those before them.
 struct Row<'s, T, const READS: usize> {
     field: &'s [T],
     /// The place of the first cell's value in slot 0.
@@ -21,7 +22,8 @@ struct Row<'s, T, const READS: usize> {
 }
 
 impl<T: Real, const READS: usize> Row<'_, T, READS> {
-    /// Gathers the cells of `COUNT` groups of vectors `V`, in each as many as `P` has lanes, from `shift` values after slot 0 on.
+    /// Gathers the cells of `COUNT` groups of vectors `V`, in each as many as `P` has lanes, from `shift`
+    /// values after slot 0 on.
     #[inline(always)]
     fn fill<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>, const COUNT: usize>(
         &self,
@@ -77,7 +79,8 @@ impl<T: Real, const READS: usize> Row<'_, T, READS> {
         }
     }
 
-    /// As [`Self::fill`] from place `from` on, value by value, the first `cells` of each group; 0 stands beyond the ends of the field.
+    /// As [`Self::fill`] from place `from` on, value by value, the first `cells` of each group; 0 stands
+    /// beyond the ends of the field.
     #[cold]
     #[inline(never)]
     fn fill_one_by_one<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(
@@ -116,7 +119,8 @@ struct Wrapped<'s, T> {
     cell: usize,
 }
 
-/// Rows of fields by how many values of each cell are read, and values across a periodic boundary: the parameters are the most of each.
+/// Rows of fields by how many values of each cell are read, and values across a periodic boundary: the
+/// parameters are the most of each.
 pub(super) struct Rows<'s, T, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize> {
     single: heapless::Vec<Row<'s, T, 1>, ONE>,
     pairs: heapless::Vec<Row<'s, T, 2>, TWO>,
@@ -160,8 +164,8 @@ fn fill_all<
 impl<'s, T, const ONE: usize, const TWO: usize, const THREE: usize, const WRAPPED: usize>
     Rows<'s, T, ONE, TWO, THREE, WRAPPED>
 {
-    /// Adds a row of `field` from `start` on, of which the vector `own` is read, and those after and before it; where there is one before,
-    /// there is one after.
+    /// Adds a row of `field` from `start` on, of which the vector `own` is read, and those after and before
+    /// it; where there is one before, there is one after.
     pub(super) fn push(
         &mut self,
         field: &'s [T],
@@ -275,8 +279,8 @@ impl<T: Real, const ONE: usize, const TWO: usize, const THREE: usize, const WRAP
         self.fill_wrapped::<S, V>(shift, onto, gathered);
     }
 
-    /// Gathers slots side by side from `shift` values after slot 0 on: as one long row where a row has twice as many cells as a slot has
-    /// lanes, elsewhere slot by slot, by vectors `P` of as many lanes as a slot.
+    /// Gathers slots side by side from `shift` values after slot 0 on: as one long row where a row has twice
+    /// as many cells as a slot has lanes, elsewhere slot by slot, by vectors `P` of as many lanes as a slot.
     #[inline(always)]
     pub(super) fn fill_slots<S: Space, V: Vector<Elem = T>, P: Vector<Elem = T>>(
         &self,
