@@ -1,6 +1,6 @@
 //! The state of a solve as plain bytes, to go on from later and elsewhere with the same bits.
 //!
-//! A head of [`HEAD`] bytes holds words of 8 bytes: what the bytes are, a checksum, every scalar of the state. The numbers of the
+//! A head of [`HEAD`] bytes holds words of 8 bytes: what the bytes are, a checksum, every scalar of the state. The elements of the
 //! fields follow as they are. All is little-endian. Whoever has state passes over a list of it with a [`Record`]; the one list
 //! serves writing and reading, so that the two cannot drift apart. Scalars come before fields and are all checked before
 //! anything is changed.
@@ -82,7 +82,7 @@ impl<'a> Record<'a> {
         Ok(())
     }
 
-    /// A number of the head.
+    /// A scalar in one word of the head.
     ///
     /// # Errors
     /// As [`Self::word`].
@@ -134,7 +134,7 @@ impl<'a> Record<'a> {
         Ok(())
     }
 
-    /// The numbers of a field. There are bytes for them: their count follows from the problem and was checked.
+    /// The elements of a field. There are bytes for them: their count follows from the problem and was checked.
     pub fn numbers<T: Real>(&mut self, numbers: &mut [T]) {
         let place = self.at..self.at + numbers.len() * T::BYTES;
         self.at = place.end;
@@ -251,7 +251,7 @@ impl Mix {
         self.0 = [b, c, d, Self::step(a, word)];
     }
 
-    /// Mixes a number in.
+    /// Mixes the bits of a scalar in.
     pub fn real(&mut self, number: f64) {
         self.word(number.to_bits());
     }

@@ -1,4 +1,4 @@
-//! The numbers that the core computes with: `f32` and `f64`, nothing from `std`.
+//! The scalar types of the core, `f32` and `f64`, behind one trait; nothing from `std`.
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -29,7 +29,7 @@ pub trait Real:
     + AddAssign
     + SubAssign
 {
-    /// Bytes of one number.
+    /// Bytes that one value takes.
     const BYTES: usize;
     /// Zero, 0.
     const ZERO: Self;
@@ -37,11 +37,11 @@ pub trait Real:
     const ONE: Self;
     /// One half, 1/2.
     const HALF: Self;
-    /// The distance from 1 to the next number.
+    /// Distance from 1 to the next larger value.
     const EPSILON: f64;
     /// Name of the type as users write it: `f32` or `f64`.
     const NAME: &'static str;
-    /// The SIMD vectors of this number, widest first; see [`simd`](crate::simd).
+    /// Widest SIMD vector of this type, for AVX-512; see [`simd`](crate::simd).
     type Wide: crate::simd::Vector<Elem = Self>;
     /// As [`Self::Wide`], for machines with AVX2.
     type Medium: crate::simd::Vector<Elem = Self>;
@@ -64,7 +64,7 @@ pub trait Real:
     /// From [`Self::BYTES`] little-endian bytes.
     fn read(bytes: &[u8]) -> Self;
 
-    /// A count as a number.
+    /// The value nearest to a count.
     #[inline(always)]
     fn from_usize(x: usize) -> Self {
         Self::from_f64(x as f64)

@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use thurible_core::solver::MAX_THREADS;
 use thurible_core::{Event, Exec, Observer};
 
-/// A piece of work: call it with the `argument` that came with it and an index below the number of tasks.
+/// A task: call it with the `argument` that came with it and an index below the number of tasks.
 pub type ThuribleTask = Option<unsafe extern "C" fn(argument: *mut c_void, index: usize)>;
 
 /// Runs `task(argument, i)` once for every `i < tasks`, on any threads and in any order, and returns when all are done. Neither
@@ -55,7 +55,7 @@ impl Call<'_> {
 
 /// What a host calls for every index.
 unsafe extern "C" fn run_task(argument: *mut c_void, index: usize) {
-    // SAFETY: `argument` is the call that `Threads::run` handed out with this function, and `run` of the host has not returned.
+    // SAFETY: `argument` is the call that `Threads::run` passed with this function, and `run` of the host has not returned.
     let call = unsafe { argument.cast::<Call<'_>>().as_ref() };
     if let Some(call) = call {
         call.run(index);
@@ -151,7 +151,7 @@ pub enum ThuribleEventKind {
     AoEnd = 3,
     /// The Navier-Stokes problem of ADMM begins.
     NsoBegin = 4,
-    /// A cycle of it is over: `iteration` is its number, `value` the residual.
+    /// A cycle of it is over: `iteration` counts them from 1, `value` is the residual.
     NsoCycle = 5,
     /// The Navier-Stokes problem of ADMM is over.
     NsoEnd = 6,
@@ -167,7 +167,7 @@ pub struct ThuribleEvent {
     pub kind: ThuribleEventKind,
     /// A count from 1, or 0.
     pub iteration: usize,
-    /// A number, or 0.
+    /// What the kind says, or 0.
     pub value: f64,
     /// A step, or 0.
     pub step: f64,

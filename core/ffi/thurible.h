@@ -74,7 +74,7 @@ typedef enum {
     THURIBLE_EVENT_KIND_AO_END = 3,
     // The Navier-Stokes problem of ADMM begins.
     THURIBLE_EVENT_KIND_NSO_BEGIN = 4,
-    // A cycle of it is over: `iteration` is its number, `value` the residual.
+    // A cycle of it is over: `iteration` counts them from 1, `value` is the residual.
     THURIBLE_EVENT_KIND_NSO_CYCLE = 5,
     // The Navier-Stokes problem of ADMM is over.
     THURIBLE_EVENT_KIND_NSO_END = 6,
@@ -274,7 +274,7 @@ typedef struct {
     double simulation_tolerance;
 } ThuribleConfig;
 
-// A piece of work: call it with the `argument` that came with it and an index below the number of tasks.
+// A task: call it with the `argument` that came with it and an index below the number of tasks.
 typedef void (*ThuribleTask)(void *argument, size_t index);
 
 // Runs `task(argument, i)` once for every `i < tasks`, on any threads and in any order, and returns when all are done. Neither
@@ -298,7 +298,7 @@ typedef struct {
     ThuribleEventKind kind;
     // A count from 1, or 0.
     size_t iteration;
-    // A number, or 0.
+    // What the kind says, or 0.
     double value;
     // A step, or 0.
     double step;
