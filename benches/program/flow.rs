@@ -1,7 +1,7 @@
 //! Smooth synthetic flows, free of divergence on the grid, with a given Courant number.
 
 use core::f64::consts::{PI, TAU};
-use thurible_core::grid::Grid;
+use thurible_core::grid::{Grid, Side};
 use thurible_core::{Real, Space};
 
 /// Modes of the potential.
@@ -22,7 +22,7 @@ pub fn synthetic<T: Real, S: Space>(grid: &Grid, slots: usize, courant: f64) -> 
         for cell in cells(grid) {
             let at = index(grid, slots, slot, cell);
             for (axis, component) in v.iter_mut().enumerate().take(S::DIM) {
-                if grid.periodic[axis] || cell[axis] > 0 {
+                if grid.axis(axis).open_face(cell[axis] as isize).is_some() {
                     component[at] = potential.curl::<S>(grid, axis, cell);
                 }
             }
@@ -39,10 +39,10 @@ pub fn synthetic<T: Real, S: Space>(grid: &Grid, slots: usize, courant: f64) -> 
 pub fn courant_of(grid: &Grid, at: impl Fn(usize, [usize; 3]) -> f64) -> f64 {
     let of = |cell: [usize; 3]| -> f64 {
         let axis = |axis: usize| {
-            let mut high = cell;
-            high[axis] = (cell[axis] + 1) % grid.n[axis];
-            let beyond = high[axis] == 0 && !grid.periodic[axis];
-            (at(axis, cell).abs() + if beyond { 0.0 } else { at(axis, high).abs() }) / (2.0 * grid.h[axis])
+            let high = grid
+                .beside(cell, axis, Side::High)
+                .map_or(0.0, |high| at(axis, high).abs());
+            (at(axis, cell).abs() + high) / (2.0 * grid.h[axis])
         };
         (0..grid.dims).map(axis).sum()
     };
@@ -73,7 +73,7 @@ impl Potential {
             let in_space = match () {
                 () if axis >= S::DIM => 1.0,
                 () if axis == along => (TAU * m as f64 * u + 1.3 * along as f64).cos(),
-                () if grid.periodic[axis] => {
+                () if grid.axis(axis).is_ring() => {
                     (TAU * (m as f64 * (u + 0.5 * time) + 0.37 * (axis + along + m) as f64)).sin()
                 }
                 () => (PI * (m + axis % 2) as f64 * u).sin(),

@@ -104,7 +104,7 @@ impl PreparedScene {
             courant_of(&grid, |axis, [x, y, z]| {
                 let extent = |a: usize| {
                     if a == axis {
-                        grid.faces_in_file(a)
+                        grid.axis(a).faces()
                     } else {
                         grid.n[a]
                     }

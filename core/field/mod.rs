@@ -1,5 +1,6 @@
 //! Views of fields: vector fields by component, blocks of a trajectory, and elementwise loops over rows.
 
+pub mod beside;
 pub mod means;
 pub mod rows;
 pub mod slot;

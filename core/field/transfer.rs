@@ -2,10 +2,11 @@
 
 use super::{Block, rows};
 use crate::grid::Grid;
-use crate::grid::levels::{TAPS, Tables, Transfer};
+use crate::grid::tables::Tables;
+use crate::grid::taps::{TAPS, Transfer};
 use crate::real::Real;
 
-/// Where the numbers of a field stand.
+/// Where the values of a field stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// At cell centres.
@@ -14,7 +15,16 @@ pub enum Place {
     Face(usize),
 }
 
-/// Which transfer an axis uses.
+/// A scalar field, or one component of a vector field, and where its values stand.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed<'a, T> {
+    /// Where.
+    pub place: Place,
+    /// The field.
+    pub values: &'a [T],
+}
+
+/// The transfer along an axis: `face` for faces along their own axis, else `cell`.
 #[must_use]
 pub fn along(place: Place, axis: usize, cell: Transfer, face: Transfer) -> Transfer {
     if place == Place::Face(axis) { face } else { cell }
@@ -36,29 +46,26 @@ pub struct Move<'a, T> {
 }
 
 impl<T: Real> Move<'_, T> {
-    /// `out += s` times `field` passed to `row` of the target, in slots `first..first + count`. `sum` holds a row of the source.
+    /// `out += s` times what `field` is in `row` of the target, in the slots of a block: `block` is one of the target or of the source,
+    /// `out` the block's part of the row, and `sum` is scratch for a row of the source's block.
     pub fn add_row(
         &self,
-        place: Place,
-        field: &[T],
-        slots: usize,
-        first: usize,
-        count: usize,
+        field: Placed<'_, T>,
+        block: &Block<'_>,
         row: usize,
         s: T,
         out: &mut [T],
         sum: &mut [T],
     ) {
+        let Placed { place, values } = field;
         let block = Block {
             grid: self.source,
-            slots,
-            first,
-            count,
+            ..*block
         };
         let sum = &mut sum[..block.len()];
         let mut sources: heapless::Vec<(&[T], T), { TAPS * TAPS }> = heapless::Vec::new();
         self.each_source_row(place, row, |from, weight| {
-            let pushed = sources.push((block.of(field, from), s * weight));
+            let pushed = sources.push((block.of(values, from), s * weight));
             debug_assert!(pushed.is_ok());
         });
         let rest = match &sources[..] {
@@ -72,13 +79,9 @@ impl<T: Real> Move<'_, T> {
             }
         };
         rest.iter().for_each(|&(x, s)| rows::add_scaled(sum, s, x));
-        self.tables.add_along_x(
-            along(place, 0, self.cell, self.face),
-            sum,
-            self.source.n[0],
-            out,
-            self.target.n[0],
-        );
+        let along_x = along(place, 0, self.cell, self.face);
+        self.tables
+            .add_along_x(along_x, sum, self.source.n[0], out, self.target.n[0]);
     }
 
     /// Calls `visit` with every source row of `row` of the target and its weight.

@@ -4,7 +4,7 @@
 //! that stay in the nearest cache. See [`spectrum`](crate::grid::spectrum) for the eigenvectors.
 
 use crate::grid::Grid;
-use crate::grid::spectrum::{Axis, COLUMNS, PARITIES, Parity, Spectrum, TOGETHER};
+use crate::grid::spectrum::{COLUMNS, Modes, PARITIES, Parity, Spectrum, TOGETHER};
 use crate::real::Real;
 use crate::simd::{Vector, multiversion, vectorised};
 use core::ops::Range;
@@ -77,7 +77,7 @@ enum Direction {
 fn along_columns<T: Real>(
     grid: &Grid,
     axis: usize,
-    eigenvectors: &Axis<'_, T>,
+    eigenvectors: &Modes<'_, T>,
     direction: Direction,
     field: &mut [T],
     scratch: &mut [T],
@@ -144,7 +144,7 @@ fn along_columns<T: Real>(
 /// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back: [`TOGETHER`] rows at a time.
 fn along_rows<T: Real>(
     n: usize,
-    eigenvectors: &Axis<'_, T>,
+    eigenvectors: &Modes<'_, T>,
     field: &mut [T],
     scratch: &mut [T],
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),

@@ -13,8 +13,15 @@
 //! treat all slots alike run over long contiguous stretches, and a block of rows is one chunk for a thread.
 
 pub mod gaussian;
+pub mod geometry;
+pub mod halo;
 pub mod levels;
 pub mod spectrum;
+pub mod stencil;
+pub mod tables;
+pub mod taps;
+
+pub use geometry::Axis;
 
 use crate::words::named;
 
@@ -82,10 +89,10 @@ pub struct Grid {
     pub dims: usize,
     /// Cells along x, y, z; 1 along z in 2D.
     pub n: [usize; 3],
-    /// Which axes wrap around; the others end in walls.
-    pub periodic: [bool; 3],
     /// Size of a cell along each axis, in box lengths.
     pub h: [f64; 3],
+    /// How each axis ends: see [`geometry`].
+    ends: [Boundary; 3],
 }
 
 impl Grid {
@@ -94,12 +101,11 @@ impl Grid {
     pub fn new(cells: &[usize], boundary: &[Boundary]) -> Self {
         let largest = cells.iter().copied().max().unwrap_or(1);
         let n = core::array::from_fn(|a| cells.get(a).copied().unwrap_or(1));
-        let periodic = core::array::from_fn(|a| boundary.get(a) == Some(&Boundary::Periodic));
         Self {
             dims: cells.len(),
             n,
-            periodic,
             h: [1.0 / largest as f64; 3],
+            ends: core::array::from_fn(|a| boundary.get(a).copied().unwrap_or_default()),
         }
     }
 
@@ -146,30 +152,16 @@ impl Grid {
         [row % self.n[1], row / self.n[1]]
     }
 
-    /// The row next to `row` along y (axis 1) or z (axis 2), or `None` behind a wall.
+    /// The (x, y, z) of cell `x` of a row.
     #[must_use]
-    pub fn neighbour(&self, row: usize, axis: usize, side: Side) -> Option<usize> {
-        let mut at = self.row_at(row);
-        let (n, i) = (self.n[axis], &mut at[axis - 1]);
-        *i = match side {
-            Side::Low if *i > 0 => *i - 1,
-            Side::Low if self.periodic[axis] => n - 1,
-            Side::High if *i + 1 < n => *i + 1,
-            Side::High if self.periodic[axis] => 0,
-            _ => return None,
-        };
-        Some(self.row(at[0], at[1]))
+    pub fn cell_at(&self, row: usize, x: usize) -> [usize; 3] {
+        let [y, z] = self.row_at(row);
+        [x, y, z]
     }
 
-    /// Whether the low side of `row` along y or z is a wall.
+    /// Where cell (x, y, z) stands in a field of one slot.
     #[must_use]
-    pub fn wall_below(&self, row: usize, axis: usize) -> bool {
-        !self.periodic[axis] && self.row_at(row)[axis - 1] == 0
-    }
-
-    /// Faces along `axis` in a file: one more than cells where the axis ends in walls.
-    #[must_use]
-    pub fn faces_in_file(&self, axis: usize) -> usize {
-        self.n[axis] + usize::from(!self.periodic[axis])
+    pub fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        self.row(y, z) * self.n[0] + x
     }
 }

@@ -6,8 +6,8 @@
 //! Each is even or odd about the middle of the axis, so a transform is two products with matrices of half the size: for the
 //! lengths of an axis that grids have these matrices, kept in the caches, are as fast as a fast transform, and any length will do.
 
-use super::Grid;
 use super::gaussian::Gaussian;
+use super::{Axis, Grid};
 use crate::real::Real;
 
 /// The longest axis whose eigenvectors are kept.
@@ -41,20 +41,20 @@ impl Parity {
 }
 
 /// How many halves of a wave eigenvector `k` of its parity has along an axis.
-fn half_waves(periodic: bool, parity: Parity, k: usize) -> usize {
-    match (periodic, parity) {
-        (_, Parity::Even) => 2 * k,
-        (false, Parity::Odd) => 2 * k + 1,
-        (true, Parity::Odd) => 2 * (k + 1),
+fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
+    match parity {
+        Parity::Even => 2 * k,
+        Parity::Odd if axis.is_ring() => 2 * (k + 1),
+        Parity::Odd => 2 * k + 1,
     }
 }
 
 /// Number `i` of eigenvector `k` of its parity, of length 1, and its eigenvalue times h^2.
-fn eigenvector(n: usize, periodic: bool, parity: Parity, k: usize, i: usize) -> (f64, f64) {
-    let waves = half_waves(periodic, parity, k);
+fn eigenvector(axis: Axis, parity: Parity, k: usize, i: usize) -> (f64, f64) {
+    let (n, waves) = (axis.cells(), half_waves(axis, parity, k));
     let angle = core::f64::consts::PI * waves as f64;
     let place = (i as f64 + 0.5) / n as f64;
-    let sine = periodic && parity == Parity::Odd;
+    let sine = axis.is_ring() && parity == Parity::Odd;
     let alone = waves == 0 || (sine && waves == n);
     let length = libm::sqrt(if alone { 1.0 } else { 2.0 } / n as f64);
     let half = libm::sin(angle / (2 * n) as f64);
@@ -70,7 +70,8 @@ fn eigenvector(n: usize, periodic: bool, parity: Parity, k: usize, i: usize) -> 
 }
 
 /// What twice the Gaussian `j` of the metric makes of every eigenvector along an axis: (sum over taps of w_o cos(pi waves o / n))^2.
-fn fill_blur<T: Real>(n: usize, periodic: bool, j: usize, factors: &mut [T]) {
+fn fill_blur<T: Real>(axis: Axis, j: usize, factors: &mut [T]) {
+    let n = axis.cells();
     let mut cosines = [0.0; LONGEST + 1];
     for (i, cosine) in cosines.iter_mut().enumerate().take(n + 1) {
         *cosine = libm::cos(core::f64::consts::PI * i as f64 / n as f64);
@@ -80,7 +81,7 @@ fn fill_blur<T: Real>(n: usize, periodic: bool, j: usize, factors: &mut [T]) {
         let twice = if offset == 0 { tap } else { 2.0 * tap };
         let waves = PARITIES
             .into_iter()
-            .flat_map(|parity| (0..parity.count(n)).map(move |k| half_waves(periodic, parity, k)));
+            .flat_map(|parity| (0..parity.count(n)).map(move |k| half_waves(axis, parity, k)));
         for (sum, waves) in sums.iter_mut().zip(waves) {
             let turned = waves * offset % (2 * n);
             *sum += twice * cosines[turned.min(2 * n - turned)];
@@ -93,7 +94,7 @@ fn fill_blur<T: Real>(n: usize, periodic: bool, j: usize, factors: &mut [T]) {
 
 /// The eigenvectors of an axis.
 #[derive(Clone, Copy, Debug)]
-pub struct Axis<'m, T> {
+pub struct Modes<'m, T> {
     n: usize,
     first: bool,
     matrices: &'m [T],
@@ -139,7 +140,7 @@ fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, numbers: &mut [T
         );
         for k in 0..count {
             for i in 0..count {
-                let (value, eigenvalue) = eigenvector(n, grid.periodic[axis], parity, k, i);
+                let (value, eigenvalue) = eigenvector(grid.axis(axis), parity, k, i);
                 let value = T::from_f64(value);
                 let place = |row: usize, column: usize| row * columns + column;
                 // Along the first axis fields stand left of the matrix.
@@ -155,11 +156,11 @@ fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, numbers: &mut [T
         (matrix, number) = (matrix + 2 * len, number + count);
     }
     for (j, factors) in (1..=filters).zip(blurs.chunks_exact_mut(n)) {
-        fill_blur(n, grid.periodic[axis], j, factors);
+        fill_blur(grid.axis(axis), j, factors);
     }
 }
 
-impl<T: Real> Axis<'_, T> {
+impl<T: Real> Modes<'_, T> {
     /// From half an axis to its coefficients, by rows: of the first axis for a field times the matrix, else for the matrix times a field.
     #[must_use]
     pub fn analysis(&self, parity: Parity) -> &[T] {
@@ -193,7 +194,7 @@ impl<T: Real> Axis<'_, T> {
 #[derive(Clone, Copy, Debug)]
 pub struct Spectrum<'m, T> {
     /// Axis by axis; those that the grid has not are empty.
-    pub axes: [Axis<'m, T>; 3],
+    pub axes: [Modes<'m, T>; 3],
 }
 
 impl<'m, T: Real> Spectrum<'m, T> {
@@ -226,7 +227,7 @@ impl<'m, T: Real> Spectrum<'m, T> {
     /// The eigenvectors that [`Self::fill`] wrote.
     #[must_use]
     pub fn view(grid: &Grid, filters: usize, mut numbers: &'m [T]) -> Self {
-        let mut axes = [Axis {
+        let mut axes = [Modes {
             n: 0,
             first: false,
             matrices: &[][..],
@@ -238,7 +239,7 @@ impl<'m, T: Real> Spectrum<'m, T> {
             let (n, first) = (grid.n[axis], axis == 0);
             let (matrices, rest) = these.split_at(matrices_len(n, first));
             let (eigenvalues, blurs) = rest.split_at(n);
-            *known = Axis {
+            *known = Modes {
                 n,
                 first,
                 matrices,

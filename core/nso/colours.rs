@@ -82,5 +82,5 @@ fn along_x(grid: &Grid, parity: usize, last: bool) -> Cells {
 }
 
 fn odd(grid: &Grid, axis: usize) -> bool {
-    grid.periodic[axis] && grid.n[axis] % 2 == 1
+    grid.axis(axis).is_ring() && grid.n[axis] % 2 == 1
 }

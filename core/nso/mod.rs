@@ -25,7 +25,8 @@ pub use params::{Norm, NsoParams, NsoSolver, Setup, Shape, Split};
 
 use crate::exec::Exec;
 use crate::field::{VectorMut, means};
-use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables};
+use crate::grid::levels::{self, Levels, MAX_LEVELS};
+use crate::grid::tables::Tables;
 use crate::grid::{Grid, Space};
 use crate::memory::{Arena, Ledger, Pool, Sharing, TooSmall, pooled};
 use crate::observe::{Event, Observer};

@@ -85,11 +85,11 @@ impl<'a, T: Real> Pending<'a, T> {
                 None
             };
             for (field, quantity) in [(v, 2 * axis), (w, S::FACES + 2 * axis)] {
-                if grid.periodic[axis] || axis == 0 || !grid.wall_below(row, axis) {
-                    own.add_to(field, quantity, 0, !grid.periodic[0] && axis == 0);
+                if axis == 0 || !grid.wall_below(row, axis) {
+                    own.add_to(field, quantity, 0, axis == 0 && !grid.axis(0).is_ring());
                 }
                 if axis == 0 {
-                    own.add_to(field, quantity + 1, 1, !grid.periodic[0]);
+                    own.add_to(field, quantity + 1, 1, !grid.axis(0).is_ring());
                 } else if let Some(below) = &below {
                     below.add_to(field, quantity + 1, 0, false);
                 }

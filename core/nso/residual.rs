@@ -97,7 +97,6 @@ pub fn of_block<T: Real, S: Space>(
     out: &mut Rows<'_, T>,
     work: &mut [T],
 ) {
-    let (grid, nx) = (block.grid, block.grid.n[0]);
     let minus = -T::ONE;
     // Left-hand sides of the nonlinear parts first, with their sign turned at once.
     out.list().into_iter().for_each(|row| row.fill(T::ZERO));
@@ -139,13 +138,8 @@ pub fn of_block<T: Real, S: Space>(
         subtract_previous(block, row, system.v[axis], system.v0[axis], c);
         rows::scale_in_place(c, minus);
         rows::add(c, target(system.rhs.c, axis, block, row));
-        if axis == 0 && !grid.periodic[0] {
-            rows::clear_first(a, nx);
-            rows::clear_first(c, nx);
-        } else if axis > 0 && grid.wall_below(row, axis) {
-            a.fill(T::ZERO);
-            c.fill(T::ZERO);
-        }
+        block.clear_closed(axis, row, a);
+        block.clear_closed(axis, row, c);
     }
     for (equation, field, rhs) in [
         (&mut *out.b, system.v, system.rhs.b),

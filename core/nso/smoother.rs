@@ -38,7 +38,7 @@ const STAY: usize = 2;
 
 /// Planes at the edges of slabs, the first and the last one of each: none where there is nothing beyond.
 fn edges(grid: &Grid, slabs: Slabs) -> usize {
-    if slabs.count() > 1 || grid.periodic[grid.dims - 1] {
+    if slabs.count() > 1 || grid.axis(grid.dims - 1).is_ring() {
         2 * slabs.count()
     } else {
         0

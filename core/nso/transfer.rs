@@ -7,9 +7,10 @@ use super::level::{Coefficients, LevelMut, place_of};
 use super::params::Split;
 use super::residual;
 use crate::exec::{Exec, RowBuffers, Serial, for_rows, for_slabs};
-use crate::field::transfer::Move;
+use crate::field::transfer::{Move, Placed};
 use crate::field::{Block, view};
-use crate::grid::levels::{Tables, Transfer};
+use crate::grid::tables::Tables;
+use crate::grid::taps::Transfer;
 use crate::grid::{Grid, Space};
 use crate::real::Real;
 
@@ -105,13 +106,17 @@ impl<T: Real> FieldsMove<'_, T> {
         let rows = step.target.rows();
         let buffers = RowBuffers::fields(to).with_scratch(scratch);
         for_rows(exec, rows, buffers, |task| {
-            for (index, (field, out)) in from.iter().zip(task.fields).enumerate() {
-                if field.is_empty() {
+            for (index, (&values, out)) in from.iter().zip(task.fields).enumerate() {
+                if values.is_empty() {
                     continue;
                 }
                 if overwrite {
                     out.fill(T::ZERO);
                 }
+                let field = Placed {
+                    place: place_of(index),
+                    values,
+                };
                 for first in (0..slots).step_by(most) {
                     let block = Block {
                         grid: step.target,
@@ -119,17 +124,8 @@ impl<T: Real> FieldsMove<'_, T> {
                         first,
                         count: most.min(slots - first),
                     };
-                    step.add_row(
-                        place_of(index),
-                        field,
-                        slots,
-                        first,
-                        block.count,
-                        task.row,
-                        factor,
-                        &mut out[block.span_in_row()],
-                        task.scratch,
-                    );
+                    let out = &mut out[block.span_in_row()];
+                    step.add_row(field, &block, task.row, factor, out, task.scratch);
                 }
             }
         });

@@ -2,7 +2,8 @@
 
 use crate::exec::Planes;
 use crate::grid::Grid;
-use crate::grid::levels::{Tables, Transfer};
+use crate::grid::tables::Tables;
+use crate::grid::taps::Transfer;
 use crate::real::Real;
 use core::ops::Range;
 

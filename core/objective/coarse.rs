@@ -5,10 +5,11 @@
 //! keep dt and N; the direct method takes two steps for one where it can.
 
 use crate::exec::{Capped, Exec, RowBuffers, for_rows};
-use crate::field::transfer::{Move, Place};
+use crate::field::transfer::{Move, Place, Placed};
 use crate::field::{Block, Vector, VectorMut, rows};
 use crate::grid::Grid;
-use crate::grid::levels::{Levels, Transfer};
+use crate::grid::levels::Levels;
+use crate::grid::taps::Transfer;
 use crate::objective::keyframes::Keyframes;
 use crate::real::Real;
 
@@ -156,6 +157,7 @@ fn pass<T: Real>(
     slots: usize,
     scratch: &mut [T],
 ) {
+    let field = Placed { place, values: from };
     let (grid, wide) = (step.target, step.source.n[0].max(step.target.n[0]));
     let (count, row) = (Block::slots_per_block(wide, slots), Block::largest(wide, slots));
     let exec = &Capped::new(exec, scratch.len() / row);
@@ -174,17 +176,8 @@ fn pass<T: Real>(
                     first,
                     count: count.min(slots - first),
                 };
-                step.add_row(
-                    place,
-                    from,
-                    slots,
-                    first,
-                    block.count,
-                    task.row,
-                    T::ONE,
-                    &mut out[block.span_in_row()],
-                    task.scratch,
-                );
+                let out = &mut out[block.span_in_row()];
+                step.add_row(field, &block, task.row, T::ONE, out, task.scratch);
             }
         },
     );

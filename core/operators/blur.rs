@@ -1,9 +1,9 @@
-//! The metric of the objective (paper eq. 5, mathematics section 4): C e = e + sum over j of G_j (G_j e); e itself may weigh less.
+//! The metric of the objective (paper eq. 5, mathematics section 4): C e = identity e + sum over j of G_j (G_j e).
 //!
-//! G_j is a separable Gaussian of sigma = 2^(j-1) cells, taps cut at ceil(3 sigma) and normalised, mirrored at walls
-//! (half-sample) and wrapped on periodic axes. Symmetric, so its own adjoint. Mirrored and wrapped like that, a Gaussian has the
-//! eigenvectors of the Poisson problem (Strang 1999, The Discrete Cosine Transform): where a grid's are kept, the sum over j is one
-//! multiplication of coefficients; on longer axes every tap is added.
+//! G_j is a separable Gaussian of sigma = 2^(j-1) cells, its taps cut at ceil(3 sigma) and normalised, mirrored at walls
+//! (half-sample) and wrapped around rings. It is symmetric, so C is its own adjoint. Such a Gaussian has the eigenvectors of the
+//! Poisson problem (Strang 1999, The Discrete Cosine Transform): where a grid keeps its eigenvectors, the sum over j is one
+//! multiplication of coefficients; where an axis is too long for that, every tap is added.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{rows, transform};
@@ -23,14 +23,14 @@ pub struct Metric {
     pub identity: f64,
 }
 
-/// A metric on a grid, with its work.
+/// A metric on a grid, with its workspace.
 #[derive(Debug)]
 pub struct Blur<'a, T> {
     grid: &'a Grid,
     metric: Metric,
-    /// Where the grid's are kept.
+    /// The grid's eigenvectors, if it keeps them.
     spectrum: Option<Spectrum<'a, T>>,
-    /// Two fields of cells where they are not.
+    /// Two fields of cells if it does not.
     work: [&'a mut [T]; 2],
     scratch: &'a mut [T],
 }
@@ -86,7 +86,7 @@ impl<'a, T: Real> Blur<'a, T> {
         self.grid
     }
 
-    /// `out = C e`.
+    /// `out = C e`, fields of cells.
     pub fn apply(&mut self, exec: &dyn Exec, e: &[T], out: &mut [T]) {
         let Self {
             grid,
@@ -100,17 +100,7 @@ impl<'a, T: Real> Blur<'a, T> {
             _ if *filters == 0 => rows::scale(out, identity, e),
             Some(spectrum) => {
                 out.copy_from_slice(e);
-                transform::multiply(grid, spectrum, out, scratch, |row, span, coefficients, out| {
-                    let at = grid.row_at(row);
-                    out.fill(T::ZERO);
-                    for j in 1..=*filters {
-                        let across = (1..grid.dims).fold(T::ONE, |product, axis| {
-                            product * spectrum.axes[axis].blur(j)[at[axis - 1]]
-                        });
-                        rows::add_scaled(out, across, &spectrum.axes[0].blur(j)[span.clone()]);
-                    }
-                    rows::multiply(out, coefficients);
-                });
+                by_eigenvectors(grid, spectrum, *filters, out, scratch);
                 rows::add_scaled(out, identity, e);
             }
             None => {
@@ -118,7 +108,7 @@ impl<'a, T: Real> Blur<'a, T> {
                 let [mut blurred, mut next] = work.each_mut().map(|field| &mut **field);
                 for j in 1..=*filters {
                     blurred.copy_from_slice(e);
-                    for axis in (0..2).flat_map(|_| 0..grid.dims) {
+                    for axis in (0..grid.dims).chain(0..grid.dims) {
                         along(exec, grid, axis, j, blurred, next, scratch);
                         core::mem::swap(&mut blurred, &mut next);
                     }
@@ -129,7 +119,29 @@ impl<'a, T: Real> Blur<'a, T> {
     }
 }
 
-/// One Gaussian along one axis.
+/// `field` becomes the sum over j of G_j G_j `field`: its coefficients times the sum over j of a product of one factor an axis.
+fn by_eigenvectors<T: Real>(
+    grid: &Grid,
+    spectrum: &Spectrum<'_, T>,
+    filters: usize,
+    field: &mut [T],
+    scratch: &mut [T],
+) {
+    transform::multiply(grid, spectrum, field, scratch, |row, span, coefficients, out| {
+        let at = grid.row_at(row);
+        out.fill(T::ZERO);
+        for j in 1..=filters {
+            let across = (1..grid.dims).fold(T::ONE, |product, axis| {
+                product * spectrum.axes[axis].blur(j)[at[axis - 1]]
+            });
+            rows::add_scaled(out, across, &spectrum.axes[0].blur(j)[span.clone()]);
+        }
+        rows::multiply(out, coefficients);
+    });
+}
+
+/// Gaussian `j` along one axis. `scratch` holds its taps, and for every thread a row with as many values around it as the Gaussian
+/// reaches.
 fn along<T: Real>(
     exec: &dyn Exec,
     grid: &Grid,
@@ -146,42 +158,26 @@ fn along<T: Real>(
         *slot = T::from_f64(tap);
     }
     let tap = |offset: isize| taps[offset.unsigned_abs()];
-    for_rows(
-        exec,
-        grid.rows(),
-        RowBuffers::fields([to]).with_scratch(scratch),
-        |task| {
-            let [out] = task.fields;
-            out.fill(T::ZERO);
-            let row = |row: usize| &from[row * n..(row + 1) * n];
-            if axis == 0 {
-                let here = row(task.row);
-                let reach = n as isize + radius;
-                for (at, slot) in (-radius..reach).zip(task.scratch.iter_mut()) {
-                    *slot = here[fold(at, n, grid.periodic[0])];
-                }
-                for offset in -radius..=radius {
-                    rows::add_scaled(out, tap(offset), &task.scratch[(offset + radius) as usize..][..n]);
-                }
-            } else {
-                let at = grid.row_at(task.row);
-                for offset in -radius..=radius {
-                    let mut source = at;
-                    source[axis - 1] =
-                        fold(at[axis - 1] as isize + offset, grid.n[axis], grid.periodic[axis]);
-                    rows::add_scaled(out, tap(offset), row(grid.row(source[0], source[1])));
-                }
+    let row = |row: usize| &from[row * n..(row + 1) * n];
+    let buffers = RowBuffers::fields([to]).with_scratch(scratch);
+    for_rows(exec, grid.rows(), buffers, |task| {
+        let [out] = task.fields;
+        out.fill(T::ZERO);
+        if axis == 0 {
+            let here = row(task.row);
+            for (at, value) in (-radius..n as isize + radius).zip(task.scratch.iter_mut()) {
+                *value = here[grid.axis(0).mirrored(at)];
             }
-        },
-    );
-}
-
-/// The cell that stands at place `i` of an axis of `n` cells: wrapped, or mirrored with the last cell repeated.
-fn fold(i: isize, n: usize, periodic: bool) -> usize {
-    let n = n as isize;
-    if periodic {
-        return i.rem_euclid(n) as usize;
-    }
-    let i = i.rem_euclid(2 * n);
-    (if i >= n { 2 * n - 1 - i } else { i }) as usize
+            for offset in -radius..=radius {
+                rows::add_scaled(out, tap(offset), &task.scratch[(offset + radius) as usize..][..n]);
+            }
+        } else {
+            let at = grid.row_at(task.row);
+            for offset in -radius..=radius {
+                let mut source = at;
+                source[axis - 1] = grid.axis(axis).mirrored(at[axis - 1] as isize + offset);
+                rows::add_scaled(out, tap(offset), row(grid.row(source[0], source[1])));
+            }
+        }
+    });
 }

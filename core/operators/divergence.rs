@@ -3,6 +3,7 @@
 use crate::field::rows::{self, LANES};
 use crate::field::{Block, Vector};
 use crate::grid::Side;
+use crate::grid::geometry::Beyond;
 use crate::real::Real;
 use crate::simd::{self, vectorised};
 
@@ -19,14 +20,9 @@ pub fn add_divergence<T: Real>(
     for axis in 0..grid.dims {
         let s = s * T::from_f64(1.0 / grid.h[axis]);
         let low = block.of(v[axis], row);
-        if axis == 0 {
-            rows::shift_high(shifted, low, grid.n[0], grid.periodic[0]);
-            rows::add_difference(out, s, shifted, low);
-        } else {
-            match grid.neighbour(row, axis, Side::High) {
-                Some(next) => rows::add_difference(out, s, block.of(v[axis], next), low),
-                None => rows::add_scaled(out, -s, low),
-            }
+        match block.beside((axis, Side::High), Beyond::Zero, v[axis], row, shifted) {
+            Some(high) => rows::add_difference(out, s, high, low),
+            None => rows::add_scaled(out, -s, low),
         }
     }
 }
@@ -43,19 +39,8 @@ pub fn add_gradient<T: Real>(
 ) {
     let grid = block.grid;
     let s = s * T::from_f64(1.0 / grid.h[axis]);
-    let high = block.of(p, row);
-    if axis == 0 {
-        rows::shift_low(shifted, high, grid.n[0], grid.periodic[0]);
-        if !grid.periodic[0] {
-            shifted
-                .iter_mut()
-                .step_by(grid.n[0])
-                .zip(high.iter().step_by(grid.n[0]))
-                .for_each(|(s, &h)| *s = h);
-        }
-        rows::add_difference(out, s, high, shifted);
-    } else if let Some(below) = grid.neighbour(row, axis, Side::Low) {
-        rows::add_difference(out, s, high, block.of(p, below));
+    if let Some(low) = block.beside((axis, Side::Low), Beyond::Own, p, row, shifted) {
+        rows::add_difference(out, s, block.of(p, row), low);
     }
 }
 

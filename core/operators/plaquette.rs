@@ -5,7 +5,8 @@
 //! low corner of cell `i`, so its A+ and B+ are the faces `i`. Plaquettes on walls do nothing (free slip).
 
 use crate::field::{Block, Vector, rows};
-use crate::grid::{Grid, Side, Space};
+use crate::grid::geometry::Beyond;
+use crate::grid::{Side, Space};
 use crate::real::Real;
 use crate::simd::multiversion;
 
@@ -221,27 +222,26 @@ impl<'a, T: Real> Work<'a, T> {
             inverse,
             self.out.each_mut().map(|row| &mut **row),
         );
-        if (a == 0 || b == 0) && !grid.periodic[0] {
+        if a == 0 || b == 0 {
             self.out
                 .iter_mut()
-                .for_each(|row| rows::clear_first(row, grid.n[0]));
+                .for_each(|values| block.clear_closed(0, row, values));
         }
         true
     }
 
     /// The contributions to A- and B- of the faces one plaquette back along x.
     fn add_shifted(&mut self, block: &Block<'_>, (a, b): (usize, usize), out: &mut [&mut [T]; 3]) {
-        let grid = block.grid;
         for (along, other, minus) in [(b, a, 0), (a, b, 2)] {
             if along == 0 {
-                rows::shift_high(self.shifted[2], self.out[minus], grid.n[0], grid.periodic[0]);
+                block.shift(Side::High, Beyond::Zero, self.out[minus], self.shifted[2]);
                 rows::add(out[other], self.shifted[2]);
             }
         }
     }
 }
 
-/// The faces A-, A+, B-, B+ of the plaquettes of `row`; what is one back along x is copied to `shifted`.
+/// The faces A-, A+, B-, B+ of the plaquettes of `row`, which is not on a wall along y or z; those one back along x go to `shifted`.
 fn quad<'a, T: Real>(
     block: &Block<'_>,
     row: usize,
@@ -249,23 +249,14 @@ fn quad<'a, T: Real>(
     v: Vector<'a, T>,
     shifted: &'a mut [T],
 ) -> Quad<'a, T> {
-    let grid = block.grid;
     let (ap, bp) = (block.of(v[a], row), block.of(v[b], row));
-    let source = if b == 0 { ap } else { bp };
-    if a == 0 || b == 0 {
-        rows::shift_low(shifted, source, grid.n[0], grid.periodic[0]);
-    }
-    let below = |component: usize, along: usize, shifted: &'a [T]| -> &'a [T] {
-        if along == 0 {
-            shifted
-        } else {
-            below_row(grid, block, v[component], row, along)
-        }
+    // At most one of the axes is x, so that one row of scratch serves both.
+    let (of_a, of_b) = if b == 0 {
+        (shifted, &mut [][..])
+    } else {
+        (&mut [][..], shifted)
     };
-    [below(a, b, shifted), ap, below(b, a, shifted), bp]
-}
-
-/// The row of `field` below `row` along y or z, which exists (rows on walls are left out before).
-fn below_row<'a, T>(grid: &Grid, block: &Block<'_>, field: &'a [T], row: usize, along: usize) -> &'a [T] {
-    block.of(field, grid.neighbour(row, along, Side::Low).unwrap_or(row))
+    let am = block.beside((b, Side::Low), Beyond::Zero, v[a], row, of_a);
+    let bm = block.beside((a, Side::Low), Beyond::Zero, v[b], row, of_b);
+    [am.unwrap_or(ap), ap, bm.unwrap_or(bp), bp]
 }

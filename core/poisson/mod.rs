@@ -310,7 +310,10 @@ fn divergence_in_row<T: Real>(
         let low = [x, of(1, Some(row)), of(2, (grid.dims > 2).then_some(row))];
         let faces = RowFaces {
             low,
-            end: if grid.periodic[0] { x[0] } else { T::ZERO },
+            end: grid
+                .axis(0)
+                .cell(grid.n[0] as isize)
+                .map_or(T::ZERO, |first| x[first]),
             high: [of(1, next[0]), of(2, next[1])],
         };
         let [divergence, speed] = divergence(&faces, scales);

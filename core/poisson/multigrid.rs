@@ -5,9 +5,12 @@
 
 use super::{Batch, Measured, divergence_in_row, subtract_gradient_in_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::transfer::{Move, Place};
+use crate::field::transfer::{Move, Place, Placed};
 use crate::field::{Block, VectorMut, rows, view};
-use crate::grid::levels::{self, Levels, MAX_LEVELS, Tables, Transfer};
+use crate::grid::geometry::Beyond;
+use crate::grid::levels::{self, Levels, MAX_LEVELS};
+use crate::grid::tables::Tables;
+use crate::grid::taps::Transfer;
 use crate::grid::{Grid, Side};
 use crate::memory::{Pool, pooled};
 use crate::observe::{Event, Observer};
@@ -266,23 +269,18 @@ impl<'a, T: Real> Multigrid<'a, T> {
             cell: Transfer::ProlongCell,
             face: Transfer::ProlongCell,
         };
-        let (grid, q) = (fine.grid, &coarse.q[..coarse.grid.cells() * slots]);
+        let grid = fine.grid;
+        let q = Placed {
+            place: Place::Cell,
+            values: &coarse.q[..coarse.grid.cells() * slots],
+        };
         let buffers =
             RowBuffers::fields([&mut fine.q[..grid.cells() * slots]]).with_scratch(&mut *self.scratch);
         for_rows(exec, grid.rows(), buffers, |task| {
             let [out] = task.fields;
             for block in Block::all(grid, slots) {
-                step.add_row(
-                    Place::Cell,
-                    q,
-                    slots,
-                    block.first,
-                    block.count,
-                    task.row,
-                    T::ONE,
-                    &mut out[block.span_in_row()],
-                    task.scratch,
-                );
+                let out = &mut out[block.span_in_row()];
+                step.add_row(q, &block, task.row, T::ONE, out, task.scratch);
             }
         });
     }
@@ -340,24 +338,16 @@ fn residual_row<T: Real>(block: &Block<'_>, row: usize, q: &[T], rhs: &[T], out:
     let here = block.of(q, row);
     let (low, high) = shifts.split_at_mut(block.len());
     let high = &mut high[..block.len()];
-    let nx = grid.n[0];
-    rows::shift_low(low, here, nx, grid.periodic[0]);
-    rows::shift_high(high, here, nx, grid.periodic[0]);
-    if !grid.periodic[0] {
-        for start in (0..here.len()).step_by(nx) {
-            low[start] = here[start];
-            high[start + nx - 1] = here[start + nx - 1];
-        }
-    }
+    block.shift(Side::Low, Beyond::Own, here, low);
+    block.shift(Side::High, Beyond::Own, here, high);
     let beside = |axis: usize, side: Side| {
         let row = if axis < grid.dims {
-            grid.neighbour(row, axis, side)
+            block.beside((axis, side), Beyond::Own, q, row, &mut [])
         } else {
             None
         };
-        row.map_or(here, |row| block.of(q, row))
+        row.unwrap_or(here)
     };
-    let weights = grid.h.map(|h| T::from_f64(1.0 / (h * h)));
     let neighbours = [
         &*low,
         &*high,
@@ -366,6 +356,7 @@ fn residual_row<T: Real>(block: &Block<'_>, row: usize, q: &[T], rhs: &[T], out:
         beside(2, Side::Low),
         beside(2, Side::High),
     ];
+    let weights = grid.h.map(|h| T::from_f64(1.0 / (h * h)));
     laplacian(out, here, block.of(rhs, row), neighbours, weights);
 }
 

@@ -14,7 +14,7 @@ impl FileLayout {
         Self {
             n: grid.n,
             axis,
-            walls: !grid.periodic[axis],
+            walls: grid.axis(axis).open_face(0).is_none(),
         }
     }
 

@@ -3,10 +3,10 @@
 //! rho'(x) = rho(x - tau v(x)), v the mean of the cell's faces; places beyond a wall are moved to the last cell centre. A
 //! sub-step goes at most one cell along each axis, so both the map and its transpose gather from the 3^d cells around.
 
-use super::flux::Velocity;
+use super::rows::Velocity;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::VectorMut;
-use crate::grid::Grid;
+use crate::grid::{Grid, Side};
 use crate::real::Real;
 
 /// One sub-step and what its adjoint reads.
@@ -41,44 +41,17 @@ fn origins<T: Real>(grid: &Grid, velocity: Velocity<'_, T>, tau: f64, at: [usize
                 moves: false,
             };
         }
-        let n = grid.n[axis];
-        let mut next = at;
-        next[axis] = (at[axis] + 1) % n;
+        let line = grid.axis(axis);
         let low = |[x, y, z]: [usize; 3]| velocity.low(grid.n[0], axis, grid.row(y, z))[x].to_f64();
-        let high = if next[axis] == 0 && !grid.periodic[axis] {
-            0.0
-        } else {
-            low(next)
-        };
-        let v = 0.5 * (low(at) + high);
-        let mut place = at[axis] as f64 - tau * v / grid.h[axis];
-        let inside = grid.periodic[axis] || (place > 0.0 && place < (n - 1) as f64);
-        if !inside {
-            place = place.clamp(0.0, (n - 1) as f64);
-        }
+        let v = 0.5 * (low(at) + grid.beside(at, axis, Side::High).map_or(0.0, low));
+        let (place, moves) = line.nearest_point(at[axis] as f64 - tau * v / grid.h[axis]);
         let low = libm::floor(place);
-        let wrap = |i: isize| {
-            if grid.periodic[axis] {
-                i.rem_euclid(n as isize) as usize
-            } else {
-                (i as usize).min(n - 1)
-            }
-        };
         Origin {
-            cells: [wrap(low as isize), wrap(low as isize + 1)],
+            cells: [0, 1].map(|next| line.nearest(low as isize + next)),
             weight: place - low,
-            moves: inside,
+            moves,
         }
     })
-}
-
-fn index(grid: &Grid, at: [usize; 3]) -> usize {
-    (at[2] * grid.n[1] + at[1]) * grid.n[0] + at[0]
-}
-
-fn cell(grid: &Grid, row: usize, x: usize) -> [usize; 3] {
-    let [y, z] = grid.row_at(row);
-    [x, y, z]
 }
 
 /// The 2^d cells a density comes from, with their weights; `weight(axis, side)` gives the factors.
@@ -98,7 +71,7 @@ fn corners(
                 0
             }
         });
-        visit(index(grid, at), product);
+        visit(grid.index(at), product);
     }
 }
 
@@ -122,7 +95,7 @@ pub fn trace<T: Real>(
     for_rows(exec, grid.rows(), RowBuffers::fields([to]), |task| {
         let [to] = task.fields;
         for (x, to) in to.iter_mut().enumerate() {
-            let origins = origins(grid, velocity, tau, cell(grid, task.row, x));
+            let origins = origins(grid, velocity, tau, grid.cell_at(task.row, x));
             let mut sum = 0.0;
             corners(
                 grid,
@@ -141,7 +114,7 @@ pub fn adjoint<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, to: &mut [T]) {
     for_rows(exec, grid.rows(), RowBuffers::fields([to]), |task| {
         let [to] = task.fields;
         for (x, to) in to.iter_mut().enumerate() {
-            let here = cell(grid, task.row, x);
+            let here = grid.cell_at(task.row, x);
             let mut sum = 0.0;
             around(grid, here, |source| {
                 let origins = origins(grid, step.velocity, step.tau, source);
@@ -150,9 +123,9 @@ pub fn adjoint<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, to: &mut [T]) {
                     grid,
                     &origins,
                     |axis, side| linear(&origins[axis], side),
-                    |at, w| share += if at == index(grid, here) { w } else { 0.0 },
+                    |at, w| share += if at == grid.index(here) { w } else { 0.0 },
                 );
-                sum += share * step.mu[index(grid, source)].to_f64();
+                sum += share * step.mu[grid.index(source)].to_f64();
             });
             *to = T::from_f64(sum);
         }
@@ -164,11 +137,12 @@ fn around(grid: &Grid, at: [usize; 3], mut visit: impl FnMut([usize; 3])) {
     let near = |axis: usize| {
         let mut list: heapless::Vec<usize, 3> = heapless::Vec::new();
         for offset in -1..=1isize {
-            let i = at[axis] as isize + offset;
-            let n = grid.n[axis] as isize;
-            let i = if grid.periodic[axis] { i.rem_euclid(n) } else { i };
-            if (0..n).contains(&i) && !list.contains(&(i as usize)) {
-                let _ = list.push(i as usize);
+            if let Some(i) = grid
+                .axis(axis)
+                .cell(at[axis] as isize + offset)
+                .filter(|i| !list.contains(i))
+            {
+                let _ = list.push(i);
             }
         }
         list
@@ -189,13 +163,10 @@ pub fn gradient<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, gradient: VectorMu
     for_rows(exec, grid.rows(), RowBuffers::fields(gradient), |task| {
         for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
             for (x, out) in out.iter_mut().enumerate() {
-                let high = cell(grid, task.row, x);
-                if high[axis] == 0 && !grid.periodic[axis] {
-                    continue;
+                let high = grid.cell_at(task.row, x);
+                if let Some(low) = grid.beside(high, axis, Side::Low) {
+                    *out += T::from_f64(by_cell(step, axis, high) + by_cell(step, axis, low));
                 }
-                let mut low = high;
-                low[axis] = (high[axis] + grid.n[axis] - 1) % grid.n[axis];
-                *out += T::from_f64(by_cell(step, axis, high) + by_cell(step, axis, low));
             }
         }
     });
@@ -217,5 +188,5 @@ fn by_cell<T: Real>(step: &Step<'_, T>, axis: usize, at: [usize; 3]) -> f64 {
         }
     };
     corners(grid, &origins, weight, |at, w| slope += w * step.rho[at].to_f64());
-    step.mu[index(grid, at)].to_f64() * slope * -0.5 * step.tau / grid.h[axis]
+    step.mu[grid.index(at)].to_f64() * slope * -0.5 * step.tau / grid.h[axis]
 }

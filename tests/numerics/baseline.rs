@@ -67,7 +67,7 @@ fn advance<T: Real, S: Space>(
 fn not_a_gradient(naive: &Naive, x: &Components<f64>) -> f64 {
     let grid = &naive.grid;
     let mean = |a: usize| x[a].iter().sum::<f64>() / grid.cells() as f64;
-    let means = (0..grid.dims).filter(|&a| grid.periodic[a]).map(mean);
+    let means = (0..grid.dims).filter(|&a| grid.axis(a).is_ring()).map(mean);
     largest(means.chain([naive.largest_curl(x) * grid.h[0]]))
 }
 
@@ -198,7 +198,7 @@ fn adjoints_are_solved_up_to_courant_five() {
 
 /// A component as a file has it: with the high wall face.
 fn to_file(grid: &Grid, axis: usize, v: &[f64]) -> Vec<f64> {
-    let extent = |a: usize| grid.n[a] + usize::from(a == axis && !grid.periodic[a]);
+    let extent = |a: usize| grid.n[a] + usize::from(a == axis && !grid.axis(a).is_ring());
     let count: usize = (0..3).map(extent).product();
     let number = |i: usize| {
         let at = [

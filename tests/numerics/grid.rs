@@ -1,20 +1,28 @@
-//! The grid: neighbours, the hierarchy of coarser grids, and the weights by which fields pass between two of them.
+//! The grid: the hierarchy of coarser grids, and the weights by which fields pass between two of them.
 
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
-use crate::fields::{Components, Memory, flow, grid, largest, largest_of, places, zeros};
-use thurible_core::field::transfer::{Move, Place};
-use thurible_core::grid::levels::{Levels, MAX_LEVELS, Transfer, hierarchy, taps};
-use thurible_core::grid::{Grid, Side};
+use crate::fields::{Components, Memory, flow, grid, largest, largest_of, zeros};
+use thurible_core::field::Block;
+use thurible_core::field::transfer::{Move, Place, Placed};
+use thurible_core::grid::levels::{Levels, MAX_LEVELS, hierarchy};
+use thurible_core::grid::taps::{Transfer, taps};
+use thurible_core::grid::{Axis, Boundary, Grid};
 use thurible_core::memory::Arena;
 
 /// The weights of a transfer as a full matrix, targets by sources.
 fn matrix(transfer: Transfer, fine: usize, coarse: usize, periodic: bool) -> Vec<Vec<f64>> {
     let up = matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace);
     let (targets, sources) = if up { (fine, coarse) } else { (coarse, fine) };
+    let ends = if periodic {
+        Boundary::Periodic
+    } else {
+        Boundary::Wall
+    };
+    let (fine, coarse) = (Axis::new(fine, ends), Axis::new(coarse, ends));
     let row = |i| {
         let mut row = vec![0.0; sources];
-        taps(transfer, i, fine, coarse, periodic)
+        taps(transfer, i, fine, coarse)
             .iter()
             .for_each(|&(at, weight)| row[at] += weight);
         row
@@ -45,37 +53,6 @@ fn sizes() -> impl Iterator<Item = (usize, usize, bool)> {
 }
 
 #[test]
-fn neighbours_are_the_rows_beside() {
-    for (cells, ends) in [
-        (&[5, 4][..], "wp"),
-        (&[5, 4], "pw"),
-        (&[4, 5, 6], "wpw"),
-        (&[4, 5, 6], "pwp"),
-    ] {
-        let grid = grid(cells, ends);
-        let naive = Naive::new(&grid);
-        for at in places(&grid).filter(|at| at[0] == 0) {
-            let row = grid.row(at[1], at[2]);
-            assert_eq!(grid.row_at(row), [at[1], at[2]]);
-            for axis in 1..grid.dims {
-                for (side, by) in [(Side::Low, -1), (Side::High, 1)] {
-                    let expected = naive.step(at, axis, by).map(|at| grid.row(at[1], at[2]));
-                    assert_eq!(
-                        grid.neighbour(row, axis, side),
-                        expected,
-                        "{cells:?} {ends} row {row} axis {axis} {side:?}"
-                    );
-                }
-                assert_eq!(grid.wall_below(row, axis), naive.wall(at, axis));
-            }
-        }
-        for (axis, end) in ends.chars().enumerate() {
-            assert_eq!(grid.faces_in_file(axis), cells[axis] + usize::from(end == 'w'));
-        }
-    }
-}
-
-#[test]
 fn hierarchy_halves_every_axis_and_keeps_the_box() {
     for cells in [
         &[4096, 4][..],
@@ -101,6 +78,7 @@ fn hierarchy_halves_every_axis_and_keeps_the_box() {
         );
         for pair in grids.windows(2) {
             for a in 0..3 {
+                assert_eq!(pair[1].axis(a).is_ring(), finest.axis(a).is_ring());
                 let n = pair[0].n[a];
                 assert_eq!(pair[1].n[a], if n > 2 { half(n) } else { n });
                 let (before, after) = (n as f64 * pair[0].h[a], pair[1].n[a] as f64 * pair[1].h[a]);
@@ -109,7 +87,6 @@ fn hierarchy_halves_every_axis_and_keeps_the_box() {
                     "the box changes its size"
                 );
             }
-            assert_eq!(pair[1].periodic, finest.periodic);
         }
     }
 }
@@ -250,7 +227,17 @@ fn restricted(levels: &Levels<'_, f64>, level: usize, v: &Components<f64>) -> Co
     let (mut out, mut work) = (zeros::<f64>(target, 1), vec![0.0; source.n[0]]);
     for axis in 0..source.dims {
         for (row, out) in out[axis].chunks_exact_mut(target.n[0]).enumerate() {
-            step.add_row(Place::Face(axis), &v[axis], 1, 0, 1, row, 1.0, out, &mut work);
+            let field = Placed {
+                place: Place::Face(axis),
+                values: &v[axis],
+            };
+            let block = Block {
+                grid: target,
+                slots: 1,
+                first: 0,
+                count: 1,
+            };
+            step.add_row(field, &block, row, 1.0, out, &mut work);
         }
     }
     out

@@ -19,6 +19,7 @@ mod checkpoint;
 mod determinism;
 mod direct;
 mod exec;
+mod geometry;
 mod gradients;
 mod grid;
 mod inputs;

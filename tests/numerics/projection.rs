@@ -232,7 +232,7 @@ fn keeps_means<T: Real>() {
         let before = v.clone();
         project(&grid, slots, &mut v, None, 1e-6, usize::MAX);
         for (axis, k) in (0..grid.dims)
-            .filter(|&a| grid.periodic[a])
+            .filter(|&a| grid.axis(a).is_ring())
             .flat_map(|a| (0..slots).map(move |k| (a, k)))
         {
             let mean =

@@ -175,12 +175,12 @@ impl<'a, T: Real> Drive<'a, T> {
             for_rows(exec, grid.rows(), RowBuffers::fields([&mut *next]), |task| {
                 let [next] = task.fields;
                 for (x, next) in next.iter_mut().enumerate() {
-                    let here = task.row * n + x;
+                    let (at, here) = (grid.cell_at(task.row, x), task.row * n + x);
                     let along = |axis: usize| {
-                        let low = beside(grid, task.row, x, axis, Side::Low)
-                            .map_or(0.0, |low| flux(axis, low, here));
-                        let high = beside(grid, task.row, x, axis, Side::High)
-                            .map_or(0.0, |high| flux(axis, here, high));
+                        let low = grid.beside(at, axis, Side::Low);
+                        let low = low.map_or(0.0, |low| flux(axis, grid.index(low), here));
+                        let high = grid.beside(at, axis, Side::High);
+                        let high = high.map_or(0.0, |high| flux(axis, here, grid.index(high)));
                         (high - low) / grid.h[axis]
                     };
                     *next = from[here] + T::from_f64(s / substeps * (0..grid.dims).map(along).sum::<f64>());
@@ -222,25 +222,10 @@ fn at_faces<T: Real>(
     for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
         for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
             for (x, out) in out[slot * n..(slot + 1) * n].iter_mut().enumerate() {
-                let low = beside(grid, task.row, x, axis, Side::Low);
+                let high = grid.cell_at(task.row, x);
+                let low = grid.beside(high, axis, Side::Low).map(|low| grid.index(low));
                 *out = low.map_or(T::ZERO, |low| T::from_f64(value(axis, low, task.row * n + x)));
             }
         }
     });
-}
-
-/// The cell next to cell `x` of `row`, or `None` behind a wall.
-fn beside(grid: &Grid, row: usize, x: usize, axis: usize, side: Side) -> Option<usize> {
-    let n = grid.n[0];
-    if axis > 0 {
-        return grid.neighbour(row, axis, side).map(|row| row * n + x);
-    }
-    let x = match side {
-        Side::Low if x > 0 => x - 1,
-        Side::Low if grid.periodic[0] => n - 1,
-        Side::High if x + 1 < n => x + 1,
-        Side::High if grid.periodic[0] => 0,
-        _ => return None,
-    };
-    Some(row * n + x)
 }

@@ -38,10 +38,9 @@ impl<T: Real> Group<'_, '_, T> {
             } else {
                 V::PAIRED[lane]
             };
-            let at = [(self.x + 2 * cell.min(self.count - 1)), y, z];
-            let wall = |f: usize| !grid.periodic[f / 2] && at[f / 2] == [0, grid.n[f / 2] - 1][f % 2];
-            let walls = (0..S::FACES).fold(0, |code, f| code | usize::from(wall(f)) << f);
-            let row = &self.system.table[walls * Place::<S>::SIZE..][..Place::<S>::SIZE];
+            let closed = grid.closed_faces([self.x + 2 * cell.min(self.count - 1), y, z]);
+            let wall = |face: usize| closed >> face & 1 == 1;
+            let row = &self.system.table[closed * Place::<S>::SIZE..][..Place::<S>::SIZE];
             for (q, &value) in row.iter().enumerate() {
                 header[q * lanes + lane] = value;
             }

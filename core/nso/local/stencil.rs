@@ -3,7 +3,7 @@
 use super::edge::Edge;
 use super::streams::Rows;
 use crate::field::Vector as Field;
-use crate::grid::{Grid, Side, Space};
+use crate::grid::{Grid, Space};
 use crate::nso::colours::Cells;
 use crate::real::Real;
 
@@ -74,20 +74,7 @@ pub(super) struct Around<'g> {
 impl<'g> Around<'g> {
     /// For fields that begin with row `first`.
     pub(super) fn new(grid: &'g Grid, first: usize, row: usize, cells: Cells) -> Self {
-        let step = |row: Option<usize>, axis: usize, offset: usize| match offset {
-            0 => grid.neighbour(row?, axis, Side::Low),
-            2 => grid.neighbour(row?, axis, Side::High),
-            _ => row,
-        };
-        let rows = core::array::from_fn(|i| {
-            let in_y = step(Some(row), 1, i % 3);
-            let row = if grid.dims == 3 {
-                step(in_y, 2, i / 3)
-            } else {
-                in_y.filter(|_| i / 3 == 1)
-            };
-            row?.checked_sub(first)
-        });
+        let rows = grid.rows_around(row).map(|row| row?.checked_sub(first));
         Self { grid, cells, rows }
     }
 
@@ -123,7 +110,7 @@ impl<'g> Around<'g> {
             };
             let begin = (row * slots + time) * nx;
             rows.push(field, begin + x, own, [after, before]);
-            if !self.grid.periodic[0] {
+            if !self.grid.axis(0).is_ring() {
                 continue;
             }
             let last = count - 1;

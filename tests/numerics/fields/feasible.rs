@@ -9,10 +9,10 @@ use thurible_core::grid::Grid;
 /// A component of a file as the core keeps it: the high wall face left out. Panics if a wall face is not 0.
 pub fn faces(grid: &Grid, file: &[Vec<f64>]) -> Components<f64> {
     let component = |axis: usize| {
-        let extent = |a: usize| grid.n[a] + usize::from(a == axis && !grid.periodic[a]);
+        let extent = |a: usize| grid.n[a] + usize::from(a == axis && !grid.axis(a).is_ring());
         let number = |at: [usize; 3]| file[axis][(at[2] * extent(1) + at[1]) * extent(0) + at[0]];
         assert_eq!(file[axis].len(), (0..3).map(extent).product::<usize>());
-        for at in places(grid).filter(|at| !grid.periodic[axis] && at[axis] == 0) {
+        for at in places(grid).filter(|at| !grid.axis(axis).is_ring() && at[axis] == 0) {
             let mut high = at;
             high[axis] = grid.n[axis];
             assert_eq!(
@@ -87,7 +87,7 @@ pub fn check_flow(scene: &Scene, solved: &Solved, epsilon: f64) -> Vec<Component
             "momentum at step {k}: {:e}",
             naive.largest_curl(&left)
         );
-        for a in (0..grid.dims).filter(|&a| grid.periodic[a]) {
+        for a in (0..grid.dims).filter(|&a| grid.axis(a).is_ring()) {
             assert_close(
                 "mean force",
                 left[a].iter().sum::<f64>() / grid.cells() as f64,

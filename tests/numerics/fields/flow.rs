@@ -12,7 +12,7 @@ pub fn curl(grid: &Grid, slots: usize, psi: impl Fn(usize, [usize; 3], usize) ->
     let mut v = zeros(grid, slots);
     let potential = |c: usize, mut at: [usize; 3], k: usize| {
         for a in (0..grid.dims).filter(|&a| a != c) {
-            if !grid.periodic[a] && (at[a] == 0 || at[a] == grid.n[a]) {
+            if !grid.axis(a).is_ring() && (at[a] == 0 || at[a] == grid.n[a]) {
                 return 0.0;
             }
             at[a] %= grid.n[a];
@@ -72,7 +72,7 @@ pub fn swirl<T: Real>(grid: &Grid, slots: usize, to: f64) -> Components<T> {
                 );
                 match () {
                     () if a == c => (tau * u * m + 1.3 * c as f64).cos(),
-                    () if grid.periodic[a] => {
+                    () if grid.axis(a).is_ring() => {
                         (tau * (u * m + 0.37 * ((a + c) as f64 + m) + t * m * 0.5)).sin()
                     }
                     () => (tau * 0.5 * u * (m + (a % 2) as f64)).sin(),

@@ -27,7 +27,7 @@ impl Naive {
     pub fn step(&self, at: [usize; 3], axis: usize, by: isize) -> Option<[usize; 3]> {
         let n = self.grid.n[axis] as isize;
         let i = at[axis] as isize + by;
-        let i = if self.grid.periodic[axis] {
+        let i = if self.grid.axis(axis).is_ring() {
             i.rem_euclid(n)
         } else {
             i
@@ -37,6 +37,11 @@ impl Naive {
         (i < n).then_some(to)
     }
 
+    /// The place `by` further along `axis`, one cell at a time and no further than the last one before a wall.
+    pub fn walk(&self, at: [usize; 3], axis: usize, by: isize) -> [usize; 3] {
+        (0..by.abs()).fold(at, |at, _| self.step(at, axis, by.signum()).unwrap_or(at))
+    }
+
     /// The number of a cell.
     pub fn id(&self, at: [usize; 3]) -> usize {
         (at[2] * self.grid.n[1] + at[1]) * self.grid.n[0] + at[0]
@@ -44,7 +49,7 @@ impl Naive {
 
     /// Whether the low face of a cell along `axis` is a wall.
     pub fn wall(&self, at: [usize; 3], axis: usize) -> bool {
-        !self.grid.periodic[axis] && at[axis] == 0
+        !self.grid.axis(axis).is_ring() && at[axis] == 0
     }
 
     /// The velocity at the low (0) or high (1) face of a cell.
@@ -225,7 +230,7 @@ impl Naive {
         let mut now = e.to_vec();
         for axis in 0..self.grid.dims {
             let n = self.grid.n[axis] as isize;
-            let fold = |i: isize| if self.grid.periodic[axis] { i.rem_euclid(n) } else { mirrored(i, n) } as usize;
+            let fold = |i: isize| if self.grid.axis(axis).is_ring() { i.rem_euclid(n) } else { mirrored(i, n) } as usize;
             let blurred = |at: [usize; 3]| {
                 let value = |o: isize| {
                     let mut from = at;
@@ -339,7 +344,7 @@ impl Naive {
                     let n = self.grid.n[a] as isize;
                     let speed = (self.face(v, at, a, 0) + self.face(v, at, a, 1)) / 2.0;
                     let place = at[a] as f64 - tau * speed / self.grid.h[a];
-                    let place = if self.grid.periodic[a] {
+                    let place = if self.grid.axis(a).is_ring() {
                         place
                     } else {
                         place.clamp(0.0, (n - 1) as f64)

@@ -81,7 +81,7 @@ impl Random {
         for axis in 0..grid.dims {
             for k in 0..slots {
                 for at in places(grid) {
-                    let wall = !grid.periodic[axis] && at[axis] == 0;
+                    let wall = !grid.axis(axis).is_ring() && at[axis] == 0;
                     v[axis][super::index(grid, slots, k, at)] =
                         T::from_f64(if wall { 0.0 } else { number(self) });
                 }

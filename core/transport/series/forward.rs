@@ -1,0 +1,286 @@
+//! The sum of the series.
+
+use super::super::MAX_TERMS;
+use super::super::rows::{Rows, cells, faces};
+use super::super::runs::{Sparse, each_run};
+use super::{Series, Terms, VANISHED, previous};
+use crate::exec::{Exec, RunTask, for_runs};
+use crate::field::rows::{self, part, part_mut};
+use crate::grid::halo::{self, BEFORE};
+use crate::grid::stencil::Stencil;
+use crate::real::Real;
+use crate::simd::{self, vectorised};
+
+/// Values of a term below this part of the cut are set to 0: a quarter of the square root of the rounding error, which makes 1e-9
+/// of max rho_0 in single precision with the default cut and keeps mass to 1e-7. Far from the smoke they would otherwise fade into
+/// denormal numbers, on which processors are a hundred times slower; and rows without smoke are passed over.
+fn negligible<T: Real>() -> f64 {
+    0.25 * libm::sqrt(T::EPSILON)
+}
+
+/// The terms of the series from y_0 = `from`, and `total` = their sum with y_0 unless it is empty. Returns how many terms there
+/// are, or `None` where `terms` has no room for all of them.
+pub fn sum<T: Real>(
+    exec: &dyn Exec,
+    series: &Series<'_, T>,
+    from: &[T],
+    mut terms: Terms<&mut [T]>,
+    total: &mut [T],
+    scratch: &mut [T],
+) -> Option<usize> {
+    let rows = series.grid.rows();
+    for k in 1..=MAX_TERMS.min(terms.fields.len() / terms.stride) {
+        add_term(exec, series, k, from, &mut terms, (&mut *total, &mut *scratch));
+        let sizes = &terms.sizes[(k - 1) * rows..k * rows];
+        if k == MAX_TERMS || !(rows::largest(sizes.iter().map(|size| size.to_f64())) >= series.cut) {
+            return Some(k);
+        }
+    }
+    None
+}
+
+/// Term `k`, the sizes of its rows, and what it adds to `total`.
+fn add_term<T: Real>(
+    exec: &dyn Exec,
+    series: &Series<'_, T>,
+    k: usize,
+    first: &[T],
+    terms: &mut Terms<&mut [T]>,
+    (total, scratch): (&mut [T], &mut [T]),
+) {
+    let (grid, stride) = (series.grid, terms.stride);
+    let (known, fields) = terms.fields.split_at_mut((k - 1) * stride);
+    let (known_sizes, sizes) = terms.sizes.split_at_mut((k - 1) * grid.rows());
+    let known = Terms {
+        fields: &*known,
+        stride,
+        sizes: &*known_sizes,
+    };
+    let term = Term {
+        series,
+        k,
+        from: previous(k, grid, first, &known),
+        scales: grid.h.map(|h| T::from_f64(series.tau / k as f64 / h)),
+        negligible: T::from_f64(series.cut * negligible::<T>()),
+    };
+    let fields = [
+        &mut fields[..halo::field_len(grid)],
+        total,
+        &mut sizes[..grid.rows()],
+    ];
+    for_runs(exec, grid.rows(), fields, scratch, move |task| term.compute(task));
+}
+
+/// A term and what it is made from.
+struct Term<'a, T> {
+    series: &'a Series<'a, T>,
+    k: usize,
+    /// y_{k-1}.
+    from: Sparse<'a, T>,
+    /// tau / (k h).
+    scales: [T; 3],
+    /// What is smaller is set to 0.
+    negligible: T,
+}
+
+/// Rows of a run to write.
+struct Run<'t, T> {
+    /// The term, with halos.
+    to: &'t mut [T],
+    /// The sum of all terms, or empty.
+    total: &'t mut [T],
+    /// A size a row.
+    sizes: &'t mut [T],
+}
+
+impl<T: Real> Term<'_, T> {
+    /// The term, what it adds to the total, and the sizes of its rows, in the rows of a task.
+    fn compute(&self, task: RunTask<'_, T, 3>) {
+        let (grid, n) = (self.series.grid, self.series.grid.n[0]);
+        let ([to, total, sizes], first) = (task.fields, task.rows.start);
+        let empty = |stencil: &Stencil, behind: usize| {
+            self.from.is_empty(grid, stencil, behind, |size| size <= T::ZERO)
+        };
+        let scratch = task.scratch;
+        each_run(grid, task.rows, self.k == 1, empty, |stencil, count, empty| {
+            let (begin, end) = (stencil.row - first, stencil.row - first + count);
+            let run = Run {
+                to: part_mut(to, begin * halo::stride(n)..end * halo::stride(n)),
+                total: part_mut(total, begin * n..end * n),
+                sizes: part_mut(sizes, begin..end),
+            };
+            let before = self
+                .from
+                .sizes
+                .map(|sizes| part(sizes, stencil.row..stencil.row + count));
+            if empty {
+                self.pass_over(before, run);
+            } else {
+                self.compute_run(stencil, before, run, scratch);
+            }
+        });
+    }
+
+    /// A run of rows around which y_{k-1} is 0.
+    fn pass_over(&self, before: Option<&[T]>, run: Run<'_, T>) {
+        run.to.fill(T::ZERO);
+        match before {
+            Some(before) => run.sizes.copy_from_slice(before),
+            None => run.sizes.fill(T::ZERO),
+        }
+        if self.k == 1 {
+            run.total.fill(T::ZERO);
+        }
+    }
+
+    fn compute_run(&self, stencil: &Stencil, before: Option<&[T]>, run: Run<'_, T>, scratch: &mut [T]) {
+        let (series, grid, n) = (self.series, self.series.grid, self.series.grid.n[0]);
+        let input = Input {
+            n,
+            first: self.k == 1,
+            cells: cells(grid, stencil, self.from.cells, scratch),
+            faces: faces(grid, stencil, series.velocity),
+            weights: series.weights,
+            scales: &self.scales[..grid.dims],
+            negligible: self.negligible,
+        };
+        let Run { to, total, sizes } = run;
+        compute(to, total, sizes, &input);
+        for (row, (to, size)) in to.chunks_exact_mut(halo::stride(n)).zip(sizes).enumerate() {
+            let was = || match before.and_then(|sizes| sizes.get(row)) {
+                Some(size) => size.to_f64(),
+                None => rows::max_abs(&input.cells.own(row, BEFORE + n)[BEFORE..]),
+            };
+            if *size == T::ZERO && was() != 0.0 {
+                *size = T::from_f64(VANISHED);
+            }
+            grid.axis(0).surround_cells(to);
+        }
+    }
+}
+
+/// What the kernel reads.
+struct Input<'a, T> {
+    /// Cells of a row.
+    n: usize,
+    /// Whether this is the first term, with which the total begins.
+    first: bool,
+    /// y_{k-1} in the rows of a run and around them.
+    cells: Rows<'a, T>,
+    faces: Rows<'a, T>,
+    /// See [`super::weights`].
+    weights: [T; 3],
+    /// tau / (k h) of the grid's axes.
+    scales: &'a [T],
+    negligible: T,
+}
+
+vectorised! {
+    /// Rows of a run of `to` = (tau / k) L y_{k-1}, what is negligible set to 0. `total` += `to` unless it is empty, or y_0 + `to` with the
+    /// first term. `sizes` receives max |to| of every row, not finite when any value is not.
+    fn compute[T, V](to: &mut [T], total: &mut [T], sizes: &mut [T], input: &Input<'_, T>) {
+        let (n, apart) = (input.n, halo::stride(input.n));
+        for (row, size) in sizes.iter_mut().enumerate() {
+            let begin = row * apart + BEFORE;
+            let to = part_mut(to, begin..begin + n);
+            let total = part_mut(total, row * n..(row + 1) * n);
+            let mut extremes = [V::splat(T::ZERO); 2];
+            let mut rest = [T::ZERO; 2];
+            let i = compute_from::<T, V>(0, row, to, total, input, &mut extremes);
+            compute_from::<T, T>(i, row, to, total, input, &mut rest);
+            let mut lanes = [[T::ZERO; rows::LANES]; 2];
+            extremes[0].store(&mut lanes[0]);
+            extremes[1].store(&mut lanes[1]);
+            lanes[0][0] = rest[0].max(lanes[0][0]);
+            lanes[1][0] += rest[1];
+            let largest = T::from_f64(rows::largest_lane(lanes[0], lanes[1]));
+            // 0 where all was set to 0, not finite where any value was not.
+            *size = if input.negligible > largest { T::ZERO } else { largest };
+        }
+    }
+}
+
+/// The inflow through the faces of cell c along an axis, `low` and `high`, the cells being a b c d e.
+#[inline(always)]
+fn inflow<T: Real, V: simd::Vector<Elem = T>>(
+    [a, b, c, d, e]: [V; 5],
+    [low, high]: [V; 2],
+    [near, upstream, next]: [V; 3],
+) -> V {
+    let below = low * (near * low.select(c, b) + upstream * low.select(b, c) - next * low.select(a, d));
+    let above = high * (near * high.select(d, c) + upstream * high.select(c, d) - next * high.select(b, e));
+    below - above
+}
+
+/// The inflow along y or z to cells `c` at `i` of a row, from the rows of cells at -2, -1, 1, 2 and of faces at -1, 0, 1, 2.
+#[inline(always)]
+fn inflow_across<T: Real, V: simd::Vector<Elem = T>>(
+    i: usize,
+    c: V,
+    cells: &[&[T]; 4],
+    faces: &[&[T]; 4],
+    weights: [V; 3],
+) -> V {
+    let cells = [
+        V::load(&cells[0][i..]),
+        V::load(&cells[1][i..]),
+        c,
+        V::load(&cells[2][i..]),
+        V::load(&cells[3][i..]),
+    ];
+    let through = [V::load(&faces[1][i..]), V::load(&faces[2][i..])];
+    inflow(cells, through, weights)
+}
+
+/// The kernel of [`compute`] from cell `i` as far as whole vectors go; returns the first cell that is left. `extremes` are max |to|
+/// and what is NaN once a value is not finite.
+#[inline(always)]
+fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
+    mut i: usize,
+    row: usize,
+    to: &mut [T],
+    total: &mut [T],
+    input: &Input<'_, T>,
+    extremes: &mut [V; 2],
+) -> usize {
+    let (n, summed, deep) = (to.len(), !total.is_empty(), input.scales.len() > 2);
+    let (x, faces_x) = (input.cells.own(row, n + 4), input.faces.own(row, n + 3));
+    let (y, faces_y) = (input.cells.along(1, row, n), input.faces.along(1, row, n));
+    let (z, faces_z) = if deep {
+        (input.cells.along(2, row, n), input.faces.along(2, row, n))
+    } else {
+        (y, faces_y)
+    };
+    let (zero, negligible) = (V::splat(T::ZERO), V::splat(input.negligible));
+    let [w0, w1, w2] = input.weights;
+    let w = [V::splat(w0), V::splat(w1), V::splat(w2)];
+    let (scale_x, scale_y) = (V::splat(input.scales[0]), V::splat(input.scales[1]));
+    let scale_z = V::splat(if deep { input.scales[2] } else { T::ZERO });
+    while i + V::LANES <= n {
+        let c = V::load(&x[i + 2..]);
+        let along_x = [
+            V::load(&x[i..]),
+            V::load(&x[i + 1..]),
+            c,
+            V::load(&x[i + 3..]),
+            V::load(&x[i + 4..]),
+        ];
+        let through_x = [V::load(&faces_x[i + 1..]), V::load(&faces_x[i + 2..])];
+        let mut sum = scale_x * inflow(along_x, through_x, w);
+        sum = sum + scale_y * inflow_across(i, c, &y, &faces_y, w);
+        if deep {
+            sum = sum + scale_z * inflow_across(i, c, &z, &faces_z, w);
+        }
+        let size = sum.max(-sum);
+        extremes[0] = size.max(extremes[0]);
+        extremes[1] = extremes[1] + sum * zero;
+        let sum = (negligible - size).select(zero, sum);
+        sum.store(&mut to[i..]);
+        if summed {
+            let before = if input.first { c } else { V::load(&total[i..]) };
+            (before + sum).store(&mut total[i..]);
+        }
+        i += V::LANES;
+    }
+    i
+}

@@ -1,0 +1,71 @@
+//! The Taylor series of exp(tau L(v)) and its adjoint, term by term (mathematics section 3).
+//!
+//! ```text
+//! y_0 = rho,   y_k = (tau / k) L y_{k-1},   exp(tau L) rho = y_0 + y_1 + ..
+//! ```
+//!
+//! L sums over a cell's faces v_f rho_f / h with its sign, rho_f being interpolated from upstream ([`weights`]).
+
+mod adjoint;
+mod forward;
+mod transposed;
+
+pub use adjoint::{Backward, adjoint};
+pub use forward::sum;
+
+use super::rows::{Cells, Velocity};
+use super::runs::Sparse;
+use crate::grid::Grid;
+use crate::problem::Scheme;
+use crate::real::Real;
+
+/// One sub-step.
+pub struct Series<'a, T> {
+    /// The grid.
+    pub grid: &'a Grid,
+    /// Velocity at faces.
+    pub velocity: Velocity<'a, T>,
+    /// See [`weights`].
+    pub weights: [T; 3],
+    /// Length of the sub-step.
+    pub tau: f64,
+    /// Terms are summed until max |term| is below this.
+    pub cut: f64,
+}
+
+/// The interpolation to a face, rho_f = w[0] downstream + w[1] upstream - w[2] next upstream (QUICK: Leonard 1979).
+#[must_use]
+pub fn weights<T: Real>(scheme: Scheme) -> [T; 3] {
+    match scheme {
+        Scheme::Central => [0.5, 0.5, 0.0],
+        _ => [0.375, 0.75, 0.125],
+    }
+    .map(T::from_f64)
+}
+
+/// Terms y_1 .. y_k of a series.
+pub struct Terms<N> {
+    /// The fields, whose rows have halos.
+    pub fields: N,
+    /// The distance from one field to the next.
+    pub stride: usize,
+    /// max |y| of every row of every term; where that is 0, [`VANISHED`] if y_0 or an earlier term is not.
+    pub sizes: N,
+}
+
+/// The size of a row that became 0 and was not before.
+const VANISHED: f64 = -1.0;
+
+/// What term `k` is made from, y_{k-1}: `first`, or one of `terms` with the sizes of its rows.
+fn previous<'a, T>(k: usize, grid: &Grid, first: &'a [T], terms: &Terms<&'a [T]>) -> Sparse<'a, T> {
+    match k.checked_sub(2) {
+        None => Sparse {
+            cells: Cells::Plain(first),
+            sizes: None,
+        },
+        Some(before) => Sparse {
+            cells: Cells::WithHalo(&terms.fields[before * terms.stride..]),
+            sizes: terms.sizes.get(before * grid.rows()..),
+        },
+    }
+}

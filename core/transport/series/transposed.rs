@@ -1,0 +1,176 @@
+//! The kernel of the adjoint: L^T z, and the gradient by the velocity, at rows of a run.
+
+use super::super::rows::Rows;
+use crate::field::rows::{part, part_mut};
+use crate::real::Real;
+use crate::simd::{self, vectorised};
+
+/// What the kernel reads.
+pub struct Input<'a, T> {
+    /// z_k in the rows of a run and around them.
+    pub z: Rows<'a, T>,
+    /// y_{k-1}.
+    pub y: Rows<'a, T>,
+    /// Velocities.
+    pub faces: Rows<'a, T>,
+    /// See [`super::weights`].
+    pub weights: [T; 3],
+    /// tau / (k h) of the grid's axes.
+    pub scales: &'a [T],
+}
+
+/// How rows of `n` cells lie in z_{k-1}: with halos, or the last time without.
+#[derive(Clone, Copy)]
+pub struct Layout {
+    /// The cells of a row.
+    pub n: usize,
+    /// The distance between their beginnings.
+    pub apart: usize,
+    /// The length of the halo before each.
+    pub before: usize,
+}
+
+vectorised! {
+    /// Rows of `out = mu + (tau / k) L^T z`, or `out += (tau / k) L^T z` where `mu` is empty, without walls: a cell is R of its low face, L of
+    /// its high face, and the next one upstream of the faces beyond. And of `gradient += (tau / k) rho_f(y) (z[R] - z[L]) / h` at the cells'
+    /// low faces; where v is exactly 0, rho_f is the mean of both sides'.
+    pub fn transposed[T, V](out: &mut [T], mu: &[T], gradient: &mut [&mut [T]; 3], layout: Layout, input: &Input<'_, T>) {
+        let Layout { n, apart, before } = layout;
+        let [gx, gy, gz] = gradient;
+        for (row, out) in out.chunks_exact_mut(apart.max(1)).enumerate() {
+            let (out, span) = (part_mut(out, before..before + n), row * n..(row + 1) * n);
+            let mu = part(mu, span.clone());
+            let gz = part_mut(gz, span.clone());
+            let mut gradient = [part_mut(gx, span.clone()), part_mut(gy, span), gz];
+            let i = transposed_from::<T, V>(0, row, out, mu, &mut gradient, input);
+            transposed_from::<T, T>(i, row, out, mu, &mut gradient, input);
+        }
+    }
+}
+
+/// The share of cell c, among a b c d e, in the changes that flow through the faces around it: those before, below, above and after.
+#[inline(always)]
+fn outflow<T: Real, V: simd::Vector<Elem = T>>(
+    [a, b, c, d, e]: [V; 5],
+    faces: [V; 4],
+    [near, upstream, next]: [V; 3],
+    zero: V,
+) -> V {
+    let [before, low, high, after] = faces;
+    let at_low = low * low.select(near, upstream) * (c - b);
+    let at_high = high * high.select(upstream, near) * (d - c);
+    let beyond = after.max(zero) * (e - d) + before.min(zero) * (b - a);
+    at_low + at_high - next * beyond
+}
+
+/// rho_f at a face with the cells a b | c d around it, through which `v` flows.
+#[inline(always)]
+fn at_face<T: Real, V: simd::Vector<Elem = T>>(
+    [a, b, c, d]: [V; 4],
+    v: V,
+    [near, upstream, next]: [V; 3],
+) -> V {
+    let upward = near * c + upstream * b - next * a;
+    let downward = near * b + upstream * c - next * d;
+    v.select(
+        upward,
+        (-v).select(downward, V::splat(T::HALF) * (upward + downward)),
+    )
+}
+
+/// The rows along one axis: of z and y at offsets -2, -1, 1 and 2 of the cells, of faces at -1, 0, 1 and 2.
+struct Along<'a, T> {
+    z: [&'a [T]; 4],
+    y: [&'a [T]; 4],
+    faces: [&'a [T]; 4],
+}
+
+impl<'a, T: Real> Along<'a, T> {
+    #[inline(always)]
+    fn x(row: usize, n: usize, input: &Input<'a, T>) -> Self {
+        let (z, y) = (input.z.own(row, n + 4), input.y.own(row, n + 4));
+        let faces = input.faces.own(row, n + 3);
+        Self {
+            z: [&z[..n], &z[1..], &z[3..], &z[4..]],
+            y: [&y[..n], &y[1..], &y[3..], &y[4..]],
+            faces: [&faces[..n], &faces[1..], &faces[2..], &faces[3..]],
+        }
+    }
+
+    #[inline(always)]
+    fn across(axis: usize, row: usize, n: usize, input: &Input<'a, T>) -> Self {
+        Self {
+            z: input.z.along(axis, row, n),
+            y: input.y.along(axis, row, n),
+            faces: input.faces.along(axis, row, n),
+        }
+    }
+
+    /// What the axis brings cells at `i`, `s` times [`outflow`], and the gradient at their low faces. `c` and `y_c` are z and y there.
+    #[inline(always)]
+    fn add<V: simd::Vector<Elem = T>>(
+        &self,
+        i: usize,
+        (c, y_c): (V, V),
+        gradient: &mut [T],
+        s: V,
+        w: [V; 3],
+        zero: V,
+    ) -> V {
+        let Self { z, y, faces } = self;
+        let (b, low) = (V::load(&z[1][i..]), V::load(&faces[1][i..]));
+        let around = [V::load(&y[0][i..]), V::load(&y[1][i..]), y_c, V::load(&y[2][i..])];
+        let rho_f = at_face(around, low, w);
+        (V::load(&gradient[i..]) + s * rho_f * (c - b)).store(&mut gradient[i..]);
+        let through = [
+            V::load(&faces[0][i..]),
+            low,
+            V::load(&faces[2][i..]),
+            V::load(&faces[3][i..]),
+        ];
+        let a = V::load(&z[0][i..]);
+        let (d, e) = (V::load(&z[2][i..]), V::load(&z[3][i..]));
+        s * outflow([a, b, c, d, e], through, w, zero)
+    }
+}
+
+/// The kernel of [`transposed`] from cell `i` as far as whole vectors go; returns the first cell that is left.
+#[inline(always)]
+fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
+    mut i: usize,
+    row: usize,
+    out: &mut [T],
+    mu: &[T],
+    [gx, gy, gz]: &mut [&mut [T]; 3],
+    input: &Input<'_, T>,
+) -> usize {
+    let (n, last, alone) = (out.len(), input.scales.len() - 1, mu.is_empty());
+    let mu = if alone { mu } else { &mu[..n] };
+    let (gx, gy) = (&mut gx[..n], &mut gy[..n]);
+    let gz = if last > 1 { &mut gz[..n] } else { &mut [][..] };
+    let (cells, rho) = (input.z.own(row, n + 4), input.y.own(row, n + 4));
+    let x = Along::x(row, n, input);
+    let y = Along::across(1, row, n, input);
+    let z = Along::across(last, row, n, input);
+    let zero = V::splat(T::ZERO);
+    let [w0, w1, w2] = input.weights;
+    let w = [V::splat(w0), V::splat(w1), V::splat(w2)];
+    let (scale_x, scale_y) = (V::splat(input.scales[0]), V::splat(input.scales[1]));
+    let scale_z = V::splat(input.scales[last]);
+    while i + V::LANES <= n {
+        let here = (V::load(&cells[i + 2..]), V::load(&rho[i + 2..]));
+        let mut sum = if alone {
+            V::load(&out[i..])
+        } else {
+            V::load(&mu[i..])
+        };
+        sum = sum + x.add(i, here, gx, scale_x, w, zero);
+        sum = sum + y.add(i, here, gy, scale_y, w, zero);
+        if last > 1 {
+            sum = sum + z.add(i, here, gz, scale_z, w, zero);
+        }
+        sum.store(&mut out[i..]);
+        i += V::LANES;
+    }
+    i
+}
