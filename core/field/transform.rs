@@ -1,7 +1,7 @@
-//! From a field of cells to its coefficients in the eigenvectors of every axis, and back.
+//! From a field of cells to its coefficients in the eigenvectors of every axis, and back ([`spectrum`](crate::grid::spectrum)).
 //!
-//! Axes but the first are transformed in panels of columns, the first in groups of rows; both are products of small matrices
-//! that stay in the nearest cache. See [`spectrum`](crate::grid::spectrum) for the eigenvectors.
+//! Axes but the first are transformed in panels of columns, the first in groups of rows. Both are products of small matrices that
+//! stay in the nearest cache.
 
 use crate::grid::Grid;
 use crate::grid::spectrum::{COLUMNS, Modes, PARITIES, Parity, Spectrum, TOGETHER};
@@ -9,22 +9,17 @@ use crate::real::Real;
 use crate::simd::{Vector, multiversion, vectorised};
 use core::ops::Range;
 
-/// Columns of a panel.
+/// The columns of a panel, at most.
 const PANEL: usize = 2 * COLUMNS;
 
-/// Numbers of scratch.
+/// The scratch of one transform on `grid`, in elements.
 #[must_use]
 pub fn scratch_len(grid: &Grid) -> usize {
-    let longest = grid
-        .n
-        .iter()
-        .skip(1)
-        .take(grid.dims - 1)
-        .fold(0, |longest, &n| n.max(longest));
+    let longest = (1..grid.dims).fold(0, |longest, axis| grid.n[axis].max(longest));
     (2 * longest * PANEL).max(TOGETHER * (grid.n[0] + padded(grid.n[0])))
 }
 
-/// Columns of both parities along the first axis.
+/// The columns of both parities along a first axis of `n` cells.
 fn padded(n: usize) -> usize {
     PARITIES
         .iter()
@@ -32,8 +27,8 @@ fn padded(n: usize) -> usize {
         .sum()
 }
 
-/// Replaces the coefficients of `field`, of one slot, by what `symbol` makes of them: it is given a row of coefficients, which
-/// of those along the first axis (even ones first), their values, and room for as many new ones.
+/// Multiplies the coefficients of `field`, a field of cells, by the symbol of an operator, in place. `symbol` is called with a row of
+/// the field, a range of the coefficients along the first axis (even ones first), their values, and a slice for the new values.
 pub fn multiply<T: Real>(
     grid: &Grid,
     spectrum: &Spectrum<'_, T>,
@@ -41,35 +36,22 @@ pub fn multiply<T: Real>(
     scratch: &mut [T],
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
 ) {
+    let axes = &spectrum.axes;
     for axis in (1..grid.dims).rev() {
-        along_columns(
-            grid,
-            axis,
-            &spectrum.axes[axis],
-            Direction::Analysis,
-            field,
-            scratch,
-        );
+        along_columns(grid, axis, &axes[axis], Direction::Analysis, field, scratch);
     }
-    along_rows(grid.n[0], &spectrum.axes[0], field, scratch, symbol);
+    along_rows(grid.n[0], &axes[0], field, scratch, symbol);
     for axis in 1..grid.dims {
-        along_columns(
-            grid,
-            axis,
-            &spectrum.axes[axis],
-            Direction::Synthesis,
-            field,
-            scratch,
-        );
+        along_columns(grid, axis, &axes[axis], Direction::Synthesis, field, scratch);
     }
 }
 
 /// Which way a transform goes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Direction {
-    /// From numbers to coefficients.
+    /// From values to coefficients.
     Analysis,
-    /// Back.
+    /// From coefficients to values.
     Synthesis,
 }
 
@@ -77,7 +59,7 @@ enum Direction {
 fn along_columns<T: Real>(
     grid: &Grid,
     axis: usize,
-    eigenvectors: &Modes<'_, T>,
+    modes: &Modes<'_, T>,
     direction: Direction,
     field: &mut [T],
     scratch: &mut [T],
@@ -85,58 +67,111 @@ fn along_columns<T: Real>(
     let n = grid.n[axis];
     let width: usize = grid.n[..axis].iter().product();
     let (from, to) = scratch.split_at_mut(n * PANEL);
-    let to = &mut to[..n * PANEL];
-    for field in field.chunks_exact_mut(n * width) {
+    for slab in field.chunks_exact_mut(n * width) {
         for start in (0..width).step_by(PANEL) {
             let count = PANEL.min(width - start);
-            let columns = count.next_multiple_of(COLUMNS);
-            let (from, to) = (&mut from[..n * columns], &mut to[..n * columns]);
-            let row = |i: usize| i * width + start..i * width + start + count;
-            if direction == Direction::Analysis {
-                for i in 0..n / 2 {
-                    let (even, odd) = from.split_at_mut(Parity::Even.count(n) * columns);
-                    fold(
-                        &field[row(i)],
-                        &field[row(n - 1 - i)],
-                        &mut even[i * columns..][..count],
-                        &mut odd[i * columns..][..count],
-                    );
-                }
-                if n % 2 == 1 {
-                    from[n / 2 * columns..][..count].copy_from_slice(&field[row(n / 2)]);
-                }
-            } else {
-                (0..n).for_each(|i| from[i * columns..][..count].copy_from_slice(&field[row(i)]));
-            }
-            let mut before = 0;
-            for parity in PARITIES {
-                let part = parity.count(n);
-                let matrix = if direction == Direction::Analysis {
-                    eigenvectors.analysis(parity)
-                } else {
-                    eigenvectors.synthesis(parity)
-                };
-                let range = before * columns..(before + part) * columns;
-                product(matrix, part, &from[range.clone()], columns, &mut to[range]);
-                before += part;
-            }
-            if direction == Direction::Analysis {
-                (0..n).for_each(|i| field[row(i)].copy_from_slice(&to[i * columns..][..count]));
-            } else {
-                let (even, odd) = to.split_at(Parity::Even.count(n) * columns);
-                for i in 0..n / 2 {
-                    let (low, high) = field.split_at_mut((n - 1 - i) * width);
-                    fold(
-                        &even[i * columns..][..count],
-                        &odd[i * columns..][..count],
-                        &mut low[row(i)],
-                        &mut high[start..start + count],
-                    );
-                }
-                if n % 2 == 1 {
-                    field[row(n / 2)].copy_from_slice(&even[n / 2 * columns..][..count]);
-                }
-            }
+            let panel = Panel {
+                n,
+                width,
+                start,
+                count,
+            };
+            let (from, to) = (&mut from[..panel.len()], &mut to[..panel.len()]);
+            panel.read(slab, direction, from);
+            panel.transform(modes, direction, from, to);
+            panel.write(to, direction, slab);
+        }
+    }
+}
+
+/// Some columns of a slab of `n` rows.
+#[derive(Clone, Copy)]
+struct Panel {
+    n: usize,
+    /// The length of a row of the slab.
+    width: usize,
+    /// The first column.
+    start: usize,
+    /// Columns of the slab in the panel.
+    count: usize,
+}
+
+impl Panel {
+    /// The columns that scratch holds: whole vectors.
+    fn columns(self) -> usize {
+        self.count.next_multiple_of(COLUMNS)
+    }
+
+    /// The length of the panel in scratch.
+    fn len(self) -> usize {
+        self.n * self.columns()
+    }
+
+    /// Where row `i` lies in the slab.
+    fn in_slab(self, i: usize) -> Range<usize> {
+        let start = i * self.width + self.start;
+        start..start + self.count
+    }
+
+    /// Where row `i` lies in scratch.
+    fn in_scratch(self, i: usize) -> Range<usize> {
+        let start = i * self.columns();
+        start..start + self.count
+    }
+
+    /// Copies the columns: values to be analysed as the sums and differences of both halves of the axis, coefficients as they are.
+    fn read<T: Real>(self, slab: &[T], direction: Direction, to: &mut [T]) {
+        let n = self.n;
+        if direction == Direction::Synthesis {
+            return (0..n).for_each(|i| to[self.in_scratch(i)].copy_from_slice(&slab[self.in_slab(i)]));
+        }
+        for i in 0..n / 2 {
+            let (even, odd) = to.split_at_mut(Parity::Even.count(n) * self.columns());
+            fold(
+                &slab[self.in_slab(i)],
+                &slab[self.in_slab(n - 1 - i)],
+                &mut even[self.in_scratch(i)],
+                &mut odd[self.in_scratch(i)],
+            );
+        }
+        if n % 2 == 1 {
+            to[self.in_scratch(n / 2)].copy_from_slice(&slab[self.in_slab(n / 2)]);
+        }
+    }
+
+    /// Multiplies by the matrices of both parities.
+    fn transform<T: Real>(self, modes: &Modes<'_, T>, direction: Direction, from: &[T], to: &mut [T]) {
+        let (columns, mut before) = (self.columns(), 0);
+        for parity in PARITIES {
+            let part = parity.count(self.n);
+            let matrix = match direction {
+                Direction::Analysis => modes.analysis(parity),
+                Direction::Synthesis => modes.synthesis(parity),
+            };
+            let range = before * columns..(before + part) * columns;
+            product(matrix, part, &from[range.clone()], columns, &mut to[range]);
+            before += part;
+        }
+    }
+
+    /// The inverse of [`Self::read`].
+    fn write<T: Real>(self, from: &[T], direction: Direction, slab: &mut [T]) {
+        let n = self.n;
+        if direction == Direction::Analysis {
+            return (0..n).for_each(|i| slab[self.in_slab(i)].copy_from_slice(&from[self.in_scratch(i)]));
+        }
+        let (even, odd) = from.split_at(Parity::Even.count(n) * self.columns());
+        for i in 0..n / 2 {
+            let (low, high) = slab.split_at_mut((n - 1 - i) * self.width);
+            fold(
+                &even[self.in_scratch(i)],
+                &odd[self.in_scratch(i)],
+                &mut low[self.in_slab(i)],
+                &mut high[self.start..self.start + self.count],
+            );
+        }
+        if n % 2 == 1 {
+            slab[self.in_slab(n / 2)].copy_from_slice(&even[self.in_scratch(n / 2)]);
         }
     }
 }
@@ -144,7 +179,7 @@ fn along_columns<T: Real>(
 /// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back: [`TOGETHER`] rows at a time.
 fn along_rows<T: Real>(
     n: usize,
-    eigenvectors: &Modes<'_, T>,
+    modes: &Modes<'_, T>,
     field: &mut [T],
     scratch: &mut [T],
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
@@ -154,45 +189,31 @@ fn along_rows<T: Real>(
     for (group, rows) in field.chunks_mut(TOGETHER * n).enumerate() {
         let count = rows.len() / n;
         let (even, odd) = halves.split_at_mut(TOGETHER * Parity::Even.count(n));
-        for ((row, even), odd) in rows
-            .chunks_exact(n)
-            .zip(even.chunks_exact_mut(n.div_ceil(2)))
-            .zip(odd.chunks_exact_mut(n / 2))
-        {
+        let parts = even
+            .chunks_exact_mut(n.div_ceil(2))
+            .zip(odd.chunks_exact_mut(n / 2));
+        for (row, (even, odd)) in rows.chunks_exact(n).zip(parts) {
             fold_row(row, even, odd);
         }
         let (mut first, mut column) = (0, 0);
         for parity in PARITIES {
             let part = parity.count(n);
             let columns = part.next_multiple_of(COLUMNS);
-            let (halves, of_parity) = (
-                &mut halves[TOGETHER * first..][..TOGETHER * part],
-                &mut products[column..][..TOGETHER * columns],
-            );
-            product(halves, part, eigenvectors.analysis(parity), columns, of_parity);
-            for (r, (coefficients, out)) in of_parity
-                .chunks_exact(columns)
-                .zip(halves.chunks_exact_mut(part))
-                .enumerate()
-                .take(count)
-            {
-                symbol(
-                    TOGETHER * group + r,
-                    first..first + part,
-                    &coefficients[..part],
-                    out,
-                );
+            let halves = &mut halves[TOGETHER * first..][..TOGETHER * part];
+            let products = &mut products[column..][..TOGETHER * columns];
+            product(halves, part, modes.analysis(parity), columns, products);
+            let rows = products.chunks_exact(columns).zip(halves.chunks_exact_mut(part));
+            for (row, (coefficients, out)) in rows.enumerate().take(count) {
+                let row = TOGETHER * group + row;
+                symbol(row, first..first + part, &coefficients[..part], out);
             }
-            product(halves, part, eigenvectors.synthesis(parity), columns, of_parity);
+            product(halves, part, modes.synthesis(parity), columns, products);
             (first, column) = (first + part, column + TOGETHER * columns);
         }
-        let columns = PARITIES.map(|parity| parity.count(n).next_multiple_of(COLUMNS));
-        let (even, odd) = products.split_at(TOGETHER * columns[0]);
-        for ((row, even), odd) in rows
-            .chunks_exact_mut(n)
-            .zip(even.chunks_exact(columns[0]))
-            .zip(odd.chunks_exact(columns[1]))
-        {
+        let [even, odd] = PARITIES.map(|parity| parity.count(n).next_multiple_of(COLUMNS));
+        let (evens, odds) = products.split_at(TOGETHER * even);
+        let parts = evens.chunks_exact(even).zip(odds.chunks_exact(odd));
+        for (row, (even, odd)) in rows.chunks_exact_mut(n).zip(parts) {
             unfold_row(even, odd, row);
         }
     }
@@ -243,8 +264,8 @@ vectorised! {
 }
 
 vectorised! {
-    /// `out = A B`, `depth` numbers a row of A; `columns` a row of B and of `out`, a multiple of [`COLUMNS`]. A has a multiple of
-    /// [`TOGETHER`] rows; those that `out` has not are left out.
+    /// `out = A B`. A has rows of `depth` values, B and `out` have rows of `columns`, a multiple of [`COLUMNS`]. A has a multiple of
+    /// [`TOGETHER`] rows, and those that `out` lacks are left out.
     fn product[T, V](a: &[T], depth: usize, b: &[T], columns: usize, out: &mut [T]) {
         let lanes = <V as Vector>::LANES;
         if depth == 0 || columns == 0 {

@@ -16,7 +16,7 @@ use crate::field::{Vector, VectorMut, rows, subtract_next, subtract_previous};
 use crate::grid::Space;
 use crate::operators::divergence::add_gradient;
 use crate::operators::plaquette::{Adjoint, Advection, Derivative};
-use crate::operators::self_advection::{Fluid, Start, for_blocks};
+use crate::operators::self_advection::{Fluid, Reads, Start, for_blocks};
 use crate::real::Real;
 
 /// `w_k = v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k + grad p_k` in every slot; without the gradient where `p` is empty.
@@ -29,17 +29,18 @@ pub fn from_velocity<T: Real, S: Space>(
     w: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
+    let viscosity = T::from_f64(fluid.viscosity);
+    let reads = Reads {
+        rule: Advection { viscosity },
+        v,
+        second: [&[]; 3],
+    };
     for_blocks::<T, S, _, _>(
         exec,
         fluid,
-        (
-            Advection {
-                viscosity: T::from_f64(fluid.viscosity),
-            },
-            v,
-            [&[]; 3],
-        ),
-        (Start::Zero, w),
+        reads,
+        Start::Zero,
+        w,
         scratch,
         |block, row, parts, scratch| {
             for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
@@ -62,17 +63,18 @@ pub fn apply_derivative<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
+    let viscosity = T::from_f64(fluid.viscosity);
+    let reads = Reads {
+        rule: Derivative { viscosity },
+        v,
+        second: d,
+    };
     for_blocks::<T, S, _, _>(
         exec,
         fluid,
-        (
-            Derivative {
-                viscosity: T::from_f64(fluid.viscosity),
-            },
-            v,
-            d,
-        ),
-        (Start::Zero, out),
+        reads,
+        Start::Zero,
+        out,
         scratch,
         |block, row, parts, _| {
             for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
@@ -94,17 +96,18 @@ pub fn apply_adjoint<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
+    let viscosity = T::from_f64(fluid.viscosity);
+    let reads = Reads {
+        rule: Adjoint { viscosity },
+        v,
+        second: w,
+    };
     for_blocks::<T, S, _, _>(
         exec,
         fluid,
-        (
-            Adjoint {
-                viscosity: T::from_f64(fluid.viscosity),
-            },
-            v,
-            w,
-        ),
-        (Start::Zero, out),
+        reads,
+        Start::Zero,
+        out,
         scratch,
         |block, row, parts, _| {
             for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
@@ -125,12 +128,10 @@ pub fn add_curvature<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    for_blocks::<T, S, _, _>(
-        exec,
-        fluid,
-        (Adjoint { viscosity: T::ZERO }, d, w),
-        (Start::Kept, out),
-        scratch,
-        |_, _, _, _| {},
-    );
+    let reads = Reads {
+        rule: Adjoint { viscosity: T::ZERO },
+        v: d,
+        second: w,
+    };
+    for_blocks::<T, S, _, _>(exec, fluid, reads, Start::Kept, out, scratch, |_, _, _, _| {});
 }

@@ -1,11 +1,11 @@
 //! Self-advection Adv(v) = (curl v) x v with viscosity nu C^T C v (mathematics section 2), the derivative and its adjoint.
 //!
-//! Adv is energy preserving, <v, Adv(v)> = 0, and quadratic, Adv(v + t d) = Adv(v) + t J(v) d + t^2 Adv(d), exactly. With C v the
-//! vorticity at the plaquettes, C^T C is symmetric, and minus the Laplacian of a flow that is free of divergence.
+//! Adv preserves energy, <v, Adv(v)> = 0, and is quadratic, Adv(v + t d) = Adv(v) + t J(v) d + t^2 Adv(d), both exactly. C v is the
+//! vorticity at the plaquettes; C^T C is symmetric, and minus the Laplacian of a flow without divergence.
 
 use super::plaquette::{Adjoint, Advection, Derivative, Rule, SCRATCH_ROWS, accumulate};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, Vector, VectorMut};
+use crate::field::{Block, Vector, VectorMut, rows};
 use crate::grid::{Grid, Space};
 use crate::real::Real;
 
@@ -16,11 +16,11 @@ pub struct Fluid<'a> {
     pub grid: &'a Grid,
     /// Slots.
     pub slots: usize,
-    /// nu in scaled numbers, at least 0.
+    /// nu in box lengths squared a step, at least 0.
     pub viscosity: f64,
 }
 
-/// Numbers of scratch that one thread needs on `grid`.
+/// The scratch of one thread on `grid`, in elements.
 #[must_use]
 pub fn scratch_per_thread(grid: &Grid, slots: usize) -> usize {
     SCRATCH_ROWS * Block::largest(grid.n[0], slots)
@@ -34,20 +34,13 @@ pub fn apply<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    for_blocks::<T, S, _, _>(
-        exec,
-        fluid,
-        (
-            Advection {
-                viscosity: T::from_f64(fluid.viscosity),
-            },
-            v,
-            [&[]; 3],
-        ),
-        (Start::Zero, out),
-        scratch,
-        |_, _, _, _| {},
-    );
+    let viscosity = T::from_f64(fluid.viscosity);
+    let reads = Reads {
+        rule: Advection { viscosity },
+        v,
+        second: [&[]; 3],
+    };
+    for_blocks::<T, S, _, _>(exec, fluid, reads, Start::Zero, out, scratch, |_, _, _, _| {});
 }
 
 /// `out = J(v) d + nu C^T C d` in every slot.
@@ -59,20 +52,13 @@ pub fn apply_derivative<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    for_blocks::<T, S, _, _>(
-        exec,
-        fluid,
-        (
-            Derivative {
-                viscosity: T::from_f64(fluid.viscosity),
-            },
-            v,
-            d,
-        ),
-        (Start::Zero, out),
-        scratch,
-        |_, _, _, _| {},
-    );
+    let viscosity = T::from_f64(fluid.viscosity);
+    let reads = Reads {
+        rule: Derivative { viscosity },
+        v,
+        second: d,
+    };
+    for_blocks::<T, S, _, _>(exec, fluid, reads, Start::Zero, out, scratch, |_, _, _, _| {});
 }
 
 /// `out = J(v)^T m + nu C^T C m` in every slot.
@@ -84,32 +70,36 @@ pub fn apply_adjoint<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    for_blocks::<T, S, _, _>(
-        exec,
-        fluid,
-        (
-            Adjoint {
-                viscosity: T::from_f64(fluid.viscosity),
-            },
-            v,
-            m,
-        ),
-        (Start::Zero, out),
-        scratch,
-        |_, _, _, _| {},
-    );
+    let viscosity = T::from_f64(fluid.viscosity);
+    let reads = Reads {
+        rule: Adjoint { viscosity },
+        v,
+        second: m,
+    };
+    for_blocks::<T, S, _, _>(exec, fluid, reads, Start::Zero, out, scratch, |_, _, _, _| {});
 }
 
-/// What plaquettes are added to.
+/// A rule of the plaquettes and the fields that it reads.
+pub(crate) struct Reads<'a, T, R> {
+    /// The rule.
+    pub rule: R,
+    /// The flow v.
+    pub v: Vector<'a, T>,
+    /// A second field in which the rule is linear, or empty.
+    pub second: Vector<'a, T>,
+}
+
+/// What the contributions of plaquettes are added to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Start {
     /// 0.
     Zero,
-    /// What is there.
+    /// The values of the output.
     Kept,
 }
 
-/// Adds what all plaquettes do by `rule` at v and `second` to `out`, in every slot, and hands every block of a row to `then`.
+/// Adds the contributions of all plaquettes to `out` in every slot, and then calls `then` with every block of a row: the block, the
+/// row, the block's part of `out` and scratch.
 pub(crate) fn for_blocks<
     T: Real,
     S: Space,
@@ -117,33 +107,24 @@ pub(crate) fn for_blocks<
     F: Fn(&Block<'_>, usize, &mut [&mut [T]; 3], &mut [T]) + Sync,
 >(
     exec: &dyn Exec,
-    fluid: Fluid<'_>,
-    (rule, v, second): (R, Vector<'_, T>, Vector<'_, T>),
-    (start, out): (Start, VectorMut<'_, T>),
+    Fluid { grid, slots, .. }: Fluid<'_>,
+    Reads { rule, v, second }: Reads<'_, T, R>,
+    start: Start,
+    out: VectorMut<'_, T>,
     scratch: &mut [T],
     then: F,
 ) {
-    let Fluid { grid, slots, .. } = fluid;
-    for_rows(
-        exec,
-        grid.rows(),
-        RowBuffers::fields(out).with_scratch(scratch),
-        |task| {
-            let mut fields = task.fields;
-            for block in Block::all(grid, slots) {
-                let mut parts = fields.each_mut().map(|field| {
-                    if field.is_empty() {
-                        &mut [][..]
-                    } else {
-                        &mut field[block.span_in_row()]
-                    }
-                });
-                if start == Start::Zero {
-                    parts.iter_mut().for_each(|part| part.fill(T::ZERO));
-                }
-                accumulate::<T, S, R>(&block, task.row, rule, v, second, &mut parts, task.scratch);
-                then(&block, task.row, &mut parts, task.scratch);
+    let buffers = RowBuffers::fields(out).with_scratch(scratch);
+    for_rows(exec, grid.rows(), buffers, |task| {
+        let mut fields = task.fields;
+        for block in Block::all(grid, slots) {
+            let span = block.span_in_row();
+            let mut parts = fields.each_mut().map(|field| rows::part_mut(field, span.clone()));
+            if start == Start::Zero {
+                parts.iter_mut().for_each(|part| part.fill(T::ZERO));
             }
-        },
-    );
+            accumulate::<T, S, R>(&block, task.row, rule, v, second, &mut parts, task.scratch);
+            then(&block, task.row, &mut parts, task.scratch);
+        }
+    });
 }
