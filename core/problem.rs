@@ -146,9 +146,14 @@ impl fmt::Display for ProblemError {
             Self::Dimensions { expected, given } => {
                 write!(f, "cells has {given} entries where {expected} are needed")
             }
-            Self::Cells { axis, given } => write!(f, "cells[{axis}] is {given}; it must be from 4 to 4096"),
+            Self::Cells { axis, given } => write!(
+                f,
+                "cells[{axis}] is {given}; it must be from {} to {}",
+                CELLS.start(),
+                CELLS.end()
+            ),
             Self::Boundary { given } => write!(f, "boundary has {given} entries; it needs one for each axis"),
-            Self::Steps { given } => write!(f, "steps is {given}; it must be from 2 to 100000"),
+            Self::Steps { given } => write!(f, "steps is {given}; it must be from 2 to {MAX_STEPS}"),
             Self::NoKeyframe => write!(f, "there is no keyframe; at least one is needed"),
             Self::Keyframe { step, steps } => write!(
                 f,
@@ -166,7 +171,7 @@ impl fmt::Display for ProblemError {
                 f,
                 "admm.ao_momentum is {given}; it must be at least 0 and below 1"
             ),
-            Self::Filters { given } => write!(f, "filters is {given}; it must be at most 12"),
+            Self::Filters { given } => write!(f, "filters is {given}; it must be at most {MAX_FILTERS}"),
         }
     }
 }

@@ -8,7 +8,7 @@ mod saved;
 
 pub use errors::{InputError, SavedError, SolverError};
 pub use layout::Strided;
-pub use plan::{MAX_THREADS, Method, Params, Plan, PlanError};
+pub use plan::{MAX_ITERATIONS, MAX_THREADS, Method, Params, Plan, PlanError};
 
 use crate::exec::Exec;
 use crate::grid::Space;

@@ -79,6 +79,8 @@ impl Default for Params {
     }
 }
 
+/// Most outer iterations: more than any run needs.
+pub const MAX_ITERATIONS: usize = 1_000_000;
 /// Most threads that a plan serves.
 pub const MAX_THREADS: usize = 1024;
 
@@ -322,9 +324,13 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
     params.pd.check()?;
     params.simulation.check()?;
     let ranges = [
-        ("iterations", params.iterations, 1_000_000),
+        ("iterations", params.iterations, MAX_ITERATIONS),
         ("threads", params.threads, MAX_THREADS),
-        ("admm.ao_iterations", params.admm.ao_iterations, 1000),
+        (
+            "admm.ao_iterations",
+            params.admm.ao_iterations,
+            AdmmParams::MOST_AO_ITERATIONS,
+        ),
         (
             "direct.history",
             params.direct.history.unwrap_or(1),

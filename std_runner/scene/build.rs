@@ -9,7 +9,7 @@ use super::shapes;
 use crate::exit::Failure;
 use core::ops::RangeInclusive;
 use std::path::PathBuf;
-use thurible_core::problem::{MAX_FILTERS, MAX_STEPS};
+use thurible_core::problem::{CELLS, MAX_FILTERS, MAX_STEPS};
 use thurible_core::words::UnknownWord;
 use thurible_core::{Boundary, Method, Named, Problem};
 use toml::Value;
@@ -103,7 +103,7 @@ fn grid(document: &Document, raw: Option<RawGrid>) -> Result<Grid, Failure> {
     let checked = cells
         .iter()
         .enumerate()
-        .map(|(axis, &count)| document.whole(&format!("grid.cells[{axis}]"), count, 4..=4096));
+        .map(|(axis, &count)| document.whole(&format!("grid.cells[{axis}]"), count, CELLS));
     Ok(Grid {
         cells: checked.collect::<Result<_, _>>()?,
         boundary: boundary(document, raw.boundary, cells.len())?,
@@ -140,7 +140,7 @@ fn time(document: &Document, raw: Option<RawTime>) -> Result<Time, Failure> {
         "write the number of steps, as in steps = 40",
     )?;
     Ok(Time {
-        steps: document.whole("time.steps", steps, 2..=MAX_STEPS as i64)?,
+        steps: document.whole("time.steps", steps, 2..=MAX_STEPS)?,
         dt: document.positive("time.dt", raw.dt.unwrap_or(standard().dt))?,
     })
 }
@@ -163,7 +163,7 @@ fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {
     let filters = match raw.filters {
         None => None,
         Some(Value::String(word)) if word == "auto" => None,
-        Some(Value::Integer(count)) => Some(document.whole(key, count, 0..=MAX_FILTERS as i64)?),
+        Some(Value::Integer(count)) => Some(document.whole(key, count, 0..=MAX_FILTERS)?),
         Some(other) => {
             return Err(document.outside(
                 key,

@@ -23,10 +23,10 @@ impl Document {
         &self,
         key: &str,
         found: i64,
-        allowed: RangeInclusive<i64>,
+        allowed: RangeInclusive<usize>,
     ) -> Result<usize, Failure> {
         match usize::try_from(found) {
-            Ok(number) if allowed.contains(&found) => Ok(number),
+            Ok(number) if allowed.contains(&number) => Ok(number),
             _ => Err(self.outside(
                 key,
                 found,

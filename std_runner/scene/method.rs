@@ -6,14 +6,12 @@ use super::model::MethodSection;
 use super::raw::{RawAdmm, RawAdvection, RawDirect, RawLbfgs, RawMethod, RawPd, RawSimulation};
 use crate::exit::Failure;
 use core::ops::RangeInclusive;
+use thurible_core::solver::MAX_ITERATIONS;
 use thurible_core::{
     AdmmParams, Advection, DirectParams, LbfgsParams, Method, Named, NsoParams, Params, PdParams, Problem,
     SimulationParams,
 };
 use toml::Value;
-
-/// More than any run needs.
-const MOST_ITERATIONS: i64 = 1_000_000;
 
 pub(super) fn advection(document: &Document, raw: RawAdvection) -> Result<Advection, Failure> {
     let Advection { scheme, tolerance } = Advection::default();
@@ -28,7 +26,7 @@ fn whole(
     document: &Document,
     key: &str,
     count: Option<i64>,
-    allowed: RangeInclusive<i64>,
+    allowed: RangeInclusive<usize>,
     standard: usize,
 ) -> Result<usize, Failure> {
     count.map_or(Ok(standard), |count| document.whole(key, count, allowed))
@@ -61,7 +59,7 @@ pub(super) fn method(document: &Document, raw: RawMethod) -> Result<MethodSectio
             document,
             "method.iterations",
             raw.iterations,
-            1..=MOST_ITERATIONS,
+            1..=MAX_ITERATIONS,
             Params::default().iterations,
         )?,
         direct: direct(document, raw.direct)?,
@@ -79,7 +77,7 @@ fn lbfgs(document: &Document, raw: RawLbfgs) -> Result<LbfgsParams, Failure> {
             document,
             "method.lbfgs.history",
             raw.history,
-            1..=LbfgsParams::MOST as i64,
+            1..=LbfgsParams::MOST,
             standard.history,
         )?,
         tolerance: document.between(
@@ -121,7 +119,7 @@ fn direct(document: &Document, raw: RawDirect) -> Result<DirectParams, Failure> 
     let history = match raw.history {
         None => None,
         Some(Value::String(word)) if word == "auto" => None,
-        Some(Value::Integer(count)) => Some(document.whole(key, count, 1..=DirectParams::MOST as i64)?),
+        Some(Value::Integer(count)) => Some(document.whole(key, count, 1..=DirectParams::MOST)?),
         Some(other) => {
             return Err(document.outside(
                 key,
@@ -172,7 +170,7 @@ fn admm(document: &Document, raw: RawAdmm) -> Result<AdmmParams, Failure> {
             document,
             &key("ao_iterations"),
             raw.ao_iterations,
-            1..=100,
+            1..=AdmmParams::MOST_AO_ITERATIONS,
             standard.ao_iterations,
         )?,
         ao_momentum: document.fraction(

@@ -33,9 +33,7 @@ pub(super) fn keyframes(
             table.remove("step"),
             "write the step it stands at, as in step = 40",
         )? {
-            Value::Integer(step) => {
-                document.whole(&at, step, 2..=i64::try_from(steps).unwrap_or(i64::MAX))?
-            }
+            Value::Integer(step) => document.whole(&at, step, 2..=steps)?,
             other => {
                 return Err(document.outside(
                     &at,

@@ -68,6 +68,9 @@ impl Default for AdmmParams {
 }
 
 impl AdmmParams {
+    /// Most fixed-point iterations of AO in an outer iteration.
+    pub const MOST_AO_ITERATIONS: usize = 1000;
+
     /// Checks every number.
     ///
     /// # Errors
