@@ -43,7 +43,8 @@ pub enum Status {
     MaxIterations,
     /// It no longer moves, but does not satisfy the rule of convergence.
     Stalled,
-    /// A number is not finite, or a flow is too fast to be transported.
+    /// Of a step: nothing that it tries is finite, or slow enough to be transported; what
+    /// [`Solver::finish`](crate::Solver::finish) gives is the last flow that was. Of a solve: there is no such flow.
     NotFinite,
     /// The observer said stop.
     Cancelled,
@@ -59,6 +60,18 @@ named!(Status {
     Cancelled = "cancelled",
     NotReady = "not_ready",
 });
+
+impl Status {
+    /// How a solve ended whose last step ended so, where its result could be made feasible or not.
+    #[must_use]
+    pub fn of_result(self, feasible: bool) -> Self {
+        match self {
+            _ if !feasible => Self::NotFinite,
+            Self::NotFinite => Self::Stalled,
+            status => status,
+        }
+    }
+}
 
 /// What one outer iteration did.
 #[derive(Clone, Debug, Default)]

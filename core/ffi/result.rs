@@ -174,7 +174,8 @@ pub enum ThuribleStatus {
     MaxIterations = 2,
     /// It no longer moves, but does not satisfy the rule of convergence.
     Stalled = 3,
-    /// A number is not finite, or a flow is too fast to be transported.
+    /// Of a step: nothing that it tries is finite, or slow enough to be transported, and finishing gives the last flow that was. Of a
+    /// finish or a solve: there is no such flow.
     NotFinite = 4,
     /// The observer said stop.
     Cancelled = 5,

@@ -92,7 +92,8 @@ typedef enum {
     THURIBLE_STATUS_MAX_ITERATIONS = 2,
     // It no longer moves, but does not satisfy the rule of convergence.
     THURIBLE_STATUS_STALLED = 3,
-    // A number is not finite, or a flow is too fast to be transported.
+    // Of a step: nothing that it tries is finite, or slow enough to be transported, and finishing gives the last flow that was. Of a
+    // finish or a solve: there is no such flow.
     THURIBLE_STATUS_NOT_FINITE = 4,
     // The observer said stop.
     THURIBLE_STATUS_CANCELLED = 5,

@@ -80,6 +80,32 @@ pub fn put<T: Real>(
     });
 }
 
+/// What is left, each time, of a trajectory that is not finite: in all 1/2, 1/4, 1/16, 1/256, 2^-16, and at last nothing.
+pub const RETREATS: [f64; 6] = [0.5, 0.5, 0.25, 0.0625, 0.00390625, 0.0];
+
+/// Leaves `keep` of the way from `from`, of one slot, to every slot of the trajectory `out`: where that is 0, a copy in every slot.
+pub fn pull_towards<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    from: Vector<'_, T>,
+    out: &mut VectorMut<'_, T>,
+    slots: usize,
+    keep: f64,
+) {
+    if keep == 0.0 {
+        return put_everywhere(exec, grid, from, out, slots);
+    }
+    let (n, keep, rest) = (grid.n[0], T::from_f64(keep), T::from_f64(1.0 - keep));
+    for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+            for slot in out.chunks_exact_mut(n) {
+                rows::scale_in_place(slot, keep);
+                rows::add_scaled(slot, rest, &from[axis][task.row * n..(task.row + 1) * n]);
+            }
+        }
+    });
+}
+
 /// Writes `from`, of one slot, to all slots of the trajectory `out`.
 pub fn put_everywhere<T: Real>(
     exec: &dyn Exec,

@@ -145,6 +145,9 @@ impl<T: Real> Reduced<'_, '_, T> {
         before: f64,
         slope: f64,
     ) -> Option<bool> {
+        if !slope.is_finite() {
+            return Some(false);
+        }
         let (mut length, mut moved) = (1.0, 0.0);
         for _ in 0..HALVINGS {
             self.move_along(exec, length - moved);

@@ -1,6 +1,7 @@
 //! The objective as a function of the flow, and its gradient (mathematics section 6): one sweep forward, one back, two projections.
 
 use crate::exec::{Exec, RowBuffers, Serial, for_rows, join};
+use crate::field::slot::{RETREATS, pull_towards};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force;
 use crate::grid::levels::Levels;
@@ -15,6 +16,7 @@ use crate::progress::{Objective, Status};
 use crate::real::Real;
 use crate::simd::{Cache, prefetch};
 use crate::transport::{Flow, ROWS_AHEAD, Stop};
+use core::ops::ControlFlow;
 
 /// max |div d| h_x / max |d| that a direction d may have.
 const CLEAN: f64 = 4e-5;
@@ -200,7 +202,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
     /// The gradient at v, Q[r (w_k - w_{k+1} + (J(v_k)^T + nu C^T C) w_k) - A_v^T mu_k], from the densities and the force of [`Self::value`].
     ///
     /// # Errors
-    /// [`Stop`].
+    /// [`Stop`]: [`Stop::TooFast`] where it is not finite.
     pub fn gradient<S: Space>(
         &mut self,
         exec: &dyn Exec,
@@ -263,10 +265,16 @@ impl<T: Real> Evaluation<'_, '_, T> {
                 );
             },
         )?;
-        self.project(exec, observer, out, self.setup.projection_tolerance)
+        let divergence = self.project(exec, observer, out, self.setup.projection_tolerance)?;
+        if divergence.is_finite() {
+            Ok(())
+        } else {
+            Err(Stop::TooFast)
+        }
     }
 
-    /// Projects every slot, to a part `tolerance` of the divergence that it has.
+    /// Projects every slot, to a part `tolerance` of the divergence that it has; max |div| after it, which is not finite where the field is
+    /// not.
     ///
     /// # Errors
     /// [`Stop::Cancelled`].
@@ -276,7 +284,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         observer: &mut dyn Observer,
         field: &mut VectorMut<'_, T>,
         tolerance: f64,
-    ) -> Result<(), Stop> {
+    ) -> Result<f64, Stop> {
         let sweep::Setup { slots, threads, .. } = self.setup.carrier;
         let mut projection = Projection::carve(
             self.levels,
@@ -285,16 +293,15 @@ impl<T: Real> Evaluation<'_, '_, T> {
             threads,
             &mut Pool::new(&mut *self.region),
         );
-        let projected = projection.project(exec, observer, slots, field, None, tolerance, self.sums);
-        if projected.is_break() {
-            Err(Stop::Cancelled)
-        } else {
-            Ok(())
+        match projection.project(exec, observer, slots, field, None, tolerance, self.sums) {
+            ControlFlow::Continue(divergence) => Ok(divergence),
+            ControlFlow::Break(()) => Err(Stop::Cancelled),
         }
     }
 
     /// Projects a direction, made of projected gradients, if it needs that: what projections leave of divergence would add up,
-    /// and the descent would make use of it.
+    /// and the descent would make use of it. What is left of its
+    /// divergence, which is not finite where the direction is not, and max |d|.
     ///
     /// # Errors
     /// [`Stop::Cancelled`].
@@ -303,7 +310,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         direction: &mut VectorMut<'_, T>,
-    ) -> Result<(), Stop> {
+    ) -> Result<[f64; 2], Stop> {
         let sweep::Setup { slots, threads, .. } = self.setup.carrier;
         let mut projection = Projection::carve(
             self.levels,
@@ -312,27 +319,52 @@ impl<T: Real> Evaluation<'_, '_, T> {
             threads,
             &mut Pool::new(&mut *self.region),
         );
-        let divergence = projection.relative_divergence(exec, slots, direction, self.sums);
+        let [divergence, speed] = projection.relative_divergence(exec, slots, direction, self.sums);
         drop(projection);
-        if divergence <= CLEAN {
-            Ok(())
+        let left = if divergence <= CLEAN {
+            divergence
         } else {
-            self.project(exec, observer, direction, DIRECTION_TOLERANCE)
-        }
+            self.project(exec, observer, direction, DIRECTION_TOLERANCE)?
+        };
+        Ok([left, speed])
     }
 
-    /// Makes a flow feasible (mathematics section 5): projects v, takes its force, transports rho_0 by it.
+    /// Makes a flow feasible (mathematics section 5): projects v, takes its force, transports rho_0 by it. A flow that is not finite, or too
+    /// fast to be transported, is taken back towards v_0 until it is.
     ///
     /// # Errors
-    /// [`Status::NotFinite`].
+    /// [`Status::NotFinite`] where v_0 itself is too fast.
     pub fn finish<S: Space>(
         &mut self,
         exec: &dyn Exec,
         v: &mut VectorMut<'_, T>,
         w: &mut VectorMut<'_, T>,
     ) -> Result<Objective, Status> {
+        let mut finished = self.finish_as_is::<S>(exec, v, w);
+        for keep in RETREATS {
+            if finished != Err(Status::NotFinite) {
+                break;
+            }
+            self.retreat(exec, v, keep);
+            finished = self.finish_as_is::<S>(exec, v, w);
+        }
+        finished
+    }
+
+    /// Takes a flow back towards v_0 in all slots: `keep` of the way from there is left.
+    pub fn retreat(&self, exec: &dyn Exec, v: &mut VectorMut<'_, T>, keep: f64) {
+        let grid = &self.levels.grids[self.level];
+        pull_towards(exec, grid, self.initial, v, self.setup.carrier.slots, keep);
+    }
+
+    fn finish_as_is<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        v: &mut VectorMut<'_, T>,
+        w: &mut VectorMut<'_, T>,
+    ) -> Result<Objective, Status> {
         let projected = self.project(exec, &mut Silent, v, self.setup.projection_tolerance);
-        match projected.and_then(|()| self.value::<S>(exec, &mut Silent, view(v), w, f64::INFINITY)) {
+        match projected.and_then(|_| self.value::<S>(exec, &mut Silent, view(v), w, f64::INFINITY)) {
             Ok(objective) if objective.total().is_finite() => Ok(objective),
             Ok(_) | Err(Stop::TooFast) => Err(Status::NotFinite),
             Err(Stop::Cancelled) => Err(Status::Cancelled),

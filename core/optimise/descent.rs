@@ -2,6 +2,7 @@
 
 use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
+use crate::field::slot::RETREATS;
 use crate::observe::Observer;
 use crate::optimise::lbfgs::{Borrowed, QuasiNewton};
 use crate::progress::{DirectProgress, Objective};
@@ -11,7 +12,7 @@ use crate::transport::Stop;
 /// Part of the decrease that the slope promises, which a step must keep (Armijo).
 const ENOUGH: f64 = 1e-4;
 /// The smallest step that is tried.
-const SMALLEST_STEP: f64 = 1.0 / (1 << 20) as f64;
+pub const SMALLEST_STEP: f64 = 1.0 / (1 << 20) as f64;
 /// Part of a step that is tried next when it is too long, at least and at most.
 const SHRINK: [f64; 2] = [0.1, 0.5];
 /// Iterations in a row that may gain less than the tolerance.
@@ -19,7 +20,7 @@ const PATIENCE: usize = 2;
 
 /// A function of a trajectory of faces, at a point that can be moved.
 pub trait Function<T: Real, S> {
-    /// Writes the direction's field; <gradient, direction>.
+    /// Writes the direction's field; <gradient, direction>, which is not finite where the direction is of no use.
     ///
     /// # Errors
     /// [`Stop`].
@@ -31,6 +32,8 @@ pub trait Function<T: Real, S> {
     ) -> Result<f64, Stop>;
     /// Moves the point by `s` times field `direction`.
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64);
+    /// Takes the point back towards where a solve begins: `keep` of the way from there is left.
+    fn retreat(&mut self, exec: &dyn Exec, keep: f64);
     /// The value, with what the gradient needs of it in field `work`; perhaps not all of it where a part is above `bound`.
     ///
     /// # Errors
@@ -45,7 +48,7 @@ pub trait Function<T: Real, S> {
     /// The gradient into field `into`, from field `work`: the point is the new one from here on.
     ///
     /// # Errors
-    /// [`Stop`].
+    /// [`Stop`], where the gradient is not finite too: the point is then taken back.
     fn gradient(
         &mut self,
         exec: &dyn Exec,
@@ -66,6 +69,16 @@ pub enum Outcome {
     Converged,
     /// No step along the preconditioned gradient gains anything.
     Stalled,
+    /// No step that is tried is finite. The point is the last one that was.
+    NotFinite,
+}
+
+/// What a line search found.
+enum Found {
+    /// A step of this length, with the value there and the gradient in its field.
+    Step(f64, Objective),
+    /// No step; whether the shortest one was finite. The point is where it was.
+    Nothing { finite: bool },
 }
 
 /// The state of a minimisation.
@@ -103,6 +116,40 @@ impl Descent {
         self.newton.record(record)
     }
 
+    /// The value and the gradient at the first point, which is taken back until both are finite.
+    ///
+    /// # Errors
+    /// [`Stop`]: [`Stop::TooFast`] where not even the point that a solve begins with is finite.
+    fn begin<T: Real, S>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        function: &mut impl Function<T, S>,
+        progress: &mut DirectProgress,
+    ) -> Result<Objective, Stop> {
+        let first = self.newton.first();
+        let mut retreats = RETREATS.iter();
+        loop {
+            progress.evaluations += 1;
+            let value = function.value(exec, observer, first.work, f64::INFINITY);
+            let reached = match value {
+                Ok(objective) if objective.total().is_finite() => function
+                    .gradient(exec, observer, first.work, first.gradient)
+                    .map(|()| objective),
+                Ok(_) => Err(Stop::TooFast),
+                Err(stop) => Err(stop),
+            };
+            match (reached, retreats.next()) {
+                (Ok(objective), _) => {
+                    function.arrive(exec, &mut self.newton, first, None);
+                    return Ok(*self.objective.insert(objective));
+                }
+                (Err(Stop::TooFast), Some(&keep)) => function.retreat(exec, keep),
+                (Err(stop), _) => return Err(stop),
+            }
+        }
+    }
+
     /// One iteration. It converges where the value falls by less than `tolerance` times itself twice in a row.
     ///
     /// # Errors
@@ -115,28 +162,21 @@ impl Descent {
         tolerance: f64,
         progress: &mut DirectProgress,
     ) -> Result<(Outcome, Objective), Stop> {
-        let newton = &mut self.newton;
         let before = match self.objective {
             Some(objective) => objective,
-            None => {
-                let first = newton.first();
-                let objective = function.value(exec, observer, first.work, f64::INFINITY)?;
-                function.gradient(exec, observer, first.work, first.gradient)?;
-                function.arrive(exec, newton, first, None);
-                progress.evaluations += 1;
-                *self.objective.insert(objective)
-            }
+            None => self.begin(exec, observer, function, progress)?,
         };
+        let newton = &mut self.newton;
         self.iterations += 1;
         progress.level_iteration = self.iterations;
         let mut slope = function.direction(exec, observer, newton)?;
-        if !(slope < 0.0) && newton.has_pairs() {
+        if !(slope < 0.0 && slope.is_finite()) && newton.has_pairs() {
             newton.forget();
             slope = function.direction(exec, observer, newton)?;
         }
         progress.slope = slope;
-        if !before.total().is_finite() || !slope.is_finite() {
-            return Err(Stop::TooFast);
+        if !slope.is_finite() {
+            return Ok((Outcome::NotFinite, before));
         }
         if slope >= 0.0 {
             return Ok((Outcome::Converged, before));
@@ -144,7 +184,7 @@ impl Descent {
         let Some(borrowed) = newton.borrow() else {
             return Ok((Outcome::Stalled, before));
         };
-        let Some((length, after)) = search(
+        let found = search(
             exec,
             observer,
             function,
@@ -153,14 +193,16 @@ impl Descent {
             before.total(),
             slope,
             progress,
-        )?
-        else {
-            newton.give_back(borrowed);
-            let again = newton.has_pairs();
-            newton.forget();
-            return Ok((if again { Outcome::Goes } else { Outcome::Stalled }, before));
+        )?;
+        let (length, after) = match found {
+            Found::Step(length, after) => (length, after),
+            Found::Nothing { finite } => {
+                newton.give_back(borrowed);
+                let again = newton.has_pairs();
+                newton.forget();
+                return Ok((Outcome::of_nothing(again, finite), before));
+            }
         };
-        function.gradient(exec, observer, borrowed.work, borrowed.gradient)?;
         function.arrive(exec, newton, borrowed, Some(length));
         self.objective = Some(after);
         progress.step = length;
@@ -177,8 +219,21 @@ impl Descent {
     }
 }
 
-/// Moves the point along the direction by the first step, 1 or shorter, with which the value falls enough; the step and the value
-/// there (Nocedal & Wright, section 3.5). Leaves the point where it was if there is none.
+impl Outcome {
+    /// Of an iteration that found no step: whether there are other directions to try, and whether the shortest step was finite.
+    fn of_nothing(again: bool, finite: bool) -> Self {
+        if again {
+            Self::Goes
+        } else if finite {
+            Self::Stalled
+        } else {
+            Self::NotFinite
+        }
+    }
+}
+
+/// Moves the point along the direction by the first step, 1 or shorter, with which the value falls enough and the gradient is finite
+/// (Nocedal & Wright, section 3.5). Leaves the point where it was if there is none.
 fn search<T: Real, S>(
     exec: &dyn Exec,
     observer: &mut dyn Observer,
@@ -188,28 +243,40 @@ fn search<T: Real, S>(
     before: f64,
     slope: f64,
     progress: &mut DirectProgress,
-) -> Result<Option<(f64, Objective)>, Stop> {
-    let (mut length, mut moved) = (1.0, 0.0);
+) -> Result<Found, Stop> {
+    let (mut length, mut moved, mut finite) = (1.0, 0.0, true);
     while length >= SMALLEST_STEP {
         function.move_along(exec, newton.direction, length - moved);
         moved = length;
         let bound = before + ENOUGH * length * slope;
         progress.evaluations += 1;
-        match function.value(exec, observer, borrowed.work, bound) {
-            Ok(after) if after.total() <= bound => return Ok(Some((length, after))),
-            // Where the parabola through the value and the slope before and the value here is lowest.
+        let tried = match function.value(exec, observer, borrowed.work, bound) {
+            Ok(after) if after.total() <= bound => function
+                .gradient(exec, observer, borrowed.work, borrowed.gradient)
+                .map(|()| Found::Step(length, after)),
             Ok(after) => {
-                let lowest = -0.5 * slope * length * length / (after.total() - before - slope * length);
-                length = if lowest.is_finite() {
-                    lowest.clamp(SHRINK[0] * length, SHRINK[1] * length)
-                } else {
-                    SHRINK[1] * length
-                };
+                finite = after.total().is_finite();
+                length = shorter(length, after.total() - before, slope);
+                continue;
             }
-            Err(Stop::TooFast) => length *= SHRINK[1],
-            Err(Stop::Cancelled) => return Err(Stop::Cancelled),
+            Err(stop) => Err(stop),
+        };
+        match tried {
+            Err(Stop::TooFast) => (length, finite) = (SHRINK[1] * length, false),
+            ended => return ended,
         }
     }
     function.move_along(exec, newton.direction, -moved);
-    Ok(None)
+    Ok(Found::Nothing { finite })
+}
+
+/// The step to try after one of `length` that changed the value by `change`: where the parabola through the value and the slope before
+/// and the value there is lowest.
+fn shorter(length: f64, change: f64, slope: f64) -> f64 {
+    let lowest = -0.5 * slope * length * length / (change - slope * length);
+    if lowest.is_finite() {
+        lowest.clamp(SHRINK[0] * length, SHRINK[1] * length)
+    } else {
+        SHRINK[1] * length
+    }
 }

@@ -110,17 +110,19 @@ impl<'a, T: Real> Projection<'a, T> {
         Self { grid, batch, solver }
     }
 
-    /// max |div v| h_x / max |v|, the largest of all batches of slots of the trajectory `v`. `sums` holds two numbers a row.
+    /// max |div v| h_x / max |v|, the largest of all batches of slots of the trajectory `v`, and max |v|; not finite where `v` is not.
+    /// `sums` holds two numbers a row.
     pub fn relative_divergence(
         &mut self,
         exec: &dyn Exec,
         slots: usize,
         v: &VectorMut<'_, T>,
         sums: &mut [f64],
-    ) -> f64 {
+    ) -> [f64; 2] {
         let (grid, v) = (self.grid, view(v));
+        let mut fastest: f64 = 0.0;
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
-        rows::largest(Batch::all(slots, self.batch).map(|batch| {
+        let relative = rows::largest(Batch::all(slots, self.batch).map(|batch| {
             let scratch = each!(&mut self.solver, solver => &mut *solver.scratch);
             for_rows(
                 exec,
@@ -135,12 +137,14 @@ impl<'a, T: Real> Projection<'a, T> {
                 },
             );
             let Measured { divergence, speed } = Measured::read(sums);
+            fastest = rows::largest([fastest, speed]);
             if divergence > 0.0 {
                 divergence * grid.h[0] / speed
             } else {
                 divergence
             }
-        }))
+        }));
+        [relative, fastest]
     }
 
     /// Projects every slot of the trajectory `v`, to max |div v| at most `tolerance` times what it was, or the rounding floor

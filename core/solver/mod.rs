@@ -205,7 +205,8 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         self.engine.step(exec, observer, &keyframes)
     }
 
-    /// Iterates to the end and makes the result feasible; `each` hears every iteration.
+    /// Iterates to the end and makes the result feasible; `each` hears every iteration. Where the last step was not finite but a flow before
+    /// it was, that is the result and the solve has stalled: see [`Status::of_result`].
     pub fn solve(
         &mut self,
         exec: &dyn Exec,
@@ -219,7 +220,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
                 return if status == Status::NotReady {
                     status
                 } else {
-                    self.finish(exec).map_or(Status::NotFinite, |_| status)
+                    status.of_result(self.finish(exec).is_ok())
                 };
             }
         }

@@ -33,9 +33,9 @@ async function solve({ module, scene, source, keyframe }) {
     await breath();
   } while (progress.status === STATUS.GOES && !stopping);
 
-  if (progress.status === STATUS.NOT_FINITE) throw new Refused('the solve left the finite numbers; take more steps or a smaller distance');
-  const { data, force } = solver.finish();
-  const how = progress.status === STATUS.GOES ? 'stopped' : solver.statusText(progress.status);
+  const { status, data, force } = solver.finish();
+  if (status === STATUS.NOT_FINITE) throw new Refused('the solve left the finite numbers; take more steps or a smaller distance');
+  const how = progress.status === STATUS.GOES ? 'stopped' : solver.statusText(status);
   show('result', solver.densities(scene.steps), { how, data, force, iteration: progress.iteration, seconds: (performance.now() - began) / 1e3 });
 }
 

@@ -24,6 +24,7 @@ mod gradients;
 mod grid;
 mod inputs;
 mod memory;
+mod not_finite;
 mod objective_gradients;
 mod projection;
 mod quasi_newton;

@@ -3,6 +3,7 @@
 use super::progress::ThuribleProgress;
 use super::refusal::Refusal;
 use crate::config::ThuribleConfig;
+use crate::result::ThuribleStatus;
 use thurible_core::{D2, D3, Exec, InputError, Objective, Observer, Real, Solver, Space, Status};
 
 /// A solver of either precision in either dimension.
@@ -84,7 +85,13 @@ impl Body {
     /// Makes the result feasible.
     pub fn finish(&mut self, exec: &dyn Exec) {
         match each!(&mut self.solver, solver => finish_of(solver, exec)) {
-            Ok(Objective { data, force }) => (self.progress.data, self.progress.force) = (data, force),
+            Ok(Objective { data, force }) => {
+                (self.progress.data, self.progress.force) = (data, force);
+                // The last flow that was finite is a result.
+                if self.progress.status == ThuribleStatus::NotFinite {
+                    self.progress.status = ThuribleStatus::Stalled;
+                }
+            }
             Err(status) => self.progress.status = Some(status).into(),
         }
     }

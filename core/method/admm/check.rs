@@ -53,20 +53,10 @@ impl History {
 }
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
-    /// The objective of v, and how the iteration ends the solve, if it does.
-    pub(super) fn check(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
-        progress: &mut Progress,
-    ) -> Result<(), Status> {
-        progress.objective = self.objective(exec, observer, keyframes)?;
+    /// How the iteration ends the solve, if it does.
+    pub(super) fn check(&mut self, progress: &Progress) -> Result<(), Status> {
         let admm = &progress.admm;
         let agree = (progress.objective.data - admm.data_of_star).abs() <= AGREEMENT * admm.data_of_star;
-        if !progress.objective.total().is_finite() {
-            return Err(Status::NotFinite);
-        }
         let still = self.iteration > 1 && admm.density_change < self.settings.params.density_tolerance;
         let trusted = admm.ao_step >= TRUSTED_STEP || admm.ao_residuals.last() == Some(&0.0);
         if still && trusted && admm.gap <= GAP && agree {

@@ -18,6 +18,8 @@ mod update_velocity;
 
 use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
+use crate::field::slot::{RETREATS, pull_towards};
+use crate::field::trajectory::{self, Shape as Trajectory};
 use crate::field::{Vector, VectorMut, means, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
@@ -312,10 +314,40 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         {
             return Err(Status::Cancelled);
         }
-        self.update_density(exec, observer, keyframes, progress)?;
-        self.update_velocity(exec, observer, progress)?;
+        let mut carried = self.update_density(exec, observer, keyframes, progress);
+        // A flow from a coarser grid may be too fast for this one.
+        for keep in RETREATS {
+            if carried != Err(Status::NotFinite) {
+                break;
+            }
+            self.retreat(exec, keep);
+            carried = self.update_density(exec, observer, keyframes, progress);
+        }
+        carried?;
+        let improved = self
+            .update_velocity(exec, observer, progress)
+            .and_then(|()| self.objective(exec, observer, keyframes))
+            .and_then(finite);
+        if improved == Err(Status::NotFinite) {
+            self.return_to_star(exec);
+        }
+        progress.objective = improved?;
         self.update_multiplier(exec, progress)?;
-        self.check(exec, observer, keyframes, progress)
+        self.check(progress)
+    }
+
+    /// v = v*, the last flow that was carried to its end, in the place of one that is not finite or too fast; v = t where damping overwrote
+    /// lambda / K.
+    fn return_to_star(&mut self, exec: &dyn Exec) {
+        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
+        let lost = self.history.damped && self.spare[0].is_empty();
+        let shape = Trajectory { grid, slots };
+        trajectory::add(exec, shape, &mut self.v, 0.0, 1.0, view(&self.target));
+        if !lost {
+            trajectory::add(exec, shape, &mut self.v, 1.0, 1.0, view(&self.multiplier));
+        }
+        self.p.fill(T::ZERO);
+        self.pbar.fill(T::ZERO);
     }
 
     /// The finest grid.
@@ -357,12 +389,32 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         view(&self.w)
     }
 
-    /// Projects v, takes w from it and transports rho_0 by it.
+    /// Projects v, takes w from it and transports rho_0 by it. A flow that is not finite, or too fast to be transported, is taken back
+    /// towards v_0 until it is.
     pub(crate) fn make_feasible(
         &mut self,
         exec: &dyn Exec,
         keyframes: &Keyframes<'_, T>,
     ) -> Result<Objective, Status> {
+        let mut finished = self.finish_as_is(exec, keyframes);
+        for keep in RETREATS {
+            if finished != Err(Status::NotFinite) {
+                break;
+            }
+            self.retreat(exec, keep);
+            finished = self.finish_as_is(exec, keyframes);
+        }
+        finished
+    }
+
+    /// Takes the flow back towards v_0 in all slots: `keep` of the way from there is left.
+    fn retreat(&mut self, exec: &dyn Exec, keep: f64) {
+        let slots = self.settings.dimensions.slots;
+        let initial = view(&self.initial);
+        pull_towards(exec, &self.levels.finest, initial, &mut self.v, slots, keep);
+    }
+
+    fn finish_as_is(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
         let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
         {
             let mut projection =
@@ -378,10 +430,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             );
         }
         self.consistent_force(exec, &mut Silent)?;
-        let objective = self.objective(exec, &mut Silent, keyframes)?;
-        if !objective.total().is_finite() {
-            return Err(Status::NotFinite);
-        }
+        let objective = self.objective(exec, &mut Silent, keyframes).and_then(finite)?;
         self.rho.copy_from_slice(&self.region[..self.rho.len()]);
         Ok(objective)
     }
@@ -430,6 +479,15 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         record.numbers(self.p);
         record.numbers(self.pbar);
         Ok(())
+    }
+}
+
+/// Refuses an objective that is not finite.
+fn finite(objective: Objective) -> Result<Objective, Status> {
+    if objective.total().is_finite() {
+        Ok(objective)
+    } else {
+        Err(Status::NotFinite)
     }
 }
 

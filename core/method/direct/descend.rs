@@ -8,11 +8,15 @@ use crate::field::view;
 use crate::grid::Space;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
-use crate::optimise::descent::{Descent, Function, Outcome};
+use crate::optimise::descent::{Descent, Function, Outcome, SMALLEST_STEP};
 use crate::optimise::lbfgs::{Borrowed, QuasiNewton};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
-use crate::transport::Stop;
+use crate::transport::{MAX_SUBSTEPS, Stop};
+
+/// max |d| of a direction above which the shortest step along it is faster than transport can follow on any grid, whose cells are at most a
+/// quarter of the box: to move there and back would only cost the flow its digits.
+const FASTEST: f64 = MAX_SUBSTEPS as f64 / SMALLEST_STEP;
 
 impl<T: Real, S: Space> Direct<'_, T, S> {
     /// One iteration on the current grid.
@@ -51,14 +55,20 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
         newton: &mut QuasiNewton,
     ) -> Result<f64, Stop> {
         let slope = newton.descend(exec, self.shape(), &mut self.fields);
-        self.evaluation
-            .clean(exec, observer, &mut self.fields[newton.direction])?;
-        Ok(slope)
+        let [divergence, speed] =
+            self.evaluation
+                .clean(exec, observer, &mut self.fields[newton.direction])?;
+        let usable = divergence.is_finite() && speed <= FASTEST;
+        Ok(if usable { slope } else { f64::NAN })
     }
 
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64) {
         let shape = self.shape();
         trajectory::add(exec, shape, &mut self.v, 1.0, s, view(&self.fields[direction]));
+    }
+
+    fn retreat(&mut self, exec: &dyn Exec, keep: f64) {
+        self.evaluation.retreat(exec, &mut self.v, keep);
     }
 
     fn value(

@@ -387,6 +387,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             Outcome::Goes => Err(Status::MaxIterations),
             Outcome::Converged => Err(Status::Converged),
             Outcome::Stalled => Err(Status::Stalled),
+            Outcome::NotFinite => Err(Status::NotFinite),
         }
     }
 }

@@ -94,6 +94,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
                 &mut work.v,
                 work.evaluation.setup.projection_tolerance,
             )
+            .map(drop)
             .map_err(|_| Status::Cancelled)
     }
 

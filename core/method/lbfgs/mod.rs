@@ -7,7 +7,7 @@ mod start;
 use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::trajectory::{self, Shape};
-use crate::field::{Vector, VectorMut, reborrow, view};
+use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::memory::{Arena, TooSmall};
@@ -325,6 +325,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
                     Outcome::Goes => Err(Status::MaxIterations),
                     Outcome::Converged => Err(Status::Converged),
                     Outcome::Stalled => Err(Status::Stalled),
+                    Outcome::NotFinite => Err(Status::NotFinite),
                 }
             }
             Err(Stop::Cancelled) => Err(Status::Cancelled),
@@ -429,13 +430,31 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
         _observer: &mut dyn Observer,
         newton: &mut QuasiNewton,
     ) -> Result<f64, Stop> {
-        Ok(newton.descend(exec, self.shape(), &mut self.fields))
+        let shape = self.shape();
+        let slope = newton.descend(exec, shape, &mut self.fields);
+        let (direction, sums) = (
+            view(&self.fields[newton.direction]),
+            &mut *self.simulated.evaluation.sums,
+        );
+        let largest = sums::max_abs(exec, shape.grid, shape.slots, direction, sums);
+        Ok(if largest.is_finite() { slope } else { f64::NAN })
     }
 
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64) {
         let shape = self.shape();
         trajectory::add(exec, shape, &mut self.u, 1.0, s, view(&self.fields[direction]));
         self.change = Some((direction, self.change.map_or(0.0, |(_, before)| before) + s));
+    }
+
+    fn retreat(&mut self, exec: &dyn Exec, keep: f64) {
+        for component in &mut self.u {
+            if keep == 0.0 {
+                component.fill(T::ZERO);
+            } else {
+                rows::scale_in_place(component, T::from_f64(keep));
+            }
+        }
+        self.simulated.evaluation.retreat(exec, &mut self.v, keep);
     }
 
     fn value(
@@ -471,15 +490,17 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
         work: usize,
         into: usize,
     ) -> Result<(), Stop> {
-        let shape = self.shape();
-        trajectory::add(exec, shape, &mut self.v, 0.0, 1.0, view(&self.fields[work]));
-        self.simulated.gradient::<S>(
-            exec,
-            observer,
-            view(&self.u),
-            view(&self.v),
-            &mut self.fields[into],
-        )
+        let mut gradient = core::mem::take(&mut self.fields[into]);
+        let v = view(&self.fields[work]);
+        let done = self
+            .simulated
+            .gradient::<S>(exec, observer, view(&self.u), v, &mut gradient);
+        if done.is_ok() {
+            let shape = self.shape();
+            trajectory::add(exec, shape, &mut self.v, 0.0, 1.0, view(&self.fields[work]));
+        }
+        self.fields[into] = gradient;
+        done
     }
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {

@@ -168,7 +168,11 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         };
         [v, u]
             .into_iter()
-            .try_for_each(|field| evaluation.project(exec, observer, field, setup.projection_tolerance))
+            .try_for_each(|field| {
+                evaluation
+                    .project(exec, observer, field, setup.projection_tolerance)
+                    .map(drop)
+            })
             .map_err(|_| Status::Cancelled)
     }
 }

@@ -297,7 +297,10 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
             return Err(Stop::Cancelled);
         }
         for k in 1..=slots {
-            let kept = self.push(exec, observer, keyframes, k)?;
+            let kept = match self.push(exec, observer, keyframes, k) {
+                Ok(kept) => kept,
+                Err(stop) => return Err(self.without(exec, k - 1, stop)),
+            };
             let Self {
                 levels,
                 v,
@@ -329,9 +332,18 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
             step.advance::<S>(exec, observer, sums)?;
             put(exec, &levels.finest, view(&step.v), v, k - 1);
         }
-        self.carry(exec, observer, keyframes, slots)?;
+        self.carry(exec, observer, keyframes, slots)
+            .map_err(|stop| self.without(exec, slots, stop))?;
         self.marched = true;
         Ok(())
+    }
+
+    /// Puts v_0 in the place of v_step where that was too fast to carry a density: what was simulated before it is a result.
+    fn without(&mut self, exec: &dyn Exec, step: usize, stop: Stop) -> Stop {
+        if let (Stop::TooFast, Some(slot)) = (stop, step.checked_sub(1)) {
+            put(exec, &self.levels.finest, view(&self.initial), &mut self.v, slot);
+        }
+        stop
     }
 
     /// Density k and, in slot k of w, the force that it asks for; what v_{k-1} keeps of its momentum.
@@ -481,7 +493,11 @@ impl<'m, T: Real, S: Space> Forward<'m, T, S> {
             .map_err(|_| Status::Cancelled)?;
         objective.force =
             0.5 * force_weight * sums::sum_squares(exec, grid, carrier.slots, view(w), evaluation.sums);
-        Ok(objective)
+        if objective.total().is_finite() {
+            Ok(objective)
+        } else {
+            Err(Status::NotFinite)
+        }
     }
 }
 
