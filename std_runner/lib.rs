@@ -49,6 +49,8 @@ pub mod program;
 pub mod progress;
 #[cfg(feature = "std")]
 pub mod region;
+#[cfg(feature = "embed")]
+pub mod remarks;
 #[cfg(feature = "std")]
 pub mod report;
 #[cfg(feature = "std")]

@@ -18,7 +18,7 @@ pub(crate) const COLUMNS: [&str; 14] = [
     "objective",
     "keyframe part",
     "force part",
-    "worst keyframe",
+    "worst keyframe (before)",
     "memory (paper's M)",
 ];
 
@@ -40,7 +40,11 @@ pub(crate) fn cells(figures: &Figures) -> Vec<String> {
         number(figures.objective.total()),
         number(figures.objective.data),
         number(figures.objective.force),
-        format!("{:.1} %", 100.0 * figures.keyframe_error),
+        format!(
+            "{:.1} % ({:.1} %)",
+            100.0 * figures.keyframe_error,
+            100.0 * figures.keyframe_error_before
+        ),
         format!(
             "{} ({})",
             bytes(figures.planned_bytes),

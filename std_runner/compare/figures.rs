@@ -1,6 +1,6 @@
 //! What a run of one method comes down to in a comparison, taken from its record alone.
 
-use crate::report::{IterationRecord, ObjectiveRecord, RunRecord, by_grid, by_name};
+use crate::report::{IterationRecord, KeyframeRecord, ObjectiveRecord, RunRecord, by_grid, by_name};
 use serde::Serialize;
 use thurible_core::{Method, Status};
 
@@ -38,6 +38,10 @@ pub struct Figures {
     pub objective: ObjectiveRecord,
     /// The largest relative distance from a keyframe.
     pub keyframe_error: f64,
+    /// The same of the source held still.
+    pub keyframe_error_before: f64,
+    /// What the status alone does not say.
+    pub remarks: Vec<String>,
     /// The block of memory.
     pub planned_bytes: usize,
     /// The paper's bound M for ADMM, in values of this precision.
@@ -64,15 +68,17 @@ impl Figures {
             ao_average: only_admm(record.seconds.ao_average),
             nso_average: only_admm(record.seconds.nso_average),
             objective: record.objective,
-            keyframe_error: record
-                .keyframes
-                .iter()
-                .map(|keyframe| keyframe.relative_l2)
-                .fold(0.0, f64::max),
+            keyframe_error: largest(record, |keyframe| keyframe.relative_l2),
+            keyframe_error_before: largest(record, |keyframe| keyframe.relative_l2_before),
+            remarks: record.remarks.clone(),
             planned_bytes: record.memory.planned_bytes,
             paper_bound_bytes: record.memory.paper_bound_bytes,
         }
     }
+}
+
+fn largest(record: &RunRecord, of: fn(&KeyframeRecord) -> f64) -> f64 {
+    record.keyframes.iter().map(of).fold(0.0, f64::max)
 }
 
 /// The iterations on the grid of the scene itself: objectives of coarser grids cannot be compared.

@@ -136,6 +136,10 @@ fn notes(comparison: &Comparison) -> Vec<Block> {
             .iter()
             .map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))),
     );
+    notes.extend(comparison.records().flat_map(|record| {
+        let said = |remark: &String| Block::Text(format!("{}: {remark}.", record.method.name()));
+        record.remarks.iter().map(said)
+    }));
     notes.push(Block::Text(MEMORY.into()));
     notes
 }

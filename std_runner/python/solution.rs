@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::sync::OnceLock;
 use thurible::bytes::grouped;
+use thurible::remarks::{KeyframeError, OF_PYTHON, keyframe_errors, largest, remarks};
 use thurible_core::{D2, D3, Named, Objective, Solver, SolverError, Space, Status};
 
 /// A result. Its arrays cannot be written to and keep it alive; copy what you want to change.
@@ -25,7 +26,8 @@ pub struct Solution {
     objective: Objective,
     ended: Ended,
     mass_factors: Vec<f64>,
-    keyframes: Vec<usize>,
+    errors: Vec<KeyframeError>,
+    remarks: Vec<String>,
     planned_bytes: usize,
     threads: usize,
 }
@@ -117,7 +119,7 @@ impl Job<'_> {
         )?;
         if matches!(ended.status, Status::NotFinite | Status::NotReady) {
             return Err(PyFloatingPointError::new_err(
-                "the solve left the finite numbers, or a flow was too fast to follow; use float64, more steps or a larger force_weight",
+                "the solve left the finite numbers, or a flow was too fast to follow from the start; use float64, more steps or a slower initial_velocity",
             ));
         }
         let places = Places::of(
@@ -129,6 +131,15 @@ impl Job<'_> {
             },
         );
         let objective = solver.objective();
+        let errors = keyframe_errors(&solver, &choices.scene.keyframes);
+        let remarks = remarks(
+            &choices.scene.problem(),
+            &params,
+            ended.last,
+            &errors,
+            T::BYTES == size_of::<f64>(),
+            &OF_PYTHON,
+        );
         drop(solver);
         Ok(Solution {
             places,
@@ -138,7 +149,8 @@ impl Job<'_> {
             objective,
             ended,
             mass_factors,
-            keyframes: choices.scene.keyframes,
+            errors,
+            remarks,
             planned_bytes,
             threads: params.threads,
             block,
@@ -250,7 +262,25 @@ impl Solution {
     /// Steps of the keyframes, ascending.
     #[getter]
     fn keyframe_steps(&self) -> Vec<usize> {
-        self.keyframes.clone()
+        self.errors.iter().map(|error| error.step).collect()
+    }
+
+    /// How far the densities are from each keyframe: |rho - rho*| / |rho*|.
+    #[getter]
+    fn keyframe_errors(&self) -> Vec<f64> {
+        self.errors.iter().map(|error| error.after).collect()
+    }
+
+    /// How far the source, held still, is from each keyframe.
+    #[getter]
+    fn keyframe_errors_before(&self) -> Vec<f64> {
+        self.errors.iter().map(|error| error.before).collect()
+    }
+
+    /// Sentences about what the status alone does not say, as that nothing moved; mostly none.
+    #[getter]
+    fn remarks(&self) -> Vec<String> {
+        self.remarks.clone()
     }
 
     /// By how much each keyframe was scaled to the mass of the source.
@@ -273,9 +303,12 @@ impl Solution {
 
     fn __repr__(&self) -> String {
         let (status, iterations) = (self.status(), self.ended.history.len());
+        let [before, after] = largest(&self.errors);
         format!(
-            "<thurible.Solution: {status} after {iterations} iterations, objective {:.5e}, {} bytes>",
+            "<thurible.Solution: {status} after {iterations} iterations, objective {:.5e}, largest keyframe error {:.1} % (before {:.1} %), {} bytes>",
             self.objective(),
+            100.0 * after,
+            100.0 * before,
             grouped(self.planned_bytes)
         )
     }

@@ -202,6 +202,15 @@ class Solution:
     def keyframe_steps(self) -> list[int]:
         """Steps of the keyframes, ascending."""
     @property
+    def keyframe_errors(self) -> list[float]:
+        """How far the densities are from each keyframe: |rho - rho*| / |rho*|."""
+    @property
+    def keyframe_errors_before(self) -> list[float]:
+        """How far the source, held still, is from each keyframe."""
+    @property
+    def remarks(self) -> list[str]:
+        """Sentences about what the status alone does not say, as that nothing moved; mostly none."""
+    @property
     def mass_factors(self) -> list[float]:
         """By how much each keyframe was scaled to the mass of the source."""
     @property

@@ -84,6 +84,8 @@ impl Iteration {
 pub struct Ended {
     /// Why it stopped.
     pub status: Status,
+    /// How its last step ended.
+    pub last: Status,
     /// All its iterations.
     pub history: Vec<Iteration>,
 }
@@ -145,8 +147,10 @@ pub fn solve<T: Real, S: Space>(
                 PyRuntimeError::new_err("the solver panicked; this is a fault of thurible, please report it")
             })?;
             let history = listened?;
+            let [status, last] = status?;
             Ok(Ended {
-                status: status?,
+                status,
+                last,
                 history,
             })
         })
@@ -163,13 +167,13 @@ fn on_threads<R: Send>(count: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -
 }
 
 impl Line<'_> {
-    /// Iterates to the end and makes the result feasible.
-    fn iterate<T: Real, S: Space>(self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Status {
+    /// Iterates to the end and makes the result feasible: how the solve ended, and how its last step did.
+    fn iterate<T: Real, S: Space>(self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> [Status; 2] {
         let began = Instant::now();
         let status = loop {
             let progress = solver.step(exec, &mut Stop(self.stop));
-            // An iteration that was cut short has no numbers yet.
-            if progress.status != Some(Status::Cancelled) {
+            // An iteration that was cut short, or was not finite, has no numbers.
+            if !matches!(progress.status, Some(Status::Cancelled | Status::NotFinite)) {
                 let iteration = Iteration::new(&progress, began.elapsed().as_secs_f64());
                 let told = self.iterations.send(iteration).is_ok();
                 if !(told && self.answers.recv().unwrap_or(false)) {
@@ -180,12 +184,11 @@ impl Line<'_> {
                 break status;
             }
         };
-        let usable =
-            !matches!(status, Status::NotFinite | Status::NotReady) && !self.stop.load(Ordering::Relaxed);
-        if usable && solver.finish(exec).is_err() {
-            Status::NotFinite
+        let usable = status != Status::NotReady && !self.stop.load(Ordering::Relaxed);
+        if usable {
+            [status.of_result(solver.finish(exec).is_ok()), status]
         } else {
-            status
+            [status; 2]
         }
     }
 }

@@ -3,7 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use super::record::RunRecord;
+use super::record::{KeyframeRecord, RunRecord};
 use super::words::{count, escape, number, outcome, seconds};
 use super::{charts, tables, words};
 use crate::output::{Gallery, KeyframePictures};
@@ -48,8 +48,13 @@ fn section(title: &str, class: &str, body: &str) -> String {
 
 fn head(title: &str, record: &RunRecord) -> String {
     let (word, kind, sentence) = outcome(record);
+    let remarks: String = record
+        .remarks
+        .iter()
+        .map(|remark| format!("<p class=\"lead fair\">Note: {}.</p>", escape(remark)))
+        .collect();
     format!(
-        "<header><p class=\"brand\">thurible</p><h1>{title} <span class=\"badge {kind}\">{word}</span></h1><p class=\"lead\">{sentence}</p></header>\n"
+        "<header><p class=\"brand\">thurible</p><h1>{title} <span class=\"badge {kind}\">{word}</span></h1><p class=\"lead\">{sentence}</p>{remarks}</header>\n"
     )
 }
 
@@ -62,19 +67,20 @@ fn hero(record: &RunRecord, gallery: &Gallery) -> String {
     let picture = moving
         .map(|png| image(png, "The smoke from first to last step"))
         .unwrap_or_default();
-    let worst = record
-        .keyframes
-        .iter()
-        .map(|keyframe| keyframe.relative_l2)
-        .fold(0.0, f64::max);
+    let worst = |of: fn(&KeyframeRecord) -> f64| {
+        let worst = record.keyframes.iter().map(of).fold(0.0, f64::max);
+        number((1000.0 * worst).round() / 10.0)
+    };
+    let [before, after] = [
+        worst(|error| error.relative_l2_before),
+        worst(|error| error.relative_l2),
+    ];
+    let still = format!("largest keyframe error; {before} % with the source held still");
     let facts = [
         (number(record.objective.total()), "objective"),
         (number(record.objective.data), "of it from the keyframes"),
         (number(record.objective.force), "of it from the force"),
-        (
-            format!("{} %", number((1000.0 * worst).round() / 10.0)),
-            "largest keyframe error",
-        ),
+        (format!("{after} %"), still.as_str()),
         (seconds(record.seconds.total), "to solve"),
         (words::bytes(record.memory.planned_bytes), "of memory"),
     ];
@@ -120,9 +126,10 @@ fn keyframes(record: &RunRecord, gallery: &Gallery) -> String {
                     String::new()
                 };
                 format!(
-                    "<p>Step {}: off by {} % of the target (relative L2).{scaled}</p>",
+                    "<p>Step {}: off by {} % of the target (relative L2), the source held still by {} %.{scaled}</p>",
                     facts.step,
-                    number((1000.0 * facts.relative_l2).round() / 10.0)
+                    number((1000.0 * facts.relative_l2).round() / 10.0),
+                    number((1000.0 * facts.relative_l2_before).round() / 10.0)
                 )
             });
         let step = pictures.step;

@@ -52,6 +52,8 @@ pub struct RunRecord {
     pub command: String,
     /// How well each keyframe was reached.
     pub keyframes: Vec<KeyframeRecord>,
+    /// Sentences about what the status alone does not say; mostly none.
+    pub remarks: Vec<String>,
 }
 
 /// Writes a choice as the word that stands for it.
@@ -265,6 +267,8 @@ pub struct KeyframeRecord {
     pub step: usize,
     /// Euclidean distance from the target, in parts of the target's size.
     pub relative_l2: f64,
+    /// The same of the source, as if it had been held still.
+    pub relative_l2_before: f64,
     /// What the target was multiplied by.
     pub mass_factor: f64,
 }

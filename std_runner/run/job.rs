@@ -144,12 +144,12 @@ impl Job {
         messages::plan(&watch.display, &self.request.scene, &self.planned);
         self.prepare(&mut solver, exec, &watch)?;
         watch.clock.begin();
-        let status = iterate(&mut solver, exec, &mut watch);
+        let ended = iterate(&mut solver, exec, &mut watch);
         watch.clock.solved();
         watch
             .display
             .detail(format_args!("making the result feasible and writing it"));
-        if matches!(status, Status::NotFinite | Status::NotReady) || solver.finish(exec).is_err() {
+        if ended == Status::NotReady || solver.finish(exec).is_err() {
             watch.display.close();
             return Err(not_finite(&self.request.scene));
         }
@@ -161,7 +161,7 @@ impl Job {
             footprint: self.footprint,
             mass_factors: &mass_factors,
         };
-        let record = facts.record(&solver, status, &mut watch);
+        let record = facts.record(&solver, ended, &mut watch);
         destination.fill(|folder| {
             report::write_numbers(folder, &frames, &record).map_err(|error| Failure::File(error.to_string()))
         })?;
@@ -217,8 +217,8 @@ impl Job {
 fn iterate<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, watch: &mut Watch) -> Status {
     loop {
         let progress = solver.step(exec, watch);
-        // An interrupted iteration has no objective yet.
-        if progress.status != Some(Status::Cancelled) {
+        // An iteration that was interrupted, or left the finite numbers, has no objective.
+        if !matches!(progress.status, Some(Status::Cancelled | Status::NotFinite)) {
             watch.iteration(&progress);
         }
         if let Some(status) = progress.status {

@@ -5,7 +5,8 @@ use crate::console;
 use crate::exit::{Failure, code_of};
 use crate::plan::{Planned, plan_fields, size_in_words};
 use crate::progress::{Display, Mode, Watch, in_words};
-use crate::report::RunRecord;
+use crate::remarks::{self, KeyframeError};
+use crate::report::{KeyframeRecord, RunRecord};
 use crate::scene::Scene;
 use serde_json::json;
 use std::path::Path;
@@ -39,6 +40,8 @@ pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, folder: &Pat
             "seconds": watch.clock.seconds(),
             "objective": objective,
             "folder": folder.display().to_string(),
+            "keyframes": record.keyframes,
+            "remarks": record.remarks,
         }),
     );
     if mode != Mode::Human {
@@ -56,11 +59,28 @@ pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, folder: &Pat
         objective.data,
         objective.force
     ));
+    if let Some(errors) = keyframe_errors(record) {
+        console::print(&format!("keyframe error: {errors}"));
+    }
+    record
+        .remarks
+        .iter()
+        .for_each(|remark| console::print(&format!("note: {remark}")));
     console::print(&format!(
         "result in {}; open {}",
         folder.display(),
         folder.join("report.html").display()
     ));
+}
+
+/// The keyframe errors of a result in words.
+fn keyframe_errors(record: &RunRecord) -> Option<String> {
+    let error = |keyframe: &KeyframeRecord| KeyframeError {
+        step: keyframe.step,
+        before: keyframe.relative_l2_before,
+        after: keyframe.relative_l2,
+    };
+    remarks::in_words(&record.keyframes.iter().map(error).collect::<Vec<_>>())
 }
 
 fn in_sentence(status: Status) -> &'static str {
@@ -86,7 +106,7 @@ pub(super) fn no_memory(bytes: usize) -> Failure {
 /// The solve came to nothing that could be written.
 pub(super) fn not_finite(scene: &Scene) -> Failure {
     Failure::NotFinite(format!(
-        "{}: the solve left the finite numbers, or a flow was too fast to follow, and nothing was written; try --precision f64, more `time.steps` or weaker control",
+        "{}: the solve left the finite numbers, or a flow was too fast to follow from the start, and nothing was written; try --precision f64, more `time.steps` or a slower initial velocity",
         scene.document.path().display()
     ))
 }

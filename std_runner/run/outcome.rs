@@ -2,7 +2,9 @@
 
 use crate::output::Gallery;
 use crate::plan::Planned;
+use crate::problem::Precision;
 use crate::progress::{Clock, Watch};
+use crate::remarks::{KeyframeError, OF_SCENES, keyframe_errors, remarks};
 use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
 use crate::scene::Scene;
 use std::path::Path;
@@ -29,14 +31,15 @@ pub(super) struct Facts<'a> {
 }
 
 impl Facts<'_> {
-    /// The record of what `solver` came to, as `watch` saw it.
+    /// The record of what `solver` came to, as `watch` saw it; `ended` is how its last step ended.
     pub fn record<T: Real, S: Space>(
         &self,
         solver: &Solver<'_, T, S>,
-        status: Status,
+        ended: Status,
         watch: &mut Watch,
     ) -> RunRecord {
         let problem = &self.planned.problem;
+        let errors = keyframe_errors(solver, &problem.keyframes);
         RunRecord {
             format: 1,
             cells: problem.cells.clone(),
@@ -57,7 +60,7 @@ impl Facts<'_> {
             },
             method: self.planned.params.method,
             precision: self.planned.precision.name().into(),
-            status,
+            status: ended.of_result(true),
             objective: solver.objective().into(),
             history: core::mem::take(&mut watch.history),
             memory: self.memory(),
@@ -66,7 +69,15 @@ impl Facts<'_> {
             version: env!("CARGO_PKG_VERSION").into(),
             scene: self.scene.document.text().into(),
             command: command_line(),
-            keyframes: self.keyframes(solver),
+            keyframes: self.keyframes(&errors),
+            remarks: remarks(
+                &problem.problem(),
+                &self.planned.params,
+                ended,
+                &errors,
+                self.planned.precision == Precision::F64,
+                &OF_SCENES,
+            ),
         }
     }
 
@@ -85,29 +96,14 @@ impl Facts<'_> {
         }
     }
 
-    fn keyframes<T: Real, S: Space>(&self, solver: &Solver<'_, T, S>) -> Vec<KeyframeRecord> {
-        let steps = self
-            .planned
-            .problem
-            .keyframes
-            .iter()
-            .zip(self.mass_factors)
-            .enumerate();
-        steps
-            .map(|(index, (&step, &mass_factor))| {
-                let (mut off, mut size) = (0.0, 0.0);
-                for (found, wanted) in solver.density(step).iter().zip(solver.keyframe(index)) {
-                    let (found, wanted) = (found.to_f64(), wanted.to_f64());
-                    off += (found - wanted) * (found - wanted);
-                    size += wanted * wanted;
-                }
-                KeyframeRecord {
-                    step,
-                    relative_l2: (off / size).sqrt(),
-                    mass_factor,
-                }
-            })
-            .collect()
+    fn keyframes(&self, errors: &[KeyframeError]) -> Vec<KeyframeRecord> {
+        let record = |(error, &mass_factor): (&KeyframeError, &f64)| KeyframeRecord {
+            step: error.step,
+            relative_l2: error.after,
+            relative_l2_before: error.before,
+            mass_factor,
+        };
+        errors.iter().zip(self.mass_factors).map(record).collect()
     }
 }
 

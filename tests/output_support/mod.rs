@@ -180,6 +180,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
     let facts = |&step: &usize| KeyframeRecord {
         step,
         relative_l2: 0.0832,
+        relative_l2_before: 0.913,
         mass_factor: 1.0532,
     };
     RunRecord {
@@ -242,6 +243,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         scene: "[grid]\ncells = [128, 128]   # <not> a \"tag\"\n\n[time]\nsteps = 40\n".into(),
         command: "thurible solve examples/letter_f.toml -o out".into(),
         keyframes: frames.keyframe_steps().iter().map(facts).collect(),
+        remarks: Vec::new(),
     }
 }
 

@@ -21,6 +21,7 @@ mod output;
 mod paper;
 mod plans;
 mod refusals;
+mod said;
 mod scenes;
 mod shape_files;
 mod shape_keys;

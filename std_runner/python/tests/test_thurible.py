@@ -64,6 +64,16 @@ class Results(unittest.TestCase):
                 self.assertLess(np.abs(divergence(found.velocity)).max(), 1e-4 * speed)
                 before = np.linalg.norm(source - target)
                 self.assertLess(np.linalg.norm(found.density[-1] - target), 0.7 * before)
+                size = np.linalg.norm(target)
+                np.testing.assert_allclose(found.keyframe_errors, [np.linalg.norm(found.density[-1] - target) / size], rtol=1e-4)
+                np.testing.assert_allclose(found.keyframe_errors_before, [before / size], rtol=1e-4)
+                self.assertEqual(found.remarks, [])
+
+    def test_nothing_moved(self):
+        _, _, found = move((24, 20), np.float32, 8, iterations=10, force_weight=1e13)
+        self.assertGreater(found.keyframe_errors[0], 0.95 * found.keyframe_errors_before[0])
+        self.assertEqual(len(found.remarks), 1)
+        self.assertIn("force_weight is 1.0e13, and 1000 in the examples: try 1.00e3", found.remarks[0])
 
     def test_objective(self):
         _, _, found = move((24, 20), np.float64, 8, iterations=15, force_weight=1.0)

@@ -1,0 +1,276 @@
+//! What is said of a result beside its numbers: how near it came to each keyframe, and what a reader of its status alone would miss.
+
+use thurible_core::{Method, Params, Problem, Real, Solver, Space, Status};
+
+/// How far a density is from a keyframe: |rho - rho*| / |rho*|, Euclidean norms over all cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyframeError {
+    /// Where the keyframe stands.
+    pub step: usize,
+    /// Of the source, as if it had been held still.
+    pub before: f64,
+    /// Of the result.
+    pub after: f64,
+}
+
+/// Those of a finished result, whose keyframes stand at `steps`.
+pub fn keyframe_errors<T: Real, S: Space>(solver: &Solver<'_, T, S>, steps: &[usize]) -> Vec<KeyframeError> {
+    let error = |(index, &step): (usize, &usize)| {
+        let wanted = solver.keyframe(index);
+        KeyframeError {
+            step,
+            before: distance(solver.density(0), wanted),
+            after: distance(solver.density(step), wanted),
+        }
+    };
+    steps.iter().enumerate().map(error).collect()
+}
+
+fn distance<T: Real>(found: &[T], wanted: &[T]) -> f64 {
+    let (mut off, mut size) = (0.0, 0.0);
+    for (found, wanted) in found.iter().zip(wanted) {
+        let (found, wanted) = (found.to_f64(), wanted.to_f64());
+        off += (found - wanted) * (found - wanted);
+        size += wanted * wanted;
+    }
+    (off / size).sqrt()
+}
+
+/// The names under which a user knows what is to be changed.
+#[derive(Clone, Copy, Debug)]
+pub struct Names {
+    force_weight: &'static str,
+    penalty: &'static str,
+    drive: &'static str,
+    steps: &'static str,
+    double: &'static str,
+}
+
+/// Keys of a scene file.
+pub const OF_SCENES: Names = Names {
+    force_weight: "`control.force_weight`",
+    penalty: "`method.admm.penalty`",
+    drive: "`method.pd.drive`",
+    steps: "`time.steps`",
+    double: "--precision f64",
+};
+
+/// Arguments in Python.
+pub const OF_PYTHON: Names = Names {
+    force_weight: "force_weight",
+    penalty: "options[\"penalty\"]",
+    drive: "options[\"drive\"]",
+    steps: "steps",
+    double: "float64",
+};
+
+/// Of an error that changes by less than this part of itself one says that nothing moved,
+const STILL: f64 = 0.01;
+/// and of one that falls by less than this that hardly anything did.
+const MOVED: f64 = 0.05;
+/// Errors below this need no control.
+const THERE: f64 = 1e-3;
+/// Weight of the force and penalty of ADMM, in units of box and step, of all scenes in examples/.
+const USUAL: f64 = 1e3;
+/// A weight is called unusual when it is more than so many times off.
+const UNUSUAL: f64 = 10.0;
+
+/// What there is to say of a solve whose last step ended with `ended` and whose result could be finished.
+pub fn remarks(
+    problem: &Problem<'_>,
+    params: &Params,
+    ended: Status,
+    errors: &[KeyframeError],
+    is_double: bool,
+    names: &Names,
+) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if ended == Status::NotFinite {
+        remarks.push(last_flow(params.method, is_double, names));
+    }
+    let [before, after] = largest(errors);
+    let nearer = after < (1.0 - MOVED) * before;
+    if before > THERE && !nearer && ended != Status::Cancelled && params.method != Method::Simulate {
+        remarks.push(no_nearer(problem, params, [before, after], names));
+    }
+    remarks
+}
+
+/// The largest error of the source held still and of the result.
+pub fn largest(errors: &[KeyframeError]) -> [f64; 2] {
+    let largest = |of: fn(&KeyframeError) -> f64| errors.iter().map(of).fold(0.0, f64::max);
+    [largest(|error| error.before), largest(|error| error.after)]
+}
+
+/// The errors of all keyframes, or the largest where there are many; `None` where there are none.
+pub fn in_words(errors: &[KeyframeError]) -> Option<String> {
+    /// Keyframes that fit into a line or two.
+    const FEW: usize = 6;
+    let one = |error: &KeyframeError| {
+        format!(
+            "step {} {} (before {})",
+            error.step,
+            percent(error.after),
+            percent(error.before)
+        )
+    };
+    match errors {
+        [] => None,
+        few if few.len() <= FEW => Some(few.iter().map(one).collect::<Vec<_>>().join(", ")),
+        many => many
+            .iter()
+            .max_by(|one, other| one.after.total_cmp(&other.after))
+            .map(|worst| format!("{}, the largest of {}", one(worst), many.len())),
+    }
+}
+
+fn percent(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
+}
+
+fn last_flow(method: Method, is_double: bool, names: &Names) -> String {
+    let double = if is_double {
+        String::new()
+    } else {
+        format!("{}, ", names.double)
+    };
+    match method {
+        Method::Pd | Method::Simulate => format!(
+            "the simulated flow became too fast to follow: from that step on the initial velocity stands; try {double}more {}, or a weaker drive or \
+             buoyancy",
+            names.steps
+        ),
+        Method::Direct | Method::Admm | Method::Lbfgs => format!(
+            "every further step left the finite numbers or was too fast to follow: the result is the last flow that was good; try {double}more \
+             {} or a larger {}",
+            names.steps, names.force_weight
+        ),
+    }
+}
+
+/// That the smoke is where it was, and what to change.
+fn no_nearer(problem: &Problem<'_>, params: &Params, [before, after]: [f64; 2], names: &Names) -> String {
+    let change = (after - before).abs() / before;
+    let what = if change < STILL {
+        "nothing moved"
+    } else if change < MOVED {
+        "hardly anything moved"
+    } else {
+        "the smoke came no nearer to its keyframes"
+    };
+    let found = format!(
+        "{what}: the largest keyframe error is {}, and {} with the source held still",
+        percent(after),
+        percent(before)
+    );
+    if params.method == Method::Pd {
+        return format!("{found}; try another {} than {}", names.drive, params.pd.drive);
+    }
+    let unit = problem.units();
+    let weight = advice(names.force_weight, problem.force_weight, unit.force * unit.force);
+    let penalty = advice(names.penalty, params.admm.penalty, unit.velocity * unit.velocity);
+    let advice = match (weight, penalty) {
+        (Some(weight), Some(penalty)) if params.method == Method::Admm => format!("{weight}, and {penalty}"),
+        (None, Some(penalty)) if params.method == Method::Admm => penalty,
+        (Some(weight), _) => weight,
+        (None, _) => format!(
+            "try a smaller {}, say {:.1e}, or more iterations",
+            names.force_weight,
+            problem.force_weight / 100.0
+        ),
+    };
+    format!("{found}; {advice}")
+}
+
+/// What to make of a weight that is `scale` times larger in units of box and step, if it is unusual there.
+fn advice(name: &str, weight: f64, scale: f64) -> Option<String> {
+    let scaled = weight * scale;
+    let usual = (USUAL / UNUSUAL..=USUAL * UNUSUAL).contains(&scaled);
+    (!usual).then(|| {
+        format!(
+            "in units of box and step {name} is {scaled:.1e}, and {USUAL} in the examples: try {:.2e}",
+            USUAL / scale
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use thurible_core::Boundary;
+
+    const WALLS: [Boundary; 2] = [Boundary::Wall; 2];
+
+    fn said(problem: &Problem<'_>, method: Method, ended: Status, [before, after]: [f64; 2]) -> Vec<String> {
+        let params = Params {
+            method,
+            ..Params::default()
+        };
+        let error = KeyframeError {
+            step: 12,
+            before,
+            after,
+        };
+        remarks(problem, &params, ended, &[error], false, &OF_SCENES)
+    }
+
+    /// A box of ten metres, 24 steps a second: a weight of 1000 is three billions in units of box and step.
+    fn metres() -> Problem<'static> {
+        Problem {
+            length: 10.0,
+            dt: 1.0 / 24.0,
+            ..Problem::new(&[24, 24], &WALLS, &[12])
+        }
+    }
+
+    #[test]
+    fn a_weight_in_other_units_is_named_with_one_to_try() {
+        let said = said(&metres(), Method::Direct, Status::Converged, [0.717, 0.716]);
+        let [sentence] = said.as_slice() else {
+            panic!("{said:?}")
+        };
+        assert_eq!(
+            sentence,
+            "nothing moved: the largest keyframe error is 71.6 %, and 71.7 % with the source held still; in units of box and step \
+             `control.force_weight` is 3.3e10, and 1000 in the examples: try 3.01e-5"
+        );
+    }
+
+    #[test]
+    fn the_penalty_is_named_too_where_there_is_one() {
+        let said = said(&metres(), Method::Admm, Status::Stalled, [0.7, 0.7]);
+        assert!(
+            said[0].contains("`method.admm.penalty` is 5.8e7, and 1000 in the examples: try 1.74e-2"),
+            "{said:?}"
+        );
+    }
+
+    #[test]
+    fn what_moved_or_had_not_to_needs_no_words() {
+        let problem = metres();
+        for errors in [[0.7, 0.6], [0.0, 0.0], [1e-4, 1e-4]] {
+            assert!(said(&problem, Method::Direct, Status::Converged, errors).is_empty());
+        }
+        assert!(said(&problem, Method::Direct, Status::Cancelled, [0.7, 0.7]).is_empty());
+        assert!(said(&problem, Method::Simulate, Status::Converged, [0.7, 0.7]).is_empty());
+    }
+
+    #[test]
+    fn errors_of_few_keyframes_are_listed() {
+        let error = |step| KeyframeError {
+            step,
+            before: 0.9,
+            after: 0.01 * step as f64,
+        };
+        assert_eq!(in_words(&[]), None);
+        assert_eq!(
+            in_words(&[error(4), error(8)]).as_deref(),
+            Some("step 4 4.0 % (before 90.0 %), step 8 8.0 % (before 90.0 %)")
+        );
+        let many: Vec<_> = (1..=9).map(error).collect();
+        assert_eq!(
+            in_words(&many).as_deref(),
+            Some("step 9 9.0 % (before 90.0 %), the largest of 9")
+        );
+    }
+}
