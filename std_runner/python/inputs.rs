@@ -65,7 +65,7 @@ pub fn keyframes<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<(usize, Bound<'
 
 impl Inputs<'_> {
     /// Gives everything to `solver`; the answer is the mass factor of each keyframe.
-    pub fn hand_over<T: Number, S: Space>(
+    pub fn set_inputs<T: Number, S: Space>(
         &self,
         solver: &mut Solver<'_, T, S>,
         shape: &[usize],

@@ -1,6 +1,6 @@
 //! Thurible in Python: `thurible.solve` and `thurible.plan` on NumPy's arrays.
 //!
-//! The arguments ([`choices`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; the solve runs in a [`block`] on threads of its
+//! The arguments ([`choices`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
 //! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block.
 
 pub mod block;
@@ -9,6 +9,7 @@ pub mod inputs;
 pub mod place;
 pub mod plan;
 pub mod solution;
+pub mod solve;
 pub mod watch;
 pub mod words;
 
@@ -20,7 +21,9 @@ mod thurible {
     #[pymodule_export]
     use crate::plan::{Plan, plan};
     #[pymodule_export]
-    use crate::solution::{Solution, solve};
+    use crate::solution::Solution;
+    #[pymodule_export]
+    use crate::solve::solve;
     #[pymodule_export]
     use crate::watch::Iteration;
 

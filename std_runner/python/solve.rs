@@ -1,0 +1,145 @@
+//! `solve`: from arguments to a [`Solution`].
+
+use crate::block::Block;
+use crate::choices::Choices;
+use crate::inputs::{self, Inputs};
+use crate::place::{Number, Places, Sizes};
+use crate::plan::{self, Planned, Precision};
+use crate::solution::Solution;
+use crate::watch;
+use crate::words::refused;
+use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use thurible::bytes::grouped;
+use thurible::remarks::{OF_PYTHON, keyframe_errors, remarks};
+use thurible_core::{D2, D3, Solver, SolverError, Space, Status};
+
+/// Finds the smallest force that carries the smoke of `source` to `keyframes`, a dict {step: array} or pairs (step, array).
+///
+/// The dtype of `source`, float32 or float64, is the precision of the solve; its shape, (ny, nx) or (nz, ny, nx), is the grid.
+/// `progress` is called after every iteration with a Progress; it stops the solve by returning False, or by raising. Other Python
+/// threads run meanwhile. Raises ValueError or TypeError for what cannot be used, MemoryError for what does not fit in memory_limit
+/// bytes, FloatingPointError when the flow leaves the finite numbers.
+#[pyfunction]
+#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, force_weight=1000.0, filters=None, match_mass=True, advection='quick', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method='direct', options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
+pub fn solve<'py>(
+    source: &Bound<'py, PyAny>,
+    keyframes: &Bound<'py, PyAny>,
+    choices: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Solution> {
+    let (shape, precision) = inputs::kind(source)?;
+    let keyframes = inputs::keyframes(keyframes)?;
+    let steps = keyframes.iter().map(|(step, _)| *step).collect();
+    let (choices, [velocity, progress]) =
+        Choices::read(&shape, steps, choices, ["initial_velocity", "progress"])?;
+    if progress.as_ref().is_some_and(|progress| !progress.is_callable()) {
+        return Err(refused(
+            "progress",
+            "cannot be called; give a function of one argument",
+        ));
+    }
+    let planned = plan::choose(&choices, precision)?;
+    let job = Job {
+        shape,
+        choices,
+        planned,
+        inputs: Inputs {
+            source: source.clone(),
+            keyframes,
+            velocity,
+        },
+        progress,
+    };
+    match (job.shape.len(), precision) {
+        (2, Precision::Single) => job.solve::<f32, D2>(precision),
+        (2, Precision::Double) => job.solve::<f64, D2>(precision),
+        (_, Precision::Single) => job.solve::<f32, D3>(precision),
+        (_, Precision::Double) => job.solve::<f64, D3>(precision),
+    }
+}
+
+/// A solve that is ready to run.
+struct Job<'py> {
+    shape: Vec<usize>,
+    choices: Choices,
+    planned: Planned,
+    inputs: Inputs<'py>,
+    progress: Option<Bound<'py, PyAny>>,
+}
+
+impl Job<'_> {
+    fn solve<T: Number, S: Space>(self, precision: Precision) -> PyResult<Solution> {
+        let Self {
+            shape,
+            choices,
+            planned: Planned { plan, params },
+            inputs,
+            progress,
+        } = self;
+        let planned_bytes = plan.bytes();
+        let mut block = Block::new(planned_bytes).ok_or_else(|| no_memory(planned_bytes))?;
+        let start = block.address();
+        let mut solver = Solver::<T, S>::new(&choices.scene.problem(), &params, block.bytes_mut())
+            .map_err(solver_refused)?;
+        let periodic = choices.periodic();
+        let mass_factors = inputs.set_inputs(&mut solver, &shape, &periodic)?;
+        let ended = watch::solve(
+            inputs.source.py(),
+            &mut solver,
+            params.threads,
+            progress.map(Bound::unbind),
+        )?;
+        if matches!(ended.status, Status::NotFinite | Status::NotReady) {
+            return Err(PyFloatingPointError::new_err(
+                "the solve left the finite numbers, or a flow was too fast to follow from the start; use float64, more steps or a slower initial_velocity",
+            ));
+        }
+        let places = Places::of(
+            &solver,
+            start,
+            &Sizes {
+                steps: choices.scene.steps,
+                periodic: &periodic,
+            },
+        );
+        let objective = solver.objective();
+        let errors = keyframe_errors(&solver, &choices.scene.keyframes);
+        let remarks = remarks(
+            &choices.scene.problem(),
+            &params,
+            ended.last,
+            &errors,
+            T::BYTES == size_of::<f64>(),
+            &OF_PYTHON,
+        );
+        drop(solver);
+        Ok(Solution {
+            places,
+            precision,
+            velocity: Default::default(),
+            force: Default::default(),
+            objective,
+            ended,
+            mass_factors,
+            errors,
+            remarks,
+            planned_bytes,
+            threads: params.threads,
+            block,
+        })
+    }
+}
+
+fn no_memory(bytes: usize) -> PyErr {
+    PyMemoryError::new_err(format!(
+        "the system has not {} bytes; close other programs, or take fewer cells or steps",
+        grouped(bytes)
+    ))
+}
+
+fn solver_refused(error: SolverError) -> PyErr {
+    PyRuntimeError::new_err(format!(
+        "the solver refused its block of memory: {error}; this is a fault of thurible, please report it"
+    ))
+}
