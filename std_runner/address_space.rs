@@ -1,14 +1,14 @@
-//! What threads take of a process's addresses, where those are limited (`ulimit -v`): refused before one is started, since a thread
-//! that finds no room for its allocations ends the program.
+//! Address space of threads, where it is limited (`ulimit -v`). Threads that would not fit are refused before one is started: a
+//! thread that finds no room for its allocations ends the program.
 
 use crate::bytes::{grouped, rounded};
 use crate::exit::Failure;
 use std::fs;
 
-/// Addresses that a thread takes beside its share of the block: glibc gives it 64 MiB to allocate from, Rust a stack of 2 MiB.
+/// Bytes of address space of a thread: glibc reserves 64 MiB for its allocations, Rust a stack of 2 MiB.
 pub const OF_A_THREAD: usize = 68 << 20;
 
-/// Addresses that `threads` threads take; glibc needs room once more to begin an allocator's part on a multiple of its size.
+/// Bytes of address space of `threads` threads; glibc needs the room of one more to align its reservations.
 pub const fn of_threads(threads: usize) -> usize {
     if threads > 1 {
         OF_A_THREAD.saturating_mul(threads.saturating_add(1))
@@ -17,7 +17,7 @@ pub const fn of_threads(threads: usize) -> usize {
     }
 }
 
-/// Refuses `threads` threads for which there are not the addresses.
+/// Refuses `threads` threads if their address space exceeds what is left.
 pub fn check(threads: usize) -> Result<(), Failure> {
     let needed = of_threads(threads);
     match left() {
@@ -31,7 +31,7 @@ pub fn check(threads: usize) -> Result<(), Failure> {
     }
 }
 
-/// Addresses that this process may still take, or `None` where they are not limited or the system does not tell.
+/// Bytes of address space that this process may still take; `None` where there is no limit, or none that can be read.
 fn left() -> Option<usize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let limit = limits

@@ -40,7 +40,7 @@ pub fn parse(text: &str) -> Result<usize, String> {
     }
 }
 
-/// `1,150,437,668`.
+/// A count with commas, as in `1,150,437,668`.
 pub fn grouped(bytes: usize) -> String {
     let digits = bytes.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
@@ -53,7 +53,7 @@ pub fn grouped(bytes: usize) -> String {
     text
 }
 
-/// `1.07 GiB`.
+/// A size to three digits, as in `1.07 GiB`.
 pub fn rounded(bytes: usize) -> String {
     let mut value = bytes as f64;
     for unit in ["bytes", "KiB", "MiB", "GiB"] {
@@ -69,7 +69,7 @@ pub fn rounded(bytes: usize) -> String {
     format!("{value:.2} TiB")
 }
 
-/// The memory of this machine, where the system tells.
+/// Bytes of this machine's memory, where /proc/meminfo says so.
 pub fn of_machine() -> Option<usize> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
@@ -77,7 +77,7 @@ pub fn of_machine() -> Option<usize> {
     kibibytes.checked_mul(1024)
 }
 
-/// Whether the system would give `count` bytes now.
+/// Whether `count` bytes can be allocated now.
 pub fn are_free(count: usize) -> bool {
     let mut block = Vec::<u8>::new();
     let given = block.try_reserve_exact(count).is_ok();

@@ -1,4 +1,4 @@
-//! The words of the command line; each command's own stand beside it in [`commands`](crate::commands).
+//! The command line: which commands there are. The arguments of each are defined with its body in [`commands`](crate::commands).
 
 use crate::commands::compare::CompareArguments;
 use crate::commands::new::NewArguments;

@@ -2,13 +2,13 @@
 
 use std::io::{Write, stderr, stdout};
 
-/// A line on stdout.
+/// Prints a line on stdout.
 pub fn print(line: &str) {
     // A closed pipe (`| head`) is the reader's choice, not an error.
     let _ = writeln!(stdout(), "{line}");
 }
 
-/// A line on stderr.
+/// Prints a line on stderr.
 pub fn error(line: &str) {
     let _ = writeln!(stderr(), "{line}");
 }

@@ -3,19 +3,19 @@
 use thiserror::Error;
 use thurible_core::Status;
 
-/// Converged, or ran all its iterations.
+/// The solve converged, or ran all its iterations.
 pub const DONE: u8 = 0;
 /// A value was no longer finite.
 pub const NOT_FINITE: u8 = 1;
-/// Bad input or usage.
+/// The input or the command line is wrong.
 pub const INPUT: u8 = 2;
-/// Does not fit in memory.
+/// The solve does not fit in memory.
 pub const MEMORY: u8 = 3;
 /// A file could not be read or written.
 pub const FILE: u8 = 4;
-/// Stalled before its tolerance; the result is written.
+/// The solve stalled before its tolerance; the result is written.
 pub const STALLED: u8 = 5;
-/// Interrupted; the result so far is written.
+/// The solve was interrupted; the result so far is written.
 pub const INTERRUPTED: u8 = 130;
 
 /// Why a command could not do what it was asked: one sentence that ends with the remedy.

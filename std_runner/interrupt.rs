@@ -24,7 +24,7 @@ impl Interrupt {
         let interrupt = Interrupt::default();
         let flag = || Arc::clone(&interrupt.asked);
         for signal in SIGNALS {
-            // In this order: the first signal finds the flag down and raises it, the second one finds it up.
+            // The order matters: the first signal finds the flag down and raises it, the second one finds it up.
             let listening = flag::register_conditional_shutdown(signal, INTERRUPTED.into(), flag())
                 .and_then(|_| flag::register(signal, flag()));
             listening.map_err(|error| {

@@ -1,4 +1,4 @@
-//! A problem that owns its lists: what a program keeps while the core borrows them.
+//! A problem that owns its lists, which the core's [`Problem`] borrows.
 
 use thurible_core::{Advection, Boundary, Problem};
 
@@ -32,7 +32,7 @@ pub struct OwnedProblem {
 }
 
 impl OwnedProblem {
-    /// Everything by default, in a box of walls; N is the last keyframe's step, 0 without any.
+    /// A box of walls with the core's defaults; N is the step of the last keyframe, 0 if there is none.
     pub fn new(cells: Vec<usize>, keyframes: Vec<usize>) -> Self {
         let boundary = vec![Boundary::Wall; cells.len()];
         let Problem {
@@ -63,7 +63,7 @@ impl OwnedProblem {
         }
     }
 
-    /// What the core borrows.
+    /// The core's view of this problem.
     pub fn problem(&self) -> Problem<'_> {
         Problem {
             cells: &self.cells,

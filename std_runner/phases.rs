@@ -7,12 +7,12 @@ use thurible_core::{Entry, Sharing};
 pub struct Phase {
     /// Its name, after those of the phases that it is part of.
     pub name: String,
-    /// Every buffer that lives through it and its own.
+    /// Bytes of the buffers that live through the phase, its own included.
     pub bytes: usize,
 }
 
-/// The phases of a ledger whose top lines take `total` bytes: every buffer that lives in turn with others is one, unless parts of it
-/// live in turn themselves. What is never shared is in all of them.
+/// The phases of a ledger whose top lines take `total` bytes. Each child of a line whose children live in turn is a phase, unless
+/// it has such lines below itself. Buffers that are never shared count in every phase.
 pub fn phases(entries: &[Entry], total: usize) -> Vec<Phase> {
     let mut found = Vec::new();
     for index in children(entries, 0, entries.first().map_or(0, |entry| entry.depth)) {
@@ -38,7 +38,7 @@ fn children(entries: &[Entry], first: usize, depth: usize) -> impl Iterator<Item
         .map(|(i, _)| i)
 }
 
-/// Adds the phases at and below line `index`, while which `total` bytes are in use; whether there are any.
+/// Adds the phases at and below line `index`, during which `total` bytes are in use; true if there are any.
 fn visit(entries: &[Entry], index: usize, total: usize, path: &str, found: &mut Vec<Phase>) -> bool {
     let line = entries[index];
     let below = children(entries, index + 1, line.depth + 1);

@@ -1,4 +1,4 @@
-//! The plan of a scene under a ceiling: what fits is chosen, what does not is refused with the way out.
+//! The plan of a scene under a ceiling. What does not fit is refused, with what would fit.
 
 use crate::bytes;
 use crate::exit::Failure;
@@ -10,7 +10,7 @@ use crate::threads;
 use serde_json::{Value, json};
 use thurible_core::{Entry, Method, Named, Params, Plan, Sharing};
 
-/// What the command line says about a plan.
+/// What the command line asks of a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanOptions {
     /// f32 or f64.
@@ -51,7 +51,7 @@ impl Planned {
     }
 }
 
-/// Bytes of the block for `plan`, bumpalo's rounding included.
+/// Bytes of the block for `plan`, with the margin that bumpalo needs.
 pub fn block_bytes(plan: &Plan) -> usize {
     plan.bytes().saturating_add(MARGIN)
 }

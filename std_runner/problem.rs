@@ -15,7 +15,7 @@ pub enum Precision {
 }
 
 impl Precision {
-    /// That of `T`.
+    /// The precision of `T`.
     pub fn of<T: Real>() -> Self {
         if T::BYTES == size_of::<f64>() {
             Precision::F64
@@ -24,7 +24,7 @@ impl Precision {
         }
     }
 
-    /// `f32` or `f64`.
+    /// The word for it, `f32` or `f64`.
     pub fn name(self) -> &'static str {
         match self {
             Precision::F32 => "f32",
@@ -71,7 +71,7 @@ impl OwnedProblem {
         }
     }
 
-    /// The plan in `precision`.
+    /// The core's plan of this problem in `precision`.
     pub fn plan(&self, params: &Params, precision: Precision) -> Result<Plan, PlanError> {
         let problem = self.problem();
         match (self.cells.len(), precision) {

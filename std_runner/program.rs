@@ -11,7 +11,7 @@ pub fn main() -> u8 {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version are "errors" of clap that end with 0; a closed pipe is no reason to complain.
+            // clap reports help and version as errors, but the program ends with 0. A closed pipe is not reported.
             let _ = error.print();
             return if error.use_stderr() { INPUT } else { DONE };
         }

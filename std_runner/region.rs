@@ -1,4 +1,4 @@
-//! The one block of memory of a solve, held by bumpalo; the core is handed all of it as a slice.
+//! The one block of memory of a solve, held by bumpalo; the core gets all of it as a slice.
 
 use bumpalo::Bump;
 use core::alloc::Layout;
@@ -9,11 +9,12 @@ use thurible_core::Plan;
 /// What the block may take beyond the planned bytes: alignment, bumpalo's footer and its rounding to pages.
 pub const MARGIN: usize = 8192;
 
-/// What one thread asks the system for at a time, and the least that a system gives.
+/// Bytes that one thread touches at a time, and bytes of a page.
 const SHARE: usize = 1 << 21;
 const PAGE: usize = 4096;
 
-/// Bytes of a huge page. Rows beside each other across planes lie megabytes apart: in small pages nearly each is an address to translate.
+/// Bytes of a huge page. Neighbouring rows of different planes lie megabytes apart: in small pages nearly each of them needs an
+/// address translation of its own.
 #[cfg(target_os = "linux")]
 const HUGE_PAGE: usize = 1 << 21;
 
@@ -23,15 +24,15 @@ pub struct Region {
 }
 
 impl Region {
-    /// Takes room for `bytes` bytes aligned for the core, or `None` if the system has not that much.
+    /// Allocates `bytes` bytes with the core's alignment; `None` if the system does not have them.
     pub fn new(bytes: usize) -> Option<Self> {
         let bump = Bump::try_with_capacity(bytes.checked_add(Plan::ALIGN)?).ok()?;
-        // A limit below what is allocated already would be ignored; exactly that much means "never grow".
+        // A limit equal to what is allocated means that the arena never grows; a smaller one would be ignored.
         bump.set_allocation_limit(Some(bump.allocated_bytes()));
         Some(Region { bump })
     }
 
-    /// What the block really takes, bumpalo's own bytes included.
+    /// Bytes of the block with bumpalo's own.
     pub fn footprint(&self) -> usize {
         self.bump.allocated_bytes_including_metadata()
     }
@@ -70,7 +71,7 @@ fn ask_for_huge_pages(block: &mut [MaybeUninit<u8>]) {
     }
 }
 
-/// Writes to every page, so that the system clears them on all threads instead of on the one that clears the block.
+/// Writes to every page, so that the system provides and clears the pages on all threads.
 pub fn touch(block: &mut [MaybeUninit<u8>]) {
     block.par_chunks_mut(SHARE).for_each(|share| {
         share

@@ -1,4 +1,4 @@
-//! Threads for the core: rayon's, kept awake as a [`WorkerPool`] while there is something to solve.
+//! Threads for the core: rayon's, kept awake as a [`WorkerPool`] during a solve.
 
 use crate::exit::Failure;
 use core::num::NonZeroUsize;
@@ -7,7 +7,7 @@ use std::thread;
 use thurible_core::exec::{Worker, WorkerPool};
 use thurible_core::{Exec, Serial};
 
-/// Most threads that `--threads` may ask for.
+/// Largest value of `--threads`.
 pub const MOST: usize = 1024;
 
 /// Waits of a thread between pieces of work that are a pause of the processor, 20 microseconds in all.
@@ -37,8 +37,8 @@ pub fn parse(text: &str) -> Result<usize, String> {
 /// Calls `work` on a rayon pool of `threads` threads; on one thread, in place.
 pub fn with<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> Result<R, Failure> {
     if threads <= 1 {
-        // Pictures are drawn on rayon's global pool when there is no other; it must not be wider than asked for.
-        // A pool that is there already (in tests) stays.
+        // Pictures are drawn on rayon's global pool when there is no other; it must not have more threads than `threads`.
+        // In tests a global pool may exist already; it stays.
         let _ = rayon::ThreadPoolBuilder::new()
             .num_threads(1)
             .use_current_thread()
@@ -54,7 +54,7 @@ pub fn with<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> Result<
     Ok(pool.install(work))
 }
 
-/// Calls `work` with an [`Exec`] of the `threads` threads of the pool that the caller is inside of, none of which sleeps long.
+/// Calls `work` with an [`Exec`] over the `threads` threads of the current rayon pool, which wait actively for work.
 pub fn together<R: Send>(threads: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -> R {
     if threads <= 1 {
         return work(&Serial);
@@ -79,7 +79,7 @@ impl Drop for ShutDown<'_> {
     }
 }
 
-/// What a thread does when it has waited `count` times in a row: at first it spins, at last it sleeps.
+/// Lets a thread wait for the `count`th time in a row: it spins at first, then yields, then sleeps.
 pub fn relax(count: u32) {
     match count {
         0..SPINS => core::hint::spin_loop(),

@@ -13,12 +13,12 @@ use std::path::{Path, PathBuf};
 /// The name of the page and of its facts.
 const STEM: &str = "compare";
 
-/// What `compare` takes.
+/// Arguments of `compare`.
 #[derive(Args, Debug)]
 pub struct CompareArguments {
     /// The scene file (TOML).
     pub scene: PathBuf,
-    /// By what it is solved.
+    /// The methods that solve it.
     #[command(flatten)]
     pub methods: MethodList,
     /// The common options.
@@ -29,7 +29,7 @@ pub struct CompareArguments {
     pub output: Option<PathBuf>,
 }
 
-/// Runs `compare`.
+/// Solves a scene by several methods and writes the page; the answer is the exit code.
 pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
     let methods = &arguments.methods.methods;
     let mut document = Document::read(&arguments.scene)?;

@@ -8,10 +8,10 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// What `new` writes.
+/// The scene that `new` writes.
 pub const TEMPLATE: &str = include_str!("template.toml");
 
-/// What `new` takes.
+/// Arguments of `new`.
 #[derive(Args, Debug)]
 pub struct NewArguments {
     /// Name of the scene; NAME.toml is written.
@@ -21,7 +21,7 @@ pub struct NewArguments {
     pub quiet: bool,
 }
 
-/// Runs `new`.
+/// Writes the scene; the answer is the exit code.
 pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
     let path = scene_path(&arguments.name)?;
     let shown = path.display();
@@ -51,7 +51,7 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-/// `NAME.toml`, unless the name ends so already.
+/// `NAME.toml`, or `name` itself if it ends in `.toml`.
 fn scene_path(name: &Path) -> Result<PathBuf, Failure> {
     let Some(file) = name.file_name() else {
         return Err(Failure::Input(format!(

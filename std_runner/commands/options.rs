@@ -8,7 +8,7 @@ use crate::{bytes, threads};
 use clap::Args;
 use std::path::PathBuf;
 
-/// What every command that plans or solves takes.
+/// Options of every command that plans or solves.
 #[derive(Args, Debug)]
 pub struct Options {
     /// Threads [default: as many as the machine offers].
@@ -36,7 +36,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// What they say about the plan.
+    /// The options of the plan.
     pub fn plan(&self) -> PlanOptions {
         PlanOptions {
             precision: self.precision.unwrap_or(Precision::F32),
@@ -45,7 +45,7 @@ impl Options {
         }
     }
 
-    /// How progress is shown.
+    /// How progress is shown: a bar, JSON lines or nothing.
     pub fn mode(&self) -> Mode {
         match (self.quiet, self.json) {
             (true, _) => Mode::Quiet,
@@ -54,7 +54,7 @@ impl Options {
         }
     }
 
-    /// What they say about a solve that writes `outputs`.
+    /// The options of a solve that writes `outputs`.
     pub(crate) fn run(&self, outputs: Outputs) -> RunOptions {
         RunOptions {
             plan: self.plan(),
@@ -64,7 +64,7 @@ impl Options {
     }
 }
 
-/// What `solve` and `plan` share.
+/// Arguments of `solve` and `plan`.
 #[derive(Args, Debug)]
 pub struct SceneArguments {
     /// The scene file (TOML).

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// The name of the page and of its facts.
 const STEM: &str = "paper";
 
-/// What `paper` takes.
+/// Arguments of `paper`.
 #[derive(Args, Debug)]
 pub struct PaperArguments {
     /// Which of them; all of Table 2 if none is named. --list shows the names.
@@ -28,7 +28,7 @@ pub struct PaperArguments {
     /// The paper's cells along each axis times this: 1, 1/2, 1/4 or 1/8; the steps stay.
     #[arg(long, value_name = "S", default_value = "1", value_parser = Scale::parse)]
     pub scale: Scale,
-    /// By what they are solved.
+    /// The methods that solve them.
     #[command(flatten)]
     pub methods: MethodList,
     /// Keep result.npz of every solve too; at full size they are gigabytes.
@@ -45,7 +45,7 @@ pub struct PaperArguments {
     pub output: PathBuf,
 }
 
-/// Runs `paper`.
+/// Solves the paper's scenes and writes the page; the answer is the exit code.
 pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
     let options = arguments.options.run(Outputs {
         arrays: arguments.arrays,
@@ -77,7 +77,7 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
                 &interrupt,
             )?,
         });
-        // After each scene, so that a long run can be looked at, and leaves what it has if it is stopped.
+        // After each scene, so that the page of a long run can be read meanwhile, and stays if the run is stopped.
         let mut page = paper::page(&sections, &solved, arguments.scale);
         page.pictures = !arguments.no_pictures;
         publish::write(&arguments.output, STEM, &page, &facts(&solved, arguments.scale))?;
@@ -118,7 +118,7 @@ fn facts(solved: &[SolvedScene], scale: Scale) -> Value {
     json!({ "format": 1, "scale": scale.name(), "scenes": solved.iter().map(scene).collect::<Vec<_>>() })
 }
 
-/// Prints the names, and what the first method that is asked for would take.
+/// Prints the names, and the memory that each scene takes by the first method.
 fn list(selection: &Selection<'_>, options: &RunOptions) -> Result<u8, Failure> {
     for section in SECTIONS {
         console::print(&format!("{:<10}{}", section.name, section.title));
@@ -142,7 +142,7 @@ fn list(selection: &Selection<'_>, options: &RunOptions) -> Result<u8, Failure> 
     Ok(DONE)
 }
 
-/// Size and memory of an entry, or why it would not be solved.
+/// Size and memory of an entry, or by which methods alone it is solved.
 fn needs(entry: &Entry, selection: &Selection<'_>, options: &RunOptions) -> Result<String, Failure> {
     let methods = entry.methods(selection.methods);
     let Some(method) = methods.first() else {

@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use serde_json::{Value, json};
 use thurible_core::{Named, Plan};
 
-/// Runs `plan`.
+/// Prints the plan of a scene; the answer is the exit code.
 pub fn run(arguments: &SceneArguments) -> Result<u8, Failure> {
     let scene = Scene::load(
         &arguments.scene,

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use clap::Args;
 use std::path::PathBuf;
 
-/// What `simulate` takes.
+/// Arguments of `simulate`.
 #[derive(Args, Debug)]
 pub struct SimulateArguments {
     /// The scene file (TOML).
@@ -28,7 +28,7 @@ pub struct SimulateArguments {
     pub steps: Option<usize>,
 }
 
-/// Runs `simulate`.
+/// Simulates a scene and writes its result folder; the answer is the exit code.
 pub fn run(arguments: &SimulateArguments) -> Result<u8, Failure> {
     let clock = Clock::start();
     let steps = arguments.steps.map(|steps| format!("time.steps={steps}"));

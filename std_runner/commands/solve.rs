@@ -8,7 +8,7 @@ use crate::scene::Scene;
 use clap::Args;
 use std::path::PathBuf;
 
-/// What `solve` takes.
+/// Arguments of `solve`.
 #[derive(Args, Debug)]
 pub struct SolveArguments {
     /// The scene and the common options.
@@ -19,7 +19,7 @@ pub struct SolveArguments {
     pub output: Option<PathBuf>,
 }
 
-/// Runs `solve`.
+/// Solves a scene and writes its result folder; the answer is the exit code.
 pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     let clock = Clock::start();

@@ -1,4 +1,4 @@
-//! The columns of the table, which the page of the paper's scenes has too.
+//! The columns of the table of a comparison; the page of the paper's scenes has the same.
 
 use super::figures::Figures;
 use crate::report::{bytes, number};
@@ -88,6 +88,6 @@ fn status(status: Status) -> &'static str {
     }
 }
 
-/// About the last column.
+/// A note on the last column.
 pub(crate) const MEMORY: &str = "Memory is the one block that a solve takes, source and keyframes included. The paper's M = 4 (1 + d) N prod(n) / (1 - 2^-d) \
      numbers bounds its own method, ADMM, without source and keyframes; it is given here in the precision of this run.";

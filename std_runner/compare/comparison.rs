@@ -12,7 +12,7 @@ use crate::scene::{Document, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// The same scene once for each method, checked and planned: what would be refused is refused before anything is solved.
+/// The same scene once for each method. Each is checked and planned here, so that nothing is refused after hours of solving.
 pub(crate) fn scenes_by_method(
     document: &Document,
     methods: &[String],
@@ -42,14 +42,14 @@ pub(crate) fn scenes_by_method(
 /// What the methods made of a scene.
 #[derive(Default)]
 pub(crate) struct Comparison {
-    /// Those that came to a result, in order.
+    /// Methods with a result, in order.
     pub solved: Vec<Outcome>,
-    /// Those that did not: the method and why.
+    /// Methods without a result, and the reason.
     pub failed: Vec<(String, String)>,
 }
 
 impl Comparison {
-    /// Solves each scene into a folder of its method's name below `folder`, until the user says stop.
+    /// Solves each scene into a folder below `folder` that has its method's name; stops when the user interrupts it.
     pub fn run(
         scenes: Vec<Scene>,
         methods: &[String],
@@ -91,7 +91,7 @@ impl Comparison {
         self.records().map(|record| Figures::of(record, ends)).collect()
     }
 
-    /// What a program needs to know of it: the least objective, the rows of the table, and what failed.
+    /// The comparison as JSON: the least objective, the rows of the table, and what failed.
     pub fn facts(&self) -> Value {
         let failed: Value = self
             .failed

@@ -1,10 +1,10 @@
-//! What a run of one method comes down to in a comparison, taken from its record alone.
+//! The figures of one method in a comparison, from the record of its run alone.
 
 use crate::report::{IterationRecord, KeyframeRecord, ObjectiveRecord, RunRecord, by_grid, by_name};
 use serde::Serialize;
 use thurible_core::{Method, Status};
 
-/// How close to the best objective counts as there.
+/// An objective up to this times the best counts as having reached it.
 pub const NEAR: f64 = 1.01;
 
 /// One row of the table.
@@ -16,17 +16,17 @@ pub struct Figures {
     /// How it ended.
     #[serde(serialize_with = "by_name")]
     pub status: Status,
-    /// Threads that it used.
+    /// Number of threads.
     pub threads: usize,
     /// Iterations on the finest grid.
     pub iterations: usize,
     /// Iterations on coarser grids before.
     pub coarser_iterations: usize,
-    /// Seconds from the first iteration, whatever its grid, until the method stopped by itself.
+    /// Seconds from the first iteration, which may be on a coarser grid, to the last.
     pub seconds: f64,
     /// Seconds until the objective was within 1 % of the best that any method found; absent if it never was.
     pub seconds_to_best: Option<f64>,
-    /// Seconds until the objective was no more than that at which the worst method ended, of those that descend.
+    /// Seconds until the objective was at most the largest final objective of the methods that descend.
     pub seconds_to_worst: Option<f64>,
     /// Seconds of an iteration on the finest grid, on average.
     pub iteration_average: f64,
@@ -34,7 +34,7 @@ pub struct Figures {
     pub ao_average: Option<f64>,
     /// Seconds of a Navier-Stokes problem, on average; ADMM only.
     pub nso_average: Option<f64>,
-    /// Of the feasible result.
+    /// The objective of the feasible result.
     pub objective: ObjectiveRecord,
     /// The largest relative distance from a keyframe.
     pub keyframe_error: f64,
@@ -42,14 +42,14 @@ pub struct Figures {
     pub keyframe_error_before: f64,
     /// What the status alone does not say.
     pub remarks: Vec<String>,
-    /// The block of memory.
+    /// Bytes of the block of memory.
     pub planned_bytes: usize,
     /// The paper's bound M for ADMM, in values of this precision.
     pub paper_bound_bytes: usize,
 }
 
 impl Figures {
-    /// Those of `record`, where the best method came down to `best` and the worst of those that descend to `worst`.
+    /// The figures of `record`; `best` is the least final objective, `worst` the largest of the methods that descend.
     pub fn of(record: &RunRecord, (best, worst): (f64, f64)) -> Self {
         let finest = finest(record);
         let coarser = record.history.len() - finest.len();
@@ -97,8 +97,8 @@ pub fn finest(record: &RunRecord) -> &[IterationRecord] {
         .unwrap_or_default()
 }
 
-/// Seconds until the objective was at most `target`. Only who ends there has reached it: an objective on the way may be that of a
-/// flow that is not feasible yet.
+/// Seconds until the objective was at most `target`, if it also ended there: an objective on the way may be that of a flow that is
+/// not feasible yet.
 fn reached(history: &[IterationRecord], end: f64, target: f64) -> Option<f64> {
     let last = history.last()?;
     let entry = history
@@ -107,7 +107,7 @@ fn reached(history: &[IterationRecord], end: f64, target: f64) -> Option<f64> {
     (end <= target).then(|| entry.unwrap_or(last).seconds)
 }
 
-/// Whether the method went down step by step: one that makes a single pass has no way to show.
+/// Whether the method made more than one iteration on the finest grid, so that its objective can be plotted.
 pub fn descends(record: &RunRecord) -> bool {
     finest(record).len() > 1
 }

@@ -79,7 +79,7 @@ fn conditions(record: &RunRecord) -> Vec<Block> {
     vec![Block::Text(scene), Block::Text(measured(record))]
 }
 
-/// By what program on what machine, and what the columns mean.
+/// Which program on which machine made the figures, and what the columns mean.
 pub(crate) fn measured(record: &RunRecord) -> String {
     let build = if cfg!(debug_assertions) {
         ", a debug build, whose times say little"
@@ -102,7 +102,7 @@ pub(crate) fn measured(record: &RunRecord) -> String {
     )
 }
 
-/// The processor's name, where the system tells.
+/// The processor's name from /proc/cpuinfo.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text
@@ -127,7 +127,7 @@ fn table(rows: &[Figures]) -> Table {
     }
 }
 
-/// What is to be said below the table.
+/// Notes below the table.
 fn notes(comparison: &Comparison) -> Vec<Block> {
     let mut notes: Vec<Block> = race(&comparison.figures()).map(Block::Text).into_iter().collect();
     notes.extend(
@@ -144,7 +144,7 @@ fn notes(comparison: &Comparison) -> Vec<Block> {
     notes
 }
 
-/// Who came first to where the worst method ended.
+/// Which method was first at the final objective of the worst one.
 fn race(rows: &[Figures]) -> Option<String> {
     let descending = rows.iter().filter(|row| row.iterations > 1);
     let worst = descending.max_by(|one, other| one.objective.total().total_cmp(&other.objective.total()))?;
@@ -191,7 +191,7 @@ fn objective(comparison: &Comparison, across: fn(&IterationRecord, usize) -> f64
     comparison.records().enumerate().map(curve).collect()
 }
 
-/// The objective against seconds, if a method has a way to show.
+/// The objective against seconds, if any method has more than one point.
 pub(crate) fn by_seconds(comparison: &Comparison) -> Option<Chart> {
     comparison.records().any(descends).then(|| Chart {
         title: "Objective against time",
@@ -243,7 +243,7 @@ pub(crate) fn last_keyframe(comparison: &Comparison) -> Vec<Block> {
     vec![Block::Pictures(shots), Block::Pictures(differences)]
 }
 
-/// Some steps from first to last.
+/// A strip of pictures of some steps, from first to last.
 pub(crate) fn strip(pictures: &[(usize, Vec<u8>)]) -> Block {
     Block::Strip(
         pictures

@@ -9,7 +9,7 @@ use crate::report::Document;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Refuses a folder that holds something else, and marks it as one of ours before anything is solved.
+/// Refuses a folder that holds something else; else marks it as a result folder before anything is solved.
 pub(crate) fn prepare(folder: &Path, stem: &str) -> Result<(), Failure> {
     let mark = format!("{stem}.json");
     Destination::check_for(folder, &mark)?;
@@ -31,7 +31,7 @@ pub(crate) fn check_below(folder: &Path, methods: &[String]) -> Result<(), Failu
         .try_for_each(|name| Destination::check(&folder.join(name)).map(drop))
 }
 
-/// Writes the page in both forms and its facts.
+/// Writes the page as HTML and Markdown, and its facts as JSON.
 pub(crate) fn write(folder: &Path, stem: &str, page: &Document, facts: &Value) -> Result<(), Failure> {
     let path = folder.join(format!("{stem}.json"));
     let json = serde_json::to_vec_pretty(facts).map_err(OutputError::of(&path));
@@ -40,7 +40,7 @@ pub(crate) fn write(folder: &Path, stem: &str, page: &Document, facts: &Value) -
         .map_err(|error| Failure::File(error.to_string()))
 }
 
-/// Says what came of it and where it is.
+/// Prints the table and where the page is.
 pub(crate) fn announce(mode: Mode, folder: &Path, stem: &str, table: &str, facts: Value) {
     let page = folder.join(format!("{stem}.html"));
     match mode {

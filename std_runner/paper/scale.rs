@@ -1,8 +1,8 @@
-//! By how much the paper's grids are made smaller.
+//! The scale of the paper's grids on the command line.
 
 use crate::plan::scaled;
 
-/// A whole part of the paper's cells along each axis.
+/// The paper's cells along each axis, divided by 1, 2, 4 or 8.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scale {
     divisor: usize,
@@ -24,7 +24,7 @@ impl Scale {
         scaled(cells, 1, self.divisor, 4)
     }
 
-    /// "1/4"
+    /// The scale as it is written, as in "1/4".
     pub fn name(self) -> String {
         if self.divisor == 1 {
             "1".into()

@@ -20,7 +20,7 @@ pub(crate) struct Selection<'a> {
     pub names: &'a [String],
     /// The methods, in the order in which they run.
     pub methods: &'a [String],
-    /// By how much the grids are made smaller.
+    /// The scale of the grids.
     pub scale: Scale,
     /// Assignments to keys of every scene.
     pub sets: &'a [String],
@@ -30,7 +30,7 @@ pub(crate) struct Selection<'a> {
 pub(crate) struct PlannedScene {
     /// Which scene of the catalogue it is.
     pub entry: &'static Entry,
-    /// By what it is solved.
+    /// The methods that solve it.
     pub methods: Vec<String>,
     /// The checked scene, once for each method.
     pub scenes: Vec<Scene>,
@@ -151,7 +151,7 @@ impl Section {
 }
 
 impl Entry {
-    /// Those of the methods asked for that it is about.
+    /// Those of the methods `asked` that it is about.
     pub fn methods(&self, asked: &[String]) -> Vec<String> {
         asked
             .iter()

@@ -37,7 +37,7 @@ impl Spent {
     }
 }
 
-/// A stopwatch that knows in which phase the solve is.
+/// A stopwatch for the whole solve and for the phases of ADMM.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     start: Instant,
@@ -82,23 +82,23 @@ impl Clock {
         self.total() - self.begun
     }
 
-    /// The solve begins.
+    /// Notes that the solve begins.
     pub fn begin(&mut self) {
         self.begun = self.total();
     }
 
-    /// The nested start is over, and the first iteration on the finest grid begins.
+    /// Notes that the nested start is over and the first iteration on the finest grid begins.
     pub fn nested(&mut self) {
         self.nested = self.seconds();
     }
 
-    /// The last iteration is over.
+    /// Notes that the last iteration is over.
     pub fn solved(&mut self) {
         self.leave();
         self.solved = self.total();
     }
 
-    /// The result is feasible.
+    /// Notes that the result is feasible.
     pub fn finished(&mut self) {
         self.finished = self.total();
     }
@@ -122,7 +122,7 @@ impl Clock {
     }
 }
 
-/// `1:02:03`, `02:03`, or `4.5 s` below a minute.
+/// A duration as `1:02:03`, `02:03`, or `4.5 s` below a minute.
 pub fn in_words(seconds: f64) -> String {
     if seconds < 60.0 {
         return format!("{:.1} s", seconds.max(0.0));

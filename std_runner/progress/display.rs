@@ -30,7 +30,7 @@ pub struct Display {
 }
 
 impl Display {
-    /// For a solve of at most `limit` iterations.
+    /// A display for a solve of at most `limit` iterations.
     pub fn new(mode: Mode, limit: usize) -> Self {
         let bar = (mode == Mode::Human && stderr().is_terminal()).then(|| {
             let style = ProgressStyle::with_template("{spinner} [{bar:14}] {pos}/{len} {wide_msg}");
@@ -47,7 +47,7 @@ impl Display {
         }
     }
 
-    /// A sentence between the lines of progress.
+    /// Prints a sentence between the lines of progress.
     pub fn note(&self, text: &str) {
         match (self.mode, &self.bar) {
             (Mode::Human, Some(bar)) => bar.println(text),
@@ -56,7 +56,7 @@ impl Display {
         }
     }
 
-    /// A warning; with `--json` an event.
+    /// Prints a warning; with `--json` as an event.
     pub fn warning(&self, text: &str) {
         match self.mode {
             Mode::Json => self.event("warning", json!({ "message": text })),
@@ -64,7 +64,7 @@ impl Display {
         }
     }
 
-    /// One JSON line, if that is how progress is shown.
+    /// Prints one JSON line, if progress is shown in JSON.
     pub fn event(&self, name: &str, mut fields: Value) {
         if self.mode == Mode::Json {
             fields["event"] = name.into();
@@ -72,7 +72,7 @@ impl Display {
         }
     }
 
-    /// What the solve is doing within an iteration.
+    /// Shows beside the bar what the solve is doing within an iteration.
     pub fn detail(&self, text: Arguments<'_>) {
         if let Some(bar) = &self.bar {
             bar.set_message(format!("{}{text}", self.summary));
@@ -86,7 +86,7 @@ impl Display {
         }
     }
 
-    /// An outer iteration is over, `seconds` after the start, the first `nested` of which the coarser grids took.
+    /// Shows an outer iteration that ended `seconds` after the start; the coarser grids took the first `nested` of them.
     pub fn iteration(&mut self, progress: &Progress, seconds: f64, nested: f64) {
         self.event("iteration", iteration_fields(progress, seconds));
         if self.mode != Mode::Human {
@@ -115,7 +115,7 @@ impl Display {
         self.summary = text + ", ";
     }
 
-    /// Takes the bar off the screen.
+    /// Removes the bar from the screen.
     pub fn close(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
@@ -138,7 +138,7 @@ fn iterations_on_the_finest_grid(progress: &Progress) -> usize {
     }
 }
 
-/// What the method has to say of an iteration.
+/// What is particular to the method in an iteration.
 fn manner(progress: &Progress) -> String {
     if progress.direct.level_iteration > 0 {
         return format!("step {:.1e}", progress.direct.step);

@@ -11,10 +11,10 @@ use crate::report::IterationRecord;
 use core::ops::ControlFlow;
 use thurible_core::{Event, Observer, Progress};
 
-/// Rows that the history has room for from the start, so that it need not grow while the solve runs.
+/// Iterations that the history reserves room for, so that it does not grow while the solve runs.
 const ROWS: usize = 1024;
 
-/// Bytes of the history's rows for a solve of at most `limit` iterations.
+/// Bytes that the history reserves for a solve of at most `limit` iterations.
 pub fn history_bytes(limit: usize) -> usize {
     limit.min(ROWS) * (size_of::<IterationRecord>() + size_of::<Progress>())
 }
@@ -44,7 +44,7 @@ impl Watch {
         }
     }
 
-    /// An outer iteration is over.
+    /// Records an outer iteration that is over.
     pub fn iteration(&mut self, progress: &Progress) {
         self.clock.leave();
         let seconds = self.clock.seconds();
@@ -55,7 +55,7 @@ impl Watch {
         self.history.push(IterationRecord::new(seconds, progress));
     }
 
-    /// Whether to stop; the user is told once.
+    /// Whether the user has interrupted the solve; says so once.
     fn stops(&mut self) -> bool {
         let asked = self.interrupt.asked();
         if asked && !self.told {

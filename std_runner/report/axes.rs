@@ -1,4 +1,4 @@
-//! The axes of a chart: where values go, and which of them are marked.
+//! The axes of a chart: from values to pixels, and the ticks.
 
 use super::words::number;
 
@@ -28,7 +28,7 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    /// Around `points`, if there are any.
+    /// Axes that hold all `points`; `None` if there are none.
     pub fn of(points: &[(f64, f64)], scale: Scale) -> Option<Self> {
         let range = |values: &mut dyn Iterator<Item = f64>| {
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
@@ -57,7 +57,7 @@ impl Axes {
         Some(Self { scale, x, y })
     }
 
-    /// Where a point stands in the drawing.
+    /// Pixels of a point.
     pub fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let x = if self.scale == Scale::Logarithmic {
             x.log10()

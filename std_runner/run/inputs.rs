@@ -6,8 +6,8 @@ use crate::scene::{Keyframe, Scene};
 use std::path::Path;
 use thurible_core::{InputError, Real, Solver, SolverError, Space};
 
-/// Draws every shape of `scene`, reads the files that it names and hands everything to `solver`; the answer is the mass
-/// factor of each keyframe.
+/// Draws every shape of `scene`, reads the files that it names, and sets source, velocity and keyframes of `solver`. Returns the
+/// mass factor of each keyframe.
 pub fn set_inputs<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
@@ -88,12 +88,12 @@ fn drawn<T: Real>(scene: &Scene, key: &str, shape: &ShapeSpec) -> Result<Vec<T>,
     Ok(narrowed(density))
 }
 
-/// `values` in the precision of the solve.
+/// `values` rounded to the precision of the solve.
 fn narrowed<T: Real>(values: Vec<f64>) -> Vec<T> {
     values.into_iter().map(T::from_f64).collect()
 }
 
-/// The sentence of a shape's error with the place of its key in the scene.
+/// The failure for a shape's error, with the place of its key in the scene.
 fn refusal(scene: &Scene, table: &str, error: &ShapeError) -> Failure {
     let (ShapeError::Key { key, .. } | ShapeError::File { key, .. } | ShapeError::Read { key, .. }) = error;
     let place = scene.document.place(&format!("{table}.{key}"));
@@ -105,7 +105,7 @@ fn refusal(scene: &Scene, table: &str, error: &ShapeError) -> Failure {
     }
 }
 
-/// The sentence for a solver that could not be made in a block of the planned size.
+/// The failure for a solver that could not be made in a block of the planned size.
 pub fn solver_refusal(error: &SolverError) -> Failure {
     Failure::Memory(format!(
         "the solver refused its block of memory: {error}; this is a fault of thurible, please report it"

@@ -1,4 +1,4 @@
-//! A planned solve in its block of memory: solve, make feasible, write, say what came of it.
+//! A planned solve in its block of memory: solve, make feasible, write, report.
 
 use super::frames::SolverFrames;
 use super::inputs::{set_inputs, set_inputs_from_result, solver_refusal};
@@ -23,9 +23,9 @@ use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
 /// A given v_0 that projection changes by more than this is worth a warning.
 const DIVERGENT: f64 = 1e-6;
 
-/// Bytes that the runner needs beside the block, about: its stack, buffers of files and the scene,
+/// Estimated bytes beside the block: stack, buffers of files and the scene.
 const BESIDE: usize = 256 << 10;
-/// and fields of shapes in double precision while they are drawn.
+/// Fields in double precision that exist while a shape is drawn.
 const FIELDS: usize = 2;
 
 /// A solve that is ready to run.
@@ -86,7 +86,7 @@ impl Job {
         })
     }
 
-    /// Draws the pictures and the page; without pictures where the system has not the memory.
+    /// Draws the pictures and the page; the page alone if there is no memory for pictures.
     fn draw(&self, solved: &Solved) -> Result<Gallery, Failure> {
         let Solved {
             destination,
@@ -110,7 +110,7 @@ impl Job {
         Ok(gallery.unwrap_or_default())
     }
 
-    /// Pictures are drawn from `result.npz`; now it can go.
+    /// Removes `result.npz`, from which the pictures have been drawn.
     fn remove_arrays(&self) -> Result<(), Failure> {
         let path = self.request.folder.join(report::ARCHIVE);
         fs::remove_file(&path).map_err(|error| {

@@ -1,4 +1,4 @@
-//! What a solve says of itself, before and after, and why it could not be.
+//! What a solve prints before and after, and its failures.
 
 use crate::bytes;
 use crate::console;
@@ -12,7 +12,7 @@ use serde_json::json;
 use std::path::Path;
 use thurible_core::{Named, Status};
 
-/// What is going to be solved, and in how many bytes.
+/// Says what is going to be solved, and in how many bytes.
 pub(super) fn plan(display: &Display, scene: &Scene, planned: &Planned) {
     display.event("plan", plan_fields(planned));
     display.note(&format!(
@@ -28,7 +28,7 @@ pub(super) fn plan(display: &Display, scene: &Scene, planned: &Planned) {
     ));
 }
 
-/// What came of it, and where it is.
+/// Says how the solve ended, and where the result is.
 pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, folder: &Path) {
     let (status, objective) = (record.status, record.objective);
     watch.display.event(
@@ -94,7 +94,7 @@ fn in_sentence(status: Status) -> &'static str {
     }
 }
 
-/// The block, or the little beside it, is more than the system gives.
+/// The failure of a block, or of what the runner needs beside it, that the system does not give.
 pub(super) fn no_memory(bytes: usize) -> Failure {
     Failure::Memory(format!(
         "the system has not {} bytes ({}) for the solve and a little more to read and write; close other programs, or make `grid.cells` or `time.steps` smaller",
@@ -103,7 +103,7 @@ pub(super) fn no_memory(bytes: usize) -> Failure {
     ))
 }
 
-/// The solve came to nothing that could be written.
+/// The failure of a solve without a result that could be written.
 pub(super) fn not_finite(scene: &Scene) -> Failure {
     Failure::NotFinite(format!(
         "{}: the solve left the finite numbers, or a flow was too fast to follow from the start, and nothing was written; try --precision f64, more `time.steps` or a slower initial velocity",

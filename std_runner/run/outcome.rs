@@ -1,4 +1,4 @@
-//! What comes of a solve: its [`RunRecord`], which is behind `report.json` and `report.html`, and its pictures.
+//! The outcome of a solve: its [`RunRecord`], from which `report.json` and `report.html` are written, and its pictures.
 
 use crate::output::Gallery;
 use crate::plan::Planned;
@@ -10,15 +10,15 @@ use crate::scene::Scene;
 use std::path::Path;
 use thurible_core::{Named, Real, Solver, Space, Status};
 
-/// What comes of a solve, beside its folder.
+/// The outcome of a solve, as a comparison needs it.
 pub(crate) struct Outcome {
     /// What `report.json` holds.
     pub record: RunRecord,
-    /// The pictures of `report.html`; none if the system had not the memory.
+    /// The pictures of `report.html`; none if there was no memory for them.
     pub gallery: Gallery,
 }
 
-/// What is known of a solve beside its solver.
+/// What the record holds that the solver does not know.
 pub(super) struct Facts<'a> {
     /// The scene, for its text.
     pub scene: &'a Scene,

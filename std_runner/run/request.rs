@@ -1,4 +1,4 @@
-//! What is to be solved, and how.
+//! A request: what is to be solved, and with which options.
 
 use crate::interrupt::Interrupt;
 use crate::plan::PlanOptions;
@@ -30,9 +30,9 @@ pub(crate) struct Outputs {
 pub(crate) struct Request {
     /// The checked scene.
     pub scene: Scene,
-    /// Where the result goes.
+    /// The result folder.
     pub folder: PathBuf,
-    /// Runs since the scene was read.
+    /// A clock that was started before the scene was read.
     pub clock: Clock,
     /// A result that the flow continues from its last step, instead of the scene's source.
     pub from: Option<PathBuf>,
