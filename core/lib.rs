@@ -18,23 +18,22 @@
 //!
 //! # The path of the data
 //!
-//! A module imports only from those before it.
+//! A module imports only from those before it, and from those in its row; `tests/layering` reads this table.
 //!
 //! | | module | what it does |
 //! |---|---|---|
 //! | ground | [`words`] | the words of choices and outcomes, for every interface |
-//! | | [`real`] | f32 and f64 behind one trait |
 //! | | [`memory`] | the caller's bytes, handed out; the ledger of named buffers, together and in turn |
-//! | | [`simd`] | vectors, and loops compiled for several instruction sets |
+//! | | [`simd`], [`real`] | vectors, and loops compiled for several instruction sets; f32 and f64 behind one trait |
 //! | | [`exec`] | threads: rows of a field as tasks |
 //! | | [`observe`] | what a host can watch and stop |
 //! | | [`checkpoint`] | the state of a solve as plain bytes |
 //! | | [`progress`] | what an iteration reports, and how a solve ends |
-//! | where it is solved | [`grid`] | the staggered grid, coarser grids and the weights between them, eigenvectors along its axes |
+//! | what is solved | [`grid`] | the staggered grid, coarser grids and the weights between them, eigenvectors along its axes |
+//! | | [`problem`] | box, time, weights; checked once |
 //! | | [`field`] | views of trajectories, their algebra, loops over rows, sums in a fixed order |
 //! | pieces | [`operators`] | divergence, gradient, self-advection and its adjoint, blur |
-//! | what is solved | [`problem`] | box, time, weights; checked once |
-//! | pieces | [`poisson`] | the projection onto div v = 0, by eigenvectors or multigrid |
+//! | | [`poisson`] | the projection onto div v = 0, by eigenvectors or multigrid |
 //! | | [`transport`] | A\[rho, v\] and its exact adjoint |
 //! | | [`force`] | the force that a given flow needs |
 //! | | [`objective`] | keyframes and data term, the density's sweep forward and back, J as a function of the flow, coarser scenes |
