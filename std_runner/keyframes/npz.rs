@@ -1,10 +1,11 @@
 //! Array files by their extension: one array in a `.npy`, named ones in a `.npz` (a zip archive).
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{self, BufReader, Read};
 use std::path::Path;
 
 use zip::ZipArchive;
+use zip::result::ZipError;
 
 use super::error::Fault;
 use super::npy::{self, Array, read_array};
@@ -61,6 +62,7 @@ fn names(archive: &ZipArchive<BufReader<File>>) -> String {
     names.join(", ")
 }
 
+/// Reads the array `name` by `read`, and the rest of its member for the sake of the checksum.
 fn read_member(
     file: BufReader<File>,
     name: &str,
@@ -74,7 +76,46 @@ fn read_member(
             format!("it holds: {held}"),
         ));
     };
-    let broken = |error| Fault::content(format!("has a broken array `{name}` ({error})"), "save it again");
-    let mut member = archive.by_index(index).map_err(broken)?;
-    read(&mut member)
+    let damaged = |error: String| {
+        Fault::content(
+            format!("holds an array `{name}` that is damaged ({error})"),
+            "copy the file again, or save it again",
+        )
+    };
+    let member = archive.by_index(index).map_err(|error| match error {
+        ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) => Fault::content(
+            format!("holds an array `{name}` that is packed in an unknown way ({error})"),
+            "save it by numpy.savez or numpy.savez_compressed",
+        ),
+        other => damaged(other.to_string()),
+    })?;
+    let mut member = Watched {
+        inner: member,
+        failed: None,
+    };
+    let array = read(&mut member);
+    // The checksum is compared at the member's end, which the array's last value need not be.
+    let _ = io::copy(&mut member, &mut io::sink());
+    match member.failed {
+        Some(error) => Err(damaged(error)),
+        None => array,
+    }
+}
+
+/// A reader that remembers how it failed: damage is told before whatever sense the bytes made.
+struct Watched<R> {
+    inner: R,
+    failed: Option<String>,
+}
+
+impl<R: Read> Read for Watched<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.inner.read(buffer);
+        if let Err(error) = &read
+            && error.kind() != io::ErrorKind::Interrupted
+        {
+            self.failed.get_or_insert_with(|| error.to_string());
+        }
+        read
+    }
 }

@@ -1,4 +1,4 @@
-//! Reads the arrays of an npz file: just enough of the format for the files that the program writes.
+//! Reads and writes NumPy's arrays: just enough of the format for the files that the program writes and reads.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -10,6 +10,18 @@ pub struct Array {
     pub kind: String,
     pub shape: Vec<usize>,
     pub data: Vec<f64>,
+}
+
+/// A `.npy` file of doubles.
+pub fn npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape:?}, }}\n")
+        .replace(['[', ']'], "|");
+    let header = header.replacen('|', "(", 1).replacen('|', ",)", 1);
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend(u16::try_from(header.len()).unwrap().to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
 }
 
 /// All arrays of a file by name.

@@ -1,0 +1,129 @@
+//! Damaged archives are refused, whatever reads them.
+#![cfg(feature = "std")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
+
+mod support;
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use support::npz::npy;
+use support::{Ended, fresh_folder, run};
+use zip::write::SimpleFileOptions;
+
+const SIDE: usize = 8;
+
+/// An archive, in which the last bit of the array `damaged` is another than its checksum is of.
+fn write(path: &Path, arrays: &[(&str, Vec<u8>)], damaged: &str) {
+    let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());
+    let stored = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, bytes) in arrays {
+        archive.start_file(format!("{name}.npy"), stored).unwrap();
+        archive.write_all(bytes).unwrap();
+    }
+    archive.finish().unwrap();
+    let mut bytes = fs::read(path).unwrap();
+    for (_, array) in arrays.iter().filter(|(name, _)| *name == damaged) {
+        let start = bytes.windows(array.len()).position(|part| part == array).unwrap();
+        bytes[start + array.len() - 1] ^= 1;
+    }
+    fs::write(path, bytes).unwrap();
+}
+
+fn density() -> Vec<f64> {
+    let cell = |index: usize| ((index % SIDE) as f64 - 3.5).hypot((index / SIDE) as f64 - 3.5);
+    (0..SIDE * SIDE)
+        .map(|index| (3.0 - cell(index)).clamp(0.0, 1.0))
+        .collect()
+}
+
+fn scene(folder: &Path, source: &str, target: &str) -> String {
+    let path = folder.join("scene.toml");
+    let text = format!(
+        "[grid]\ncells = [8, 8]\n[time]\nsteps = 2\n[source]\n{source}\n[[keyframe]]\nstep = 2\n{target}\n[method]\niterations = 1\n[output]\nframes = false\n"
+    );
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().into()
+}
+
+const CIRCLE: &str = "circle = { center = [0.5, 0.5], radius = 0.3 }";
+
+fn refused(ended: &Ended, words: &[&str]) {
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(words.iter().all(|word| ended.err.contains(word)), "{}", ended.err);
+}
+
+#[test]
+fn shapes_and_velocities_from_damaged_archives_are_refused() {
+    let folder = fresh_folder("damaged_shapes");
+    let file = "file = \"a.npz\"\nname = \"density\"";
+    let arrays = [
+        ("density", npy(&[SIDE, SIDE], &density())),
+        ("velocity_x", npy(&[SIDE, SIDE + 1], &[0.0; SIDE * (SIDE + 1)])),
+        ("velocity_y", npy(&[SIDE + 1, SIDE], &[0.0; SIDE * (SIDE + 1)])),
+    ];
+    let velocity = "control.initial_velocity={file=\"a.npz\"}";
+    for (damaged, source, target) in [
+        ("density", file, CIRCLE),
+        ("density", CIRCLE, file),
+        ("velocity_y", CIRCLE, CIRCLE),
+    ] {
+        let scene = scene(&folder, source, target);
+        let command = ["solve", scene.as_str(), "--quiet", "--set", velocity];
+        write(&folder.join("a.npz"), &arrays, "");
+        assert_eq!(run(&command).code, 0);
+        write(&folder.join("a.npz"), &arrays, damaged);
+        refused(
+            &run(&command),
+            &[&format!("`{damaged}` that is damaged"), "save it again"],
+        );
+    }
+    // The archive is what is damaged, and not the arrays that are asked for.
+    write(&folder.join("a.npz"), &arrays, "density");
+    let scene = scene(&folder, CIRCLE, CIRCLE);
+    assert_eq!(run(&["solve", &scene, "--quiet", "--set", velocity]).code, 0);
+}
+
+#[test]
+fn a_damaged_result_is_not_gone_on_from() {
+    let folder = fresh_folder("damaged_result");
+    let scene = scene(&folder, CIRCLE, CIRCLE);
+    let result = folder.join("result.npz");
+    let two = |shape: &[usize], field: &[f64]| npy(&[&[2], shape].concat(), &[field, field].concat());
+    let arrays = [
+        ("density", two(&[SIDE, SIDE], &density())),
+        ("velocity_x", two(&[SIDE, SIDE + 1], &[0.0; SIDE * (SIDE + 1)])),
+        ("velocity_y", two(&[SIDE + 1, SIDE], &[0.0; SIDE * (SIDE + 1)])),
+    ];
+    let out = folder.join("on");
+    let command = [
+        "simulate",
+        &scene,
+        "--quiet",
+        "--from",
+        folder.to_str().unwrap(),
+        "-o",
+        out.to_str().unwrap(),
+    ];
+    write(&result, &arrays, "");
+    assert_eq!(run(&command).code, 0);
+    for (damaged, _) in &arrays {
+        write(&result, &arrays, damaged);
+        refused(
+            &run(&command),
+            &["--from", &format!("`{damaged}` that is damaged")],
+        );
+    }
+    // Damage in a step that is only passed over counts too.
+    write(&result, &arrays, "");
+    let mut bytes = fs::read(&result).unwrap();
+    let start = bytes.windows(6).position(|part| part == b"\x93NUMPY").unwrap();
+    bytes[start + 200] ^= 1;
+    fs::write(&result, bytes).unwrap();
+    refused(&run(&command), &["`density` that is damaged"]);
+}
