@@ -5,7 +5,7 @@
 //! ([`region`]) must have; [`run`] solves it there on a pool of [`threads`], watched by [`progress`], and
 //! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper.
 //!
-//! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`] and [`exit`] alone are the feature `embed`. Without
+//! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`], [`undershoot`] and [`exit`] alone are the feature `embed`. Without
 //! either the library only hands on the core.
 #![cfg_attr(not(feature = "embed"), no_std)]
 
@@ -59,3 +59,5 @@ pub mod run;
 pub mod scene;
 #[cfg(feature = "embed")]
 pub mod threads;
+#[cfg(feature = "embed")]
+pub mod undershoot;

@@ -3,18 +3,28 @@
 use std::path::Path;
 
 use super::error::Fault;
-use super::npy::Array;
+use super::note::Note;
 use super::npz;
 use super::resample::{Edge, resample, windows_of_box};
 use super::{Canvas, ShapeError};
 
 /// The array, stretched over the box.
-pub(super) fn draw(path: &Path, name: Option<&str>, canvas: &Canvas) -> Result<Vec<f64>, ShapeError> {
-    densities(path, name, canvas).map_err(|fault| fault.of("file", path))
+pub(super) fn draw(
+    path: &Path,
+    name: Option<&str>,
+    canvas: &Canvas,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, ShapeError> {
+    densities(path, name, canvas, notes).map_err(|fault| fault.of("file", path))
 }
 
-fn densities(path: &Path, name: Option<&str>, canvas: &Canvas) -> Result<Vec<f64>, Fault> {
-    let array = npz::read(path, name)?;
+fn densities(
+    path: &Path,
+    name: Option<&str>,
+    canvas: &Canvas,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, Fault> {
+    let mut array = npz::read(path, name)?;
     if array.shape.len() != canvas.dimensions() || array.values.is_empty() {
         let order = if canvas.dimensions() == 3 {
             "[z, y, x]"
@@ -29,7 +39,9 @@ fn densities(path: &Path, name: Option<&str>, canvas: &Canvas) -> Result<Vec<f64
         return Err(Fault::content(found, remedy));
     }
     array.refuse_not_finite()?;
-    refuse_negative(&array)?;
+    if let Some(text) = array.clip()? {
+        notes.push(Note::remark(format!("`{}` {text}", path.display())));
+    }
     let shape: Vec<usize> = array.shape.iter().rev().copied().collect();
     let taps: Vec<_> = shape
         .iter()
@@ -45,17 +57,4 @@ fn densities(path: &Path, name: Option<&str>, canvas: &Canvas) -> Result<Vec<f64
         })
         .collect();
     Ok(resample(array.values, &shape, &taps))
-}
-
-fn refuse_negative(array: &Array) -> Result<(), Fault> {
-    match array.values.iter().position(|&value| value < 0.0) {
-        None => Ok(()),
-        Some(index) => {
-            let found = format!("holds {} at {}", array.values[index], array.place(index));
-            Err(Fault::content(
-                found,
-                "a density is never negative: clip it by numpy.maximum(a, 0)",
-            ))
-        }
-    }
 }

@@ -11,6 +11,7 @@ mod check;
 mod error;
 mod font;
 mod image;
+mod note;
 mod npy;
 mod npz;
 mod outline;
@@ -23,5 +24,6 @@ mod velocity;
 
 pub use canvas::Canvas;
 pub use error::ShapeError;
+pub use note::Note;
 pub use spec::ShapeSpec;
 pub use velocity::{read_last_density, read_last_velocity, read_velocity};

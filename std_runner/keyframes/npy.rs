@@ -4,6 +4,7 @@ use std::io::{ErrorKind, Read};
 
 use super::canvas::in_words;
 use super::error::Fault;
+use crate::undershoot::{Undershoot, clip, place};
 
 /// Headers longer than this are no headers.
 const LONGEST_HEADER: usize = 1 << 16;
@@ -28,15 +29,22 @@ impl Array {
         }
     }
 
+    /// Sets what little of a density is below 0 to 0 and says so, or refuses what is no density.
+    pub(super) fn clip(&mut self) -> Result<Option<String>, Fault> {
+        let Some(found) = Undershoot::of(&self.values) else {
+            return Ok(None);
+        };
+        if !found.is_small() {
+            let [found, remedy] = found.refused(&self.shape);
+            return Err(Fault::content(found, remedy));
+        }
+        clip(&mut self.values);
+        Ok(Some(found.taken()))
+    }
+
     /// Where value `index` stands, as NumPy writes it.
     pub(super) fn place(&self, index: usize) -> String {
-        let mut rest = index;
-        let mut place: Vec<String> = Vec::new();
-        for &count in self.shape.iter().rev() {
-            place.insert(0, (rest % count.max(1)).to_string());
-            rest /= count.max(1);
-        }
-        format!("[{}]", place.join(", "))
+        place(index, &self.shape)
     }
 
     /// The shape in words, "60 x 128 x 128", as NumPy orders it.

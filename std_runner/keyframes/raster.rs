@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::solid::Solid;
-use super::{Canvas, ShapeError, ShapeSpec, array, build, image};
+use super::{Canvas, Note, ShapeError, ShapeSpec, array, build, image};
 
 /// A shape whose largest density stays below this puts no smoke into the box.
 const FAINTEST: f64 = 0.01;
@@ -18,10 +18,23 @@ impl ShapeSpec {
     /// # Errors
     /// Whatever is wrong with the keys or with the files that they name.
     pub fn rasterise(&self, canvas: &Canvas, base: &Path) -> Result<Vec<f64>, ShapeError> {
+        self.rasterise_noting(canvas, base, &mut Vec::new())
+    }
+
+    /// As [`Self::rasterise`]; what a user should hear of the files is added to `notes`.
+    ///
+    /// # Errors
+    /// As [`Self::rasterise`].
+    pub fn rasterise_noting(
+        &self,
+        canvas: &Canvas,
+        base: &Path,
+        notes: &mut Vec<Note>,
+    ) -> Result<Vec<f64>, ShapeError> {
         let name = self.the_shape()?;
         self.refuse_stray_keys(name)?;
         let density = self.checked_density()?;
-        let mut cells = self.draw(canvas, base)?;
+        let mut cells = self.draw(canvas, base, notes)?;
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest < FAINTEST {
             let remedy = "move it into the box or make it larger; in a picture, bright or opaque is smoke";
@@ -31,15 +44,15 @@ impl ShapeSpec {
         Ok(cells)
     }
 
-    fn draw(&self, canvas: &Canvas, base: &Path) -> Result<Vec<f64>, ShapeError> {
+    fn draw(&self, canvas: &Canvas, base: &Path, notes: &mut Vec<Note>) -> Result<Vec<f64>, ShapeError> {
         if let Some(shapes) = &self.shapes {
-            return union(shapes, canvas, base);
+            return union(shapes, canvas, base, notes);
         }
         if let Some(path) = &self.image {
             return image::draw(&base.join(path), canvas);
         }
         if let Some(path) = &self.file {
-            return array::draw(&base.join(path), self.name.as_deref(), canvas);
+            return array::draw(&base.join(path), self.name.as_deref(), canvas, notes);
         }
         Ok(fill(canvas, build::solid(self, canvas, base)?.as_ref()))
     }
@@ -123,14 +136,19 @@ impl ShapeSpec {
 }
 
 /// The sum of the shapes, clipped to 1 (or to the largest `density` that one of them asks for).
-fn union(shapes: &[ShapeSpec], canvas: &Canvas, base: &Path) -> Result<Vec<f64>, ShapeError> {
+fn union(
+    shapes: &[ShapeSpec],
+    canvas: &Canvas,
+    base: &Path,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, ShapeError> {
     if shapes.is_empty() {
         return Err(ShapeError::key("shapes", "is empty", "list at least one shape"));
     }
     let mut sum = vec![0.0; canvas.cell_count()];
     let mut ceiling = 1.0_f64;
     for shape in shapes {
-        let cells = shape.rasterise(canvas, base)?;
+        let cells = shape.rasterise_noting(canvas, base, notes)?;
         sum.iter_mut().zip(cells).for_each(|(total, cell)| *total += cell);
         ceiling = ceiling.max(shape.density.unwrap_or(1.0));
     }

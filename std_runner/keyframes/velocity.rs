@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use super::error::Fault;
+use super::note::Note;
+use super::npy::Array;
 use super::npz;
 use super::{Canvas, ShapeError};
 
@@ -56,13 +58,26 @@ fn faces(axis: usize, canvas: &Canvas) -> (&'static str, Vec<usize>) {
     (name, shape)
 }
 
-/// Reads the last density of a `result.npz`.
+/// Reads the last density of a `result.npz`. What transport has undershot becomes 0, of which a sentence is added to `notes`.
 ///
 /// # Errors
-/// As [`read_velocity`].
-pub fn read_last_density(path: &Path, canvas: &Canvas) -> Result<Vec<f64>, ShapeError> {
-    last(path, "density", canvas.cells.iter().rev().copied().collect())
-        .map_err(|fault| fault.of("result", path))
+/// As [`read_velocity`], or a density that is none.
+pub fn read_last_density(
+    path: &Path,
+    canvas: &Canvas,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, ShapeError> {
+    let shape = canvas.cells.iter().rev().copied().collect();
+    let read = last(path, "density", shape).and_then(|mut array| {
+        if let Some(text) = array.clip()? {
+            notes.push(Note::remark(format!(
+                "the last density of `{}` {text}",
+                path.display()
+            )));
+        }
+        Ok(array.values)
+    });
+    read.map_err(|fault| fault.of("result", path))
 }
 
 /// Reads a component of the last velocity of a `result.npz`.
@@ -71,11 +86,13 @@ pub fn read_last_density(path: &Path, canvas: &Canvas) -> Result<Vec<f64>, Shape
 /// As [`read_velocity`].
 pub fn read_last_velocity(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, ShapeError> {
     let (name, shape) = faces(axis, canvas);
-    last(path, name, shape).map_err(|fault| fault.of("result", path))
+    last(path, name, shape)
+        .map(|array| array.values)
+        .map_err(|fault| fault.of("result", path))
 }
 
 /// The last step of the array `name`, whose steps have the shape `expected`.
-fn last(path: &Path, name: &str, expected: Vec<usize>) -> Result<Vec<f64>, Fault> {
+fn last(path: &Path, name: &str, expected: Vec<usize>) -> Result<Array, Fault> {
     let array = npz::read_last(path, name)?;
     if array.shape != expected {
         let found = format!("has {name} with steps of shape ({})", array.size_in_words());
@@ -85,5 +102,5 @@ fn last(path: &Path, name: &str, expected: Vec<usize>) -> Result<Vec<f64>, Fault
         ));
     }
     array.refuse_not_finite()?;
-    Ok(array.values)
+    Ok(array)
 }

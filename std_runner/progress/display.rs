@@ -2,6 +2,7 @@
 
 use super::clock::in_words;
 use crate::console;
+use crate::keyframes::Note;
 use crate::plan::size_in_words;
 use crate::report::cells;
 use core::fmt::Arguments;
@@ -61,6 +62,15 @@ impl Display {
         match self.mode {
             Mode::Json => self.event("warning", json!({ "message": text })),
             _ => self.note(&format!("warning: {text}")),
+        }
+    }
+
+    /// What was found in a file; with `--json` an event.
+    pub fn file_note(&self, note: &Note) {
+        match (note.warning, self.mode) {
+            (true, _) => self.warning(&note.text),
+            (false, Mode::Json) => self.event("note", json!({ "message": note.text })),
+            (false, _) => self.note(&note.text),
         }
     }
 

@@ -7,10 +7,12 @@ use numpy::{
     PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
     PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyMemoryError, PyTypeError};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::borrow::Cow;
+use std::ffi::CString;
+use thurible::undershoot::{Undershoot, clip};
 use thurible_core::{InputError, Solver, Space};
 
 /// What is given as arrays.
@@ -75,7 +77,7 @@ impl Inputs<'_> {
             |field: &str, error: InputError| refused(field, format!("cannot be used: {error}; change it"));
         let source = array::<T>("source", &self.source, shape)?;
         solver
-            .set_source(&numbers(&source)?)
+            .set_source(&density("source", &source)?)
             .map_err(|error| unusable("source", error))?;
         if let Some(velocity) = &self.velocity {
             let wanted = format!(
@@ -103,7 +105,7 @@ impl Inputs<'_> {
             let field = format!("keyframes[{step}]");
             let target = array::<T>(&field, target, shape)?;
             solver
-                .set_keyframe(index, &numbers(&target)?)
+                .set_keyframe(index, &density(&field, &target)?)
                 .map_err(|error| unusable(&field, error))
         };
         self.keyframes.iter().enumerate().map(target).collect()
@@ -153,15 +155,41 @@ fn array<'py, T: Number>(
         .map_err(|error| refused(field, format!("is being written to: {error}; let go of it first")))
 }
 
+/// The values of a density in order. What transport has undershot becomes 0 in a copy, with a warning; what is plainly no density is
+/// refused.
+fn density<'a, T: Number>(field: &str, array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<Cow<'a, [T]>> {
+    let values = numbers(array)?;
+    let Some(found) = Undershoot::of(&values) else {
+        return Ok(values);
+    };
+    if !found.is_small() {
+        let [found, remedy] = found.refused(array.shape());
+        return Err(refused(field, format!("{found}; {remedy}")));
+    }
+    let (py, text) = (array.py(), CString::new(format!("{field} {}", found.taken()))?);
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+    let mut values = match values {
+        Cow::Owned(values) => values,
+        Cow::Borrowed(values) => copied(values.len(), values.iter().copied())?,
+    };
+    clip(&mut values);
+    Ok(Cow::Owned(values))
+}
+
 /// The numbers in order, x fastest; copied only if they do not lie so.
 fn numbers<'a, T: Number>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<Cow<'a, [T]>> {
     match array.as_slice() {
         Ok(numbers) if array.is_c_contiguous() => return Ok(Cow::Borrowed(numbers)),
         _ => {}
     }
+    copied(array.len(), array.as_array().iter().copied()).map(Cow::Owned)
+}
+
+/// A list of `count` values.
+fn copied<T>(count: usize, values: impl Iterator<Item = T>) -> PyResult<Vec<T>> {
     let mut copy = Vec::new();
-    copy.try_reserve_exact(array.len())
+    copy.try_reserve_exact(count)
         .map_err(|_| PyMemoryError::new_err("the system has not the memory to put an array in order"))?;
-    copy.extend(array.as_array().iter());
-    Ok(Cow::Owned(copy))
+    copy.extend(values);
+    Ok(copy)
 }

@@ -1,17 +1,26 @@
 //! What a solve starts from: drawn from the scene, or read from an earlier result, one field at a time.
 
 use crate::exit::Failure;
-use crate::keyframes::{ShapeError, ShapeSpec, read_last_density, read_last_velocity, read_velocity};
+use crate::keyframes::{Note, ShapeError, ShapeSpec, read_last_density, read_last_velocity, read_velocity};
 use crate::scene::{Keyframe, Scene};
 use std::path::Path;
 use thurible_core::{InputError, Real, Solver, SolverError, Space};
 
-/// Draws every shape of `scene`, reads the files that it names, and sets source, velocity and keyframes of `solver`. Returns the
-/// mass factor of each keyframe.
+/// What came of the inputs of a solve.
+#[derive(Debug, Default)]
+pub struct Inputs {
+    /// By how much each keyframe was scaled to the mass of the source.
+    pub mass_factors: Vec<f64>,
+    /// What the user should hear of the files that were read.
+    pub notes: Vec<Note>,
+}
+
+/// Draws every shape of `scene`, reads the files that it names, and sets source, velocity and keyframes of `solver`.
 pub fn set_inputs<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
-) -> Result<Vec<f64>, Failure> {
+) -> Result<Inputs, Failure> {
+    let mut notes = Vec::new();
     let refuse = |key: &str| {
         let key = key.to_string();
         move |error: InputError| match error {
@@ -26,7 +35,7 @@ pub fn set_inputs<T: Real, S: Space>(
         }
     };
     solver
-        .set_source(&drawn(scene, "source", &scene.source)?)
+        .set_source(&drawn(scene, "source", &scene.source, &mut notes)?)
         .map_err(refuse("source"))?;
     if let Some(path) = &scene.control.initial_velocity {
         let velocity =
@@ -38,12 +47,18 @@ pub fn set_inputs<T: Real, S: Space>(
         }
     }
     let target = |(index, keyframe): (usize, &Keyframe)| {
-        let density = drawn(scene, &keyframe.key, &keyframe.shape)?;
+        let density = drawn(scene, &keyframe.key, &keyframe.shape, &mut notes)?;
         solver
             .set_keyframe(index, &density)
             .map_err(refuse(&keyframe.key))
     };
-    scene.keyframes.iter().enumerate().map(target).collect()
+    let mass_factors = scene
+        .keyframes
+        .iter()
+        .enumerate()
+        .map(target)
+        .collect::<Result<_, _>>()?;
+    Ok(Inputs { mass_factors, notes })
 }
 
 /// Hands the last density and velocity of the result in `folder` to `solver`; what little of the density is negative becomes 0.
@@ -51,7 +66,7 @@ pub fn set_inputs_from_result<T: Real, S: Space>(
     scene: &Scene,
     folder: &Path,
     solver: &mut Solver<'_, T, S>,
-) -> Result<(), Failure> {
+) -> Result<Inputs, Failure> {
     let unusable = |error: InputError| {
         Failure::Input(format!(
             "--from {}: its last step cannot be used: {error}; give another result",
@@ -67,24 +82,29 @@ pub fn set_inputs_from_result<T: Real, S: Space>(
         }
     };
     let (path, canvas) = (folder.join("result.npz"), scene.canvas());
-    let density = read_last_density(&path, &canvas).map_err(unread)?;
-    solver
-        .set_source(&narrowed(
-            density.into_iter().map(|value| value.max(0.0)).collect(),
-        ))
-        .map_err(unusable)?;
-    (0..S::DIM).try_for_each(|axis| {
+    let mut inputs = Inputs::default();
+    let density = read_last_density(&path, &canvas, &mut inputs.notes).map_err(unread)?;
+    solver.set_source(&narrowed(density)).map_err(unusable)?;
+    for axis in 0..S::DIM {
         let faces = read_last_velocity(&path, axis, &canvas).map_err(unread)?;
         solver
             .set_initial_velocity(axis, &narrowed(faces))
-            .map_err(unusable)
-    })
+            .map_err(unusable)?;
+    }
+    Ok(inputs)
 }
 
-fn drawn<T: Real>(scene: &Scene, key: &str, shape: &ShapeSpec) -> Result<Vec<T>, Failure> {
+fn drawn<T: Real>(
+    scene: &Scene,
+    key: &str,
+    shape: &ShapeSpec,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<T>, Failure> {
+    let mut said = Vec::new();
     let density = shape
-        .rasterise(&scene.canvas(), scene.document.folder())
+        .rasterise_noting(&scene.canvas(), scene.document.folder(), &mut said)
         .map_err(|error| refusal(scene, key, &error))?;
+    notes.extend(said.into_iter().map(|note| note.of(key)));
     Ok(narrowed(density))
 }
 

@@ -1,7 +1,7 @@
 //! A planned solve in its block of memory: solve, make feasible, write, report.
 
 use super::frames::SolverFrames;
-use super::inputs::{set_inputs, set_inputs_from_result, solver_refusal};
+use super::inputs::{Inputs, set_inputs, set_inputs_from_result, solver_refusal};
 use super::messages::{self, no_memory, not_finite};
 use super::outcome::{Facts, Outcome};
 use super::request::{Request, RunOptions};
@@ -138,10 +138,11 @@ impl Job {
         let problem = self.planned.problem.problem();
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block)
             .map_err(|error| solver_refusal(&error))?;
-        let mass_factors = self.set_inputs(&mut solver)?;
+        let inputs = self.set_inputs(&mut solver)?;
         let destination = Destination::check(&self.request.folder)?;
         let mut watch = self.watch()?;
         messages::plan(&watch.display, &self.request.scene, &self.planned);
+        inputs.notes.iter().for_each(|note| watch.display.file_note(note));
         self.prepare(&mut solver, exec, &watch)?;
         watch.clock.begin();
         let ended = iterate(&mut solver, exec, &mut watch);
@@ -159,7 +160,7 @@ impl Job {
             scene: &self.request.scene,
             planned: &self.planned,
             footprint: self.footprint,
-            mass_factors: &mass_factors,
+            mass_factors: &inputs.mass_factors,
         };
         let record = facts.record(&solver, ended, &mut watch);
         destination.fill(|folder| {
@@ -172,10 +173,10 @@ impl Job {
         })
     }
 
-    /// Hands the solver what it starts from; the answer is the mass factor of each keyframe.
-    fn set_inputs<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>) -> Result<Vec<f64>, Failure> {
+    /// Hands the solver what it starts from.
+    fn set_inputs<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>) -> Result<Inputs, Failure> {
         match &self.request.from {
-            Some(folder) => set_inputs_from_result(&self.request.scene, folder, solver).map(|()| Vec::new()),
+            Some(folder) => set_inputs_from_result(&self.request.scene, folder, solver),
             None => set_inputs(&self.request.scene, solver),
         }
     }

@@ -324,9 +324,19 @@ class Refusals(unittest.TestCase):
         self.refuse(ValueError, "source cannot be used: it is empty", source=0 * self.source)
         self.refuse(ValueError, r"keyframes\[6\] has dtype float64 where the source has float32", keyframes={6: self.target.astype(np.float64)})
         self.refuse(ValueError, r"keyframes\[6\] has shape \[12, 11\]", keyframes={6: self.target[:, 1:]})
-        self.refuse(ValueError, r"keyframes\[6\] cannot be used: value 0 is negative", keyframes={6: self.target - 1})
+        self.refuse(ValueError, r"keyframes\[6\] holds -.* at \[\d+, \d+\]; a density is never negative", keyframes={6: self.target - 1})
         self.refuse(ValueError, r"initial_velocity\[1\] has shape", initial_velocity=[np.zeros((12, 13), np.float32)] * 2)
         self.refuse(ValueError, "initial_velocity has 1 entries", initial_velocity=[np.zeros((12, 13), np.float32)])
+
+    def test_undershoot_becomes_zero(self):
+        """What a scheme leaves below 0 is taken as 0, with a warning; the array itself is not written to."""
+        source = self.source.copy()
+        source[0, 3] = -0.006
+        before = source.copy()
+        with self.assertWarnsRegex(UserWarning, "source holds 1 value below 0, the least -6.000e-3; it becomes 0"):
+            found = thurible.solve(source, {6: self.target}, iterations=2)
+        np.testing.assert_array_equal(source, before)
+        np.testing.assert_array_equal(found.density[0], np.maximum(source, 0))
 
     def test_keyframes(self):
         self.refuse(ValueError, "keyframe is at step 7; it must be from 2 to steps = 6", keyframes={7: self.target}, steps=6)
