@@ -113,6 +113,11 @@ impl Inputs<'_> {
 }
 
 fn untyped<'a, 'py>(field: &str, value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyUntypedArray>> {
+    if is_masked(value)? {
+        return Err(PyTypeError::new_err(format!(
+            "{field} is a masked array, whose hidden values would be taken as they are; give {field}.filled(0)"
+        )));
+    }
     value.cast().map_err(|_| {
         let kind = value
             .get_type()
@@ -122,6 +127,12 @@ fn untyped<'a, 'py>(field: &str, value: &'a Bound<'py, PyAny>) -> PyResult<&'a B
             "{field} is a {kind}; give a NumPy array, as numpy.asarray makes one"
         ))
     })
+}
+
+/// Whether `value` is a `numpy.ma.MaskedArray`, which casts to an array without its mask.
+fn is_masked(value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let masked = value.py().import("numpy.ma")?.getattr("MaskedArray")?;
+    value.is_instance(&masked)
 }
 
 /// An array of numbers `T` with `shape`.

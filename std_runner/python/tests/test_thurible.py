@@ -328,6 +328,13 @@ class Refusals(unittest.TestCase):
         self.refuse(ValueError, r"initial_velocity\[1\] has shape", initial_velocity=[np.zeros((12, 13), np.float32)] * 2)
         self.refuse(ValueError, "initial_velocity has 1 entries", initial_velocity=[np.zeros((12, 13), np.float32)])
 
+    def test_masked_arrays(self):
+        hidden = lambda array: np.ma.masked_array(array, mask=array > 0.9)
+        self.refuse(TypeError, r"source is a masked array.*source\.filled\(0\)", source=hidden(self.source))
+        self.refuse(TypeError, r"keyframes\[6\] is a masked array.*\.filled\(0\)", keyframes={6: hidden(self.target)})
+        faces = [np.zeros((12, 13), np.float32), hidden(np.zeros((13, 12), np.float32))]
+        self.refuse(TypeError, r"initial_velocity\[1\] is a masked array.*\.filled\(0\)", initial_velocity=faces)
+
     def test_undershoot_becomes_zero(self):
         """What a scheme leaves below 0 is taken as 0, with a warning; the array itself is not written to."""
         source = self.source.copy()
