@@ -4,9 +4,11 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
+use png::{BitDepth, Decoder, Limits, Transformations};
 
 use super::error::Fault;
+use super::ink::{Ink, Pixels};
+use super::note::Note;
 use super::resample::{Edge, resample, windows};
 use super::{Canvas, ShapeError};
 use crate::bytes::{are_free, grouped};
@@ -16,13 +18,34 @@ const MEMORY: usize = 1 << 30;
 /// Sides beyond this are refused before anything is decoded.
 const LONGEST_SIDE: u32 = 16384;
 
-/// The picture, in its own proportions, as large as the box allows and centred in it.
-pub(super) fn draw(path: &Path, canvas: &Canvas) -> Result<Vec<f64>, ShapeError> {
+/// More than this part of a picture is rarely meant to be smoke.
+const NEARLY_ALL: f64 = 0.5;
+
+/// The picture, in its own proportions, as large as the box allows and centred in it; `ink` says which of its pixels are smoke.
+pub(super) fn draw(
+    path: &Path,
+    ink: Option<&str>,
+    canvas: &Canvas,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, ShapeError> {
     if canvas.dimensions() != 2 {
         let remedy = "use `text`, `file` or the solid shapes in 3D";
         return Err(ShapeError::key("image", "is flat, and the grid is 3D", remedy));
     }
-    let picture = read(path).map_err(|fault| fault.of("image", path))?;
+    let ink = ink.map(Ink::parse).transpose()?;
+    let (picture, ink) = read(path, ink).map_err(|fault| fault.of("image", path))?;
+    let smoke = picture.values.iter().sum::<f64>() / picture.values.len().max(1) as f64;
+    let (shown, percent) = (path.display(), 100.0 * smoke);
+    notes.push(Note::remark(format!(
+        "smoke is the {} of `{shown}`, {percent:.1} % of the picture",
+        ink.name()
+    )));
+    if smoke > NEARLY_ALL {
+        let other = ink.other();
+        notes.push(Note::warning(format!(
+            "{percent:.0} % of the picture `{shown}` becomes smoke; {other}"
+        )));
+    }
     Ok(fit(picture, canvas))
 }
 
@@ -51,7 +74,8 @@ fn fit(picture: Picture, canvas: &Canvas) -> Vec<f64> {
     resample(picture.values, &shape, &taps)
 }
 
-fn read(path: &Path) -> Result<Picture, Fault> {
+/// The picture, and which of its pixels are smoke: those that are `asked` for, or what they say themselves.
+fn read(path: &Path, asked: Option<Ink>) -> Result<(Picture, Ink), Fault> {
     let file = BufReader::new(File::open(path)?);
     let broken = |error: png::DecodingError| match error {
         png::DecodingError::IoError(error) if error.kind() == std::io::ErrorKind::IsADirectory => {
@@ -63,7 +87,7 @@ fn read(path: &Path) -> Result<Picture, Fault> {
         ),
     };
     let mut decoder = Decoder::new_with_limits(file, Limits { bytes: MEMORY });
-    decoder.set_transformations(Transformations::normalize_to_color8());
+    decoder.set_transformations(Transformations::EXPAND);
     let header = decoder.read_header_info().map_err(broken)?;
     let (width, height) = (header.width, header.height);
     if width > LONGEST_SIDE || height > LONGEST_SIDE {
@@ -88,42 +112,28 @@ fn read(path: &Path) -> Result<Picture, Fault> {
     }
     let mut bytes = vec![0; size];
     let frame = reader.next_frame(&mut bytes).map_err(broken)?;
-    if frame.bit_depth != BitDepth::Eight {
+    if !matches!(frame.bit_depth, BitDepth::Eight | BitDepth::Sixteen) {
         return Err(Fault::content(
             "has an unusual depth",
-            "save it with 8 bits a channel",
+            "save it with 8 or 16 bits a channel",
         ));
     }
-    let values = densities(
-        &bytes[..frame.buffer_size()],
-        frame.color_type,
-        frame.width as usize,
-    );
-    Ok(Picture {
+    let pixels = Pixels {
+        bytes: bytes.get(..frame.buffer_size()).unwrap_or(&bytes),
+        color: frame.color_type,
+        wide: frame.bit_depth == BitDepth::Sixteen,
+    };
+    if asked == Some(Ink::Alpha) && !pixels.are_transparent() {
+        return Err(Fault::content(
+            "is opaque everywhere, and `ink` is \"alpha\"",
+            "write ink = \"dark\" or \"light\"",
+        ));
+    }
+    let ink = asked.unwrap_or_else(|| Ink::of(&pixels));
+    let picture = Picture {
         width: frame.width as usize,
         height: frame.height as usize,
-        values,
-    })
-}
-
-/// The alpha of a picture that is transparent somewhere, the luminance of any other, bottom row first.
-fn densities(bytes: &[u8], color: ColorType, width: usize) -> Vec<f64> {
-    let channels = color.samples();
-    let has_alpha = matches!(color, ColorType::GrayscaleAlpha | ColorType::Rgba);
-    let alpha = |pixel: &[u8]| f64::from(pixel[channels - 1]) / 255.0;
-    let transparent = has_alpha
-        && bytes
-            .chunks_exact(channels)
-            .any(|pixel| pixel[channels - 1] < 255);
-    let value = |pixel: &[u8]| match pixel {
-        pixel if transparent => alpha(pixel),
-        [red, green, blue, ..] => {
-            (0.2126 * f64::from(*red) + 0.7152 * f64::from(*green) + 0.0722 * f64::from(*blue)) / 255.0
-        }
-        [gray, ..] => f64::from(*gray) / 255.0,
-        [] => 0.0,
+        values: pixels.densities(ink, frame.width as usize),
     };
-    let rows = bytes.chunks_exact(channels * width).rev();
-    rows.flat_map(|row| row.chunks_exact(channels).map(value))
-        .collect()
+    Ok((picture, ink))
 }

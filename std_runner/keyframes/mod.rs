@@ -11,6 +11,7 @@ mod check;
 mod error;
 mod font;
 mod image;
+mod ink;
 mod note;
 mod npy;
 mod npz;

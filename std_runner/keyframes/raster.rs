@@ -37,7 +37,7 @@ impl ShapeSpec {
         let mut cells = self.draw(canvas, base, notes)?;
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest < FAINTEST {
-            let remedy = "move it into the box or make it larger; in a picture, bright or opaque is smoke";
+            let remedy = "move it into the box or make it larger; in a picture, `ink` says what is smoke";
             return Err(ShapeError::key(name, "puts no smoke into the box", remedy));
         }
         cells.iter_mut().for_each(|cell| *cell *= density);
@@ -49,7 +49,7 @@ impl ShapeSpec {
             return union(shapes, canvas, base, notes);
         }
         if let Some(path) = &self.image {
-            return image::draw(&base.join(path), canvas);
+            return image::draw(&base.join(path), self.ink.as_deref(), canvas, notes);
         }
         if let Some(path) = &self.file {
             return array::draw(&base.join(path), self.name.as_deref(), canvas, notes);
@@ -104,6 +104,7 @@ impl ShapeSpec {
             ("center", "text", self.center.is_some()),
             ("depth", "text", self.depth.is_some()),
             ("weight", "text", self.weight.is_some()),
+            ("ink", "image", self.ink.is_some()),
             ("name", "file", self.name.is_some()),
             ("fit", "mesh", self.fit.is_some()),
         ];

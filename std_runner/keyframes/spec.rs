@@ -37,6 +37,8 @@ pub struct ShapeSpec {
     pub(super) depth: Option<f64>,
     /// Of `text`: by how much of the height every stroke is thickened.
     pub(super) weight: Option<f64>,
+    /// Of `image`: which pixels are smoke, "light", "dark" or "alpha".
+    pub(super) ink: Option<String>,
     /// Of `file` = "x.npz": the array.
     pub(super) name: Option<String>,
     /// Of `mesh`.
