@@ -20,7 +20,11 @@ pub(crate) fn write_archive(path: &Path, frames: &dyn Frames) -> Result<(), Outp
             path,
             samples: Samples::new(frames.precision()),
         };
-        archive.write(frames)?;
+        if let Err(error) = archive.write(frames) {
+            // Dropped, it would try to end the file and print what it thinks of the attempt.
+            core::mem::forget(archive.zip);
+            return Err(error);
+        }
         archive.zip.finish().map_err(OutputError::of(path))?;
         Ok(())
     })
