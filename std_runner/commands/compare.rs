@@ -2,7 +2,7 @@
 
 use super::options::{MethodList, Options};
 use crate::compare::{self, Comparison, publish, scenes_by_method};
-use crate::exit::{Failure, INTERRUPTED};
+use crate::exit::{FILE, Failure, INTERRUPTED};
 use crate::interrupt::Interrupt;
 use crate::run::Outputs;
 use crate::scene::{Document, Scene};
@@ -46,8 +46,8 @@ pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
         .output
         .clone()
         .unwrap_or_else(|| beside(&scene.output.folder));
-    publish::prepare(&folder, STEM)?;
-    publish::check_below(&folder, methods)?;
+    let mut page = publish::prepare(&folder, STEM)?;
+    publish::check_below(&folder, methods, &scenes, options.outputs.images)?;
     let interrupt = Interrupt::listen()?;
     let comparison = Comparison::run(scenes, methods, &options, &folder, &interrupt)?;
     let name = arguments
@@ -57,9 +57,11 @@ pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
     let mut facts = comparison.facts();
     facts["format"] = json!(1);
     facts["scene"] = json!(name);
-    publish::write(&folder, STEM, &compare::page(&name, &comparison), &facts)?;
-    publish::announce(options.mode, &folder, STEM, &compare::summary(&comparison), facts);
-    Ok(if interrupt.asked() {
+    publish::write(&mut page, STEM, &compare::page(&name, &comparison), &facts)?;
+    publish::announce(options.mode, &page, STEM, &compare::summary(&comparison), facts);
+    Ok(if page.diverted().is_some() {
+        FILE
+    } else if interrupt.asked() {
         INTERRUPTED
     } else {
         comparison.exit_code()

@@ -4,7 +4,7 @@ use super::options::{MethodList, Options};
 use crate::bytes::rounded;
 use crate::compare::{Comparison, listed, publish};
 use crate::console;
-use crate::exit::{DONE, Failure, INTERRUPTED};
+use crate::exit::{DONE, FILE, Failure, INTERRUPTED};
 use crate::interrupt::Interrupt;
 use crate::paper::{self, Entry, GROUPS, SECTIONS, Scale, Selection, SolvedScene};
 use crate::plan::{self, size_in_words};
@@ -57,10 +57,11 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
     }
     let sections = selection.sections()?;
     let planned = selection.scenes(&sections, &arguments.output, &options)?;
-    publish::prepare(&arguments.output, STEM)?;
-    planned
-        .iter()
-        .try_for_each(|planned| publish::check_below(&planned.folder, &planned.methods))?;
+    let mut folder = publish::prepare(&arguments.output, STEM)?;
+    planned.iter().try_for_each(|planned| {
+        let images = options.outputs.images;
+        publish::check_below(&planned.folder, &planned.methods, &planned.scenes, images)
+    })?;
     let interrupt = Interrupt::listen()?;
     let mut solved = Vec::new();
     for planned in planned {
@@ -80,12 +81,14 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
         // After each scene, so that the page of a long run can be read meanwhile, and stays if the run is stopped.
         let mut page = paper::page(&sections, &solved, arguments.scale);
         page.pictures = !arguments.no_pictures;
-        publish::write(&arguments.output, STEM, &page, &facts(&solved, arguments.scale))?;
+        publish::write(&mut folder, STEM, &page, &facts(&solved, arguments.scale))?;
     }
     let table = paper::table(&solved).markdown();
     let facts = facts(&solved, arguments.scale);
-    publish::announce(options.mode, &arguments.output, STEM, &table, facts);
-    Ok(if interrupt.asked() {
+    publish::announce(options.mode, &folder, STEM, &table, facts);
+    Ok(if folder.diverted().is_some() {
+        FILE
+    } else if interrupt.asked() {
         INTERRUPTED
     } else {
         exit_code(&solved)

@@ -1,7 +1,7 @@
 //! `thurible simulate SCENE`: the flow alone, from the scene's source or from where a result ends.
 
 use super::options::Options;
-use crate::exit::{Failure, code_of};
+use crate::exit::Failure;
 use crate::problem::Precision;
 use crate::progress::Clock;
 use crate::run::{Outputs, Request};
@@ -49,5 +49,5 @@ pub fn run(arguments: &SimulateArguments) -> Result<u8, Failure> {
         from: arguments.from.clone(),
         ..Request::new(scene, folder, clock)
     })?;
-    Ok(code_of(outcome.record.status))
+    Ok(outcome.exit_code())
 }

@@ -1,7 +1,7 @@
 //! `thurible solve SCENE`: plan, allocate once, solve, make feasible, write.
 
 use super::options::SceneArguments;
-use crate::exit::{Failure, code_of};
+use crate::exit::Failure;
 use crate::progress::Clock;
 use crate::run::{Outputs, Request};
 use crate::scene::Scene;
@@ -30,5 +30,5 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     });
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
     let outcome = options.solve(Request::new(scene, folder, clock))?;
-    Ok(code_of(outcome.record.status))
+    Ok(outcome.exit_code())
 }

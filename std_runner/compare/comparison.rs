@@ -2,7 +2,7 @@
 
 use super::figures::{Figures, ends};
 use crate::console;
-use crate::exit::{DONE, Failure, NOT_FINITE};
+use crate::exit::{DONE, FILE, Failure, NOT_FINITE};
 use crate::interrupt::Interrupt;
 use crate::plan;
 use crate::progress::{Clock, Mode};
@@ -103,6 +103,12 @@ impl Comparison {
 
     /// The exit code of a comparison that was not interrupted.
     pub fn exit_code(&self) -> u8 {
-        if self.failed.is_empty() { DONE } else { NOT_FINITE }
+        if !self.failed.is_empty() {
+            NOT_FINITE
+        } else if self.solved.iter().any(|outcome| outcome.diverted) {
+            FILE
+        } else {
+            DONE
+        }
     }
 }

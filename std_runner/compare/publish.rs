@@ -3,46 +3,60 @@
 use crate::console;
 use crate::destination::Destination;
 use crate::exit::Failure;
-use crate::output::{OutputError, create_folder, write_bytes};
+use crate::output::{OutputError, write_bytes};
 use crate::progress::{Display, Mode};
-use crate::report::Document;
+use crate::report::{self, Document};
+use crate::scene::Scene;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Refuses a folder that holds something else; else marks it as a result folder before anything is solved.
-pub(crate) fn prepare(folder: &Path, stem: &str) -> Result<(), Failure> {
+/// The folder of a page, marked as one of ours before anything is solved, so that an interrupted run can be repeated into it.
+///
+/// # Errors
+/// As [`Destination::check`].
+pub(crate) fn prepare(folder: &Path, stem: &str) -> Result<Destination, Failure> {
     let mark = format!("{stem}.json");
-    Destination::check_for(folder, &mark)?;
-    let cannot = |error: OutputError| Failure::File(error.to_string());
-    create_folder(folder).map_err(cannot)?;
-    let path = folder.join(mark);
-    if path.exists() {
-        Ok(())
-    } else {
-        write_bytes(&path, json!({ "format": 1 }).to_string().as_bytes()).map_err(cannot)
+    let names = ["json", "html", "md"].map(|kind| PathBuf::from(format!("{stem}.{kind}")));
+    let mut page = Destination::check_for(folder, &mark, names.to_vec())?;
+    if !page.folder().join(&mark).exists() {
+        let empty = json!({ "format": 1 }).to_string();
+        page.add(|folder| write_bytes(&folder.join(&mark), empty.as_bytes()))?;
     }
+    Ok(page)
 }
 
-/// Refuses a folder for a method below `folder` that holds something else.
-pub(crate) fn check_below(folder: &Path, methods: &[String]) -> Result<(), Failure> {
-    create_folder(folder).map_err(|error| Failure::File(error.to_string()))?;
-    methods
-        .iter()
-        .try_for_each(|name| Destination::check(&folder.join(name)).map(drop))
+/// Refuses a folder for a method below `folder` that cannot hold the result of its scene.
+pub(crate) fn check_below(
+    folder: &Path,
+    methods: &[String],
+    scenes: &[Scene],
+    images: bool,
+) -> Result<(), Failure> {
+    let check = |(name, scene): (&String, &Scene)| {
+        let files = report::files(scene.time.steps, images);
+        Destination::check(&folder.join(name), files).map(drop)
+    };
+    methods.iter().zip(scenes).try_for_each(check)
 }
 
 /// Writes the page as HTML and Markdown, and its facts as JSON.
-pub(crate) fn write(folder: &Path, stem: &str, page: &Document, facts: &Value) -> Result<(), Failure> {
-    let path = folder.join(format!("{stem}.json"));
-    let json = serde_json::to_vec_pretty(facts).map_err(OutputError::of(&path));
-    json.and_then(|json| write_bytes(&path, &json))
-        .and_then(|()| page.write(folder, stem))
-        .map_err(|error| Failure::File(error.to_string()))
+pub(crate) fn write(
+    destination: &mut Destination,
+    stem: &str,
+    page: &Document,
+    facts: &Value,
+) -> Result<(), Failure> {
+    destination.fill(|folder| {
+        let path = folder.join(format!("{stem}.json"));
+        let json = serde_json::to_vec_pretty(facts).map_err(OutputError::of(&path))?;
+        write_bytes(&path, &json)?;
+        page.write(folder, stem)
+    })
 }
 
 /// Prints the table and where the page is.
-pub(crate) fn announce(mode: Mode, folder: &Path, stem: &str, table: &str, facts: Value) {
-    let page = folder.join(format!("{stem}.html"));
+pub(crate) fn announce(mode: Mode, destination: &Destination, stem: &str, table: &str, facts: Value) {
+    let page = destination.shown().join(format!("{stem}.html"));
     match mode {
         Mode::Human => {
             console::print(&format!("\n{table}"));
@@ -54,5 +68,8 @@ pub(crate) fn announce(mode: Mode, folder: &Path, stem: &str, table: &str, facts
             Display::new(Mode::Json, 0).event(stem, fields);
         }
         Mode::Quiet => {}
+    }
+    if let Some(why) = destination.diverted() {
+        console::error(&format!("thurible: {why}"));
     }
 }

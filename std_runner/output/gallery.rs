@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
@@ -22,6 +22,17 @@ const ENCODER: usize = 1 << 20;
 /// Pixels to a byte of a PNG file, at least; and how often the page holds a file while it is put together, about.
 const PACKED: usize = 4;
 const COPIES: usize = 5;
+
+/// The file of the animation.
+pub(crate) const ANIMATION: &str = "animation.png";
+
+/// Where the pictures of steps are.
+const FRAMES: &str = "frames";
+
+/// The file of the picture of a step.
+pub(crate) fn frame(step: usize) -> PathBuf {
+    Path::new(FRAMES).join(format!("frame_{step:04}.png"))
+}
 
 /// PNG files in memory, for the report.
 #[derive(Default)]
@@ -126,8 +137,8 @@ impl<'a> Studio<'a> {
 
     fn every_step(&mut self, keyframes: Vec<KeyframePictures>) -> Result<Gallery, OutputError> {
         let (steps, at) = (self.densities.steps, self.densities.keyframes.clone());
-        let (shown, path) = (strip_steps(steps, &at), self.folder.join("animation.png"));
-        let folder = self.folder.join("frames");
+        let (shown, path) = (strip_steps(steps, &at), self.folder.join(ANIMATION));
+        let folder = self.folder.join(FRAMES);
         create_folder(&folder)?;
         remove_frames_after(steps, &folder)?;
         let mut bytes = Vec::new();
@@ -143,7 +154,7 @@ impl<'a> Studio<'a> {
                 .collect::<Result<Vec<_>, _>>()?;
             let drawn: Vec<_> = batch
                 .into_par_iter()
-                .map(|(step, smoke)| develop(step, &smoke, &folder))
+                .map(|(step, smoke)| develop(step, &smoke, self.folder))
                 .collect();
             for drawn in drawn {
                 let (step, picture, png) = drawn?;
@@ -165,7 +176,7 @@ impl<'a> Studio<'a> {
 
 /// Draws a step and writes its file.
 fn develop(step: usize, smoke: &Smoke, folder: &Path) -> Result<(usize, Picture, Vec<u8>), OutputError> {
-    let path = folder.join(format!("frame_{step:04}.png"));
+    let path = folder.join(frame(step));
     let picture = smoke.photograph();
     let png = picture.to_png().map_err(OutputError::of(&path))?;
     write_bytes(&path, &png)?;

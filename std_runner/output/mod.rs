@@ -19,4 +19,4 @@ pub use frames::{Frames, Precision, Sample, Samples};
 pub(crate) use archive::write_archive;
 pub(crate) use densities::Densities;
 pub(crate) use file::{create_folder, write_bytes, write_whole};
-pub(crate) use gallery::{Gallery, KeyframePictures};
+pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame};

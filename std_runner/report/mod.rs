@@ -9,7 +9,7 @@ mod record;
 mod tables;
 mod words;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use axes::Scale;
 pub use chart::{Chart, Curve};
@@ -26,12 +26,24 @@ pub(crate) use tables::product;
 pub(crate) use words::{bytes, number, seconds};
 
 use crate::output::{
-    Densities, Frames, Gallery, OutputError, Precision, create_folder, write_archive, write_bytes,
-    write_whole,
+    ANIMATION, Densities, Frames, Gallery, OutputError, Precision, create_folder, frame, write_archive,
+    write_bytes, write_whole,
 };
 
 /// The arrays of a result.
 pub(crate) const ARCHIVE: &str = "result.npz";
+
+/// The files of a result with densities 0 ..= `steps`, with `images` those of its pictures too, relative to its folder.
+pub(crate) fn files(steps: usize, images: bool) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = [ARCHIVE, "report.json", "report.html"]
+        .map(PathBuf::from)
+        .to_vec();
+    if images {
+        files.push(ANIMATION.into());
+        files.extend((0..=steps).map(frame));
+    }
+    files
+}
 
 /// Writes the data of a result, `result.npz` and `report.json`, into `folder`. A file is written completely or not at all.
 ///

@@ -16,7 +16,6 @@ use crate::region::{Region, touch};
 use crate::report::{self, RunRecord};
 use crate::{bytes, threads};
 use core::mem::MaybeUninit;
-use std::fs;
 use std::path::Path;
 use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
 
@@ -68,57 +67,47 @@ impl Job {
         let bytes = self.planned.plan.bytes();
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
         touch(block);
-        let solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block))?;
+        let mut solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block))?;
         drop(region);
-        let gallery = self.draw(&solved)?;
+        let gallery = self.draw(&mut solved)?;
         if !self.options.outputs.arrays {
-            self.remove_arrays()?;
+            // Pictures are drawn from them; now they can go.
+            solved.destination.remove(report::ARCHIVE)?;
         }
-        messages::result(
-            self.options.mode,
-            &solved.watch,
-            &solved.record,
-            &self.request.folder,
-        );
-        Ok(Outcome {
-            record: solved.record,
-            gallery,
-        })
-    }
-
-    /// Draws the pictures and the page; the page alone if there is no memory for pictures.
-    fn draw(&self, solved: &Solved) -> Result<Gallery, Failure> {
         let Solved {
             destination,
             record,
             watch,
         } = solved;
-        let folder = &self.request.folder;
-        let left = |error| {
+        messages::result(self.options.mode, &watch, &record, &destination);
+        Ok(Outcome {
+            record,
+            gallery,
+            diverted: destination.diverted().is_some(),
+        })
+    }
+
+    /// Draws the pictures and the page; the page alone if there is no memory for pictures.
+    fn draw(&self, solved: &mut Solved) -> Result<Gallery, Failure> {
+        let Solved {
+            destination,
+            record,
+            watch,
+        } = solved;
+        let result = destination.folder().to_path_buf();
+        let draw = |aside: &Path| report::draw(&result, aside, record, self.options.outputs.images);
+        let drawn = destination.add(draw);
+        watch.display.close();
+        let gallery = drawn.map_err(|error| {
             Failure::File(format!(
                 "{error}; result.npz and report.json are in {}",
-                folder.display()
+                destination.shown().display()
             ))
-        };
-        let draw = |aside: &Path| report::draw(folder, aside, record, self.options.outputs.images);
-        let drawn = destination.add(|aside| draw(aside).map_err(left));
-        watch.display.close();
-        let gallery = drawn?;
+        })?;
         if gallery.is_none() {
             watch.display.warning("the system has not the memory to draw pictures, so there are none; result.npz, report.json and the page are there");
         }
         Ok(gallery.unwrap_or_default())
-    }
-
-    /// Removes `result.npz`, from which the pictures have been drawn.
-    fn remove_arrays(&self) -> Result<(), Failure> {
-        let path = self.request.folder.join(report::ARCHIVE);
-        fs::remove_file(&path).map_err(|error| {
-            Failure::File(format!(
-                "cannot remove {}: {error}; remove it yourself",
-                path.display()
-            ))
-        })
     }
 
     fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>]) -> Result<Solved, Failure> {
@@ -139,7 +128,8 @@ impl Job {
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block)
             .map_err(|error| solver_refusal(&error))?;
         let inputs = self.set_inputs(&mut solver)?;
-        let destination = Destination::check(&self.request.folder)?;
+        let files = report::files(self.planned.problem.steps, self.options.outputs.images);
+        let mut destination = Destination::check(&self.request.folder, files)?;
         let mut watch = self.watch()?;
         messages::plan(&watch.display, &self.request.scene, &self.planned);
         inputs.notes.iter().for_each(|note| watch.display.file_note(note));
@@ -163,9 +153,7 @@ impl Job {
             mass_factors: &inputs.mass_factors,
         };
         let record = facts.record(&solver, ended, &mut watch);
-        destination.fill(|folder| {
-            report::write_numbers(folder, &frames, &record).map_err(|error| Failure::File(error.to_string()))
-        })?;
+        destination.fill(|folder| report::write_numbers(folder, &frames, &record))?;
         Ok(Solved {
             destination,
             record,

@@ -1,8 +1,10 @@
 //! What a solve prints before and after, and its failures.
 
+use super::outcome::exit_code;
 use crate::bytes;
 use crate::console;
-use crate::exit::{Failure, code_of};
+use crate::destination::Destination;
+use crate::exit::Failure;
 use crate::plan::{Planned, plan_fields, size_in_words};
 use crate::progress::{Display, Mode, Watch, in_words};
 use crate::remarks::{self, KeyframeError};
@@ -29,13 +31,14 @@ pub(super) fn plan(display: &Display, scene: &Scene, planned: &Planned) {
 }
 
 /// Says how the solve ended, and where the result is.
-pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, folder: &Path) {
+pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, destination: &Destination) {
     let (status, objective) = (record.status, record.objective);
+    let folder = destination.shown();
     watch.display.event(
         "result",
         json!({
             "status": status.name(),
-            "exit_code": code_of(status),
+            "exit_code": exit_code(status, destination.diverted().is_some()),
             "iterations": record.history.len(),
             "seconds": watch.clock.seconds(),
             "objective": objective,
@@ -44,9 +47,17 @@ pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, folder: &Pat
             "remarks": record.remarks,
         }),
     );
-    if mode != Mode::Human {
-        return;
+    if mode == Mode::Human {
+        summary(watch, record, folder);
     }
+    if let Some(why) = destination.diverted() {
+        console::error(&format!("thurible: {why}"));
+    }
+}
+
+/// How it ended, the objective, and where the result is.
+fn summary(watch: &Watch, record: &RunRecord, folder: &Path) {
+    let (status, objective) = (record.status, record.objective);
     console::print(&format!(
         "{} after {} iterations and {}",
         in_sentence(status),

@@ -1,5 +1,6 @@
 //! The outcome of a solve: its [`RunRecord`], from which `report.json` and `report.html` are written, and its pictures.
 
+use crate::exit::{FILE, code_of};
 use crate::output::Gallery;
 use crate::plan::Planned;
 use crate::problem::Precision;
@@ -16,6 +17,20 @@ pub(crate) struct Outcome {
     pub record: RunRecord,
     /// The pictures of `report.html`; none if there was no memory for them.
     pub gallery: Gallery,
+    /// Whether the result is elsewhere than it should be.
+    pub diverted: bool,
+}
+
+impl Outcome {
+    /// The exit code.
+    pub fn exit_code(&self) -> u8 {
+        exit_code(self.record.status, self.diverted)
+    }
+}
+
+/// The exit code of a solve whose result is where it should be, or `diverted` elsewhere.
+pub(super) fn exit_code(status: Status, diverted: bool) -> u8 {
+    if diverted { FILE } else { code_of(status) }
 }
 
 /// What the record holds that the solver does not know.

@@ -7,6 +7,8 @@
     reason = "a test says what went wrong by panicking"
 )]
 
+#[cfg(unix)]
+pub mod endless;
 pub mod field;
 pub mod npz;
 pub mod physics;

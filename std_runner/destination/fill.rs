@@ -1,0 +1,201 @@
+//! Writing to a [`Destination`]: aside first, then in place, or elsewhere.
+
+use super::Destination;
+use super::moves::{Moves, files_below};
+use super::staging::Staging;
+use super::written::{MANIFEST, Written, manifest_of};
+use crate::exit::Failure;
+use crate::output::{OutputError, create_folder, write_bytes};
+use std::collections::BTreeSet;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+/// Why files could not be put into a folder.
+enum Trouble {
+    /// The user has something at this path of the folder.
+    InTheWay(PathBuf),
+    /// The system refused to write this path of the folder.
+    Refused(PathBuf, io::Error),
+    /// Another folder would not help.
+    Other(OutputError),
+}
+
+impl Destination {
+    /// Calls `write` with an empty folder aside and moves what it wrote in the place of an earlier result. Where that cannot be, all of
+    /// it is done in another folder.
+    ///
+    /// # Errors
+    /// No folder could be written to.
+    pub fn fill(&mut self, write: impl Fn(&Path) -> Result<(), OutputError>) -> Result<(), Failure> {
+        let trouble = match self.attempt(false, &write) {
+            Ok(()) => return Ok(()),
+            Err(Trouble::Other(error)) => return Err(Failure::File(error.to_string())),
+            Err(trouble) => self.told(&trouble),
+        };
+        for place in elsewhere(&self.folder) {
+            let mut other = Self {
+                shown: self.shown_beside(&place),
+                folder: place,
+                planned: self.planned.clone(),
+                written: Written::default(),
+                diverted: None,
+            };
+            if other.attempt(false, &write).is_ok() {
+                let shown = other.shown.display();
+                other.diverted = Some(format!(
+                    "{trouble}, so the result is in {shown}; move it from there"
+                ));
+                *self = other;
+                return Ok(());
+            }
+        }
+        Err(Failure::File(format!(
+            "{trouble}, nor could a folder beside it or one for temporary files be written; free some space and run it again"
+        )))
+    }
+
+    /// Calls `write` with an empty folder aside and adds what it wrote to the result.
+    ///
+    /// # Errors
+    /// The folder could not be written to, or something of the user's is in the way.
+    pub fn add<R>(&mut self, write: impl Fn(&Path) -> Result<R, OutputError>) -> Result<R, Failure> {
+        self.attempt(true, &write).map_err(|trouble| {
+            let remedy = match &trouble {
+                Trouble::InTheWay(_) => "; move it away or choose another folder with -o DIR",
+                Trouble::Refused(..) => "; free some space or choose another folder with -o DIR",
+                Trouble::Other(_) => "",
+            };
+            Failure::File(self.told(&trouble) + remedy)
+        })
+    }
+
+    /// Has files written aside and moves them in; with `keep`, what else is ours stays.
+    fn attempt<R>(
+        &mut self,
+        keep: bool,
+        write: &dyn Fn(&Path) -> Result<R, OutputError>,
+    ) -> Result<R, Trouble> {
+        let refused = |error| Trouble::Refused(PathBuf::new(), error);
+        let mut staging = Staging::new(&self.folder, "new").map_err(refused)?;
+        let fresh = staging.below("new");
+        let unwritten = |error: OutputError| match error {
+            OutputError::Write { path, source } => {
+                Trouble::Refused(path.strip_prefix(&fresh).unwrap_or(&path).to_path_buf(), source)
+            }
+            other => Trouble::Other(other),
+        };
+        let answer = create_folder(&fresh)
+            .and_then(|()| write(&fresh))
+            .map_err(unwritten)?;
+        let mut new = files_below(&fresh).map_err(refused)?;
+        if let Some(path) = self.in_the_way(&new) {
+            return Err(Trouble::InTheWay(path));
+        }
+        let gone = self.replaced(&new, keep);
+        let held = |file: &&PathBuf| keep && self.written.holds(&self.folder, file);
+        let stay = self.written.files().filter(held).cloned();
+        let stay = stay.filter(|file| !gone.contains(file));
+        let mut all: BTreeSet<PathBuf> = stay.chain(new.iter().cloned()).collect();
+        write_bytes(&fresh.join(MANIFEST), manifest_of(&all).as_bytes()).map_err(unwritten)?;
+        new.push(MANIFEST.into());
+        all.insert(MANIFEST.into());
+        if fs::symlink_metadata(&self.folder).is_err_and(|error| error.kind() == ErrorKind::NotFound) {
+            fs::rename(&fresh, &self.folder).map_err(refused)?;
+        } else {
+            self.move_in(&gone, &new, &mut staging)?;
+        }
+        self.written = Written::now(&self.folder, all);
+        Ok(answer)
+    }
+
+    /// Moves the files `gone` out and the files `new` in; all of them or none.
+    fn move_in(
+        &self,
+        gone: &BTreeSet<PathBuf>,
+        new: &[PathBuf],
+        staging: &mut Staging,
+    ) -> Result<(), Trouble> {
+        let (fresh, old) = (staging.below("new"), staging.below("old"));
+        let mut moves = Moves::default();
+        let out = gone.iter().map(|file| (file, &self.folder, &old));
+        let moved = out
+            .chain(new.iter().map(|file| (file, &fresh, &self.folder)))
+            .try_for_each(|(file, from, to)| {
+                moves.carry(file, from, to).map_err(|error| match error.kind() {
+                    ErrorKind::AlreadyExists => Trouble::InTheWay(file.clone()),
+                    _ => Trouble::Refused(file.clone(), error),
+                })
+            });
+        if moved.is_err() && !moves.undo() {
+            staging.keep();
+        }
+        if moved.is_ok() {
+            // A folder that was ours and is empty now; one that is not empty stays.
+            for folder in gone
+                .iter()
+                .filter_map(|file| file.parent())
+                .filter(|folder| !folder.as_os_str().is_empty())
+            {
+                let _ = fs::remove_dir(self.folder.join(folder));
+            }
+        }
+        moved
+    }
+
+    /// Our files that make room for `new`: all of them, or with `keep` those of the same names. What changed meanwhile is not ours.
+    fn replaced(&self, new: &[PathBuf], keep: bool) -> BTreeSet<PathBuf> {
+        let new: BTreeSet<&PathBuf> = new.iter().collect();
+        let named = |file: &PathBuf| new.contains(file) || file == Path::new(MANIFEST);
+        self.written
+            .files()
+            .filter(|file| (!keep || named(file)) && self.written.holds(&self.folder, file))
+            .cloned()
+            .collect()
+    }
+
+    /// The first half of a sentence about `trouble`.
+    fn told(&self, trouble: &Trouble) -> String {
+        match trouble {
+            Trouble::InTheWay(path) => format!(
+                "{} is there and was not written by thurible",
+                self.shown.join(path).display()
+            ),
+            Trouble::Refused(path, error) if path.as_os_str().is_empty() => {
+                format!("cannot write {}: {error}", self.shown.display())
+            }
+            Trouble::Refused(path, error) => {
+                format!("cannot write {}: {error}", self.shown.join(path).display())
+            }
+            Trouble::Other(error) => error.to_string(),
+        }
+    }
+
+    /// How the user knows the folder `place`: as beside this one, if it is.
+    fn shown_beside(&self, place: &Path) -> PathBuf {
+        match (place.file_name(), self.shown.file_name()) {
+            (Some(name), Some(_)) if place.parent() == self.folder.parent() => {
+                self.shown.with_file_name(name)
+            }
+            _ => place.to_path_buf(),
+        }
+    }
+}
+
+/// Folders that are not there yet, for a result that cannot go to `folder`: beside it, and where temporary files go.
+fn elsewhere(folder: &Path) -> [PathBuf; 2] {
+    let name = folder.file_name().unwrap_or("out".as_ref());
+    let free = |parent: &Path| {
+        let numbered = |number: usize| {
+            let mut name = name.to_os_string();
+            name.push(format!(".{number}"));
+            parent.join(name)
+        };
+        let taken = |path: &PathBuf| fs::symlink_metadata(path).is_ok();
+        (1..)
+            .map(numbered)
+            .find(|path| !taken(path))
+            .unwrap_or_else(|| numbered(0))
+    };
+    [free(folder.parent().unwrap_or(folder)), free(&env::temp_dir())]
+}

@@ -1,0 +1,187 @@
+//! The result folder: checked before the solve, filled aside and moved in place when it is whole.
+//!
+//! What lies in it and was not written by thurible stays. The files that were written are listed in a manifest beside them, and only
+//! those are replaced, if they still are what was found before the solve. Where something of the user's stands in the way of a file
+//! by then, or the folder cannot be written to any more, the result goes elsewhere.
+
+mod fill;
+mod moves;
+mod resolve;
+mod staging;
+mod written;
+
+use crate::exit::Failure;
+use crate::output::write_bytes;
+use resolve::{Astray, resolved};
+use staging::Staging;
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use written::{MANIFEST, Written, is_result, manifest_of};
+
+/// A folder that a result may be written to.
+#[derive(Clone, Debug)]
+pub struct Destination {
+    /// Where it is: absolute, without links.
+    folder: PathBuf,
+    /// As the user knows it.
+    shown: PathBuf,
+    /// The files that are going to be written, as far as that is known.
+    planned: Vec<PathBuf>,
+    /// The files in it that are ours.
+    written: Written,
+    /// Why the result is elsewhere than it should be, and where, if it is.
+    diverted: Option<String>,
+}
+
+impl Destination {
+    /// Checks `folder` for a result with the files `planned`.
+    ///
+    /// # Errors
+    /// The path is a file, a link to nowhere or a folder of something else, it cannot be written to, or one of the files is there and is
+    /// not ours.
+    pub fn check(folder: &Path, planned: Vec<PathBuf>) -> Result<Self, Failure> {
+        Self::check_for(folder, "report.json", planned)
+    }
+
+    /// As [`Self::check`], where the JSON file `mark` tells that a folder holds a result.
+    ///
+    /// # Errors
+    /// As [`Self::check`].
+    pub fn check_for(folder: &Path, mark: &str, planned: Vec<PathBuf>) -> Result<Self, Failure> {
+        let cannot = |error: io::Error| {
+            Failure::File(format!(
+                "cannot write the result folder {}: {error}; choose another one with -o DIR",
+                folder.display()
+            ))
+        };
+        let place = resolved(folder).map_err(|astray| match astray {
+            Astray::Unknown(error) => cannot(error),
+            Astray::Dangling { link, to } => Failure::File(format!(
+                "cannot write the result folder {}: {} is a link to {}, which is not there; make that folder, or choose another one with -o DIR",
+                folder.display(),
+                link.display(),
+                to.display()
+            )),
+        })?;
+        let mut destination = Self {
+            shown: resolve::shown(folder, &place),
+            folder: place,
+            planned,
+            written: Written::default(),
+            diverted: None,
+        };
+        match fs::metadata(&destination.folder) {
+            Ok(found) if found.is_dir() => destination.look(mark)?,
+            Ok(_) => {
+                let shown = folder.display();
+                let why = format!("the result folder {shown} is a file; choose another one with -o DIR");
+                return Err(Failure::File(why));
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(cannot(error)),
+        }
+        destination.probe().map_err(cannot)?;
+        Ok(destination)
+    }
+
+    /// Looks at what is in the folder.
+    fn look(&mut self, mark: &str) -> Result<(), Failure> {
+        let shown = self.shown.display();
+        let mut entries = fs::read_dir(&self.folder)
+            .map_err(|error| {
+                Failure::File(format!(
+                    "cannot read the result folder {shown}: {error}; choose another one with -o DIR"
+                ))
+            })?
+            .peekable();
+        self.written = Written::found(&self.folder, mark);
+        if entries.peek().is_some() && self.written.is_empty() && !is_result(&self.folder, mark) {
+            let why = "is not empty and holds no result of thurible, so it is not overwritten; empty it or choose another one with -o DIR";
+            return Err(Failure::File(format!("the folder {shown} {why}")));
+        }
+        match self.in_the_way(&[]) {
+            None => Ok(()),
+            Some(path) => Err(Failure::File(format!(
+                "{} is there and was not written by thurible, so it is not overwritten; move it away or choose another folder with -o DIR",
+                self.shown.join(path).display()
+            ))),
+        }
+    }
+
+    /// Finds out whether the folder and those in it that are ours can be written to.
+    fn probe(&self) -> io::Result<()> {
+        if !self.folder.is_dir()
+            && let Some(parent) = self.folder.parent()
+        {
+            fs::create_dir_all(parent)?;
+        }
+        Staging::new(&self.folder, "probe")?;
+        let below: BTreeSet<&Path> = self
+            .planned
+            .iter()
+            .chain(self.written.files())
+            .filter_map(|file| file.parent())
+            .collect();
+        let below = below.into_iter().map(|folder| self.folder.join(folder));
+        below
+            .filter(|folder| folder.is_dir())
+            .try_for_each(|folder| Staging::new(&folder, "probe").map(drop))
+    }
+
+    /// Where the result is, absolute.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Where the result is, as the user knows it.
+    #[must_use]
+    pub fn shown(&self) -> &Path {
+        &self.shown
+    }
+
+    /// Why the result is elsewhere than it should be, and where, if it is.
+    #[must_use]
+    pub fn diverted(&self) -> Option<&str> {
+        self.diverted.as_deref()
+    }
+
+    /// Removes the file `name` if it is still ours.
+    ///
+    /// # Errors
+    /// The system refused.
+    pub fn remove(&mut self, name: &str) -> Result<(), Failure> {
+        let (name, path) = (Path::new(name), self.folder.join(name));
+        if !self.written.holds(&self.folder, name) {
+            return Ok(());
+        }
+        let left: Vec<PathBuf> = self
+            .written
+            .files()
+            .filter(|file| *file != name)
+            .cloned()
+            .collect();
+        let text = manifest_of(left.iter().filter(|file| *file != Path::new(MANIFEST)));
+        fs::remove_file(&path).map_err(|error| {
+            Failure::File(format!(
+                "cannot remove {}: {error}; remove it yourself",
+                path.display()
+            ))
+        })?;
+        write_bytes(&self.folder.join(MANIFEST), text.as_bytes())
+            .map_err(|error| Failure::File(error.to_string()))?;
+        self.written = Written::now(&self.folder, left);
+        Ok(())
+    }
+
+    /// What of the user's stands in the way of what is planned, of `new` or of the manifest.
+    fn in_the_way(&self, new: &[PathBuf]) -> Option<PathBuf> {
+        let manifest = PathBuf::from(MANIFEST);
+        let files = new.iter().chain(&self.planned).chain([&manifest]);
+        files
+            .filter_map(|file| self.written.in_the_way(&self.folder, file))
+            .next()
+    }
+}

@@ -1,0 +1,63 @@
+//! A hidden folder on the file system of a result, where it is written before it is moved in place.
+
+use std::ffi::{OsStr, OsString};
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// Hidden folders of one name that earlier runs may have left behind.
+const LEFT_BEHIND: usize = 100;
+
+/// A folder that is removed with all that is left in it.
+#[derive(Debug)]
+pub(super) struct Staging {
+    path: PathBuf,
+    kept: bool,
+}
+
+impl Staging {
+    /// Inside `folder` if that is there, else beside it.
+    pub(super) fn new(folder: &Path, purpose: &str) -> io::Result<Self> {
+        let mark = format!("thurible-{purpose}-{}", std::process::id());
+        let (parent, name) = if folder.is_dir() {
+            (folder, OsString::from(format!(".{mark}")))
+        } else {
+            let mut name = OsString::from(".");
+            name.push(folder.file_name().unwrap_or(OsStr::new("out")));
+            name.push(format!(".{mark}"));
+            (folder.parent().unwrap_or(folder), name)
+        };
+        for attempt in 0..LEFT_BEHIND {
+            let mut name = name.clone();
+            if attempt > 0 {
+                name.push(format!(".{attempt}"));
+            }
+            let path = parent.join(name);
+            match fs::create_dir(&path) {
+                Ok(()) => return Ok(Self { path, kept: false }),
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(ErrorKind::AlreadyExists.into())
+    }
+
+    /// A folder in it that is not there yet.
+    pub(super) fn below(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Leaves it behind: it holds what could not be put back.
+    pub(super) fn keep(&mut self) {
+        self.kept = true;
+    }
+}
+
+impl Drop for Staging {
+    fn drop(&mut self) {
+        if !self.kept {
+            // A folder that is left behind is not what the user must hear of.
+            let _ = fs::remove_dir_all(&self.path);
+        }
+    }
+}
