@@ -5,13 +5,13 @@ use crate::field::rows;
 use crate::grid::Grid;
 use crate::real::Real;
 
-/// Numbers of `sums` that [`remove`] needs.
+/// The length of `sums` in [`remove`].
 #[must_use]
 pub fn sums_len(grid: &Grid, slots: usize) -> usize {
     grid.rows() * slots
 }
 
-/// Subtracts from every slot its mean over the cells. `sums` holds [`sums_len`] numbers.
+/// Subtracts from every slot of `field`, a trajectory of cells, its mean. `sums` holds [`sums_len`] values.
 pub fn remove<T: Real>(exec: &dyn Exec, grid: &Grid, slots: usize, field: &mut [T], sums: &mut [f64]) {
     let (nx, rows) = (grid.n[0], grid.rows());
     let sums = &mut sums[..rows * slots];

@@ -15,7 +15,7 @@ use core::ops::Range;
 
 /// The components of a vector field; the third is empty in 2D.
 pub type Vector<'a, T> = [&'a [T]; 3];
-/// As [`Vector`], to write.
+/// A vector field to write.
 pub type VectorMut<'a, T> = [&'a mut [T]; 3];
 
 /// A vector field to read.
@@ -23,12 +23,12 @@ pub fn view<'a, T>(v: &'a VectorMut<'_, T>) -> Vector<'a, T> {
     [&*v[0], &*v[1], &*v[2]]
 }
 
-/// A vector field to write for a while.
+/// A shorter borrow of a vector field to write.
 pub fn reborrow<'a, T>(v: &'a mut VectorMut<'_, T>) -> VectorMut<'a, T> {
     v.each_mut().map(|component| &mut **component)
 }
 
-/// Some slots of every row of a trajectory: what a task works on at a time, small enough for the nearest cache.
+/// Some slots of every row of a trajectory. A task works on one block of a row at a time, which fits the nearest cache.
 #[derive(Clone, Copy, Debug)]
 pub struct Block<'g> {
     /// The grid.
@@ -41,17 +41,17 @@ pub struct Block<'g> {
     pub count: usize,
 }
 
-/// Numbers of a block that suit the nearest cache.
+/// The values of a block that suit the nearest cache.
 const BLOCK_TARGET: usize = 512;
 
 impl<'g> Block<'g> {
-    /// Slots of a block on a grid with `nx` cells a row: a quarter of all at most, so that scratch stays small beside a field.
+    /// The slots of a block on a grid with `nx` cells a row: at most a quarter of all, so that scratch stays small beside a field.
     #[must_use]
     pub fn slots_per_block(nx: usize, slots: usize) -> usize {
         (BLOCK_TARGET / nx).clamp(1, slots.div_ceil(4).max(1))
     }
 
-    /// Numbers of a row of the largest block.
+    /// The length of a row of the largest block.
     #[must_use]
     pub fn largest(nx: usize, slots: usize) -> usize {
         Self::slots_per_block(nx, slots) * nx
@@ -68,7 +68,7 @@ impl<'g> Block<'g> {
         })
     }
 
-    /// Numbers of a row of the block.
+    /// The length of a row of the block.
     #[must_use]
     pub fn len(&self) -> usize {
         self.count * self.grid.n[0]

@@ -1,19 +1,19 @@
-//! The Gaussians of the metric (paper eq. 5, mathematics section 4): number j, from 1, of sigma = 2^(j-1) cells, its taps cut at
-//! ceil(3 sigma) and normalised.
+//! The Gaussians G_j of the metric (paper eq. 5, mathematics section 4), j = 1, 2, ..: sigma = 2^(j-1) cells, taps
+//! exp(-o^2 / (2 sigma^2)) at offsets o up to ceil(3 sigma), normalised to a sum of 1.
 
-/// The taps of one of them along an axis.
+/// One Gaussian along an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Gaussian {
     /// Standard deviation, in cells.
     sigma: f64,
-    /// Taps on one side of the centre.
+    /// The number of taps on one side of the centre.
     pub radius: usize,
-    /// Sum of all taps before they are normalised.
+    /// The sum of all taps before they are normalised.
     total: f64,
 }
 
 impl Gaussian {
-    /// Filter `j`, from 1.
+    /// G_j; `j` counts from 1.
     #[must_use]
     pub fn new(j: usize) -> Self {
         let sigma = (1u64 << (j - 1)) as f64;

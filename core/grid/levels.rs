@@ -1,6 +1,6 @@
 //! Coarser grids, what fields pass between two of them by, and the eigenvectors of each.
 //!
-//! An axis of n > 2 cells coarsens to n / 2, and where n is odd to the even one of the two numbers beside that, so that the
+//! An axis of n > 2 cells coarsens to n / 2, and where n is odd to the even one of the two lengths beside that, so that the
 //! next grid halves exactly. 5 coarsens to 3: two cells would be too few.
 
 use super::Grid;

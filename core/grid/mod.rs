@@ -4,13 +4,12 @@
 //! face 0   cell 0   face 1   cell 1   face 2  ...   cell n-1   face n
 //! ```
 //!
-//! Face `i` of an axis is the low side of cell `i`. On a wall axis faces 0 and n are walls where nothing flows; on a
-//! periodic axis face n is face 0. So `n` faces along an axis say it all, and every component is stored in as many numbers
-//! as there are cells.
+//! Face `i` of an axis is the low side of cell `i`. On a wall axis nothing flows through faces 0 and n; on a periodic axis face n
+//! is face 0. So face 0 .. n-1 are enough, and each component of a vector field has as many values as there are cells.
 //!
-//! A trajectory in time is stored by rows along x, all slots of a row together: number `x` of slot `k` of row `(y, z)` is
-//! at `((z ny + y) slots + k) nx + x`. A line of unknowns in time is close together for the smoother, operators that
-//! treat all slots alike run over long contiguous stretches, and a block of rows is one chunk for a thread.
+//! A trajectory in time is stored by rows along x, with all slots (time levels) of a row together: value `x` of slot `k` of row
+//! `(y, z)` is at `((z ny + y) slots + k) nx + x`. The unknowns of a face in time lie close together for the smoother, operators
+//! that treat all slots alike run over long contiguous stretches, and the rows of a thread are one chunk.
 
 pub mod gaussian;
 pub mod geometry;
@@ -109,38 +108,38 @@ impl Grid {
         }
     }
 
-    /// Cells.
+    /// The number of cells.
     #[must_use]
     pub fn cells(&self) -> usize {
         self.n[0] * self.n[1] * self.n[2]
     }
 
-    /// Rows along x.
+    /// The number of rows along x.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.n[1] * self.n[2]
     }
 
-    /// Rows in a plane normal to the last axis, the unit in which the smoother sweeps.
+    /// The rows of a plane normal to the last axis. The smoother sweeps plane by plane.
     #[must_use]
     pub fn rows_per_plane(&self) -> usize {
         if self.dims == 2 { 1 } else { self.n[1] }
     }
 
-    /// The plane that a row is in, and which of its rows it is.
+    /// The plane that a row is in, and its index among the rows of that plane.
     #[must_use]
     pub fn plane_of(&self, row: usize) -> [usize; 2] {
         let rows = self.rows_per_plane().max(1);
         [row / rows, row % rows]
     }
 
-    /// Planes normal to the last axis.
+    /// The number of planes normal to the last axis.
     #[must_use]
     pub fn planes(&self) -> usize {
         self.n[self.dims - 1]
     }
 
-    /// The number of row (y, z).
+    /// The index of row (y, z).
     #[must_use]
     pub fn row(&self, y: usize, z: usize) -> usize {
         z * self.n[1] + y

@@ -2,9 +2,10 @@
 //!
 //! -div grad of the potentials phi_k = cos(pi k (i + 1/2) / n) between walls, or cos and sin of 2 pi m (i + 1/2) / n on a ring, is
 //! lambda phi with lambda = 4 sin^2(pi k / 2 n) / h^2 or 4 sin^2(pi m / n) / h^2 (Strang 1999, The Discrete Cosine Transform).
-//! Whatever is symmetric and the same everywhere has them too, mirrored at walls as they are: the Gaussians of the metric.
-//! Each is even or odd about the middle of the axis, so a transform is two products with matrices of half the size: for the
-//! lengths of an axis that grids have these matrices, kept in the caches, are as fast as a fast transform, and any length will do.
+//! Any symmetric filter that is the same everywhere and is mirrored at walls has them too, such as the Gaussians of the metric.
+//!
+//! Each eigenvector is even or odd about the middle of the axis, so a transform is two products with matrices of half the size.
+//! For axes as long as those of grids these matrices stay in the caches and are as fast as a fast transform, for any length.
 
 use super::gaussian::Gaussian;
 use super::{Axis, Grid};
@@ -12,25 +13,25 @@ use crate::real::Real;
 
 /// The longest axis whose eigenvectors are kept.
 pub const LONGEST: usize = 256;
-/// Rows of the left one of two matrices that are multiplied at a time.
+/// The rows of the left matrix that a product of matrices takes at a time.
 pub const TOGETHER: usize = 4;
-/// Columns are a multiple of this: two of the widest vectors.
+/// The columns of the right matrix are a multiple of this: two of the widest vectors.
 pub const COLUMNS: usize = 32;
 
-/// Eigenvectors about the middle: even or odd.
+/// The symmetry of an eigenvector about the middle of its axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parity {
-    /// The same on both sides.
+    /// The same values on both sides.
     Even,
-    /// Opposite.
+    /// Opposite values on both sides.
     Odd,
 }
 
-/// Both, in the order in which a transform stores them.
+/// Both parities, in the order in which a transform stores their coefficients.
 pub const PARITIES: [Parity; 2] = [Parity::Even, Parity::Odd];
 
 impl Parity {
-    /// Eigenvectors of this parity along an axis of `n`: so many numbers of a half describe one.
+    /// The eigenvectors of this parity along an axis of `n` cells, each given by as many values, those of one half of the axis.
     #[must_use]
     pub const fn count(self, n: usize) -> usize {
         match self {
@@ -40,7 +41,7 @@ impl Parity {
     }
 }
 
-/// How many halves of a wave eigenvector `k` of its parity has along an axis.
+/// The half waves of eigenvector `k` of a parity along an axis.
 fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
     match parity {
         Parity::Even => 2 * k,
@@ -49,7 +50,7 @@ fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
     }
 }
 
-/// Number `i` of eigenvector `k` of its parity, of length 1, and its eigenvalue times h^2.
+/// Value `i` of eigenvector `k` of a parity, scaled to length 1, and its eigenvalue times h^2.
 fn eigenvector(axis: Axis, parity: Parity, k: usize, i: usize) -> (f64, f64) {
     let (n, waves) = (axis.cells(), half_waves(axis, parity, k));
     let angle = core::f64::consts::PI * waves as f64;
@@ -69,7 +70,7 @@ fn eigenvector(axis: Axis, parity: Parity, k: usize, i: usize) -> (f64, f64) {
     )
 }
 
-/// What twice the Gaussian `j` of the metric makes of every eigenvector along an axis: (sum over taps of w_o cos(pi waves o / n))^2.
+/// The eigenvalues of G_j G_j along an axis, in the order of the eigenvectors: (sum over taps of w_o cos(pi waves o / n))^2.
 fn fill_blur<T: Real>(axis: Axis, j: usize, factors: &mut [T]) {
     let n = axis.cells();
     let mut cosines = [0.0; LONGEST + 1];
@@ -98,13 +99,13 @@ pub struct Modes<'m, T> {
     n: usize,
     first: bool,
     matrices: &'m [T],
-    /// Eigenvalues: even ones first.
+    /// Eigenvalues of -div grad, of even eigenvectors first.
     pub eigenvalues: &'m [T],
     blurs: &'m [T],
 }
 
-/// Numbers of a matrix of `count` rows and columns by rows: of axis 0 with whole [`COLUMNS`], of others with a multiple of
-/// [`TOGETHER`] rows.
+/// The length of a matrix of `count` rows and columns, stored by rows: on axis 0 padded to whole [`COLUMNS`], on others to whole
+/// groups of [`TOGETHER`] rows.
 const fn matrix_len(count: usize, first: bool) -> usize {
     if first {
         count * count.next_multiple_of(COLUMNS)
@@ -113,7 +114,7 @@ const fn matrix_len(count: usize, first: bool) -> usize {
     }
 }
 
-/// Numbers of all matrices of an axis: analysis and synthesis of either parity.
+/// The length of all matrices of an axis: analysis and synthesis of either parity.
 fn matrices_len(n: usize, first: bool) -> usize {
     PARITIES
         .iter()
@@ -121,23 +122,21 @@ fn matrices_len(n: usize, first: bool) -> usize {
         .sum()
 }
 
-/// Fills the numbers of an axis: its matrices, its eigenvalues, and what `filters` Gaussians make of the eigenvectors.
-fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, numbers: &mut [T]) {
+/// Fills what is kept of an axis: its matrices, its eigenvalues, and those of the squares of `filters` Gaussians.
+fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, values: &mut [T]) {
     let (n, first) = (grid.n[axis], axis == 0);
-    let (matrices, rest) = numbers.split_at_mut(matrices_len(n, first));
+    let (matrices, rest) = values.split_at_mut(matrices_len(n, first));
     let (eigenvalues, blurs) = rest.split_at_mut(n);
     matrices.fill(T::ZERO);
-    let (mut matrix, mut number) = (0, 0);
+    let (mut matrix, mut before) = (0, 0);
     for parity in PARITIES {
         let count = parity.count(n);
-        let (len, columns) = (
-            matrix_len(count, first),
-            if first {
-                count.next_multiple_of(COLUMNS)
-            } else {
-                count
-            },
-        );
+        let len = matrix_len(count, first);
+        let columns = if first {
+            count.next_multiple_of(COLUMNS)
+        } else {
+            count
+        };
         for k in 0..count {
             for i in 0..count {
                 let (value, eigenvalue) = eigenvector(grid.axis(axis), parity, k, i);
@@ -150,10 +149,10 @@ fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, numbers: &mut [T
                     [place(k, i), place(i, k)]
                 };
                 (matrices[matrix + analysis], matrices[matrix + len + synthesis]) = (value, value);
-                eigenvalues[number + k] = T::from_f64(eigenvalue / (grid.h[axis] * grid.h[axis]));
+                eigenvalues[before + k] = T::from_f64(eigenvalue / (grid.h[axis] * grid.h[axis]));
             }
         }
-        (matrix, number) = (matrix + 2 * len, number + count);
+        (matrix, before) = (matrix + 2 * len, before + count);
     }
     for (j, factors) in (1..=filters).zip(blurs.chunks_exact_mut(n)) {
         fill_blur(grid.axis(axis), j, factors);
@@ -161,19 +160,20 @@ fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, numbers: &mut [T
 }
 
 impl<T: Real> Modes<'_, T> {
-    /// From half an axis to its coefficients, by rows: of the first axis for a field times the matrix, else for the matrix times a field.
+    /// The matrix from half an axis to its coefficients, by rows: on the first axis for a field times the matrix, else for the matrix
+    /// times a field.
     #[must_use]
     pub fn analysis(&self, parity: Parity) -> &[T] {
         self.matrix(parity, 0)
     }
 
-    /// Back.
+    /// The matrix back to values, the transpose.
     #[must_use]
     pub fn synthesis(&self, parity: Parity) -> &[T] {
         self.matrix(parity, 1)
     }
 
-    /// What twice the Gaussian `j`, from 1, makes of each eigenvector, in the order of the eigenvalues.
+    /// The eigenvalues of G_j G_j, in the order of [`Self::eigenvalues`]; `j` counts from 1.
     #[must_use]
     pub fn blur(&self, j: usize) -> &[T] {
         &self.blurs[(j - 1) * self.n..][..self.n]
@@ -193,7 +193,7 @@ impl<T: Real> Modes<'_, T> {
 /// The eigenvectors of all axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Spectrum<'m, T> {
-    /// Axis by axis; those that the grid has not are empty.
+    /// Axis by axis; empty where the grid has no such axis.
     pub axes: [Modes<'m, T>; 3],
 }
 
@@ -204,7 +204,7 @@ impl<'m, T: Real> Spectrum<'m, T> {
         grid.n.iter().all(|&n| n <= LONGEST)
     }
 
-    /// Its numbers with `filters` Gaussians, 0 if there is none.
+    /// Its length in values with `filters` Gaussians, 0 if there is none.
     #[must_use]
     pub fn len(grid: &Grid, filters: usize) -> usize {
         if Self::exists(grid) {
@@ -214,7 +214,7 @@ impl<'m, T: Real> Spectrum<'m, T> {
         }
     }
 
-    /// Fills [`Self::len`] numbers for [`Self::view`].
+    /// Fills [`Self::len`] values for [`Self::view`].
     pub fn fill(grid: &Grid, filters: usize, numbers: &mut [T]) {
         let mut rest = numbers;
         for axis in 0..if Self::exists(grid) { grid.dims } else { 0 } {

@@ -6,7 +6,7 @@ use crate::real::Real;
 use crate::simd::multiversion;
 use core::ops::Range;
 
-/// The taps of all transfers between two neighbouring grids, by axis, transfer, number of the tap and position.
+/// The taps of all transfers between two neighbouring grids, by axis, transfer, index of the tap and position.
 #[derive(Debug)]
 pub struct Tables<'m, T> {
     source: &'m mut [u16],
@@ -24,7 +24,7 @@ struct Line {
 }
 
 impl Line {
-    /// Where the taps of all values stand that have the same number.
+    /// Where the taps of all values stand that have the same index.
     fn of_tap(self, tap: usize) -> Range<usize> {
         let start = self.start + tap * self.length;
         start..start + self.length
@@ -148,7 +148,7 @@ impl<'m, T: Real> Tables<'m, T> {
         }
     }
 
-    /// The sources and weights of the taps of all values along x that have the same number.
+    /// The sources and weights of the taps of all values along x that have the same index.
     fn along_x(&self, transfer: Transfer, tap: usize) -> (&[u16], &[T]) {
         let places = self.lines[0][transfer as usize].of_tap(tap);
         (&self.source[places.clone()], &self.weight[places])

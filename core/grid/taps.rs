@@ -25,7 +25,7 @@ pub enum Transfer {
     CollectFace,
 }
 
-/// All transfers, in the order of their numbers.
+/// All transfers, in their order.
 pub const TRANSFERS: [Transfer; 6] = [
     Transfer::RestrictCell,
     Transfer::RestrictFace,

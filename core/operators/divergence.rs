@@ -7,7 +7,8 @@ use crate::grid::geometry::Beyond;
 use crate::real::Real;
 use crate::simd::{self, vectorised};
 
-/// `out += s div v` at the cells of `row`: the sum over axes of (v[high face] - v[low face]) / h. `shifted` is a row of scratch.
+/// `out += s div v` at the cells of `row` of a block, div v = sum over axes of (v[high face] - v[low face]) / h. `shifted` is scratch
+/// for a row of the block.
 pub fn add_divergence<T: Real>(
     block: &Block<'_>,
     row: usize,
@@ -27,7 +28,8 @@ pub fn add_divergence<T: Real>(
     }
 }
 
-/// `out += s (p[high cell] - p[low cell]) / h` at the faces of `row` along `axis`, 0 on walls. `shifted` is a row of scratch.
+/// `out += s (p[high cell] - p[low cell]) / h` at the faces of `row` of a block along `axis`, 0 on walls. `shifted` is scratch for a row
+/// of the block.
 pub fn add_gradient<T: Real>(
     block: &Block<'_>,
     row: usize,
@@ -44,7 +46,7 @@ pub fn add_gradient<T: Real>(
     }
 }
 
-/// The faces around a row of cells, of one slot.
+/// The velocities at the faces around a row of cells, in one slot.
 #[derive(Clone, Copy, Debug)]
 pub struct RowFaces<'a, T> {
     /// The low faces along every axis; empty where there is none.
@@ -55,23 +57,23 @@ pub struct RowFaces<'a, T> {
     pub high: [&'a [T]; 2],
 }
 
-/// Sizes of what [`divergence`] read and wrote.
+/// The largest values that [`divergence`] met.
 #[derive(Clone, Copy, Debug)]
 struct Sizes<V> {
     divergence: V,
     speed: V,
-    /// NaN once a number was not finite.
+    /// NaN once a value was not finite.
     poison: V,
 }
 
 vectorised! {
     /// `out` = div v at a row of cells, the sum over axes of `scales` (v[high face] - v[low face]); max |out| and max |v| at the low faces, or
-    /// NaN when any number is not finite.
+    /// NaN when any value is not finite.
     pub fn divergence[T, V](faces: &RowFaces<'_, T>, scales: [T; 3], out: &mut [T]) -> [f64; 2] {
         let (n, x) = (out.len(), faces.low[0]);
         let mut sizes = Sizes { divergence: V::splat(T::ZERO), speed: V::splat(T::ZERO), poison: V::splat(T::ZERO) };
         let mut last = Sizes { divergence: T::ZERO, speed: T::ZERO, poison: T::ZERO };
-        // All cells but the last by vectors, the last of which may do again what the one before did.
+        // All cells but the last go by whole vectors; the last vector may overlap the one before.
         let whole = n.saturating_sub(1 + V::LANES);
         let by_vectors = if n > V::LANES { n - 1 } else { 0 };
         for i in (0..by_vectors).step_by(V::LANES) {

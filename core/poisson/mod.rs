@@ -2,25 +2,28 @@
 //!
 //! The Poisson problem is solved by eigenvectors where no axis is too long for that, else by multigrid.
 
+mod batch;
 pub mod multigrid;
+mod richardson;
 pub mod spectral;
 
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, Vector, VectorMut, rows, sums, transform, view};
+use crate::field::{VectorMut, rows, sums, transform, view};
+use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
-use crate::grid::{Grid, Side};
 use crate::memory::{Ledger, Pool, Sharing, pooled};
 use crate::observe::{Observer, Silent};
-use crate::operators::divergence::{RowFaces, add_gradient, divergence};
+use crate::operators::divergence::divergence;
 use crate::real::Real;
-use core::ops::{ControlFlow, Range};
+use batch::{Batch, Measured, divergence_in_row};
+use core::ops::ControlFlow;
 use multigrid::Multigrid;
 use spectral::Spectral;
 
-/// Slots that are projected together at most.
+/// The most slots that are projected together.
 const MAX_BATCH: usize = 16;
-/// Defect corrections at most: each starts from the divergence of the result, so single precision reaches its own floor.
+/// The most defect corrections. Each starts from the divergence of the result, so that single precision reaches its rounding floor.
 const PASSES: usize = 4;
 
 /// The projection's workspace.
@@ -31,7 +34,7 @@ pub struct Projection<'a, T> {
     solver: Solver<'a, T>,
 }
 
-/// What solves Poisson's problem.
+/// The solver of Poisson's problem.
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,
@@ -42,7 +45,7 @@ enum Solver<'a, T> {
     Multigrid(Multigrid<'a, T>),
 }
 
-/// Calls the same method of whichever it is.
+/// Calls a method that both solvers have.
 macro_rules! each {
     ($solver:expr, $inner:ident => $call:expr) => {
         match $solver {
@@ -52,7 +55,7 @@ macro_rules! each {
     };
 }
 
-/// As many slots in every batch, and no more than there are rows.
+/// The slots of a batch: about as many in each, at most [`MAX_BATCH`] and no more than there are rows.
 fn batch_of(grid: &Grid, slots: usize) -> usize {
     slots.div_ceil(slots.div_ceil(MAX_BATCH.min(grid.rows())))
 }
@@ -111,7 +114,7 @@ impl<'a, T: Real> Projection<'a, T> {
     }
 
     /// max |div v| h_x / max |v|, the largest of all batches of slots of the trajectory `v`, and max |v|; not finite where `v` is not.
-    /// `sums` holds two numbers a row.
+    /// `sums` holds two values a row.
     pub fn relative_divergence(
         &mut self,
         exec: &dyn Exec,
@@ -150,7 +153,7 @@ impl<'a, T: Real> Projection<'a, T> {
     /// Projects every slot of the trajectory `v`, to max |div v| at most `tolerance` times what it was, or the rounding floor
     /// of `v`. With `potential`, a trajectory of cells p for which v holds + grad p, p changes along. Returns max |div v| after.
     ///
-    /// `sums` holds two numbers a row.
+    /// `sums` holds two values a row.
     pub fn project(
         &mut self,
         exec: &dyn Exec,
@@ -209,150 +212,7 @@ impl<'a, T: Real> Projection<'a, T> {
     }
 }
 
-/// Some slots of a trajectory, whose potentials are held together.
-#[derive(Clone, Copy, Debug)]
-pub struct Batch {
-    slots: usize,
-    first: usize,
-    count: usize,
-}
-
-impl Batch {
-    /// Batches of up to `count` slots that cover all.
-    fn all(slots: usize, count: usize) -> impl Iterator<Item = Self> {
-        (0..slots).step_by(count).map(move |first| Self {
-            slots,
-            first,
-            count: count.min(slots - first),
-        })
-    }
-
-    /// One slot of it.
-    fn slot(self, grid: &Grid, index: usize) -> Block<'_> {
-        Block {
-            grid,
-            slots: self.slots,
-            first: self.first + index,
-            count: 1,
-        }
-    }
-
-    /// The blocks of the trajectory that cover the batch.
-    fn blocks(self, grid: &Grid) -> impl Iterator<Item = Block<'_>> {
-        Block::all(grid, self.count).map(move |block| Block {
-            slots: self.slots,
-            first: self.first + block.first,
-            ..block
-        })
-    }
-
-    /// The same block in the batch.
-    fn compact<'g>(self, block: &Block<'g>) -> Block<'g> {
-        Block {
-            slots: self.count,
-            first: block.first - self.first,
-            ..*block
-        }
-    }
-}
-
-/// max |div v| and max |v| of some slots.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Measured {
-    divergence: f64,
-    speed: f64,
-}
-
-impl Measured {
-    /// Sums of a row.
-    const SUMS: usize = 2;
-
-    /// Takes others in.
-    fn add(&mut self, other: Self) {
-        self.divergence = rows::largest([self.divergence, other.divergence]);
-        self.speed = rows::largest([self.speed, other.speed]);
-    }
-
-    /// Into the sums of a row.
-    fn write(self, sums: &mut [f64]) {
-        sums.iter_mut()
-            .zip([self.divergence, self.speed])
-            .for_each(|(sum, own)| *sum = own);
-    }
-
-    /// The largest of all rows.
-    fn read(sums: &[f64]) -> Self {
-        let largest = |which: usize| rows::largest(sums.iter().skip(which).step_by(Self::SUMS).copied());
-        Self {
-            divergence: largest(0),
-            speed: largest(1),
-        }
-    }
-}
-
-/// Hands a row's faces in every slot of the batch to `divergence`, with 1 / h, and collects what it measures.
-fn divergence_in_row<T: Real>(
-    grid: &Grid,
-    batch: Batch,
-    row: usize,
-    v: Vector<'_, T>,
-    mut divergence: impl FnMut(&RowFaces<'_, T>, [T; 3]) -> [f64; 2],
-) -> Measured {
-    let scales = grid.h.map(|h| T::from_f64(1.0 / h));
-    let next = [1, 2].map(|axis| {
-        if axis < grid.dims {
-            grid.neighbour(row, axis, Side::High)
-        } else {
-            None
-        }
-    });
-    let mut measured = Measured::default();
-    for index in 0..batch.count {
-        let slot = batch.slot(grid, index);
-        let of = |axis: usize, row: Option<usize>| row.map_or(&[][..], |row| slot.of(v[axis], row));
-        let x = slot.of(v[0], row);
-        let low = [x, of(1, Some(row)), of(2, (grid.dims > 2).then_some(row))];
-        let faces = RowFaces {
-            low,
-            end: grid
-                .axis(0)
-                .cell(grid.n[0] as isize)
-                .map_or(T::ZERO, |first| x[first]),
-            high: [of(1, next[0]), of(2, next[1])],
-        };
-        let [divergence, speed] = divergence(&faces, scales);
-        measured.add(Measured { divergence, speed });
-    }
-    measured
-}
-
-/// v -= grad q and, where there is a p, p -= q at `span` of a row of `fields`, v by components and p. `block` is how q is stored.
-fn subtract_gradient_in_row<T: Real>(
-    block: &Block<'_>,
-    row: usize,
-    q: &[T],
-    span: Range<usize>,
-    fields: &mut [&mut [T]; 4],
-    scratch: &mut [T],
-) {
-    let [v0, v1, v2, p] = fields;
-    for (axis, v) in [v0, v1, v2].into_iter().enumerate().take(block.grid.dims) {
-        add_gradient(
-            block,
-            row,
-            axis,
-            -T::ONE,
-            q,
-            &mut v[span.clone()],
-            &mut scratch[..block.len()],
-        );
-    }
-    if !p.is_empty() {
-        rows::sub(&mut p[span], block.of(q, row));
-    }
-}
-
-/// Projects the given velocity v_0, a field of one slot; the change relative to max |v_0|. `copy` is work of as many numbers.
+/// Projects the given velocity v_0, a field of one slot, and returns max |change| / max |v_0|. `copy` is scratch of the same shape.
 pub fn project_given<T: Real>(
     exec: &dyn Exec,
     grid: &Grid,

@@ -3,29 +3,28 @@
 //! The smoother is Richardson's with the Chebyshev parameters of the upper part of the spectrum: flat loops that need no
 //! colours, on any box.
 
-use super::{Batch, Measured, divergence_in_row, subtract_gradient_in_row};
+use super::batch::{Batch, Measured, divergence_in_row, subtract_gradient_in_row};
+use super::richardson::{self, residual_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::transfer::{Move, Place, Placed};
 use crate::field::{Block, VectorMut, rows, view};
-use crate::grid::geometry::Beyond;
+use crate::grid::Grid;
 use crate::grid::levels::{self, Levels, MAX_LEVELS};
 use crate::grid::tables::Tables;
 use crate::grid::taps::Transfer;
-use crate::grid::{Grid, Side};
 use crate::memory::{Pool, pooled};
 use crate::observe::{Event, Observer};
 use crate::operators::divergence::divergence;
 use crate::real::Real;
-use crate::simd::multiversion;
 use core::ops::ControlFlow;
 
-/// V-cycles of a pass at most.
+/// The most V-cycles of a pass.
 const CYCLES: usize = 12;
-/// What a pass may gain at most before the next starts from fresh residuals.
+/// The factor that a pass may gain; then the next starts from fresh residuals.
 const GAIN: f64 = 1e-4;
-/// What a smoothing may leave of the upper part of the spectrum; two steps do, unless cells are much longer than wide.
+/// What a smoothing may leave of the upper part of the spectrum: two steps are enough unless cells are much longer than wide.
 const SMOOTHED: f64 = 0.4;
-/// What the coarsest grid may leave of everything.
+/// What smoothing on the coarsest grid may leave of the whole spectrum.
 const SOLVED: f64 = 1e-4;
 /// Rows of scratch: two shifts, a residual, a sum.
 const SCRATCH_ROWS: usize = 4;
@@ -110,7 +109,7 @@ impl<'a, T: Real> Multigrid<'a, T> {
         ControlFlow::Continue(())
     }
 
-    /// The right-hand side div v; its largest number and that of v. `sums` holds two numbers a row.
+    /// Writes the right-hand side div v and returns max |div v| and max |v|. `sums` holds two values a row.
     pub fn divergence(
         &mut self,
         exec: &dyn Exec,
@@ -183,8 +182,8 @@ impl<'a, T: Real> Multigrid<'a, T> {
         }
     }
 
-    /// Richardson steps q + (div grad q - rhs) / (diagonal root), the roots Chebyshev's on the upper spectrum: from where one
-    /// axis alone oscillates, which is low on grids whose cells are longer that way, and then takes more steps.
+    /// Richardson steps q + (div grad q - rhs) / (diagonal root), with the roots of the Chebyshev polynomial on the upper spectrum.
+    /// That begins where one axis alone oscillates: low on grids whose cells are longer along it, and then there are more steps.
     fn smooth(&mut self, exec: &dyn Exec, level: usize, slots: usize, leave: f64) {
         let LevelMut { grid, q, next, rhs } = &mut self.levels[level];
         let len = grid.cells() * slots;
@@ -193,9 +192,9 @@ impl<'a, T: Real> Multigrid<'a, T> {
         let stiffness = |a: usize| 2.0 / (grid.h[a] * grid.h[a]);
         let diagonal: f64 = (0..grid.dims).map(stiffness).sum();
         let lowest = (0..grid.dims).map(stiffness).fold(diagonal, f64::min) / diagonal;
-        let degree = chebyshev_degree(lowest, leave);
+        let degree = richardson::degree(lowest, leave);
         for step in 0..degree {
-            let root = chebyshev_root(lowest, degree, step);
+            let root = richardson::root(lowest, degree, step);
             let omega = T::from_f64(1.0 / (root * diagonal));
             let from = &*q;
             for_rows(
@@ -305,68 +304,5 @@ impl<'a, T: Real> Multigrid<'a, T> {
             },
         );
         rows::largest(sums.iter().copied())
-    }
-}
-
-/// The power of two that is the least degree, from 2, of a Chebyshev polynomial that leaves `leave` of [lowest, 2].
-fn chebyshev_degree(lowest: f64, leave: f64) -> usize {
-    let (mut value, mut degree) = ((2.0 + lowest) / (2.0 - lowest), 1);
-    while degree < 2 || value * leave < 1.0 {
-        (value, degree) = (2.0 * value * value - 1.0, 2 * degree);
-    }
-    degree
-}
-
-/// Its roots in the order of Lebedev & Finogenov (1971), which keeps the partial products small.
-fn chebyshev_root(lowest: f64, degree: usize, step: usize) -> f64 {
-    let (mut number, mut count) = (1, 1);
-    for bit in (0..degree.ilog2()).rev() {
-        count *= 2;
-        number = if step >> bit & 1 == 1 {
-            count + 1 - number
-        } else {
-            number
-        };
-    }
-    let angle = core::f64::consts::PI * (2 * number - 1) as f64 / (2 * degree) as f64;
-    0.5 * (2.0 + lowest) + 0.5 * (2.0 - lowest) * libm::cos(angle)
-}
-
-/// `out = div grad q - rhs` at the cells of `row`; `shifts` holds two rows.
-fn residual_row<T: Real>(block: &Block<'_>, row: usize, q: &[T], rhs: &[T], out: &mut [T], shifts: &mut [T]) {
-    let grid = block.grid;
-    let here = block.of(q, row);
-    let (low, high) = shifts.split_at_mut(block.len());
-    let high = &mut high[..block.len()];
-    block.shift(Side::Low, Beyond::Own, here, low);
-    block.shift(Side::High, Beyond::Own, here, high);
-    let beside = |axis: usize, side: Side| {
-        let row = if axis < grid.dims {
-            block.beside((axis, side), Beyond::Own, q, row, &mut [])
-        } else {
-            None
-        };
-        row.unwrap_or(here)
-    };
-    let neighbours = [
-        &*low,
-        &*high,
-        beside(1, Side::Low),
-        beside(1, Side::High),
-        beside(2, Side::Low),
-        beside(2, Side::High),
-    ];
-    let weights = grid.h.map(|h| T::from_f64(1.0 / (h * h)));
-    laplacian(out, here, block.of(rhs, row), neighbours, weights);
-}
-
-multiversion! {
-    fn laplacian[T: Real](out: &mut [T], q: &[T], rhs: &[T], neighbours: [&[T]; 6], weights: [T; 3]) {
-        let n = out.len();
-        let (q, rhs, [xl, xh, yl, yh, zl, zh]) = (&q[..n], &rhs[..n], neighbours.map(|row| &row[..n]));
-        for i in 0..n {
-            let two = q[i] + q[i];
-            out[i] = weights[0] * (xl[i] + xh[i] - two) + weights[1] * (yl[i] + yh[i] - two) + weights[2] * (zl[i] + zh[i] - two) - rhs[i];
-        }
     }
 }

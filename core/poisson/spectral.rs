@@ -1,6 +1,7 @@
 //! Poisson's problem by eigenvectors: a transform along every axis, a division by the eigenvalues, and back, slot by slot.
 
-use super::{Batch, MAX_BATCH, Measured, divergence_in_row, subtract_gradient_in_row};
+use super::MAX_BATCH;
+use super::batch::{Batch, Measured, divergence_in_row, subtract_gradient_in_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, VectorMut, transform, view};
 use crate::grid::Grid;
@@ -38,7 +39,7 @@ impl<'a, T: Real> Spectral<'a, T> {
         }
     }
 
-    /// The right-hand side div v; its largest number and that of v. `sums` holds two numbers a row.
+    /// Writes the right-hand side div v and returns max |div v| and max |v|. `sums` holds two values a row.
     pub fn divergence(
         &mut self,
         exec: &dyn Exec,

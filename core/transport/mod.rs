@@ -26,11 +26,11 @@ use core::ops::ControlFlow;
 use rows::Velocity;
 use substeps::Held;
 
-/// Terms of a series at most, besides the first one.
+/// The most terms of a series after the first one.
 pub(crate) const MAX_TERMS: usize = 20;
-/// Sub-step states that are kept at most; others are computed again.
+/// The most states of sub-steps that are kept; others are computed again.
 const STATES: usize = 8;
-/// Sub-steps of Courant number 1 of a step at most.
+/// The most sub-steps of Courant number 1 in a step.
 pub const MAX_SUBSTEPS: usize = 64;
 
 /// How a step is taken.
@@ -40,12 +40,13 @@ pub struct Stepping {
     pub scheme: Scheme,
     /// The series is cut at the first term below this times max rho_0.
     pub tolerance: f64,
-    /// Courant number of a series' sub-step at most. Semi-Lagrangian's, whose adjoint looks for smoke in the next cells, are of at most 1.
+    /// The largest Courant number of a sub-step of the series. Semi-Lagrangian sub-steps have at most 1, since their adjoint looks for
+    /// smoke in the cells beside.
     pub courant: f64,
 }
 
 impl From<Advection> for Stepping {
-    /// What results are promised by (mathematics section 3): sub-steps of Courant number at most 1.
+    /// Steps as results are defined by (mathematics section 3): sub-steps of Courant number at most 1.
     fn from(Advection { scheme, tolerance }: Advection) -> Self {
         Self {
             scheme,
@@ -55,7 +56,7 @@ impl From<Advection> for Stepping {
     }
 }
 
-/// Numbers in two cache lines, which processors fetch together: scratch of two threads shares none.
+/// The values of two cache lines, which processors fetch together: the scratch of two threads shares none.
 const PAIR_OF_LINES: usize = 32;
 
 /// A step would need more than [`MAX_SUBSTEPS`], or its velocity is not finite.
@@ -165,7 +166,7 @@ impl<'a, T: Real> Transport<'a, T> {
         pooled(field_len(grid))
     }
 
-    /// Takes the velocity of step `step` out of `flow` and counts its sub-steps. `sums` holds a number a row.
+    /// Takes the velocity of step `step` out of `flow` and counts its sub-steps. `sums` holds a value a row.
     ///
     /// The Courant number is the maximum over cells of the sum of |v_f| over the cell's faces / (2 h).
     ///
@@ -183,7 +184,7 @@ impl<'a, T: Real> Transport<'a, T> {
         self.held = None;
         let sums = &mut sums[..grid.rows()];
         flow.copy_step(exec, grid, slots, step, reborrow(&mut self.velocity));
-        // In a pass of its own: together with the copying, reading again what was just written, loading took nearly twice as long.
+        // A pass of its own: in one pass with the copying, which reads again what was just written, loading took nearly twice as long.
         let courant = courant::largest(exec, grid, Velocity(view(&self.velocity)), sums);
         if !(courant <= MAX_SUBSTEPS as f64) {
             return Err(TooFast);

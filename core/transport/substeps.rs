@@ -8,7 +8,7 @@ use crate::memory::pooled;
 use crate::problem::Scheme;
 use crate::real::Real;
 
-/// Where the terms of the latest sub-steps are kept, of as many as there is room for.
+/// Where the terms of the latest sub-steps are kept, as far as there is room.
 #[derive(Debug, Default)]
 pub(super) struct Held {
     /// The terms of each sub-step of a block, in order.
@@ -107,7 +107,7 @@ impl<T: Real> Transport<'_, T> {
         self.held = Some(self.hold(exec, rho, (self.substeps - 1) / STATES * STATES));
     }
 
-    /// The terms of sub-steps from number `first` on, as many as there are states for.
+    /// The terms of the sub-steps from `first` on, as far as there are states for.
     fn hold(&mut self, exec: &dyn Exec, rho: &[T], first: usize) -> Held {
         let (len, stride) = (rho.len(), pooled(rho.len()));
         let count = STATES.min(self.substeps - first);
