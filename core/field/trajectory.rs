@@ -49,13 +49,13 @@ pub fn add<T: Real>(
     for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
         for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
             let x = sums::row(grid, slots, x[axis], task.row);
-            match () {
-                () if s == 0.0 => rows::scale(out, other, x),
-                () if s == 1.0 => rows::add_scaled(out, other, x),
-                () => {
-                    rows::scale_in_place(out, own);
-                    rows::add_scaled(out, other, x);
-                }
+            if s == 0.0 {
+                rows::scale(out, other, x);
+            } else if s == 1.0 {
+                rows::add_scaled(out, other, x);
+            } else {
+                rows::scale_in_place(out, own);
+                rows::add_scaled(out, other, x);
             }
         }
     });

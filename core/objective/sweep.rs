@@ -9,7 +9,7 @@ use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::{Ledger, Pool, Sharing, pooled};
 use crate::objective::keyframes::{DataTerm, Keyframes};
-use crate::observe::{Event, Observer};
+use crate::observe::Observer;
 use crate::operators::blur::Metric;
 use crate::problem::Problem;
 use crate::real::Real;
@@ -158,8 +158,8 @@ impl<'a, T: Real> Carrier<'a, T> {
         step: usize,
         sums: &mut [f64],
     ) -> Result<(), Stop> {
-        self.transport
-            .step(exec, observer, flow, self.slots, step, rho, sums)
+        self.transport.step(exec, flow, self.slots, step, rho, sums)?;
+        Stop::heard(observer)
     }
 
     /// The data term of densities that were carried.
@@ -202,9 +202,7 @@ impl<'a, T: Real> Carrier<'a, T> {
             }
             self.back_through(exec, flow, rho, step, sums, each)
                 .map_err(|TooFast| Stop::TooFast)?;
-            if observer.on(Event::Work).is_break() {
-                return Err(Stop::Cancelled);
-            }
+            Stop::heard(observer)?;
         }
         Ok(())
     }

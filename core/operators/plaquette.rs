@@ -187,6 +187,7 @@ struct Work<'a, T> {
 impl<'a, T: Real> Work<'a, T> {
     fn new(block: &Block<'_>, scratch: &'a mut [T]) -> Self {
         let mut parts = scratch.chunks_exact_mut(block.len());
+        debug_assert!(parts.len() >= SCRATCH_ROWS);
         let mut next = || parts.next().unwrap_or_default();
         Self {
             out: core::array::from_fn(|_| next()),

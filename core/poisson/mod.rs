@@ -132,7 +132,7 @@ impl<'a, T: Real> Projection<'a, T> {
                 grid.rows(),
                 RowBuffers::sums(&mut *sums).with_scratch(scratch),
                 |task| {
-                    let out = task.scratch.get_mut(..grid.n[0]).unwrap_or_default();
+                    let out = rows::part_mut(task.scratch, 0..grid.n[0]);
                     divergence_in_row(grid, batch, task.row, v, |faces, scales| {
                         divergence(faces, scales, out)
                     })

@@ -72,7 +72,20 @@ pub enum Stop {
     Cancelled,
 }
 
-/// One step's workspace.
+impl Stop {
+    /// Tells `observer` that work was done.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn heard(observer: &mut dyn Observer) -> Result<(), Self> {
+        match observer.on(Event::Work) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Self::Cancelled),
+        }
+    }
+}
+
+/// The workspace of one step.
 #[derive(Debug)]
 pub struct Transport<'a, T> {
     grid: &'a Grid,
@@ -206,17 +219,19 @@ impl<'a, T: Real> Transport<'a, T> {
         rho: &mut [T],
         sums: &mut [f64],
     ) -> Result<(), Stop> {
-        (0..=slots).try_for_each(|step| self.step(exec, observer, flow, slots, step, rho, sums))
+        (0..=slots).try_for_each(|step| {
+            self.step(exec, flow, slots, step, rho, sums)?;
+            Stop::heard(observer)
+        })
     }
 
     /// Transports field `step` of `rho` to the next.
     ///
     /// # Errors
-    /// [`Stop`].
+    /// [`Stop::TooFast`].
     pub fn step(
         &mut self,
         exec: &dyn Exec,
-        observer: &mut dyn Observer,
         flow: &Flow<'_, T>,
         slots: usize,
         step: usize,
@@ -228,10 +243,6 @@ impl<'a, T: Real> Transport<'a, T> {
             .map_err(|TooFast| Stop::TooFast)?;
         let (before, after) = rho.split_at_mut((step + 1) * len);
         self.forward(exec, &before[step * len..], &mut after[..len]);
-        if observer.on(Event::Work) == ControlFlow::Break(()) {
-            Err(Stop::Cancelled)
-        } else {
-            Ok(())
-        }
+        Ok(())
     }
 }
