@@ -290,7 +290,7 @@ fn real_run(
             let courant = ready.courant(solver);
             let label = format!("{name} {cells}, N = {steps}, it. {iteration}, C {courant:.1}");
             let bound = if iteration == 1 { first_bound } else { None }.or((courant <= 1.0).then_some(0.25));
-            table.row(&label, &progress.admm.nso_residuals, bound);
+            table.row(&label, progress.report.series("nso_residuals"), bound);
         }
     }));
 }
@@ -369,7 +369,13 @@ fn solved<S: Space>(exec: &dyn Exec, name: &str, ready: &PreparedScene) {
     fn iterations<T: Real, S: Space>(exec: &dyn Exec, ready: &PreparedScene) -> Vec<Vec<f64>> {
         sure(ready.with::<T, S, _>(exec, |solver| {
             (0..3)
-                .map(|_| solver.step(exec, &mut Silent).admm.nso_residuals.to_vec())
+                .map(|_| {
+                    solver
+                        .step(exec, &mut Silent)
+                        .report
+                        .series("nso_residuals")
+                        .to_vec()
+                })
                 .collect()
         }))
     }

@@ -12,7 +12,7 @@ pub const HEAD: usize = 1024;
 /// What the bytes begin with.
 pub const MAGIC: u64 = u64::from_le_bytes(*b"thurible");
 /// The format that is written, and the only one that is read.
-pub const FORMAT: u64 = 1;
+pub const FORMAT: u64 = 2;
 /// More than any count of iterations.
 pub const MANY: usize = 1 << 30;
 /// Words of what the bytes are: magic, format, bytes, fingerprint, checksum.
@@ -135,8 +135,8 @@ impl<'a> Record<'a> {
     }
 
     /// The elements of a field. There are bytes for them: their count follows from the problem and was checked.
-    pub fn numbers<T: Real>(&mut self, numbers: &mut [T]) {
-        let place = self.at..self.at + numbers.len() * T::BYTES;
+    pub fn elements<T: Real>(&mut self, elements: &mut [T]) {
+        let place = self.at..self.at + elements.len() * T::BYTES;
         self.at = place.end;
         match &mut self.bytes {
             Bytes::Write(bytes) => {
@@ -144,13 +144,15 @@ impl<'a> Record<'a> {
                     .get_mut(place)
                     .unwrap_or_default()
                     .chunks_exact_mut(T::BYTES);
-                bytes.zip(numbers).for_each(|(bytes, number)| number.write(bytes));
+                bytes
+                    .zip(elements)
+                    .for_each(|(bytes, element)| element.write(bytes));
             }
             Bytes::Read(bytes) => {
                 let bytes = bytes.get(place).unwrap_or_default().chunks_exact(T::BYTES);
                 bytes
-                    .zip(numbers)
-                    .for_each(|(bytes, number)| *number = T::read(bytes));
+                    .zip(elements)
+                    .for_each(|(bytes, element)| *element = T::read(bytes));
             }
         }
     }

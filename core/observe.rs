@@ -2,6 +2,17 @@
 
 use core::ops::ControlFlow;
 
+/// A part of an iteration, of which a method may have several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Phase {
+    /// Its key in reports: lower case, with underscores.
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub words: &'static str,
+    /// What it measures after each of its steps.
+    pub measure: &'static str,
+}
+
 /// A point of the solve that an [`Observer`] hears about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -11,28 +22,19 @@ pub enum Event {
         /// Outer iteration, from 1.
         iteration: usize,
     },
-    /// The advection problem (AO, paper section 4.1) begins.
-    AoBegin,
-    /// One fixed-point iteration of AO is over.
-    AoIteration {
-        /// AO objective after it (paper eq. 7).
-        objective: f64,
-        /// Blending step that was taken.
-        step: f64,
+    /// A part of the iteration begins.
+    PhaseBegin(Phase),
+    /// One step of that part is over.
+    PhaseStep {
+        /// The part.
+        phase: Phase,
+        /// The step, from 1.
+        step: usize,
+        /// What the part measures of itself by: see [`Phase::measure`].
+        value: f64,
     },
-    /// The advection problem ends.
-    AoEnd,
-    /// The Navier-Stokes problem (NSO, paper section 4.2) begins.
-    NsoBegin,
-    /// One FAS V-cycle of NSO is over.
-    NsoCycle {
-        /// Count of V-cycles in this Navier-Stokes problem, from 1.
-        cycle: usize,
-        /// max |f| after it, in scaled accelerations.
-        residual: f64,
-    },
-    /// The Navier-Stokes problem ends.
-    NsoEnd,
+    /// It ends.
+    PhaseEnd(Phase),
     /// A piece of work well below a second at ordinary sizes is over: a smoothing sweep, a transport step, a projection cycle.
     Work,
 }

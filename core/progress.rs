@@ -73,6 +73,106 @@ impl Status {
     }
 }
 
+/// Whether a fact is a number, a count, yes or no, or a series of numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A number.
+    Number,
+    /// A whole number from 0.
+    Count,
+    /// 1 for yes, 0 for no.
+    Flag,
+    /// Any number of numbers, in order.
+    Series,
+}
+
+/// Something that a method reports of every iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fact {
+    /// Its key in reports: lower case, with underscores.
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub words: &'static str,
+    /// What its values are.
+    pub kind: Kind,
+    /// The chart that it is drawn in, together with the other facts of that chart; none where it is `None`.
+    pub chart: Option<&'static str>,
+}
+
+impl Fact {
+    /// A fact that is drawn in no chart.
+    #[must_use]
+    pub const fn new(name: &'static str, kind: Kind, words: &'static str) -> Self {
+        Self {
+            name,
+            words,
+            kind,
+            chart: None,
+        }
+    }
+
+    /// The same, drawn in the chart of this title.
+    #[must_use]
+    pub const fn in_chart(self, title: &'static str) -> Self {
+        Self {
+            chart: Some(title),
+            ..self
+        }
+    }
+}
+
+/// Most facts of an iteration.
+pub const MAX_FACTS: usize = 12;
+/// Most values of all facts of an iteration together.
+pub const MAX_VALUES: usize = MAX_CYCLES + MAX_RESIDUALS + MAX_FACTS;
+
+/// The facts of an iteration, in the order in which a method tells them.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Each with the place in `values` where it ends.
+    facts: heapless::Vec<(Fact, usize), MAX_FACTS>,
+    values: heapless::Vec<f64, MAX_VALUES>,
+}
+
+impl Report {
+    /// Tells a fact: one value, or those of a series. What finds no room is left out.
+    pub fn tell(&mut self, fact: Fact, values: &[f64]) {
+        if self.values.extend_from_slice(values).is_ok() {
+            let _ = self.facts.push((fact, self.values.len()));
+        }
+    }
+
+    /// All facts with their values.
+    pub fn iter(&self) -> impl Iterator<Item = (Fact, &[f64])> {
+        let mut begin = 0;
+        self.facts.iter().map(move |&(fact, end)| {
+            let values = self.values.get(begin..end).unwrap_or(&[]);
+            begin = end;
+            (fact, values)
+        })
+    }
+
+    /// The values of the fact with this name; none where the method does not tell it.
+    #[must_use]
+    pub fn series(&self, name: &str) -> &[f64] {
+        self.iter()
+            .find(|(fact, _)| fact.name == name)
+            .map_or(&[], |(_, values)| values)
+    }
+
+    /// The last value of the fact with this name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.series(name).last().copied()
+    }
+
+    /// Whether nothing was told.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.facts.is_empty()
+    }
+}
+
 /// What one outer iteration did.
 #[derive(Clone, Debug, Default)]
 pub struct Progress {
@@ -82,47 +182,12 @@ pub struct Progress {
     pub status: Option<Status>,
     /// The objective of the current velocities and forces.
     pub objective: Objective,
-    /// How ADMM went.
-    pub admm: AdmmProgress,
-    /// How the direct method went, or L-BFGS over the forces.
-    pub direct: DirectProgress,
-}
-
-/// How the direct method, or L-BFGS over the forces, went in one iteration.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct DirectProgress {
-    /// Cells of the grid that it worked on.
+    /// Cells of the grid that the iteration worked on, where the method tells it.
     pub cells: [usize; 3],
     /// That grid, 0 for the finest.
     pub level: usize,
-    /// Iteration on that grid, from 1.
+    /// Iteration on that grid, from 1; 0 where the method does not count them.
     pub level_iteration: usize,
-    /// Step along the direction, 0 when none gained anything.
-    pub step: f64,
-    /// <gradient, direction>: the objective's derivative along the direction.
-    pub slope: f64,
-    /// Flows, or forces, whose objective was computed.
-    pub evaluations: usize,
-}
-
-/// How ADMM went in one outer iteration.
-#[derive(Clone, Debug, Default)]
-pub struct AdmmProgress {
-    /// Blending step alpha of AO.
-    pub ao_step: f64,
-    /// max change of rho since the iteration before, over max rho_0.
-    pub density_change: f64,
-    /// max |f| of NSO before its first V-cycle and after each.
-    pub nso_residuals: heapless::Vec<f64, MAX_CYCLES>,
-    /// max of AO's direction, over dt, in each of its iterations: the residual of its fixed point as an acceleration (the paper's
-    /// Figure 7). Of more than [`MAX_RESIDUALS`] the last stands for all that came later.
-    pub ao_residuals: heapless::Vec<f64, MAX_RESIDUALS>,
-    /// The largest violation of the optimality conditions: of AO's, NSO's, and max |v - v*| over dt (the paper's Figure 7).
-    pub kkt: f64,
-    /// max |v - v*| over max |v|.
-    pub gap: f64,
-    /// Data term of v*, where the objective's is that of v.
-    pub data_of_star: f64,
-    /// Whether the multipliers were held: an iteration of the plain augmented Lagrangian.
-    pub held: bool,
+    /// What the method has to tell beside that.
+    pub report: Report,
 }

@@ -10,7 +10,7 @@ use thurible_core::memory::{Arena, TooSmall};
 use thurible_core::memory::{Ledger, Pool};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::State;
-use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape};
+use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape, Workspace};
 use thurible_core::{Boundary, Colours, Exec, Norm, NsoParams, Real, Space};
 
 /// What is posed.
@@ -107,33 +107,36 @@ impl Case {
         let levels = Levels::<T>::carve(arena, grid, 0)?;
         let bases = Bases::<T>::carve::<S>(arena, &levels.grids)?;
         let target = flow::synthetic::<T, S>(grid, setup.slots, self.courant);
-        let v = copied(arena.take_vector(S::DIM, len)?, &target);
-        let a = copied(arena.take_vector(S::DIM, len)?, &target);
+        let v = copied(arena.take_vector("field", S::DIM, len)?, &target);
+        let a = copied(arena.take_vector("field", S::DIM, len)?, &target);
         drop(target);
         let state = State {
             v,
-            w: arena.take_vector(S::DIM, len)?,
-            p: arena.take(len)?,
-            pbar: arena.take(len)?,
+            w: arena.take_vector("field", S::DIM, len)?,
+            p: arena.take("field", len)?,
+            pbar: arena.take("field", len)?,
         };
         let finest = Finest {
             state,
-            v0: arena.take_vector(S::DIM, cells)?,
+            v0: arena.take_vector("field", S::DIM, cells)?,
             target: a,
             spare: Default::default(),
         };
-        let mut pool = Pool::new(arena.take(pool_len::<T, S>(grid, setup))?);
+        let mut pool = Pool::new(arena.take("workspace", pool_len::<T, S>(grid, setup))?);
+        let space = Workspace::carve(&levels, &bases, setup, &mut pool);
         let mut sums = vec![0.0; grid.rows() * setup.slots];
         Ok(work(&mut Nso::<T, S>::new(
-            &levels, &bases, finest, setup, &mut pool, &mut sums,
+            &levels, &bases, finest, setup, space, &mut sums,
         )))
     }
 }
 
 fn pool_len<T: Real, S: Space>(grid: &Grid, setup: &Setup) -> usize {
+    let levels = Levels::<T>::bare(grid, 0);
+    let bases = Bases::bare(&levels.grids);
     let mut ledger = Ledger::new();
-    Nso::<T, S>::requirement(&mut ledger, grid, setup.slots, setup.threads, setup.shape);
-    ledger.bytes().map_or(usize::MAX / 2, |bytes| bytes / T::BYTES)
+    Workspace::<T, S>::carve(&levels, &bases, setup, &mut Pool::measuring(&mut ledger));
+    ledger.elements(T::BYTES)
 }
 
 fn copied<'m, T: Real>(mut to: VectorMut<'m, T>, from: &[Vec<T>; 3]) -> VectorMut<'m, T> {

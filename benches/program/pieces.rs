@@ -53,20 +53,22 @@ impl Trajectories {
         let grid = &self.grid;
         let field = flow::synthetic::<f32, S>(grid, self.slots, COURANT);
         let rest: [Vec<f32>; 3] = core::array::from_fn(|axis| vec![0.0; field[axis].len() / self.slots]);
+        let stepping = Advection {
+            scheme,
+            ..Advection::default()
+        }
+        .into();
         let mut ledger = Ledger::new();
-        Transport::<f32>::requirement(&mut ledger, grid, exec.threads());
-        let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
-        let mut transport = Transport::carve(
+        Transport::<f32>::carve(
             grid,
-            Advection {
-                scheme,
-                ..Advection::default()
-            }
-            .into(),
+            stepping,
             1.0,
             exec.threads(),
-            &mut Pool::new(&mut memory),
+            &mut Pool::measuring(&mut ledger),
         );
+        let mut memory = vec![0f32; ledger.elements(size_of::<f32>())];
+        let mut pool = Pool::new(&mut memory);
+        let mut transport = Transport::carve(grid, stepping, 1.0, exec.threads(), &mut pool);
         let mut rho = blob(grid);
         rho.resize((self.slots + 2) * grid.cells(), 0.0);
         let flow = Flow {
@@ -96,8 +98,14 @@ impl Trajectories {
         let (grid, slots) = (&self.grid, self.slots);
         self.with_levels(0, |levels| {
             let mut ledger = Ledger::new();
-            Projection::<f32>::requirement(&mut ledger, grid, slots, exec.threads());
-            let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
+            Projection::<f32>::carve(
+                levels,
+                0,
+                slots,
+                exec.threads(),
+                &mut Pool::measuring(&mut ledger),
+            );
+            let mut memory = vec![0f32; ledger.elements(size_of::<f32>())];
             let mut projection =
                 Projection::carve(levels, 0, slots, exec.threads(), &mut Pool::new(&mut memory));
             work(
@@ -120,12 +128,18 @@ impl Trajectories {
     ) -> Result<R, Failure> {
         self.with_levels(filters, |levels| {
             let mut ledger = Ledger::new();
-            Blur::<f32>::requirement(&mut ledger, &self.grid, filters, exec.threads());
-            let mut memory = vec![0f32; ledger.bytes().unwrap_or(0) / size_of::<f32>()];
             let metric = Metric {
                 filters,
                 identity: 1.0,
             };
+            Blur::<f32>::carve(
+                levels,
+                0,
+                metric,
+                exec.threads(),
+                &mut Pool::measuring(&mut ledger),
+            );
+            let mut memory = vec![0f32; ledger.elements(size_of::<f32>())];
             work(
                 &mut Blur::carve(levels, 0, metric, exec.threads(), &mut Pool::new(&mut memory)),
                 &blob(&self.grid),
@@ -135,7 +149,8 @@ impl Trajectories {
 
     fn with_levels<R>(&self, filters: usize, work: impl FnOnce(&Levels<'_, f32>) -> R) -> Result<R, Failure> {
         let mut ledger = Ledger::new();
-        Levels::<f32>::requirement(&mut ledger, &self.grid, filters);
+        let mut measure = Arena::measuring(&mut ledger);
+        let _ = Levels::<f32>::carve(&mut measure, &self.grid, filters);
         let bytes = ledger.bytes().unwrap_or(usize::MAX / 2);
         in_block(bytes, |block| {
             Ok(work(

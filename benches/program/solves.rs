@@ -41,12 +41,12 @@ pub(super) fn iterations<T: Real, S: Space, const N: usize>(
         let mut number = 1;
         while number < first {
             let progress = solver.step(execs[N - 1], &mut Silent);
-            number += usize::from(progress.direct.level == 0);
+            number += usize::from(progress.level == 0);
         }
         execs.map(|exec| {
             let (mut evaluations, count) = (0, last + 1 - first);
             let mut seconds: Vec<f64> = (0..count)
-                .map(|_| timed(|| evaluations += solver.step(exec, &mut Silent).direct.evaluations))
+                .map(|_| timed(|| evaluations += evaluated(&solver.step(exec, &mut Silent))))
                 .collect();
             seconds.sort_by(f64::total_cmp);
             let touched = resident("VmHWM:")
@@ -86,7 +86,7 @@ pub(super) fn to_final<S: Space>(exec: &dyn Exec, prepared: &PreparedScene) -> R
         watch(exec, solver, |_, progress, seconds| {
             path.push((
                 seconds,
-                if progress.direct.level == 0 {
+                if progress.level == 0 {
                     progress.objective.total()
                 } else {
                     f64::INFINITY
@@ -131,7 +131,7 @@ pub(super) fn to_part<T: Real, S: Space>(
         let at_rest = distance(solver.density(0), solver.keyframe(last));
         let mut path = Vec::new();
         watch(exec, solver, |solver, progress, seconds| {
-            let on_finest = progress.direct.level == 0;
+            let on_finest = progress.level == 0;
             let distance = if on_finest {
                 distance(solver.density(steps), solver.keyframe(last))
             } else {
@@ -174,4 +174,9 @@ fn reached(path: &[(f64, f64)], goal: f64) -> Reached {
 
 fn distance<T: Real>(a: &[T], b: &[T]) -> f64 {
     a.iter().zip(b).map(|(&a, &b)| (a - b).to_f64().powi(2)).sum()
+}
+
+/// How often an iteration computed the objective.
+fn evaluated(progress: &Progress) -> usize {
+    progress.report.get("evaluations").unwrap_or(0.0) as usize
 }

@@ -5,6 +5,7 @@ use crate::instance::{self, Body, Thurible};
 use crate::pointer::required;
 use crate::result::ThuribleResult;
 use core::ffi::c_void;
+use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 use thurible_core::solver::Strided;
 use thurible_core::{Real, Solver, Space};
 
@@ -98,13 +99,13 @@ impl Place {
             strides,
             unit,
         } = match self.field {
-            ThuribleField::Density => solver.density_in_place(self.step),
+            ThuribleField::Density => solver.in_place(&DENSITY, self.step, 0),
             ThuribleField::Keyframe => Strided {
                 numbers: solver.keyframe(self.step),
-                ..solver.density_in_place(0)
+                ..solver.in_place(&DENSITY, 0, 0)
             },
-            ThuribleField::Velocity => solver.velocity_in_place(self.step, self.axis),
-            ThuribleField::Force => solver.force_in_place(self.step, self.axis),
+            ThuribleField::Velocity => solver.in_place(&VELOCITY, self.step, self.axis),
+            ThuribleField::Force => solver.in_place(&FORCE, self.step, self.axis),
         };
         ThuribleView {
             data: numbers.as_ptr().cast(),

@@ -186,20 +186,19 @@ impl From<Event> for ThuribleEvent {
                 iteration,
                 ..of(ThuribleEventKind::Iteration)
             },
-            Event::AoBegin => of(ThuribleEventKind::AoBegin),
-            Event::AoIteration { objective, step } => Self {
-                value: objective,
-                step,
-                ..of(ThuribleEventKind::AoIteration)
+            Event::PhaseBegin(phase) if phase.name == "ao" => of(ThuribleEventKind::AoBegin),
+            Event::PhaseBegin(_) => of(ThuribleEventKind::NsoBegin),
+            Event::PhaseEnd(phase) if phase.name == "ao" => of(ThuribleEventKind::AoEnd),
+            Event::PhaseEnd(_) => of(ThuribleEventKind::NsoEnd),
+            Event::PhaseStep { phase, step, value } => Self {
+                iteration: step,
+                value,
+                ..of(if phase.name == "ao" {
+                    ThuribleEventKind::AoIteration
+                } else {
+                    ThuribleEventKind::NsoCycle
+                })
             },
-            Event::AoEnd => of(ThuribleEventKind::AoEnd),
-            Event::NsoBegin => of(ThuribleEventKind::NsoBegin),
-            Event::NsoCycle { cycle, residual } => Self {
-                iteration: cycle,
-                value: residual,
-                ..of(ThuribleEventKind::NsoCycle)
-            },
-            Event::NsoEnd => of(ThuribleEventKind::NsoEnd),
             _ => of(ThuribleEventKind::Work),
         }
     }

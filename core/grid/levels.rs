@@ -6,7 +6,7 @@
 use super::Grid;
 use super::spectrum::Spectrum;
 use super::tables::Tables;
-use crate::memory::{Arena, Ledger, TooSmall};
+use crate::memory::{Arena, TooSmall};
 use crate::real::Real;
 
 /// Most levels: 4096 cells halve eleven times.
@@ -47,24 +47,11 @@ pub struct Levels<'m, T> {
     pub eigenvectors: &'m [T],
     /// Gaussians that are known in their terms.
     filters: usize,
+    /// Whether there are no tables yet, only what workspaces are measured by.
+    bare: bool,
 }
 
 impl<'m, T: Real> Levels<'m, T> {
-    /// Writes the ledger lines of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, finest: &Grid, filters: usize) {
-        let taps = Self::taps(&hierarchy(finest));
-        ledger.line("transfer positions", taps, 2);
-        ledger.line("transfer weights", taps, T::BYTES);
-        ledger.line(
-            "eigenvectors",
-            hierarchy(finest)
-                .iter()
-                .map(|grid| Spectrum::<T>::len(grid, filters))
-                .sum(),
-            T::BYTES,
-        );
-    }
-
     fn taps(grids: &[Grid]) -> usize {
         grids
             .windows(2)
@@ -72,52 +59,73 @@ impl<'m, T: Real> Levels<'m, T> {
             .sum()
     }
 
+    /// The grids alone, by which workspaces can be measured; `filters` is that of the finest metric.
+    #[must_use]
+    pub fn bare(finest: &Grid, filters: usize) -> Self {
+        let grids = hierarchy(finest);
+        Self {
+            finest: *finest,
+            tables: grids.windows(2).map(|_| Tables::default()).collect(),
+            grids,
+            eigenvectors: &[],
+            filters,
+            bare: true,
+        }
+    }
+
     /// Takes its buffers and fills them; `filters` is that of the finest metric.
     ///
     /// # Errors
     /// [`TooSmall`].
     pub fn carve(arena: &mut Arena<'m>, finest: &Grid, filters: usize) -> Result<Self, TooSmall> {
-        let grids = hierarchy(finest);
-        let taps = Self::taps(&grids);
-        let (mut index, mut weight) = (arena.take::<u16>(taps)?, arena.take::<T>(taps)?);
-        let mut tables = heapless::Vec::new();
-        for pair in grids.windows(2) {
+        let mut levels = Self::bare(finest, filters);
+        let grids = &levels.grids;
+        let taps = Self::taps(grids);
+        let mut index = arena.take::<u16>("transfer positions", taps)?;
+        let mut weight = arena.take::<T>("transfer weights", taps)?;
+        let spectra = grids.iter().map(|grid| Spectrum::<T>::len(grid, filters));
+        let eigenvectors = arena.take::<T>("eigenvectors", spectra.sum())?;
+        if arena.ledger().is_some() {
+            return Ok(levels);
+        }
+        for (pair, tables) in grids.windows(2).zip(&mut levels.tables) {
             let len = Tables::<T>::len(&pair[0], &pair[1]);
             let (these_index, rest_index) = core::mem::take(&mut index).split_at_mut(len);
             let (these_weight, rest_weight) = core::mem::take(&mut weight).split_at_mut(len);
             (index, weight) = (rest_index, rest_weight);
-            let pushed = tables.push(Tables::new(&pair[0], &pair[1], these_index, these_weight));
-            debug_assert!(pushed.is_ok());
+            *tables = Tables::new(&pair[0], &pair[1], these_index, these_weight);
         }
-        let eigenvectors =
-            arena.take::<T>(grids.iter().map(|grid| Spectrum::<T>::len(grid, filters)).sum())?;
         let mut rest = &mut *eigenvectors;
-        for grid in &grids {
+        for grid in grids {
             let (these, after) = rest.split_at_mut(Spectrum::<T>::len(grid, filters));
             Spectrum::fill(grid, filters, these);
             rest = after;
         }
         Ok(Self {
-            finest: *finest,
-            grids,
-            tables,
             eigenvectors,
-            filters,
+            bare: false,
+            ..levels
         })
+    }
+
+    /// Gaussians of the finest metric.
+    #[must_use]
+    pub fn filters(&self) -> usize {
+        self.filters
     }
 
     /// The eigenvectors of grid `level`, if it has any.
     #[must_use]
     pub fn spectrum(&self, level: usize) -> Option<Spectrum<'_, T>> {
+        let grid = self.grids.get(level).filter(|grid| Spectrum::<T>::exists(grid))?;
+        if self.bare {
+            return Some(Spectrum::default());
+        }
         let start = self.grids[..level]
             .iter()
             .map(|grid| Spectrum::<T>::len(grid, self.filters))
             .sum();
-        let numbers = self
-            .eigenvectors
-            .get(start..)
-            .filter(|numbers| !numbers.is_empty())?;
-        Spectrum::<T>::exists(&self.grids[level])
-            .then(|| Spectrum::view(&self.grids[level], self.filters, numbers))
+        let elements = self.eigenvectors.get(start..).filter(|rest| !rest.is_empty())?;
+        Some(Spectrum::view(grid, self.filters, elements))
     }
 }

@@ -94,7 +94,7 @@ fn fill_blur<T: Real>(axis: Axis, j: usize, factors: &mut [T]) {
 }
 
 /// The eigenvectors of an axis.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Modes<'m, T> {
     n: usize,
     first: bool,
@@ -191,7 +191,7 @@ impl<T: Real> Modes<'_, T> {
 }
 
 /// The eigenvectors of all axes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Spectrum<'m, T> {
     /// Axis by axis; empty where the grid has no such axis.
     pub axes: [Modes<'m, T>; 3],
@@ -227,13 +227,7 @@ impl<'m, T: Real> Spectrum<'m, T> {
     /// The eigenvectors that [`Self::fill`] wrote.
     #[must_use]
     pub fn view(grid: &Grid, filters: usize, mut numbers: &'m [T]) -> Self {
-        let mut axes = [Modes {
-            n: 0,
-            first: false,
-            matrices: &[][..],
-            eigenvalues: &[],
-            blurs: &[],
-        }; 3];
+        let mut axes = [Modes::default(); 3];
         for (axis, known) in axes.iter_mut().enumerate().take(grid.dims) {
             let (these, after) = numbers.split_at(Self::len_of(grid, filters, axis));
             let (n, first) = (grid.n[axis], axis == 0);

@@ -7,7 +7,7 @@ use crate::simd::multiversion;
 use core::ops::Range;
 
 /// The taps of all transfers between two neighbouring grids, by axis, transfer, index of the tap and position.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Tables<'m, T> {
     source: &'m mut [u16],
     weight: &'m mut [T],

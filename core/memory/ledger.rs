@@ -34,7 +34,9 @@ pub struct Entry {
 #[derive(Clone, Debug, Default)]
 pub struct Ledger {
     entries: Vec<Entry, MAX_LINES>,
-    open: Vec<usize, 8>,
+    open: Vec<usize, 10>,
+    /// Bytes of buffers that a checkpoint keeps.
+    kept: usize,
     overflow: bool,
 }
 
@@ -55,18 +57,36 @@ impl Ledger {
         self.count(bytes);
     }
 
-    /// A group of lines that `fill` writes.
+    /// A group of lines that `fill` writes. Of a group that is itself a buffer, the parts are counted but not listed.
     pub fn group(&mut self, name: &'static str, sharing: Sharing, fill: impl FnOnce(&mut Self)) {
-        let index = self.entries.len();
-        self.push(name, 0, sharing);
-        self.overflow |= self.open.push(index).is_err();
+        self.open(name, sharing);
         fill(self);
-        let _ = self.open.pop();
-        let bytes = self.entries.get(index).map_or(0, |entry| entry.bytes);
-        self.count(bytes);
+        self.close();
     }
 
-    /// A vector field, `len` numbers of `size` bytes for each of `dims` axes.
+    /// Begins a group.
+    pub(super) fn open(&mut self, name: &'static str, sharing: Sharing) {
+        // Parts of a line are added up in the line.
+        let index = match self.open.last() {
+            Some(&line) if self.in_one_line() => line,
+            _ => {
+                self.push(name, 0, sharing);
+                self.entries.len().saturating_sub(1)
+            }
+        };
+        self.overflow |= self.open.push(index).is_err();
+    }
+
+    /// Ends the group that was begun last.
+    pub(super) fn close(&mut self) {
+        let Some(index) = self.open.pop() else { return };
+        if self.open.last() != Some(&index) {
+            let bytes = self.entries.get(index).map_or(0, |entry| entry.bytes);
+            self.count(bytes);
+        }
+    }
+
+    /// A vector field, `len` elements of `size` bytes for each of `dims` axes.
     pub fn vector(&mut self, name: &'static str, dims: usize, len: usize, size: usize) {
         self.group(name, Sharing::Together, |ledger| {
             for axis in ["along x", "along y", "along z"].into_iter().take(dims) {
@@ -75,17 +95,41 @@ impl Ledger {
         });
     }
 
+    /// A buffer of `len` values of `size` bytes that a checkpoint keeps.
+    pub fn keep(&mut self, name: &'static str, len: usize, size: usize) {
+        self.line(name, len, size);
+        self.count_kept(len, size);
+    }
+
+    /// Counts `len` values of `size` bytes among those that a checkpoint keeps.
+    pub(super) fn count_kept(&mut self, len: usize, size: usize) {
+        match len
+            .checked_mul(size)
+            .and_then(|bytes| self.kept.checked_add(bytes))
+        {
+            Some(kept) => self.kept = kept,
+            None => self.overflow = true,
+        }
+    }
+
+    /// Whether what is counted now are parts of one line.
+    fn in_one_line(&self) -> bool {
+        let open = self.open.last().and_then(|&index| self.entries.get(index));
+        open.is_some_and(|entry| entry.sharing == Sharing::Buffer)
+    }
+
     fn push(&mut self, name: &'static str, bytes: usize, sharing: Sharing) {
+        if self.in_one_line() {
+            return;
+        }
         let depth = self.open.len();
-        self.overflow |= self
-            .entries
-            .push(Entry {
-                name,
-                bytes,
-                depth,
-                sharing,
-            })
-            .is_err();
+        let entry = Entry {
+            name,
+            bytes,
+            depth,
+            sharing,
+        };
+        self.overflow |= self.entries.push(entry).is_err();
     }
 
     /// Counts `bytes` in the group that is open.
@@ -99,6 +143,18 @@ impl Ledger {
                 },
             }
         }
+    }
+
+    /// Bytes of the buffers that a checkpoint keeps, or `None` when they do not fit `usize`.
+    #[must_use]
+    pub fn kept(&self) -> Option<usize> {
+        (!self.overflow).then_some(self.kept)
+    }
+
+    /// [`Self::bytes`] in elements of `size` bytes; what no memory holds where they do not fit `usize`.
+    #[must_use]
+    pub fn elements(&self, size: usize) -> usize {
+        self.bytes().map_or(usize::MAX / 16, |bytes| bytes / size)
     }
 
     /// The lines in order, groups before their children.

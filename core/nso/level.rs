@@ -3,7 +3,8 @@
 use super::damping::LocalDamping;
 use crate::field::transfer::Place;
 use crate::field::{Vector, VectorMut, view};
-use crate::grid::Grid;
+use crate::grid::{Grid, Space};
+use crate::memory::Pool;
 use crate::real::Real;
 use core::ops::Range;
 
@@ -106,7 +107,28 @@ pub struct Coefficients<T> {
     pub damping: LocalDamping<T>,
 }
 
-impl<T: Real> LevelMut<'_, T> {
+impl<'a, T: Real> LevelMut<'a, T> {
+    /// A coarse level, in elements of a pool.
+    pub fn coarse<S: Space>(grid: &'a Grid, table: &'a [T], slots: usize, pool: &mut Pool<'a, T>) -> Self {
+        let len = grid.cells() * slots;
+        Self {
+            grid,
+            state: State {
+                v: pool.take_vector("v", S::DIM, len),
+                w: pool.take_vector("w", S::DIM, len),
+                p: pool.take("p", len),
+                pbar: pool.take("pbar", len),
+            },
+            v0: pool.take_vector("v_0", S::DIM, grid.cells()),
+            a: pool.take_vector("right-hand side a", S::DIM, len),
+            scale: T::ONE,
+            b: pool.take("right-hand side b", len),
+            c: pool.take_vector("right-hand side c", S::DIM, len),
+            d: pool.take("right-hand side d", len),
+            table,
+        }
+    }
+
     /// The level's equations, to read.
     pub fn system(&self, coefficients: &Coefficients<T>) -> System<'_, T> {
         System {

@@ -28,13 +28,20 @@ use crate::field::{VectorMut, means};
 use crate::grid::levels::{self, Levels, MAX_LEVELS};
 use crate::grid::tables::Tables;
 use crate::grid::{Grid, Space};
-use crate::memory::{Arena, Ledger, Pool, Sharing, TooSmall, pooled};
-use crate::observe::{Event, Observer};
+use crate::memory::{Arena, Pool, Sharing, TooSmall, pooled};
+use crate::observe::{Event, Observer, Phase};
 use crate::real::Real;
 use colours::Colours;
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 use level::{Coefficients, LevelMut, State};
+
+/// How observers hear of a Navier-Stokes problem.
+pub const NSO: Phase = Phase {
+    name: "nso",
+    words: "Navier-Stokes problem",
+    measure: "residual",
+};
 
 /// The smoother's bases on every grid: what NSO keeps for the whole solve.
 #[derive(Debug)]
@@ -43,13 +50,12 @@ pub struct Bases<'m, T> {
 }
 
 impl<'m, T: Real> Bases<'m, T> {
-    /// Writes the ledger line of [`Self::carve`].
-    pub fn requirement<S: Space>(ledger: &mut Ledger, grids: &[Grid]) {
-        ledger.line(
-            "smoother bases",
-            pooled(local::table_len::<S>()) * grids.len(),
-            T::BYTES,
-        );
+    /// Without its elements, which workspaces do not need to be measured.
+    #[must_use]
+    pub fn bare(grids: &[Grid]) -> Self {
+        Self {
+            tables: grids.iter().map(|_| Default::default()).collect(),
+        }
     }
 
     /// Takes its numbers and fills them.
@@ -57,9 +63,13 @@ impl<'m, T: Real> Bases<'m, T> {
     /// # Errors
     /// [`TooSmall`].
     pub fn carve<S: Space>(arena: &mut Arena<'m>, grids: &[Grid]) -> Result<Self, TooSmall> {
-        let mut pool = Pool::new(arena.take::<T>(pooled(local::table_len::<S>()) * grids.len())?);
+        let elements = arena.take::<T>("smoother bases", pooled(local::table_len::<S>()) * grids.len())?;
+        if arena.ledger().is_some() {
+            return Ok(Self::bare(grids));
+        }
+        let mut pool = Pool::new(elements);
         let fill = |grid: &Grid| {
-            let table = pool.take(local::table_len::<S>());
+            let table = pool.take("basis", local::table_len::<S>());
             local::fill_table::<T, S>(grid.h, table);
             table
         };
@@ -95,10 +105,9 @@ pub struct Nso<'a, T, S> {
     space: PhantomData<S>,
 }
 
-/// Numbers of the parts of the shared pool.
+/// Elements of the parts of the scratch.
 #[derive(Clone, Copy, Debug)]
 struct Sizes {
-    coarse: usize,
     waiting: usize,
     lines: usize,
     transfer: usize,
@@ -106,10 +115,7 @@ struct Sizes {
 
 impl Sizes {
     fn new<S: Space>(finest: &Grid, slots: usize, threads: usize, shape: Shape) -> Self {
-        let level =
-            |grid: &Grid| 4 * (1 + S::DIM) * pooled(grid.cells() * slots) + S::DIM * pooled(grid.cells());
         Self {
-            coarse: levels::hierarchy(finest).iter().skip(1).map(level).sum(),
             waiting: pooled(smoother::waiting_len::<S>(finest, slots, threads, shape.split)),
             lines: pooled(threads * smoother::scratch_len::<S>(finest, slots, shape)),
             transfer: pooled(
@@ -120,6 +126,48 @@ impl Sizes {
                     .unwrap_or(0),
             ),
         }
+    }
+}
+
+/// The coarse levels of STFAS and its scratch.
+pub struct Workspace<'a, T, S> {
+    coarse: heapless::Vec<LevelMut<'a, T>, MAX_LEVELS>,
+    scratch: &'a mut [T],
+    sizes: Sizes,
+    space: PhantomData<S>,
+}
+
+impl<'a, T: Real, S: Space> Workspace<'a, T, S> {
+    /// Takes them from a pool.
+    pub fn carve(
+        hierarchy: &'a Levels<'_, T>,
+        bases: &'a Bases<'_, T>,
+        setup: &Setup,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
+        let slots = setup.slots;
+        let sizes = Sizes::new::<S>(&hierarchy.finest, slots, setup.threads, setup.shape);
+        pool.group("Navier-Stokes problem (NSO)", Sharing::Together, |pool| {
+            let grids = hierarchy.grids.iter().zip(&bases.tables).skip(1);
+            let coarse = pool.line("coarse levels", |pool| {
+                grids
+                    .map(|(grid, base)| LevelMut::coarse::<S>(grid, base, slots, pool))
+                    .collect()
+            });
+            let uses = [
+                (
+                    "smoother: waiting changes, lines in time",
+                    sizes.waiting + sizes.lines,
+                ),
+                ("transfer: rows of a block, residuals that wait", sizes.transfer),
+            ];
+            Self {
+                coarse,
+                scratch: pool.take_longest("smoothing or transfer", &uses),
+                sizes,
+                space: PhantomData,
+            }
+        })
     }
 }
 
@@ -154,37 +202,15 @@ fn stretched<S: Space>(grid: &Grid, times: usize) -> usize {
 }
 
 impl<'a, T: Real, S: Space> Nso<'a, T, S> {
-    /// Writes the ledger lines of the numbers that [`Self::new`] takes from the shared pool.
-    pub fn requirement(ledger: &mut Ledger, finest: &Grid, slots: usize, threads: usize, shape: Shape) {
-        let sizes = Sizes::new::<S>(finest, slots, threads, shape);
-        ledger.group("Navier-Stokes problem (NSO)", Sharing::Together, |ledger| {
-            ledger.line("coarse levels", sizes.coarse, T::BYTES);
-            ledger.group("smoothing or transfer", Sharing::InTurn, |ledger| {
-                ledger.line(
-                    "smoother: waiting changes, lines in time",
-                    sizes.waiting + sizes.lines,
-                    T::BYTES,
-                );
-                ledger.line(
-                    "transfer: rows of a block, residuals that wait",
-                    sizes.transfer,
-                    T::BYTES,
-                );
-            });
-        });
-    }
-
-    /// Assembles the levels; the coarse ones and all scratch take their numbers from `pool`.
+    /// Assembles the levels; the coarse ones and all scratch are `workspace`.
     pub fn new(
         hierarchy: &'a Levels<'_, T>,
         bases: &'a Bases<'_, T>,
         finest: Finest<'a, T>,
         setup: &Setup,
-        pool: &mut Pool<'a, T>,
+        workspace: Workspace<'a, T, S>,
         sums: &'a mut [f64],
     ) -> Self {
-        let slots = setup.slots;
-        let mut levels = heapless::Vec::new();
         let first = LevelMut {
             grid: &hierarchy.finest,
             state: finest.state,
@@ -196,44 +222,20 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             d: &mut [],
             table: &*bases.tables[0],
         };
-        let _ = levels.push(first);
-        for (grid, base) in hierarchy.grids.iter().zip(&bases.tables).skip(1) {
-            let len = grid.cells() * slots;
-            let level = LevelMut {
-                grid,
-                state: State {
-                    v: pool.take_vector(S::DIM, len),
-                    w: pool.take_vector(S::DIM, len),
-                    p: pool.take(len),
-                    pbar: pool.take(len),
-                },
-                v0: pool.take_vector(S::DIM, grid.cells()),
-                a: pool.take_vector(S::DIM, len),
-                scale: T::ONE,
-                b: pool.take(len),
-                c: pool.take_vector(S::DIM, len),
-                d: pool.take(len),
-                table: base,
-            };
-            let pushed = levels.push(level);
-            debug_assert!(pushed.is_ok());
-        }
-        let sizes = Sizes::new::<S>(&hierarchy.finest, slots, setup.threads, setup.shape);
         let coefficients = Coefficients {
-            slots,
+            slots: setup.slots,
             kappa: T::from_f64(setup.kappa),
             viscosity: T::from_f64(setup.viscosity),
             outside: T::from_f64(outside_weight::<S>(setup.params.colours)),
             damping: setup.damping.at(setup.kappa),
         };
-        let scratch = pool.take((sizes.waiting + sizes.lines).max(sizes.transfer));
         Self {
-            levels,
+            levels: core::iter::once(first).chain(workspace.coarse).collect(),
             tables: hierarchy.tables.iter().collect(),
             coefficients,
             setup: *setup,
-            sizes,
-            scratch,
+            sizes: workspace.sizes,
+            scratch: workspace.scratch,
             sums,
             spare: finest.spare,
             space: PhantomData,

@@ -7,14 +7,15 @@
 
 use super::info::{Ended, Info};
 use super::params::Setup;
-use super::reduced::{FIELDS, Force, Reduced};
+use super::reduced::{self, Force, Reduced};
 use crate::exec::Exec;
 use crate::field::trajectory;
 use crate::field::view;
 use crate::force;
+use crate::grid::Space;
 use crate::grid::levels::Levels;
-use crate::grid::{Grid, Space};
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Pool, Sharing};
+use crate::nso::NSO;
 use crate::observe::{Event, Observer};
 use crate::poisson::Projection;
 use crate::real::Real;
@@ -30,27 +31,21 @@ const ENOUGH: f64 = 1e-4;
 /// Halvings of the step at most.
 const HALVINGS: usize = 20;
 
-/// Writes the ledger lines of a call's work in the shared pool.
-pub fn requirement<T: Real>(ledger: &mut Ledger, grid: &Grid, slots: usize, threads: usize) {
-    ledger.group(
-        "Navier-Stokes problem (NSO) by Newton's method",
-        Sharing::Together,
-        |ledger| {
-            ledger.line(
-                "step, residual, direction, image, work",
-                FIELDS * grid.dims * pooled(grid.cells() * slots),
-                T::BYTES,
+/// What a call takes of a region, for a pool that measures.
+pub fn measure<'l, T: Real>(levels: &'l Levels<'_, T>, setup: &Setup, pool: &mut Pool<'l, T>) {
+    let Setup { slots, threads, .. } = *setup;
+    let grid = &levels.finest;
+    let name = "Navier-Stokes problem (NSO) by Newton's method";
+    pool.group(name, Sharing::Together, |pool| {
+        reduced::take_fields(grid, slots, pool);
+        pool.group("projection or force", Sharing::InTurn, |pool| {
+            Projection::carve(levels, 0, slots, threads, pool);
+            pool.take(
+                "force: rows of a block",
+                threads * force::scratch_per_thread(grid, slots),
             );
-            ledger.group("projection or force", Sharing::InTurn, |ledger| {
-                Projection::<T>::requirement(ledger, grid, slots, threads);
-                ledger.line(
-                    "force: rows of a block",
-                    threads * force::scratch_per_thread(grid, slots),
-                    T::BYTES,
-                );
-            });
-        },
-    );
+        });
+    });
 }
 
 /// Iterates from `problem.v` to the tolerance. `sums` holds two values a row and one a slot.
@@ -74,7 +69,12 @@ pub fn solve<T: Real, S: Space>(
         if !residual.is_finite() {
             return info.ended(Ended::NotFinite);
         }
-        if cycle > 0 && observer.on(Event::NsoCycle { cycle, residual }).is_break() {
+        let event = Event::PhaseStep {
+            phase: NSO,
+            step: cycle,
+            value: residual,
+        };
+        if cycle > 0 && observer.on(event).is_break() {
             return info.ended(Ended::Cancelled);
         }
         if residual < setup.params.tolerance {

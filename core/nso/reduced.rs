@@ -14,16 +14,24 @@ use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force;
 use crate::force::time_line::{TimeLine, drag};
-use crate::grid::Space;
 use crate::grid::levels::Levels;
+use crate::grid::{Grid, Space};
 use crate::memory::Pool;
 use crate::observe::Observer;
 use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
 use crate::real::Real;
 
-/// Vector fields of a solve: step, residual of the system, direction, its image, work.
-pub(super) const FIELDS: usize = 5;
+/// Takes the vector fields of a solve: step, residual of the system, direction, its image, work.
+pub(super) fn take_fields<'a, T: Real>(
+    grid: &Grid,
+    slots: usize,
+    pool: &mut Pool<'a, T>,
+) -> [VectorMut<'a, T>; 5] {
+    pool.line("step, residual, direction, image, work", |pool| {
+        [(); 5].map(|()| pool.take_vector("trajectory", grid.dims, grid.cells() * slots))
+    })
+}
 
 /// The fields of a call.
 #[derive(Debug)]
@@ -80,8 +88,7 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
     ) -> Self {
         let grid = &levels.finest;
         let (pivots, sums) = sums.split_at_mut(setup.slots);
-        let [step, residual, direction, image, work] =
-            [(); FIELDS].map(|()| pool.take_vector(S::DIM, grid.cells() * setup.slots));
+        let [step, residual, direction, image, work] = take_fields(grid, setup.slots, &mut pool);
         Self {
             levels,
             setup,

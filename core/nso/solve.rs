@@ -10,6 +10,7 @@ use super::info::{Ended, Info};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Space;
+use crate::nso::NSO;
 use crate::observe::{Event, Observer};
 use crate::operators::self_advection::Fluid;
 use crate::real::Real;
@@ -43,7 +44,12 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
             residual = self.damp(exec, &mut damping, residual, after);
             info.damped |= damping.mu > 0.0;
             let _ = info.residuals.push(residual);
-            if observer.on(Event::NsoCycle { cycle, residual }).is_break() {
+            let event = Event::PhaseStep {
+                phase: NSO,
+                step: cycle,
+                value: residual,
+            };
+            if observer.on(event).is_break() {
                 info.ended = Ended::Cancelled;
                 break;
             }

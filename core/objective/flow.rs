@@ -4,14 +4,15 @@ use crate::exec::{Exec, RowBuffers, Serial, for_rows, join};
 use crate::field::slot::{RETREATS, pull_towards};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force;
+use crate::grid::Space;
 use crate::grid::levels::Levels;
-use crate::grid::{Grid, Space};
-use crate::memory::{Ledger, Pool, Sharing};
+use crate::memory::{Pool, Sharing};
 use crate::objective::keyframes::Keyframes;
-use crate::objective::sweep::{self, Carrier};
+use crate::objective::sweep::{self, DensitySweep};
 use crate::observe::{Event, Observer, Silent};
 use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
+use crate::problem::Problem;
 use crate::progress::{Objective, Status};
 use crate::real::Real;
 use crate::simd::{Cache, prefetch};
@@ -27,7 +28,7 @@ const DIRECTION_TOLERANCE: f64 = 0.02;
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
     /// Transport and metric.
-    pub carrier: sweep::Setup,
+    pub sweep: sweep::Setup,
     /// nu in scaled numbers.
     pub viscosity: f64,
     /// r in scaled numbers.
@@ -56,28 +57,45 @@ pub struct Evaluation<'a, 'm, T> {
     pub sums: &'a mut [f64],
 }
 
+impl Setup {
+    /// That of `problem` on its own grid, for rho_0 of at most 1.
+    #[must_use]
+    pub fn new(problem: &Problem<'_>, threads: usize) -> Self {
+        Self {
+            sweep: sweep::Setup::new(problem, threads),
+            viscosity: problem.scaled_viscosity(),
+            force_weight: problem.scaled_force_weight(),
+            projection_tolerance: problem.projection_tolerance,
+        }
+    }
+}
+
 impl<T: Real> Evaluation<'_, '_, T> {
-    /// The ledger lines of the region.
-    pub fn requirement(ledger: &mut Ledger, grid: &Grid, setup: &sweep::Setup) {
-        let force = |ledger: &mut Ledger| {
-            Projection::<T>::requirement(ledger, grid, setup.slots, setup.threads);
-            ledger.line(
-                "force: rows of a block",
-                setup.threads * force::scratch_per_thread(grid, setup.slots),
-                T::BYTES,
-            );
+    /// What an evaluation on grid `level` takes of a region, for a pool that measures.
+    pub fn measure<'l>(
+        levels: &'l Levels<'_, T>,
+        level: usize,
+        setup: &sweep::Setup,
+        pool: &mut Pool<'l, T>,
+    ) {
+        let grid = &levels.grids[level];
+        let rows = setup.threads * force::scratch_per_thread(grid, setup.slots);
+        let force = |pool: &mut Pool<'l, T>| {
+            Projection::carve(levels, level, setup.slots, setup.threads, pool);
+            pool.take("force: rows of a block", rows);
         };
-        let sharing = if setup.in_tandem(grid) {
+        let overlaps = setup.overlaps(grid);
+        let sharing = if overlaps {
             Sharing::Together
         } else {
             Sharing::InTurn
         };
-        ledger.group("evaluation", sharing, |ledger| {
-            Carrier::<T>::requirement(ledger, grid, setup);
-            if sharing == Sharing::InTurn {
-                force(ledger)
+        pool.group("evaluation", sharing, |pool| {
+            DensitySweep::carve(levels, level, setup, pool);
+            if overlaps {
+                pool.group("force and projection", Sharing::InTurn, force);
             } else {
-                ledger.group("force and projection", Sharing::InTurn, force)
+                force(pool);
             }
         });
     }
@@ -100,9 +118,9 @@ impl<T: Real> Evaluation<'_, '_, T> {
             along: None,
         };
         let mut pool = Pool::new(&mut *self.region);
-        let mut carrier = Carrier::carve(self.levels, self.level, &self.setup.carrier, &mut pool);
-        if !self.setup.carrier.in_tandem(carrier.grid()) {
-            let data = carrier.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
+        let mut sweep = DensitySweep::carve(self.levels, self.level, &self.setup.sweep, &mut pool);
+        if !self.setup.sweep.overlaps(sweep.grid()) {
+            let data = sweep.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
             let force = if data > bound {
                 0.0
             } else {
@@ -120,9 +138,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
             ref mut sums,
             ..
         } = *self;
-        let (of_data, of_force) = sums
-            .split_at_mut_checked(carrier.grid().rows())
-            .unwrap_or_default();
+        let (of_data, of_force) = sums.split_at_mut_checked(sweep.grid().rows()).unwrap_or_default();
         let mut rest = Evaluation {
             levels,
             level,
@@ -134,7 +150,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
             sums: of_force,
         };
         let (mut data, mut force) = (Ok(0.0), Ok(0.0));
-        let mut carry = || data = carrier.carry(&Serial, &mut Silent, &flow, rho, &keyframes, of_data);
+        let mut carry = || data = sweep.carry(&Serial, &mut Silent, &flow, rho, &keyframes, of_data);
         // Together, so that what is left of the force takes about as long as the density.
         rest.acceleration::<S>(exec, v, w);
         join(exec, &mut carry, &mut || {
@@ -148,6 +164,13 @@ impl<T: Real> Evaluation<'_, '_, T> {
             data,
             force: if data > bound { 0.0 } else { force? },
         })
+    }
+
+    /// The data term of densities that were carried already.
+    pub fn data(&mut self, exec: &dyn Exec) -> f64 {
+        let mut pool = Pool::new(&mut *self.region);
+        let mut sweep = DensitySweep::carve(self.levels, self.level, &self.setup.sweep, &mut pool);
+        sweep.data(exec, self.rho, &self.keyframes, self.sums)
     }
 
     /// The force that produces v, and its part of the objective.
@@ -167,10 +190,10 @@ impl<T: Real> Evaluation<'_, '_, T> {
 
     /// What the force would be without a pressure.
     fn acceleration<S: Space>(&mut self, exec: &dyn Exec, v: Vector<'_, T>, w: &mut VectorMut<'_, T>) {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
         let scratch = self
             .region
-            .get_mut(..self.setup.carrier.threads * force::scratch_per_thread(grid, slots))
+            .get_mut(..self.setup.sweep.threads * force::scratch_per_thread(grid, slots))
             .unwrap_or_default();
         force::from_velocity::<T, S>(
             exec,
@@ -187,14 +210,17 @@ impl<T: Real> Evaluation<'_, '_, T> {
         );
     }
 
-    /// Projects that; the force's part of the objective.
-    fn projected(
+    /// Projects a force; its part of the objective.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn projected(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         w: &mut VectorMut<'_, T>,
     ) -> Result<f64, Stop> {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
         self.project(exec, observer, w, self.setup.projection_tolerance)?;
         Ok(0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums))
     }
@@ -211,11 +237,11 @@ impl<T: Real> Evaluation<'_, '_, T> {
         w: Vector<'_, T>,
         out: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.carrier.slots);
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
         let (n, weight) = (grid.n[0], T::from_f64(self.setup.force_weight));
         let scratch = self
             .region
-            .get_mut(..self.setup.carrier.threads * force::scratch_per_thread(grid, slots))
+            .get_mut(..self.setup.sweep.threads * force::scratch_per_thread(grid, slots))
             .unwrap_or_default();
         force::apply_adjoint::<T, S>(
             exec,
@@ -234,13 +260,13 @@ impl<T: Real> Evaluation<'_, '_, T> {
             v,
             along: None,
         };
-        let mut carrier = Carrier::carve(
+        let mut sweep = DensitySweep::carve(
             self.levels,
             self.level,
-            &self.setup.carrier,
+            &self.setup.sweep,
             &mut Pool::new(&mut *self.region),
         );
-        carrier.sweep_back(
+        sweep.sweep_back(
             exec,
             observer,
             &flow,
@@ -285,7 +311,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         field: &mut VectorMut<'_, T>,
         tolerance: f64,
     ) -> Result<f64, Stop> {
-        let sweep::Setup { slots, threads, .. } = self.setup.carrier;
+        let sweep::Setup { slots, threads, .. } = self.setup.sweep;
         let mut projection = Projection::carve(
             self.levels,
             self.level,
@@ -311,7 +337,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         observer: &mut dyn Observer,
         direction: &mut VectorMut<'_, T>,
     ) -> Result<[f64; 2], Stop> {
-        let sweep::Setup { slots, threads, .. } = self.setup.carrier;
+        let sweep::Setup { slots, threads, .. } = self.setup.sweep;
         let mut projection = Projection::carve(
             self.levels,
             self.level,
@@ -354,7 +380,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
     /// Takes a flow back towards v_0 in all slots: `keep` of the way from there is left.
     pub fn retreat(&self, exec: &dyn Exec, v: &mut VectorMut<'_, T>, keep: f64) {
         let grid = &self.levels.grids[self.level];
-        pull_towards(exec, grid, self.initial, v, self.setup.carrier.slots, keep);
+        pull_towards(exec, grid, self.initial, v, self.setup.sweep.slots, keep);
     }
 
     fn finish_as_is<S: Space>(

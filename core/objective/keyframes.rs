@@ -4,7 +4,7 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows;
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Pool, Sharing};
 use crate::operators::blur::{Blur, Metric};
 use crate::real::Real;
 
@@ -76,15 +76,7 @@ pub struct DataTerm<'a, T> {
 }
 
 impl<'a, T: Real> DataTerm<'a, T> {
-    /// Writes the ledger lines of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
-        ledger.group("metric of the data term", Sharing::Together, |ledger| {
-            ledger.line("error and its image", 2 * pooled(grid.cells()), T::BYTES);
-            Blur::<T>::requirement(ledger, grid, filters, threads);
-        });
-    }
-
-    /// Takes its numbers. The grid is number `level` of the hierarchy.
+    /// Takes its workspace from a pool. The grid is number `level` of the hierarchy.
     pub fn carve(
         hierarchy: &'a Levels<'_, T>,
         level: usize,
@@ -92,13 +84,14 @@ impl<'a, T: Real> DataTerm<'a, T> {
         threads: usize,
         pool: &mut Pool<'a, T>,
     ) -> Self {
-        let blur = Blur::carve(hierarchy, level, metric, threads, pool);
-        let cells = blur.grid().cells();
-        Self {
-            error: pool.take(cells),
-            image: pool.take(cells),
-            blur,
-        }
+        pool.group("metric of the data term", Sharing::Together, |pool| {
+            let blur = Blur::carve(hierarchy, level, metric, threads, pool);
+            let cells = blur.grid().cells();
+            let [error, image] = pool.line("error and its image", |pool| {
+                [(); 2].map(|()| pool.take("field", cells))
+            });
+            Self { error, image, blur }
+        })
     }
 
     /// The grid.

@@ -7,7 +7,7 @@ use crate::exec::{Exec, Serial, join};
 use crate::field::{Vector, rows};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Pool, Sharing};
 use crate::objective::keyframes::{DataTerm, Keyframes};
 use crate::observe::Observer;
 use crate::operators::blur::Metric;
@@ -29,12 +29,12 @@ pub struct Setup {
     /// Threads that scratch was planned for.
     pub threads: usize,
     /// Whether there is memory for two threads to do different works where fields are small.
-    pub tandem: bool,
+    pub overlap: bool,
 }
 
 /// Cells up to which two of so many threads gain more by different works than by sharing the rows of every term, wherever their caches are.
 /// All others wait meanwhile.
-const fn most_in_tandem(threads: usize) -> usize {
+const fn most_overlapped(threads: usize) -> usize {
     match threads {
         0 | 1 => 0,
         2 => 1 << 15,
@@ -56,15 +56,15 @@ impl Setup {
             stepping: problem.advection.into(),
             largest: 1.0,
             threads,
-            tandem: false,
+            overlap: false,
         }
     }
 
     /// Whether two threads do different works on a grid: each every other step on the way back, and one projects the force while the other
     /// carries the density.
     #[must_use]
-    pub fn in_tandem(&self, grid: &Grid) -> bool {
-        self.tandem && grid.cells() <= most_in_tandem(self.threads)
+    pub fn overlaps(&self, grid: &Grid) -> bool {
+        self.overlap && grid.cells() <= most_overlapped(self.threads)
     }
 }
 
@@ -83,7 +83,7 @@ fn density_of<T>(rho: &[T], cells: usize, step: usize) -> &[T] {
 pub type Each<'e, T> = dyn FnMut(&dyn Exec, usize, Vector<'_, T>) + Send + 'e;
 
 /// Transport and metric, carved from a shared pool.
-pub struct Carrier<'a, T> {
+pub struct DensitySweep<'a, T> {
     grid: &'a Grid,
     slots: usize,
     mu: &'a mut [T],
@@ -93,33 +93,23 @@ pub struct Carrier<'a, T> {
     data: DataTerm<'a, T>,
 }
 
-impl<'a, T: Real> Carrier<'a, T> {
-    /// Writes the ledger lines of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, grid: &Grid, setup: &Setup) {
-        ledger.group("transport and metric", Sharing::Together, |ledger| {
-            ledger.line("mu", pooled(grid.cells()), T::BYTES);
-            Transport::<T>::requirement(ledger, grid, setup.threads);
-            if setup.in_tandem(grid) {
-                Transport::<T>::requirement(ledger, grid, setup.threads);
-            }
-            DataTerm::<T>::requirement(ledger, grid, setup.metric.filters, setup.threads);
-        });
-    }
-
-    /// Takes its numbers. The grid is number `level` of the hierarchy.
+impl<'a, T: Real> DensitySweep<'a, T> {
+    /// Takes its workspace from a pool. The grid is number `level` of the hierarchy.
     pub fn carve(hierarchy: &'a Levels<'_, T>, level: usize, setup: &Setup, pool: &mut Pool<'a, T>) -> Self {
-        let data = DataTerm::carve(hierarchy, level, setup.metric, setup.threads, pool);
-        let grid = data.grid();
-        let mu = pool.take(grid.cells());
-        let mut transport = || Transport::carve(grid, setup.stepping, setup.largest, setup.threads, pool);
-        Self {
-            grid,
-            slots: setup.slots,
-            mu,
-            transport: transport(),
-            other: setup.in_tandem(grid).then(transport),
-            data,
-        }
+        pool.group("transport and metric", Sharing::Together, |pool| {
+            let data = DataTerm::carve(hierarchy, level, setup.metric, setup.threads, pool);
+            let grid = data.grid();
+            let mu = pool.take("mu", grid.cells());
+            let mut transport = || Transport::carve(grid, setup.stepping, setup.largest, setup.threads, pool);
+            Self {
+                grid,
+                slots: setup.slots,
+                mu,
+                transport: transport(),
+                other: setup.overlaps(grid).then(transport),
+                data,
+            }
+        })
     }
 
     /// The grid.
@@ -207,7 +197,7 @@ impl<'a, T: Real> Carrier<'a, T> {
         Ok(())
     }
 
-    /// Back through a step: `each` receives its gradient now, or in tandem while the step before is gone through.
+    /// Back through a step: `each` receives its gradient now, or in overlap while the step before is gone through.
     fn back_through(
         &mut self,
         exec: &dyn Exec,

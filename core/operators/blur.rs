@@ -11,7 +11,7 @@ use crate::grid::Grid;
 use crate::grid::gaussian::Gaussian;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
-use crate::memory::{Ledger, Pool, pooled};
+use crate::memory::{Pool, pooled};
 use crate::real::Real;
 
 /// What a metric is made of.
@@ -56,13 +56,7 @@ impl<'a, T: Real> Blur<'a, T> {
         }
     }
 
-    /// Writes the ledger lines of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
-        let work = 2 * pooled(Self::work_len(grid)) + Self::scratch_len(grid, filters, threads);
-        ledger.line("blurs: panels, or fields and rows", work, T::BYTES);
-    }
-
-    /// Takes its numbers. The grid is number `level` of the hierarchy.
+    /// Takes its workspace from a pool. The grid is number `level` of the hierarchy.
     pub fn carve(
         hierarchy: &'a Levels<'_, T>,
         level: usize,
@@ -71,13 +65,13 @@ impl<'a, T: Real> Blur<'a, T> {
         pool: &mut Pool<'a, T>,
     ) -> Self {
         let grid = &hierarchy.grids[level];
-        Self {
+        pool.line("blurs: panels, or fields and rows", |pool| Self {
             grid,
             metric,
             spectrum: hierarchy.spectrum(level),
-            work: [pool.take(Self::work_len(grid)), pool.take(Self::work_len(grid))],
-            scratch: pool.take(Self::scratch_len(grid, metric.filters, threads)),
-        }
+            work: [(); 2].map(|()| pool.take("field", Self::work_len(grid))),
+            scratch: pool.take("rows", Self::scratch_len(grid, metric.filters, threads)),
+        })
     }
 
     /// The grid.

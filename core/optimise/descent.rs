@@ -5,7 +5,7 @@ use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::observe::Observer;
 use crate::optimise::lbfgs::{Borrowed, QuasiNewton};
-use crate::progress::{DirectProgress, Objective};
+use crate::progress::{Fact, Kind, Objective, Progress};
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -58,6 +58,43 @@ pub trait Function<T: Real, S> {
     ) -> Result<(), Stop>;
     /// Calls [`QuasiNewton::arrive`] with its fields.
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>);
+}
+
+const STEP: Fact = Fact::new(
+    "step",
+    Kind::Number,
+    "step along the direction, 0 when none gained anything",
+);
+const SLOPE: Fact = Fact::new(
+    "slope",
+    Kind::Number,
+    "the objective's derivative along the direction",
+);
+const EVALUATIONS: Fact = Fact::new("evaluations", Kind::Count, "how often the objective was computed");
+
+/// How one iteration went.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Course {
+    /// Its number, from 1.
+    pub iteration: usize,
+    /// Step along the direction, 0 when none gained anything.
+    pub step: f64,
+    /// <gradient, direction>: the objective's derivative along the direction.
+    pub slope: f64,
+    /// How often the objective was computed.
+    pub evaluations: usize,
+}
+
+impl Course {
+    /// Tells it, if an iteration was begun.
+    pub fn tell(&self, progress: &mut Progress) {
+        progress.level_iteration = self.iteration;
+        if self.iteration > 0 {
+            progress.report.tell(STEP, &[self.step]);
+            progress.report.tell(SLOPE, &[self.slope]);
+            progress.report.tell(EVALUATIONS, &[self.evaluations as f64]);
+        }
+    }
 }
 
 /// How an iteration ended.
@@ -125,12 +162,12 @@ impl Descent {
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         function: &mut impl Function<T, S>,
-        progress: &mut DirectProgress,
+        course: &mut Course,
     ) -> Result<Objective, Stop> {
         let first = self.newton.first();
         let mut retreats = RETREATS.iter();
         loop {
-            progress.evaluations += 1;
+            course.evaluations += 1;
             let value = function.value(exec, observer, first.work, f64::INFINITY);
             let reached = match value {
                 Ok(objective) if objective.total().is_finite() => function
@@ -160,21 +197,21 @@ impl Descent {
         observer: &mut dyn Observer,
         function: &mut impl Function<T, S>,
         tolerance: f64,
-        progress: &mut DirectProgress,
+        course: &mut Course,
     ) -> Result<(Outcome, Objective), Stop> {
         let before = match self.objective {
             Some(objective) => objective,
-            None => self.begin(exec, observer, function, progress)?,
+            None => self.begin(exec, observer, function, course)?,
         };
         let newton = &mut self.newton;
         self.iterations += 1;
-        progress.level_iteration = self.iterations;
+        course.iteration = self.iterations;
         let mut slope = function.direction(exec, observer, newton)?;
         if !(slope < 0.0 && slope.is_finite()) && newton.has_pairs() {
             newton.forget();
             slope = function.direction(exec, observer, newton)?;
         }
-        progress.slope = slope;
+        course.slope = slope;
         if !slope.is_finite() {
             return Ok((Outcome::NotFinite, before));
         }
@@ -192,7 +229,7 @@ impl Descent {
             borrowed,
             before.total(),
             slope,
-            progress,
+            course,
         )?;
         let (length, after) = match found {
             Found::Step(length, after) => (length, after),
@@ -205,7 +242,7 @@ impl Descent {
         };
         function.arrive(exec, newton, borrowed, Some(length));
         self.objective = Some(after);
-        progress.step = length;
+        course.step = length;
         let slow = before.total() - after.total() < tolerance * after.total();
         self.slow = if slow { self.slow + 1 } else { 0 };
         Ok((
@@ -242,14 +279,14 @@ fn search<T: Real, S>(
     borrowed: Borrowed,
     before: f64,
     slope: f64,
-    progress: &mut DirectProgress,
+    course: &mut Course,
 ) -> Result<Found, Stop> {
     let (mut length, mut moved, mut finite) = (1.0, 0.0, true);
     while length >= SMALLEST_STEP {
         function.move_along(exec, newton.direction, length - moved);
         moved = length;
         let bound = before + ENOUGH * length * slope;
-        progress.evaluations += 1;
+        course.evaluations += 1;
         let tried = match function.value(exec, observer, borrowed.work, bound) {
             Ok(after) if after.total() <= bound => function
                 .gradient(exec, observer, borrowed.work, borrowed.gradient)

@@ -8,12 +8,12 @@ mod richardson;
 pub mod spectral;
 
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{VectorMut, rows, sums, transform, view};
+use crate::field::{VectorMut, rows, transform, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
-use crate::memory::{Ledger, Pool, Sharing, pooled};
-use crate::observe::{Observer, Silent};
+use crate::memory::{Pool, Sharing, pooled};
+use crate::observe::Observer;
 use crate::operators::divergence::divergence;
 use crate::real::Real;
 use batch::{Batch, Measured, divergence_in_row};
@@ -70,32 +70,7 @@ fn scratch_len<T: Real>(finest: &Grid, batch: usize, threads: usize) -> usize {
 }
 
 impl<'a, T: Real> Projection<'a, T> {
-    /// Writes the ledger lines of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, finest: &Grid, slots: usize, threads: usize) {
-        let batch = batch_of(finest, slots);
-        ledger.group("projection", Sharing::Together, |ledger| {
-            if Spectrum::<T>::exists(finest) {
-                ledger.line(
-                    "potentials of a batch of slots",
-                    pooled(finest.cells() * batch),
-                    T::BYTES,
-                );
-            } else {
-                ledger.line(
-                    "potentials of a batch of slots, all levels",
-                    multigrid::numbers(finest, batch),
-                    T::BYTES,
-                );
-            }
-            ledger.line(
-                "rows and panels",
-                scratch_len::<T>(finest, batch, threads),
-                T::BYTES,
-            );
-        });
-    }
-
-    /// Takes its numbers from the shared pool. The grid is number `level` of the hierarchy.
+    /// Takes its workspace from a pool. The grid is number `level` of the hierarchy.
     pub fn carve(
         hierarchy: &'a Levels<'_, T>,
         level: usize,
@@ -106,11 +81,13 @@ impl<'a, T: Real> Projection<'a, T> {
         let grid = &hierarchy.grids[level];
         let batch = batch_of(grid, slots);
         let scratch = scratch_len::<T>(grid, batch, threads);
-        let solver = match hierarchy.spectrum(level) {
-            Some(spectrum) => Solver::Spectral(Spectral::carve(grid, spectrum, batch, scratch, pool)),
-            None => Solver::Multigrid(Multigrid::carve(hierarchy, level, batch, scratch, pool)),
-        };
-        Self { grid, batch, solver }
+        pool.group("projection", Sharing::Together, |pool| {
+            let solver = match hierarchy.spectrum(level) {
+                Some(spectrum) => Solver::Spectral(Spectral::carve(grid, spectrum, batch, scratch, pool)),
+                None => Solver::Multigrid(Multigrid::carve(hierarchy, level, batch, scratch, pool)),
+            };
+            Self { grid, batch, solver }
+        })
     }
 
     /// max |div v| h_x / max |v|, the largest of all batches of slots of the trajectory `v`, and max |v|; not finite where `v` is not.
@@ -210,35 +187,4 @@ impl<'a, T: Real> Projection<'a, T> {
         }
         ControlFlow::Continue(f64::NAN)
     }
-}
-
-/// Projects the given velocity v_0, a field of one slot, and returns max |change| / max |v_0|. `copy` is scratch of the same shape.
-pub fn project_given<T: Real>(
-    exec: &dyn Exec,
-    grid: &Grid,
-    mut projection: Projection<'_, T>,
-    given: &mut VectorMut<'_, T>,
-    copy: &mut VectorMut<'_, T>,
-    tolerance: f64,
-    sums: &mut [f64],
-) -> f64 {
-    let speed = sums::max_abs(exec, grid, 1, view(given), sums);
-    if speed == 0.0 {
-        return 0.0;
-    }
-    for (copy, given) in copy.iter_mut().zip(&*given) {
-        copy[..given.len()].copy_from_slice(given);
-    }
-    let _ = projection.project(exec, &mut Silent, 1, given, None, tolerance, sums);
-    let (copy, given) = (view(copy), view(given));
-    let change = sums::largest(exec, grid, sums, |row| {
-        rows::largest((0..grid.dims).map(|a| {
-            rows::max_gap(
-                sums::row(grid, 1, copy[a], row),
-                sums::row(grid, 1, given[a], row),
-                T::ONE,
-            )
-        }))
-    });
-    change / speed
 }

@@ -9,10 +9,10 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::transfer::{Move, Place, Placed};
 use crate::field::{Block, VectorMut, rows, view};
 use crate::grid::Grid;
-use crate::grid::levels::{self, Levels, MAX_LEVELS};
+use crate::grid::levels::{Levels, MAX_LEVELS};
 use crate::grid::tables::Tables;
 use crate::grid::taps::Transfer;
-use crate::memory::{Pool, pooled};
+use crate::memory::Pool;
 use crate::observe::{Event, Observer};
 use crate::operators::divergence::divergence;
 use crate::real::Real;
@@ -52,15 +52,6 @@ pub fn scratch_per_thread(finest: &Grid, batch: usize) -> usize {
     SCRATCH_ROWS * Block::largest(finest.n[0], batch)
 }
 
-/// Numbers of all levels.
-#[must_use]
-pub fn numbers(finest: &Grid, batch: usize) -> usize {
-    levels::hierarchy(finest)
-        .iter()
-        .map(|grid| 3 * pooled(grid.cells() * batch))
-        .sum()
-}
-
 impl<'a, T: Real> Multigrid<'a, T> {
     /// Takes its numbers. The grid is number `level` of the hierarchy.
     pub fn carve(
@@ -70,20 +61,20 @@ impl<'a, T: Real> Multigrid<'a, T> {
         scratch: usize,
         pool: &mut Pool<'a, T>,
     ) -> Self {
-        let level_of = |grid: &'a Grid| {
-            let len = grid.cells() * batch;
-            LevelMut {
+        let levels = pool.line("potentials of a batch of slots, all levels", |pool| {
+            let mut field = |grid: &Grid| pool.take("field", grid.cells() * batch);
+            let level_of = |grid: &'a Grid| LevelMut {
                 grid,
-                q: pool.take(len),
-                next: pool.take(len),
-                rhs: pool.take(len),
-            }
-        };
-        let levels = hierarchy.grids[level..].iter().map(level_of).collect();
+                q: field(grid),
+                next: field(grid),
+                rhs: field(grid),
+            };
+            hierarchy.grids[level..].iter().map(level_of).collect()
+        });
         Self {
             levels,
             tables: hierarchy.tables[level..].iter().collect(),
-            scratch: pool.take(scratch),
+            scratch: pool.take("rows and panels", scratch),
         }
     }
 

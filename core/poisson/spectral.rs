@@ -34,8 +34,8 @@ impl<'a, T: Real> Spectral<'a, T> {
         Self {
             grid,
             spectrum,
-            q: pool.take(grid.cells() * batch),
-            scratch: pool.take(scratch),
+            q: pool.take("potentials of a batch of slots", grid.cells() * batch),
+            scratch: pool.take("rows and panels", scratch),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Why memory, a field or saved bytes are refused.
 
-use super::plan::PlanError;
 use crate::memory::ALIGN;
+use crate::method::refusal::PlanError;
 use core::fmt;
 
 /// Why a [`Solver`](super::Solver) cannot be made.

@@ -1,25 +1,28 @@
 //! The front door: how many bytes a solve needs, and a solver that lives in them.
 
-mod engine;
 mod errors;
 mod layout;
 mod plan;
+mod results;
 mod saved;
 
+pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
+pub use crate::method::refusal::PlanError;
 pub use errors::{InputError, SavedError, SolverError};
 pub use layout::Strided;
-pub use plan::{MAX_ITERATIONS, MAX_THREADS, Method, Params, Plan, PlanError};
+pub use plan::Plan;
 
 use crate::exec::Exec;
-use crate::grid::Space;
-use crate::memory::{ALIGN, Arena, TooSmall};
+use crate::grid::{Grid, Space};
+use crate::memory::{ALIGN, Arena, Layout, TooSmall};
+use crate::method::animation::Animation;
+use crate::method::registry::Engine;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::problem::{Problem, Units};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use core::mem::MaybeUninit;
-use engine::Engine;
 use layout::FileLayout;
 
 /// A solve in one block of memory.
@@ -65,14 +68,20 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             needed: plan.bytes(),
             given,
         };
-        let engine = Engine::carve(&mut arena, problem, params, plan.choice).map_err(short)?;
+        let mut engine = Engine::new(problem, &plan.params);
+        engine
+            .get_mut()
+            .layout(&mut Layout::carve(&mut arena))
+            .map_err(short)?;
         let count = problem.keyframes.len();
-        let steps = arena.take::<u32>(count).map_err(short)?;
+        let steps = arena.take::<u32>("keyframe steps", count).map_err(short)?;
         steps
             .iter_mut()
             .zip(problem.keyframes)
             .for_each(|(slot, &step)| *slot = step as u32);
-        let targets = arena.take(count * problem.grid().cells()).map_err(short)?;
+        let targets = arena
+            .take("keyframe densities", count * problem.grid().cells())
+            .map_err(short)?;
         debug_assert_eq!(arena.left(), 0, "planned and carved bytes differ");
         Ok(Self {
             engine,
@@ -85,9 +94,17 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             prepared: None,
             objective: Objective::default(),
             finished: false,
-            fingerprint: saved::fingerprint::<T, S>(problem, params, plan.choice),
+            fingerprint: saved::fingerprint::<T, S>(problem, &plan.params),
             saved_bytes: plan.saved_bytes(),
         })
+    }
+
+    fn animation(&self) -> &Animation<'m, T> {
+        self.engine.get().animation()
+    }
+
+    fn grid(&self) -> &Grid {
+        self.animation().grid()
     }
 
     /// Sets rho_0: one density for each cell, x fastest.
@@ -95,10 +112,10 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// # Errors
     /// [`InputError`]: wrong length, a value that is negative or not finite, no mass.
     pub fn set_source(&mut self, density: &[T]) -> Result<(), InputError> {
-        let cells = self.engine.grid().cells();
+        let cells = self.grid().cells();
         let mass = mass(density, cells)?;
         let largest = density.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
-        self.engine.set_source(density, largest);
+        self.engine.get_mut().parts().set_source(density, largest);
         self.mass = mass;
         self.finished = false;
         Ok(())
@@ -109,7 +126,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// # Errors
     /// As [`Self::set_source`], or [`InputError::NoSource`], [`InputError::Index`].
     pub fn set_keyframe(&mut self, index: usize, density: &[T]) -> Result<f64, InputError> {
-        let (cells, count) = (self.engine.grid().cells(), self.keyframe_steps.len());
+        let (cells, count) = (self.grid().cells(), self.keyframe_steps.len());
         if index >= count {
             return Err(InputError::Index { given: index, count });
         }
@@ -135,7 +152,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// # Errors
     /// [`InputError`]: no such axis, wrong length, a value that is not finite.
     pub fn set_initial_velocity(&mut self, axis: usize, faces: &[T]) -> Result<(), InputError> {
-        let grid = *self.engine.grid();
+        let grid = *self.grid();
         if axis >= grid.dims {
             return Err(InputError::Index {
                 given: axis,
@@ -153,7 +170,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             return Err(InputError::NotFinite { index });
         }
         let scale = T::from_f64(1.0 / self.units.velocity);
-        let field = &mut self.engine.initial_mut()[axis];
+        let field = &mut self.engine.get_mut().parts().animation.initial[axis];
         layout.each_row(|row, file, wall| {
             let at = &mut field[row * grid.n[0]..(row + 1) * grid.n[0]];
             for (x, value) in at.iter_mut().enumerate() {
@@ -176,7 +193,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         if self.mass <= 0.0 {
             return Err(InputError::NoSource);
         }
-        let cells = self.engine.grid().cells();
+        let cells = self.grid().cells();
         if self.missing > 0 {
             let unset = self
                 .targets
@@ -188,7 +205,9 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         }
         Ok(match self.prepared {
             Some(change) => change,
-            None => *self.prepared.insert(self.engine.project_initial(exec)),
+            None => *self
+                .prepared
+                .insert(self.engine.get_mut().parts().project_initial(exec)),
         })
     }
 
@@ -202,7 +221,13 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         }
         let keyframes = Keyframes::new(self.keyframe_steps, self.targets);
         self.finished = false;
-        self.engine.step(exec, observer, &keyframes)
+        let mut progress = Progress::default();
+        let ended = self
+            .engine
+            .get_mut()
+            .step(exec, observer, &keyframes, &mut progress);
+        progress.status = ended.err();
+        progress
     }
 
     /// Iterates to the end and makes the result feasible; `each` hears every iteration. Where the last step was not finite but a flow before
@@ -233,7 +258,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     pub fn finish(&mut self, exec: &dyn Exec) -> Result<Objective, Status> {
         let keyframes = Keyframes::new(self.keyframe_steps, self.targets);
         self.finished = false;
-        self.objective = self.engine.make_feasible(exec, &keyframes)?;
+        self.objective = self.engine.get_mut().finish(exec, &keyframes)?;
         self.finished = true;
         Ok(self.objective)
     }
@@ -248,104 +273,6 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     #[must_use]
     pub fn objective(&self) -> Objective {
         self.objective
-    }
-
-    /// rho_step, one number for each cell.
-    #[must_use]
-    pub fn density(&self, step: usize) -> &[T] {
-        let cells = self.engine.grid().cells();
-        &self.engine.rho()[step * cells..(step + 1) * cells]
-    }
-
-    /// The target of keyframe `index`, after any scaling of its mass.
-    #[must_use]
-    pub fn keyframe(&self, index: usize) -> &[T] {
-        let cells = self.engine.grid().cells();
-        &self.targets[index * cells..(index + 1) * cells]
-    }
-
-    /// Density `step` as it lies in memory.
-    #[must_use]
-    pub fn density_in_place(&self, step: usize) -> Strided<'_, T> {
-        Strided::slot(self.engine.grid(), self.density(step), 1, 0, 1.0)
-    }
-
-    /// Component `axis` of v_step (step 0 .. N-1) as it lies in memory.
-    #[must_use]
-    pub fn velocity_in_place(&self, step: usize, axis: usize) -> Strided<'_, T> {
-        let (grid, unit) = (self.engine.grid(), self.units.velocity);
-        match step.checked_sub(1) {
-            None => Strided::slot(grid, self.engine.initial()[axis], 1, 0, unit),
-            Some(slot) => Strided::slot(
-                grid,
-                self.engine.velocity()[axis],
-                self.engine.slots(),
-                slot,
-                unit,
-            ),
-        }
-    }
-
-    /// Component `axis` of the force u_step (step 0 .. N-2) as it lies in memory.
-    #[must_use]
-    pub fn force_in_place(&self, step: usize, axis: usize) -> Strided<'_, T> {
-        Strided::slot(
-            self.engine.grid(),
-            self.engine.force()[axis],
-            self.engine.slots(),
-            step,
-            self.units.force,
-        )
-    }
-
-    /// Faces of a component of a velocity or force in the layout of a file.
-    #[must_use]
-    pub fn faces(&self, axis: usize) -> usize {
-        FileLayout::new(self.engine.grid(), axis).len()
-    }
-
-    /// Component `axis` of v_step (step 0 .. N-1) in the layout of a file and the scene's units; `out` has [`Self::faces`] numbers.
-    pub fn velocity(&self, step: usize, axis: usize, out: &mut [T]) {
-        let slots = self.engine.slots();
-        if step == 0 {
-            self.write(self.engine.initial()[axis], 1, 0, axis, self.units.velocity, out);
-        } else {
-            self.write(
-                self.engine.velocity()[axis],
-                slots,
-                step - 1,
-                axis,
-                self.units.velocity,
-                out,
-            );
-        }
-    }
-
-    /// Component `axis` of the force u_step (step 0 .. N-2) that turns v_step into v_{step+1}; as [`Self::velocity`].
-    pub fn force(&self, step: usize, axis: usize, out: &mut [T]) {
-        self.write(
-            self.engine.force()[axis],
-            self.engine.slots(),
-            step,
-            axis,
-            self.units.force,
-            out,
-        );
-    }
-
-    fn write(&self, field: &[T], slots: usize, slot: usize, axis: usize, unit: f64, out: &mut [T]) {
-        let grid = self.engine.grid();
-        let (layout, n, unit) = (FileLayout::new(grid, axis), grid.n[0], T::from_f64(unit));
-        out.fill(T::ZERO);
-        layout.each_row(|row, file, wall| {
-            if !wall {
-                let from = &field[(row * slots + slot) * n..(row * slots + slot + 1) * n];
-                out[file..file + n]
-                    .iter_mut()
-                    .zip(from)
-                    .for_each(|(out, &x)| *out = x * unit);
-            }
-        });
     }
 }
 

@@ -1,15 +1,11 @@
 //! Saving a solver and going on from what was saved.
 
-use super::plan::Choice;
-use super::{Method, Params, SavedError, Solver};
+use super::{SavedError, Solver};
 use crate::checkpoint::{Damaged, FORMAT, HEAD, Label, MAGIC, Mix, Record};
 use crate::grid::{Boundary, Space};
-use crate::method::admm::AdmmParams;
-use crate::method::direct::DirectParams;
-use crate::method::lbfgs::LbfgsParams;
-use crate::method::simulate::drive::PdParams;
-use crate::method::simulate::forward::SimulationParams;
-use crate::nso::NsoParams;
+use crate::memory::Layout;
+use crate::method::params::Params;
+use crate::method::registry;
 use crate::problem::{Advection, Problem};
 use crate::real::Real;
 
@@ -56,7 +52,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         }
     }
 
-    /// The list of all state.
+    /// Passes over all state: scalars, which are all checked before anything is changed, then fields.
     fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         let (mut mass, mut missing, mut prepared) = (self.mass, self.missing, self.prepared);
         let (mut objective, mut finished) = (self.objective, self.finished);
@@ -65,77 +61,27 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         record.option(&mut prepared, |record, change| record.real(change))?;
         objective.record(record)?;
         record.flag(&mut finished)?;
-        self.engine.record(record)?;
-        record.numbers(self.targets);
-        (
-            self.mass,
-            self.missing,
-            self.prepared,
-            self.objective,
-            self.finished,
-        ) = (mass, missing, prepared, objective, finished);
+        let method = self.engine.get_mut();
+        method.scalars(record)?;
+        (self.mass, self.missing, self.prepared) = (mass, missing, prepared);
+        (self.objective, self.finished) = (objective, finished);
+        let mut visit = |field: &mut [T]| record.elements(field);
+        // What is kept is only shown: nothing can be too small.
+        let _ = method.layout(&mut Layout::kept(&mut visit));
+        record.elements(self.targets);
         Ok(())
     }
 }
 
 /// All that the bits of a step follow from, but for the densities, in one word.
-pub(super) fn fingerprint<T: Real, S: Space>(problem: &Problem<'_>, params: &Params, choice: Choice) -> u64 {
+pub(super) fn fingerprint<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> u64 {
     let mut mix = Mix::new();
     mix.word(T::BYTES as u64);
     mix.word(S::DIM as u64);
     mix_problem(&mut mix, problem);
-    // Threads and ceiling change no bit, but by the pairs that they leave; iterations only say when to stop.
-    let Params {
-        method,
-        iterations: _,
-        threads: _,
-        ceiling: _,
-        admm,
-        direct,
-        lbfgs,
-        pd,
-        simulation,
-    } = params;
-    mix.word(*method as u64);
-    match method {
-        Method::Admm => mix_admm(&mut mix, admm),
-        Method::Direct => {
-            let DirectParams {
-                history: _,
-                tolerance,
-                nested,
-            } = direct;
-            mix.word(choice.history as u64);
-            mix.real(*tolerance);
-            mix.word(u64::from(*nested));
-        }
-        Method::Lbfgs => {
-            let LbfgsParams {
-                history,
-                tolerance,
-                nested,
-            } = lbfgs;
-            mix.word(*history as u64);
-            mix.real(*tolerance);
-            mix.word(u64::from(*nested));
-        }
-        Method::Pd => {
-            let PdParams {
-                drive,
-                attenuation,
-                gathering,
-            } = pd;
-            [drive, attenuation, gathering]
-                .into_iter()
-                .for_each(|&number| mix.real(number));
-        }
-        Method::Simulate => {}
-    }
-    if matches!(method, Method::Lbfgs | Method::Pd | Method::Simulate) {
-        let SimulationParams { buoyancy, tolerance } = simulation;
-        mix.real(*buoyancy);
-        mix.real(*tolerance);
-    }
+    // Threads and ceiling change no bit but by the choices that they come to; iterations only say when to stop.
+    mix.word(params.method as u64);
+    registry::mix::<T, S>(params, &mut mix);
     mix.finish()
 }
 
@@ -176,36 +122,4 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     ]
     .into_iter()
     .for_each(|&number| mix.real(number));
-}
-
-fn mix_admm(mix: &mut Mix, admm: &AdmmParams) {
-    let AdmmParams {
-        penalty,
-        relaxation,
-        ao_iterations,
-        ao_momentum,
-        density_tolerance,
-        nested,
-        nso,
-    } = admm;
-    let NsoParams {
-        solver,
-        tolerance,
-        cycles,
-        colours,
-        norm,
-    } = nso;
-    [penalty, relaxation, ao_momentum, density_tolerance, tolerance]
-        .into_iter()
-        .for_each(|&number| mix.real(number));
-    [
-        *ao_iterations as u64,
-        u64::from(*nested),
-        *solver as u64,
-        *cycles as u64,
-        *colours as u64,
-        *norm as u64,
-    ]
-    .into_iter()
-    .for_each(|word| mix.word(word));
 }

@@ -18,7 +18,7 @@ use crate::exec::Exec;
 use crate::field::{VectorMut, reborrow, view};
 use crate::grid::Grid;
 use crate::grid::halo::{self, field_len};
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::{Event, Observer};
 use crate::problem::{Advection, Scheme};
 use crate::real::Real;
@@ -113,31 +113,7 @@ impl<'a, T: Real> Transport<'a, T> {
         threads * (rows::SCRATCH_ROWS * (grid.n[0] + halo::HALO)).next_multiple_of(PAIR_OF_LINES)
     }
 
-    /// Writes the ledger lines of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, grid: &Grid, threads: usize) {
-        ledger.group("density transport", Sharing::Together, |ledger| {
-            let (len, with_halo) = (pooled(grid.cells()), Self::stride(grid));
-            ledger.line(
-                "velocity and its gradient",
-                pooled(halo::OFFSET + with_halo) + (2 * grid.dims - 1) * len,
-                T::BYTES,
-            );
-            ledger.line("sub-step states", STATES * len, T::BYTES);
-            ledger.line(
-                "terms of sub-steps, forward and backward",
-                pooled(halo::OFFSET + (MAX_TERMS + 2) * with_halo),
-                T::BYTES,
-            );
-            ledger.line(
-                "largest numbers of their rows",
-                pooled(MAX_TERMS * grid.rows()),
-                T::BYTES,
-            );
-            ledger.line("rows", Self::scratch_len(grid, threads), T::BYTES);
-        });
-    }
-
-    /// Takes its numbers from the shared pool. `largest` is max rho_0.
+    /// Takes its workspace from a pool. `largest` is max rho_0.
     pub fn carve(
         grid: &'a Grid,
         stepping: Stepping,
@@ -145,33 +121,41 @@ impl<'a, T: Real> Transport<'a, T> {
         threads: usize,
         pool: &mut Pool<'a, T>,
     ) -> Self {
-        let (len, stride, with_halo) = (grid.cells(), Self::stride(grid), field_len(grid));
-        let gradient = pool.take_vector(grid.dims, len);
-        let velocity = &mut pool.take(halo::OFFSET + stride)[halo::OFFSET..][..with_halo];
-        let [y, z, _] = pool.take_vector(grid.dims - 1, len);
-        let states = pool.take(STATES * pooled(len));
-        let (terms, adjoint) = pool.take(halo::OFFSET + (MAX_TERMS + 2) * stride)[halo::OFFSET..]
-            .split_at_mut(MAX_TERMS * stride);
-        let (first, second) = adjoint.split_at_mut(stride);
-        Self {
-            grid,
-            scheme: stepping.scheme,
-            cut: stepping.tolerance * largest,
-            courant: if stepping.scheme == Scheme::SemiLagrangian {
-                1.0
-            } else {
-                stepping.courant
-            },
-            velocity: [velocity, y, z],
-            substeps: 1,
-            held: None,
-            states,
-            terms,
-            sizes: pool.take(MAX_TERMS * grid.rows()),
-            adjoint: [first, second],
-            gradient,
-            scratch: pool.take(Self::scratch_len(grid, threads)),
-        }
+        pool.group("density transport", Sharing::Together, |pool| {
+            let (len, stride) = (grid.cells(), Self::stride(grid));
+            let (gradient, velocity) = pool.line("velocity and its gradient", |pool| {
+                let gradient = pool.take_vector("gradient", grid.dims, len);
+                let lengths = [field_len(grid), stride - field_len(grid)];
+                let [x, _] = pool.take_split("velocity along x", halo::OFFSET, lengths);
+                let [y, z, _] = pool.take_vector("velocity", grid.dims - 1, len);
+                (gradient, [x, y, z])
+            });
+            let states = pool.take("sub-step states", STATES * pooled(len));
+            let [terms, first, second] = pool.take_split(
+                "terms of sub-steps, forward and backward",
+                halo::OFFSET,
+                [MAX_TERMS * stride, stride, stride],
+            );
+            Self {
+                grid,
+                scheme: stepping.scheme,
+                cut: stepping.tolerance * largest,
+                courant: if stepping.scheme == Scheme::SemiLagrangian {
+                    1.0
+                } else {
+                    stepping.courant
+                },
+                velocity,
+                substeps: 1,
+                held: None,
+                states,
+                terms,
+                sizes: pool.take("largest elements of their rows", MAX_TERMS * grid.rows()),
+                adjoint: [first, second],
+                gradient,
+                scratch: pool.take("rows", Self::scratch_len(grid, threads)),
+            }
+        })
     }
 
     /// Numbers between fields whose rows have their neighbours.

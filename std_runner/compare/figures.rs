@@ -54,7 +54,6 @@ impl Figures {
         let finest = finest(record);
         let coarser = record.history.len() - finest.len();
         let seconds = record.history.last().map_or(0.0, |entry| entry.seconds);
-        let only_admm = |value: f64| (record.method == Method::Admm).then_some(value);
         Self {
             method: record.method,
             status: record.status,
@@ -65,8 +64,8 @@ impl Figures {
             seconds_to_best: reached(finest, record.objective.total(), NEAR * best),
             seconds_to_worst: reached(finest, record.objective.total(), worst),
             iteration_average: (seconds - record.seconds.nested) / finest.len().max(1) as f64,
-            ao_average: only_admm(record.seconds.ao_average),
-            nso_average: only_admm(record.seconds.nso_average),
+            ao_average: spent(record.seconds.ao_average),
+            nso_average: spent(record.seconds.nso_average),
             objective: record.objective,
             keyframe_error: largest(record, |keyframe| keyframe.relative_l2),
             keyframe_error_before: largest(record, |keyframe| keyframe.relative_l2_before),
@@ -81,15 +80,16 @@ fn largest(record: &RunRecord, of: fn(&KeyframeRecord) -> f64) -> f64 {
     record.keyframes.iter().map(of).fold(0.0, f64::max)
 }
 
+/// Seconds of a phase, if the method has it.
+fn spent(seconds: f64) -> Option<f64> {
+    (seconds > 0.0).then_some(seconds)
+}
+
 /// The iterations on the grid of the scene itself: objectives of coarser grids cannot be compared.
 pub fn finest(record: &RunRecord) -> &[IterationRecord] {
     let on_finest = |piece: &&[IterationRecord]| {
-        piece.first().is_some_and(|entry| {
-            entry
-                .direct
-                .as_ref()
-                .is_none_or(|direct| direct.level == record.cells)
-        })
+        let level = |entry: &IterationRecord| entry.level.as_ref().is_none_or(|cells| *cells == record.cells);
+        piece.first().is_some_and(level)
     };
     by_grid(&record.history)
         .last()
@@ -131,14 +131,15 @@ pub fn ends<'a>(records: impl Iterator<Item = &'a RunRecord>) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::Facts;
 
     fn history(totals: &[f64]) -> Vec<IterationRecord> {
         let entry = |(index, &data): (usize, &f64)| IterationRecord {
             iteration: index + 1,
             seconds: index as f64 + 1.0,
             objective: ObjectiveRecord { data, force: 0.0 },
-            admm: None,
-            direct: None,
+            level: None,
+            facts: Facts::default(),
         };
         totals.iter().enumerate().map(entry).collect()
     }

@@ -4,7 +4,7 @@ use super::catalogue::{Entry, NOT_GIVEN, QUOTED_FROM};
 use super::scale::Scale;
 use super::sections::{Content, GROUPS, SECTIONS, Section};
 use crate::compare::{self, COLUMNS, Comparison, Figures};
-use crate::report::{AdmmRecord, Block, Chart, Curve, Document, RunRecord, Table, product};
+use crate::report::{Block, Chart, Curve, Document, RunRecord, Table, product};
 use thurible_core::Named;
 
 /// Names of the columns that quote the paper.
@@ -225,7 +225,10 @@ fn blocks_of(section: &Section, solved: &[&SolvedScene]) -> Vec<Block> {
 
 /// Residuals of the first Navier-Stokes problem of each entry, if ADMM has solved any.
 fn cycles(solved: &[&SolvedScene]) -> Option<Chart> {
-    let first = |record: &RunRecord| Some(record.history.first()?.admm.as_ref()?.nso_residuals.clone());
+    let first = |record: &RunRecord| {
+        let residuals = record.history.first()?.facts.series("nso_residuals");
+        (!residuals.is_empty()).then(|| residuals.to_vec())
+    };
     let residuals: Vec<_> = solved
         .iter()
         .filter_map(|scene| Some((scene.entry.about, scene.comparison.records().find_map(first)?)))
@@ -251,11 +254,11 @@ fn cycles(solved: &[&SolvedScene]) -> Option<Chart> {
 
 /// The paper's Figure 7, left: the whole problem by iteration of ADMM.
 fn optimality(record: &RunRecord) -> Chart {
-    let curve = |name: &str, colour, value: fn(&AdmmRecord) -> Option<f64>| {
+    let curve = |name: &str, colour, fact: &str| {
         let points = record
             .history
             .iter()
-            .filter_map(|entry| Some((entry.iteration as f64, value(entry.admm.as_ref()?)?)));
+            .filter_map(|entry| Some((entry.iteration as f64, entry.facts.get(fact)?)));
         Curve::new(name, colour, points)
     };
     Chart {
@@ -264,17 +267,16 @@ fn optimality(record: &RunRecord) -> Chart {
         across: "iteration of ADMM",
         scale: crate::report::Scale::Counts,
         curves: vec![
-            curve("KKT", 3, |admm| Some(admm.kkt)),
-            curve("advection problem", 1, |admm| admm.ao_residuals.last().copied()),
+            curve("KKT", 3, "kkt"),
+            curve("advection problem", 1, "ao_residuals"),
         ],
     }
 }
 
 /// The paper's Figure 7, right: the advection problem by fixed-point iteration, in the first iterations of ADMM.
 fn fixed_point(record: &RunRecord) -> Chart {
-    let curve = |(index, admm): (usize, &AdmmRecord)| {
-        let points = admm
-            .ao_residuals
+    let curve = |(index, residuals): (usize, &[f64])| {
+        let points = residuals
             .iter()
             .enumerate()
             .map(|(iteration, &residual)| ((iteration + 1) as f64, residual));
@@ -288,7 +290,8 @@ fn fixed_point(record: &RunRecord) -> Chart {
         curves: record
             .history
             .iter()
-            .filter_map(|entry| entry.admm.as_ref())
+            .map(|entry| entry.facts.series("ao_residuals"))
+            .filter(|residuals| !residuals.is_empty())
             .take(3)
             .enumerate()
             .map(curve)

@@ -3,15 +3,6 @@
 use core::time::Duration;
 use std::time::Instant;
 
-/// A phase of an ADMM iteration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// The advection problem.
-    Ao,
-    /// The Navier-Stokes problem.
-    Nso,
-}
-
 /// Time and number of calls of one phase.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spent {
@@ -37,15 +28,13 @@ impl Spent {
     }
 }
 
-/// A stopwatch for the whole solve and for the phases of ADMM.
-#[derive(Clone, Copy, Debug)]
+/// A stopwatch for the whole solve and for the phases of its iterations.
+#[derive(Clone, Debug)]
 pub struct Clock {
     start: Instant,
-    running: Option<(Phase, Instant)>,
-    /// The advection problem so far.
-    pub ao: Spent,
-    /// The Navier-Stokes problem so far.
-    pub nso: Spent,
+    running: Option<(&'static str, Instant)>,
+    /// The phases that were entered so far, by name.
+    phases: Vec<(&'static str, Spent)>,
     /// Seconds from the start of the program to that of the solve.
     pub begun: f64,
     /// Seconds of the nested start: from there to the first iteration on the finest grid.
@@ -59,17 +48,26 @@ pub struct Clock {
 impl Clock {
     /// A clock that starts now, in no phase.
     pub fn start() -> Self {
-        let never = Spent::default();
         Clock {
             start: Instant::now(),
             running: None,
-            ao: never,
-            nso: never,
+            phases: Vec::new(),
             begun: 0.0,
             nested: 0.0,
             solved: 0.0,
             finished: 0.0,
         }
+    }
+
+    /// What was spent in the phase with this name, so far.
+    pub fn spent(&self, phase: &str) -> Spent {
+        let found = self.phases.iter().find(|(name, _)| *name == phase);
+        found.map_or_else(Spent::default, |(_, spent)| *spent)
+    }
+
+    /// What was spent in all phases, so far.
+    pub fn in_phases(&self) -> f64 {
+        self.phases.iter().map(|(_, spent)| spent.seconds()).sum()
     }
 
     /// Seconds since the start of the program.
@@ -104,7 +102,7 @@ impl Clock {
     }
 
     /// Enters `phase`; a phase that is still running is left.
-    pub fn enter(&mut self, phase: Phase) {
+    pub fn enter(&mut self, phase: &'static str) {
         self.leave();
         self.running = Some((phase, Instant::now()));
     }
@@ -112,10 +110,12 @@ impl Clock {
     /// Leaves the running phase, if there is one.
     pub fn leave(&mut self) {
         if let Some((phase, since)) = self.running.take() {
-            let spent = match phase {
-                Phase::Ao => &mut self.ao,
-                Phase::Nso => &mut self.nso,
-            };
+            let known = self.phases.iter().position(|(name, _)| *name == phase);
+            let index = known.unwrap_or_else(|| {
+                self.phases.push((phase, Spent::default()));
+                self.phases.len() - 1
+            });
+            let spent = &mut self.phases[index].1;
             spent.time += since.elapsed();
             spent.calls += 1;
         }

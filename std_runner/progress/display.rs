@@ -4,12 +4,12 @@ use super::clock::in_words;
 use crate::console;
 use crate::keyframes::Note;
 use crate::plan::size_in_words;
-use crate::report::cells;
+use crate::report::{IterationRecord, cells};
 use core::fmt::Arguments;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::io::{IsTerminal, stderr};
-use thurible_core::{DirectProgress, Progress};
+use thurible_core::{Kind, Progress};
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +107,7 @@ impl Display {
         let left = if done > 0 {
             format!("at most {} left", in_words(left))
         } else {
-            format!("on {} cells", size_in_words(&cells(&progress.direct)))
+            format!("on {} cells", size_in_words(&cells(progress)))
         };
         let text = format!(
             "{left}, data {:.3e}, force {:.3e}, {}",
@@ -133,62 +133,32 @@ impl Display {
     }
 }
 
-/// The direct method begins on coarser grids, which the limit does not count.
+/// A method that counts the iterations of each grid may begin on coarser ones, which the limit does not count.
 fn iterations_on_the_finest_grid(progress: &Progress) -> usize {
-    match progress.direct {
-        DirectProgress {
-            level_iteration: 0, ..
-        } => progress.iteration,
-        DirectProgress {
-            level: 0,
-            level_iteration,
-            ..
-        } => level_iteration,
+    match (progress.level, progress.level_iteration) {
+        (_, 0) => progress.iteration,
+        (0, iteration) => iteration,
         _ => 0,
     }
 }
 
-/// What is particular to the method in an iteration.
+/// What is particular to the method in an iteration: its first two numbers.
 fn manner(progress: &Progress) -> String {
-    if progress.direct.level_iteration > 0 {
-        return format!("step {:.1e}", progress.direct.step);
-    }
-    match progress.admm.nso_residuals.last() {
-        Some(residual) => format!(
-            "residual {residual:.0e}, change {:.1e}",
-            progress.admm.density_change
-        ),
-        None => "one pass".into(),
+    let numbers = progress
+        .report
+        .iter()
+        .filter(|(fact, _)| fact.kind == Kind::Number);
+    let shown: Vec<_> = numbers
+        .take(2)
+        .filter_map(|(fact, values)| Some(format!("{} {:.1e}", fact.name.replace('_', " "), values.last()?)))
+        .collect();
+    if shown.is_empty() {
+        "one pass".into()
+    } else {
+        shown.join(", ")
     }
 }
 
 fn iteration_fields(progress: &Progress, seconds: f64) -> Value {
-    let mut fields = json!({
-        "iteration": progress.iteration,
-        "seconds": seconds,
-        "data": progress.objective.data,
-        "force": progress.objective.force,
-        "total": progress.objective.total(),
-    });
-    let direct = &progress.direct;
-    let more = if direct.level_iteration > 0 {
-        json!({ "level": cells(direct), "step": direct.step, "slope": direct.slope, "evaluations": direct.evaluations })
-    } else if progress.admm.nso_residuals.is_empty() {
-        json!({})
-    } else {
-        json!({
-            "ao_step": progress.admm.ao_step,
-            "density_change": progress.admm.density_change,
-            "nso_residuals": progress.admm.nso_residuals.as_slice(),
-            "kkt": progress.admm.kkt,
-            "ao_residuals": progress.admm.ao_residuals.as_slice(),
-            "gap": progress.admm.gap,
-            "data_of_star": progress.admm.data_of_star,
-            "held": progress.admm.held,
-        })
-    };
-    if let (Value::Object(fields), Value::Object(more)) = (&mut fields, more) {
-        fields.extend(more);
-    }
-    fields
+    serde_json::to_value(IterationRecord::new(seconds, progress)).unwrap_or_default()
 }

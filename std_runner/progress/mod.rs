@@ -3,7 +3,7 @@
 mod clock;
 mod display;
 
-pub use clock::{Clock, Phase, Spent, in_words};
+pub use clock::{Clock, Spent, in_words};
 pub use display::{Display, Mode};
 
 use crate::interrupt::Interrupt;
@@ -48,7 +48,7 @@ impl Watch {
     pub fn iteration(&mut self, progress: &Progress) {
         self.clock.leave();
         let seconds = self.clock.seconds();
-        if progress.direct.level > 0 {
+        if progress.level > 0 {
             self.clock.nested();
         }
         self.display.iteration(progress, seconds, self.clock.nested);
@@ -70,15 +70,12 @@ impl Observer for Watch {
     fn on(&mut self, event: Event) -> ControlFlow<()> {
         match event {
             Event::IterationBegin { iteration: 1 } => self.clock.nested(),
-            Event::AoBegin => self.clock.enter(Phase::Ao),
-            Event::NsoBegin => self.clock.enter(Phase::Nso),
-            Event::AoEnd | Event::NsoEnd => self.clock.leave(),
-            Event::AoIteration { objective, step } => self
-                .display
-                .detail(format_args!("advection {objective:.4e}, step {step}")),
-            Event::NsoCycle { cycle, residual } => self
-                .display
-                .detail(format_args!("V-cycle {cycle}, residual {residual:.1e}")),
+            Event::PhaseBegin(phase) => self.clock.enter(phase.name),
+            Event::PhaseEnd(_) => self.clock.leave(),
+            Event::PhaseStep { phase, step, value } => self.display.detail(format_args!(
+                "{} {step}, {} {value:.1e}",
+                phase.words, phase.measure
+            )),
             _ => self.display.tick(),
         }
         if self.stops() {

@@ -228,7 +228,7 @@ fn lbfgs_option(
 ) -> PyResult<&'static [&'static str]> {
     let lbfgs = &mut params.lbfgs;
     match name {
-        "history" => lbfgs.history = whole(field, value)?,
+        "history" => lbfgs.history = automatic(field, value)?,
         "tolerance" => lbfgs.tolerance = number(field, value)?,
         "nested" => lbfgs.nested = flag(field, value)?,
         _ => return Ok(&["history", "tolerance", "nested"]),

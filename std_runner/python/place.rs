@@ -6,6 +6,7 @@ use numpy::ndarray::{ArrayView, IxDyn, ShapeBuilder};
 use numpy::{Element, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use thurible_core::memory::{Arena, footprint};
+use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 use thurible_core::solver::Strided;
 use thurible_core::{Real, Solver, Space};
 
@@ -118,7 +119,7 @@ impl Component {
         let count = shape.iter().product::<usize>();
         let place = Place::dense(shape);
         let mut file = Block::new(footprint(count, T::BYTES)?)?;
-        let numbers = Arena::new(file.bytes_mut()).take::<T>(count).ok()?;
+        let numbers = Arena::new(file.bytes_mut()).take::<T>("array", count).ok()?;
         let (first, rest) = numbers.split_at_mut(self.first.iter().len() * place.strides[0]);
         if let Some(part) = &self.first {
             part.scatter::<T>(block, &place.strides, first);
@@ -166,7 +167,7 @@ impl Places {
         let Sizes { steps, periodic } = *sizes;
         let dims = periodic.len();
         let series = |first: &Strided<'_, T>, count, apart| Place::series(start, first, count, apart, dims);
-        let density = solver.density_in_place(0);
+        let density = solver.in_place(&DENSITY, 0, 0);
         let cells = solver.density(0).len();
         let component = |axis: usize, first: Option<Strided<'_, T>>, rest: Strided<'_, T>| Component {
             first: first.map(|first| series(&first, 1, 1)),
@@ -176,11 +177,11 @@ impl Places {
         let velocity = |axis| {
             component(
                 axis,
-                Some(solver.velocity_in_place(0, axis)),
-                solver.velocity_in_place(1, axis),
+                Some(solver.in_place(&VELOCITY, 0, axis)),
+                solver.in_place(&VELOCITY, 1, axis),
             )
         };
-        let force = |axis| component(axis, None, solver.force_in_place(0, axis));
+        let force = |axis| component(axis, None, solver.in_place(&FORCE, 0, axis));
         Self {
             density: series(&density, steps + 1, cells),
             velocity: (0..dims).map(velocity).collect(),

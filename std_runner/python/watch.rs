@@ -42,30 +42,19 @@ pub struct Iteration {
 
 impl Iteration {
     fn new(progress: &Progress, seconds: f64) -> Self {
-        let Progress {
-            iteration,
-            objective,
-            admm,
-            direct,
-            ..
-        } = progress;
-        let (is_descent, is_admm) = (direct.level_iteration > 0, !admm.nso_residuals.is_empty());
-        let of_admm = |value| is_admm.then_some(value);
+        let fact = |name: &str| progress.report.get(name);
         Self {
-            iteration: *iteration,
+            iteration: progress.iteration,
             seconds,
-            objective: objective.total(),
-            data: objective.data,
-            force: objective.force,
-            cells: is_descent.then(|| direct.cells.into_iter().filter(|&count| count > 1).collect()),
-            step: if is_descent {
-                Some(direct.step)
-            } else {
-                of_admm(admm.ao_step)
-            },
-            density_change: of_admm(admm.density_change),
-            gap: of_admm(admm.gap),
-            kkt: of_admm(admm.kkt),
+            objective: progress.objective.total(),
+            data: progress.objective.data,
+            force: progress.objective.force,
+            cells: (progress.level_iteration > 0)
+                .then(|| progress.cells.into_iter().filter(|&count| count > 1).collect()),
+            step: fact("step").or(fact("ao_step")),
+            density_change: fact("density_change"),
+            gap: fact("gap"),
+            kkt: fact("kkt"),
         }
     }
 }

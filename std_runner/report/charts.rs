@@ -2,25 +2,23 @@
 
 use super::axes::Scale;
 use super::chart::{Chart, Curve};
-use super::record::{AdmmRecord, IterationRecord, RunRecord};
+use super::record::{IterationRecord, RunRecord};
+use thurible_core::{Fact, Kind};
 
 /// All figures that this run has data for, as HTML.
 pub(super) fn charts(record: &RunRecord) -> String {
     let history = &record.history;
     let mut charts = vec![objective(history)];
-    if history.iter().any(|entry| entry.direct.is_some()) {
+    if history.iter().any(|entry| entry.level.is_some()) {
         charts.push(gains(history));
     }
-    if history.iter().any(|entry| entry.admm.is_some()) {
-        charts.extend([density_change(history), residuals(history), optimality(history)]);
-    }
+    charts.extend(titles(history).into_iter().map(|title| of_facts(title, history)));
     charts.iter().map(Chart::to_html).collect()
 }
 
 /// The iterations of one grid after the other, coarsest first; a method without coarser grids has one piece.
 pub(crate) fn by_grid(history: &[IterationRecord]) -> impl Iterator<Item = &[IterationRecord]> {
-    let level = |entry: &IterationRecord| entry.direct.as_ref().map(|direct| direct.level.clone());
-    history.chunk_by(move |before, after| level(before) == level(after))
+    history.chunk_by(|before, after| before.level == after.level)
 }
 
 fn objective(history: &[IterationRecord]) -> Chart {
@@ -75,61 +73,67 @@ fn gains(history: &[IterationRecord]) -> Chart {
     }
 }
 
-fn density_change(history: &[IterationRecord]) -> Chart {
+/// The charts that a method's facts are drawn in, in the order of the facts.
+fn titles(history: &[IterationRecord]) -> Vec<&'static str> {
+    let mut titles = Vec::new();
+    for title in facts(history).filter_map(|fact| fact.chart) {
+        if !titles.contains(&title) {
+            titles.push(title);
+        }
+    }
+    titles
+}
+
+/// What the method tells, as its first iteration that tells anything has it.
+fn facts(history: &[IterationRecord]) -> impl Iterator<Item = Fact> {
+    let first = history.iter().find(|entry| !entry.facts.0.is_empty());
+    first
+        .into_iter()
+        .flat_map(|entry| entry.facts.0.iter().map(|&(fact, _)| fact))
+}
+
+/// The chart with this title: a curve for each of its facts. A series is spread over its iteration.
+fn of_facts(title: &'static str, history: &[IterationRecord]) -> Chart {
+    let drawn: Vec<Fact> = facts(history).filter(|fact| fact.chart == Some(title)).collect();
+    let is_series = drawn.iter().any(|fact| fact.kind == Kind::Series);
     Chart {
-        title: "Change of the density",
-        note: "Largest change in one iteration, in parts of the source's largest density; convergence is judged by it.",
-        across: "iteration",
+        title,
+        note: match drawn.as_slice() {
+            [fact] => fact.words,
+            _ => "What the method's conditions of an optimum leave.",
+        },
+        across: if is_series {
+            "iteration (series within)"
+        } else {
+            "iteration"
+        },
         scale: Scale::Counts,
-        curves: vec![curve_of("density change", 1, history, |admm| admm.density_change)],
+        curves: drawn
+            .iter()
+            .enumerate()
+            .map(|(index, &fact)| curve_of(fact, index % 4 + 1, history))
+            .collect(),
     }
 }
 
-fn residuals(history: &[IterationRecord]) -> Chart {
-    let pieces = history.iter().filter_map(|entry| {
-        let residuals = &entry.admm.as_ref()?.nso_residuals;
-        let spacing = 1.0 / residuals.len().saturating_sub(1).max(1) as f64;
+fn curve_of(fact: Fact, colour: usize, history: &[IterationRecord]) -> Curve {
+    let name = fact.name.replace('_', " ");
+    if fact.kind != Kind::Series {
+        let points = history
+            .iter()
+            .filter_map(|entry| Some((entry.iteration as f64, entry.facts.get(fact.name)?)));
+        return Curve::new(name, colour, points);
+    }
+    let within = |entry: &IterationRecord| {
+        let values = entry.facts.series(fact.name);
+        let spacing = 1.0 / values.len().saturating_sub(1).max(1) as f64;
         let start = entry.iteration as f64 - 1.0;
-        Some(
-            residuals
-                .iter()
-                .enumerate()
-                .map(|(cycle, &residual)| (start + cycle as f64 * spacing, residual))
-                .collect(),
-        )
-    });
-    Chart {
-        title: "Navier\u{2013}Stokes problem",
-        note: "Residual max |f| before the first V-cycle of each iteration and after each.",
-        across: "iteration (V-cycles within)",
-        scale: Scale::Counts,
-        curves: vec![Curve {
-            name: "residual".into(),
-            colour: 2,
-            pieces: pieces.collect(),
-        }],
+        let point = |(index, &value): (usize, &f64)| (start + index as f64 * spacing, value);
+        values.iter().enumerate().map(point).collect()
+    };
+    Curve {
+        name,
+        colour,
+        pieces: history.iter().map(within).collect(),
     }
-}
-
-fn optimality(history: &[IterationRecord]) -> Chart {
-    Chart {
-        title: "Optimality",
-        note: "Residuals of the whole problem's optimality conditions, of the advection problem, and the gap between v and v*.",
-        across: "iteration",
-        scale: Scale::Counts,
-        curves: vec![
-            curve_of("KKT", 3, history, |admm| admm.kkt),
-            curve_of("advection", 1, history, |admm| {
-                admm.ao_residuals.last().copied().unwrap_or(f64::NAN)
-            }),
-            curve_of("gap", 2, history, |admm| admm.gap),
-        ],
-    }
-}
-
-fn curve_of(name: &str, colour: usize, history: &[IterationRecord], value: fn(&AdmmRecord) -> f64) -> Curve {
-    let points = history
-        .iter()
-        .filter_map(|entry| Some((entry.iteration as f64, value(entry.admm.as_ref()?))));
-    Curve::new(name, colour, points)
 }

@@ -15,8 +15,8 @@ pub use axes::Scale;
 pub use chart::{Chart, Curve};
 pub use document::Table;
 pub use record::{
-    AdmmRecord, AdvectionRecord, DirectRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord,
-    ObjectiveRecord, RunRecord, SecondsRecord,
+    AdvectionRecord, Facts, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord,
+    RunRecord, SecondsRecord,
 };
 
 pub(crate) use charts::by_grid;

@@ -1,7 +1,8 @@
 //! The facts of a run, as `report.json` holds them.
 
+use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
-use thurible_core::{AdmmProgress, DirectProgress, Method, Named, Objective, Progress, Status};
+use thurible_core::{Fact, Kind, Method, Named, Objective, Progress, Status};
 
 /// Everything that a program needs to check a result without its scene; values that are not finite become `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -119,97 +120,67 @@ pub struct IterationRecord {
     /// The objective after the iteration.
     #[serde(flatten)]
     pub objective: ObjectiveRecord,
-    /// What ADMM alone can tell.
+    /// Cells of the grid that it worked on, where the method tells it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level: Option<Vec<usize>>,
+    /// What the method has to tell beside that, by name.
     #[serde(flatten)]
-    pub admm: Option<AdmmRecord>,
-    /// What the direct method alone can tell.
-    #[serde(flatten)]
-    pub direct: Option<DirectRecord>,
+    pub facts: Facts,
 }
 
 impl IterationRecord {
     /// Of an iteration that ended `seconds` after the solve began.
     pub(crate) fn new(seconds: f64, progress: &Progress) -> Self {
-        let Progress {
-            iteration,
-            objective,
-            admm,
-            direct,
-            ..
-        } = progress;
-        let is_admm = !admm.nso_residuals.is_empty();
         Self {
-            iteration: *iteration,
+            iteration: progress.iteration,
             seconds,
-            objective: (*objective).into(),
-            admm: is_admm.then(|| admm.into()),
-            direct: (direct.level_iteration > 0).then(|| direct.into()),
+            objective: progress.objective.into(),
+            level: (progress.level_iteration > 0).then(|| cells(progress)),
+            facts: Facts::of(progress),
         }
     }
 }
 
-/// One iteration of the direct method.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DirectRecord {
-    /// Cells of the grid that it worked on.
-    pub level: Vec<usize>,
-    /// Step along the direction, 0 when none gained anything.
-    pub step: f64,
-    /// The objective's derivative along the direction.
-    pub slope: f64,
-    /// Flows whose objective was computed.
-    pub evaluations: usize,
+/// Cells of the grid that an iteration worked on.
+pub(crate) fn cells(progress: &Progress) -> Vec<usize> {
+    progress.cells.into_iter().filter(|&count| count > 1).collect()
 }
 
-/// Cells of the grid that an iteration of the direct method worked on.
-pub(crate) fn cells(direct: &DirectProgress) -> Vec<usize> {
-    direct.cells.into_iter().filter(|&count| count > 1).collect()
-}
+/// What a method tells of an iteration, each fact with its values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Facts(pub Vec<(Fact, Vec<f64>)>);
 
-impl From<&DirectProgress> for DirectRecord {
-    fn from(progress: &DirectProgress) -> Self {
-        Self {
-            level: cells(progress),
-            step: progress.step,
-            slope: progress.slope,
-            evaluations: progress.evaluations,
-        }
+impl Facts {
+    fn of(progress: &Progress) -> Self {
+        let facts = progress.report.iter();
+        Self(facts.map(|(fact, values)| (fact, values.to_vec())).collect())
+    }
+
+    /// The values of the fact with this name, or none.
+    pub fn series(&self, name: &str) -> &[f64] {
+        let found = self.0.iter().find(|(fact, _)| fact.name == name);
+        found.map_or(&[], |(_, values)| values)
+    }
+
+    /// The last value of the fact with this name.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.series(name).last().copied()
     }
 }
 
-/// One iteration of ADMM.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct AdmmRecord {
-    /// Blending step of the advection problem.
-    pub ao_step: f64,
-    /// Largest change of the density, in parts of the source's largest.
-    pub density_change: f64,
-    /// max |f|, scaled, before the first V-cycle of the Navier-Stokes problem and after each.
-    pub nso_residuals: Vec<f64>,
-    /// Residual of the optimality conditions of the whole problem (the paper's Figure 7).
-    pub kkt: f64,
-    /// Residual of the advection problem in each of its fixed-point iterations (the paper's Figure 7).
-    pub ao_residuals: Vec<f64>,
-    /// Distance between v and v*.
-    pub gap: f64,
-    /// Distance of v* from the keyframes, where the objective's is that of v.
-    pub data_of_star: f64,
-    /// Whether the multipliers were held.
-    pub held: bool,
-}
-
-impl From<&AdmmProgress> for AdmmRecord {
-    fn from(progress: &AdmmProgress) -> Self {
-        Self {
-            ao_step: progress.ao_step,
-            density_change: progress.density_change,
-            nso_residuals: progress.nso_residuals.iter().copied().collect(),
-            kkt: progress.kkt,
-            ao_residuals: progress.ao_residuals.iter().copied().collect(),
-            gap: progress.gap,
-            data_of_star: progress.data_of_star,
-            held: progress.held,
+impl Serialize for Facts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (fact, values) in &self.0 {
+            let value = values.first().copied().unwrap_or(f64::NAN);
+            match fact.kind {
+                Kind::Number => map.serialize_entry(fact.name, &value)?,
+                Kind::Count => map.serialize_entry(fact.name, &(value as u64))?,
+                Kind::Flag => map.serialize_entry(fact.name, &(value != 0.0))?,
+                Kind::Series => map.serialize_entry(fact.name, values)?,
+            }
         }
+        map.end()
     }
 }
 

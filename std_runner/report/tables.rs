@@ -98,12 +98,13 @@ fn times_by_grid(record: &RunRecord) -> Vec<(String, f64, Option<f64>)> {
         before = until;
         let cells = piece
             .first()
-            .and_then(|entry| entry.direct.as_ref())
-            .map_or(&record.cells, |direct| &direct.level);
-        let evaluations: usize = piece
+            .and_then(|entry| entry.level.as_ref())
+            .unwrap_or(&record.cells);
+        let evaluations: f64 = piece
             .iter()
-            .filter_map(|entry| Some(entry.direct.as_ref()?.evaluations))
+            .filter_map(|entry| entry.facts.get("evaluations"))
             .sum();
+        let evaluations = evaluations as usize;
         let counted = if evaluations > 0 {
             format!(", {}", count(evaluations, "evaluation"))
         } else {

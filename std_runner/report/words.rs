@@ -1,7 +1,7 @@
 //! Values, sizes, times and outcomes as people read them.
 
 use super::record::RunRecord;
-use thurible_core::{Method, Status};
+use thurible_core::Status;
 
 /// Text that is safe between tags and in attributes.
 pub(crate) fn escape(text: &str) -> String {
@@ -103,19 +103,15 @@ pub(crate) fn outcome(record: &RunRecord) -> (&'static str, &'static str, String
     let finest = record
         .history
         .iter()
-        .filter(|entry| {
-            entry
-                .direct
-                .as_ref()
-                .is_none_or(|direct| direct.level == record.cells)
-        })
+        .filter(|entry| entry.level.as_ref().is_none_or(|cells| *cells == record.cells))
         .count();
     let coarser = match record.history.len() - finest {
         0 => String::new(),
         coarser => format!(", and {coarser} on coarser grids before"),
     };
     let after = format!("after {}{coarser}", count(finest, "iteration"));
-    let little = if record.method == Method::Admm {
+    let last = record.history.last();
+    let little = if last.is_some_and(|entry| entry.facts.get("density_change").is_some()) {
         "changed the density"
     } else {
         "lowered the objective"

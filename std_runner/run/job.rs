@@ -177,7 +177,7 @@ impl Job {
             .map_or_else(Interrupt::listen, Ok)?;
         let display = Display::new(self.options.mode, self.planned.params.iterations);
         let most = self.planned.most_iterations();
-        Ok(Watch::new(self.request.clock, display, most, interrupt))
+        Ok(Watch::new(self.request.clock.clone(), display, most, interrupt))
     }
 
     /// Projects v_0 and warns if it needed that.

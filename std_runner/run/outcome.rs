@@ -124,16 +124,17 @@ impl Facts<'_> {
 
 fn seconds(clock: &Clock) -> SecondsRecord {
     let iterations = clock.solved - clock.begun;
+    let [ao, nso] = ["ao", "nso"].map(|phase| clock.spent(phase));
     SecondsRecord {
         total: clock.total(),
         setup: clock.begun,
         nested: clock.nested,
-        ao: clock.ao.seconds(),
-        nso: clock.nso.seconds(),
-        other: (iterations - clock.nested - clock.ao.seconds() - clock.nso.seconds()).max(0.0),
+        ao: ao.seconds(),
+        nso: nso.seconds(),
+        other: (iterations - clock.nested - clock.in_phases()).max(0.0),
         finish: clock.finished - clock.solved,
-        ao_average: clock.ao.average(),
-        nso_average: clock.nso.average(),
+        ao_average: ao.average(),
+        nso_average: nso.average(),
     }
 }
 

@@ -73,13 +73,7 @@ pub(super) fn method(document: &Document, raw: RawMethod) -> Result<MethodSectio
 fn lbfgs(document: &Document, raw: RawLbfgs) -> Result<LbfgsParams, Failure> {
     let standard = LbfgsParams::default();
     Ok(LbfgsParams {
-        history: whole(
-            document,
-            "method.lbfgs.history",
-            raw.history,
-            1..=LbfgsParams::MOST,
-            standard.history,
-        )?,
+        history: pairs(document, "method.lbfgs.history", raw.history, LbfgsParams::MOST)?,
         tolerance: document.between(
             "method.lbfgs.tolerance",
             raw.tolerance.unwrap_or(standard.tolerance),
@@ -114,29 +108,31 @@ pub(super) fn simulation(document: &Document, raw: RawSimulation) -> Result<Simu
     })
 }
 
+/// Pairs of L-BFGS, from 1 to `most`, or `None` for as many as memory allows.
+fn pairs(document: &Document, key: &str, raw: Option<Value>, most: usize) -> Result<Option<usize>, Failure> {
+    match raw {
+        None => Ok(None),
+        Some(Value::String(word)) if word == "auto" => Ok(None),
+        Some(Value::Integer(count)) => document.whole(key, count, 1..=most).map(Some),
+        Some(other) => Err(document.outside(
+            key,
+            shown(&other),
+            &format!("\"auto\" or a whole number from 1 to {most}"),
+        )),
+    }
+}
+
 fn direct(document: &Document, raw: RawDirect) -> Result<DirectParams, Failure> {
-    let key = "method.direct.history";
-    let history = match raw.history {
-        None => None,
-        Some(Value::String(word)) if word == "auto" => None,
-        Some(Value::Integer(count)) => Some(document.whole(key, count, 1..=DirectParams::MOST)?),
-        Some(other) => {
-            return Err(document.outside(
-                key,
-                shown(&other),
-                &format!("\"auto\" or a whole number from 1 to {}", DirectParams::MOST),
-            ));
-        }
-    };
     let standard = DirectParams::default();
     Ok(DirectParams {
-        history,
+        history: pairs(document, "method.direct.history", raw.history, DirectParams::MOST)?,
         tolerance: document.between(
             "method.direct.tolerance",
             raw.tolerance.unwrap_or(standard.tolerance),
             1.0,
         )?,
         nested: raw.nested.unwrap_or(standard.nested),
+        ..standard
     })
 }
 
@@ -184,5 +180,6 @@ fn admm(document: &Document, raw: RawAdmm) -> Result<AdmmParams, Failure> {
         )?,
         nested: raw.nested.unwrap_or(standard.nested),
         nso,
+        ..standard
     })
 }

@@ -108,7 +108,7 @@ pub(super) struct RawDirect {
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLbfgs {
-    pub history: Option<i64>,
+    pub history: Option<Value>,
     pub tolerance: Option<f64>,
     pub nested: Option<bool>,
 }

@@ -229,7 +229,7 @@ fn blurred<T: Real>(grid: &Grid, metric: Metric, e: &[T], threads: usize) -> Vec
     let mut memory = Memory::new(1 << 22);
     let levels = Levels::<T>::carve(&mut Arena::new(memory.block()), grid, metric.filters).unwrap();
     let mut ledger = Ledger::new();
-    Blur::<T>::requirement(&mut ledger, grid, metric.filters, threads);
+    Blur::<T>::carve(&levels, 0, metric, threads, &mut Pool::measuring(&mut ledger));
     let mut work = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
     let mut out = e.to_vec();
     with_threads(threads, |exec| {

@@ -97,7 +97,7 @@ fn converged_only_when_both_halves_agree() {
     scene.params.admm.density_tolerance = 1e9;
     let solved = scene.solve_alone::<f64, D2>();
     match solved.status {
-        Status::Converged => assert!(solved.history.last().unwrap().admm.gap <= 0.01),
+        Status::Converged => assert!(solved.history.last().unwrap().report.get("gap").unwrap() <= 0.01),
         status => assert_eq!(status, Status::Stalled),
     }
 }

@@ -23,21 +23,17 @@ fn with_step<T: Real, R>(
     tolerance: f64,
     work: impl FnOnce(&mut Step<'_, T>, &mut [f64]) -> R,
 ) -> R {
-    let mut ledger = Ledger::new();
-    Step::<T>::requirement(&mut ledger, grid, 1);
-    let mut numbers = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
     let mut memory = Memory::new(1 << 20);
     let levels = Levels::carve(&mut Arena::new(memory.block()), grid, 0).unwrap();
-    let mut step = Step::carve(
-        &levels,
-        0,
-        Setup {
-            viscosity,
-            tolerance,
-            threads: 1,
-        },
-        &mut Pool::new(&mut numbers),
-    );
+    let setup = Setup {
+        viscosity,
+        tolerance,
+        threads: 1,
+    };
+    let mut ledger = Ledger::new();
+    Step::<T>::carve(&levels, 0, setup, &mut Pool::measuring(&mut ledger));
+    let mut elements = vec![T::from_f64(f64::NAN); ledger.elements(T::BYTES)];
+    let mut step = Step::carve(&levels, 0, setup, &mut Pool::new(&mut elements));
     work(&mut step, &mut vec![0.0; 2 * grid.rows()])
 }
 
@@ -442,7 +438,7 @@ fn adjoint_control_of_circle_to_two_circles() {
     let evaluations: usize = solved
         .history
         .iter()
-        .map(|progress| progress.direct.evaluations)
+        .map(|progress| progress.report.get("evaluations").unwrap() as usize)
         .sum();
     println!(
         "J = {} after {} iterations, {evaluations} evaluations",
@@ -677,7 +673,7 @@ fn parameters_out_of_range_are_refused() {
         refused(|params| params.lbfgs.tolerance = -1e-3),
         "lbfgs.tolerance"
     );
-    assert_eq!(refused(|params| params.lbfgs.history = 9), "lbfgs.history");
+    assert_eq!(refused(|params| params.lbfgs.history = Some(9)), "lbfgs.history");
 }
 
 #[test]

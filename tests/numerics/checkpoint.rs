@@ -157,7 +157,7 @@ fn choices_with_state_of_their_own_go_on() {
     (long.params.iterations, long.params.direct.tolerance) = (12, 1e-12);
     goes_on::<f32, D2>(&long);
     long.params.method = Method::Lbfgs;
-    (long.params.lbfgs.history, long.params.lbfgs.tolerance) = (2, 1e-12);
+    (long.params.lbfgs.history, long.params.lbfgs.tolerance) = (Some(2), 1e-12);
     goes_on::<f64, D2>(&long);
 }
 
@@ -166,7 +166,7 @@ fn choices_with_state_of_their_own_go_on() {
 fn the_scene_above_begins_on_a_coarser_grid() {
     let scene = by(Method::Direct, Scene::small(&[32, 20], "wp", 5));
     let solved = scene.solve_alone::<f64, D2>();
-    assert!(solved.history[0].direct.level > 0 && solved.history.last().unwrap().direct.level == 0);
+    assert!(solved.history[0].level > 0 && solved.history.last().unwrap().level == 0);
 }
 
 #[test]

@@ -57,11 +57,7 @@ fn the_nested_start_is_ahead() {
         scene.densities = vec![balls([0.3, 0.3]), balls([0.7, 0.7])];
         let solved = scene.solve_alone::<f64, D2>();
         check(&scene, &solved, f64::EPSILON);
-        let levels: Vec<usize> = solved
-            .history
-            .iter()
-            .map(|progress| progress.direct.level)
-            .collect();
+        let levels: Vec<usize> = solved.history.iter().map(|progress| progress.level).collect();
         assert_eq!(
             levels.iter().filter(|&&level| level == 0).count(),
             8,
@@ -101,7 +97,7 @@ fn feasible<T: Real, S: Space>(cells: &[usize], ends: &str, scheme: Scheme) {
     let first = solved
         .history
         .iter()
-        .find(|progress| progress.direct.level == 0)
+        .find(|progress| progress.level == 0)
         .unwrap();
     assert!(
         total(&solved) < first.objective.total(),
@@ -264,7 +260,7 @@ fn a_flow_that_is_given_passes_through_the_coarser_grids() {
             Solved::run(&scene, solver, &Serial, &mut Silent)
         });
         check(&scene, &solved, f64::EPSILON);
-        assert_eq!(solved.history[0].direct.level, 1);
+        assert_eq!(solved.history[0].level, 1);
         for v in &solved.velocity {
             assert!(
                 v[0].iter().all(|&x| (x - 0.01).abs() < 1e-4),

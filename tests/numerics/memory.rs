@@ -33,7 +33,7 @@ fn random_scene(random: &mut Random, dims: usize) -> Scene {
     scene.params.threads = random.pick(&[1, 1, 2, 3, 7]);
     scene.params.ceiling = random.pick(&[None, Some(0), Some(1 << 18), Some(1 << 24)]);
     scene.params.method = random.pick(&METHODS);
-    scene.params.lbfgs.history = random.between(1, 8);
+    scene.params.lbfgs.history = Some(random.between(1, 8));
     scene.params.lbfgs.nested = random.coin();
     if scene.params.method == Method::Simulate && random.coin() {
         scene.keyframes.clear();

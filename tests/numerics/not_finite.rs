@@ -7,12 +7,10 @@ use core::cell::Cell;
 use core::ops::ControlFlow;
 use thurible_core::exec::Exec;
 use thurible_core::field::trajectory::Shape;
-use thurible_core::optimise::descent::{Descent, Function, Outcome};
+use thurible_core::optimise::descent::{Course, Descent, Function, Outcome};
 use thurible_core::optimise::lbfgs::{self, Borrowed, Fields, Initial, QuasiNewton};
 use thurible_core::transport::Stop;
-use thurible_core::{
-    D2, DirectProgress, Event, Method, Objective, Observer, Params, Real, Serial, Silent, Status,
-};
+use thurible_core::{D2, Event, Method, Objective, Observer, Params, Real, Serial, Silent, Status};
 
 /// Two steps, in which a ball is to cross most of the box, at hardly any price.
 fn violent(method: Method) -> Scene {
@@ -200,13 +198,7 @@ fn descend(
     let mut descent = Descent::new(4);
     let mut outcome = Ok(Outcome::Goes);
     for _ in 0..30 {
-        let step = descent.iterate::<f64, D2>(
-            &Serial,
-            &mut Silent,
-            &mut bowl,
-            1e-12,
-            &mut DirectProgress::default(),
-        );
+        let step = descent.iterate::<f64, D2>(&Serial, &mut Silent, &mut bowl, 1e-12, &mut Course::default());
         outcome = step.map(|(outcome, _)| outcome);
         if outcome != Ok(Outcome::Goes) {
             break;

@@ -12,7 +12,7 @@ use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::memory::Arena;
 use thurible_core::memory::{Ledger, Pool};
-use thurible_core::poisson::{Projection, multigrid};
+use thurible_core::poisson::Projection;
 use thurible_core::{Event, Observer, Real};
 
 const GRIDS: [(&[usize], &str); 11] = [
@@ -80,20 +80,15 @@ fn project_by<T: Real>(
     tolerance: f64,
     most: usize,
 ) -> Done {
-    let mut ledger = Ledger::new();
-    Projection::<T>::requirement(&mut ledger, grid, slots, 2);
-    let more = if by == By::Multigrid {
-        multigrid::numbers(grid, slots) + 2 * multigrid::scratch_per_thread(grid, slots)
-    } else {
-        0
-    };
-    let mut numbers = vec![T::from_f64(1e30); ledger.bytes().unwrap() / T::BYTES + more];
     let mut sums = vec![0.0; 2 * grid.rows()];
     let mut memory = Memory::new(1 << 21);
     let mut levels = Levels::<T>::carve(&mut Arena::new(memory.block()), grid, 0).unwrap();
     if by == By::Multigrid {
         levels.eigenvectors = &[];
     }
+    let mut ledger = Ledger::new();
+    Projection::<T>::carve(&levels, 0, slots, 2, &mut Pool::measuring(&mut ledger));
+    let mut numbers = vec![T::from_f64(1e30); ledger.elements(T::BYTES)];
     let (flow, cycles) = with_threads(2, |exec| {
         let mut projection = Projection::carve(&levels, 0, slots, 2, &mut Pool::new(&mut numbers));
         let mut observed = Cycles { count: 0, most };

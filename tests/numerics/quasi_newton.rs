@@ -7,7 +7,7 @@ use thurible_core::Serial;
 use thurible_core::field::trajectory::Shape;
 use thurible_core::force::time_line::TimeLine;
 use thurible_core::grid::Grid;
-use thurible_core::memory::Pool;
+use thurible_core::memory::{Ledger, Pool};
 use thurible_core::optimise::lbfgs::{self, Fields, Initial, QuasiNewton};
 
 const SLOTS: usize = 5;
@@ -23,6 +23,13 @@ fn hessian(grid: &Grid, kappa: f64, drag: f64, x: &[f64]) -> Vec<f64> {
         kappa * x[index] + (1.0 + drag) * force(slot) - if slot + 1 < SLOTS { force(slot + 1) } else { 0.0 }
     };
     (0..x.len()).map(number).collect()
+}
+
+/// Elements of the fields of `pairs` pairs.
+fn elements(grid: &Grid, pairs: usize) -> usize {
+    let mut ledger = Ledger::new();
+    lbfgs::take(grid, SLOTS, pairs, &mut Pool::<f64>::measuring(&mut ledger));
+    ledger.elements(8)
 }
 
 #[test]
@@ -122,7 +129,7 @@ fn descends(most: usize) -> f64 {
         weight,
         linear: random.faces(&grid, SLOTS),
     };
-    let mut numbers = vec![f64::NAN; lbfgs::numbers(&grid, SLOTS, most)];
+    let mut numbers = vec![f64::NAN; elements(&grid, most)];
     let mut fields = lbfgs::take(&grid, SLOTS, most, &mut Pool::new(&mut numbers));
     let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; lbfgs::sums_per_row(most) * grid.rows()]);
     let initial = Initial {
@@ -205,7 +212,7 @@ fn pairs_of_negative_curvature_are_left_out() {
         grid: &grid,
         slots: SLOTS,
     };
-    let mut numbers = vec![0.0; lbfgs::numbers(&grid, SLOTS, 2)];
+    let mut numbers = vec![0.0; elements(&grid, 2)];
     let mut fields = lbfgs::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
     let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; lbfgs::sums_per_row(2) * grid.rows()]);
     let initial = Initial {

@@ -289,20 +289,15 @@ fn run(
     source: &[f64],
     stop: usize,
 ) -> Result<Vec<f64>, Stop> {
+    let stepping = Advection {
+        scheme: Scheme::Quick,
+        tolerance: 1e-12,
+    }
+    .into();
     let mut ledger = Ledger::new();
-    Transport::<f64>::requirement(&mut ledger, grid, 1);
-    let (mut numbers, mut sums) = (vec![0.0; ledger.bytes().unwrap() / 8], vec![0.0; grid.rows()]);
-    let mut transport = Transport::carve(
-        grid,
-        Advection {
-            scheme: Scheme::Quick,
-            tolerance: 1e-12,
-        }
-        .into(),
-        1.0,
-        1,
-        &mut Pool::new(&mut numbers),
-    );
+    Transport::<f64>::carve(grid, stepping, 1.0, 1, &mut Pool::measuring(&mut ledger));
+    let (mut elements, mut sums) = (vec![0.0; ledger.elements(8)], vec![0.0; grid.rows()]);
+    let mut transport = Transport::carve(grid, stepping, 1.0, 1, &mut Pool::new(&mut elements));
     let mut rho = source.repeat(slots + 2);
     let mut observer = Stopper(stop);
     transport

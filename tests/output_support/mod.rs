@@ -5,10 +5,10 @@ use core::marker::PhantomData;
 use thurible::keyframes::{Canvas, ShapeSpec};
 use thurible::output::{Frames, Precision, Sample, Samples};
 use thurible::report::{
-    AdmmRecord, AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord,
+    AdvectionRecord, Facts, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord,
     RunRecord, SecondsRecord,
 };
-use thurible_core::{Method, Status};
+use thurible_core::{Fact, Kind, Method, Status};
 
 /// A trajectory without a solver; values tell which field, step and place they come from.
 pub struct MadeUp<T> {
@@ -247,9 +247,16 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
     }
 }
 
+const AO_STEP: Fact = Fact::new("ao_step", Kind::Number, "step");
+const DENSITY_CHANGE: Fact = Fact::new("density_change", Kind::Number, "change").in_chart("Change");
+const NSO_RESIDUALS: Fact = Fact::new("nso_residuals", Kind::Series, "residuals").in_chart("Residuals");
+const KKT: Fact = Fact::new("kkt", Kind::Number, "violation").in_chart("Optimality");
+const HELD: Fact = Fact::new("held", Kind::Flag, "held");
+
 fn entry(iteration: usize) -> IterationRecord {
     let late = iteration as f64;
     let wobble = 1.0 + 0.15 * (2.3 * late).sin();
+    let cycles = (0..5).map(|cycle| 0.02 * (-0.1 * late).exp() * 0.17_f64.powi(cycle));
     IterationRecord {
         iteration,
         seconds: 3.9 * late,
@@ -257,18 +264,13 @@ fn entry(iteration: usize) -> IterationRecord {
             data: 2400.0 * (-0.25 * late).exp() + 38.0,
             force: 19.0 * (1.0 - (-0.2 * late).exp()) * wobble,
         },
-        admm: Some(AdmmRecord {
-            ao_step: 1.0,
-            density_change: 0.9 * (-0.13 * late).exp() * wobble,
-            nso_residuals: (0..5)
-                .map(|cycle| 0.02 * (-0.1 * late).exp() * 0.17_f64.powi(cycle))
-                .collect(),
-            kkt: 0.6 * (-0.11 * late).exp() * wobble,
-            ao_residuals: vec![0.2 * (-0.08 * late).exp(); 2],
-            gap: 0.05 * (-0.15 * late).exp(),
-            data_of_star: 2400.0 * (-0.3 * late).exp() + 35.0,
-            held: iteration % 3 == 1,
-        }),
-        direct: None,
+        level: None,
+        facts: Facts(vec![
+            (AO_STEP, vec![1.0]),
+            (DENSITY_CHANGE, vec![0.9 * (-0.13 * late).exp() * wobble]),
+            (NSO_RESIDUALS, cycles.collect()),
+            (KKT, vec![0.6 * (-0.11 * late).exp() * wobble]),
+            (HELD, vec![if iteration % 3 == 1 { 1.0 } else { 0.0 }]),
+        ]),
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::output_support::{MadeUp, Number, record};
 use crate::support::without_pictures;
 use thurible::output::{Frames, OutputError, Samples};
-use thurible::report::{RunRecord, write_numbers, write_pictures};
+use thurible::report::{Facts, RunRecord, write_numbers, write_pictures};
 use thurible_core::Status;
 
 fn write(folder: &Path, frames: &dyn Frames, record: &RunRecord, images: bool) -> Result<(), OutputError> {
@@ -135,7 +135,7 @@ fn the_record_is_json_and_what_is_not_finite_is_null() {
     let mut record = record(&frames, 3);
     record.objective.force = f64::NAN;
     record.history[1].objective.data = f64::INFINITY;
-    record.history[2].admm = None;
+    record.history[2].facts = Facts::default();
     write(&folder, &frames, &record, false).unwrap();
     let json: serde_json::Value =
         serde_json::from_slice(&fs::read(folder.join("report.json")).unwrap()).unwrap();

@@ -35,7 +35,7 @@ fn triad_of(exec: &dyn Exec, rows: usize, a_row: usize) -> Result<f64, Failure> 
         let mut arena = Arena::new(block);
         let mut array = || {
             arena
-                .take::<f32>(elements)
+                .take::<f32>("array", elements)
                 .map_err(|TooSmall { .. }| no_memory(bytes))
         };
         let (a, b, c) = (array()?, array()?, array()?);

@@ -54,7 +54,7 @@ impl Default for ThuribleConfig {
             nso_cycles: narrow(admm.nso.cycles),
             nso_tolerance: admm.nso.tolerance,
             nso_norm: ThuribleNorm::Scaled as u32,
-            lbfgs_history: narrow(lbfgs.history),
+            lbfgs_history: THURIBLE_AUTOMATIC,
             lbfgs_tolerance: lbfgs.tolerance,
             lbfgs_nested: u32::from(lbfgs.nested),
             reserved: 0,

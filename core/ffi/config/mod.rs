@@ -90,7 +90,7 @@ pub struct ThuribleConfig {
     pub nso_tolerance: f64,
     /// ADMM: a `ThuribleNorm`; scaled by default.
     pub nso_norm: u32,
-    /// L-BFGS over forces: pairs from 1 to 8.
+    /// L-BFGS over forces: pairs from 1 to 8, or `THURIBLE_AUTOMATIC`.
     pub lbfgs_history: u32,
     /// L-BFGS over forces: stop as `direct_tolerance`.
     pub lbfgs_tolerance: f64,

@@ -111,13 +111,14 @@ impl ThuribleConfig {
             threads: self.threads,
             ceiling: (self.memory_ceiling != 0).then_some(self.memory_ceiling),
             direct: DirectParams {
-                history: (self.direct_history != THURIBLE_AUTOMATIC).then(|| wide(self.direct_history)),
+                history: pairs(self.direct_history),
                 nested: flag("direct_nested", self.direct_nested)?,
                 tolerance: self.direct_tolerance,
+                ..DirectParams::default()
             },
             admm: self.admm()?,
             lbfgs: LbfgsParams {
-                history: wide(self.lbfgs_history),
+                history: pairs(self.lbfgs_history),
                 tolerance: self.lbfgs_tolerance,
                 nested: flag("lbfgs_nested", self.lbfgs_nested)?,
             },
@@ -149,6 +150,7 @@ impl ThuribleConfig {
                 cycles: wide(self.nso_cycles),
                 tolerance: self.nso_tolerance,
             },
+            ..AdmmParams::default()
         })
     }
 }
@@ -161,4 +163,9 @@ fn first<V>(values: &[V; 3], dims: usize) -> &[V] {
 /// A count that fits the core's counts on every machine.
 fn wide(count: u32) -> usize {
     usize::try_from(count).unwrap_or(usize::MAX)
+}
+
+/// Pairs of L-BFGS, or `None` for as many as memory allows.
+fn pairs(given: u32) -> Option<usize> {
+    (given != THURIBLE_AUTOMATIC).then(|| wide(given))
 }

@@ -35,30 +35,20 @@ pub struct ThuribleProgress {
 
 impl From<&Progress> for ThuribleProgress {
     fn from(progress: &Progress) -> Self {
-        let Progress {
-            iteration,
-            status,
-            objective,
-            admm,
-            direct,
-        } = progress;
+        let fact = |name: &str| progress.report.get(name);
         Self {
-            status: (*status).into(),
-            iteration: *iteration,
-            data: objective.data,
-            force: objective.force,
-            cells: direct.cells,
-            level: direct.level,
-            level_iteration: direct.level_iteration,
-            step: if direct.level_iteration > 0 {
-                direct.step
-            } else {
-                admm.ao_step
-            },
-            evaluations: direct.evaluations,
-            density_change: admm.density_change,
-            gap: admm.gap,
-            kkt: admm.kkt,
+            status: progress.status.into(),
+            iteration: progress.iteration,
+            data: progress.objective.data,
+            force: progress.objective.force,
+            cells: progress.cells,
+            level: progress.level,
+            level_iteration: progress.level_iteration,
+            step: fact("step").or(fact("ao_step")).unwrap_or_default(),
+            evaluations: fact("evaluations").unwrap_or_default() as usize,
+            density_change: fact("density_change").unwrap_or_default(),
+            gap: fact("gap").unwrap_or_default(),
+            kkt: fact("kkt").unwrap_or_default(),
         }
     }
 }

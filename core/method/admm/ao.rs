@@ -12,14 +12,22 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Pool, Sharing};
+use crate::objective::flow;
 use crate::objective::keyframes::Keyframes;
-use crate::objective::sweep::{self, Carrier, densities};
-use crate::observe::{Event, Observer};
+use crate::objective::sweep::{DensitySweep, densities};
+use crate::observe::{Event, Observer, Phase};
 use crate::poisson::Projection;
 use crate::real::Real;
 use crate::transport::{Flow, Stop};
 use core::ops::ControlFlow;
+
+/// How observers hear of a call.
+pub const AO: Phase = Phase {
+    name: "ao",
+    words: "advection problem",
+    measure: "objective",
+};
 
 /// The smallest blending step that is tried.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
@@ -33,10 +41,8 @@ pub struct Setup {
     pub iterations: usize,
     /// Momentum beta between the iterations of a call.
     pub momentum: f64,
-    /// Relative tolerance of the projection.
-    pub projection_tolerance: f64,
-    /// Transport and metric.
-    pub carrier: sweep::Setup,
+    /// The objective of a flow.
+    pub flow: flow::Setup,
 }
 
 /// The fields of a call.
@@ -78,34 +84,28 @@ pub struct Info {
     pub density_change: f64,
 }
 
-/// Writes the ledger lines of a call's work in the shared pool.
-pub fn requirement<T: Real>(ledger: &mut Ledger, grid: &Grid, setup: &Setup) {
-    ledger.group("advection problem (AO)", Sharing::InTurn, |ledger| {
-        ledger.group("forward and backward", Sharing::Together, |ledger| {
-            ledger.line(
-                "densities of a trial",
-                pooled(densities(grid, setup.carrier.slots)),
-                T::BYTES,
-            );
-            Carrier::<T>::requirement(ledger, grid, &setup.carrier);
-        });
-        Projection::<T>::requirement(ledger, grid, setup.carrier.slots, setup.carrier.threads);
+/// What a call takes of a region in turn, for a pool that measures.
+pub fn measure<'l, T: Real>(levels: &'l Levels<'_, T>, setup: &Setup, pool: &mut Pool<'l, T>) {
+    pool.group("advection problem (AO)", Sharing::InTurn, |pool| {
+        Trial::carve(levels, setup, pool);
+        let sweep = &setup.flow.sweep;
+        Projection::carve(levels, 0, sweep.slots, sweep.threads, pool);
     });
 }
 
 /// A flow that is tried, in the shared pool: its densities and what carries them.
 struct Trial<'a, T> {
     rho: &'a mut [T],
-    carrier: Carrier<'a, T>,
+    sweep: DensitySweep<'a, T>,
 }
 
 impl<'a, T: Real> Trial<'a, T> {
-    fn carve(levels: &'a Levels<'_, T>, setup: &Setup, region: &'a mut [T]) -> Self {
-        let mut pool = Pool::new(region);
-        Self {
-            rho: pool.take(densities(&levels.finest, setup.carrier.slots)),
-            carrier: Carrier::carve(levels, 0, &setup.carrier, &mut pool),
-        }
+    fn carve(levels: &'a Levels<'_, T>, setup: &Setup, pool: &mut Pool<'a, T>) -> Self {
+        let sweep = &setup.flow.sweep;
+        pool.group("forward and backward", Sharing::Together, |pool| Self {
+            rho: pool.take("densities of a trial", densities(&levels.finest, sweep.slots)),
+            sweep: DensitySweep::carve(levels, 0, sweep, pool),
+        })
     }
 
     /// The data term of v* + `s` direction.
@@ -117,7 +117,7 @@ impl<'a, T: Real> Trial<'a, T> {
         s: f64,
         sums: &mut [f64],
     ) -> Result<f64, Stop> {
-        let cells = self.carrier.grid().cells();
+        let cells = self.sweep.grid().cells();
         self.rho[..cells].copy_from_slice(&fields.rho[..cells]);
         let along = (s != 0.0).then(|| (view(&fields.direction), T::from_f64(s)));
         let flow = Flow {
@@ -125,7 +125,7 @@ impl<'a, T: Real> Trial<'a, T> {
             v: view(&fields.star),
             along,
         };
-        self.carrier
+        self.sweep
             .carry(exec, observer, &flow, self.rho, fields.keyframes, sums)
     }
 
@@ -140,7 +140,7 @@ impl<'a, T: Real> Trial<'a, T> {
         momentum: f64,
         sums: &mut [f64],
     ) -> Result<(), Stop> {
-        let (grid, slots) = (self.carrier.grid(), setup.carrier.slots);
+        let (grid, slots) = (self.sweep.grid(), setup.flow.sweep.slots);
         let (n, scale, momentum) = (grid.n[0], T::from_f64(1.0 / setup.penalty), T::from_f64(momentum));
         let Fields {
             v,
@@ -157,7 +157,7 @@ impl<'a, T: Real> Trial<'a, T> {
             v: star,
             along: None,
         };
-        self.carrier.sweep_back(
+        self.sweep.sweep_back(
             exec,
             observer,
             &flow,
@@ -197,10 +197,10 @@ pub fn solve<T: Real>(
     sums: &mut [f64],
 ) -> Result<Info, Stop> {
     let grid = &levels.finest;
-    let slots = setup.carrier.slots;
+    let slots = setup.flow.sweep.slots;
     let mut info = Info::default();
     for iteration in 0..setup.iterations {
-        let mut trial = Trial::carve(levels, setup, &mut *region);
+        let mut trial = Trial::carve(levels, setup, &mut Pool::new(&mut *region));
         if iteration == 0 {
             info.data = trial.carry(exec, observer, &fields, 0.0, sums)?;
             info.objective = info.data + distance(exec, grid, setup, &fields, 0.0, sums);
@@ -236,17 +236,16 @@ pub fn solve<T: Real>(
             sums,
             &mut info,
         )?;
-        if observer
-            .on(Event::AoIteration {
-                objective: info.objective,
-                step: info.step,
-            })
-            .is_break()
-        {
+        let event = Event::PhaseStep {
+            phase: AO,
+            step: iteration + 1,
+            value: info.objective,
+        };
+        if observer.on(event).is_break() {
             return Err(Stop::Cancelled);
         }
     }
-    let trial = Trial::carve(levels, setup, region);
+    let trial = Trial::carve(levels, setup, &mut Pool::new(region));
     info.density_change = exchange(exec, grid, trial.rho, fields.rho, sums);
     Ok(info)
 }
@@ -260,9 +259,18 @@ fn project<T: Real>(
     region: &mut [T],
     sums: &mut [f64],
 ) -> Result<(), Stop> {
-    let slots = setup.carrier.slots;
-    let mut projection = Projection::carve(levels, 0, slots, setup.carrier.threads, &mut Pool::new(region));
-    match projection.project(exec, observer, slots, v, None, setup.projection_tolerance, sums) {
+    let slots = setup.flow.sweep.slots;
+    let mut projection =
+        Projection::carve(levels, 0, slots, setup.flow.sweep.threads, &mut Pool::new(region));
+    match projection.project(
+        exec,
+        observer,
+        slots,
+        v,
+        None,
+        setup.flow.projection_tolerance,
+        sums,
+    ) {
         ControlFlow::Continue(_) => Ok(()),
         ControlFlow::Break(()) => Err(Stop::Cancelled),
     }
@@ -280,7 +288,7 @@ fn distance<T: Real>(
     let (star, direction, slots, s) = (
         view(&fields.star),
         view(&fields.direction),
-        setup.carrier.slots,
+        setup.flow.sweep.slots,
         T::from_f64(s),
     );
     let total = sums::total(exec, grid, sums, |row| {
@@ -310,7 +318,7 @@ fn blend<T: Real>(
     info: &mut Info,
 ) -> Result<(), Stop> {
     let grid = &levels.finest;
-    let mut trial = Trial::carve(levels, setup, region);
+    let mut trial = Trial::carve(levels, setup, &mut Pool::new(region));
     info.step = 0.0;
     while *step >= SMALLEST_STEP {
         let data = match trial.carry(exec, observer, fields, *step, sums) {
@@ -329,7 +337,7 @@ fn blend<T: Real>(
         let (direction, s, slots) = (
             view(&fields.direction),
             T::from_f64(info.step),
-            setup.carrier.slots,
+            setup.flow.sweep.slots,
         );
         let star = reborrow(&mut fields.star);
         for_rows(exec, grid.rows(), RowBuffers::fields(star), |task| {

@@ -1,15 +1,16 @@
 //! The stop (mathematics section 5), and the fall-back to the plain augmented Lagrangian.
 
 use super::Admm;
+use super::report::Course;
 use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::{sums, view};
 use crate::grid::Space;
 use crate::memory::Pool;
 use crate::objective::keyframes::Keyframes;
-use crate::objective::sweep::{Carrier, densities};
+use crate::objective::sweep::{DensitySweep, densities};
 use crate::observe::Observer;
-use crate::progress::{Objective, Progress, Status};
+use crate::progress::{Objective, Status};
 use crate::real::Real;
 use crate::transport::{Flow, Stop};
 
@@ -53,20 +54,21 @@ impl History {
 }
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
-    /// How the iteration ends the solve, if it does.
-    pub(super) fn check(&mut self, progress: &Progress) -> Result<(), Status> {
-        let admm = &progress.admm;
-        let agree = (progress.objective.data - admm.data_of_star).abs() <= AGREEMENT * admm.data_of_star;
-        let still = self.iteration > 1 && admm.density_change < self.settings.params.density_tolerance;
-        let trusted = admm.ao_step >= TRUSTED_STEP || admm.ao_residuals.last() == Some(&0.0);
-        if still && trusted && admm.gap <= GAP && agree {
+    /// How an iteration with this objective of v ends the solve, if it does.
+    pub(super) fn check(&mut self, objective: Objective, course: &Course) -> Result<(), Status> {
+        let agree = (objective.data - course.data_of_star).abs() <= AGREEMENT * course.data_of_star;
+        let still = self.iteration > 1 && course.density_change < self.setup.params.density_tolerance;
+        let trusted = course.ao_step >= TRUSTED_STEP || course.ao_residuals.last() == Some(&0.0);
+        if still && trusted && course.gap <= GAP && agree {
             return Err(Status::Converged);
         }
         self.history.still = if still { self.history.still + 1 } else { 0 };
-        match () {
-            () if self.history.still >= PATIENCE => Err(Status::Stalled),
-            () if self.iteration >= self.settings.iterations => Err(Status::MaxIterations),
-            () => Ok(()),
+        if self.history.still >= PATIENCE {
+            Err(Status::Stalled)
+        } else if self.iteration >= self.setup.iterations {
+            Err(Status::MaxIterations)
+        } else {
+            Ok(())
         }
     }
 
@@ -77,23 +79,24 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         observer: &mut dyn Observer,
         keyframes: &Keyframes<'_, T>,
     ) -> Result<Objective, Status> {
-        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
+        let (grid, slots) = (&self.animation.levels.finest, self.slots());
         let mut pool = Pool::new(&mut *self.region);
-        let rho = pool.take(densities(grid, slots));
-        let mut carrier = Carrier::carve(&self.levels, 0, &self.settings.setup.carrier, &mut pool);
-        rho[..grid.cells()].copy_from_slice(&self.rho[..grid.cells()]);
+        let rho = pool.take("densities of v", densities(grid, slots));
+        let mut sweep = DensitySweep::carve(&self.animation.levels, 0, &self.setup.ao.flow.sweep, &mut pool);
+        rho[..grid.cells()].copy_from_slice(&self.animation.rho[..grid.cells()]);
         let flow = Flow {
-            initial: view(&self.initial),
-            v: view(&self.v),
+            initial: view(&self.animation.initial),
+            v: view(&self.animation.v),
             along: None,
         };
-        let data = match carrier.carry(exec, observer, &flow, rho, keyframes, self.sums) {
+        let data = match sweep.carry(exec, observer, &flow, rho, keyframes, self.animation.sums) {
             Ok(data) => data,
             Err(Stop::Cancelled) => return Err(Status::Cancelled),
             Err(Stop::TooFast) => f64::INFINITY,
         };
-        let force =
-            0.5 * self.settings.force_weight * sums::sum_squares(exec, grid, slots, view(&self.w), self.sums);
+        let force = 0.5
+            * self.setup.ao.flow.force_weight
+            * sums::sum_squares(exec, grid, slots, view(&self.w), self.animation.sums);
         Ok(Objective { data, force })
     }
 }

@@ -12,156 +12,100 @@
 pub mod ao;
 mod check;
 mod nested;
+pub mod params;
+mod report;
 mod update_density;
 mod update_multiplier;
 mod update_velocity;
 
-use crate::checkpoint::{Damaged, MANY, Record};
+use crate::checkpoint::{Damaged, MANY, Mix, Record};
 use crate::exec::Exec;
 use crate::field::slot::{RETREATS, pull_towards};
 use crate::field::trajectory::{self, Shape as Trajectory};
 use crate::field::{Vector, VectorMut, means, view};
-use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
-use crate::memory::{Arena, TooSmall};
-use crate::memory::{Ledger, Pool, Sharing};
-use crate::nso::{self, Bases, Nso, NsoParams, NsoSolver, Shape};
+use crate::memory::{Layout, Ledger, Pool, TooSmall};
+use crate::method::animation::Animation;
+use crate::method::contract::{Contract, Measure, Parts};
+use crate::method::params::Params;
+use crate::method::refusal::PlanError;
+use crate::nso::damping::LocalDamping;
+use crate::nso::{self, Bases, NsoSolver, Shape, Workspace, newton};
+use crate::objective::flow;
 use crate::objective::keyframes::Keyframes;
-use crate::objective::sweep::{self, densities};
 use crate::observe::{Event, Observer, Silent};
-use crate::poisson::{self, Projection};
-use crate::problem::{Problem, ProblemError, positive};
+use crate::poisson::Projection;
+use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
-
 use core::marker::PhantomData;
-
-/// What a caller chooses for ADMM.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AdmmParams {
-    /// Penalty K, in the scene's units.
-    pub penalty: f64,
-    /// Relaxation beta.
-    pub relaxation: f64,
-    /// Fixed-point iterations of AO in each outer iteration.
-    pub ao_iterations: usize,
-    /// Momentum between the iterations of one AO, at least 0 and below 1; 0 is the paper's AO.
-    pub ao_momentum: f64,
-    /// Stop when rho changes less than this times max rho_0 in an outer iteration.
-    pub density_tolerance: f64,
-    /// Whether the flow begins as that of the same scene on a grid of half as many cells an axis, solved first.
-    pub nested: bool,
-    /// The Navier-Stokes problem.
-    pub nso: NsoParams,
-}
-
-impl Default for AdmmParams {
-    fn default() -> Self {
-        Self {
-            penalty: 1e3,
-            relaxation: 1.0,
-            ao_iterations: 2,
-            ao_momentum: 0.0,
-            density_tolerance: 0.01,
-            nested: true,
-            nso: NsoParams::default(),
-        }
-    }
-}
-
-impl AdmmParams {
-    /// Most fixed-point iterations of AO in an outer iteration.
-    pub const MOST_AO_ITERATIONS: usize = 1000;
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`ProblemError::NotPositive`] names the first that is wrong.
-    pub fn check(&self) -> Result<(), ProblemError> {
-        positive("admm.penalty", self.penalty)?;
-        positive("admm.relaxation", self.relaxation)?;
-        positive("admm.ao_iterations", self.ao_iterations as f64)?;
-        if !(0.0..1.0).contains(&self.ao_momentum) {
-            return Err(ProblemError::Momentum {
-                given: self.ao_momentum,
-            });
-        }
-        positive("admm.density_tolerance", self.density_tolerance)?;
-        positive("admm.nso_tolerance", self.nso.tolerance)?;
-        positive("admm.nso_cycles", self.nso.cycles as f64)
-    }
-}
-
-/// The sizes that the buffers follow from.
-#[derive(Clone, Copy, Debug)]
-pub struct Dimensions {
-    /// The finest grid.
-    pub grid: Grid,
-    /// Slots T = N - 1.
-    pub slots: usize,
-    /// Filters of the metric.
-    pub filters: usize,
-    /// Threads that scratch is planned for.
-    pub threads: usize,
-    /// How the smoother uses its memory.
-    pub shape: Shape,
-}
+use params::AdmmParams;
+use report::Course;
 
 /// All that a solve follows from but its densities, in scaled numbers.
 #[derive(Clone, Copy, Debug)]
-pub struct Settings {
-    /// The sizes.
-    pub dimensions: Dimensions,
+pub struct Setup {
+    /// The finest grid.
+    pub grid: Grid,
+    /// AO's numbers, the objective among them; max rho_0 is set with the source.
+    pub ao: ao::Setup,
     /// The caller's choices.
     pub params: AdmmParams,
-    /// AO's numbers; max rho_0 is set with the source.
-    pub setup: ao::Setup,
-    /// nu in scaled numbers.
-    pub viscosity: f64,
-    /// r.
-    pub force_weight: f64,
+    /// How the smoother uses memory.
+    pub shape: Shape,
     /// Outer iterations at most.
     pub iterations: usize,
 }
 
-impl Settings {
-    /// The settings of `problem`.
+impl Setup {
+    /// That of `problem`.
     #[must_use]
-    pub fn new(
-        problem: &Problem<'_>,
-        params: &AdmmParams,
-        dimensions: Dimensions,
-        iterations: usize,
-    ) -> Self {
-        let units = problem.units();
-        let setup = ao::Setup {
-            penalty: params.penalty * units.velocity * units.velocity,
-            iterations: params.ao_iterations,
-            momentum: params.ao_momentum,
-            projection_tolerance: problem.projection_tolerance,
-            carrier: sweep::Setup::new(problem, dimensions.threads),
-        };
-        let (viscosity, force_weight) = (problem.scaled_viscosity(), problem.scaled_force_weight());
+    pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
+        let (admm, units) = (params.admm, problem.units());
         Self {
-            dimensions,
-            params: *params,
-            setup,
-            viscosity,
-            force_weight,
-            iterations,
+            grid: problem.grid(),
+            ao: ao::Setup {
+                penalty: admm.penalty * units.velocity * units.velocity,
+                iterations: admm.ao_iterations,
+                momentum: admm.ao_momentum,
+                flow: flow::Setup::new(problem, params.threads),
+            },
+            params: admm,
+            shape: admm.shape.unwrap_or(Shape::LEAST),
+            iterations: params.iterations,
         }
     }
 }
 
-/// ADMM's state: every buffer but the keyframes.
+impl Setup {
+    /// How the Navier-Stokes problem of an iteration is posed and solved.
+    fn nso(&self) -> nso::Setup {
+        let flow::Setup {
+            sweep,
+            viscosity,
+            force_weight,
+            projection_tolerance,
+        } = self.ao.flow;
+        nso::Setup {
+            kappa: self.ao.penalty / force_weight,
+            viscosity,
+            slots: sweep.slots,
+            threads: sweep.threads,
+            params: self.params.nso,
+            damping: LocalDamping::USUAL,
+            shape: self.shape,
+            projection_tolerance,
+        }
+    }
+}
+
+/// ADMM's state.
 #[derive(Debug)]
 pub struct Admm<'m, T, S> {
-    pub(crate) levels: Levels<'m, T>,
+    animation: Animation<'m, T>,
     bases: Bases<'m, T>,
-    /// Velocities v_k.
-    pub(crate) v: VectorMut<'m, T>,
     /// Forces w_k; AO's direction.
-    pub(crate) w: VectorMut<'m, T>,
+    w: VectorMut<'m, T>,
     p: &'m mut [T],
     pbar: &'m mut [T],
     /// v* during AO, t during NSO.
@@ -170,14 +114,9 @@ pub struct Admm<'m, T, S> {
     multiplier: VectorMut<'m, T>,
     /// A field of its own for damping, when beta is not 1; otherwise empty.
     spare: VectorMut<'m, T>,
-    /// v_0.
-    pub(crate) initial: VectorMut<'m, T>,
-    /// rho_0 .. rho_N.
-    pub(crate) rho: &'m mut [T],
-    /// Bytes that AO and NSO use in turn.
+    /// What AO and NSO use in turn.
     region: &'m mut [T],
-    sums: &'m mut [f64],
-    settings: Settings,
+    setup: Setup,
     step: f64,
     iteration: usize,
     history: check::History,
@@ -185,116 +124,154 @@ pub struct Admm<'m, T, S> {
 }
 
 impl<'m, T: Real, S: Space> Admm<'m, T, S> {
-    /// Writes the ledger lines of [`Self::carve`], in its order.
-    pub fn requirement(ledger: &mut Ledger, settings: &Settings) {
-        let Dimensions { grid, slots, .. } = settings.dimensions;
-        let (cells, len) = (grid.cells(), grid.cells() * slots);
-        ledger.line("densities rho_0 .. rho_N", densities(&grid, slots), T::BYTES);
-        Levels::<T>::requirement(ledger, &grid, settings.dimensions.filters);
-        Bases::<T>::requirement::<S>(ledger, &levels_of(&grid));
-        for name in [
-            "velocity v",
-            "force w (AO: direction)",
-            "target t (AO: v*)",
-            "multiplier lambda / K (NSO: damping)",
-        ] {
-            ledger.vector(name, S::DIM, len, T::BYTES);
-        }
-        if settings.params.relaxation != 1.0 {
-            ledger.vector(
-                "damping of NSO beside the multiplier (beta is not 1)",
-                S::DIM,
-                len,
-                T::BYTES,
-            );
-        }
-        ledger.line("pressure p", len, T::BYTES);
-        ledger.line("pressure pbar", len, T::BYTES);
-        ledger.vector("given velocity v_0", S::DIM, cells, T::BYTES);
-        ledger.line("sums of rows", sums_len(&settings.dimensions), 8);
-        Self::in_turn(ledger, settings);
-    }
-
-    /// The lines of the bytes that AO and NSO use in turn.
-    fn in_turn(ledger: &mut Ledger, settings: &Settings) {
-        let Dimensions {
-            grid,
-            slots,
-            threads,
-            shape,
-            ..
-        } = settings.dimensions;
-        ledger.group("used in turn", Sharing::InTurn, |ledger| {
-            ao::requirement::<T>(ledger, &grid, &settings.setup);
-            match settings.params.nso.solver {
-                NsoSolver::Stfas => Nso::<T, S>::requirement(ledger, &grid, slots, threads, shape),
-                NsoSolver::NewtonCg => nso::newton::requirement::<T>(ledger, &grid, slots, threads),
-            }
-        });
-    }
-
-    /// Takes its buffers.
-    ///
-    /// # Errors
-    /// [`TooSmall`].
+    /// That of `setup`, without its buffers.
     #[inline(never)]
-    pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
-        let Dimensions { grid, slots, .. } = settings.dimensions;
-        let (cells, len) = (grid.cells(), grid.cells() * slots);
-        let rho = arena.take(densities(&grid, slots))?;
-        let levels = Levels::carve(arena, &grid, settings.dimensions.filters)?;
-        let bases = Bases::carve::<S>(arena, &levels.grids)?;
-        let mut vector = |len: usize| arena.take_vector(S::DIM, len);
-        let (v, w, target, multiplier) = (vector(len)?, vector(len)?, vector(len)?, vector(len)?);
-        let spare = if settings.params.relaxation != 1.0 {
-            vector(len)?
-        } else {
-            Default::default()
-        };
-        let (p, pbar) = (arena.take(len)?, arena.take(len)?);
-        let initial = arena.take_vector(S::DIM, cells)?;
-        let sums = arena.take(sums_len(&settings.dimensions))?;
-        let mut ledger = Ledger::new();
-        Self::in_turn(&mut ledger, settings);
-        let region = arena.take(ledger.bytes().unwrap_or(usize::MAX) / T::BYTES)?;
-        Ok(Self {
-            levels,
-            bases,
-            v,
-            w,
-            p,
-            pbar,
-            target,
-            multiplier,
-            spare,
-            initial,
-            rho,
-            region,
-            sums,
-            settings: *settings,
+    fn with(setup: &Setup) -> Self {
+        let sweep = &setup.ao.flow.sweep;
+        let animation = Animation::new(&setup.grid, sweep.slots, sweep.metric.filters);
+        Self {
+            bases: Bases::bare(&animation.levels.grids),
+            animation,
+            w: Default::default(),
+            p: &mut [],
+            pbar: &mut [],
+            target: Default::default(),
+            multiplier: Default::default(),
+            spare: Default::default(),
+            region: &mut [],
+            setup: *setup,
             step: 1.0,
             iteration: 0,
             history: check::History::default(),
             space: PhantomData,
-        })
+        }
     }
 
-    /// One outer iteration.
-    pub fn step(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
-    ) -> Progress {
-        let mut progress = Progress::default();
-        progress.status = self.iterate(exec, observer, keyframes, &mut progress).err();
-        progress
+    /// What AO and NSO take of a region in turn, by `setup`.
+    fn measure(&self, setup: &Setup, ledger: &mut Ledger) {
+        let (levels, bases) = (&self.animation.levels, &self.bases);
+        let sweep = setup.ao.flow.sweep;
+        let mut pool = Pool::measuring(ledger);
+        ao::measure(levels, &setup.ao, &mut pool);
+        let nso = setup.nso();
+        match nso.params.solver {
+            NsoSolver::Stfas => {
+                Workspace::<T, S>::carve(levels, bases, &nso, &mut pool);
+            }
+            NsoSolver::NewtonCg => newton::measure(levels, &nso, &mut pool),
+        }
+        self.animation.measure_initial(sweep.threads, ledger);
+    }
+
+    fn slots(&self) -> usize {
+        self.animation.slots
+    }
+
+    fn threads(&self) -> usize {
+        self.setup.ao.flow.sweep.threads
     }
 }
 
-impl<T: Real, S: Space> Admm<'_, T, S> {
-    /// The loop's body; an error is how the solve ended.
-    fn iterate(
+impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
+    fn new(problem: &Problem<'_>, params: &Params) -> Self {
+        Self::with(&Setup::new(problem, params))
+    }
+
+    /// The fastest way of using memory within the ceiling and the paper's bound. Where none keeps both, the fastest within the ceiling,
+    /// or the least memory where none keeps that; without a ceiling the fastest of all.
+    fn fit(problem: &Problem<'_>, params: &Params, measure: &Measure<'_>) -> Result<Params, PlanError> {
+        let with = |shape: Shape| {
+            let admm = AdmmParams {
+                shape: Some(shape),
+                ..params.admm
+            };
+            Params { admm, ..*params }
+        };
+        if let Some(shape) = params.admm.shape {
+            return Ok(with(shape));
+        }
+        let (mut fastest, mut within_ceiling) = (None, None);
+        let mut smallest: Option<(usize, Shape)> = None;
+        for shape in Shape::all::<T, S>(&problem.grid()) {
+            let size = measure(&with(shape))?;
+            let fits = params.ceiling.is_none_or(|ceiling| size.bytes <= ceiling);
+            if fits && size.method <= size.paper_bound {
+                return Ok(with(shape));
+            }
+            if fits {
+                within_ceiling = within_ceiling.or(Some(shape));
+            }
+            if smallest.is_none_or(|(bytes, _)| size.bytes < bytes) {
+                smallest = Some((size.bytes, shape));
+            }
+            fastest = fastest.or(Some(shape));
+        }
+        let chosen = if params.ceiling.is_some() {
+            within_ceiling.or(smallest.map(|(_, shape)| shape))
+        } else {
+            fastest
+        };
+        chosen.map(with).ok_or(PlanError::TooLarge)
+    }
+
+    fn mix(params: &Params, mix: &mut Mix) {
+        params.admm.mix(mix);
+    }
+
+    fn animation(&self) -> &Animation<'m, T> {
+        &self.animation
+    }
+
+    fn parts(&mut self) -> Parts<'_, 'm, T> {
+        Parts {
+            animation: &mut self.animation,
+            setup: &mut self.setup.ao.flow,
+            region: self.region,
+        }
+    }
+
+    fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
+        let grid = self.setup.grid;
+        let len = grid.cells() * self.slots();
+        let sums = means::sums_len(&grid, self.slots()).max(2 * grid.rows() + self.slots());
+        self.animation.layout(layout, sums)?;
+        layout.tables(|arena| {
+            self.bases = Bases::carve::<S>(arena, &self.animation.levels.grids)?;
+            Ok(())
+        })?;
+        layout.keep_vector("force w (AO: direction)", &mut self.w, S::DIM, len)?;
+        layout.keep_vector("target t (AO: v*)", &mut self.target, S::DIM, len)?;
+        layout.keep_vector(
+            "multiplier lambda / K (NSO: damping)",
+            &mut self.multiplier,
+            S::DIM,
+            len,
+        )?;
+        if self.setup.params.relaxation != 1.0 {
+            let name = "damping of NSO beside the multiplier (beta is not 1)";
+            layout.keep_vector(name, &mut self.spare, S::DIM, len)?;
+        }
+        layout.keep("pressure p", &mut self.p, len)?;
+        layout.keep("pressure pbar", &mut self.pbar, len)?;
+        let mut region = core::mem::take(&mut self.region);
+        let done = layout.in_turn(&mut region, 0, |ledger| self.measure(&self.setup, ledger));
+        self.region = region;
+        done
+    }
+
+    fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        let (mut step, mut iteration, mut history) = (self.step, self.iteration, self.history);
+        let mut largest = self.setup.ao.flow.sweep.largest;
+        record.real(&mut step)?;
+        record.count(&mut iteration, MANY)?;
+        record.real(&mut largest)?;
+        history.record(record)?;
+        (self.step, self.iteration, self.history) = (step, iteration, history);
+        self.setup.ao.flow.sweep.largest = largest;
+        Ok(())
+    }
+
+    fn step(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
@@ -314,88 +291,15 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         {
             return Err(Status::Cancelled);
         }
-        let mut carried = self.update_density(exec, observer, keyframes, progress);
-        // A flow from a coarser grid may be too fast for this one.
-        for keep in RETREATS {
-            if carried != Err(Status::NotFinite) {
-                break;
-            }
-            self.retreat(exec, keep);
-            carried = self.update_density(exec, observer, keyframes, progress);
-        }
-        carried?;
-        let improved = self
-            .update_velocity(exec, observer, progress)
-            .and_then(|()| self.objective(exec, observer, keyframes))
-            .and_then(finite);
-        if improved == Err(Status::NotFinite) {
-            self.return_to_star(exec);
-        }
-        progress.objective = improved?;
-        self.update_multiplier(exec, progress)?;
-        self.check(progress)
-    }
-
-    /// v = v*, the last flow that was carried to its end, in the place of one that is not finite or too fast; v = t where damping overwrote
-    /// lambda / K.
-    fn return_to_star(&mut self, exec: &dyn Exec) {
-        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
-        let lost = self.history.damped && self.spare[0].is_empty();
-        let shape = Trajectory { grid, slots };
-        trajectory::add(exec, shape, &mut self.v, 0.0, 1.0, view(&self.target));
-        if !lost {
-            trajectory::add(exec, shape, &mut self.v, 1.0, 1.0, view(&self.multiplier));
-        }
-        self.p.fill(T::ZERO);
-        self.pbar.fill(T::ZERO);
-    }
-
-    /// The finest grid.
-    pub(crate) fn grid(&self) -> &Grid {
-        &self.levels.finest
-    }
-
-    /// Slots T.
-    pub(crate) fn slots(&self) -> usize {
-        self.settings.dimensions.slots
-    }
-
-    /// Sets rho_0 and its maximum.
-    pub(crate) fn set_source(&mut self, density: &[T], largest: f64) {
-        self.rho[..density.len()].copy_from_slice(density);
-        self.settings.setup.carrier.largest = largest;
-    }
-
-    /// Projects v_0; the change relative to max |v_0|.
-    pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let (threads, tolerance) = (
-            self.settings.dimensions.threads,
-            self.settings.setup.projection_tolerance,
-        );
-        let projection = Projection::carve(&self.levels, 0, 1, threads, &mut Pool::new(&mut *self.region));
-        poisson::project_given(
-            exec,
-            &self.levels.finest,
-            projection,
-            &mut self.initial,
-            &mut self.w,
-            tolerance,
-            self.sums,
-        )
-    }
-
-    /// The forces of the result.
-    pub(crate) fn force(&self) -> Vector<'_, T> {
-        view(&self.w)
+        let mut course = Course::default();
+        let ended = self.alternate(exec, observer, keyframes, progress, &mut course);
+        course.tell(&mut progress.report);
+        ended
     }
 
     /// Projects v, takes w from it and transports rho_0 by it. A flow that is not finite, or too fast to be transported, is taken back
     /// towards v_0 until it is.
-    pub(crate) fn make_feasible(
-        &mut self,
-        exec: &dyn Exec,
-        keyframes: &Keyframes<'_, T>,
-    ) -> Result<Objective, Status> {
+    fn finish(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
         let mut finished = self.finish_as_is(exec, keyframes);
         for keep in RETREATS {
             if finished != Err(Status::NotFinite) {
@@ -407,78 +311,95 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         finished
     }
 
-    /// Takes the flow back towards v_0 in all slots: `keep` of the way from there is left.
-    fn retreat(&mut self, exec: &dyn Exec, keep: f64) {
-        let slots = self.settings.dimensions.slots;
-        let initial = view(&self.initial);
-        pull_towards(exec, &self.levels.finest, initial, &mut self.v, slots, keep);
-    }
-
-    fn finish_as_is(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
-        let (slots, threads) = (self.settings.dimensions.slots, self.settings.dimensions.threads);
-        {
-            let mut projection =
-                Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
-            let _ = projection.project(
-                exec,
-                &mut Silent,
-                slots,
-                &mut self.v,
-                None,
-                self.settings.setup.projection_tolerance,
-                self.sums,
-            );
-        }
-        self.consistent_force(exec, &mut Silent)?;
-        let objective = self.objective(exec, &mut Silent, keyframes).and_then(finite)?;
-        self.rho.copy_from_slice(&self.region[..self.rho.len()]);
-        Ok(objective)
+    fn force(&self) -> Vector<'_, T> {
+        view(&self.w)
     }
 }
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
-    /// Numbers that [`Self::record`] passes over.
-    pub(crate) fn live(settings: &Settings) -> usize {
-        let Dimensions { grid, slots, .. } = settings.dimensions;
-        let vectors = if settings.params.relaxation != 1.0 { 5 } else { 4 };
-        densities(&grid, slots) + (vectors * S::DIM + 2) * grid.cells() * slots + S::DIM * grid.cells()
+    /// The three updates and the check.
+    fn alternate(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        progress: &mut Progress,
+        course: &mut Course,
+    ) -> Result<(), Status> {
+        let mut carried = self.update_density(exec, observer, keyframes, course);
+        // A flow from a coarser grid may be too fast for this one.
+        for keep in RETREATS {
+            if carried != Err(Status::NotFinite) {
+                break;
+            }
+            self.retreat(exec, keep);
+            carried = self.update_density(exec, observer, keyframes, course);
+        }
+        carried?;
+        let improved = self
+            .update_velocity(exec, observer, course)
+            .and_then(|()| self.objective(exec, observer, keyframes))
+            .and_then(finite);
+        if improved == Err(Status::NotFinite) {
+            self.return_to_star(exec);
+        }
+        progress.objective = improved?;
+        self.update_multiplier(exec, course)?;
+        self.check(progress.objective, course)
     }
 
-    /// The state in a checkpoint: what iterations in turn overwrite is left out, and what follows from the problem.
-    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
-        let (mut step, mut iteration, mut history, mut largest) = (
-            self.step,
-            self.iteration,
-            self.history,
-            self.settings.setup.carrier.largest,
-        );
-        record.real(&mut step)?;
-        record.count(&mut iteration, MANY)?;
-        record.real(&mut largest)?;
-        history.record(record)?;
-        (
-            self.step,
-            self.iteration,
-            self.history,
-            self.settings.setup.carrier.largest,
-        ) = (step, iteration, history, largest);
-        record.numbers(self.rho);
-        let Self {
+    /// v = v*, the last flow that was carried to its end, in the place of one that is not finite or too fast; v = t where damping overwrote
+    /// lambda / K.
+    fn return_to_star(&mut self, exec: &dyn Exec) {
+        let lost = self.history.damped && self.spare[0].is_empty();
+        let Animation { levels, v, slots, .. } = &mut self.animation;
+        let shape = Trajectory {
+            grid: &levels.finest,
+            slots: *slots,
+        };
+        trajectory::add(exec, shape, v, 0.0, 1.0, view(&self.target));
+        if !lost {
+            trajectory::add(exec, shape, v, 1.0, 1.0, view(&self.multiplier));
+        }
+        self.p.fill(T::ZERO);
+        self.pbar.fill(T::ZERO);
+    }
+
+    /// Takes the flow back towards v_0 in all time levels: `keep` of the way from there is left.
+    fn retreat(&mut self, exec: &dyn Exec, keep: f64) {
+        let Animation {
+            levels,
             v,
-            w,
-            target,
-            multiplier,
-            spare,
             initial,
+            slots,
             ..
-        } = self;
-        [v, w, target, multiplier, spare, initial]
-            .into_iter()
-            .flatten()
-            .for_each(|field| record.numbers(field));
-        record.numbers(self.p);
-        record.numbers(self.pbar);
-        Ok(())
+        } = &mut self.animation;
+        pull_towards(exec, &levels.finest, view(initial), v, *slots, keep);
+    }
+
+    /// Projects v, takes w from it and transports rho_0 by it.
+    fn finish_as_is(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+        self.project(exec, &mut Silent)?;
+        self.consistent_force(exec, &mut Silent)?;
+        let objective = self.objective(exec, &mut Silent, keyframes).and_then(finite)?;
+        let rho = &mut self.animation.rho;
+        rho.copy_from_slice(&self.region[..rho.len()]);
+        Ok(objective)
+    }
+
+    /// Projects v.
+    fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Status> {
+        let (slots, threads) = (self.slots(), self.threads());
+        let tolerance = self.setup.ao.flow.projection_tolerance;
+        let Animation { levels, v, sums, .. } = &mut self.animation;
+        let mut pool = Pool::new(&mut *self.region);
+        let projected = Projection::carve(levels, 0, slots, threads, &mut pool)
+            .project(exec, observer, slots, v, None, tolerance, sums);
+        if projected.is_break() {
+            Err(Status::Cancelled)
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -489,12 +410,4 @@ fn finite(objective: Objective) -> Result<Objective, Status> {
     } else {
         Err(Status::NotFinite)
     }
-}
-
-fn levels_of(grid: &Grid) -> heapless::Vec<Grid, { crate::grid::levels::MAX_LEVELS }> {
-    crate::grid::levels::hierarchy(grid)
-}
-
-fn sums_len(dimensions: &Dimensions) -> usize {
-    means::sums_len(&dimensions.grid, dimensions.slots).max(2 * dimensions.grid.rows() + dimensions.slots)
 }

@@ -3,17 +3,17 @@
 //! The coarse solve begins the same way, down to 16 cells across in 2D and 8 in 3D, and lives in the bytes that AO and NSO
 //! are going to use in turn, so it asks for no memory of its own; where it does not fit, the flow begins at rest.
 
-use super::{Admm, Dimensions, Settings};
+use super::{Admm, Setup};
 use crate::exec::{Capped, Exec};
 use crate::field::{reborrow, view};
 use crate::grid::{Grid, Space};
-use crate::memory::Arena;
-use crate::memory::{Ledger, Pool};
+use crate::memory::{Ledger, Sharing};
+use crate::method::animation::Animation;
+use crate::method::coarse_start;
 use crate::nso::Shape;
 use crate::objective::coarse;
 use crate::objective::keyframes::Keyframes;
-use crate::observe::{Observer, WorkOnly};
-use crate::poisson::Projection;
+use crate::observe::Observer;
 use crate::progress::Status;
 use crate::real::Real;
 
@@ -23,27 +23,23 @@ const ITERATIONS: usize = 20;
 /// the part alpha of the way that AO can go.
 const COARSER: f64 = 0.25;
 
-impl Settings {
+impl Setup {
     /// The same solve with other scratch.
-    fn in_space(mut self, grid: Grid, threads: usize, shape: Shape) -> Self {
-        self.dimensions = Dimensions {
-            grid,
-            threads,
-            shape,
-            ..self.dimensions
-        };
-        self.setup.carrier.threads = threads;
+    fn in_space(mut self, threads: usize, shape: Shape) -> Self {
+        self.shape = shape;
+        self.ao.flow.sweep.threads = threads;
         self
     }
 
     /// The coarse solve on `grid`.
     fn coarsened(self, grid: Grid, threads: usize, shape: Shape) -> Self {
-        let mut settings = self.in_space(grid, threads, shape);
-        settings.dimensions.filters = self.dimensions.filters.saturating_sub(1);
-        settings.setup.carrier.metric.filters = settings.dimensions.filters;
-        settings.iterations = ITERATIONS;
-        settings.setup.penalty *= COARSER;
-        settings
+        let mut setup = self.in_space(threads, shape);
+        setup.grid = grid;
+        let filters = &mut setup.ao.flow.sweep.metric.filters;
+        *filters = filters.saturating_sub(1);
+        setup.iterations = ITERATIONS;
+        setup.ao.penalty *= COARSER;
+        setup
     }
 }
 
@@ -55,62 +51,53 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         observer: &mut dyn Observer,
         keyframes: &Keyframes<'_, T>,
     ) -> Result<(), Status> {
-        let Some(settings) = self.coarse_settings(keyframes.count()) else {
+        let Some(setup) = self.coarse_setup(keyframes.count()) else {
             return Ok(());
         };
-        if self.solve_coarse(exec, observer, &settings, keyframes)? == Status::NotFinite {
-            self.v.iter_mut().for_each(|component| component.fill(T::ZERO));
+        if self.solve_coarse(exec, observer, &setup, keyframes)? == Status::NotFinite {
+            let v = &mut self.animation.v;
+            v.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
         self.pbar.fill(T::ZERO);
-        let Dimensions { slots, threads, .. } = self.settings.dimensions;
-        let mut projection =
-            Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
-        let tolerance = self.settings.setup.projection_tolerance;
-        let projected = projection.project(exec, observer, slots, &mut self.v, None, tolerance, self.sums);
-        if projected.is_break() {
-            Err(Status::Cancelled)
-        } else {
-            Ok(())
-        }
+        self.project(exec, observer)
     }
 
-    /// The settings of the coarse solve on as many threads as its bytes allow, or `None` when there is to be no coarse solve.
+    /// The setup of the coarse solve on as many threads as its memory allows, or `None` when there is to be no coarse solve.
     ///
     /// Whether there is one follows from the problem alone, never from the threads or the shape that memory was planned for.
-    fn coarse_settings(&self, keyframes: usize) -> Option<Settings> {
-        let Dimensions { slots, threads, .. } = self.settings.dimensions;
-        let (fine, coarse) = (self.levels.grids.first()?, self.levels.grids.get(1)?);
-        let room = coarse::scratch_per_thread(fine, slots) <= self.pbar.len();
-        if !(self.settings.params.nested && coarse::begins_on(fine, coarse) && room) {
+    fn coarse_setup(&self, keyframes: usize) -> Option<Setup> {
+        let grids = &self.animation.levels.grids;
+        let (fine, coarse) = (grids.first()?, grids.get(1)?);
+        let room = coarse::scratch_per_thread(fine, self.slots()) <= self.pbar.len();
+        if !(self.setup.params.nested && coarse::begins_on(fine, coarse) && room) {
             return None;
         }
-        let mut ledger = Ledger::new();
-        Self::in_turn(&mut ledger, &self.settings.in_space(*fine, 1, Shape::LEAST));
-        if Self::coarse_bytes(&self.settings.coarsened(*coarse, 1, Shape::LEAST), keyframes)?
-            > ledger.bytes()?
-        {
+        let least = self.setup.coarsened(*coarse, 1, Shape::LEAST);
+        if Self::coarse_bytes(&least, keyframes)? > self.least_region()? {
             return None;
         }
-        let shapes = Shape::all::<T, S>(coarse);
-        let fewer = coarse::halvings(threads);
-        let all = fewer.flat_map(|threads| shapes.clone().map(move |shape| (threads, shape)));
-        let fits = |settings: &Settings| {
-            Self::coarse_bytes(settings, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
+        let fits = |setup: &Setup| {
+            Self::coarse_bytes(setup, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
         };
-        all.map(|(threads, shape)| self.settings.coarsened(*coarse, threads, shape))
+        let shapes = Shape::all::<T, S>(coarse);
+        coarse::halvings(self.threads())
+            .flat_map(|threads| shapes.clone().map(move |shape| (threads, shape)))
+            .map(|(threads, shape)| self.setup.coarsened(*coarse, threads, shape))
             .find(fits)
     }
 
-    /// Bytes of a coarse solve.
-    fn coarse_bytes(settings: &Settings, keyframes: usize) -> Option<usize> {
+    /// Bytes of the region where one thread uses the least memory.
+    fn least_region(&self) -> Option<usize> {
         let mut ledger = Ledger::new();
-        Self::requirement(&mut ledger, settings);
-        ledger.line(
-            "keyframe densities",
-            keyframes * settings.dimensions.grid.cells(),
-            T::BYTES,
-        );
+        ledger.group("used in turn", Sharing::InTurn, |ledger| {
+            self.measure(&self.setup.in_space(1, Shape::LEAST), ledger);
+        });
         ledger.bytes()
+    }
+
+    /// Bytes of a coarse solve.
+    fn coarse_bytes(setup: &Setup, keyframes: usize) -> Option<usize> {
+        coarse_start::bytes::<T, S>(Admm::with(setup), keyframes, &mut Ledger::new())
     }
 
     /// Solves the coarse scene in `region` and prolongs its flow.
@@ -118,54 +105,21 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        settings: &Settings,
+        setup: &Setup,
         keyframes: &Keyframes<'_, T>,
     ) -> Result<Status, Status> {
         let Self {
-            levels,
+            animation,
             region,
-            rho,
-            initial,
-            v,
             pbar: scratch,
-            settings: fine,
             ..
         } = self;
-        let exec = &Capped::new(exec, settings.dimensions.threads);
-        let (cells, coarse) = (fine.dimensions.grid.cells(), settings.dimensions.grid.cells());
-        let mut arena = Arena::over(region);
-        let full = |_| Status::NotFinite;
-        let mut admm = Admm::<T, S>::carve(&mut arena, settings).map_err(full)?;
-        let densities = arena.take(keyframes.count() * coarse).map_err(full)?;
-        let scene = coarse::Scene {
-            source: &rho[..cells],
-            initial: view(initial),
-            keyframes,
-        };
-        let coarser = coarse::SceneMut {
-            source: &mut admm.rho[..coarse],
-            initial: reborrow(&mut admm.initial),
-            densities: &mut *densities,
-        };
-        coarse::restrict(exec, levels, 0, &scene, coarser, scratch);
-        let coarse_keyframes = keyframes.coarse(1, densities);
-        let status = loop {
-            if let Some(status) = admm.step(exec, &mut WorkOnly(observer), &coarse_keyframes).status {
-                break status;
-            }
-        };
-        if status == Status::Cancelled {
-            return Err(status);
-        }
-        coarse::prolong(
-            exec,
-            levels,
-            0,
-            fine.dimensions.slots,
-            view(&admm.v),
-            reborrow(v),
-            scratch,
-        );
-        Ok(status)
+        let exec = &Capped::new(exec, setup.ao.flow.sweep.threads);
+        let mut admm = Admm::<T, S>::with(setup);
+        let ended = coarse_start::solve(exec, observer, animation, keyframes, &mut admm, region, scratch)?;
+        let Animation { levels, v, slots, .. } = animation;
+        let coarse_v = view(&admm.animation.v);
+        coarse::prolong(exec, levels, 0, *slots, coarse_v, reborrow(v), scratch);
+        Ok(ended)
     }
 }

@@ -1,13 +1,14 @@
 //! The first half of an iteration: AO, from v* = v.
 
 use super::Admm;
+use super::report::Course;
 use crate::exec::Exec;
 use crate::field::{reborrow, view};
 use crate::grid::Space;
-use crate::method::admm::ao;
+use crate::method::admm::ao::{self, AO};
 use crate::objective::keyframes::Keyframes;
 use crate::observe::{Event, Observer};
-use crate::progress::{Progress, Status};
+use crate::progress::Status;
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -18,41 +19,41 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         keyframes: &Keyframes<'_, T>,
-        progress: &mut Progress,
+        course: &mut Course,
     ) -> Result<(), Status> {
-        if observer.on(Event::AoBegin).is_break() {
+        if observer.on(Event::PhaseBegin(AO)).is_break() {
             return Err(Status::Cancelled);
         }
-        for (target, v) in self.target.iter_mut().zip(&self.v) {
+        for (target, v) in self.target.iter_mut().zip(&self.animation.v) {
             target.copy_from_slice(v);
         }
         let fields = ao::Fields {
-            v: view(&self.v),
+            v: view(&self.animation.v),
             multiplier: view(&self.multiplier),
             star: reborrow(&mut self.target),
             direction: reborrow(&mut self.w),
-            initial: view(&self.initial),
-            rho: self.rho,
+            initial: view(&self.animation.initial),
+            rho: self.animation.rho,
             keyframes,
         };
         let solved = ao::solve(
             exec,
             observer,
-            &self.levels,
-            &self.settings.setup,
+            &self.animation.levels,
+            &self.setup.ao,
             fields,
             &mut self.step,
             self.region,
-            self.sums,
+            self.animation.sums,
         );
-        if observer.on(Event::AoEnd).is_break() {
+        if observer.on(Event::PhaseEnd(AO)).is_break() {
             return Err(Status::Cancelled);
         }
         match solved {
             Ok(info) => {
-                let admm = &mut progress.admm;
+                let admm = course;
                 (admm.ao_step, admm.ao_residuals, admm.data_of_star) = (info.step, info.residuals, info.data);
-                admm.density_change = info.density_change / self.settings.setup.carrier.largest;
+                admm.density_change = info.density_change / self.setup.ao.flow.sweep.largest;
                 if info.data.is_finite() {
                     Ok(())
                 } else {

@@ -1,32 +1,35 @@
 //! The multiplier: lambda/K <- lambda/K + beta (v - v*), where v* = t + lambda/K.
 
 use super::Admm;
+use super::report::Course;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, reborrow, rows, sums, view};
 use crate::grid::{Grid, Space};
-use crate::progress::{Progress, Status};
+use crate::progress::Status;
 use crate::real::Real;
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
     /// Measures max |v - v*| and updates the multiplier, unless the plain augmented Lagrangian holds it.
-    pub(super) fn update_multiplier(
-        &mut self,
-        exec: &dyn Exec,
-        progress: &mut Progress,
-    ) -> Result<(), Status> {
-        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
+    pub(super) fn update_multiplier(&mut self, exec: &dyn Exec, course: &mut Course) -> Result<(), Status> {
+        let (grid, slots) = (&self.animation.levels.finest, self.slots());
         let lost = self.history.damped && self.spare[0].is_empty();
-        let (v, target) = (view(&self.v), view(&self.target));
-        let speed = sums::max_abs(exec, grid, slots, v, self.sums);
+        let (v, target) = (view(&self.animation.v), view(&self.target));
+        let speed = sums::max_abs(exec, grid, slots, v, self.animation.sums);
         let gap = if lost {
             f64::INFINITY
         } else {
-            gap(exec, grid, slots, [v, target, view(&self.multiplier)], self.sums)
+            gap(
+                exec,
+                grid,
+                slots,
+                [v, target, view(&self.multiplier)],
+                self.animation.sums,
+            )
         };
-        progress.admm.gap = if speed > 0.0 { gap / speed } else { 0.0 };
-        progress.admm.held = !lost && self.history.hold(progress.admm.gap);
-        if !progress.admm.held {
-            let beta = T::from_f64(self.settings.params.relaxation);
+        course.gap = if speed > 0.0 { gap / speed } else { 0.0 };
+        course.held = !lost && self.history.hold(course.gap);
+        if !course.held {
+            let beta = T::from_f64(self.setup.params.relaxation);
             for_rows(
                 exec,
                 grid.rows(),
@@ -47,9 +50,9 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
                 },
             );
         }
-        let residual = progress.admm.nso_residuals.last().copied().unwrap_or(f64::NAN);
-        let of_density = progress.admm.ao_residuals.last().copied().unwrap_or(f64::NAN);
-        progress.admm.kkt = rows::largest([gap, of_density, residual]);
+        let residual = course.nso_residuals.last().copied().unwrap_or(f64::NAN);
+        let of_density = course.ao_residuals.last().copied().unwrap_or(f64::NAN);
+        course.kkt = rows::largest([gap, of_density, residual]);
         if speed.is_finite() {
             Ok(())
         } else {

@@ -1,19 +1,20 @@
 //! The second half of an iteration: NSO with targets t = v* - lambda/K.
 
-use super::{Admm, Dimensions};
+use super::Admm;
+use super::report::Course;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, sums, view};
 use crate::force;
 use crate::force::time_line::{TimeLine, drag};
 use crate::grid::Space;
 use crate::memory::Pool;
-use crate::nso::damping::LocalDamping;
+use crate::method::animation::Animation;
 use crate::nso::level::State;
-use crate::nso::{Ended, Finest, Info, Nso, NsoSolver, Setup, newton};
+use crate::nso::{Ended, Finest, Info, NSO, Nso, NsoSolver, Workspace, newton};
 use crate::observe::{Event, Observer};
 use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
-use crate::progress::{Progress, Status};
+use crate::progress::Status;
 use crate::real::Real;
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
@@ -22,21 +23,21 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        progress: &mut Progress,
+        course: &mut Course,
     ) -> Result<(), Status> {
-        if observer.on(Event::NsoBegin).is_break() {
+        if observer.on(Event::PhaseBegin(NSO)).is_break() {
             return Err(Status::Cancelled);
         }
-        let kappa = self.settings.setup.penalty / self.settings.force_weight;
+        let kappa = self.setup.ao.penalty / self.setup.ao.flow.force_weight;
         self.predict(exec, kappa);
         self.consistent_force(exec, observer)?;
-        let info = match self.settings.params.nso.solver {
-            NsoSolver::Stfas => self.by_stfas(exec, observer, kappa),
-            NsoSolver::NewtonCg => self.by_newton(exec, observer, kappa),
+        let info = match self.setup.params.nso.solver {
+            NsoSolver::Stfas => self.by_stfas(exec, observer),
+            NsoSolver::NewtonCg => self.by_newton(exec, observer),
         };
         self.history.damped = info.damped;
-        progress.admm.nso_residuals = info.residuals;
-        if observer.on(Event::NsoEnd).is_break() {
+        course.nso_residuals = info.residuals;
+        if observer.on(Event::PhaseEnd(NSO)).is_break() {
             return Err(Status::Cancelled);
         }
         match info.ended {
@@ -46,64 +47,52 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
     }
 
-    fn nso_setup(&self, kappa: f64) -> Setup {
-        let Dimensions {
-            slots,
-            threads,
-            shape,
-            ..
-        } = self.settings.dimensions;
-        Setup {
-            kappa,
-            viscosity: self.settings.viscosity,
-            slots,
-            threads,
-            params: self.settings.params.nso,
-            damping: LocalDamping::USUAL,
-            shape,
-            projection_tolerance: self.settings.setup.projection_tolerance,
-        }
-    }
-
-    fn by_stfas(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
-        let setup = self.nso_setup(kappa);
+    fn by_stfas(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Info {
+        let setup = self.setup.nso();
         let spare = if self.spare[0].is_empty() {
             &mut self.multiplier
         } else {
             &mut self.spare
         };
+        let Animation {
+            levels,
+            v,
+            initial,
+            sums,
+            ..
+        } = &mut self.animation;
         let finest = Finest {
             state: State {
-                v: reborrow(&mut self.v),
+                v: reborrow(v),
                 w: reborrow(&mut self.w),
                 p: self.p,
                 pbar: self.pbar,
             },
-            v0: reborrow(&mut self.initial),
+            v0: reborrow(initial),
             target: reborrow(&mut self.target),
             spare: reborrow(spare),
         };
         let mut pool = Pool::new(&mut *self.region);
-        Nso::<T, S>::new(&self.levels, &self.bases, finest, &setup, &mut pool, self.sums)
-            .solve(exec, observer)
+        let workspace = Workspace::carve(levels, &self.bases, &setup, &mut pool);
+        Nso::<T, S>::new(levels, &self.bases, finest, &setup, workspace, sums).solve(exec, observer)
     }
 
-    fn by_newton(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, kappa: f64) -> Info {
-        let setup = self.nso_setup(kappa);
+    fn by_newton(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Info {
+        let setup = self.setup.nso();
         let problem = newton::Problem {
-            v: reborrow(&mut self.v),
+            v: reborrow(&mut self.animation.v),
             w: reborrow(&mut self.w),
-            v0: view(&self.initial),
+            v0: view(&self.animation.initial),
             target: view(&self.target),
         };
         newton::solve::<T, S>(
             exec,
             observer,
-            &self.levels,
+            &self.animation.levels,
             &setup,
             problem,
             Pool::new(&mut *self.region),
-            self.sums,
+            self.animation.sums,
         )
     }
 
@@ -112,16 +101,20 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     /// A change d = v* - v of the targets changes equation a by kappa d, free of divergence. Without self-advection v answers
     /// with (kappa + S)^-1 kappa d (see [`TimeLine`]). Smoothing from there need not trade momentum for divergence.
     fn predict(&mut self, exec: &dyn Exec, kappa: f64) {
-        let (grid, slots) = (&self.levels.finest, self.settings.dimensions.slots);
+        let (grid, slots) = (&self.animation.levels.finest, self.slots());
         let nx = grid.n[0];
         let line = TimeLine::new(
             kappa,
-            drag(grid, self.settings.viscosity),
-            &mut self.sums[..slots],
+            drag(grid, self.setup.ao.flow.viscosity),
+            &mut self.animation.sums[..slots],
         );
         let (first, kappa) = (self.iteration == 1, T::from_f64(kappa));
         for axis in 0..S::DIM {
-            let fields = [&mut *self.v[axis], &mut *self.w[axis], &mut *self.target[axis]];
+            let fields = [
+                &mut *self.animation.v[axis],
+                &mut *self.w[axis],
+                &mut *self.target[axis],
+            ];
             let multiplier = &*self.multiplier[axis];
             for_rows(exec, grid.rows(), RowBuffers::fields(fields), |task| {
                 let [v, work, target] = task.fields;
@@ -145,28 +138,29 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         exec: &dyn Exec,
         observer: &mut dyn Observer,
     ) -> Result<(), Status> {
-        let (grid, slots, threads) = (
-            &self.levels.finest,
-            self.settings.dimensions.slots,
-            self.settings.dimensions.threads,
-        );
+        let (grid, slots, threads) = (&self.animation.levels.finest, self.slots(), self.threads());
         let scratch = &mut self.region[..threads * force::scratch_per_thread(grid, slots)];
         let fluid = Fluid {
             grid,
             slots,
-            viscosity: self.settings.viscosity,
+            viscosity: self.setup.ao.flow.viscosity,
         };
         force::from_velocity::<T, S>(
             exec,
             fluid,
-            view(&self.v),
-            view(&self.initial),
+            view(&self.animation.v),
+            view(&self.animation.initial),
             self.p,
             reborrow(&mut self.w),
             scratch,
         );
-        let mut projection =
-            Projection::carve(&self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
+        let mut projection = Projection::carve(
+            &self.animation.levels,
+            0,
+            slots,
+            threads,
+            &mut Pool::new(&mut *self.region),
+        );
         let w: &mut VectorMut<'_, T> = &mut self.w;
         let projected = projection.project(
             exec,
@@ -174,8 +168,8 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             slots,
             w,
             Some(self.p),
-            self.settings.setup.projection_tolerance,
-            self.sums,
+            self.setup.ao.flow.projection_tolerance,
+            self.animation.sums,
         );
         if projected.is_break() {
             Err(Status::Cancelled)

@@ -8,7 +8,7 @@ use crate::field::view;
 use crate::grid::Space;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
-use crate::optimise::descent::{Descent, Function, Outcome, SMALLEST_STEP};
+use crate::optimise::descent::{Course, Descent, Function, Outcome, SMALLEST_STEP};
 use crate::optimise::lbfgs::{Borrowed, QuasiNewton};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -29,12 +29,14 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
     ) -> Result<Outcome, Status> {
         let level = self.level.unwrap_or(0);
         let tolerance = self.tolerance_on(level);
-        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.settings.history));
+        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
         let mut work = self.work(level, keyframes);
-        let exec = &Capped::new(exec, work.evaluation.setup.carrier.threads);
-        (progress.direct.cells, progress.direct.level) = (work.shape().grid.n, level);
-        let outcome = descent.iterate::<T, S>(exec, observer, &mut work, tolerance, &mut progress.direct);
+        let exec = &Capped::new(exec, work.evaluation.setup.sweep.threads);
+        (progress.cells, progress.level) = (work.shape().grid.n, level);
+        let mut course = Course::default();
+        let outcome = descent.iterate::<T, S>(exec, observer, &mut work, tolerance, &mut course);
         drop(work);
+        course.tell(progress);
         match outcome {
             Ok((outcome, objective)) => {
                 progress.objective = objective;

@@ -1,12 +1,13 @@
 //! One grid of the nested iteration, in numbers that it shares with all coarser ones.
 
-use super::{Direct, Settings};
+use super::{Direct, Setup};
 use crate::field::trajectory::Shape;
 use crate::field::{VectorMut, reborrow};
 use crate::force::time_line::{TimeLine, drag};
-use crate::grid::levels::{self, Levels, MAX_LEVELS};
+use crate::grid::levels::{Levels, MAX_LEVELS};
 use crate::grid::{Grid, Space};
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Ledger, Pool, Sharing};
+use crate::method::animation::Animation;
 use crate::objective::coarse;
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::keyframes::Keyframes;
@@ -17,29 +18,32 @@ use crate::real::Real;
 use crate::transport::Stepping;
 use core::marker::PhantomData;
 
-/// Numbers that one grid takes.
+/// Elements that one grid takes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sizes<T> {
-    /// Keyframes, rho, v_0 and v; for the finest grid they are lines of the ledger of their own.
+    /// Keyframes, rho, v_0 and v; for the finest grid they are buffers of their own.
     pub data: usize,
     /// Quasi-Newton's fields and the work of an evaluation.
     pub rest: usize,
-    number: PhantomData<T>,
+    element: PhantomData<T>,
 }
 
 impl<T: Real> Sizes<T> {
-    /// Those of grid `level` on so many threads.
+    /// Those of grid `level` on `threads` threads.
     #[inline(never)]
-    pub fn new(settings: &Settings, level: usize, threads: usize) -> Self {
-        let grid = grid_of(settings, level);
-        let (cells, slots) = (grid.cells(), slots_on(settings, level));
-        let vectors = grid.dims * (pooled(cells) + pooled(cells * slots));
-        let mut ledger = Ledger::new();
-        Self::requirement(&mut ledger, settings, level, threads);
+    pub fn new(levels: &Levels<'_, T>, setup: &Setup, level: usize, threads: usize) -> Self {
         Self {
-            data: pooled(settings.keyframes * cells) + pooled(densities(&grid, slots)) + vectors,
-            rest: ledger.bytes().map_or(usize::MAX / 2, |bytes| bytes / T::BYTES),
-            number: PhantomData,
+            data: elements::<T>(|ledger| {
+                let mut pool = Pool::<T>::measuring(ledger);
+                NextMut::carve(
+                    &levels.grids[level],
+                    slots_on(setup, level),
+                    setup.keyframes,
+                    &mut pool,
+                );
+            }),
+            rest: elements::<T>(|ledger| Self::measure(levels, setup, level, threads, ledger)),
+            element: PhantomData,
         }
     }
 
@@ -48,45 +52,42 @@ impl<T: Real> Sizes<T> {
         self.data.saturating_add(self.rest)
     }
 
-    /// The ledger lines of `rest`.
-    pub fn requirement(ledger: &mut Ledger, settings: &Settings, level: usize, threads: usize) {
-        let (grid, setup) = (
-            grid_of(settings, level),
-            carrier_setup(settings, level, 0, threads),
-        );
-        ledger.group("quasi-Newton", Sharing::Together, |ledger| {
-            ledger.line(
-                "gradients, directions and pairs",
-                lbfgs::numbers(&grid, setup.slots, settings.history),
-                T::BYTES,
-            );
-            Evaluation::<T>::requirement(ledger, &grid, &setup);
+    /// What `rest` is made of.
+    pub fn measure(levels: &Levels<'_, T>, setup: &Setup, level: usize, threads: usize, ledger: &mut Ledger) {
+        let mut pool = Pool::measuring(ledger);
+        pool.group("quasi-Newton", Sharing::Together, |pool| {
+            let sweep = sweep_setup(setup, level, 0, threads);
+            lbfgs::take(&levels.grids[level], sweep.slots, setup.history, pool);
+            Evaluation::measure(levels, level, &sweep, pool);
         });
     }
 }
 
-fn grid_of(settings: &Settings, level: usize) -> Grid {
-    levels::hierarchy(&settings.grid)[level]
+/// Elements of what `measure` writes into a ledger.
+fn elements<T: Real>(measure: impl FnOnce(&mut Ledger)) -> usize {
+    let mut ledger = Ledger::new();
+    measure(&mut ledger);
+    ledger.elements(T::BYTES)
 }
 
 /// Steps of the scene that are one on grid `level`.
-pub(super) fn stride(settings: &Settings, level: usize) -> u32 {
-    if level > 0 && settings.halves_time { 2 } else { 1 }
+pub(super) fn stride(setup: &Setup, level: usize) -> u32 {
+    if level > 0 && setup.halves_time { 2 } else { 1 }
 }
 
 /// Slots on grid `level`.
-pub(super) fn slots_on(settings: &Settings, level: usize) -> usize {
-    (settings.carrier.slots + 1) / stride(settings, level) as usize - 1
+pub(super) fn slots_on(setup: &Setup, level: usize) -> usize {
+    (setup.flow.sweep.slots + 1) / stride(setup, level) as usize - 1
 }
 
 /// K, nu and r in the scaled numbers of grid `level`: with steps `s` times as long, v of a step is s times as large, w s^2 times, and
 /// there are s times fewer of each.
-fn weights(settings: &Settings, level: usize) -> [f64; 3] {
-    let s = f64::from(stride(settings, level));
+fn weights(setup: &Setup, level: usize) -> [f64; 3] {
+    let s = f64::from(stride(setup, level));
     [
         super::STIFFNESS / (s * s),
-        settings.viscosity * s,
-        settings.force_weight / (s * s * s),
+        setup.flow.viscosity * s,
+        setup.flow.force_weight / (s * s * s),
     ]
 }
 
@@ -114,33 +115,37 @@ fn search_stepping(result: Stepping, level: usize) -> Stepping {
 }
 
 /// Transport and metric of the search on grid `level` of `levels`.
-fn carrier_setup(settings: &Settings, level: usize, levels: usize, threads: usize) -> sweep::Setup {
+fn sweep_setup(setup: &Setup, level: usize, levels: usize, threads: usize) -> sweep::Setup {
     let between = (1..levels.saturating_sub(1)).contains(&level);
     let metric = Metric {
-        filters: settings.carrier.metric.filters.saturating_sub(level),
+        filters: setup.flow.sweep.metric.filters.saturating_sub(level),
         identity: if between { IDENTITY_BETWEEN } else { 1.0 },
     };
     sweep::Setup {
-        slots: slots_on(settings, level),
+        slots: slots_on(setup, level),
         metric,
-        stepping: search_stepping(settings.carrier.stepping, level),
+        stepping: search_stepping(setup.flow.sweep.stepping, level),
         threads,
-        ..settings.carrier
+        ..setup.flow.sweep
     }
 }
 
-/// Numbers of the finest grid's rest in which one iteration finds what another left, on whichever grid: the data of the grids down
-/// to that one and quasi-Newton's fields there. Behind them is work.
-pub(super) fn live<T: Real>(settings: &Settings) -> usize {
+/// Elements of the finest grid's rest in which one iteration finds what the one before left, on whichever grid that is: the data of
+/// the grids down to it, and quasi-Newton's fields on it. Behind them is work.
+pub(super) fn kept<T: Real>(levels: &Levels<'_, T>, setup: &Setup, threads: &Threads) -> usize {
     let fields = |level: usize| {
-        lbfgs::numbers(
-            &grid_of(settings, level),
-            slots_on(settings, level),
-            settings.history,
-        )
+        elements::<T>(|ledger| {
+            let mut pool = Pool::<T>::measuring(ledger);
+            lbfgs::take(
+                &levels.grids[level],
+                slots_on(setup, level),
+                setup.history,
+                &mut pool,
+            );
+        })
     };
-    let coarser = (1..Threads::new::<T>(settings).len()).scan(0, |above, level| {
-        *above += Sizes::<T>::new(settings, level, 1).data;
+    let coarser = (1..threads.len()).scan(0, |above, level| {
+        *above += Sizes::<T>::new(levels, setup, level, 1).data;
         Some(*above + fields(level))
     });
     coarser.fold(fields(0), usize::max)
@@ -152,23 +157,19 @@ pub(super) struct Threads(heapless::Vec<usize, MAX_LEVELS>);
 
 impl Threads {
     /// Which grids take part follows from the problem and the pairs alone; on how many threads, from what is planned.
-    pub fn new<T: Real>(settings: &Settings) -> Self {
-        let grids = levels::hierarchy(&settings.grid);
+    pub fn new<T: Real>(levels: &Levels<'_, T>, setup: &Setup) -> Self {
+        let size = |level: usize, threads: usize| Sizes::<T>::new(levels, setup, level, threads);
         let mut list = heapless::Vec::new();
-        let _ = list.push(settings.carrier.threads);
-        for (level, pair) in grids.windows(2).enumerate() {
-            let (room, alone) = (
-                Sizes::<T>::new(settings, level, 1).rest,
-                Sizes::<T>::new(settings, level + 1, 1).all(),
-            );
-            if !(settings.params.nested && coarse::begins_on(&pair[0], &pair[1]) && alone <= room) {
+        let mut threads = setup.flow.sweep.threads;
+        let _ = list.push(threads);
+        for (level, pair) in levels.grids.windows(2).enumerate() {
+            let fits = size(level + 1, 1).all() <= size(level, 1).rest;
+            if !(setup.nested && coarse::begins_on(&pair[0], &pair[1]) && fits) {
                 break;
             }
-            let room = Sizes::<T>::new(settings, level, list[level]).rest;
-            let fewer = coarse::halvings(list[level]);
-            let threads = fewer
-                .into_iter()
-                .find(|&threads| Sizes::<T>::new(settings, level + 1, threads).all() <= room)
+            let room = size(level, threads).rest;
+            threads = coarse::halvings(threads)
+                .find(|&threads| size(level + 1, threads).all() <= room)
                 .unwrap_or(1);
             let _ = list.push(threads);
         }
@@ -205,21 +206,25 @@ pub(super) struct NextMut<'a, T> {
 }
 
 impl<'a, T: Real> NextMut<'a, T> {
-    /// Carved from the rest of the finer grid.
-    pub fn carve(grid: &Grid, slots: usize, keyframes: usize, rest: &'a mut [T]) -> Self {
+    /// The data of a coarser grid, all but what is left of the pool.
+    pub fn carve(grid: &Grid, slots: usize, keyframes: usize, pool: &mut Pool<'a, T>) -> Self {
         let cells = grid.cells();
-        let mut pool = Pool::new(rest);
-        let (densities, rho) = (pool.take(keyframes * cells), pool.take(densities(grid, slots)));
-        let (initial, v) = (
-            pool.take_vector(grid.dims, cells),
-            pool.take_vector(grid.dims, cells * slots),
-        );
         Self {
-            initial,
-            rho,
-            v,
-            densities,
+            densities: pool.take("keyframe densities", keyframes * cells),
+            rho: pool.take("densities", densities(grid, slots)),
+            initial: pool.take_vector("given velocity", grid.dims, cells),
+            v: pool.take_vector("velocity", grid.dims, cells * slots),
+            rest: &mut [],
+        }
+    }
+
+    /// The same in the rest of the finer grid.
+    pub fn within(grid: &Grid, slots: usize, keyframes: usize, rest: &'a mut [T]) -> Self {
+        let mut pool = Pool::new(rest);
+        let next = Self::carve(grid, slots, keyframes, &mut pool);
+        Self {
             rest: pool.into_rest(),
+            ..next
         }
     }
 
@@ -251,7 +256,7 @@ impl<'a, T> Work<'a, '_, T> {
         } = &self.evaluation;
         Shape {
             grid: &levels.grids[*level],
-            slots: setup.carrier.slots,
+            slots: setup.sweep.slots,
         }
     }
 
@@ -267,15 +272,15 @@ impl<'a, T> Work<'a, '_, T> {
 /// Grid `level` from the finest one, all in between carved one in the rest of the other.
 pub(super) fn down<'a, T: Real>(
     levels: &Levels<'_, T>,
-    settings: &Settings,
+    setup: &Setup,
     finest: LevelMut<'a, T>,
     level: usize,
 ) -> LevelMut<'a, T> {
     let keyframes = finest.keyframes;
     let grids = levels.grids.iter().enumerate().skip(1).take(level);
     grids.fold(finest, |at, (level, grid)| {
-        NextMut::carve(grid, slots_on(settings, level), keyframes.count(), at.rest)
-            .complete(&keyframes, stride(settings, level))
+        NextMut::within(grid, slots_on(setup, level), keyframes.count(), at.rest)
+            .complete(&keyframes, stride(setup, level))
     })
 }
 
@@ -286,37 +291,46 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         keyframes: &Keyframes<'a, T>,
     ) -> (&'a Levels<'m, T>, LevelMut<'a, T>) {
         let keyframes = *keyframes;
-        let at = LevelMut {
-            initial: reborrow(&mut self.initial),
-            rho: self.rho,
-            v: reborrow(&mut self.v),
-            keyframes,
-            rest: self.rest,
-        };
-        (&self.levels, at)
-    }
-
-    /// Grid `level`, to iterate on.
-    pub(super) fn work<'a>(&'a mut self, level: usize, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
-        let (slots, history) = (slots_on(&self.settings, level), self.settings.history);
-        let (count, threads) = (self.threads.len(), self.threads.on(level));
-        let Self {
+        let Animation {
             levels,
-            v,
             initial,
             rho,
-            rest,
-            pivots,
-            sums,
-            settings,
+            v,
             ..
-        } = self;
-        let keyframes = *keyframes;
-        let finest = LevelMut {
+        } = &mut self.animation;
+        let at = LevelMut {
             initial: reborrow(initial),
             rho,
             v: reborrow(v),
             keyframes,
+            rest: self.rest,
+        };
+        (levels, at)
+    }
+
+    /// Grid `level`, to iterate on.
+    pub(super) fn work<'a>(&'a mut self, level: usize, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
+        let (count, threads) = (self.threads.len(), self.threads.on(level));
+        let Self {
+            animation,
+            rest,
+            pivots,
+            setup,
+            ..
+        } = self;
+        let Animation {
+            levels,
+            v,
+            initial,
+            rho,
+            sums,
+            ..
+        } = animation;
+        let finest = LevelMut {
+            initial: reborrow(initial),
+            rho,
+            v: reborrow(v),
+            keyframes: *keyframes,
             rest,
         };
         let LevelMut {
@@ -325,26 +339,24 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             v,
             keyframes,
             rest,
-        } = down(levels, settings, finest, level);
+        } = down(levels, setup, finest, level);
+        let slots = slots_on(setup, level);
         let mut pool = Pool::new(rest);
-        let fields = lbfgs::take(&levels.grids[level], slots, history, &mut pool);
-        let (initial, region) = ([&*x, &*y, &*z], pool.into_rest());
-        let ([stiffness, viscosity, force_weight], projection_tolerance) =
-            (weights(settings, level), settings.projection_tolerance);
-        let setup = flow::Setup {
-            carrier: carrier_setup(settings, level, count, threads),
-            viscosity,
-            force_weight,
-            projection_tolerance,
-        };
+        let fields = lbfgs::take(&levels.grids[level], slots, setup.history, &mut pool);
+        let [stiffness, viscosity, force_weight] = weights(setup, level);
         let evaluation = Evaluation {
             levels,
             level,
-            setup,
-            initial,
+            setup: flow::Setup {
+                sweep: sweep_setup(setup, level, count, threads),
+                viscosity,
+                force_weight,
+                ..setup.flow
+            },
+            initial: [&*x, &*y, &*z],
             rho,
             keyframes,
-            region,
+            region: pool.into_rest(),
             sums,
         };
         let line = TimeLine::new(

@@ -16,12 +16,12 @@ use crate::real::Real;
 impl<T: Real, S: Space> Direct<'_, T, S> {
     /// Passes the scene down to the coarsest grid that takes part, where the flow begins as v_0 in all slots; that grid.
     pub(super) fn begin(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> usize {
-        let (coarsest, settings) = (self.threads.len() - 1, self.settings);
+        let (coarsest, setup) = (self.threads.len() - 1, self.setup);
         let (levels, mut at) = self.finest(keyframes);
         for (level, grid) in levels.grids.iter().skip(1).take(coarsest).enumerate() {
-            let mut next = NextMut::carve(
+            let mut next = NextMut::within(
                 grid,
-                level::slots_on(&settings, level + 1),
+                level::slots_on(&setup, level + 1),
                 keyframes.count(),
                 at.rest,
             );
@@ -36,13 +36,13 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
                 densities: &mut *next.densities,
             };
             coarse::restrict(exec, levels, level, &fine, coarse, next.rest);
-            let [stride, finer] = [level + 1, level].map(|level| level::stride(&settings, level));
+            let [stride, finer] = [level + 1, level].map(|level| level::stride(&setup, level));
             next.initial
                 .iter_mut()
                 .for_each(|initial| rows::scale_in_place(initial, T::from_f64(f64::from(stride / finer))));
             at = next.complete(keyframes, stride);
         }
-        let slots = level::slots_on(&settings, coarsest);
+        let slots = level::slots_on(&setup, coarsest);
         let n = levels.grids[coarsest].n[0];
         for (v, initial) in at.v.iter_mut().zip(&at.initial) {
             for (row, initial) in v.chunks_exact_mut(slots * n).zip(initial.chunks_exact(n)) {
@@ -61,17 +61,17 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         observer: &mut dyn Observer,
         keyframes: &Keyframes<'_, T>,
     ) -> Result<(), Status> {
-        let (settings, fine) = (self.settings, self.level.unwrap_or(0).saturating_sub(1));
-        let [slots, few] = [fine, fine + 1].map(|level| level::slots_on(&settings, level));
+        let (setup, fine) = (self.setup, self.level.unwrap_or(0).saturating_sub(1));
+        let [slots, few] = [fine, fine + 1].map(|level| level::slots_on(&setup, level));
         let (levels, finest) = self.finest(keyframes);
-        let at = level::down(levels, &settings, finest, fine);
+        let at = level::down(levels, &setup, finest, fine);
         let grid = &levels.grids[fine + 1];
-        let coarse = NextMut::carve(grid, few, keyframes.count(), at.rest);
+        let coarse = NextMut::within(grid, few, keyframes.count(), at.rest);
         let mut pool = Pool::new(coarse.rest);
         let v = if slots == few {
             coarse.v
         } else {
-            let mut v = pool.take_vector(S::DIM, grid.cells() * slots);
+            let mut v = pool.take_vector("velocity", S::DIM, grid.cells() * slots);
             coarse::refine_time(
                 exec,
                 grid,
@@ -84,9 +84,9 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         };
         coarse::prolong(exec, levels, fine, slots, view(&v), at.v, pool.into_rest());
         self.level = Some(fine);
-        self.descent = Descent::new(self.settings.history);
+        self.descent = Descent::new(self.setup.history);
         let mut work = self.work(fine, keyframes);
-        let exec = &Capped::new(exec, work.evaluation.setup.carrier.threads);
+        let exec = &Capped::new(exec, work.evaluation.setup.sweep.threads);
         work.evaluation
             .project(
                 exec,
@@ -110,10 +110,10 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         while self.level.is_some_and(|level| level > 0) {
             self.ascend(exec, &mut Silent, keyframes)?;
         }
-        self.descent = Descent::new(self.settings.history);
-        let (force, stepping) = (self.descent.newton.direction, self.settings.carrier.stepping);
+        self.descent = Descent::new(self.setup.history);
+        let (force, stepping) = (self.descent.newton.direction, self.setup.flow.sweep.stepping);
         let mut work = self.work(0, keyframes);
-        work.evaluation.setup.carrier.stepping = stepping;
+        work.evaluation.setup.sweep.stepping = stepping;
         work.evaluation
             .finish::<S>(exec, &mut work.v, &mut work.fields[force])
     }

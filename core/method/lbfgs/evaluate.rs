@@ -10,11 +10,12 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::slot::{self, Slot, put};
 use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
-use crate::grid::{Grid, Space};
-use crate::memory::{Ledger, Pool, Sharing};
+use crate::grid::Space;
+use crate::grid::levels::Levels;
+use crate::memory::{Pool, Sharing};
 use crate::method::simulate::step::{self, Step};
 use crate::objective::flow::{self, Evaluation};
-use crate::objective::sweep::{self, Carrier};
+use crate::objective::sweep::{self, DensitySweep};
 use crate::observe::Observer;
 use crate::progress::Objective;
 use crate::real::Real;
@@ -38,22 +39,26 @@ pub struct Simulated<'a, 'm, T> {
 }
 
 impl<T: Real> Simulated<'_, '_, T> {
-    /// The ledger lines of the region.
-    pub fn requirement(ledger: &mut Ledger, grid: &Grid, setup: &sweep::Setup) {
-        ledger.group("evaluation or step", Sharing::InTurn, |ledger| {
-            Evaluation::<T>::requirement(ledger, grid, setup);
-            Step::<T>::requirement(ledger, grid, setup.threads);
+    /// What evaluations on the finest grid take of a region, for a pool that measures.
+    pub fn measure<'l>(levels: &'l Levels<'_, T>, sweep: &sweep::Setup, pool: &mut Pool<'l, T>) {
+        pool.group("evaluation or step", Sharing::InTurn, |pool| {
+            Evaluation::measure(levels, 0, sweep, pool);
+            // A step's tolerance and viscosity take no memory.
+            let step = step::Setup {
+                viscosity: 0.0,
+                tolerance: 0.0,
+                threads: sweep.threads,
+            };
+            Step::carve(levels, 0, step, pool);
         });
     }
 
     fn step_setup(&self) -> step::Setup {
-        let flow::Setup {
-            carrier, viscosity, ..
-        } = self.evaluation.setup;
+        let flow::Setup { sweep, viscosity, .. } = self.evaluation.setup;
         step::Setup {
             viscosity,
             tolerance: self.tolerance,
-            threads: carrier.threads,
+            threads: sweep.threads,
         }
     }
 
@@ -77,7 +82,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             sums,
             ..
         } = &mut self.evaluation;
-        let (grid, slots) = (&levels.grids[*level], setup.carrier.slots);
+        let (grid, slots) = (&levels.grids[*level], setup.sweep.slots);
         let force = 0.5 * setup.force_weight * sums::sum_squares(exec, grid, slots, u, sums);
         if force > bound {
             return Ok(Objective { data: 0.0, force });
@@ -98,8 +103,8 @@ impl<T: Real> Simulated<'_, '_, T> {
             v: view(v),
             along: None,
         };
-        let mut carrier = Carrier::carve(levels, *level, &setup.carrier, &mut Pool::new(region));
-        let data = carrier.carry(exec, observer, &flow, rho, keyframes, sums)?;
+        let mut sweep = DensitySweep::carve(levels, *level, &setup.sweep, &mut Pool::new(region));
+        let data = sweep.carry(exec, observer, &flow, rho, keyframes, sums)?;
         Ok(Objective { data, force })
     }
 
@@ -122,7 +127,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             sums,
             ..
         } = &mut self.evaluation;
-        let (grid, slots) = (&levels.grids[*level], setup.carrier.slots);
+        let (grid, slots) = (&levels.grids[*level], setup.sweep.slots);
         let mut step = Step::carve(levels, *level, step_setup, &mut Pool::new(region));
         for k in 1..=slots {
             let slot = |field| Slot {
@@ -170,7 +175,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             sums,
             ..
         } = &mut self.evaluation;
-        let (grid, slots) = (&levels.grids[*level], weights.carrier.slots);
+        let (grid, slots) = (&levels.grids[*level], weights.sweep.slots);
         let mut step = Step::carve(levels, *level, setup, &mut Pool::new(region));
         step.adjoint
             .iter_mut()
@@ -240,8 +245,8 @@ impl<T: Real> Simulated<'_, '_, T> {
             },
         );
         let n = grid.n[0];
-        let mut carrier = Carrier::carve(levels, *level, &setup.carrier, &mut Pool::new(region));
-        carrier.sweep_back(
+        let mut sweep = DensitySweep::carve(levels, *level, &setup.sweep, &mut Pool::new(region));
+        sweep.sweep_back(
             exec,
             observer,
             &flow,

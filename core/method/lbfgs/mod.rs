@@ -2,127 +2,86 @@
 //! flow, every gradient is the exact adjoint of the simulation (see [`evaluate`]).
 
 pub mod evaluate;
+pub mod params;
 mod start;
 
-use crate::checkpoint::{Damaged, MANY, Record};
+use crate::checkpoint::{Damaged, MANY, Mix, Record};
 use crate::exec::Exec;
 use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
-use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
-use crate::memory::{Arena, TooSmall};
-use crate::memory::{Ledger, Pool, Sharing};
+use crate::memory::{Layout, Ledger, Pool, Sharing, TooSmall};
+use crate::method::animation::Animation;
+use crate::method::contract::{Contract, Measure, Parts, fits, pairs_that_fit};
+use crate::method::params::Params;
+use crate::method::refusal::PlanError;
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::keyframes::Keyframes;
-use crate::objective::sweep::{self, densities};
+use crate::objective::sweep;
 use crate::observe::{Event, Observer};
-use crate::optimise::descent::{Descent, Function, Outcome};
-use crate::optimise::lbfgs::{self, Borrowed, Fields, Initial, MAX_PAIRS, QuasiNewton};
-use crate::poisson::{self, Projection};
-use crate::problem::{Problem, ProblemError, positive};
+use crate::optimise::descent::{Course, Descent, Function, Outcome};
+use crate::optimise::lbfgs::{self, Borrowed, Fields, Initial, QuasiNewton};
+use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use crate::transport::Stop;
 use core::marker::PhantomData;
 use evaluate::{Simulated, Warm};
-
-/// What a caller chooses for adjoint control.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LbfgsParams {
-    /// Pairs.
-    pub history: usize,
-    /// Stop when the objective falls by less than this times itself in an iteration, twice in a row.
-    pub tolerance: f64,
-    /// Whether the forces begin as those of the same scene on coarser grids.
-    pub nested: bool,
-}
-
-impl Default for LbfgsParams {
-    fn default() -> Self {
-        Self {
-            history: 8,
-            tolerance: 1e-4,
-            nested: false,
-        }
-    }
-}
-
-impl LbfgsParams {
-    /// Most pairs.
-    pub const MOST: usize = MAX_PAIRS;
-
-    /// Checks every number but the pairs.
-    ///
-    /// # Errors
-    /// [`ProblemError::NotPositive`].
-    pub fn check(&self) -> Result<(), ProblemError> {
-        positive("lbfgs.tolerance", self.tolerance)
-    }
-}
+use params::LbfgsParams;
 
 /// All that a solve follows from but its densities, in scaled numbers.
 #[derive(Clone, Copy, Debug)]
-pub struct Settings {
+pub struct Setup {
     /// The grid.
     pub grid: Grid,
+    /// The objective of a flow; max rho_0 is set with the source.
+    pub flow: flow::Setup,
     /// Keyframes.
     pub keyframes: usize,
-    /// Transport and metric; max rho_0 is set with the source.
-    pub carrier: sweep::Setup,
-    /// Relative tolerance of projections.
-    pub projection_tolerance: f64,
-    /// nu in scaled numbers.
-    pub viscosity: f64,
-    /// r.
-    pub force_weight: f64,
-    /// Relative tolerance of a step.
+    /// Pairs of L-BFGS.
+    pub history: usize,
+    /// What an iteration must gain, relative to the objective.
+    pub tolerance: f64,
+    /// Whether the forces begin on coarser grids.
+    pub nested: bool,
+    /// Relative tolerance of a simulated step.
     pub step_tolerance: f64,
     /// Iterations at most.
     pub iterations: usize,
-    /// The caller's choices.
-    pub params: LbfgsParams,
 }
 
-impl Settings {
-    /// The settings of `problem`.
+impl Setup {
+    /// That of `problem`.
     #[must_use]
-    pub fn new(
-        problem: &Problem<'_>,
-        params: &LbfgsParams,
-        step_tolerance: f64,
-        threads: usize,
-        iterations: usize,
-    ) -> Self {
+    pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
+        let LbfgsParams {
+            history,
+            tolerance,
+            nested,
+        } = params.lbfgs;
         Self {
             grid: problem.grid(),
+            flow: flow::Setup::new(problem, params.threads),
             keyframes: problem.keyframes.len(),
-            carrier: sweep::Setup::new(problem, threads),
-            projection_tolerance: problem.projection_tolerance,
-            viscosity: problem.scaled_viscosity(),
-            force_weight: problem.scaled_force_weight(),
-            step_tolerance,
-            iterations,
-            params: *params,
+            history: history.unwrap_or(LbfgsParams::MOST),
+            tolerance,
+            nested,
+            step_tolerance: params.simulation.tolerance,
+            iterations: params.iterations,
         }
     }
 }
 
-/// The state of adjoint control: every buffer but the keyframes.
+/// The state of adjoint control.
 #[derive(Debug)]
 pub struct Lbfgs<'m, T, S> {
-    levels: Levels<'m, T>,
-    /// The flow of the forces.
-    pub(crate) v: VectorMut<'m, T>,
+    /// Of which v is the flow of the forces.
+    animation: Animation<'m, T>,
     /// The forces u_0 .. u_{N-2}.
     u: VectorMut<'m, T>,
-    /// v_0.
-    pub(crate) initial: VectorMut<'m, T>,
-    /// rho_0 .. rho_N.
-    pub(crate) rho: &'m mut [T],
     /// Gradients, directions, pairs and work, or the coarse solve before them.
     rest: &'m mut [T],
-    sums: &'m mut [f64],
-    settings: Settings,
+    setup: Setup,
     descent: Descent,
     begun: bool,
     iteration: usize,
@@ -130,163 +89,144 @@ pub struct Lbfgs<'m, T, S> {
 }
 
 impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
-    /// Writes the ledger lines of [`Self::carve`], in its order.
-    pub fn requirement(ledger: &mut Ledger, settings: &Settings) {
-        let (grid, slots) = (settings.grid, settings.carrier.slots);
-        ledger.line("densities rho_0 .. rho_N", densities(&grid, slots), T::BYTES);
-        Levels::<T>::requirement(ledger, &grid, settings.carrier.metric.filters);
-        ledger.vector("velocity v", S::DIM, grid.cells() * slots, T::BYTES);
-        ledger.vector("force u", S::DIM, grid.cells() * slots, T::BYTES);
-        ledger.vector("given velocity v_0", S::DIM, grid.cells(), T::BYTES);
-        ledger.line(
-            "sums of rows",
-            lbfgs::sums_per_row(settings.params.history) * grid.rows(),
-            8,
-        );
-        Self::rest(ledger, settings);
-    }
-
-    /// The lines of `rest`.
-    fn rest(ledger: &mut Ledger, settings: &Settings) {
-        let (grid, carrier) = (settings.grid, settings.carrier);
-        ledger.group("L-BFGS", Sharing::Together, |ledger| {
-            ledger.line(
-                "gradients, directions and pairs",
-                lbfgs::numbers(&grid, carrier.slots, settings.params.history),
-                T::BYTES,
-            );
-            Simulated::<T>::requirement(ledger, &grid, &carrier);
-        });
-    }
-
-    /// Takes its buffers.
-    ///
-    /// # Errors
-    /// [`TooSmall`].
+    /// That of `setup`, without its buffers.
     #[inline(never)]
-    pub fn carve(arena: &mut Arena<'m>, settings: &Settings) -> Result<Self, TooSmall> {
-        let (grid, slots) = (settings.grid, settings.carrier.slots);
-        let rho = arena.take(densities(&grid, slots))?;
-        let levels = Levels::carve(arena, &grid, settings.carrier.metric.filters)?;
-        let v = arena.take_vector(S::DIM, grid.cells() * slots)?;
-        let u = arena.take_vector(S::DIM, grid.cells() * slots)?;
-        let initial = arena.take_vector(S::DIM, grid.cells())?;
-        let sums = arena.take(lbfgs::sums_per_row(settings.params.history) * grid.rows())?;
-        let mut ledger = Ledger::new();
-        Self::rest(&mut ledger, settings);
-        let rest = arena.take(ledger.bytes().unwrap_or(usize::MAX) / T::BYTES)?;
-        let descent = Descent::new(settings.params.history);
-        Ok(Self {
-            levels,
-            v,
-            u,
-            initial,
-            rho,
-            rest,
-            sums,
-            settings: *settings,
-            descent,
+    fn with(setup: &Setup) -> Self {
+        let sweep = &setup.flow.sweep;
+        Self {
+            animation: Animation::new(&setup.grid, sweep.slots, sweep.metric.filters),
+            u: Default::default(),
+            rest: &mut [],
+            setup: *setup,
+            descent: Descent::new(setup.history),
             begun: false,
             iteration: 0,
             space: PhantomData,
-        })
+        }
     }
 
-    /// The grid.
-    pub(crate) fn grid(&self) -> &Grid {
-        &self.levels.finest
+    /// What iterations take of `rest`, planned for `threads`.
+    fn measure(&self, threads: usize, ledger: &mut Ledger) {
+        let (levels, setup) = (&self.animation.levels, &self.setup);
+        let sweep = sweep::Setup {
+            threads,
+            ..setup.flow.sweep
+        };
+        let mut pool = Pool::measuring(ledger);
+        pool.group("L-BFGS", Sharing::Together, |pool| {
+            lbfgs::take(&setup.grid, sweep.slots, setup.history, pool);
+            Simulated::measure(levels, &sweep, pool);
+        });
     }
 
-    /// Slots T.
-    pub(crate) fn slots(&self) -> usize {
-        self.settings.carrier.slots
-    }
-
-    /// Sets rho_0 and its maximum.
-    pub(crate) fn set_source(&mut self, density: &[T], largest: f64) {
-        self.rho[..density.len()].copy_from_slice(density);
-        self.settings.carrier.largest = largest;
-    }
-
-    /// Numbers of quasi-Newton's fields, which are the first of `rest`: the rest of it is work.
-    fn pairs(settings: &Settings) -> usize {
-        lbfgs::numbers(&settings.grid, settings.carrier.slots, settings.params.history)
-    }
-
-    /// Numbers that [`Self::record`] passes over.
-    pub(crate) fn live(settings: &Settings) -> usize {
-        let (grid, slots) = (settings.grid, settings.carrier.slots);
-        densities(&grid, slots) + S::DIM * grid.cells() * (2 * slots + 1) + Self::pairs(settings)
-    }
-
-    /// The state in a checkpoint.
-    pub(crate) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
-        let (mut descent, mut begun, mut iteration, mut largest) = (
-            self.descent.clone(),
-            self.begun,
-            self.iteration,
-            self.settings.carrier.largest,
+    /// Elements of quasi-Newton's fields, which are the first of `rest`: the rest of it is work.
+    fn pairs(setup: &Setup) -> usize {
+        let mut ledger = Ledger::new();
+        let slots = setup.flow.sweep.slots;
+        lbfgs::take(
+            &setup.grid,
+            slots,
+            setup.history,
+            &mut Pool::<T>::measuring(&mut ledger),
         );
+        ledger.elements(T::BYTES)
+    }
+
+    fn work<'a>(&'a mut self, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
+        let setup = &self.setup;
+        let mut pool = Pool::new(&mut *self.rest);
+        let fields = lbfgs::take(&setup.grid, self.animation.slots, setup.history, &mut pool);
+        let (evaluation, v) = self.animation.evaluation(setup.flow, keyframes, pool.into_rest());
+        Work {
+            simulated: Simulated {
+                evaluation,
+                tolerance: setup.step_tolerance,
+            },
+            v: reborrow(v),
+            u: reborrow(&mut self.u),
+            fields,
+            change: None,
+        }
+    }
+}
+
+impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
+    fn new(problem: &Problem<'_>, params: &Params) -> Self {
+        Self::with(&Setup::new(problem, params))
+    }
+
+    /// As many pairs as are asked for, or as many as the ceiling allows on one thread, so that results do not depend on threads.
+    fn fit(_: &Problem<'_>, params: &Params, measure: &Measure<'_>) -> Result<Params, PlanError> {
+        let with = |pairs: usize, threads: usize| {
+            let lbfgs = LbfgsParams {
+                history: Some(pairs),
+                ..params.lbfgs
+            };
+            Params {
+                lbfgs,
+                threads,
+                ..*params
+            }
+        };
+        let alone = |pairs: usize| fits(&with(pairs, 1), measure);
+        let pairs = pairs_that_fit(params.lbfgs.history, LbfgsParams::MOST, alone)?;
+        Ok(with(pairs, params.threads))
+    }
+
+    fn mix(params: &Params, mix: &mut Mix) {
+        // Every field by name: a new one does not compile until it is mixed in.
+        let LbfgsParams {
+            history,
+            tolerance,
+            nested,
+        } = params.lbfgs;
+        mix.word(history.unwrap_or(LbfgsParams::MOST) as u64);
+        mix.real(tolerance);
+        mix.word(u64::from(nested));
+        params.simulation.mix(mix);
+    }
+
+    fn animation(&self) -> &Animation<'m, T> {
+        &self.animation
+    }
+
+    fn parts(&mut self) -> Parts<'_, 'm, T> {
+        Parts {
+            animation: &mut self.animation,
+            setup: &mut self.setup.flow,
+            region: self.rest,
+        }
+    }
+
+    fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
+        let setup = self.setup;
+        let sums = lbfgs::sums_per_row(setup.history) * setup.grid.rows();
+        self.animation.layout(layout, sums)?;
+        let len = setup.grid.cells() * self.animation.slots;
+        layout.keep_vector("force u", &mut self.u, S::DIM, len)?;
+        let mut rest = core::mem::take(&mut self.rest);
+        let done = layout.in_turn(&mut rest, Self::pairs(&setup), |ledger| {
+            let threads = setup.flow.sweep.threads;
+            self.measure(threads, ledger);
+            self.animation.measure_initial(threads, ledger);
+        });
+        self.rest = rest;
+        done
+    }
+
+    fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        let (mut descent, mut begun) = (self.descent.clone(), self.begun);
+        let (mut iteration, mut largest) = (self.iteration, self.setup.flow.sweep.largest);
         record.flag(&mut begun)?;
         record.count(&mut iteration, MANY)?;
         record.real(&mut largest)?;
         descent.record(record)?;
-        (
-            self.descent,
-            self.begun,
-            self.iteration,
-            self.settings.carrier.largest,
-        ) = (descent, begun, iteration, largest);
-        record.numbers(self.rho);
-        let Self { v, u, initial, .. } = self;
-        [v, u, initial]
-            .into_iter()
-            .flatten()
-            .for_each(|field| record.numbers(field));
-        record.numbers(&mut self.rest[..Self::pairs(&self.settings)]);
+        (self.descent, self.begun, self.iteration) = (descent, begun, iteration);
+        self.setup.flow.sweep.largest = largest;
         Ok(())
     }
 
-    /// Projects v_0; the change relative to max |v_0|.
-    pub(crate) fn project_initial(&mut self, exec: &dyn Exec) -> f64 {
-        let (grid, threads, tolerance) = (
-            &self.levels.finest,
-            self.settings.carrier.threads,
-            self.settings.projection_tolerance,
-        );
-        let mut pool = Pool::new(&mut *self.rest);
-        let mut copy = pool.take_vector(S::DIM, grid.cells());
-        let projection = Projection::carve(&self.levels, 0, 1, threads, &mut pool);
-        poisson::project_given(
-            exec,
-            grid,
-            projection,
-            &mut self.initial,
-            &mut copy,
-            tolerance,
-            self.sums,
-        )
-    }
-
-    /// The forces of the result, after [`Self::make_feasible`].
-    pub(crate) fn force(&self) -> Vector<'_, T> {
-        view(&self.u)
-    }
-
-    /// One iteration.
-    pub fn step(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
-    ) -> Progress {
-        let mut progress = Progress::default();
-        progress.status = self.iterate(exec, observer, keyframes, &mut progress).err();
-        progress
-    }
-
-    /// The step's body; an error is how the solve ended.
-    fn iterate(
+    fn step(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
@@ -295,7 +235,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     ) -> Result<(), Status> {
         self.iteration += 1;
         progress.iteration = self.iteration;
-        progress.direct.cells = self.grid().n;
+        progress.cells = self.setup.grid.n;
         if observer
             .on(Event::IterationBegin {
                 iteration: self.iteration,
@@ -307,21 +247,19 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         if !self.begun {
             self.begin(exec, observer, keyframes)?;
         }
-        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.settings.params.history));
-        let tolerance = self.settings.params.tolerance;
-        let outcome = descent.iterate::<T, S>(
-            exec,
-            observer,
-            &mut self.work(keyframes),
-            tolerance,
-            &mut progress.direct,
-        );
+        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
+        let tolerance = self.setup.tolerance;
+        let mut course = Course::default();
+        let mut work = self.work(keyframes);
+        let outcome = descent.iterate::<T, S>(exec, observer, &mut work, tolerance, &mut course);
+        drop(work);
+        course.tell(progress);
         match outcome {
             Ok((outcome, objective)) => {
                 progress.objective = objective;
                 self.descent = descent;
                 match outcome {
-                    Outcome::Goes if self.descent.iterations < self.settings.iterations => Ok(()),
+                    Outcome::Goes if self.descent.iterations < self.setup.iterations => Ok(()),
                     Outcome::Goes => Err(Status::MaxIterations),
                     Outcome::Converged => Err(Status::Converged),
                     Outcome::Stalled => Err(Status::Stalled),
@@ -333,56 +271,8 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         }
     }
 
-    fn work<'a>(&'a mut self, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
-        let Settings {
-            grid,
-            carrier,
-            viscosity,
-            force_weight,
-            projection_tolerance,
-            step_tolerance,
-            params,
-            ..
-        } = self.settings;
-        let mut pool = Pool::new(&mut *self.rest);
-        let fields = lbfgs::take(&grid, carrier.slots, params.history, &mut pool);
-        let setup = flow::Setup {
-            carrier,
-            viscosity,
-            force_weight,
-            projection_tolerance,
-        };
-        let keyframes = *keyframes;
-        let evaluation = Evaluation {
-            levels: &self.levels,
-            level: 0,
-            setup,
-            initial: view(&self.initial),
-            rho: self.rho,
-            keyframes,
-            region: pool.into_rest(),
-            sums: self.sums,
-        };
-        let simulated = Simulated {
-            evaluation,
-            tolerance: step_tolerance,
-        };
-        Work {
-            simulated,
-            v: reborrow(&mut self.v),
-            u: reborrow(&mut self.u),
-            fields,
-            change: None,
-        }
-    }
-
-    /// The flow projected, its densities, and the forces that make it; the objective.
-    pub(crate) fn make_feasible(
-        &mut self,
-        exec: &dyn Exec,
-        keyframes: &Keyframes<'_, T>,
-    ) -> Result<Objective, Status> {
-        self.descent = Descent::new(self.settings.params.history);
+    fn finish(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
+        self.descent = Descent::new(self.setup.history);
         let Work {
             mut simulated,
             mut v,
@@ -390,6 +280,10 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
             ..
         } = self.work(keyframes);
         simulated.evaluation.finish::<S>(exec, &mut v, &mut u)
+    }
+
+    fn force(&self) -> Vector<'_, T> {
+        view(&self.u)
     }
 }
 
@@ -410,7 +304,7 @@ impl<'a, T> Work<'a, '_, T> {
         } = &self.simulated.evaluation;
         Shape {
             grid: &levels.grids[*level],
-            slots: setup.carrier.slots,
+            slots: setup.sweep.slots,
         }
     }
 

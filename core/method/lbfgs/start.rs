@@ -1,16 +1,16 @@
 //! Where the forces begin: at 0, or as those of the same scene on a coarser grid, solved first in the bytes of `rest`.
 
-use super::{Lbfgs, Settings};
+use super::{Lbfgs, Setup};
 use crate::exec::{Capped, Exec};
 use crate::field::slot::put_everywhere;
 use crate::field::{reborrow, view};
 use crate::grid::Space;
-use crate::memory::Arena;
 use crate::memory::Ledger;
+use crate::method::animation::Animation;
+use crate::method::coarse_start;
 use crate::objective::coarse;
-use crate::objective::flow::{self, Evaluation};
 use crate::objective::keyframes::Keyframes;
-use crate::observe::{Observer, WorkOnly};
+use crate::observe::Observer;
 use crate::optimise::descent::Descent;
 use crate::progress::Status;
 use crate::real::Real;
@@ -26,65 +26,64 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         observer: &mut dyn Observer,
         keyframes: &Keyframes<'_, T>,
     ) -> Result<(), Status> {
-        let slots = self.settings.carrier.slots;
         self.u.iter_mut().for_each(|component| component.fill(T::ZERO));
-        put_everywhere(exec, &self.levels.finest, view(&self.initial), &mut self.v, slots);
-        if let Some(settings) = self.coarse_settings() {
-            self.begin_coarse(exec, observer, &settings, keyframes)?;
+        let Animation {
+            levels,
+            initial,
+            v,
+            slots,
+            ..
+        } = &mut self.animation;
+        put_everywhere(exec, &levels.finest, view(initial), v, *slots);
+        if let Some(setup) = self.coarse_setup() {
+            self.begin_coarse(exec, observer, &setup, keyframes)?;
         }
-        self.descent = Descent::new(self.settings.params.history);
+        self.descent = Descent::new(self.setup.history);
         self.begun = true;
         Ok(())
     }
 
-    /// The settings of the coarse solve on as many threads as its bytes allow, or `None` when there is to be none.
+    /// The setup of the coarse solve on as many threads as its memory allows, or `None` when there is to be none.
     ///
     /// Whether there is one follows from the problem alone, never from the threads that memory was planned for.
-    fn coarse_settings(&self) -> Option<Settings> {
-        let (fine, coarse) = (self.levels.grids.first()?, self.levels.grids.get(1)?);
+    fn coarse_setup(&self) -> Option<Setup> {
+        let grids = &self.animation.levels.grids;
+        let (fine, coarse) = (grids.first()?, grids.get(1)?);
         let on = |threads: usize| {
-            let mut settings = Settings {
+            let mut setup = Setup {
                 grid: *coarse,
                 iterations: COARSE_ITERATIONS,
-                ..self.settings
+                ..self.setup
             };
-            settings.carrier.metric.filters = settings.carrier.metric.filters.saturating_sub(1);
-            settings.carrier.threads = threads;
-            settings
+            let sweep = &mut setup.flow.sweep;
+            sweep.metric.filters = sweep.metric.filters.saturating_sub(1);
+            sweep.threads = threads;
+            setup
         };
         let room = |threads: usize| {
-            let (mut settings, mut ledger) = (self.settings, Ledger::new());
-            settings.carrier.threads = threads;
-            Self::rest(&mut ledger, &settings);
-            ledger.bytes().unwrap_or(0) / T::BYTES
+            let mut ledger = Ledger::new();
+            self.measure(threads, &mut ledger);
+            ledger.elements(T::BYTES)
         };
-        let threads = self.settings.carrier.threads;
-        if !(self.settings.params.nested
-            && coarse::begins_on(fine, coarse)
-            && self.coarse_numbers(&on(1)) <= room(1))
-        {
+        let fits = |setup: &Setup, room: usize| self.coarse_elements(setup).is_some_and(|len| len <= room);
+        let threads = self.setup.flow.sweep.threads;
+        if !(self.setup.nested && coarse::begins_on(fine, coarse) && fits(&on(1), room(1))) {
             return None;
         }
-        let fewer = coarse::halvings(threads);
-        fewer
-            .map(on)
-            .find(|settings| self.coarse_numbers(settings) <= room(threads))
+        let room = room(threads);
+        coarse::halvings(threads).map(on).find(|setup| fits(setup, room))
     }
 
-    /// Numbers that the coarse solve and the way to it take.
-    fn coarse_numbers(&self, settings: &Settings) -> usize {
+    /// Elements that the coarse solve and the way to it take.
+    fn coarse_elements(&self, setup: &Setup) -> Option<usize> {
         let mut ledger = Ledger::new();
-        Self::requirement(&mut ledger, settings);
-        ledger.line(
-            "keyframe densities",
-            settings.keyframes * settings.grid.cells(),
-            T::BYTES,
-        );
-        let scratch = settings.carrier.threads
-            * coarse::scratch_per_thread(&self.settings.grid, settings.carrier.slots);
-        ledger
-            .bytes()
-            .map_or(usize::MAX, |bytes| (bytes / T::BYTES).saturating_add(scratch))
+        let bytes = coarse_start::bytes::<T, S>(Lbfgs::with(setup), setup.keyframes, &mut ledger)?;
+        (bytes / T::BYTES).checked_add(self.transfer_scratch(setup))
+    }
+
+    /// Elements of scratch that fields take on their way to and from the coarse grid.
+    fn transfer_scratch(&self, coarse: &Setup) -> usize {
+        coarse.flow.sweep.threads * coarse::scratch_per_thread(&self.setup.grid, self.animation.slots)
     }
 
     /// Solves the coarse scene, prolongs its forces and its flow, and projects both.
@@ -92,87 +91,42 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        settings: &Settings,
+        setup: &Setup,
         keyframes: &Keyframes<'_, T>,
     ) -> Result<(), Status> {
+        let scratch = self.transfer_scratch(setup);
         let Self {
-            levels,
+            animation,
             rest,
-            rho,
-            initial,
-            v,
             u,
-            settings: fine,
-            sums,
+            setup: fine,
             ..
         } = self;
-        let (cells, coarse, slots) = (fine.grid.cells(), settings.grid.cells(), fine.carrier.slots);
-        let capped = &Capped::new(exec, settings.carrier.threads);
-        let scratch = settings.carrier.threads * coarse::scratch_per_thread(&fine.grid, slots);
+        let capped = &Capped::new(exec, setup.flow.sweep.threads);
         let (memory, scratch) = rest.split_at_mut(rest.len() - scratch);
-        let mut arena = Arena::over(memory);
-        let full = |_| Status::NotFinite;
-        let mut solver = Lbfgs::<T, S>::carve(&mut arena, settings).map_err(full)?;
-        let densities = arena.take(settings.keyframes * coarse).map_err(full)?;
-        let scene = coarse::Scene {
-            source: &rho[..cells],
-            initial: view(initial),
+        let mut solver = Lbfgs::<T, S>::with(setup);
+        let ended = coarse_start::solve(
+            capped,
+            observer,
+            animation,
             keyframes,
-        };
-        let coarser = coarse::SceneMut {
-            source: &mut solver.rho[..coarse],
-            initial: reborrow(&mut solver.initial),
-            densities: &mut *densities,
-        };
-        coarse::restrict(capped, levels, 0, &scene, coarser, scratch);
-        let coarse_keyframes = keyframes.coarse(1, densities);
-        let status = loop {
-            if let Some(status) = solver
-                .step(capped, &mut WorkOnly(observer), &coarse_keyframes)
-                .status
-            {
-                break status;
-            }
-        };
-        match status {
-            Status::Cancelled => return Err(status),
-            Status::NotFinite => return Ok(()),
-            _ => {}
+            &mut solver,
+            memory,
+            scratch,
+        )?;
+        if ended == Status::NotFinite {
+            return Ok(());
         }
-        coarse::prolong(capped, levels, 0, slots, view(&solver.v), reborrow(v), scratch);
-        coarse::prolong(capped, levels, 0, slots, view(&solver.u), reborrow(u), scratch);
+        let Animation { levels, v, slots, .. } = animation;
+        let coarse_v = view(&solver.animation.v);
+        coarse::prolong(capped, levels, 0, *slots, coarse_v, reborrow(v), scratch);
+        coarse::prolong(capped, levels, 0, *slots, view(&solver.u), reborrow(u), scratch);
         drop(solver);
-        let Settings {
-            carrier,
-            viscosity,
-            force_weight,
-            projection_tolerance,
-            ..
-        } = *fine;
-        let setup = flow::Setup {
-            carrier,
-            viscosity,
-            force_weight,
-            projection_tolerance,
-        };
-        let keyframes = *keyframes;
-        let mut evaluation = Evaluation {
-            levels,
-            level: 0,
-            setup,
-            initial: view(initial),
-            rho,
-            keyframes,
-            region: rest,
-            sums,
-        };
+        let tolerance = fine.flow.projection_tolerance;
+        let (mut evaluation, v) = animation.evaluation(fine.flow, keyframes, rest);
         [v, u]
             .into_iter()
-            .try_for_each(|field| {
-                evaluation
-                    .project(exec, observer, field, setup.projection_tolerance)
-                    .map(drop)
-            })
+            .try_for_each(|field| evaluation.project(exec, observer, field, tolerance).map(drop))
             .map_err(|_| Status::Cancelled)
     }
 }

@@ -12,9 +12,8 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, sums};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Side};
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Pool, Sharing};
 use crate::operators::blur::{Blur, Metric};
-use crate::problem::ProblemError;
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -22,57 +21,6 @@ use crate::transport::Stop;
 const FLOOR: f64 = 1e-6;
 /// Sub-steps of gathering at most.
 const MOST_SUBSTEPS: f64 = 4096.0;
-
-/// What a caller chooses for target-driven smoke.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PdParams {
-    /// Weight of the driving force, in squared lengths of the box per squared time between keyframes.
-    pub drive: f64,
-    /// Rate at which momentum is lost, per time between keyframes.
-    pub attenuation: f64,
-    /// Weight of the gathering term, in squared lengths of the box per time between keyframes; 0 for none.
-    pub gathering: f64,
-}
-
-impl Default for PdParams {
-    fn default() -> Self {
-        Self {
-            drive: 10.0,
-            attenuation: 20.0,
-            gathering: 0.0,
-        }
-    }
-}
-
-impl PdParams {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`ProblemError::Negative`] names the first that is wrong.
-    pub fn check(&self) -> Result<(), ProblemError> {
-        let numbers = [
-            ("pd.drive", self.drive),
-            ("pd.attenuation", self.attenuation),
-            ("pd.gathering", self.gathering),
-        ];
-        numbers
-            .into_iter()
-            .try_for_each(|(field, given)| crate::problem::not_negative(field, given))
-    }
-
-    /// What one of `steps` steps from keyframe to keyframe keeps of momentum, and the impulse that it gets from a force of 1:
-    /// v' = F - a v, solved exactly for one step.
-    #[must_use]
-    pub fn step(&self, steps: usize) -> [f64; 2] {
-        let rate = self.attenuation / steps as f64;
-        let impulse = if rate > 0.0 {
-            -libm::expm1(-rate) / rate
-        } else {
-            1.0
-        };
-        [libm::exp(-rate), impulse * self.drive / (steps * steps) as f64]
-    }
-}
 
 /// Blurred densities and what they drive.
 pub struct Drive<'a, T> {
@@ -85,19 +33,7 @@ pub struct Drive<'a, T> {
 }
 
 impl<'a, T: Real> Drive<'a, T> {
-    /// Writes the ledger lines of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, grid: &Grid, filters: usize, threads: usize) {
-        ledger.group("driving force", Sharing::Together, |ledger| {
-            ledger.line(
-                "blurred densities, gathered smoke",
-                3 * pooled(grid.cells()),
-                T::BYTES,
-            );
-            Blur::<T>::requirement(ledger, grid, filters, threads);
-        });
-    }
-
-    /// Takes its numbers, for the finest grid.
+    /// Takes its workspace from a pool, for the finest grid.
     pub fn carve(
         hierarchy: &'a Levels<'_, T>,
         metric: Metric,
@@ -105,15 +41,19 @@ impl<'a, T: Real> Drive<'a, T> {
         pool: &mut Pool<'a, T>,
     ) -> Self {
         let (grid, len) = (&hierarchy.finest, hierarchy.finest.cells());
-        let (smoke, target, gathered) = (pool.take(len), pool.take(len), pool.take(len));
-        Self {
-            grid,
-            filters: metric.filters,
-            smoke,
-            target,
-            gathered,
-            blur: Blur::carve(hierarchy, 0, metric, threads, pool),
-        }
+        pool.group("driving force", Sharing::Together, |pool| {
+            let [smoke, target, gathered] = pool.line("blurred densities, gathered smoke", |pool| {
+                [(); 3].map(|()| pool.take("field", len))
+            });
+            Self {
+                grid,
+                filters: metric.filters,
+                smoke,
+                target,
+                gathered,
+                blur: Blur::carve(hierarchy, 0, metric, threads, pool),
+            }
+        })
     }
 
     /// Blurs the smoke and its target.

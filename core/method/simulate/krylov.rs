@@ -4,7 +4,7 @@ use crate::exec::Exec;
 use crate::field::trajectory::{Shape, add, dot, scale};
 use crate::field::{Vector, VectorMut, view};
 use crate::grid::Grid;
-use crate::memory::{Ledger, Pool, pooled};
+use crate::memory::Pool;
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -23,22 +23,13 @@ pub struct Krylov<'a, T> {
 }
 
 impl<'a, T: Real> Krylov<'a, T> {
-    /// Writes the ledger line of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, grid: &Grid) {
-        ledger.line(
-            "Krylov directions",
-            (DIRECTIONS + 1) * grid.dims * pooled(grid.cells()),
-            T::BYTES,
-        );
-    }
-
-    /// Takes its numbers.
+    /// Takes its workspace from a pool.
     pub fn carve(grid: &Grid, pool: &mut Pool<'a, T>) -> Self {
-        Self {
+        pool.line("Krylov directions", |pool| Self {
             basis: (0..=DIRECTIONS)
-                .map(|_| pool.take_vector(grid.dims, grid.cells()))
+                .map(|_| pool.take_vector("direction", grid.dims, grid.cells()))
                 .collect(),
-        }
+        })
     }
 
     /// `out` = a d for which |residual - L d| is at most `left` times |residual|, which is not 0, or the best of one cycle.

@@ -10,7 +10,7 @@ use crate::field::trajectory::{Shape, add, dot};
 use crate::field::{Vector, VectorMut, reborrow, sums, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Pool, Sharing};
 use crate::observe::Observer;
 use crate::operators::self_advection::{self, Fluid};
 use crate::poisson::Projection;
@@ -60,48 +60,31 @@ pub struct Step<'a, T> {
     scratch: &'a mut [T],
 }
 
-/// Fields of one slot beside the Krylov directions.
-const FIELDS: usize = 5;
-
 impl<'a, T: Real> Step<'a, T> {
-    /// Writes the ledger lines of [`Self::carve`].
-    pub fn requirement(ledger: &mut Ledger, grid: &Grid, threads: usize) {
-        ledger.group("implicit step", Sharing::Together, |ledger| {
-            Projection::<T>::requirement(ledger, grid, 1, threads);
-            ledger.line(
-                "velocities, residual and correction",
-                FIELDS * grid.dims * pooled(grid.cells()),
-                T::BYTES,
-            );
-            Krylov::<T>::requirement(ledger, grid);
-            ledger.line(
-                "rows of a block",
-                pooled(threads * self_advection::scratch_per_thread(grid, 1)),
-                T::BYTES,
-            );
-        });
-    }
-
-    /// Takes its numbers. The grid is number `level` of the hierarchy.
+    /// Takes its workspace from a pool. The grid is number `level` of the hierarchy.
     pub fn carve(levels: &'a Levels<'_, T>, level: usize, setup: Setup, pool: &mut Pool<'a, T>) -> Self {
         let grid = &levels.grids[level];
-        let projection = Projection::carve(levels, level, 1, setup.threads, pool);
-        let mut field = || pool.take_vector(grid.dims, grid.cells());
-        let (given, v, adjoint, residual, correction) = (field(), field(), field(), field(), field());
-        let krylov = Krylov::carve(grid, pool);
-        let scratch = pool.take(setup.threads * self_advection::scratch_per_thread(grid, 1));
-        Self {
-            grid,
-            setup,
-            projection,
-            given,
-            v,
-            adjoint,
-            residual,
-            correction,
-            krylov,
-            scratch,
-        }
+        pool.group("implicit step", Sharing::Together, |pool| {
+            let projection = Projection::carve(levels, level, 1, setup.threads, pool);
+            let [given, v, adjoint, residual, correction] = pool
+                .line("velocities, residual and correction", |pool| {
+                    [(); 5].map(|()| pool.take_vector("field", grid.dims, grid.cells()))
+                });
+            let krylov = Krylov::carve(grid, pool);
+            let rows = setup.threads * self_advection::scratch_per_thread(grid, 1);
+            Self {
+                grid,
+                setup,
+                projection,
+                given,
+                v,
+                adjoint,
+                residual,
+                correction,
+                krylov,
+                scratch: pool.take("rows of a block", rows),
+            }
+        })
     }
 
     /// `given` = the sum of `s x`.

@@ -189,7 +189,7 @@ impl<T: Real> Row<'_, '_, T> {
         let side_by_side = (V::LANES / each).max(1);
         let mut pool = Pool::new(scratch);
         let [gathered, long_header, long, header, lower, stored] =
-            parts_for_slots::<S, V, P>(system.slots).map(|len| pool.take(len));
+            parts_for_slots::<S, V, P>(system.slots).map(|len| pool.take("lines", len));
         let group = Group {
             system,
             row,

@@ -7,7 +7,7 @@
 use crate::checkpoint::{Damaged, Record};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::trajectory::Shape;
-use crate::field::{VectorMut, rows, sums};
+use crate::field::{Vector, VectorMut, rows, sums};
 use crate::force::time_line::TimeLine;
 use crate::grid::Grid;
 use crate::memory::{Pool, pooled};
@@ -33,20 +33,29 @@ pub const fn sums_per_row(pairs: usize) -> usize {
     2 * pairs + 1
 }
 
-/// Numbers of them in a [`Pool`].
-#[must_use]
-pub fn numbers(grid: &Grid, slots: usize, pairs: usize) -> usize {
-    fields(pairs) * grid.dims * pooled(grid.cells() * slots)
-}
-
 /// The fields by number.
 pub type Fields<'a, T> = heapless::Vec<VectorMut<'a, T>, MAX_FIELDS>;
 
 /// Takes the fields from a pool.
 pub fn take<'a, T: Real>(grid: &Grid, slots: usize, pairs: usize, pool: &mut Pool<'a, T>) -> Fields<'a, T> {
-    (0..fields(pairs))
-        .map(|_| pool.take_vector(grid.dims, grid.cells() * slots))
-        .collect()
+    pool.line("gradients, directions and pairs", |pool| {
+        (0..fields(pairs))
+            .map(|_| pool.take_vector("field", grid.dims, grid.cells() * slots))
+            .collect()
+    })
+}
+
+/// Field `which` of those that [`take`] took from the front of `elements`.
+#[must_use]
+pub fn view<'a, T>(grid: &Grid, slots: usize, which: usize, elements: &'a [T]) -> Vector<'a, T> {
+    let len = grid.cells() * slots;
+    core::array::from_fn(|axis| {
+        if axis < grid.dims {
+            &elements[(which * grid.dims + axis) * pooled(len)..][..len]
+        } else {
+            &[]
+        }
+    })
 }
 
 /// Inner products of a pair's s and z = P y with some covector.

@@ -36,7 +36,13 @@ impl<'g> Carry<'g> {
         work: impl FnOnce(&mut Transport<'_, T>) -> R,
     ) -> Result<R, TooFast> {
         let mut ledger = Ledger::new();
-        Transport::<T>::requirement(&mut ledger, self.grid, 1);
+        Transport::<T>::carve(
+            self.grid,
+            self.stepping,
+            1.0,
+            1,
+            &mut Pool::measuring(&mut ledger),
+        );
         let mut numbers = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
         let mut sums = vec![0.0; self.grid.rows()];
         let mut transport = Transport::carve(self.grid, self.stepping, 1.0, 1, &mut Pool::new(&mut numbers));

@@ -5,7 +5,7 @@ use core::ops::ControlFlow;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::memory::Arena;
-use thurible_core::memory::Ledger;
+use thurible_core::memory::{Ledger, Pool};
 use thurible_core::method::admm::ao::{self, Fields, Setup};
 use thurible_core::method::lbfgs::evaluate::{Simulated, Warm};
 use thurible_core::objective::flow::{self, Evaluation};
@@ -50,15 +50,14 @@ impl<T: Real> Control<'_, T> {
             penalty: self.penalty,
             iterations,
             momentum: 0.0,
-            projection_tolerance: 1e-13,
-            carrier: self.carrier(),
+            flow: self.flow(1.0),
         };
-        let mut ledger = Ledger::new();
-        ao::requirement::<T>(&mut ledger, grid, &setup);
-        let mut region = vec![T::ZERO; ledger.bytes().unwrap() / T::BYTES];
         let mut sums = vec![0.0; grid.rows() * slots.max(2)];
         let mut memory = Memory::new(1 << 20);
         let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
+        let mut ledger = Ledger::new();
+        ao::measure::<T>(&levels, &setup, &mut Pool::measuring(&mut ledger));
+        let mut region = vec![T::ZERO; ledger.elements(T::BYTES)];
         let (mut star, mut direction) = (v.clone(), zeros(grid, slots));
         let mut rho = self.source.repeat(self.steps + 1);
         let keyframes = Keyframes::new(self.keyframes, self.targets);
@@ -86,7 +85,7 @@ impl<T: Real> Control<'_, T> {
         Found { direction, info }
     }
 
-    fn carrier(&self) -> sweep::Setup {
+    fn sweep(&self) -> sweep::Setup {
         let metric = Metric {
             filters: self.filters,
             identity: 1.0,
@@ -97,30 +96,34 @@ impl<T: Real> Control<'_, T> {
             stepping: self.advection.into(),
             largest: 1.0,
             threads: 1,
-            tandem: false,
+            overlap: false,
+        }
+    }
+
+    fn flow(&self, force_weight: f64) -> flow::Setup {
+        flow::Setup {
+            sweep: self.sweep(),
+            viscosity: self.viscosity,
+            force_weight,
+            projection_tolerance: 1e-13,
         }
     }
 
     /// The objective of the direct method at v with force weight r, and its gradient.
     pub fn direct<S: Space>(&self, v: &Components<T>, force_weight: f64) -> (Objective, Components<T>) {
         let (grid, slots) = (self.grid, self.steps - 1);
-        let mut ledger = Ledger::new();
-        Evaluation::<T>::requirement(&mut ledger, grid, &self.carrier());
         let mut memory = Memory::new(1 << 20);
         let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
+        let mut ledger = Ledger::new();
+        Evaluation::<T>::measure(&levels, 0, &self.sweep(), &mut Pool::measuring(&mut ledger));
         let mut evaluation = Evaluation {
             levels: &levels,
             level: 0,
-            setup: flow::Setup {
-                carrier: self.carrier(),
-                viscosity: self.viscosity,
-                force_weight,
-                projection_tolerance: 1e-13,
-            },
+            setup: self.flow(force_weight),
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
             keyframes: Keyframes::new(self.keyframes, self.targets),
-            region: &mut vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES],
+            region: &mut vec![T::from_f64(f64::NAN); ledger.elements(T::BYTES)],
             sums: &mut vec![0.0; 2 * grid.rows()],
         };
         let (mut w, mut gradient) = (zeros(grid, slots), zeros(grid, slots));
@@ -153,23 +156,18 @@ impl<T: Real> Control<'_, T> {
         tolerance: f64,
     ) -> (Objective, Components<T>, [usize; 2]) {
         let (grid, slots) = (self.grid, self.steps - 1);
-        let mut ledger = Ledger::new();
-        Simulated::<T>::requirement(&mut ledger, grid, &self.carrier());
         let mut memory = Memory::new(1 << 20);
         let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
+        let mut ledger = Ledger::new();
+        Simulated::<T>::measure(&levels, &self.sweep(), &mut Pool::measuring(&mut ledger));
         let evaluation = Evaluation {
             levels: &levels,
             level: 0,
-            setup: flow::Setup {
-                carrier: self.carrier(),
-                viscosity: self.viscosity,
-                force_weight,
-                projection_tolerance: 1e-13,
-            },
+            setup: self.flow(force_weight),
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
             keyframes: Keyframes::new(self.keyframes, self.targets),
-            region: &mut vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES],
+            region: &mut vec![T::from_f64(f64::NAN); ledger.elements(T::BYTES)],
             sums: &mut vec![0.0; 2 * grid.rows()],
         };
         let mut simulated = Simulated {

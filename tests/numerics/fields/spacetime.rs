@@ -9,7 +9,7 @@ use thurible_core::memory::Arena;
 use thurible_core::memory::{Ledger, Pool};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::State;
-use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape, Split};
+use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape, Split, Workspace};
 use thurible_core::{Exec, NsoParams, Real, Space};
 
 /// The unknowns and data of a Navier-Stokes problem, trajectories all but v_0.
@@ -99,8 +99,11 @@ impl<T: Real> Case<T> {
         let levels = Levels::<T>::carve(&mut arena, &grid, 0).unwrap();
         let bases = Bases::<T>::carve::<S>(&mut arena, &levels.grids).unwrap();
         let mut ledger = Ledger::new();
-        Nso::<T, S>::requirement(&mut ledger, &grid, slots, setup.threads, setup.shape);
-        let mut numbers = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
+        let mut measure = Pool::measuring(&mut ledger);
+        Workspace::<T, S>::carve(&levels, &bases, setup, &mut measure);
+        let mut elements = vec![T::from_f64(f64::NAN); ledger.elements(T::BYTES)];
+        let mut pool = Pool::new(&mut elements);
+        let workspace = Workspace::carve(&levels, &bases, setup, &mut pool);
         let mut sums = vec![f64::NAN; grid.rows() * slots.max(2)];
         let mut spare = zeros(&grid, slots);
         let finest = Finest {
@@ -114,14 +117,7 @@ impl<T: Real> Case<T> {
             target: view_mut(&mut self.target),
             spare: view_mut(&mut spare),
         };
-        let mut nso = Nso::<T, S>::new(
-            &levels,
-            &bases,
-            finest,
-            setup,
-            &mut Pool::new(&mut numbers),
-            &mut sums,
-        );
+        let mut nso = Nso::<T, S>::new(&levels, &bases, finest, setup, workspace, &mut sums);
         work(&mut nso)
     }
 

@@ -1,0 +1,153 @@
+//! The buffers of a method, said once: one pass counts them, hands them out, or goes over what a checkpoint keeps.
+
+use super::arena::{Arena, Plain, TooSmall};
+use super::ledger::{Ledger, Sharing};
+use core::mem::size_of;
+
+/// A pass over the buffers of a method. Each is named with the place of its slice and its length; the order of the calls is the
+/// order in memory.
+pub struct Layout<'p, 'm, T> {
+    pass: Pass<'p, 'm, T>,
+}
+
+enum Pass<'p, 'm, T> {
+    /// Buffers are counted, or carved out of a block.
+    Carve(&'p mut Arena<'m>),
+    /// What is kept is shown.
+    Kept(&'p mut dyn FnMut(&mut [T])),
+}
+
+impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
+    /// Gives every buffer its part of `arena`, or counts it where the arena only measures.
+    pub fn carve(arena: &'p mut Arena<'m>) -> Self {
+        Self {
+            pass: Pass::Carve(arena),
+        }
+    }
+
+    /// Shows `visit` every buffer that a checkpoint keeps.
+    pub fn kept(visit: &'p mut dyn FnMut(&mut [T])) -> Self {
+        Self {
+            pass: Pass::Kept(visit),
+        }
+    }
+
+    /// A buffer of `len` elements that a checkpoint keeps.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn keep(&mut self, name: &'static str, place: &mut &'m mut [T], len: usize) -> Result<(), TooSmall> {
+        match &mut self.pass {
+            Pass::Carve(arena) => {
+                *place = arena.take(name, len)?;
+                arena.keep::<T>(len);
+            }
+            Pass::Kept(visit) => visit(place),
+        }
+        Ok(())
+    }
+
+    /// A vector field that a checkpoint keeps, `len` elements for each of `dims` axes.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn keep_vector(
+        &mut self,
+        name: &'static str,
+        field: &mut [&'m mut [T]; 3],
+        dims: usize,
+        len: usize,
+    ) -> Result<(), TooSmall> {
+        match &mut self.pass {
+            Pass::Carve(arena) => {
+                *field = arena.take_vector(name, dims, len)?;
+                arena.keep::<T>(dims * len);
+            }
+            Pass::Kept(visit) => field.iter_mut().for_each(|component| visit(component)),
+        }
+        Ok(())
+    }
+
+    /// A buffer that each step writes anew.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn work<P: Plain>(
+        &mut self,
+        name: &'static str,
+        place: &mut &'m mut [P],
+        len: usize,
+    ) -> Result<(), TooSmall> {
+        self.tables(|arena| {
+            *place = arena.take(name, len)?;
+            Ok(())
+        })
+    }
+
+    /// As [`Self::work`], a vector field.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn work_vector(
+        &mut self,
+        name: &'static str,
+        field: &mut [&'m mut [T]; 3],
+        dims: usize,
+        len: usize,
+    ) -> Result<(), TooSmall> {
+        self.tables(|arena| {
+            *field = arena.take_vector(name, dims, len)?;
+            Ok(())
+        })
+    }
+
+    /// Buffers that are filled when they are carved and follow from the problem.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn tables(
+        &mut self,
+        carve: impl FnOnce(&mut Arena<'m>) -> Result<(), TooSmall>,
+    ) -> Result<(), TooSmall> {
+        match &mut self.pass {
+            Pass::Carve(arena) => carve(arena),
+            Pass::Kept(_) => Ok(()),
+        }
+    }
+
+    /// One buffer for all that happens in turn: as long as the longest of the uses that `uses` writes into a ledger. Of its
+    /// elements a checkpoint keeps the first `kept`.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn in_turn(
+        &mut self,
+        place: &mut &'m mut [T],
+        kept: usize,
+        uses: impl Fn(&mut Ledger),
+    ) -> Result<(), TooSmall> {
+        match &mut self.pass {
+            Pass::Carve(arena) => {
+                arena.keep::<T>(kept);
+                match arena.ledger() {
+                    Some(ledger) => ledger.group("used in turn", Sharing::InTurn, uses),
+                    None => *place = arena.take("used in turn", longest::<T>(&uses))?,
+                }
+            }
+            Pass::Kept(visit) => {
+                if let Some(kept) = place.get_mut(..kept) {
+                    visit(kept);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Elements of the longest of `uses`. A ledger takes much of a stack: in a frame of its own it is gone before anything else runs.
+#[inline(never)]
+fn longest<T>(uses: &impl Fn(&mut Ledger)) -> usize {
+    let mut ledger = Ledger::new();
+    ledger.group("used in turn", Sharing::InTurn, uses);
+    ledger.elements(size_of::<T>())
+}

@@ -1,0 +1,185 @@
+//! What a method is: the buffers that it needs, how it steps, what it gives and what it reports.
+//!
+//! [`Solver`](crate::Solver), plans, checkpoints, the C interface and every runner know methods by this contract alone. A method
+//! that fulfils it joins them by one line in the registry (see [`super`]).
+
+use super::animation::Animation;
+use super::output::{CONTROLLED_FLOW, DENSITY, FORCE, Output, Stored};
+use super::params::Params;
+use super::refusal::PlanError;
+use crate::checkpoint::{Damaged, Mix, Record};
+use crate::exec::Exec;
+use crate::field::Vector;
+use crate::grid::Space;
+use crate::memory::{Layout, TooSmall};
+use crate::objective::flow;
+use crate::objective::keyframes::Keyframes;
+use crate::observe::Observer;
+use crate::problem::Problem;
+use crate::progress::{Objective, Progress, Status};
+use crate::real::Real;
+
+/// A method with its state: how it solves one problem.
+///
+/// It is made without buffers. [`Self::layout`] then counts them, or carves them out of the block; nothing else is called before.
+pub trait Contract<'m, T: Real, S: Space> {
+    /// The method for `problem`, without its buffers.
+    fn new(problem: &Problem<'_>, params: &Params) -> Self
+    where
+        Self: Sized;
+
+    /// The choices that `params` come to within their ceiling: what the caller left open is chosen by what `measure` says of it.
+    ///
+    /// # Errors
+    /// [`PlanError`].
+    fn fit(problem: &Problem<'_>, params: &Params, measure: &Measure<'_>) -> Result<Params, PlanError>
+    where
+        Self: Sized,
+    {
+        let _ = (problem, measure);
+        Ok(*params)
+    }
+
+    /// Whether it steers to keyframes, so that there must be some.
+    fn steers(params: &Params) -> bool
+    where
+        Self: Sized,
+    {
+        let _ = params;
+        true
+    }
+
+    /// Mixes in all choices that its results follow from, for the fingerprint of a checkpoint.
+    fn mix(params: &Params, mix: &mut Mix)
+    where
+        Self: Sized;
+
+    /// The animation that it works on.
+    fn animation(&self) -> &Animation<'m, T>;
+
+    /// The same, to write, with the scaled numbers of the problem and the elements that everything uses in turn.
+    fn parts(&mut self) -> Parts<'_, 'm, T>;
+
+    /// Goes over every buffer, in the order of the block: name, place and length, and whether a checkpoint keeps it.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall>;
+
+    /// Passes over every scalar that a checkpoint keeps. All are read before any is changed.
+    ///
+    /// # Errors
+    /// [`Damaged`] where one is out of its range.
+    fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged>;
+
+    /// One outer iteration, told in `progress`.
+    ///
+    /// # Errors
+    /// How the solve ended, when it did.
+    fn step(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        progress: &mut Progress,
+    ) -> Result<(), Status>;
+
+    /// Makes the result feasible (mathematics section 5): v is projected, the forces are taken from it, and the densities carried by
+    /// it; the objective of that.
+    ///
+    /// # Errors
+    /// [`Status::NotFinite`].
+    fn finish(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status>;
+
+    /// The forces u_0 .. u_{N-2} of the result, after [`Self::finish`]; empty where a method has none.
+    fn force(&self) -> Vector<'_, T>;
+
+    /// What it gives, after [`Self::finish`].
+    fn outputs(&self) -> &'static [Output] {
+        CONTROLLED_FLOW
+    }
+
+    /// Where step `step` of an output is.
+    fn stored<'a>(&'a self, output: &Output, step: usize) -> Stored<'a, T>
+    where
+        'm: 'a,
+    {
+        let animation = self.animation();
+        if *output == DENSITY {
+            animation.density(step)
+        } else if *output == FORCE {
+            Stored {
+                components: self.force(),
+                slots: animation.slots,
+                slot: step,
+            }
+        } else {
+            animation.velocity(step)
+        }
+    }
+}
+
+/// What choices come to in bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Size {
+    /// Of the whole block.
+    pub bytes: usize,
+    /// Of the method alone, without keyframes.
+    pub method: usize,
+    /// The paper's bound for its method.
+    pub paper_bound: usize,
+}
+
+/// Tells the size of choices.
+pub type Measure<'a> = dyn Fn(&Params) -> Result<Size, PlanError> + 'a;
+
+/// The most pairs of L-BFGS up to `asked`, or up to `by_default` where nothing is asked, with which `fits` is true. Fewer than were
+/// asked for are never chosen; one is, whether it fits or not.
+///
+/// # Errors
+/// Those of `fits`.
+pub fn pairs_that_fit(
+    asked: Option<usize>,
+    by_default: usize,
+    fits: impl Fn(usize) -> Result<bool, PlanError>,
+) -> Result<usize, PlanError> {
+    let mut pairs = asked.unwrap_or(by_default);
+    while pairs > asked.unwrap_or(1) && !fits(pairs)? {
+        pairs -= 1;
+    }
+    Ok(pairs)
+}
+
+/// Whether choices fit their ceiling.
+///
+/// # Errors
+/// Those of `measure`.
+pub fn fits(params: &Params, measure: &Measure<'_>) -> Result<bool, PlanError> {
+    match params.ceiling {
+        Some(ceiling) => measure(params).map(|size| size.bytes <= ceiling),
+        None => Ok(true),
+    }
+}
+
+/// The parts of a method that its host prepares a solve by.
+pub struct Parts<'a, 'm, T> {
+    /// Densities and velocities.
+    pub animation: &'a mut Animation<'m, T>,
+    /// The problem in scaled numbers; max rho_0 is set with the source.
+    pub setup: &'a mut flow::Setup,
+    /// Elements that everything uses in turn.
+    pub region: &'a mut [T],
+}
+
+impl<T: Real> Parts<'_, '_, T> {
+    /// Sets rho_0 and its maximum.
+    pub fn set_source(self, density: &[T], largest: f64) {
+        self.animation.set_source(density);
+        self.setup.sweep.largest = largest;
+    }
+
+    /// Projects v_0; the change relative to max |v_0|.
+    pub fn project_initial(self, exec: &dyn Exec) -> f64 {
+        self.animation.project_initial(exec, self.setup, self.region)
+    }
+}

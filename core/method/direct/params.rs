@@ -1,0 +1,67 @@
+//! What a caller chooses for the direct method.
+
+use crate::grid::levels;
+use crate::method::refusal::{PlanError, count};
+use crate::objective::coarse;
+use crate::optimise::lbfgs::MAX_PAIRS;
+use crate::problem::{Problem, positive};
+
+/// Iterations at most on the coarsest grid, where they cost nothing, and on those between it and the finest.
+const COARSE_ITERATIONS: [usize; 2] = [100, 60];
+/// Iterations at most on grid `level` > 0, of which `coarsest` is the last.
+pub(super) fn coarse_iterations(level: usize, coarsest: usize) -> usize {
+    COARSE_ITERATIONS[usize::from(level < coarsest)]
+}
+
+/// What a caller chooses for the direct method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectParams {
+    /// Pairs of L-BFGS; by default as many as the ceiling allows, at most [`DirectParams::MOST_BY_DEFAULT`].
+    pub history: Option<usize>,
+    /// Stop when the objective falls by less than this times itself in an iteration, twice in a row.
+    pub tolerance: f64,
+    /// Whether the flow begins as that of the same scene on coarser grids.
+    pub nested: bool,
+    /// Whether two threads take different tasks where fields are small; by default where memory allows it. Changes no result.
+    pub overlap: Option<bool>,
+}
+
+impl Default for DirectParams {
+    fn default() -> Self {
+        Self {
+            history: None,
+            tolerance: 1e-4,
+            nested: true,
+            overlap: None,
+        }
+    }
+}
+
+impl DirectParams {
+    /// Pairs when nothing is said and memory is plenty.
+    pub const MOST_BY_DEFAULT: usize = 5;
+    /// Most pairs.
+    pub const MOST: usize = MAX_PAIRS;
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`PlanError`] names the first that is wrong.
+    pub fn check(&self) -> Result<(), PlanError> {
+        positive("direct.tolerance", self.tolerance)?;
+        count("direct.history", self.history.unwrap_or(1), Self::MOST)
+    }
+
+    /// Iterations of a solve at most, those on coarser grids included, of which `on_finest` on the finest.
+    #[must_use]
+    pub fn most_iterations(&self, problem: &Problem<'_>, on_finest: usize) -> usize {
+        let grids = levels::hierarchy(&problem.grid());
+        let coarser = grids
+            .windows(2)
+            .take_while(|pair| self.nested && coarse::begins_on(&pair[0], &pair[1]))
+            .count();
+        (1..=coarser)
+            .map(|level| coarse_iterations(level, coarser))
+            .fold(on_finest, usize::saturating_add)
+    }
+}

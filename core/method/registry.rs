@@ -1,0 +1,83 @@
+//! The methods behind one face: a state of any of them, and what a plan asks of each.
+
+use super::contract::{Contract, Measure};
+use super::list::for_each_method;
+use super::params::{Method, Params};
+use super::refusal::PlanError;
+use super::{admm, direct, lbfgs, simulate};
+use crate::checkpoint::Mix;
+use crate::grid::Space;
+use crate::problem::Problem;
+use crate::real::Real;
+
+macro_rules! define {
+    ($($(#[$doc:meta])* $kind:ident $name:literal, $field:ident: $choices:ty, $($state:ident)::+;)+) => {
+        /// The state of a method: every buffer but the keyframes.
+        #[derive(Debug)]
+        pub enum Engine<'m, T, S> {
+            $($(#[$doc])* $kind($($state)::+<'m, T, S>),)+
+        }
+
+        impl<'m, T: Real, S: Space> Engine<'m, T, S> {
+            /// The method that `params` choose, without its buffers.
+            #[must_use]
+            pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
+                match params.method {
+                    $(Method::$kind => in_its_frame(|| Self::$kind(Contract::<T, S>::new(problem, params))),)+
+                }
+            }
+
+            /// The method, to read.
+            #[must_use]
+            pub fn get(&self) -> &dyn Contract<'m, T, S> {
+                match self {
+                    $(Self::$kind(method) => method,)+
+                }
+            }
+
+            /// The method, to write.
+            pub fn get_mut(&mut self) -> &mut dyn Contract<'m, T, S> {
+                match self {
+                    $(Self::$kind(method) => method,)+
+                }
+            }
+        }
+
+        /// The choices that `params` come to within their ceiling.
+        ///
+        /// # Errors
+        /// [`PlanError`].
+        pub fn fit<T: Real, S: Space>(
+            problem: &Problem<'_>,
+            params: &Params,
+            measure: &Measure<'_>,
+        ) -> Result<Params, PlanError> {
+            match params.method {
+                $(Method::$kind => <$($state)::+<'_, T, S> as Contract<'_, T, S>>::fit(problem, params, measure),)+
+            }
+        }
+
+        /// Whether the method steers to keyframes, so that there must be some.
+        #[must_use]
+        pub fn steers<T: Real, S: Space>(params: &Params) -> bool {
+            match params.method {
+                $(Method::$kind => <$($state)::+<'_, T, S> as Contract<'_, T, S>>::steers(params),)+
+            }
+        }
+
+        /// Mixes in all choices of the method that its results follow from.
+        pub fn mix<T: Real, S: Space>(params: &Params, mix: &mut Mix) {
+            match params.method {
+                $(Method::$kind => <$($state)::+<'_, T, S> as Contract<'_, T, S>>::mix(params, mix),)+
+            }
+        }
+    };
+}
+
+for_each_method!(define);
+
+/// Calls `make` in a function of its own, so that the stack never holds what another method would need.
+#[inline(never)]
+fn in_its_frame<R>(make: impl FnOnce() -> R) -> R {
+    make()
+}

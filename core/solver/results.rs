@@ -1,0 +1,98 @@
+//! What a finished solver gives.
+
+use super::Solver;
+use super::layout::{FileLayout, Strided};
+use crate::grid::Space;
+use crate::method::output::{FORCE, Output, Place, Unit, VELOCITY};
+use crate::real::Real;
+
+impl<T: Real, S: Space> Solver<'_, T, S> {
+    /// Everything that the method gives, to be read after [`Self::finish`] by [`Self::read`] or [`Self::in_place`].
+    #[must_use]
+    pub fn outputs(&self) -> &'static [Output] {
+        self.engine.get().outputs()
+    }
+
+    /// Time steps N.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.animation().slots + 1
+    }
+
+    /// The scene's unit of an output.
+    fn unit(&self, output: &Output) -> f64 {
+        match output.unit {
+            Unit::Density => 1.0,
+            Unit::Velocity => self.units.velocity,
+            Unit::Force => self.units.force,
+        }
+    }
+
+    /// Component `axis` of step `step` of an output as it lies in memory.
+    #[must_use]
+    pub fn in_place(&self, output: &Output, step: usize, axis: usize) -> Strided<'_, T> {
+        let stored = self.engine.get().stored(output, step);
+        let field = stored.components[axis];
+        Strided::slot(self.grid(), field, stored.slots, stored.slot, self.unit(output))
+    }
+
+    /// Elements that [`Self::read`] writes of a component of an output.
+    #[must_use]
+    pub fn elements(&self, output: &Output, axis: usize) -> usize {
+        match output.place {
+            Place::Cells => self.grid().cells(),
+            Place::Faces => FileLayout::new(self.grid(), axis).len(),
+        }
+    }
+
+    /// Component `axis` of step `step` of an output in the layout of a file, x fastest, one more face than cells along a wall axis, and
+    /// in the scene's units. `out` has [`Self::elements`] elements.
+    pub fn read(&self, output: &Output, step: usize, axis: usize, out: &mut [T]) {
+        let stored = self.engine.get().stored(output, step);
+        let field = stored.components[axis];
+        if output.place == Place::Cells {
+            out.copy_from_slice(field);
+            return;
+        }
+        let grid = self.grid();
+        let (layout, n) = (FileLayout::new(grid, axis), grid.n[0]);
+        let unit = T::from_f64(self.unit(output));
+        out.fill(T::ZERO);
+        layout.each_row(|row, file, wall| {
+            if !wall {
+                let from = &field[(row * stored.slots + stored.slot) * n..][..n];
+                let out = out[file..file + n].iter_mut();
+                out.zip(from).for_each(|(out, &x)| *out = x * unit);
+            }
+        });
+    }
+
+    /// rho_step, one element for each cell.
+    #[must_use]
+    pub fn density(&self, step: usize) -> &[T] {
+        self.animation().density(step).components[0]
+    }
+
+    /// The target of keyframe `index`, after any scaling of its mass.
+    #[must_use]
+    pub fn keyframe(&self, index: usize) -> &[T] {
+        let cells = self.grid().cells();
+        &self.targets[index * cells..(index + 1) * cells]
+    }
+
+    /// Faces of a component of a velocity or force in the layout of a file.
+    #[must_use]
+    pub fn faces(&self, axis: usize) -> usize {
+        self.elements(&VELOCITY, axis)
+    }
+
+    /// Component `axis` of v_step (step 0 .. N-1), as [`Self::read`] gives it; `out` has [`Self::faces`] elements.
+    pub fn velocity(&self, step: usize, axis: usize, out: &mut [T]) {
+        self.read(&VELOCITY, step, axis, out);
+    }
+
+    /// Component `axis` of the force u_step (step 0 .. N-2) that turns v_step into v_{step+1}; as [`Self::velocity`].
+    pub fn force(&self, step: usize, axis: usize, out: &mut [T]) {
+        self.read(&FORCE, step, axis, out);
+    }
+}
