@@ -25,6 +25,8 @@ mod grid;
 mod inputs;
 mod memory;
 mod not_finite;
+mod nso_cases;
+mod nso_residual;
 mod objective_gradients;
 mod projection;
 mod quasi_newton;
