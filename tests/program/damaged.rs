@@ -1,19 +1,10 @@
 //! Damaged archives are refused, whatever reads them.
-#![cfg(feature = "std")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test says what went wrong by panicking"
-)]
 
-mod support;
-
+use crate::support::npz::npy;
+use crate::support::{Ended, fresh_folder, run};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use support::npz::npy;
-use support::{Ended, fresh_folder, run};
 use zip::write::SimpleFileOptions;
 
 const SIDE: usize = 8;

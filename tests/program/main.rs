@@ -7,22 +7,25 @@
     reason = "a test says what went wrong by panicking"
 )]
 
-#[path = "../output_support/mod.rs"]
 mod output_support;
-#[path = "../support/mod.rs"]
 mod support;
 
 mod compare;
+mod damaged;
 mod files;
 #[cfg(unix)]
 mod interrupts;
 mod methods;
 mod output;
 mod paper;
+mod pictures;
 mod plans;
 mod refusals;
+#[cfg(unix)]
+mod result_folder;
 mod said;
 mod scenes;
 mod shape_files;
 mod shape_keys;
 mod shapes;
+mod undershoot;

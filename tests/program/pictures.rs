@@ -1,17 +1,8 @@
 //! Which pixels of a picture become smoke, how exactly, and what is said of it.
-#![cfg(feature = "std")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test says what went wrong by panicking"
-)]
 
-mod support;
-
+use crate::support::{fresh_folder, run};
 use std::fs;
 use std::path::Path;
-use support::{fresh_folder, run};
 use thurible::keyframes::{Canvas, Note, ShapeSpec};
 
 const SIDE: usize = 16;

@@ -1,20 +1,11 @@
 //! What is the user's in a result folder stays, and a result always finds a place.
-#![cfg(all(feature = "std", unix))]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test says what went wrong by panicking"
-)]
 
-mod support;
-
+use crate::support::endless::Endless;
+use crate::support::{Ended, fresh_folder, run, thurible};
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
-use support::endless::Endless;
-use support::{Ended, fresh_folder, run, thurible};
 
 const SCENE: &str = "\
 [grid]

@@ -1,18 +1,9 @@
 //! Densities that transport has undershot are inputs; what is plainly no density is refused.
-#![cfg(feature = "std")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test says what went wrong by panicking"
-)]
 
-mod support;
-
+use crate::support::npz::{self, npy};
+use crate::support::{Ended, fresh_folder, run};
 use std::fs;
 use std::path::Path;
-use support::npz::{self, npy};
-use support::{Ended, fresh_folder, run};
 
 const SIDE: usize = 8;
 

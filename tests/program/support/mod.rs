@@ -1,11 +1,4 @@
 //! What the tests of the program share: running it, reading its files, and checking them by themselves.
-#![allow(dead_code, reason = "each test program uses its own part")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test says what went wrong by panicking"
-)]
 
 #[cfg(unix)]
 pub mod endless;
