@@ -4,20 +4,16 @@ use crate::fields::carry::Carry;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
 use crate::fields::{
-    Components, Memory, add_scaled_all, assert_close, cast, dot, dot_all, flow, gap, grid, slot, slot_of_all,
-    view, view_mut, with_threads, zeros,
+    Components, add_scaled_all, assert_close, cast, dot, dot_all, flow, gap, grid, slot, slot_of_all, view,
+    view_mut, with_threads, zeros,
 };
 use thurible_core::field::Block;
 use thurible_core::grid::Grid;
-use thurible_core::grid::levels::Levels;
-use thurible_core::memory::Arena;
-use thurible_core::memory::{Ledger, Pool};
-use thurible_core::operators::blur::{Blur, Metric};
 use thurible_core::operators::self_advection::Fluid;
 use thurible_core::operators::{divergence, self_advection};
 use thurible_core::{D2, D3, Real, Scheme, Space};
 
-const GRIDS: [(&[usize], &str); 8] = [
+pub const GRIDS: [(&[usize], &str); 8] = [
     (&[12, 12], "ww"),
     (&[13, 7], "ww"),
     (&[9, 14], "wp"),
@@ -27,7 +23,8 @@ const GRIDS: [(&[usize], &str); 8] = [
     (&[5, 6, 4], "pwp"),
     (&[7, 7, 5], "ppp"),
 ];
-const SLOTS: usize = 3;
+
+pub const SLOTS: usize = 3;
 
 fn div<T: Real>(grid: &Grid, v: &Components<T>) -> Vec<T> {
     let mut out = vec![T::ZERO; grid.cells() * SLOTS];
@@ -225,74 +222,6 @@ fn self_advection_keeps_energy_and_is_exactly_quadratic() {
     self_advection_agrees::<f32>();
 }
 
-fn blurred<T: Real>(grid: &Grid, metric: Metric, e: &[T], threads: usize) -> Vec<T> {
-    let mut memory = Memory::new(1 << 22);
-    let levels = Levels::<T>::carve(&mut Arena::new(memory.block()), grid, metric.filters).unwrap();
-    let mut ledger = Ledger::new();
-    Blur::<T>::carve(&levels, 0, metric, threads, &mut Pool::measuring(&mut ledger));
-    let mut work = vec![T::from_f64(f64::NAN); ledger.bytes().unwrap() / T::BYTES];
-    let mut out = e.to_vec();
-    with_threads(threads, |exec| {
-        Blur::carve(&levels, 0, metric, threads, &mut Pool::new(&mut work)).apply(exec, e, &mut out)
-    });
-    out
-}
-
-fn metric_agrees<T: Real>() {
-    let mut random = Random::new(3);
-    for (cells, ends) in GRIDS {
-        let grid = grid(cells, ends);
-        for filters in [0, 1, 2, 4] {
-            let (e, f): (Vec<T>, Vec<T>) = (random.cells(&grid, 1), random.cells(&grid, 1));
-            let whole = Metric {
-                filters,
-                identity: 1.0,
-            };
-            let (ce, cf) = (blurred(&grid, whole, &e, 3), blurred(&grid, whole, &f, 3));
-            assert_close(
-                "C is symmetric",
-                dot(&ce, &f),
-                dot(&e, &cf),
-                dot(&e, &e),
-                10.0 * T::EPSILON,
-            );
-            assert!(
-                dot(&e, &ce) >= dot(&e, &e) * (1.0 - 1e-6),
-                "C is at least the identity"
-            );
-            let expected = Naive::new(&grid).metric(filters, &cast(&e));
-            assert!(
-                gap(&cast(&ce), &expected) <= 20.0 * T::EPSILON,
-                "{cells:?} {ends}, {filters} filters"
-            );
-            let lighter: Vec<f64> = cast(&blurred(
-                &grid,
-                Metric {
-                    filters,
-                    identity: 0.25,
-                },
-                &e,
-                3,
-            ));
-            let missing: Vec<f64> = expected
-                .iter()
-                .zip(cast::<T, f64>(&e))
-                .map(|(ce, e)| ce - 0.75 * e)
-                .collect();
-            assert!(
-                gap(&lighter, &missing) <= 20.0 * T::EPSILON,
-                "e weighs 1/4 on {cells:?} {ends}, {filters} filters"
-            );
-        }
-    }
-}
-
-#[test]
-fn metric_is_symmetric() {
-    metric_agrees::<f64>();
-    metric_agrees::<f32>();
-}
-
 fn transport_agrees<T: Real>(scheme: Scheme) {
     let mut random = Random::new(4);
     for (cells, ends) in GRIDS.into_iter().filter(|(cells, _)| cells[0] < 100) {
@@ -325,24 +254,5 @@ fn transport_of_density() {
     for scheme in [Scheme::Quick, Scheme::Central, Scheme::SemiLagrangian] {
         transport_agrees::<f64>(scheme);
         transport_agrees::<f32>(scheme);
-    }
-}
-
-#[test]
-fn threads_do_not_change_the_metric() {
-    for (cells, ends) in GRIDS {
-        let grid = grid(cells, ends);
-        let (e, metric): (Vec<f64>, _) = (
-            Random::new(5).cells(&grid, 1),
-            Metric {
-                filters: 2,
-                identity: 1.0,
-            },
-        );
-        assert_eq!(
-            blurred(&grid, metric, &e, 1),
-            blurred(&grid, metric, &e, 3),
-            "{cells:?} {ends}"
-        );
     }
 }

@@ -8,6 +8,7 @@
 
 mod fields;
 
+mod adjoint_control;
 mod adjoints;
 mod admm;
 mod admm_statuses;
@@ -16,21 +17,30 @@ mod baseline;
 #[cfg(target_os = "linux")]
 mod ceiling;
 mod checkpoint;
+mod checkpoint_refusals;
 mod determinism;
 mod direct;
+mod direct_starts;
+mod driven;
 mod exec;
+mod free_flow;
 mod geometry;
 mod gradients;
 mod grid;
 mod inputs;
 mod memory;
+mod metric;
 mod not_finite;
 mod nso_cases;
 mod nso_residual;
 mod objective_gradients;
+mod paper_bound;
 mod projection;
+mod projection_solvers;
 mod quasi_newton;
 mod smoother;
+mod steps;
 mod stfas;
 mod stfas_solves;
 mod transport;
+mod transport_refusals;

@@ -10,12 +10,11 @@ use crate::fields::{
 use core::ops::ControlFlow;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
-use thurible_core::memory::Arena;
-use thurible_core::memory::{Ledger, Pool};
+use thurible_core::memory::{Arena, Ledger, Pool};
 use thurible_core::poisson::Projection;
 use thurible_core::{Event, Observer, Real};
 
-const GRIDS: [(&[usize], &str); 11] = [
+pub const GRIDS: [(&[usize], &str); 11] = [
     (&[128, 4], "ww"),
     (&[4, 4, 60], "wpw"),
     (&[16, 16], "ww"),
@@ -31,13 +30,13 @@ const GRIDS: [(&[usize], &str); 11] = [
 
 /// What solves Poisson's problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum By {
+pub enum By {
     Eigenvectors,
     Multigrid,
 }
 
 /// Counts pieces of work and stops after `most`.
-struct Cycles {
+pub struct Cycles {
     count: usize,
     most: usize,
 }
@@ -54,13 +53,13 @@ impl Observer for Cycles {
 }
 
 /// How a projection went: what it says is left, and its V-cycles or other pieces of work.
-struct Done {
-    divergence: Option<f64>,
-    cycles: usize,
+pub struct Done {
+    pub divergence: Option<f64>,
+    pub cycles: usize,
 }
 
 /// Projects `v` (and changes `p` along).
-fn project<T: Real>(
+pub fn project<T: Real>(
     grid: &Grid,
     slots: usize,
     v: &mut Components<T>,
@@ -71,7 +70,7 @@ fn project<T: Real>(
     project_by(By::Eigenvectors, grid, slots, v, p, tolerance, most)
 }
 
-fn project_by<T: Real>(
+pub fn project_by<T: Real>(
     by: By,
     grid: &Grid,
     slots: usize,
@@ -110,7 +109,7 @@ fn project_by<T: Real>(
 }
 
 /// max |div v| over all slots.
-fn divergence<T: Real>(grid: &Grid, slots: usize, v: &Components<T>) -> f64 {
+pub fn divergence<T: Real>(grid: &Grid, slots: usize, v: &Components<T>) -> f64 {
     largest((0..slots).flat_map(|k| Naive::new(grid).divergence(&slot_of_all(grid, slots, k, v))))
 }
 
@@ -274,102 +273,4 @@ fn without_pressure(grid: &Grid, slots: usize, v: &Components<f64>, p: &[f64]) -
         add_scaled_all(&slot_of_all(grid, slots, k, v), -1.0, &gradient).concat()
     };
     (0..slots).map(of).collect()
-}
-
-#[test]
-fn a_cycle_leaves_at_most_a_quarter() {
-    let sizes: [(&[usize], &str); 14] = [
-        (&[512, 4], "ww"),
-        (&[4, 64, 5], "www"),
-        (&[96, 60], "ww"),
-        (&[50, 50], "ww"),
-        (&[33, 47], "ww"),
-        (&[64, 8], "ww"),
-        (&[64, 64], "pp"),
-        (&[33, 47], "pw"),
-        (&[130, 5], "wp"),
-        (&[17, 20, 15], "www"),
-        (&[33, 9, 12], "www"),
-        (&[15, 21, 11], "pwp"),
-        (&[16, 16, 16], "ppp"),
-        (&[5, 5, 5], "ppp"),
-    ];
-    for (cells, ends) in sizes {
-        let (mut random, grid) = (Random::new(56), grid(cells, ends));
-        let v: Components<f64> = random.faces(&grid, 1);
-        let before = divergence(&grid, 1, &v);
-        let [early, late] = [1e-4, 1e-11].map(|tolerance| {
-            let mut v = v.clone();
-            let done = project_by(By::Multigrid, &grid, 1, &mut v, None, tolerance, usize::MAX);
-            (divergence(&grid, 1, &v) / before, done.cycles as f64)
-        });
-        let factor = (late.0 / early.0).powf(1.0 / (late.1 - early.1));
-        println!(
-            "projection on {cells:?} {ends}: {factor:.3} a cycle, {} cycles to 1e-11",
-            late.1
-        );
-        assert!(factor <= 0.25, "{cells:?} {ends}: a V-cycle leaves {factor:.3}");
-    }
-}
-
-#[test]
-fn a_stop_is_heard_and_nan_is_not_hidden() {
-    let grid = grid(&[20, 20], "ww");
-    let mut v: Components<f64> = Random::new(57).faces(&grid, 4);
-    let done = project_by(By::Multigrid, &grid, 4, &mut v, None, 1e-10, 2);
-    assert_eq!((done.divergence, done.cycles), (None, 2));
-    for (by, poison) in [By::Eigenvectors, By::Multigrid]
-        .into_iter()
-        .flat_map(|by| [(by, f64::NAN), (by, f64::INFINITY)])
-    {
-        let mut v: Components<f64> = Random::new(58).faces(&grid, 4);
-        v[1][777] = poison;
-        assert!(
-            project_by(by, &grid, 4, &mut v, None, 1e-5, usize::MAX)
-                .divergence
-                .unwrap()
-                .is_nan()
-        );
-    }
-    let mut v: Components<f64> = Random::new(59).faces(&grid, 4);
-    assert_eq!(project(&grid, 4, &mut v, None, 1e-14, 1).divergence, None);
-}
-
-/// Where both can be had they agree, and eigenvectors need no more than two passes in double precision.
-#[test]
-fn eigenvectors_and_multigrid_agree() {
-    let mut random = Random::new(60);
-    for (cells, ends) in GRIDS
-        .into_iter()
-        .chain([(&[200, 7][..], "ww"), (&[100, 33], "pw")])
-    {
-        let grid = grid(cells, ends);
-        let v: Components<f64> = random.faces(&grid, 3);
-        let [one, other] = [By::Eigenvectors, By::Multigrid].map(|by| {
-            let mut v = v.clone();
-            let done = project_by(by, &grid, 3, &mut v, None, 1e-12, usize::MAX);
-            assert!(
-                by == By::Multigrid || done.cycles <= 2,
-                "{} passes on {cells:?} {ends}",
-                done.cycles
-            );
-            v
-        });
-        assert!(
-            largest_of(&add_scaled_all(&one, -1.0, &other)) < 1e-9,
-            "{cells:?} {ends}"
-        );
-    }
-}
-
-/// Axes that are too long for eigenvectors.
-#[test]
-fn long_boxes_are_projected_too() {
-    for (cells, ends) in [(&[300, 5][..], "ww"), (&[5, 300], "wp"), (&[4, 5, 260], "wwp")] {
-        let grid = grid(cells, ends);
-        let mut v: Components<f32> = Random::new(61).faces(&grid, 5);
-        let before = divergence(&grid, 5, &v);
-        project(&grid, 5, &mut v, None, 1e-4, usize::MAX);
-        assert!(divergence(&grid, 5, &v) <= 1.1e-4 * before, "{cells:?} {ends}");
-    }
 }

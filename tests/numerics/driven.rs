@@ -1,0 +1,85 @@
+//! Target-driven smoke.
+
+use crate::baseline::{at_rest, by};
+use crate::fields::cases::Scene;
+use crate::fields::feasible::{check, check_flow};
+use crate::fields::{assert_close, largest, with_threads};
+use thurible_core::{D2, D3, Method, Params, Scheme, Silent, Status};
+
+#[test]
+fn target_driven_smoke_is_feasible_and_moves_to_the_target() {
+    for (method, threads) in [(Method::Pd, 1), (Method::Pd, 3)] {
+        let mut scene = by(method, Scene::two_circles());
+        scene.params.threads = threads;
+        let solved = with_threads(threads, |exec| scene.solve::<f32, D2>(exec, &mut Silent));
+        assert_eq!((solved.status, solved.history.len()), (Status::Converged, 1));
+        check(&scene, &solved, f64::from(f32::EPSILON));
+        assert!(
+            solved.objective[0] < 0.3 * at_rest(&scene),
+            "data term {}",
+            solved.objective[0]
+        );
+    }
+    let scene = by(
+        Method::Pd,
+        Scene {
+            scheme: Scheme::Quick,
+            ..Scene::small(&[12, 10, 14], "wpw", 8)
+        },
+    );
+    check(&scene, &scene.solve_alone::<f64, D3>(), f64::EPSILON);
+}
+
+/// The data term that target-driven smoke ends with.
+fn driven(drive: f64, gathering: f64) -> f64 {
+    let mut scene = by(
+        Method::Pd,
+        Scene {
+            scheme: Scheme::Quick,
+            ..Scene::two_circles()
+        },
+    );
+    (scene.params.pd.drive, scene.params.pd.gathering) = (drive, gathering);
+    let solved = scene.solve_alone::<f64, D2>();
+    assert_eq!(solved.status, Status::Converged);
+    check_flow(&scene, &solved, f64::EPSILON);
+    let mass = |rho: &[f64]| rho.iter().sum::<f64>();
+    for rho in &solved.density {
+        assert_close(
+            "mass",
+            mass(rho),
+            mass(&solved.density[0]),
+            mass(&solved.density[0]),
+            1e-12,
+        );
+    }
+    solved.objective[0]
+}
+
+/// The paper's Figure 15: too weak a force does not arrive, too strong a force overshoots, gathering brings what is left.
+#[test]
+fn target_driven_smoke_wants_tuning_and_gathers() {
+    let right = Params::default().pd.drive;
+    let [weak, middle, strong] = [0.05, 1.0, 10.0].map(|s| driven(s * right, 0.0));
+    let gathered = driven(right, 0.05);
+    println!("weak {weak}, right {middle}, strong {strong}, gathered {gathered}");
+    assert!(
+        middle < 0.5 * weak && middle < 0.5 * strong,
+        "data terms {weak}, {middle}, {strong}"
+    );
+    assert!(
+        gathered < 0.8 * middle,
+        "{gathered} with gathering, {middle} without"
+    );
+}
+
+#[test]
+fn targets_that_are_reached_drive_nothing() {
+    let mut scene = by(Method::Pd, Scene::small(&[12, 10], "wp", 5));
+    scene.densities[1] = scene.densities[0].clone();
+    scene.params.pd.gathering = 0.1;
+    let solved = scene.solve_alone::<f64, D2>();
+    // rho~ = rho*~, so the force is the gradient of rho*~ and pressure balances it, but for the means at faces.
+    let fastest = largest(solved.velocity.iter().flatten().flatten().copied());
+    assert!(fastest < 2e-3, "a flow of {fastest}");
+}

@@ -1,0 +1,205 @@
+//! Simulation without control: energy, rest, buoyancy.
+
+use crate::fields;
+use crate::fields::cases::{Scene, Solved};
+use crate::fields::feasible::{check, faces};
+use crate::fields::naive::Naive;
+use crate::fields::{Components, add_scaled_all, assert_close, dot_all, flow, largest, largest_of};
+use crate::steps::not_a_gradient;
+use thurible_core::grid::Grid;
+use thurible_core::{D2, D3, Method, Params, Real, Serial, Silent, Space, Status};
+
+/// A component as a file has it: with the high wall face.
+fn to_file(grid: &Grid, axis: usize, v: &[f64]) -> Vec<f64> {
+    let extent = |a: usize| grid.n[a] + usize::from(a == axis && !grid.axis(a).is_ring());
+    let count: usize = (0..3).map(extent).product();
+    let number = |i: usize| {
+        let at = [
+            i % extent(0),
+            i / extent(0) % extent(1),
+            i / extent(0) / extent(1),
+        ];
+        if at[axis] == grid.n[axis] {
+            0.0
+        } else {
+            v[(at[2] * grid.n[1] + at[1]) * grid.n[0] + at[0]]
+        }
+    };
+    (0..count).map(number).collect()
+}
+
+/// A scene without control.
+pub fn free(cells: &[usize], ends: &str, steps: usize) -> Scene {
+    let scene = Scene::small(cells, ends, steps);
+    let params = Params {
+        method: Method::Simulate,
+        ..scene.params
+    };
+    Scene {
+        keyframes: Vec::new(),
+        densities: vec![scene.densities[0].clone()],
+        params,
+        ..scene
+    }
+}
+
+/// Simulates from v_0, in the scene's units.
+fn simulate<T: Real, S: Space>(scene: &Scene, v: &Components<f64>) -> Solved {
+    let grid = scene.problem().grid();
+    let solved = scene.with::<T, S, _>(|solver| {
+        for axis in 0..S::DIM {
+            solver
+                .set_initial_velocity(axis, &fields::cast(&to_file(&grid, axis, &v[axis])))
+                .unwrap();
+        }
+        Solved::run(scene, solver, &Serial, &mut Silent)
+    });
+    assert_eq!((solved.status, solved.history.len()), (Status::Converged, 1));
+    solved
+}
+
+fn velocities(scene: &Scene, solved: &Solved) -> Vec<Components<f64>> {
+    solved
+        .velocity
+        .iter()
+        .map(|v| faces(&scene.problem().grid(), v))
+        .collect()
+}
+
+/// Adv does no work, so an implicit step loses exactly |v_k - v_{k-1}|^2.
+fn energy_is_lost_as_it_should<T: Real, S: Space>(cells: &[usize], ends: &str, courant: f64) {
+    let mut scene = free(cells, ends, 6);
+    scene.params.simulation.tolerance = 1e-6;
+    let grid = scene.problem().grid();
+    let solved = simulate::<T, S>(&scene, &flow::swirl(&grid, 1, courant));
+    check(&scene, &solved, T::EPSILON);
+    let v = velocities(&scene, &solved);
+    for pair in v.windows(2) {
+        let change = add_scaled_all(&pair[1], -1.0, &pair[0]);
+        let [before, after, lost] = [&pair[0], &pair[1], &change].map(|v| dot_all(v, v));
+        assert!(
+            after < before && lost > 0.0,
+            "{cells:?} {ends}: energy {before} then {after}"
+        );
+        assert_close("energy", after + lost, before, before, 4e-5);
+    }
+    let (strongest, fastest) = (
+        largest(solved.force.iter().flatten().flatten().copied()),
+        largest(v.iter().map(largest_of)),
+    );
+    assert!(
+        strongest < (1e-5 + 200.0 * T::EPSILON) * fastest,
+        "forces of {strongest:e} without control at speed {fastest:e}"
+    );
+}
+
+#[test]
+fn a_free_flow_loses_energy_as_it_should() {
+    for courant in [0.8, 5.0] {
+        energy_is_lost_as_it_should::<f64, D2>(&[24, 16], "ww", courant);
+        energy_is_lost_as_it_should::<f64, D2>(&[17, 20], "pw", courant);
+        energy_is_lost_as_it_should::<f64, D3>(&[10, 8, 9], "wpw", courant);
+        energy_is_lost_as_it_should::<f32, D3>(&[10, 8, 9], "wpw", courant);
+    }
+}
+
+#[test]
+fn a_uniform_flow_stays_where_nothing_stops_it() {
+    let scene = free(&[12, 10], "pp", 7);
+    let v = flow::uniform(&scene.problem().grid(), [0.05, -0.02, 0.0]);
+    let solved = simulate::<f64, D2>(&scene, &v);
+    for found in velocities(&scene, &solved) {
+        assert!(largest_of(&add_scaled_all(&found, -1.0, &v)) < 1e-15);
+    }
+}
+
+#[test]
+fn what_rests_stays_at_rest() {
+    let scene = free(&[9, 8, 7], "wpw", 5);
+    let solved = simulate::<f32, D3>(&scene, &fields::zeros(&scene.problem().grid(), 1));
+    assert!(
+        solved
+            .velocity
+            .iter()
+            .chain(&solved.force)
+            .flatten()
+            .flatten()
+            .all(|&x| x == 0.0)
+    );
+    assert!(solved.density.iter().all(|rho| rho == &solved.density[0]));
+}
+
+/// The force must be the buoyancy b rho along the last axis but for a gradient, rho taken at the step that it leads to.
+fn smoke_rises<S: Space>(cells: &[usize], ends: &str, dt: f64, length: f64) {
+    let mut scene = Scene {
+        dt,
+        length,
+        ..free(cells, ends, 8)
+    };
+    scene.params.simulation.buoyancy = 2e-4 * length / (dt * dt);
+    let (grid, up) = (scene.problem().grid(), cells.len() - 1);
+    let solved = simulate::<f64, S>(&scene, &fields::zeros(&grid, 1));
+    check(&scene, &solved, f64::EPSILON);
+    let naive = Naive::new(&grid);
+    for (k, u) in solved.force.iter().enumerate() {
+        let rho = &solved.density[k + 1];
+        let push = naive.at_faces(|axis, at| {
+            let low = naive.step(at, axis, -1).map_or(0.0, |low| rho[naive.id(low)]);
+            if axis == up {
+                0.5 * scene.params.simulation.buoyancy * (low + rho[naive.id(at)])
+            } else {
+                0.0
+            }
+        });
+        let left = not_a_gradient(&naive, &add_scaled_all(&push, -1.0, &faces(&grid, u)));
+        assert!(
+            left < 1e-3 * largest_of(&push),
+            "step {k}: the force is {left:e} from buoyancy of at most {:e}",
+            largest_of(&push)
+        );
+    }
+    let height = |rho: &[f64]| {
+        fields::places(&grid)
+            .zip(rho)
+            .map(|(at, x)| at[up] as f64 * x)
+            .sum::<f64>()
+            / rho.iter().sum::<f64>()
+    };
+    let heights: Vec<f64> = solved.density.iter().skip(1).map(|rho| height(rho)).collect();
+    assert!(heights.is_sorted_by(|a, b| a < b), "{heights:?}");
+}
+
+#[test]
+fn smoke_rises_by_buoyancy() {
+    smoke_rises::<D2>(&[20, 24], "ww", 1.0, 1.0);
+    smoke_rises::<D2>(&[16, 16], "pw", 0.04, 5.0);
+    smoke_rises::<D3>(&[8, 9, 12], "pww", 1.0, 1.0);
+}
+
+#[test]
+fn a_free_flow_needs_no_keyframe_and_control_does() {
+    use thurible_core::{Plan, PlanError, ProblemError};
+    let scene = free(&[8, 8], "ww", 4);
+    for method in [
+        Method::Simulate,
+        Method::Direct,
+        Method::Admm,
+        Method::Lbfgs,
+        Method::Pd,
+    ] {
+        let planned = Plan::new::<f32, D2>(
+            &scene.problem(),
+            &Params {
+                method,
+                ..scene.params
+            },
+        )
+        .map(|_| ());
+        let expected = if method == Method::Simulate {
+            Ok(())
+        } else {
+            Err(PlanError::Problem(ProblemError::NoKeyframe))
+        };
+        assert_eq!(planned, expected, "{method:?}");
+    }
+}
