@@ -110,15 +110,14 @@ impl<'g> Around<'g> {
             };
             let begin = (row * slots + time) * nx;
             rows.push(field, begin + x, own, [after, before]);
-            if !self.grid.axis(0).is_ring() {
-                continue;
+            let along_x = self.grid.axis(0);
+            if let (Some(place), Some(cell)) = (before.filter(|_| x == 0), along_x.cell(-1)) {
+                rows.push_wrapped(field, begin + cell, place, 0);
             }
             let last = count - 1;
-            if let Some(place) = before.filter(|_| x == 0) {
-                rows.push_wrapped(field, begin + nx - 1, place, 0);
-            }
-            if let Some(place) = after.filter(|_| x + 2 * last + 1 == nx) {
-                rows.push_wrapped(field, begin, place, last);
+            let at_end = x + 2 * last + 1 == nx;
+            if let (Some(place), Some(cell)) = (after.filter(|_| at_end), along_x.cell(nx as isize)) {
+                rows.push_wrapped(field, begin + cell, place, last);
             }
         }
     }

@@ -180,8 +180,10 @@ impl<T: Real> Term<'_, T> {
         let Input { z, faces, .. } = input;
         let (grid, n, scales, w) = (self.series.grid, out.len(), self.scales, input.weights[2]);
         let (c, through) = (&z.own(row, n + BEFORE)[BEFORE..], faces.own(row, n + 1));
-        if !grid.axis(0).is_ring() {
+        if grid.axis(0).cell(-1).is_none() {
             out[0] -= scales[0] * w * through[2].max(T::ZERO) * (c[1] - c[0]);
+        }
+        if grid.axis(0).cell(n as isize).is_none() {
             out[n - 1] -= scales[0] * w * through[n].min(T::ZERO) * (c[n - 1] - c[n - 2]);
         }
         for axis in 1..grid.dims {
