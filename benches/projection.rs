@@ -29,14 +29,14 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
         let mut v = start.clone();
         let v = v.each_mut().map(|component| &mut component[..]);
         group.bench_function("divergence", |bencher| {
-            bencher.iter(|| projection.relative_divergence(exec, SLOTS, &v, sums))
+            bencher.iter(|| projection.relative_divergence(exec, &v, sums))
         });
         group.bench_function("to 1e-5", |bencher| {
             bencher.iter_batched_ref(
                 || start.clone(),
                 |v| {
                     let mut v = v.each_mut().map(|component| &mut component[..]);
-                    projection.project(exec, &mut Silent, SLOTS, &mut v, None, TOLERANCE, sums)
+                    projection.project(exec, &mut Silent, &mut v, None, TOLERANCE, sums)
                 },
                 BatchSize::LargeInput,
             );

@@ -159,15 +159,7 @@ fn projection<S: Space>(
             let mut v = start.clone();
             let mut v = v.each_mut().map(|component| &mut component[..]);
             timed(|| {
-                let _ = projection.project(
-                    exec,
-                    &mut Silent,
-                    all.slots,
-                    &mut v,
-                    None,
-                    PROJECTION_TOLERANCE,
-                    sums,
-                );
+                let _ = projection.project(exec, &mut Silent, &mut v, None, PROJECTION_TOLERANCE, sums);
             })
         };
         (0..repeats).map(run).fold(f64::INFINITY, f64::min)

@@ -185,7 +185,7 @@ impl<'a, T: Real> GivenFlow<'a, T> {
         }
         let _ = self
             .projection
-            .project(exec, &mut Silent, 1, given, None, tolerance, sums);
+            .project(exec, &mut Silent, given, None, tolerance, sums);
         let (copy, given) = (view(&self.copy), view(given));
         let change = sums::largest(exec, grid, sums, |row| {
             rows::largest((0..grid.dims).map(|axis| {

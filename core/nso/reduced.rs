@@ -194,15 +194,7 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
         let mut projection =
             Projection::carve(self.levels, 0, slots, threads, &mut Pool::new(&mut *self.region));
         projection
-            .project(
-                exec,
-                observer,
-                slots,
-                field,
-                None,
-                projection_tolerance,
-                self.sums,
-            )
+            .project(exec, observer, field, None, projection_tolerance, self.sums)
             .is_continue()
             .then_some(())
     }

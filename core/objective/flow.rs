@@ -319,7 +319,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
             threads,
             &mut Pool::new(&mut *self.region),
         );
-        match projection.project(exec, observer, slots, field, None, tolerance, self.sums) {
+        match projection.project(exec, observer, field, None, tolerance, self.sums) {
             ControlFlow::Continue(divergence) => Ok(divergence),
             ControlFlow::Break(()) => Err(Stop::Cancelled),
         }
@@ -345,7 +345,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
             threads,
             &mut Pool::new(&mut *self.region),
         );
-        let [divergence, speed] = projection.relative_divergence(exec, slots, direction, self.sums);
+        let [divergence, speed] = projection.relative_divergence(exec, direction, self.sums);
         drop(projection);
         let left = if divergence <= CLEAN {
             divergence

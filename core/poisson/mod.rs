@@ -8,7 +8,7 @@ mod richardson;
 pub mod spectral;
 
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{VectorMut, rows, transform, view};
+use crate::field::{VectorMut, reborrow, rows, transform, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::Spectrum;
@@ -30,6 +30,9 @@ const PASSES: usize = 4;
 #[derive(Debug)]
 pub struct Projection<'a, T> {
     grid: &'a Grid,
+    /// Slots of the trajectories.
+    slots: usize,
+    /// Slots of a batch.
     batch: usize,
     solver: Solver<'a, T>,
 }
@@ -86,7 +89,12 @@ impl<'a, T: Real> Projection<'a, T> {
                 Some(spectrum) => Solver::Spectral(Spectral::carve(grid, spectrum, batch, scratch, pool)),
                 None => Solver::Multigrid(Multigrid::carve(hierarchy, level, batch, scratch, pool)),
             };
-            Self { grid, batch, solver }
+            Self {
+                grid,
+                slots,
+                batch,
+                solver,
+            }
         })
     }
 
@@ -95,14 +103,13 @@ impl<'a, T: Real> Projection<'a, T> {
     pub fn relative_divergence(
         &mut self,
         exec: &dyn Exec,
-        slots: usize,
         v: &VectorMut<'_, T>,
         sums: &mut [f64],
     ) -> [f64; 2] {
         let (grid, v) = (self.grid, view(v));
         let mut fastest: f64 = 0.0;
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
-        let relative = rows::largest(Batch::all(slots, self.batch).map(|batch| {
+        let relative = rows::largest(Batch::all(self.slots, self.batch).map(|batch| {
             let scratch = each!(&mut self.solver, solver => &mut *solver.scratch);
             for_rows(
                 exec,
@@ -135,42 +142,34 @@ impl<'a, T: Real> Projection<'a, T> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        slots: usize,
         v: &mut VectorMut<'_, T>,
-        mut potential: Option<&mut [T]>,
+        potential: Option<&mut [T]>,
         tolerance: f64,
         sums: &mut [f64],
     ) -> ControlFlow<(), f64> {
+        let [v0, v1, v2] = reborrow(v);
+        let mut fields = [v0, v1, v2, potential.unwrap_or(&mut [])];
         let mut worst: f64 = 0.0;
-        for batch in Batch::all(slots, self.batch) {
-            worst = rows::largest([
-                worst,
-                self.project_batch(
-                    exec,
-                    observer,
-                    batch,
-                    v,
-                    potential.as_deref_mut(),
-                    tolerance,
-                    sums,
-                )?,
-            ]);
+        for batch in Batch::all(self.slots, self.batch) {
+            let divergence = self.project_batch(exec, observer, batch, &mut fields, tolerance, sums)?;
+            worst = rows::largest([worst, divergence]);
         }
         ControlFlow::Continue(worst)
     }
 
+    /// Projects some slots of `fields`, the components of v and p.
     fn project_batch(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         batch: Batch,
-        v: &mut VectorMut<'_, T>,
-        mut potential: Option<&mut [T]>,
+        fields: &mut [&mut [T]; 4],
         tolerance: f64,
         sums: &mut [f64],
     ) -> ControlFlow<(), f64> {
         let mut goal = None;
         for pass in 0.. {
+            let v = [&*fields[0], &*fields[1], &*fields[2]];
             let Measured { divergence, speed } =
                 each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
             let goal = *goal.get_or_insert_with(|| {
@@ -183,7 +182,7 @@ impl<'a, T: Real> Projection<'a, T> {
                 Solver::Spectral(solver) => solver.solve(exec, observer, batch)?,
                 Solver::Multigrid(solver) => solver.solve(exec, observer, batch, divergence, goal, sums)?,
             }
-            each!(&mut self.solver, solver => solver.subtract_gradient(exec, batch, v, potential.as_deref_mut()));
+            each!(&mut self.solver, solver => solver.subtract_gradient(exec, batch, fields));
         }
         ControlFlow::Continue(f64::NAN)
     }

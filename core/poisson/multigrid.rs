@@ -7,7 +7,7 @@ use super::batch::{Batch, Measured, divergence_in_row, subtract_gradient_in_row}
 use super::richardson::{self, residual_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::transfer::{Move, Place, Placed};
-use crate::field::{Block, VectorMut, rows, view};
+use crate::field::{Block, Vector, rows};
 use crate::grid::Grid;
 use crate::grid::levels::{Levels, MAX_LEVELS};
 use crate::grid::tables::Tables;
@@ -105,11 +105,11 @@ impl<'a, T: Real> Multigrid<'a, T> {
         &mut self,
         exec: &dyn Exec,
         batch: Batch,
-        v: &VectorMut<'_, T>,
+        v: Vector<'_, T>,
         sums: &mut [f64],
     ) -> Measured {
         let LevelMut { grid, rhs, .. } = &mut self.levels[0];
-        let (grid, v) = (*grid, view(v));
+        let grid = *grid;
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let rhs = &mut rhs[..grid.cells() * batch.count];
         for_rows(
@@ -128,18 +128,11 @@ impl<'a, T: Real> Multigrid<'a, T> {
         Measured::read(sums)
     }
 
-    /// v -= grad q, and p -= q.
-    pub fn subtract_gradient(
-        &mut self,
-        exec: &dyn Exec,
-        batch: Batch,
-        v: &mut VectorMut<'_, T>,
-        potential: Option<&mut [T]>,
-    ) {
+    /// v -= grad q and, unless p is empty, p -= q; `fields` are the components of v and p.
+    pub fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, fields: &mut [&mut [T]; 4]) {
         let LevelMut { grid, q, .. } = &self.levels[0];
         let (grid, q) = (*grid, &q[..grid.cells() * batch.count]);
-        let [v0, v1, v2] = v.each_mut().map(|component| &mut **component);
-        let fields = [v0, v1, v2, potential.unwrap_or_default()];
+        let fields = fields.each_mut().map(|field| &mut **field);
         for_rows(
             exec,
             grid.rows(),

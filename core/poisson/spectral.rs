@@ -3,7 +3,7 @@
 use super::MAX_BATCH;
 use super::batch::{Batch, Measured, divergence_in_row, subtract_gradient_in_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, VectorMut, transform, view};
+use crate::field::{Block, Vector, transform};
 use crate::grid::Grid;
 use crate::grid::spectrum::Spectrum;
 use crate::memory::Pool;
@@ -44,10 +44,10 @@ impl<'a, T: Real> Spectral<'a, T> {
         &mut self,
         exec: &dyn Exec,
         batch: Batch,
-        v: &VectorMut<'_, T>,
+        v: Vector<'_, T>,
         sums: &mut [f64],
     ) -> Measured {
-        let (grid, v) = (self.grid, view(v));
+        let grid = self.grid;
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let mut slots = self.q.chunks_exact_mut(grid.cells()).take(batch.count);
         let fields: [_; MAX_BATCH] = core::array::from_fn(|_| slots.next().unwrap_or_default());
@@ -82,17 +82,10 @@ impl<'a, T: Real> Spectral<'a, T> {
         observer.on(Event::Work)
     }
 
-    /// v -= grad q, and p -= q.
-    pub fn subtract_gradient(
-        &mut self,
-        exec: &dyn Exec,
-        batch: Batch,
-        v: &mut VectorMut<'_, T>,
-        potential: Option<&mut [T]>,
-    ) {
+    /// v -= grad q and, unless p is empty, p -= q; `fields` are the components of v and p.
+    pub fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, fields: &mut [&mut [T]; 4]) {
         let (grid, q) = (self.grid, &*self.q);
-        let [v0, v1, v2] = v.each_mut().map(|component| &mut **component);
-        let fields = [v0, v1, v2, potential.unwrap_or_default()];
+        let fields = fields.each_mut().map(|field| &mut **field);
         for_rows(
             exec,
             grid.rows(),

@@ -91,15 +91,7 @@ pub fn project_by<T: Real>(
     let (flow, cycles) = with_threads(2, |exec| {
         let mut projection = Projection::carve(&levels, 0, slots, 2, &mut Pool::new(&mut numbers));
         let mut observed = Cycles { count: 0, most };
-        let flow = projection.project(
-            exec,
-            &mut observed,
-            slots,
-            &mut view_mut(v),
-            p,
-            tolerance,
-            &mut sums,
-        );
+        let flow = projection.project(exec, &mut observed, &mut view_mut(v), p, tolerance, &mut sums);
         (flow, observed.count)
     });
     Done {

@@ -262,15 +262,7 @@ fn project<T: Real>(
     let slots = setup.flow.sweep.slots;
     let mut projection =
         Projection::carve(levels, 0, slots, setup.flow.sweep.threads, &mut Pool::new(region));
-    match projection.project(
-        exec,
-        observer,
-        slots,
-        v,
-        None,
-        setup.flow.projection_tolerance,
-        sums,
-    ) {
+    match projection.project(exec, observer, v, None, setup.flow.projection_tolerance, sums) {
         ControlFlow::Continue(_) => Ok(()),
         ControlFlow::Break(()) => Err(Stop::Cancelled),
     }

@@ -394,7 +394,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let Animation { levels, v, sums, .. } = &mut self.animation;
         let mut pool = Pool::new(&mut *self.region);
         let projected = Projection::carve(levels, 0, slots, threads, &mut pool)
-            .project(exec, observer, slots, v, None, tolerance, sums);
+            .project(exec, observer, v, None, tolerance, sums);
         if projected.is_break() {
             Err(Status::Cancelled)
         } else {

@@ -165,7 +165,6 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let projected = projection.project(
             exec,
             observer,
-            slots,
             w,
             Some(self.p),
             self.setup.ao.flow.projection_tolerance,

@@ -301,7 +301,7 @@ fn project<T: Real>(
     sums: &mut [f64],
 ) -> Result<(), Stop> {
     if projection
-        .project(exec, observer, 1, field, None, tolerance, sums)
+        .project(exec, observer, field, None, tolerance, sums)
         .is_break()
     {
         Err(Stop::Cancelled)
