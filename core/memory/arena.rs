@@ -1,11 +1,9 @@
 //! The caller's block of bytes, handed out once as aligned slices of zeros.
 #![allow(unsafe_code)]
 
+use super::footprint::{ALIGN, footprint};
 use super::ledger::Ledger;
 use core::mem::{MaybeUninit, size_of};
-
-/// Every buffer begins on a multiple of this many bytes.
-pub const ALIGN: usize = 64;
 
 mod sealed {
     pub trait Sealed {}
@@ -29,15 +27,6 @@ pub struct TooSmall {
     pub needed: usize,
     /// Bytes that are left.
     pub left: usize,
-}
-
-/// Bytes that `len` values of `size` bytes take in an [`Arena`], or `None` when that overflows.
-#[must_use]
-pub const fn footprint(len: usize, size: usize) -> Option<usize> {
-    match len.checked_mul(size) {
-        Some(bytes) => bytes.checked_next_multiple_of(ALIGN),
-        None => None,
-    }
 }
 
 /// Hands out what is left of a block, front to back, or only counts what it is asked for; nothing is ever given back.

@@ -1,6 +1,6 @@
 //! The ledger: every buffer of a solve by name, together (sum) or in turn (max), to the byte.
 
-use super::arena::footprint;
+use super::footprint::footprint;
 use heapless::Vec;
 
 /// Most lines of a [`Ledger`].

@@ -1,11 +1,13 @@
 //! The one block of memory: the caller's bytes, the plan of every buffer in them, and parts of a buffer used in turn.
 
 pub mod arena;
+mod footprint;
 pub mod layout;
 pub mod ledger;
 pub mod pool;
 
-pub use arena::{ALIGN, Arena, Plain, TooSmall, footprint};
+pub use arena::{Arena, Plain, TooSmall};
+pub use footprint::{ALIGN, footprint};
 pub use layout::Layout;
 pub use ledger::{Entry, Ledger, MAX_LINES, Sharing};
 pub use pool::{Pool, pooled};
