@@ -59,7 +59,7 @@ pub fn solve<T: Real, S: Space>(
     sums: &mut [f64],
 ) -> Info {
     let mut info = Info::default();
-    let mut at = Reduced::new::<S>(levels, setup, problem, pool, sums);
+    let mut at = Reduced::new(levels, setup, problem, pool, sums);
     for cycle in 0..=setup.params.cycles {
         let Some(residual) = at.gradient::<S>(exec, observer) else {
             return info.ended(Ended::Cancelled);

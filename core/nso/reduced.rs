@@ -79,7 +79,7 @@ enum Output {
 
 impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
     /// Takes its fields from `pool`. `sums` holds two values a row and one a slot.
-    pub(super) fn new<S: Space>(
+    pub(super) fn new(
         levels: &'a Levels<'m, T>,
         setup: &'a Setup,
         problem: Problem<'a, T>,

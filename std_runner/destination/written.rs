@@ -1,10 +1,11 @@
 //! Which files of a result folder thurible wrote: those of its manifest. Everything else in it is the user's.
 
+use core::time::Duration;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
 use std::path::{Component, Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
 /// The list of the files that were written, beside them.
 pub(super) const MANIFEST: &str = "manifest.json";
