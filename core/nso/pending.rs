@@ -73,7 +73,7 @@ impl<'a, T: Real> Pending<'a, T> {
         } = task;
         let System { grid, .. } = self.pass.given;
         let own = self.of_row(row);
-        let wall = grid.axis(0).open_face(0).is_none();
+        let walls = grid.axis(0).open_face(0).is_none();
         for (axis, (v, w)) in [(v0, w0), (v1, w1), (v2, w2)]
             .into_iter()
             .enumerate()
@@ -86,12 +86,11 @@ impl<'a, T: Real> Pending<'a, T> {
                 None
             };
             for (field, quantity) in [(v, 2 * axis), (w, S::FACES + 2 * axis)] {
-                if axis == 0 || !grid.wall_below(row, axis) {
-                    own.add_to(field, quantity, 0, axis == 0 && wall);
-                }
                 if axis == 0 {
-                    own.add_to(field, quantity + 1, 1, wall);
+                    own.add_to(field, quantity, 0, walls);
+                    own.add_to(field, quantity + 1, 1, walls);
                 } else if let Some(below) = &below {
+                    own.add_to(field, quantity, 0, false);
                     below.add_to(field, quantity + 1, 0, false);
                 }
             }

@@ -8,13 +8,7 @@ pub(super) const MAX_LANES: usize = 16;
 /// Vector `index` of a list of vectors that lie in `values` one after the other.
 #[inline(always)]
 pub(super) fn at<V: Vector>(values: &[V::Elem], index: usize) -> V {
-    from_lane(values, index * V::LANES)
-}
-
-/// The vector that begins with value `first`.
-#[inline(always)]
-pub(super) fn from_lane<V: Vector>(values: &[V::Elem], first: usize) -> V {
-    V::load(&values[first..])
+    V::load(&values[index * V::LANES..])
 }
 
 /// Stores a vector as vector `index` of a list.

@@ -2,7 +2,7 @@
 
 use super::factor::eliminate;
 use super::group::Group;
-use super::lanes::{MAX_LANES, from_lane};
+use super::lanes::MAX_LANES;
 use super::storage::{Changes, Header, lower_len, slot_mut};
 use crate::grid::Space;
 use crate::real::Real;
@@ -71,8 +71,8 @@ impl<'s, 'a, 'm, T: Real> Line<'s, 'a, 'm, T> {
         lane: usize,
     ) {
         let now = slot_mut::<S, P>(self.stored, k).chunks_exact_mut(P::LANES);
-        for (index, now) in now.enumerate() {
-            from_lane::<P>(long, index * V::LANES + lane).store(now);
+        for (from, now) in long[lane..].chunks(V::LANES).zip(now) {
+            P::load(from).store(now);
         }
     }
 
