@@ -2,6 +2,15 @@
 
 pub use crate::progress::MAX_CYCLES;
 
+use crate::observe::Phase;
+
+/// How observers hear of a Navier-Stokes problem.
+pub const NSO: Phase = Phase {
+    name: "nso",
+    words: "Navier-Stokes problem",
+    measure: "residual",
+};
+
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {

@@ -192,11 +192,9 @@ impl<'a, T: Real> System<'a, T> {
         let Self { grid, slots, rhs, .. } = *self;
         let [v0, v1, v2, w0, w1, w2, p, pbar] = state;
         let part = |field: &'a [T], slots: usize| {
-            if field.is_empty() {
-                field
-            } else {
-                &field[rows.start * slots * grid.n[0]..rows.end * slots * grid.n[0]]
-            }
+            let part = field.get(rows.start * slots * grid.n[0]..rows.end * slots * grid.n[0]);
+            debug_assert!(part.is_some() || field.is_empty());
+            part.unwrap_or(field)
         };
         let rhs = Rhs {
             a: rhs.a.map(|a| part(a, slots)),

@@ -5,7 +5,7 @@
 //! Systems are solved inexactly, and left where the curvature is not positive (Nocedal & Wright, algorithm
 //! 7.1, Newton-CG with a line search).
 
-use super::info::{Ended, Info};
+use super::info::{Ended, Info, NSO};
 use super::params::Setup;
 use super::reduced::{self, Force, Reduced};
 use crate::exec::Exec;
@@ -15,7 +15,6 @@ use crate::force;
 use crate::grid::Space;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
-use crate::nso::NSO;
 use crate::observe::{Event, Observer};
 use crate::poisson::Projection;
 use crate::real::Real;

@@ -5,12 +5,11 @@
 //! residual of the true one, so moving the centre after every good cycle and letting mu shrink ends at the
 //! solution of the true problem.
 
-use super::Nso;
-use super::info::{Ended, Info};
+use super::info::{Ended, Info, NSO};
+use super::multigrid::Nso;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Space;
-use crate::nso::NSO;
 use crate::observe::{Event, Observer};
 use crate::operators::self_advection::Fluid;
 use crate::real::Real;

@@ -3,7 +3,7 @@
 //! No copy of the coarse solution is kept: it is subtracted from the fine one on the way down, and added
 //! again, corrected, on the way up.
 
-use super::Nso;
+use super::multigrid::Nso;
 use super::transfer::{add_prolonged, restrict_residual, restrict_solution};
 use crate::exec::Exec;
 use crate::grid::Space;

@@ -71,7 +71,11 @@ impl<'s, 'a, 'm, T: Real> Line<'s, 'a, 'm, T> {
         lane: usize,
     ) {
         let now = slot_mut::<S, P>(self.stored, k).chunks_exact_mut(P::LANES);
-        for (from, now) in long[lane..].chunks(V::LANES).zip(now) {
+        let from = long
+            .get(lane..)
+            .into_iter()
+            .flat_map(|long| long.chunks(V::LANES));
+        for (from, now) in from.zip(now) {
             P::load(from).store(now);
         }
     }

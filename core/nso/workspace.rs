@@ -1,0 +1,115 @@
+//! The memory of STFAS besides the finest level.
+
+use super::level::LevelMut;
+use super::params::{Setup, Shape};
+use super::{local, smoother, transfer};
+use crate::grid::levels::{self, Levels, MAX_LEVELS};
+use crate::grid::{Grid, Space};
+use crate::memory::{Arena, Pool, Sharing, TooSmall, pooled};
+use crate::real::Real;
+use core::marker::PhantomData;
+
+/// The smoother's bases on every grid, which last for a whole solve.
+#[derive(Debug)]
+pub struct Bases<'m, T> {
+    pub(super) tables: heapless::Vec<&'m mut [T], MAX_LEVELS>,
+}
+
+impl<'m, T: Real> Bases<'m, T> {
+    /// Without elements: enough to measure a [`Workspace`].
+    #[must_use]
+    pub fn bare(grids: &[Grid]) -> Self {
+        Self {
+            tables: grids.iter().map(|_| Default::default()).collect(),
+        }
+    }
+
+    /// Takes its elements and fills them.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn carve<S: Space>(arena: &mut Arena<'m>, grids: &[Grid]) -> Result<Self, TooSmall> {
+        let elements = arena.take::<T>("smoother bases", pooled(local::table_len::<S>()) * grids.len())?;
+        if arena.ledger().is_some() {
+            return Ok(Self::bare(grids));
+        }
+        let mut pool = Pool::new(elements);
+        let fill = |grid: &Grid| {
+            let table = pool.take("basis", local::table_len::<S>());
+            local::fill_table::<T, S>(grid.h, table);
+            table
+        };
+        Ok(Self {
+            tables: grids.iter().map(fill).collect(),
+        })
+    }
+}
+
+/// Elements of the parts of the scratch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parts {
+    /// Changes that other threads read.
+    pub(super) waiting: usize,
+    /// The smoother's scratch of all threads.
+    pub(super) lines: usize,
+    /// Any transfer, which has the same elements in turn.
+    transfer: usize,
+}
+
+impl Parts {
+    fn new<S: Space>(finest: &Grid, slots: usize, threads: usize, shape: Shape) -> Self {
+        Self {
+            waiting: pooled(smoother::waiting_len::<S>(finest, slots, threads, shape.split)),
+            lines: pooled(threads * smoother::scratch_len::<S>(finest, slots, shape)),
+            transfer: pooled(
+                levels::hierarchy(finest)
+                    .iter()
+                    .map(|grid| transfer::scratch_len::<S>(grid, slots, threads, shape.split))
+                    .max()
+                    .unwrap_or(0),
+            ),
+        }
+    }
+}
+
+/// The coarse levels of STFAS and its scratch.
+pub struct Workspace<'a, T, S> {
+    pub(super) coarse: heapless::Vec<LevelMut<'a, T>, MAX_LEVELS>,
+    pub(super) scratch: &'a mut [T],
+    pub(super) parts: Parts,
+    space: PhantomData<S>,
+}
+
+impl<'a, T: Real, S: Space> Workspace<'a, T, S> {
+    /// Takes them from a pool.
+    pub fn carve(
+        hierarchy: &'a Levels<'_, T>,
+        bases: &'a Bases<'_, T>,
+        setup: &Setup,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
+        let slots = setup.slots;
+        let parts = Parts::new::<S>(&hierarchy.finest, slots, setup.threads, setup.shape);
+        pool.group("Navier-Stokes problem (NSO)", Sharing::Together, |pool| {
+            let grids = hierarchy.grids.iter().zip(&bases.tables).skip(1);
+            let coarse = pool.line("coarse levels", |pool| {
+                grids
+                    .map(|(grid, base)| LevelMut::coarse::<S>(grid, base, slots, pool))
+                    .collect()
+            });
+            let uses = [
+                (
+                    "smoother: waiting changes, lines in time",
+                    parts.waiting + parts.lines,
+                ),
+                ("transfer: rows of a block, residuals that wait", parts.transfer),
+            ];
+            Self {
+                coarse,
+                scratch: pool.take_longest("smoothing or transfer", &uses),
+                parts,
+                space: PhantomData,
+            }
+        })
+    }
+}
