@@ -34,18 +34,21 @@ pub enum Beyond {
 
 impl Axis {
     /// An axis of `cells` cells.
+    #[inline(always)]
     #[must_use]
     pub const fn new(cells: usize, ends: Boundary) -> Self {
         Self { cells, ends }
     }
 
     /// Its cells.
+    #[inline(always)]
     #[must_use]
     pub const fn cells(self) -> usize {
         self.cells
     }
 
     /// Its faces, the walls counted: face n of a ring is its face 0.
+    #[inline(always)]
     #[must_use]
     pub const fn faces(self) -> usize {
         match self.ends {
@@ -55,6 +58,7 @@ impl Axis {
     }
 
     /// Whether the first cell and the last are neighbours.
+    #[inline(always)]
     #[must_use]
     pub const fn is_ring(self) -> bool {
         matches!(self.ends, Boundary::Periodic)
@@ -72,21 +76,21 @@ impl Axis {
     }
 
     /// The face at index `i`, or `None` on a wall and behind it: nothing flows there.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn open_face(self, i: isize) -> Option<usize> {
         self.cell(i).filter(|&face| face > 0 || self.is_ring())
     }
 
     /// The cell at index `i`; behind a wall the last one before it.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn nearest(self, i: isize) -> usize {
         self.cell(i).unwrap_or(if i < 0 { 0 } else { self.cells - 1 })
     }
 
     /// The cell at index `i`; behind a wall its mirror image, about the wall and as often as it takes (half-sample symmetry).
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn mirrored(self, i: isize) -> usize {
         if self.is_ring() {
@@ -99,6 +103,7 @@ impl Axis {
 
     /// The point `x`, counted in cells from the centre of cell 0, moved to the outermost centre where it lies between that
     /// and a wall, or behind the wall; and whether it was left where it was.
+    #[inline]
     #[must_use]
     pub fn nearest_point(self, x: f64) -> (f64, bool) {
         let last = (self.cells - 1) as f64;
@@ -109,6 +114,7 @@ impl Axis {
         }
     }
 
+    #[inline]
     fn wrapped(self, i: isize) -> usize {
         i.rem_euclid(self.cells as isize) as usize
     }
@@ -123,7 +129,7 @@ impl Grid {
     }
 
     /// The row beside `row` along y (axis 1) or z (axis 2), or `None` behind a wall.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn neighbour(&self, row: usize, axis: usize, side: Side) -> Option<usize> {
         let mut at = self.row_at(row);
@@ -151,7 +157,7 @@ impl Grid {
     }
 
     /// The cell beside cell `at`, or `None` behind a wall.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn beside(&self, at: [usize; 3], axis: usize, side: Side) -> Option<[usize; 3]> {
         let mut to = at;
@@ -160,7 +166,7 @@ impl Grid {
     }
 
     /// The faces of cell `at` that nothing flows through: bit 2 a of the low face along axis a, bit 2 a + 1 of the high one.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn closed_faces(&self, at: [usize; 3]) -> usize {
         (0..2 * self.dims).fold(0, |faces, face| {
@@ -170,6 +176,7 @@ impl Grid {
     }
 
     /// Whether nothing flows through the low faces of `row` along y or z.
+    #[inline]
     #[must_use]
     pub fn wall_below(&self, row: usize, axis: usize) -> bool {
         self.neighbour(row, axis, Side::Low).is_none()

@@ -109,12 +109,14 @@ impl Grid {
     }
 
     /// The number of cells.
+    #[inline]
     #[must_use]
     pub fn cells(&self) -> usize {
         self.n[0] * self.n[1] * self.n[2]
     }
 
     /// The number of rows along x.
+    #[inline]
     #[must_use]
     pub fn rows(&self) -> usize {
         self.n[1] * self.n[2]
@@ -140,18 +142,21 @@ impl Grid {
     }
 
     /// The index of row (y, z).
+    #[inline]
     #[must_use]
     pub fn row(&self, y: usize, z: usize) -> usize {
         z * self.n[1] + y
     }
 
     /// The (y, z) of a row.
+    #[inline]
     #[must_use]
     pub fn row_at(&self, row: usize) -> [usize; 2] {
         [row % self.n[1], row / self.n[1]]
     }
 
     /// The (x, y, z) of cell `x` of a row.
+    #[inline]
     #[must_use]
     pub fn cell_at(&self, row: usize, x: usize) -> [usize; 3] {
         let [y, z] = self.row_at(row);
@@ -159,6 +164,7 @@ impl Grid {
     }
 
     /// Where cell (x, y, z) stands in a field of one slot.
+    #[inline]
     #[must_use]
     pub fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         self.row(y, z) * self.n[0] + x

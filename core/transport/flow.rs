@@ -49,6 +49,7 @@ impl<T: Real> Flow<'_, T> {
     }
 
     /// Copies one component of the velocity of a step at a row of faces.
+    #[inline]
     fn copy_row(&self, axis: usize, slots: usize, step: usize, row: usize, out: &mut [T]) {
         let n = out.len();
         let (from, place) = if step == 0 {
@@ -63,6 +64,7 @@ impl<T: Real> Flow<'_, T> {
     }
 
     /// Prefetches what [`Self::copy_row`] will read: the rows of a step are far apart.
+    #[inline]
     fn prefetch_row(&self, axis: usize, slots: usize, step: usize, row: usize, n: usize) {
         let Some(slot) = step.checked_sub(1) else { return };
         let direction = self.along.map(|(direction, _)| direction);
