@@ -14,9 +14,12 @@ use thurible_core::{Event, Observer, Progress};
 /// Iterations that the history reserves room for, so that it does not grow while the solve runs.
 const ROWS: usize = 1024;
 
+/// Bytes that the facts of an iteration take beside its row, at most: their names, and the residuals of its cycles.
+const FACTS: usize = 768;
+
 /// Bytes that the history reserves for a solve of at most `limit` iterations.
 pub fn history_bytes(limit: usize) -> usize {
-    limit.min(ROWS) * (size_of::<IterationRecord>() + size_of::<Progress>())
+    limit.min(ROWS) * (size_of::<IterationRecord>() + FACTS)
 }
 
 /// The runner's [`Observer`]: times phases, moves the bar, keeps the history, passes on Ctrl-C.

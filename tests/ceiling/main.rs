@@ -183,6 +183,15 @@ fn ended(mut command: Command) -> (Option<i32>, u64) {
     (code, u64::try_from(usage.ru_maxrss).unwrap() * 1024)
 }
 
+/// The most memory that this program has had, in bytes.
+fn own_peak() -> u64 {
+    // SAFETY: all zeros is a value of these numbers.
+    let mut usage: libc::rusage = unsafe { core::mem::zeroed() };
+    // SAFETY: a system call that writes to a value that lives.
+    assert_eq!(unsafe { libc::getrusage(libc::RUSAGE_SELF, &mut usage) }, 0);
+    u64::try_from(usage.ru_maxrss).unwrap() * 1024
+}
+
 /// A scene that is refused when its last shape has been drawn, so that nothing else takes long.
 #[test]
 fn drawing_takes_what_is_promised() {

@@ -160,6 +160,7 @@ fn starts_agree<T: Real, S: Space>(scene: &Scene) {
             ..scene.clone()
         };
         other.params.direct.history = scene.params.direct.history.or(Some(5));
+        other.params.lbfgs.history = scene.params.lbfgs.history.or(Some(8));
         assert!(
             bits::<T, S>(&other, threads) == alone,
             "{} on {:?}: {threads} threads, ceiling {ceiling:?}",
