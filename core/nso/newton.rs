@@ -1,4 +1,4 @@
-//! NSO without a multigrid in time: Newton's method on the flow alone ([`reduced`](super::reduced)), its
+//! NSO without a multigrid in time: Newton's method on the flow alone (`reduced`), its
 //! systems by conjugate gradients.
 //!
 //! They are preconditioned by (kappa + S)^-1, exact in time for a flow at rest (mathematics section 6).

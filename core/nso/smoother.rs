@@ -1,6 +1,6 @@
 //! The order of cells: one colour after the other, every cell of a colour reading the state before its pass.
 //!
-//! Reads reach one and a half cells, so the changes of a plane of cells stay [`pending`](super::pending) in a
+//! Reads reach one and a half cells, so the changes of a plane of cells stay `pending` in a
 //! ring of a few planes until the planes next to it are solved. Threads share the planes of the ring, or have
 //! a ring and a slab of planes each; then the first and the last plane of every slab, the only ones that
 //! others read, are solved before all. The result is the same whatever the shape, and for any number of

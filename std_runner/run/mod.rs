@@ -1,6 +1,6 @@
 //! One solve: from a scene to its result folder.
 //!
-//! [`RunOptions::solve`] plans the scene and takes its one block of memory; the job solves it there, watched by
+//! `RunOptions::solve` plans the scene and takes its one block of memory; the job solves it there, watched by
 //! [`progress`](crate::progress), and writes the folder.
 
 pub mod frames;

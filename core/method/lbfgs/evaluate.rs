@@ -32,7 +32,7 @@ pub struct Warm<'a, T> {
 
 /// J(u) = 1/2 <e, C e> + r/2 sum |u|^2.
 pub struct Simulated<'a, 'm, T> {
-    /// Weights, densities and work; see [`Self::requirement`].
+    /// Weights, densities and work; see [`Self::measure`].
     pub evaluation: Evaluation<'a, 'm, T>,
     /// The relative tolerance of steps.
     pub tolerance: f64,

@@ -16,11 +16,11 @@
 //! cell in each SIMD lane. O_k is the outside-face term: the force that the cell's own change stirs up on
 //! faces that are not its own. H is a Householder reflection, so B^T X B is X after two changes of rank 1.
 //!
-//! The cells of a [`row`] are solved in groups, a vector of cells each. In every slot [`gather`] reads what
-//! the equations of a group need (the [`stencil`] says which faces and cells, [`streams`] how they lie in
-//! memory), [`assemble`] makes its block of the system, [`factor`] eliminates the block before; on the way
-//! back [`changes`] writes the solution. Where the flow is slow, a damping takes the place of J and O (see
-//! [`damping`](super::damping)).
+//! The cells of a `row` are solved in groups, a vector of cells each. In every slot `gather` reads what
+//! the equations of a group need (the `stencil` says which faces and cells, `streams` how they lie in
+//! memory), `assemble` makes its block of the system, `factor` eliminates the block before; on the way
+//! back `changes` writes the solution. Where the flow is slow, a damping takes the place of J and O (see
+//! `damping`(super::damping)).
 
 mod assemble;
 mod changes;
