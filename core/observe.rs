@@ -32,6 +32,8 @@ pub enum Event {
         step: usize,
         /// What the part measures of itself by: see [`Phase::measure`].
         value: f64,
+        /// How far it went along its direction, 0 where that says nothing.
+        taken: f64,
     },
     /// It ends.
     PhaseEnd(Phase),

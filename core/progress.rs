@@ -1,6 +1,7 @@
 //! What an outer iteration reports, and how a solve ends: data, not errors.
 
 use crate::checkpoint::{Damaged, Record};
+use crate::observe::{Event, Observer};
 use crate::words::named;
 
 /// Most cycles of one Navier-Stokes problem whose residuals are reported, the first residual included.
@@ -190,4 +191,18 @@ pub struct Progress {
     pub level_iteration: usize,
     /// What the method has to tell beside that.
     pub report: Report,
+}
+
+impl Progress {
+    /// Outer iteration `iteration` begins, and the observer hears of it.
+    ///
+    /// # Errors
+    /// [`Status::Cancelled`] where the observer stops the solve.
+    pub fn begin(&mut self, iteration: usize, observer: &mut dyn Observer) -> Result<(), Status> {
+        self.iteration = iteration;
+        if observer.on(Event::IterationBegin { iteration }).is_break() {
+            return Err(Status::Cancelled);
+        }
+        Ok(())
+    }
 }

@@ -4,7 +4,7 @@ use core::ffi::c_void;
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use thurible_core::solver::MAX_THREADS;
-use thurible_core::{Event, Exec, Observer};
+use thurible_core::{Event, Exec, Observer, Phase};
 
 /// A task: call it with the `argument` that came with it and an index below the number of tasks.
 pub type ThuribleTask = Option<unsafe extern "C" fn(argument: *mut c_void, index: usize)>;
@@ -186,19 +186,31 @@ impl From<Event> for ThuribleEvent {
                 iteration,
                 ..of(ThuribleEventKind::Iteration)
             },
-            Event::PhaseBegin(phase) if phase.name == "ao" => of(ThuribleEventKind::AoBegin),
-            Event::PhaseBegin(_) => of(ThuribleEventKind::NsoBegin),
-            Event::PhaseEnd(phase) if phase.name == "ao" => of(ThuribleEventKind::AoEnd),
-            Event::PhaseEnd(_) => of(ThuribleEventKind::NsoEnd),
-            Event::PhaseStep { phase, step, value } => Self {
+            Event::PhaseBegin(Phase { name: "ao", .. }) => of(ThuribleEventKind::AoBegin),
+            Event::PhaseBegin(Phase { name: "nso", .. }) => of(ThuribleEventKind::NsoBegin),
+            Event::PhaseEnd(Phase { name: "ao", .. }) => of(ThuribleEventKind::AoEnd),
+            Event::PhaseEnd(Phase { name: "nso", .. }) => of(ThuribleEventKind::NsoEnd),
+            Event::PhaseStep {
+                phase: Phase { name: "ao", .. },
+                value,
+                taken,
+                ..
+            } => Self {
+                value,
+                step: taken,
+                ..of(ThuribleEventKind::AoIteration)
+            },
+            Event::PhaseStep {
+                phase: Phase { name: "nso", .. },
+                step,
+                value,
+                ..
+            } => Self {
                 iteration: step,
                 value,
-                ..of(if phase.name == "ao" {
-                    ThuribleEventKind::AoIteration
-                } else {
-                    ThuribleEventKind::NsoCycle
-                })
+                ..of(ThuribleEventKind::NsoCycle)
             },
+            // A phase that this interface has no kind for is work like any other.
             _ => of(ThuribleEventKind::Work),
         }
     }

@@ -255,7 +255,7 @@ typedef struct {
     double nso_tolerance;
     // ADMM: a `ThuribleNorm`; scaled by default.
     uint32_t nso_norm;
-    // L-BFGS over forces: pairs from 1 to 8.
+    // L-BFGS over forces: pairs from 1 to 8, or `THURIBLE_AUTOMATIC`.
     uint32_t lbfgs_history;
     // L-BFGS over forces: stop as `direct_tolerance`.
     double lbfgs_tolerance;

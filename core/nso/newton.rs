@@ -72,6 +72,7 @@ pub fn solve<T: Real, S: Space>(
             phase: NSO,
             step: cycle,
             value: residual,
+            taken: 0.0,
         };
         if cycle > 0 && observer.on(event).is_break() {
             return info.ended(Ended::Cancelled);

@@ -47,6 +47,7 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
                 phase: NSO,
                 step: cycle,
                 value: residual,
+                taken: 0.0,
             };
             if observer.on(event).is_break() {
                 info.ended = Ended::Cancelled;

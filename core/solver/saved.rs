@@ -62,7 +62,10 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         objective.record(record)?;
         record.flag(&mut finished)?;
         let method = self.engine.get_mut();
+        let mut largest = method.parts().setup.sweep.largest;
+        record.real(&mut largest)?;
         method.scalars(record)?;
+        method.parts().setup.sweep.largest = largest;
         (self.mass, self.missing, self.prepared) = (mass, missing, prepared);
         (self.objective, self.finished) = (objective, finished);
         let mut visit = |field: &mut [T]| record.elements(field);

@@ -75,10 +75,22 @@ impl Observer for Watch {
             Event::IterationBegin { iteration: 1 } => self.clock.nested(),
             Event::PhaseBegin(phase) => self.clock.enter(phase.name),
             Event::PhaseEnd(_) => self.clock.leave(),
-            Event::PhaseStep { phase, step, value } => self.display.detail(format_args!(
-                "{} {step}, {} {value:.1e}",
-                phase.words, phase.measure
-            )),
+            Event::PhaseStep {
+                phase,
+                step,
+                value,
+                taken,
+            } => {
+                let step_taken = if taken > 0.0 {
+                    format!(", step {taken}")
+                } else {
+                    String::new()
+                };
+                self.display.detail(format_args!(
+                    "{} {step}, {} {value:.1e}{step_taken}",
+                    phase.words, phase.measure
+                ));
+            }
             _ => self.display.tick(),
         }
         if self.stops() {

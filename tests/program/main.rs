@@ -28,4 +28,5 @@ mod scenes;
 mod shape_files;
 mod shape_keys;
 mod shapes;
+mod small;
 mod undershoot;

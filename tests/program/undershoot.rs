@@ -1,34 +1,9 @@
 //! Densities that transport has undershot are inputs; what is plainly no density is refused.
 
+use crate::small::{CIRCLE, SIDE, density, refused, scene};
 use crate::support::npz::{self, npy};
-use crate::support::{Ended, fresh_folder, run};
+use crate::support::{fresh_folder, run};
 use std::fs;
-use std::path::Path;
-
-const SIDE: usize = 8;
-
-fn density() -> Vec<f64> {
-    let cell = |index: usize| ((index % SIDE) as f64 - 3.5).hypot((index / SIDE) as f64 - 3.5);
-    (0..SIDE * SIDE)
-        .map(|index| (3.0 - cell(index)).clamp(0.0, 1.0))
-        .collect()
-}
-
-fn scene(folder: &Path, source: &str, target: &str) -> String {
-    let path = folder.join("scene.toml");
-    let text = format!(
-        "[grid]\ncells = [8, 8]\n[time]\nsteps = 2\n[source]\n{source}\n[[keyframe]]\nstep = 2\n{target}\n[method]\niterations = 1\n[output]\nframes = false\n"
-    );
-    fs::write(&path, text).unwrap();
-    path.to_str().unwrap().into()
-}
-
-const CIRCLE: &str = "circle = { center = [0.5, 0.5], radius = 0.3 }";
-
-fn refused(ended: &Ended, words: &[&str]) {
-    assert_eq!(ended.code, 2, "{}", ended.err);
-    assert!(words.iter().all(|word| ended.err.contains(word)), "{}", ended.err);
-}
 
 #[test]
 fn what_a_scheme_undershoots_becomes_zero() {

@@ -240,6 +240,7 @@ pub fn solve<T: Real>(
             phase: AO,
             step: iteration + 1,
             value: info.objective,
+            taken: info.step,
         };
         if observer.on(event).is_break() {
             return Err(Stop::Cancelled);

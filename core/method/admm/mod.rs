@@ -33,7 +33,7 @@ use crate::nso::damping::LocalDamping;
 use crate::nso::{self, Bases, NsoSolver, Shape, Workspace, newton};
 use crate::objective::flow;
 use crate::objective::keyframes::Keyframes;
-use crate::observe::{Event, Observer, Silent};
+use crate::observe::{Observer, Silent};
 use crate::poisson::Projection;
 use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
@@ -261,13 +261,10 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
 
     fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         let (mut step, mut iteration, mut history) = (self.step, self.iteration, self.history);
-        let mut largest = self.setup.ao.flow.sweep.largest;
         record.real(&mut step)?;
         record.count(&mut iteration, MANY)?;
-        record.real(&mut largest)?;
         history.record(record)?;
         (self.step, self.iteration, self.history) = (step, iteration, history);
-        self.setup.ao.flow.sweep.largest = largest;
         Ok(())
     }
 
@@ -282,15 +279,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
             self.nested_start(exec, observer, keyframes)?;
         }
         self.iteration += 1;
-        progress.iteration = self.iteration;
-        if observer
-            .on(Event::IterationBegin {
-                iteration: self.iteration,
-            })
-            .is_break()
-        {
-            return Err(Status::Cancelled);
-        }
+        progress.begin(self.iteration, observer)?;
         let mut course = Course::default();
         let ended = self.alternate(exec, observer, keyframes, progress, &mut course);
         course.tell(&mut progress.report);

@@ -25,7 +25,7 @@ use crate::method::params::Params;
 use crate::method::refusal::PlanError;
 use crate::objective::flow;
 use crate::objective::keyframes::Keyframes;
-use crate::observe::{Event, Observer};
+use crate::observe::Observer;
 use crate::optimise::descent::{Descent, Outcome};
 use crate::optimise::lbfgs;
 use crate::problem::Problem;
@@ -221,14 +221,12 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
 
     fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         let (mut level, mut descent) = (self.level, self.descent.clone());
-        let (mut iteration, mut largest) = (self.iteration, self.setup.flow.sweep.largest);
+        let mut iteration = self.iteration;
         let coarsest = self.threads.len() - 1;
         record.option(&mut level, |record, level| record.count(level, coarsest))?;
         record.count(&mut iteration, MANY)?;
-        record.real(&mut largest)?;
         descent.record(record)?;
         (self.level, self.descent, self.iteration) = (level, descent, iteration);
-        self.setup.flow.sweep.largest = largest;
         Ok(())
     }
 
@@ -245,15 +243,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             None => self.begin(exec, keyframes),
         };
         self.iteration += 1;
-        progress.iteration = self.iteration;
-        if observer
-            .on(Event::IterationBegin {
-                iteration: self.iteration,
-            })
-            .is_break()
-        {
-            return Err(Status::Cancelled);
-        }
+        progress.begin(self.iteration, observer)?;
         let outcome = self.descend(exec, observer, keyframes, progress)?;
         match outcome {
             Outcome::Goes if self.descent.iterations < self.iterations_on(level) => Ok(()),

@@ -18,7 +18,7 @@ use crate::method::refusal::PlanError;
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::keyframes::Keyframes;
 use crate::objective::sweep;
-use crate::observe::{Event, Observer};
+use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome};
 use crate::optimise::lbfgs::{self, Borrowed, Fields, Initial, QuasiNewton};
 use crate::problem::Problem;
@@ -216,13 +216,11 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
 
     fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         let (mut descent, mut begun) = (self.descent.clone(), self.begun);
-        let (mut iteration, mut largest) = (self.iteration, self.setup.flow.sweep.largest);
+        let mut iteration = self.iteration;
         record.flag(&mut begun)?;
         record.count(&mut iteration, MANY)?;
-        record.real(&mut largest)?;
         descent.record(record)?;
         (self.descent, self.begun, self.iteration) = (descent, begun, iteration);
-        self.setup.flow.sweep.largest = largest;
         Ok(())
     }
 
@@ -234,16 +232,8 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
         progress: &mut Progress,
     ) -> Result<(), Status> {
         self.iteration += 1;
-        progress.iteration = self.iteration;
         progress.cells = self.setup.grid.n;
-        if observer
-            .on(Event::IterationBegin {
-                iteration: self.iteration,
-            })
-            .is_break()
-        {
-            return Err(Status::Cancelled);
-        }
+        progress.begin(self.iteration, observer)?;
         if !self.begun {
             self.begin(exec, observer, keyframes)?;
         }

@@ -149,11 +149,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
     }
 
     fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
-        let (mut marched, mut largest) = (self.marched, self.setup.flow.sweep.largest);
-        record.flag(&mut marched)?;
-        record.real(&mut largest)?;
-        (self.marched, self.setup.flow.sweep.largest) = (marched, largest);
-        Ok(())
+        record.flag(&mut self.marched)
     }
 
     /// The whole pass: one iteration is all.
