@@ -64,36 +64,3 @@ macro_rules! named {
 }
 
 pub(crate) use named;
-
-#[cfg(test)]
-mod tests {
-    extern crate std;
-
-    use super::*;
-    use crate::{Boundary, Colours, Method, Norm, NsoSolver, Scheme, Status};
-    use std::string::ToString;
-
-    fn each_word_is_its_own<T: Named>() {
-        for &value in T::ALL {
-            assert_eq!(T::from_name(value.name()), Ok(value));
-        }
-        assert!(T::from_name("").is_err());
-    }
-
-    #[test]
-    fn words_and_values_belong_together() {
-        each_word_is_its_own::<Method>();
-        each_word_is_its_own::<Scheme>();
-        each_word_is_its_own::<Boundary>();
-        each_word_is_its_own::<Norm>();
-        each_word_is_its_own::<NsoSolver>();
-        each_word_is_its_own::<Colours>();
-        each_word_is_its_own::<Status>();
-    }
-
-    #[test]
-    fn an_unknown_word_is_answered_with_the_known_ones() {
-        let listed = Boundary::from_name("open").map_err(|unknown| unknown.to_string());
-        assert_eq!(listed, Err("\"wall\" or \"periodic\"".into()));
-    }
-}

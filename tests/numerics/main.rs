@@ -44,3 +44,4 @@ mod stfas;
 mod stfas_solves;
 mod transport;
 mod transport_refusals;
+mod words;
