@@ -53,7 +53,7 @@ pub struct Evaluation<'a, 'm, T> {
     pub keyframes: Keyframes<'a, T>,
     /// What the parts of an evaluation use in turn.
     pub region: &'a mut [T],
-    /// See [`sums_per_row`](crate::optimise::lbfgs::sums_per_row).
+    /// See [`sums_per_row`](crate::optimise::quasi_newton::fields::sums_per_row).
     pub sums: &'a mut [f64],
 }
 

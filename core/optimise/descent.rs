@@ -4,7 +4,7 @@ use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::observe::Observer;
-use crate::optimise::lbfgs::{Borrowed, QuasiNewton};
+use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use crate::progress::{Fact, Kind, Objective, Progress};
 use crate::real::Real;
 use crate::transport::Stop;

@@ -1,4 +1,4 @@
 //! Minimisation over trajectories, without knowledge of what is minimised.
 
 pub mod descent;
-pub mod lbfgs;
+pub mod quasi_newton;

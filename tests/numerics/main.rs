@@ -38,6 +38,7 @@ mod paper_bound;
 mod projection;
 mod projection_solvers;
 mod quasi_newton;
+mod recursion;
 mod smoother;
 mod steps;
 mod stfas;

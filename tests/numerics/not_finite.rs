@@ -8,7 +8,8 @@ use core::ops::ControlFlow;
 use thurible_core::exec::Exec;
 use thurible_core::field::trajectory::Shape;
 use thurible_core::optimise::descent::{Course, Descent, Function, Outcome};
-use thurible_core::optimise::lbfgs::{self, Borrowed, Fields, Initial, QuasiNewton};
+use thurible_core::optimise::quasi_newton::fields::{Fields, Initial, sums_per_row};
+use thurible_core::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton, fields_of};
 use thurible_core::transport::Stop;
 use thurible_core::{D2, Event, Method, Objective, Observer, Params, Real, Serial, Silent, Status};
 
@@ -168,7 +169,7 @@ impl Function<f64, D2> for Bowl<'_> {
             line: None,
             scale: 1.0,
         };
-        let mut sums = vec![0.0; lbfgs::sums_per_row(4) * self.shape.grid.rows() + 8];
+        let mut sums = vec![0.0; sums_per_row(4) * self.shape.grid.rows() + 8];
         newton.arrive(
             exec,
             self.shape,
@@ -188,7 +189,7 @@ fn descend(
 ) -> (Vec<f64>, Result<Outcome, Stop>, Vec<f64>) {
     let grid = grid(&[4, 4], "ww");
     let (len, slots) = (grid.cells(), 1);
-    let mut memory: Vec<Vec<f64>> = vec![vec![0.0; len]; 2 * lbfgs::fields(4)];
+    let mut memory: Vec<Vec<f64>> = vec![vec![0.0; len]; 2 * fields_of(4)];
     let mut places = memory.iter_mut().map(Vec::as_mut_slice);
     let mut fields = Fields::new();
     while let (Some(x), Some(y)) = (places.next(), places.next()) {

@@ -8,7 +8,8 @@ use thurible_core::field::trajectory::Shape;
 use thurible_core::force::time_line::TimeLine;
 use thurible_core::grid::Grid;
 use thurible_core::memory::{Ledger, Pool};
-use thurible_core::optimise::lbfgs::{self, Fields, Initial, QuasiNewton};
+use thurible_core::optimise::quasi_newton::fields::{Fields, Initial, sums_per_row, take};
+use thurible_core::optimise::quasi_newton::recursion::QuasiNewton;
 
 const SLOTS: usize = 5;
 
@@ -28,7 +29,7 @@ fn hessian(grid: &Grid, kappa: f64, drag: f64, x: &[f64]) -> Vec<f64> {
 /// Elements of the fields of `pairs` pairs.
 fn elements(grid: &Grid, pairs: usize) -> usize {
     let mut ledger = Ledger::new();
-    lbfgs::take(grid, SLOTS, pairs, &mut Pool::<f64>::measuring(&mut ledger));
+    take(grid, SLOTS, pairs, &mut Pool::<f64>::measuring(&mut ledger));
     ledger.elements(8)
 }
 
@@ -130,8 +131,8 @@ fn descends(most: usize) -> f64 {
         linear: random.faces(&grid, SLOTS),
     };
     let mut numbers = vec![f64::NAN; elements(&grid, most)];
-    let mut fields = lbfgs::take(&grid, SLOTS, most, &mut Pool::new(&mut numbers));
-    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; lbfgs::sums_per_row(most) * grid.rows()]);
+    let mut fields = take(&grid, SLOTS, most, &mut Pool::new(&mut numbers));
+    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; sums_per_row(most) * grid.rows()]);
     let initial = Initial {
         line: Some(TimeLine::new(1.0, 0.0, &mut pivots)),
         scale: 1.0,
@@ -213,8 +214,8 @@ fn pairs_of_negative_curvature_are_left_out() {
         slots: SLOTS,
     };
     let mut numbers = vec![0.0; elements(&grid, 2)];
-    let mut fields = lbfgs::take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
-    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; lbfgs::sums_per_row(2) * grid.rows()]);
+    let mut fields = take(&grid, SLOTS, 2, &mut Pool::new(&mut numbers));
+    let (mut pivots, mut sums) = ([0.0; SLOTS], vec![0.0; sums_per_row(2) * grid.rows()]);
     let initial = Initial {
         line: Some(TimeLine::new(1.0, 0.0, &mut pivots)),
         scale: 1.0,

@@ -9,7 +9,7 @@ use crate::grid::Space;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome, SMALLEST_STEP};
-use crate::optimise::lbfgs::{Borrowed, QuasiNewton};
+use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use crate::transport::{MAX_SUBSTEPS, Stop};

@@ -13,7 +13,8 @@ use crate::objective::flow::{self, Evaluation};
 use crate::objective::keyframes::Keyframes;
 use crate::objective::sweep::{self, densities};
 use crate::operators::blur::Metric;
-use crate::optimise::lbfgs::{self, Fields, Initial};
+use crate::optimise::quasi_newton;
+use crate::optimise::quasi_newton::fields::{Fields, Initial};
 use crate::real::Real;
 use crate::transport::Stepping;
 use core::marker::PhantomData;
@@ -57,7 +58,7 @@ impl<T: Real> Sizes<T> {
         let mut pool = Pool::measuring(ledger);
         pool.group("quasi-Newton", Sharing::Together, |pool| {
             let sweep = sweep_setup(setup, level, 0, threads);
-            lbfgs::take(&levels.grids[level], sweep.slots, setup.history, pool);
+            quasi_newton::fields::take(&levels.grids[level], sweep.slots, setup.history, pool);
             Evaluation::measure(levels, level, &sweep, pool);
         });
     }
@@ -136,7 +137,7 @@ pub(super) fn kept<T: Real>(levels: &Levels<'_, T>, setup: &Setup, threads: &Thr
     let fields = |level: usize| {
         elements::<T>(|ledger| {
             let mut pool = Pool::<T>::measuring(ledger);
-            lbfgs::take(
+            quasi_newton::fields::take(
                 &levels.grids[level],
                 slots_on(setup, level),
                 setup.history,
@@ -342,7 +343,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         } = down(levels, setup, finest, level);
         let slots = slots_on(setup, level);
         let mut pool = Pool::new(rest);
-        let fields = lbfgs::take(&levels.grids[level], slots, setup.history, &mut pool);
+        let fields = quasi_newton::fields::take(&levels.grids[level], slots, setup.history, &mut pool);
         let [stiffness, viscosity, force_weight] = weights(setup, level);
         let evaluation = Evaluation {
             levels,

@@ -27,7 +27,7 @@ use crate::objective::flow;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::optimise::descent::{Descent, Outcome};
-use crate::optimise::lbfgs;
+use crate::optimise::quasi_newton;
 use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -204,7 +204,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             threads,
             ..
         } = self;
-        let sums = lbfgs::sums_per_row(setup.history) * setup.grid.rows();
+        let sums = quasi_newton::fields::sums_per_row(setup.history) * setup.grid.rows();
         animation.layout(layout, sums)?;
         layout.work("pivots in time", pivots, animation.slots)?;
         let levels = &animation.levels;
@@ -261,6 +261,6 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
 
     fn force(&self) -> Vector<'_, T> {
         let Animation { levels, slots, .. } = &self.animation;
-        lbfgs::view(&levels.finest, *slots, self.descent.newton.direction, self.rest)
+        quasi_newton::fields::view(&levels.finest, *slots, self.descent.newton.direction, self.rest)
     }
 }

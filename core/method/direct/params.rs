@@ -3,7 +3,7 @@
 use crate::grid::levels;
 use crate::method::refusal::{PlanError, count};
 use crate::objective::coarse;
-use crate::optimise::lbfgs::MAX_PAIRS;
+use crate::optimise::quasi_newton::recursion::MAX_PAIRS;
 use crate::problem::{Problem, positive};
 
 /// Iterations at most on the coarsest grid, where they cost nothing, and on those between it and the finest.

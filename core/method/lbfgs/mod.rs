@@ -20,7 +20,9 @@ use crate::objective::keyframes::Keyframes;
 use crate::objective::sweep;
 use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome};
-use crate::optimise::lbfgs::{self, Borrowed, Fields, Initial, QuasiNewton};
+use crate::optimise::quasi_newton;
+use crate::optimise::quasi_newton::fields::{Fields, Initial};
+use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -114,7 +116,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         };
         let mut pool = Pool::measuring(ledger);
         pool.group("L-BFGS", Sharing::Together, |pool| {
-            lbfgs::take(&setup.grid, sweep.slots, setup.history, pool);
+            quasi_newton::fields::take(&setup.grid, sweep.slots, setup.history, pool);
             Simulated::measure(levels, &sweep, pool);
         });
     }
@@ -123,7 +125,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     fn pairs(setup: &Setup) -> usize {
         let mut ledger = Ledger::new();
         let slots = setup.flow.sweep.slots;
-        lbfgs::take(
+        quasi_newton::fields::take(
             &setup.grid,
             slots,
             setup.history,
@@ -135,7 +137,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     fn work<'a>(&'a mut self, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
         let setup = &self.setup;
         let mut pool = Pool::new(&mut *self.rest);
-        let fields = lbfgs::take(&setup.grid, self.animation.slots, setup.history, &mut pool);
+        let fields = quasi_newton::fields::take(&setup.grid, self.animation.slots, setup.history, &mut pool);
         let (evaluation, v) = self.animation.evaluation(setup.flow, keyframes, pool.into_rest());
         Work {
             simulated: Simulated {
@@ -200,7 +202,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
 
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let setup = self.setup;
-        let sums = lbfgs::sums_per_row(setup.history) * setup.grid.rows();
+        let sums = quasi_newton::fields::sums_per_row(setup.history) * setup.grid.rows();
         self.animation.layout(layout, sums)?;
         let len = setup.grid.cells() * self.animation.slots;
         layout.keep_vector("force u", &mut self.u, S::DIM, len)?;

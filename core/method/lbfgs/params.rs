@@ -1,7 +1,7 @@
 //! What a caller chooses for adjoint control.
 
 use crate::method::refusal::{PlanError, count};
-use crate::optimise::lbfgs::MAX_PAIRS;
+use crate::optimise::quasi_newton::recursion::MAX_PAIRS;
 use crate::problem::positive;
 
 /// What a caller chooses for adjoint control.
