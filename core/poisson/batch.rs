@@ -6,6 +6,9 @@ use crate::operators::divergence::{RowFaces, add_gradient};
 use crate::real::Real;
 use core::ops::Range;
 
+/// The most slots that are projected together.
+pub const MAX_BATCH: usize = 16;
+
 /// Some slots of a trajectory whose potentials are stored together.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch {

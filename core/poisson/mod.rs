@@ -16,13 +16,11 @@ use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::Observer;
 use crate::operators::divergence::divergence;
 use crate::real::Real;
-use batch::{Batch, Measured, divergence_in_row};
+use batch::{Batch, MAX_BATCH, Measured, divergence_in_row};
 use core::ops::ControlFlow;
 use multigrid::Multigrid;
 use spectral::Spectral;
 
-/// The most slots that are projected together.
-const MAX_BATCH: usize = 16;
 /// The most defect corrections. Each starts from the divergence of the result, so that single precision reaches its rounding floor.
 const PASSES: usize = 4;
 

@@ -1,7 +1,6 @@
 //! Poisson's problem by eigenvectors: a transform along every axis, a division by the eigenvalues, and back, slot by slot.
 
-use super::MAX_BATCH;
-use super::batch::{Batch, Measured, divergence_in_row, subtract_gradient_in_row};
+use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, subtract_gradient_in_row};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, transform};
 use crate::grid::Grid;

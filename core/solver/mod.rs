@@ -1,6 +1,7 @@
 //! The front door: how many bytes a solve needs, and a solver that lives in them.
 
 mod errors;
+mod fingerprint;
 mod layout;
 mod plan;
 mod results;
@@ -23,6 +24,7 @@ use crate::problem::{Problem, Units};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use core::mem::MaybeUninit;
+use fingerprint::fingerprint;
 use layout::FileLayout;
 
 /// A solve in one block of memory.
@@ -94,7 +96,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             prepared: None,
             objective: Objective::default(),
             finished: false,
-            fingerprint: saved::fingerprint::<T, S>(problem, &plan.params),
+            fingerprint: fingerprint::<T, S>(problem, &plan.params),
             saved_bytes: plan.saved_bytes(),
         })
     }

@@ -1,12 +1,9 @@
 //! Saving a solver and going on from what was saved.
 
 use super::{SavedError, Solver};
-use crate::checkpoint::{Damaged, FORMAT, HEAD, Label, MAGIC, Mix, Record};
-use crate::grid::{Boundary, Space};
+use crate::checkpoint::{Damaged, FORMAT, HEAD, Label, MAGIC, Record};
+use crate::grid::Space;
 use crate::memory::Layout;
-use crate::method::params::Params;
-use crate::method::registry;
-use crate::problem::{Advection, Problem};
 use crate::real::Real;
 
 impl<T: Real, S: Space> Solver<'_, T, S> {
@@ -74,55 +71,4 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         record.elements(self.targets);
         Ok(())
     }
-}
-
-/// All that the bits of a step follow from, but for the densities, in one word.
-pub(super) fn fingerprint<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> u64 {
-    let mut mix = Mix::new();
-    mix.word(T::BYTES as u64);
-    mix.word(S::DIM as u64);
-    mix_problem(&mut mix, problem);
-    // Threads and ceiling change no bit but by the choices that they come to; iterations only say when to stop.
-    mix.word(params.method as u64);
-    registry::mix::<T, S>(params, &mut mix);
-    mix.finish()
-}
-
-fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
-    // Every field by name: a new one does not compile until it is mixed in.
-    let Problem {
-        cells,
-        boundary,
-        length,
-        dt,
-        steps,
-        keyframes,
-        force_weight,
-        viscosity,
-        filters: _,
-        match_mass,
-        advection,
-        projection_tolerance,
-    } = problem;
-    cells.iter().for_each(|&n| mix.word(n as u64));
-    boundary
-        .iter()
-        .for_each(|&end| mix.word(u64::from(end == Boundary::Periodic)));
-    mix.word(*steps as u64);
-    mix.word(keyframes.len() as u64);
-    keyframes.iter().for_each(|&step| mix.word(step as u64));
-    mix.word(problem.filters() as u64);
-    mix.word(u64::from(*match_mass));
-    let Advection { scheme, tolerance } = advection;
-    mix.word(*scheme as u64);
-    [
-        length,
-        dt,
-        force_weight,
-        viscosity,
-        tolerance,
-        projection_tolerance,
-    ]
-    .into_iter()
-    .for_each(|&number| mix.real(number));
 }

@@ -6,6 +6,7 @@
 
 mod courant;
 mod flow;
+mod held;
 mod rows;
 mod runs;
 mod semi_lagrangian;
@@ -23,13 +24,10 @@ use crate::observe::{Event, Observer};
 use crate::problem::{Advection, Scheme};
 use crate::real::Real;
 use core::ops::ControlFlow;
+use held::{Held, STATES};
 use rows::Velocity;
-use substeps::Held;
+use series::MAX_TERMS;
 
-/// The most terms of a series after the first one.
-pub(crate) const MAX_TERMS: usize = 20;
-/// The most states of sub-steps that are kept; others are computed again.
-const STATES: usize = 8;
 /// The most sub-steps of Courant number 1 in a step.
 pub const MAX_SUBSTEPS: usize = 64;
 

@@ -1,8 +1,7 @@
-//! The stop (mathematics section 5), and the fall-back to the plain augmented Lagrangian.
+//! The stop (mathematics section 5).
 
 use super::Admm;
 use super::report::Course;
-use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::{sums, view};
 use crate::grid::Space;
@@ -22,36 +21,6 @@ const GAP: f64 = 0.01;
 const AGREEMENT: f64 = 0.05;
 /// Outer iterations in a row that may end with a small change of rho but without agreement before the solve has stalled.
 const PATIENCE: usize = 3;
-/// Growths of the gap in a row after which the multipliers are held.
-const GROWTHS: usize = 3;
-
-/// What one iteration has to know of those before.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct History {
-    /// Whether NSO overwrote the multiplier's bytes to damp.
-    pub damped: bool,
-    gap: f64,
-    growths: usize,
-    still: usize,
-}
-
-impl History {
-    /// Itself in a checkpoint.
-    pub(super) fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
-        record.flag(&mut self.damped)?;
-        record.real(&mut self.gap)?;
-        record.count(&mut self.growths, MANY)?;
-        record.count(&mut self.still, MANY)
-    }
-
-    /// Whether to hold the multipliers: v and v* have drifted apart several times in a row. Held, the iteration alternates
-    /// AO and NSO at fixed multipliers, the plain augmented Lagrangian, until they come closer again.
-    pub(super) fn hold(&mut self, gap: f64) -> bool {
-        self.growths = if gap > self.gap { self.growths + 1 } else { 0 };
-        self.gap = gap;
-        self.growths > GROWTHS
-    }
-}
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
     /// How an iteration with this objective of v ends the solve, if it does.

@@ -11,6 +11,7 @@
 
 pub mod ao;
 mod check;
+mod history;
 mod nested;
 pub mod params;
 mod report;
@@ -39,6 +40,7 @@ use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use core::marker::PhantomData;
+use history::History;
 use params::AdmmParams;
 use report::Course;
 
@@ -119,7 +121,7 @@ pub struct Admm<'m, T, S> {
     setup: Setup,
     step: f64,
     iteration: usize,
-    history: check::History,
+    history: History,
     space: PhantomData<S>,
 }
 
@@ -142,7 +144,7 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
             setup: *setup,
             step: 1.0,
             iteration: 0,
-            history: check::History::default(),
+            history: History::default(),
             space: PhantomData,
         }
     }

@@ -1,7 +1,7 @@
 //! One quasi-Newton iteration on the grid that the solve has come to.
 
 use super::Direct;
-use super::level::Work;
+use super::work::Work;
 use crate::exec::{Capped, Exec};
 use crate::field::trajectory;
 use crate::field::view;

@@ -12,18 +12,20 @@
 mod descend;
 mod level;
 pub mod params;
+mod setup;
+mod sizes;
 mod start;
+mod work;
 
 use crate::checkpoint::{Damaged, MANY, Mix, Record};
 use crate::exec::Exec;
 use crate::field::Vector;
-use crate::grid::{Grid, Space};
+use crate::grid::Space;
 use crate::memory::{Layout, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts, fits, pairs_that_fit};
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
-use crate::objective::flow;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::optimise::descent::{Descent, Outcome};
@@ -32,61 +34,12 @@ use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use core::marker::PhantomData;
-use level::Sizes;
 use params::{DirectParams, coarse_iterations};
-
-/// Scale K of the first inverse Hessian (K + r S)^-1, in scaled numbers.
-const STIFFNESS: f64 = 1e3;
+use setup::Setup;
+use sizes::{Sizes, Threads, kept};
 
 /// Their tolerance in parts of the finest grid's: a plateau there is seldom the end, and to go on costs little.
 const COARSE_TOLERANCE: f64 = 1e-2;
-
-/// All that a solve follows from but its densities, in scaled numbers.
-#[derive(Clone, Copy, Debug)]
-pub struct Setup {
-    /// The finest grid.
-    pub grid: Grid,
-    /// The objective on the finest grid; max rho_0 is set with the source.
-    pub flow: flow::Setup,
-    /// Keyframes.
-    pub keyframes: usize,
-    /// Pairs of L-BFGS.
-    pub history: usize,
-    /// What an iteration on the finest grid must gain, relative to the objective.
-    pub tolerance: f64,
-    /// Whether the flow begins on coarser grids.
-    pub nested: bool,
-    /// Iterations on the finest grid at most.
-    pub iterations: usize,
-    /// Whether two steps are one on the coarser grids: where every keyframe's step is even and leaves a time level to steer by.
-    pub halves_time: bool,
-}
-
-impl Setup {
-    /// That of `problem`.
-    #[must_use]
-    pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
-        let DirectParams {
-            history,
-            tolerance,
-            nested,
-            overlap,
-        } = params.direct;
-        let mut flow = flow::Setup::new(problem, params.threads);
-        flow.sweep.overlap = overlap.unwrap_or(true);
-        let even = |&step: &usize| step.is_multiple_of(2) && step >= 4;
-        Self {
-            grid: problem.grid(),
-            flow,
-            keyframes: problem.keyframes.len(),
-            history: history.unwrap_or(DirectParams::MOST_BY_DEFAULT),
-            tolerance,
-            nested,
-            iterations: params.iterations,
-            halves_time: problem.steps.is_multiple_of(2) && problem.keyframes.iter().all(even),
-        }
-    }
-}
 
 /// The direct method's state.
 #[derive(Debug)]
@@ -97,7 +50,7 @@ pub struct Direct<'m, T, S> {
     pivots: &'m mut [f64],
     setup: Setup,
     /// Threads on each grid that takes part, finest first.
-    threads: level::Threads,
+    threads: Threads,
     /// The grid that is worked on, or `None` before the first iteration.
     level: Option<usize>,
     descent: Descent,
@@ -133,7 +86,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         let sweep = &setup.flow.sweep;
         let animation = Animation::new(&setup.grid, sweep.slots, sweep.metric.filters);
         Self {
-            threads: level::Threads::new(&animation.levels, &setup),
+            threads: Threads::new(&animation.levels, &setup),
             animation,
             rest: &mut [],
             pivots: &mut [],
@@ -208,7 +161,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         animation.layout(layout, sums)?;
         layout.work("pivots in time", pivots, animation.slots)?;
         let levels = &animation.levels;
-        layout.in_turn(rest, level::kept(levels, setup, threads), |ledger| {
+        layout.in_turn(rest, kept(levels, setup, threads), |ledger| {
             let finest = setup.flow.sweep.threads;
             Sizes::<T>::measure(levels, setup, 0, finest, ledger);
             if threads.len() > 1 {

@@ -1,7 +1,8 @@
 //! Down to the coarsest grid before the first iteration, up grid by grid, and the end.
 
 use super::Direct;
-use super::level::{self, NextMut};
+use super::level::{NextMut, down};
+use super::setup::{slots_on, stride};
 use crate::exec::{Capped, Exec};
 use crate::field::{reborrow, rows, view};
 use crate::grid::Space;
@@ -19,12 +20,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         let (coarsest, setup) = (self.threads.len() - 1, self.setup);
         let (levels, mut at) = self.finest(keyframes);
         for (level, grid) in levels.grids.iter().skip(1).take(coarsest).enumerate() {
-            let mut next = NextMut::within(
-                grid,
-                level::slots_on(&setup, level + 1),
-                keyframes.count(),
-                at.rest,
-            );
+            let mut next = NextMut::within(grid, slots_on(&setup, level + 1), keyframes.count(), at.rest);
             let fine = Scene {
                 source: &at.rho[..levels.grids[level].cells()],
                 initial: view(&at.initial),
@@ -36,13 +32,13 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
                 densities: &mut *next.densities,
             };
             coarse::restrict(exec, levels, level, &fine, coarse, next.rest);
-            let [stride, finer] = [level + 1, level].map(|level| level::stride(&setup, level));
+            let [coarser, finer] = [level + 1, level].map(|level| stride(&setup, level));
             next.initial
                 .iter_mut()
-                .for_each(|initial| rows::scale_in_place(initial, T::from_f64(f64::from(stride / finer))));
-            at = next.complete(keyframes, stride);
+                .for_each(|initial| rows::scale_in_place(initial, T::from_f64(f64::from(coarser / finer))));
+            at = next.complete(keyframes, coarser);
         }
-        let slots = level::slots_on(&setup, coarsest);
+        let slots = slots_on(&setup, coarsest);
         let n = levels.grids[coarsest].n[0];
         for (v, initial) in at.v.iter_mut().zip(&at.initial) {
             for (row, initial) in v.chunks_exact_mut(slots * n).zip(initial.chunks_exact(n)) {
@@ -62,9 +58,9 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         keyframes: &Keyframes<'_, T>,
     ) -> Result<(), Status> {
         let (setup, fine) = (self.setup, self.level.unwrap_or(0).saturating_sub(1));
-        let [slots, few] = [fine, fine + 1].map(|level| level::slots_on(&setup, level));
+        let [slots, few] = [fine, fine + 1].map(|level| slots_on(&setup, level));
         let (levels, finest) = self.finest(keyframes);
-        let at = level::down(levels, &setup, finest, fine);
+        let at = down(levels, &setup, finest, fine);
         let grid = &levels.grids[fine + 1];
         let coarse = NextMut::within(grid, few, keyframes.count(), at.rest);
         let mut pool = Pool::new(coarse.rest);

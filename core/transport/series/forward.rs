@@ -1,9 +1,8 @@
 //! The sum of the series.
 
-use super::super::MAX_TERMS;
 use super::super::rows::{Rows, cells, faces};
 use super::super::runs::{Sparse, each_run};
-use super::{Series, Terms, VANISHED, previous};
+use super::{MAX_TERMS, Series, Terms, VANISHED, previous};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::rows::{self, part, part_mut};
 use crate::grid::halo::{self, BEFORE};

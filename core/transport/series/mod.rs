@@ -19,6 +19,9 @@ use crate::grid::Grid;
 use crate::problem::Scheme;
 use crate::real::Real;
 
+/// The most terms of a series after the first one.
+pub const MAX_TERMS: usize = 20;
+
 /// One sub-step.
 pub struct Series<'a, T> {
     /// The grid.

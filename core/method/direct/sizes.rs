@@ -1,0 +1,120 @@
+//! How many elements each grid takes, and which grids take part.
+
+use super::level::NextMut;
+use super::setup::{Setup, slots_on, sweep_setup};
+use crate::grid::levels::{Levels, MAX_LEVELS};
+use crate::memory::{Ledger, Pool, Sharing};
+use crate::objective::coarse;
+use crate::objective::flow::Evaluation;
+use crate::optimise::quasi_newton;
+use crate::real::Real;
+use core::marker::PhantomData;
+
+/// Elements that one grid takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes<T> {
+    /// Keyframes, rho, v_0 and v; for the finest grid they are buffers of their own.
+    pub data: usize,
+    /// Quasi-Newton's fields and the work of an evaluation.
+    pub rest: usize,
+    element: PhantomData<T>,
+}
+
+impl<T: Real> Sizes<T> {
+    /// Those of grid `level` on `threads` threads.
+    #[inline(never)]
+    pub fn new(levels: &Levels<'_, T>, setup: &Setup, level: usize, threads: usize) -> Self {
+        Self {
+            data: elements::<T>(|ledger| {
+                let mut pool = Pool::<T>::measuring(ledger);
+                NextMut::carve(
+                    &levels.grids[level],
+                    slots_on(setup, level),
+                    setup.keyframes,
+                    &mut pool,
+                );
+            }),
+            rest: elements::<T>(|ledger| Self::measure(levels, setup, level, threads, ledger)),
+            element: PhantomData,
+        }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> usize {
+        self.data.saturating_add(self.rest)
+    }
+
+    /// What `rest` is made of.
+    pub fn measure(levels: &Levels<'_, T>, setup: &Setup, level: usize, threads: usize, ledger: &mut Ledger) {
+        let mut pool = Pool::measuring(ledger);
+        pool.group("quasi-Newton", Sharing::Together, |pool| {
+            let sweep = sweep_setup(setup, level, 0, threads);
+            quasi_newton::fields::take(&levels.grids[level], sweep.slots, setup.history, pool);
+            Evaluation::measure(levels, level, &sweep, pool);
+        });
+    }
+}
+
+/// Elements of what `measure` writes into a ledger.
+fn elements<T: Real>(measure: impl FnOnce(&mut Ledger)) -> usize {
+    let mut ledger = Ledger::new();
+    measure(&mut ledger);
+    ledger.elements(T::BYTES)
+}
+
+/// Elements of the finest grid's rest in which one iteration finds what the one before left, on whichever grid that is: the data of
+/// the grids down to it, and quasi-Newton's fields on it. Behind them is work.
+pub fn kept<T: Real>(levels: &Levels<'_, T>, setup: &Setup, threads: &Threads) -> usize {
+    let fields = |level: usize| {
+        elements::<T>(|ledger| {
+            let mut pool = Pool::<T>::measuring(ledger);
+            quasi_newton::fields::take(
+                &levels.grids[level],
+                slots_on(setup, level),
+                setup.history,
+                &mut pool,
+            );
+        })
+    };
+    let coarser = (1..threads.len()).scan(0, |above, level| {
+        *above += Sizes::<T>::new(levels, setup, level, 1).data;
+        Some(*above + fields(level))
+    });
+    coarser.fold(fields(0), usize::max)
+}
+
+/// Threads on each grid that takes part, finest first.
+#[derive(Clone, Debug)]
+pub struct Threads(heapless::Vec<usize, MAX_LEVELS>);
+
+impl Threads {
+    /// Which grids take part follows from the problem and the pairs alone; on how many threads, from what is planned.
+    pub fn new<T: Real>(levels: &Levels<'_, T>, setup: &Setup) -> Self {
+        let size = |level: usize, threads: usize| Sizes::<T>::new(levels, setup, level, threads);
+        let mut list = heapless::Vec::new();
+        let mut threads = setup.flow.sweep.threads;
+        let _ = list.push(threads);
+        for (level, pair) in levels.grids.windows(2).enumerate() {
+            let fits = size(level + 1, 1).all() <= size(level, 1).rest;
+            if !(setup.nested && coarse::begins_on(&pair[0], &pair[1]) && fits) {
+                break;
+            }
+            let room = size(level, threads).rest;
+            threads = coarse::halvings(threads)
+                .find(|&threads| size(level + 1, threads).all() <= room)
+                .unwrap_or(1);
+            let _ = list.push(threads);
+        }
+        Self(list)
+    }
+
+    /// Grids that take part.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Threads on grid `level`.
+    pub fn on(&self, level: usize) -> usize {
+        self.0[level]
+    }
+}

@@ -1,0 +1,135 @@
+//! One grid of the nested iteration, to iterate on.
+
+use super::Direct;
+use super::level::{LevelMut, down};
+use super::setup::{slots_on, sweep_setup, weights};
+use crate::field::trajectory::Shape;
+use crate::field::{VectorMut, reborrow};
+use crate::force::time_line::{TimeLine, drag};
+use crate::grid::Space;
+use crate::grid::levels::Levels;
+use crate::memory::Pool;
+use crate::method::animation::Animation;
+use crate::objective::flow::{self, Evaluation};
+use crate::objective::keyframes::Keyframes;
+use crate::optimise::quasi_newton;
+use crate::optimise::quasi_newton::fields::{Fields, Initial};
+use crate::real::Real;
+
+/// One grid with all that an iteration on it uses.
+pub(super) struct Work<'a, 'm, T> {
+    pub evaluation: Evaluation<'a, 'm, T>,
+    pub v: VectorMut<'a, T>,
+    pub fields: Fields<'a, T>,
+    pub line: TimeLine<'a>,
+}
+
+impl<'a, T> Work<'a, '_, T> {
+    /// Where its trajectories live.
+    pub fn shape(&self) -> Shape<'a> {
+        let Evaluation {
+            levels, level, setup, ..
+        } = &self.evaluation;
+        Shape {
+            grid: &levels.grids[*level],
+            slots: setup.sweep.slots,
+        }
+    }
+
+    /// The first inverse Hessian (K + r S)^-1.
+    pub fn initial(&self) -> Initial<'a> {
+        Initial {
+            line: Some(self.line),
+            scale: 1.0 / self.evaluation.setup.force_weight,
+        }
+    }
+}
+
+impl<'m, T: Real, S: Space> Direct<'m, T, S> {
+    /// The hierarchy, and the finest grid with everything else in its rest.
+    pub(super) fn finest<'a>(
+        &'a mut self,
+        keyframes: &Keyframes<'a, T>,
+    ) -> (&'a Levels<'m, T>, LevelMut<'a, T>) {
+        let keyframes = *keyframes;
+        let Animation {
+            levels,
+            initial,
+            rho,
+            v,
+            ..
+        } = &mut self.animation;
+        let at = LevelMut {
+            initial: reborrow(initial),
+            rho,
+            v: reborrow(v),
+            keyframes,
+            rest: self.rest,
+        };
+        (levels, at)
+    }
+
+    /// Grid `level`, to iterate on.
+    pub(super) fn work<'a>(&'a mut self, level: usize, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
+        let (count, threads) = (self.threads.len(), self.threads.on(level));
+        let Self {
+            animation,
+            rest,
+            pivots,
+            setup,
+            ..
+        } = self;
+        let Animation {
+            levels,
+            v,
+            initial,
+            rho,
+            sums,
+            ..
+        } = animation;
+        let finest = LevelMut {
+            initial: reborrow(initial),
+            rho,
+            v: reborrow(v),
+            keyframes: *keyframes,
+            rest,
+        };
+        let LevelMut {
+            initial: [x, y, z],
+            rho,
+            v,
+            keyframes,
+            rest,
+        } = down(levels, setup, finest, level);
+        let slots = slots_on(setup, level);
+        let mut pool = Pool::new(rest);
+        let fields = quasi_newton::fields::take(&levels.grids[level], slots, setup.history, &mut pool);
+        let [stiffness, viscosity, force_weight] = weights(setup, level);
+        let evaluation = Evaluation {
+            levels,
+            level,
+            setup: flow::Setup {
+                sweep: sweep_setup(setup, level, count, threads),
+                viscosity,
+                force_weight,
+                ..setup.flow
+            },
+            initial: [&*x, &*y, &*z],
+            rho,
+            keyframes,
+            region: pool.into_rest(),
+            sums,
+        };
+        let line = TimeLine::new(
+            stiffness / force_weight,
+            drag(&levels.grids[level], viscosity),
+            &mut pivots[..slots],
+        );
+        Work {
+            evaluation,
+            v,
+            fields,
+            line,
+        }
+    }
+}
