@@ -9,7 +9,7 @@ use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::{Coefficients, LevelMut, State};
-use thurible_core::nso::{Shape, local, smoother};
+use thurible_core::nso::{SmootherMemory, local, smoother};
 use thurible_core::{Boundary, Colours, D2, D3, Exec, Space};
 
 /// Slots of the trajectories.
@@ -53,9 +53,11 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
         outside: 3.0,
         damping: LocalDamping::USUAL.at(1.0),
     };
-    let shape = Shape::all::<f32, S>(&grid).next().unwrap_or(Shape::LEAST);
-    let mut waiting = vec![0f32; smoother::waiting_len::<S>(&grid, SLOTS, exec.threads(), shape.split)];
-    let mut scratch = vec![0f32; exec.threads() * smoother::scratch_len::<S>(&grid, SLOTS, shape)];
+    let memory = SmootherMemory::all::<f32, S>(&grid)
+        .next()
+        .unwrap_or(SmootherMemory::LEAST);
+    let mut waiting = vec![0f32; smoother::waiting_len::<S>(&grid, SLOTS, exec.threads(), memory.split)];
+    let mut scratch = vec![0f32; exec.threads() * smoother::scratch_len::<S>(&grid, SLOTS, memory)];
     let mut group = criterion.benchmark_group(format!("smoother {}, {SLOTS} slots", size(cells)));
     group.sample_size(10).throughput(Throughput::Elements(len as u64));
     for colours in [Colours::RedBlack, Colours::PowerOfTwo] {
@@ -63,7 +65,7 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
             let mut workspace = smoother::Workspace {
                 waiting: &mut waiting,
                 scratch: &mut scratch,
-                shape,
+                memory,
             };
             bencher
                 .iter(|| smoother::sweep::<f32, S>(exec, &mut level, &coefficients, colours, &mut workspace));

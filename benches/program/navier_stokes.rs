@@ -10,7 +10,7 @@ use thurible_core::memory::{Arena, TooSmall};
 use thurible_core::memory::{Ledger, Pool};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::State;
-use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape, Workspace};
+use thurible_core::nso::{Bases, Finest, Nso, Setup, SmootherMemory, Workspace};
 use thurible_core::{Boundary, Colours, Exec, Norm, NsoParams, Real, Space};
 
 /// What is posed.
@@ -59,7 +59,9 @@ impl Case {
             norm: self.norm,
             ..NsoParams::default()
         };
-        let shape = Shape::all::<T, S>(&self.grid()).next().unwrap_or(Shape::LEAST);
+        let memory = SmootherMemory::all::<T, S>(&self.grid())
+            .next()
+            .unwrap_or(SmootherMemory::LEAST);
         Setup {
             kappa: self.kappa,
             viscosity: 0.0,
@@ -67,7 +69,7 @@ impl Case {
             threads,
             params,
             damping: self.damping,
-            shape,
+            memory,
             projection_tolerance: 0.0,
         }
     }

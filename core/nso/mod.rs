@@ -24,5 +24,5 @@ pub mod workspace;
 
 pub use info::{Ended, Info, MAX_CYCLES, NSO};
 pub use multigrid::{Finest, Nso};
-pub use params::{Norm, NsoParams, NsoSolver, Setup, Shape, Split};
+pub use params::{Norm, NsoParams, NsoSolver, Setup, SmootherMemory, Split};
 pub use workspace::{Bases, Workspace};

@@ -123,7 +123,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
         let mut workspace = smoother::Workspace {
             waiting,
             scratch: &mut lines[..self.parts.lines],
-            shape: self.setup.shape,
+            memory: self.setup.memory,
         };
         for _ in 0..stretched::<S>(self.levels[level].grid, times) {
             smoother::sweep::<T, S>(

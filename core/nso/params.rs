@@ -75,7 +75,7 @@ pub struct Setup {
     /// Where the smoother damps, at kappa = 1.
     pub damping: LocalDamping<f64>,
     /// How the multigrid uses its memory.
-    pub shape: Shape,
+    pub memory: SmootherMemory,
     /// Relative tolerance of Newton's projections.
     pub projection_tolerance: f64,
 }
@@ -100,15 +100,15 @@ impl Split {
 
 /// How the multigrid uses its memory: a choice that changes its speed, never its results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
+pub struct SmootherMemory {
     /// The most cells that a thread smooths side by side.
     pub lanes: usize,
     /// How threads share planes.
     pub split: Split,
 }
 
-impl Shape {
-    /// The shape that takes the least memory.
+impl SmootherMemory {
+    /// The way that takes the least memory.
     pub const LEAST: Self = Self {
         lanes: 1,
         split: Split::Planes(1),
@@ -120,7 +120,7 @@ impl Shape {
     /// Bytes of lanes below which slabs gain less than longer vectors do.
     const WORTH_SLABS: usize = 32;
 
-    /// The shapes to choose from for a grid, the fastest first. Slabs are for 2D alone: in 3D they would not
+    /// The ways to choose from for a grid, the fastest first. Slabs are for 2D alone: in 3D they would not
     /// be faster, since each thread has the same rows of all shared planes anyway, and the changes at their
     /// edges would take as much memory as a part of the state.
     pub fn all<T: Real, S: Space>(grid: &Grid) -> impl Iterator<Item = Self> + Clone {

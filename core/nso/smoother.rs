@@ -3,13 +3,13 @@
 //! Reads reach one and a half cells, so the changes of a plane of cells stay `pending` in a
 //! ring of a few planes until the planes next to it are solved. Threads share the planes of the ring, or have
 //! a ring and a slab of planes each; then the first and the last plane of every slab, the only ones that
-//! others read, are solved before all. The result is the same whatever the shape, and for any number of
+//! others read, are solved before all. The result is the same however memory is used, and for any number of
 //! threads.
 
 use super::colours::Colours;
 use super::level::{Coefficients, LevelMut};
 use super::local;
-use super::params::{Shape, Split};
+use super::params::{SmootherMemory, Split};
 use super::pass::{Pass, plane_changes};
 use super::pending::{Pending, place_in_ring};
 use crate::exec::{Exec, Planes, RowBuffers, RowTask, Serial, Slabs, for_rows_across, for_slabs};
@@ -26,7 +26,7 @@ pub struct Workspace<'a, T> {
     /// Scratch of all threads, [`scratch_len`] each.
     pub scratch: &'a mut [T],
     /// How these are used.
-    pub shape: Shape,
+    pub memory: SmootherMemory,
 }
 
 /// The fewest planes of a slab: with fewer, a thread loses more by reading its neighbours' planes than it
@@ -66,8 +66,8 @@ fn own_ring_len<S: Space>(grid: &Grid, slots: usize, split: Split) -> usize {
 
 /// Values of scratch of one thread.
 #[must_use]
-pub fn scratch_len<S: Space>(grid: &Grid, slots: usize, shape: Shape) -> usize {
-    own_ring_len::<S>(grid, slots, shape.split) + local::scratch_len::<S>(slots, shape.lanes)
+pub fn scratch_len<S: Space>(grid: &Grid, slots: usize, memory: SmootherMemory) -> usize {
+    own_ring_len::<S>(grid, slots, memory.split) + local::scratch_len::<S>(slots, memory.lanes)
 }
 
 /// One smoothing of all colours.
@@ -79,7 +79,7 @@ pub fn sweep<T: Real, S: Space>(
     workspace: &mut Workspace<'_, T>,
 ) {
     let mut state = core::mem::take(&mut level.state);
-    let Shape { lanes, split } = workspace.shape;
+    let SmootherMemory { lanes, split } = workspace.memory;
     let (grid, slots) = (level.grid, coefficients.slots);
     let slabs = split.slabs(grid, exec.threads(), LEAST);
     let at_edges = edges(grid, slabs);

@@ -52,7 +52,7 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
             coarse,
             tables,
             &coefficients,
-            self.setup.shape.split,
+            self.setup.memory.split,
             self.scratch,
         );
         add_prolonged(

@@ -1,7 +1,7 @@
 //! The memory of STFAS besides the finest level.
 
 use super::level::LevelMut;
-use super::params::{Setup, Shape};
+use super::params::{Setup, SmootherMemory};
 use super::{local, smoother, transfer};
 use crate::grid::levels::{self, Levels, MAX_LEVELS};
 use crate::grid::{Grid, Space};
@@ -57,14 +57,14 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    fn new<S: Space>(finest: &Grid, slots: usize, threads: usize, shape: Shape) -> Self {
+    fn new<S: Space>(finest: &Grid, slots: usize, threads: usize, memory: SmootherMemory) -> Self {
         Self {
-            waiting: pooled(smoother::waiting_len::<S>(finest, slots, threads, shape.split)),
-            lines: pooled(threads * smoother::scratch_len::<S>(finest, slots, shape)),
+            waiting: pooled(smoother::waiting_len::<S>(finest, slots, threads, memory.split)),
+            lines: pooled(threads * smoother::scratch_len::<S>(finest, slots, memory)),
             transfer: pooled(
                 levels::hierarchy(finest)
                     .iter()
-                    .map(|grid| transfer::scratch_len::<S>(grid, slots, threads, shape.split))
+                    .map(|grid| transfer::scratch_len::<S>(grid, slots, threads, memory.split))
                     .max()
                     .unwrap_or(0),
             ),
@@ -89,7 +89,7 @@ impl<'a, T: Real, S: Space> Workspace<'a, T, S> {
         pool: &mut Pool<'a, T>,
     ) -> Self {
         let slots = setup.slots;
-        let parts = Parts::new::<S>(&hierarchy.finest, slots, setup.threads, setup.shape);
+        let parts = Parts::new::<S>(&hierarchy.finest, slots, setup.threads, setup.memory);
         pool.group("Navier-Stokes problem (NSO)", Sharing::Together, |pool| {
             let grids = hierarchy.grids.iter().zip(&bases.tables).skip(1);
             let coarse = pool.line("coarse levels", |pool| {

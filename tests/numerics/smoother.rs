@@ -9,7 +9,7 @@ use thurible_core::grid::Grid;
 use thurible_core::nso::colours::{Cells, Colours};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::local::{Changes, changes, fill_table, scratch_len, solve_row, table_len};
-use thurible_core::nso::{Shape, Split};
+use thurible_core::nso::{SmootherMemory, Split};
 use thurible_core::{D2, D3, Real, Space};
 
 /// Every cell's changes against the dense solution, for vectors of several widths, of which none may change a bit, and for every order of
@@ -173,9 +173,9 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
         );
         case.v = zeros(&grid, SLOTS);
         let before = case.equations(0.6, 0.0).residual().norm(grid.h[0]);
-        let shape = Shape { lanes: 8, split };
+        let memory = SmootherMemory { lanes: 8, split };
         let mut waiting = vec![f64::NAN; waiting_len::<S>(&grid, SLOTS, threads, split)];
-        let mut scratch = vec![f64::NAN; threads * scratch_len::<S>(&grid, SLOTS, shape)];
+        let mut scratch = vec![f64::NAN; threads * scratch_len::<S>(&grid, SLOTS, memory)];
         let mut table = vec![0.0; table_len::<S>()];
         fill_table::<f64, S>(grid.h, &mut table);
         let coefficients = thurible_core::nso::level::Coefficients {
@@ -204,7 +204,7 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
         let mut workspace = Workspace {
             waiting: &mut waiting,
             scratch: &mut scratch,
-            shape,
+            memory,
         };
         fields::with_threads(threads, |exec| {
             sweep::<f64, S>(exec, &mut level, &coefficients, colours, &mut workspace)

@@ -6,7 +6,7 @@ use crate::fields::{Components, add_scaled_all, grid, largest_of, with_threads};
 use crate::stfas::Scene;
 use core::ops::ControlFlow;
 use thurible_core::nso::colours::Colours;
-use thurible_core::nso::{Ended, Setup, Shape, Split};
+use thurible_core::nso::{Ended, Setup, SmootherMemory, Split};
 use thurible_core::{D2, D3, Event, NsoParams, Observer, Real, Serial, Silent, Space};
 
 /// Bits of a state.
@@ -36,8 +36,8 @@ fn shapes_agree<T: Real, S: Space>(list: &[(&[usize], &str)]) {
         let splits = [planes(1), planes(2), planes(8), planes(1000), slabs(1), slabs(3)];
         for (lanes, (split, threads)) in lanes.chain(splits.map(|split| (8, split))) {
             let mut case = case.clone();
-            let (shape, params) = (
-                Shape { lanes, split },
+            let (memory, params) = (
+                SmootherMemory { lanes, split },
                 NsoParams {
                     tolerance: 0.0,
                     colours,
@@ -45,7 +45,7 @@ fn shapes_agree<T: Real, S: Space>(list: &[(&[usize], &str)]) {
                 },
             );
             let setup = Setup {
-                shape,
+                memory,
                 params,
                 threads,
                 ..setup(0.5, 4)
@@ -54,7 +54,7 @@ fn shapes_agree<T: Real, S: Space>(list: &[(&[usize], &str)]) {
             let bits = bits(&case);
             assert!(
                 bits == *first.get_or_insert(bits.clone()),
-                "{cells:?} {ends} {colours:?}: {shape:?} on {threads} threads changes the result"
+                "{cells:?} {ends} {colours:?}: {memory:?} on {threads} threads changes the result"
             );
         }
     }

@@ -22,7 +22,7 @@ mod update_velocity;
 use crate::checkpoint::{Damaged, MANY, Mix, Record};
 use crate::exec::Exec;
 use crate::field::slot::{RETREATS, pull_towards};
-use crate::field::trajectory::{self, Shape as Trajectory};
+use crate::field::trajectory;
 use crate::field::{Vector, VectorMut, means, view};
 use crate::grid::{Grid, Space};
 use crate::memory::{Layout, Ledger, Pool, TooSmall};
@@ -31,7 +31,7 @@ use crate::method::contract::{Contract, Measure, Parts};
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
 use crate::nso::damping::LocalDamping;
-use crate::nso::{self, Bases, NsoSolver, Shape, Workspace, newton};
+use crate::nso::{self, Bases, NsoSolver, SmootherMemory, Workspace, newton};
 use crate::objective::flow;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::{Observer, Silent};
@@ -54,7 +54,7 @@ pub struct Setup {
     /// The caller's choices.
     pub params: AdmmParams,
     /// How the smoother uses memory.
-    pub shape: Shape,
+    pub memory: SmootherMemory,
     /// Outer iterations at most.
     pub iterations: usize,
 }
@@ -73,7 +73,7 @@ impl Setup {
                 flow: flow::Setup::new(problem, params.threads),
             },
             params: admm,
-            shape: admm.shape.unwrap_or(Shape::LEAST),
+            memory: admm.memory.unwrap_or(SmootherMemory::LEAST),
             iterations: params.iterations,
         }
     }
@@ -95,7 +95,7 @@ impl Setup {
             threads: sweep.threads,
             params: self.params.nso,
             damping: LocalDamping::USUAL,
-            shape: self.shape,
+            memory: self.memory,
             projection_tolerance,
         }
     }
@@ -182,34 +182,34 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
     /// The fastest way of using memory within the ceiling and the paper's bound. Where none keeps both, the fastest within the ceiling,
     /// or the least memory where none keeps that; without a ceiling the fastest of all.
     fn fit(problem: &Problem<'_>, params: &Params, measure: &Measure<'_>) -> Result<Params, PlanError> {
-        let with = |shape: Shape| {
+        let with = |memory: SmootherMemory| {
             let admm = AdmmParams {
-                shape: Some(shape),
+                memory: Some(memory),
                 ..params.admm
             };
             Params { admm, ..*params }
         };
-        if let Some(shape) = params.admm.shape {
-            return Ok(with(shape));
+        if let Some(memory) = params.admm.memory {
+            return Ok(with(memory));
         }
         let (mut fastest, mut within_ceiling) = (None, None);
-        let mut smallest: Option<(usize, Shape)> = None;
-        for shape in Shape::all::<T, S>(&problem.grid()) {
-            let size = measure(&with(shape))?;
+        let mut smallest: Option<(usize, SmootherMemory)> = None;
+        for memory in SmootherMemory::all::<T, S>(&problem.grid()) {
+            let size = measure(&with(memory))?;
             let fits = params.ceiling.is_none_or(|ceiling| size.bytes <= ceiling);
             if fits && size.method <= size.paper_bound {
-                return Ok(with(shape));
+                return Ok(with(memory));
             }
             if fits {
-                within_ceiling = within_ceiling.or(Some(shape));
+                within_ceiling = within_ceiling.or(Some(memory));
             }
             if smallest.is_none_or(|(bytes, _)| size.bytes < bytes) {
-                smallest = Some((size.bytes, shape));
+                smallest = Some((size.bytes, memory));
             }
-            fastest = fastest.or(Some(shape));
+            fastest = fastest.or(Some(memory));
         }
         let chosen = if params.ceiling.is_some() {
-            within_ceiling.or(smallest.map(|(_, shape)| shape))
+            within_ceiling.or(smallest.map(|(_, memory)| memory))
         } else {
             fastest
         };
@@ -344,7 +344,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     fn return_to_star(&mut self, exec: &dyn Exec) {
         let lost = self.history.damped && self.spare[0].is_empty();
         let Animation { levels, v, slots, .. } = &mut self.animation;
-        let shape = Trajectory {
+        let shape = trajectory::Shape {
             grid: &levels.finest,
             slots: *slots,
         };

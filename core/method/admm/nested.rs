@@ -10,7 +10,7 @@ use crate::grid::{Grid, Space};
 use crate::memory::{Ledger, Sharing};
 use crate::method::animation::Animation;
 use crate::method::coarse_start;
-use crate::nso::Shape;
+use crate::nso::SmootherMemory;
 use crate::objective::coarse;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
@@ -25,15 +25,15 @@ const COARSER: f64 = 0.25;
 
 impl Setup {
     /// The same solve with other scratch.
-    fn in_space(mut self, threads: usize, shape: Shape) -> Self {
-        self.shape = shape;
+    fn in_space(mut self, threads: usize, memory: SmootherMemory) -> Self {
+        self.memory = memory;
         self.ao.flow.sweep.threads = threads;
         self
     }
 
     /// The coarse solve on `grid`.
-    fn coarsened(self, grid: Grid, threads: usize, shape: Shape) -> Self {
-        let mut setup = self.in_space(threads, shape);
+    fn coarsened(self, grid: Grid, threads: usize, memory: SmootherMemory) -> Self {
+        let mut setup = self.in_space(threads, memory);
         setup.grid = grid;
         let filters = &mut setup.ao.flow.sweep.metric.filters;
         *filters = filters.saturating_sub(1);
@@ -64,7 +64,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
 
     /// The setup of the coarse solve on as many threads as its memory allows, or `None` when there is to be no coarse solve.
     ///
-    /// Whether there is one follows from the problem alone, never from the threads or the shape that memory was planned for.
+    /// Whether there is one follows from the problem alone, never from the threads or the use of memory that was planned.
     fn coarse_setup(&self, keyframes: usize) -> Option<Setup> {
         let grids = &self.animation.levels.grids;
         let (fine, coarse) = (grids.first()?, grids.get(1)?);
@@ -72,17 +72,17 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         if !(self.setup.params.nested && coarse::begins_on(fine, coarse) && room) {
             return None;
         }
-        let least = self.setup.coarsened(*coarse, 1, Shape::LEAST);
+        let least = self.setup.coarsened(*coarse, 1, SmootherMemory::LEAST);
         if Self::coarse_bytes(&least, keyframes)? > self.least_region()? {
             return None;
         }
         let fits = |setup: &Setup| {
             Self::coarse_bytes(setup, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
         };
-        let shapes = Shape::all::<T, S>(coarse);
+        let ways = SmootherMemory::all::<T, S>(coarse);
         coarse::halvings(self.threads())
-            .flat_map(|threads| shapes.clone().map(move |shape| (threads, shape)))
-            .map(|(threads, shape)| self.setup.coarsened(*coarse, threads, shape))
+            .flat_map(|threads| ways.clone().map(move |memory| (threads, memory)))
+            .map(|(threads, memory)| self.setup.coarsened(*coarse, threads, memory))
             .find(fits)
     }
 
@@ -90,7 +90,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     fn least_region(&self) -> Option<usize> {
         let mut ledger = Ledger::new();
         ledger.group("used in turn", Sharing::InTurn, |ledger| {
-            self.measure(&self.setup.in_space(1, Shape::LEAST), ledger);
+            self.measure(&self.setup.in_space(1, SmootherMemory::LEAST), ledger);
         });
         ledger.bytes()
     }

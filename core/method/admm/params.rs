@@ -2,7 +2,7 @@
 
 use crate::checkpoint::Mix;
 use crate::method::refusal::{PlanError, count};
-use crate::nso::{NsoParams, Shape};
+use crate::nso::{NsoParams, SmootherMemory};
 use crate::problem::{ProblemError, positive};
 use crate::progress::MAX_CYCLES;
 
@@ -24,7 +24,7 @@ pub struct AdmmParams {
     /// The Navier-Stokes problem.
     pub nso: NsoParams,
     /// How the smoother uses memory; by default the fastest way within the ceiling and the paper's bound. Changes no result.
-    pub shape: Option<Shape>,
+    pub memory: Option<SmootherMemory>,
 }
 
 impl Default for AdmmParams {
@@ -37,7 +37,7 @@ impl Default for AdmmParams {
             density_tolerance: 0.01,
             nested: true,
             nso: NsoParams::default(),
-            shape: None,
+            memory: None,
         }
     }
 }
@@ -78,7 +78,7 @@ impl AdmmParams {
             density_tolerance,
             nested,
             nso,
-            shape: _,
+            memory: _,
         } = *self;
         let NsoParams {
             solver,

@@ -9,7 +9,7 @@ use thurible_core::memory::Arena;
 use thurible_core::memory::{Ledger, Pool};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::State;
-use thurible_core::nso::{Bases, Finest, Nso, Setup, Shape, Split, Workspace};
+use thurible_core::nso::{Bases, Finest, Nso, Setup, SmootherMemory, Split, Workspace};
 use thurible_core::{Exec, NsoParams, Real, Space};
 
 /// The unknowns and data of a Navier-Stokes problem, trajectories all but v_0.
@@ -40,7 +40,7 @@ pub fn setup(kappa: f64, slots: usize) -> Setup {
             ..NsoParams::default()
         },
         damping: LocalDamping::USUAL,
-        shape: Shape {
+        memory: SmootherMemory {
             lanes: 16,
             split: Split::Planes(2),
         },
