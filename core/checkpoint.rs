@@ -140,17 +140,16 @@ impl<'a> Record<'a> {
         self.at = place.end;
         match &mut self.bytes {
             Bytes::Write(bytes) => {
-                let bytes = bytes
-                    .get_mut(place)
-                    .unwrap_or_default()
-                    .chunks_exact_mut(T::BYTES);
+                let bytes = bytes.get_mut(place).unwrap_or(&mut []);
                 bytes
+                    .chunks_exact_mut(T::BYTES)
                     .zip(elements)
                     .for_each(|(bytes, element)| element.write(bytes));
             }
             Bytes::Read(bytes) => {
-                let bytes = bytes.get(place).unwrap_or_default().chunks_exact(T::BYTES);
+                let bytes = bytes.get(place).unwrap_or(&[]);
                 bytes
+                    .chunks_exact(T::BYTES)
                     .zip(elements)
                     .for_each(|(bytes, element)| *element = T::read(bytes));
             }
@@ -221,8 +220,8 @@ fn word_at(bytes: &[u8], index: usize) -> Option<u64> {
 /// All bytes but those of the checksum itself.
 fn checksum(bytes: &[u8]) -> u64 {
     let mut sum = Mix::new();
-    sum.bytes(bytes.get(..CHECKSUM * 8).unwrap_or_default());
-    sum.bytes(bytes.get(LABEL * 8..).unwrap_or_default());
+    sum.bytes(bytes.get(..CHECKSUM * 8).unwrap_or(&[]));
+    sum.bytes(bytes.get(LABEL * 8..).unwrap_or(&[]));
     sum.finish()
 }
 

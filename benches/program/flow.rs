@@ -70,13 +70,14 @@ impl Potential {
         let factor = |along: usize, m: usize, axis: usize, i: usize| {
             let half = if axis == along { 0.5 } else { 0.0 };
             let u = (i as f64 + half) / grid.n[axis] as f64;
-            let in_space = match () {
-                () if axis >= S::DIM => 1.0,
-                () if axis == along => (TAU * m as f64 * u + 1.3 * along as f64).cos(),
-                () if grid.axis(axis).is_ring() => {
-                    (TAU * (m as f64 * (u + 0.5 * time) + 0.37 * (axis + along + m) as f64)).sin()
-                }
-                () => (PI * (m + axis % 2) as f64 * u).sin(),
+            let in_space = if axis >= S::DIM {
+                1.0
+            } else if axis == along {
+                (TAU * m as f64 * u + 1.3 * along as f64).cos()
+            } else if grid.axis(axis).is_ring() {
+                (TAU * (m as f64 * (u + 0.5 * time) + 0.37 * (axis + along + m) as f64)).sin()
+            } else {
+                (PI * (m + axis % 2) as f64 * u).sin()
             };
             if axis == 0 {
                 in_space * (PI * m as f64 * time + (m + along) as f64).cos() / m as f64

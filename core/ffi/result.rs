@@ -109,7 +109,7 @@ impl ThuribleResult {
     #[must_use]
     pub fn words(self) -> &'static str {
         let found = Self::ALL.iter().find(|(code, _)| *code == self);
-        found.and_then(|(_, text)| text.to_str().ok()).unwrap_or_default()
+        found.and_then(|(_, text)| text.to_str().ok()).unwrap_or("")
     }
 }
 

@@ -29,7 +29,8 @@ impl Block<'_> {
 
     /// `out[x]` = the value on one side of `row[x]` along x in every slot of a row of the block; behind a wall what `beyond` says.
     pub fn shift<T: Real>(&self, side: Side, beyond: Beyond, row: &[T], out: &mut [T]) {
-        let (len, nx) = (row.len(), self.grid.n[0]);
+        let len = row.len();
+        let nx = self.grid.n[0];
         let (end, outside) = match side {
             Side::Low => {
                 out[1..len].copy_from_slice(&row[..len - 1]);

@@ -95,7 +95,8 @@ pub fn pull_towards<T: Real>(
     if keep == 0.0 {
         return put_everywhere(exec, grid, from, out, slots);
     }
-    let (n, keep, rest) = (grid.n[0], T::from_f64(keep), T::from_f64(1.0 - keep));
+    let n = grid.n[0];
+    let (keep, rest) = (T::from_f64(keep), T::from_f64(1.0 - keep));
     for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
         for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
             for slot in out.chunks_exact_mut(n) {

@@ -141,7 +141,8 @@ impl Panel {
 
     /// Multiplies by the matrices of both parities.
     fn transform<T: Real>(self, modes: &Modes<'_, T>, direction: Direction, from: &[T], to: &mut [T]) {
-        let (columns, mut before) = (self.columns(), 0);
+        let columns = self.columns();
+        let mut before = 0;
         for parity in PARITIES {
             let part = parity.count(self.n);
             let matrix = match direction {

@@ -28,7 +28,9 @@ pub fn drag(grid: &Grid, viscosity: f64) -> f64 {
 impl<'a> TimeLine<'a> {
     /// Factors kappa + S with one slot for each of `pivots`; kappa > 0, `drag` >= 0.
     pub fn new(kappa: f64, drag: f64, pivots: &'a mut [f64]) -> Self {
-        let (mut pivot, last, coupling) = (0.0, pivots.len().saturating_sub(1), 1.0 + drag);
+        let mut pivot = 0.0;
+        let last = pivots.len().saturating_sub(1);
+        let coupling = 1.0 + drag;
         for (k, slot) in pivots.iter_mut().enumerate() {
             let diagonal = kappa + coupling * coupling + if k == last { 0.0 } else { 1.0 };
             pivot = 1.0 / (diagonal - coupling * coupling * pivot);

@@ -52,7 +52,8 @@ fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
 
 /// Value `i` of eigenvector `k` of a parity, scaled to length 1, and its eigenvalue times h^2.
 fn eigenvector(axis: Axis, parity: Parity, k: usize, i: usize) -> (f64, f64) {
-    let (n, waves) = (axis.cells(), half_waves(axis, parity, k));
+    let n = axis.cells();
+    let waves = half_waves(axis, parity, k);
     let angle = core::f64::consts::PI * waves as f64;
     let place = (i as f64 + 0.5) / n as f64;
     let sine = axis.is_ring() && parity == Parity::Odd;
@@ -124,7 +125,8 @@ fn matrices_len(n: usize, first: bool) -> usize {
 
 /// Fills what is kept of an axis: its matrices, its eigenvalues, and those of the squares of `filters` Gaussians.
 fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, values: &mut [T]) {
-    let (n, first) = (grid.n[axis], axis == 0);
+    let n = grid.n[axis];
+    let first = axis == 0;
     let (matrices, rest) = values.split_at_mut(matrices_len(n, first));
     let (eigenvalues, blurs) = rest.split_at_mut(n);
     matrices.fill(T::ZERO);
@@ -230,7 +232,8 @@ impl<'m, T: Real> Spectrum<'m, T> {
         let mut axes = [Modes::default(); 3];
         for (axis, known) in axes.iter_mut().enumerate().take(grid.dims) {
             let (these, after) = numbers.split_at(Self::len_of(grid, filters, axis));
-            let (n, first) = (grid.n[axis], axis == 0);
+            let n = grid.n[axis];
+            let first = axis == 0;
             let (matrices, rest) = these.split_at(matrices_len(n, first));
             let (eigenvalues, blurs) = rest.split_at(n);
             *known = Modes {

@@ -48,7 +48,8 @@ impl Stencil {
             walls: [[true; 2]; 2],
         };
         for axis in 1..grid.dims {
-            let (here, stride) = (at[axis - 1], if axis == 1 { 1 } else { grid.n[1] });
+            let here = at[axis - 1];
+            let stride = if axis == 1 { 1 } else { grid.n[1] };
             let row_of = |i: usize| row - here * stride + i * stride;
             let line = grid.axis(axis);
             let beside = |offset: isize| line.cell(here as isize + offset);

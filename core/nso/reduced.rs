@@ -133,11 +133,8 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
             self.region,
         );
         self.project(exec, observer, Output::Residual)?;
-        let (v, target, kappa) = (
-            view(&self.problem.v),
-            self.problem.target,
-            T::from_f64(self.setup.kappa),
-        );
+        let (v, target) = (view(&self.problem.v), self.problem.target);
+        let kappa = T::from_f64(self.setup.kappa);
         for_rows(
             exec,
             grid.rows(),

@@ -131,7 +131,8 @@ pub fn refine_time<T: Real>(
     coarse: Vector<'_, T>,
     fine: VectorMut<'_, T>,
 ) {
-    let (n, near, far) = (grid.n[0], T::from_f64(0.5 * 0.75), T::from_f64(0.5 * 0.25));
+    let n = grid.n[0];
+    let (near, far) = (T::from_f64(0.5 * 0.75), T::from_f64(0.5 * 0.25));
     for_rows(exec, grid.rows(), RowBuffers::fields(fine), |task| {
         for (axis, fine) in task.fields.into_iter().enumerate().take(grid.dims) {
             let long = |step: usize| match step.min(few).checked_sub(1) {
@@ -158,7 +159,8 @@ fn pass<T: Real>(
     scratch: &mut [T],
 ) {
     let field = Placed { place, values: from };
-    let (grid, wide) = (step.target, step.source.n[0].max(step.target.n[0]));
+    let grid = step.target;
+    let wide = step.source.n[0].max(step.target.n[0]);
     let (count, row) = (Block::slots_per_block(wide, slots), Block::largest(wide, slots));
     let exec = &Capped::new(exec, scratch.len() / row);
     let scratch = &mut scratch[..exec.threads() * row];

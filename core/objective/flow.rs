@@ -138,7 +138,9 @@ impl<T: Real> Evaluation<'_, '_, T> {
             ref mut sums,
             ..
         } = *self;
-        let (of_data, of_force) = sums.split_at_mut_checked(sweep.grid().rows()).unwrap_or_default();
+        let (of_data, of_force) = sums
+            .split_at_mut_checked(sweep.grid().rows())
+            .unwrap_or((&mut [], &mut []));
         let mut rest = Evaluation {
             levels,
             level,
@@ -191,10 +193,8 @@ impl<T: Real> Evaluation<'_, '_, T> {
     /// What the force would be without a pressure.
     fn acceleration<S: Space>(&mut self, exec: &dyn Exec, v: Vector<'_, T>, w: &mut VectorMut<'_, T>) {
         let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
-        let scratch = self
-            .region
-            .get_mut(..self.setup.sweep.threads * force::scratch_per_thread(grid, slots))
-            .unwrap_or_default();
+        let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
+        let scratch = rows::part_mut(self.region, 0..len);
         force::from_velocity::<T, S>(
             exec,
             Fluid {
@@ -238,11 +238,10 @@ impl<T: Real> Evaluation<'_, '_, T> {
         out: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
         let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
-        let (n, weight) = (grid.n[0], T::from_f64(self.setup.force_weight));
-        let scratch = self
-            .region
-            .get_mut(..self.setup.sweep.threads * force::scratch_per_thread(grid, slots))
-            .unwrap_or_default();
+        let n = grid.n[0];
+        let weight = T::from_f64(self.setup.force_weight);
+        let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
+        let scratch = rows::part_mut(self.region, 0..len);
         force::apply_adjoint::<T, S>(
             exec,
             Fluid {

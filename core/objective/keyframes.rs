@@ -102,7 +102,8 @@ impl<'a, T: Real> DataTerm<'a, T> {
 
     /// 1/2 <e, C e> for e = rho - target; [`Self::image`] is C e afterwards. `sums` holds one number a row.
     pub fn evaluate(&mut self, exec: &dyn Exec, rho: &[T], target: &[T], sums: &mut [f64]) -> f64 {
-        let (grid, n) = (self.grid(), self.grid().n[0]);
+        let grid = self.grid();
+        let n = self.grid().n[0];
         for_rows(
             exec,
             grid.rows(),

@@ -76,7 +76,7 @@ pub fn densities(grid: &Grid, slots: usize) -> usize {
 
 /// The density of a step among those of all.
 fn density_of<T>(rho: &[T], cells: usize, step: usize) -> &[T] {
-    rho.get(step * cells..(step + 1) * cells).unwrap_or_default()
+    rows::part(rho, step * cells..(step + 1) * cells)
 }
 
 /// Receives the number of a slot and a velocity at its faces, with threads to use.
@@ -227,7 +227,8 @@ impl<'a, T: Real> DensitySweep<'a, T> {
             now.load(exec, flow, slots, step, sums)?;
             now.prepare(exec, rho_of(step));
         }
-        let (mu, mut loaded) = (&mut *self.mu, Ok(()));
+        let mu = &mut *self.mu;
+        let mut loaded = Ok(());
         let mut go_back = || now.backward(&Serial, rho_of(step), mu);
         let mut prepare = || {
             if step < slots {

@@ -145,7 +145,8 @@ fn along<T: Real>(
     to: &mut [T],
     scratch: &mut [T],
 ) {
-    let (n, gaussian) = (grid.n[0], Gaussian::new(j));
+    let n = grid.n[0];
+    let gaussian = Gaussian::new(j);
     let radius = gaussian.radius as isize;
     let (taps, scratch) = scratch.split_at_mut(gaussian.radius + 1);
     for (slot, (_, tap)) in taps.iter_mut().zip(gaussian.taps()) {

@@ -70,7 +70,8 @@ vectorised! {
     /// `out` = div v at a row of cells, the sum over axes of `scales` (v[high face] - v[low face]); max |out| and max |v| at the low faces, or
     /// NaN when any value is not finite.
     pub fn divergence[T, V](faces: &RowFaces<'_, T>, scales: [T; 3], out: &mut [T]) -> [f64; 2] {
-        let (n, x) = (out.len(), faces.low[0]);
+        let n = out.len();
+        let x = faces.low[0];
         let mut sizes = Sizes { divergence: V::splat(T::ZERO), speed: V::splat(T::ZERO), poison: V::splat(T::ZERO) };
         let mut last = Sizes { divergence: T::ZERO, speed: T::ZERO, poison: T::ZERO };
         // All cells but the last go by whole vectors; the last vector may overlap the one before.

@@ -188,7 +188,7 @@ impl<'a, T: Real> Work<'a, T> {
     fn new(block: &Block<'_>, scratch: &'a mut [T]) -> Self {
         let mut parts = scratch.chunks_exact_mut(block.len());
         debug_assert!(parts.len() >= SCRATCH_ROWS);
-        let mut next = || parts.next().unwrap_or_default();
+        let mut next = || parts.next().unwrap_or(&mut []);
         Self {
             out: core::array::from_fn(|_| next()),
             shifted: core::array::from_fn(|_| next()),

@@ -281,7 +281,8 @@ fn search<T: Real, S>(
     slope: f64,
     course: &mut Course,
 ) -> Result<Found, Stop> {
-    let (mut length, mut moved, mut finite) = (1.0, 0.0, true);
+    let (mut length, mut moved) = (1.0, 0.0);
+    let mut finite = true;
     while length >= SMALLEST_STEP {
         function.move_along(exec, newton.direction, length - moved);
         moved = length;

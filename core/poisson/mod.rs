@@ -104,7 +104,8 @@ impl<'a, T: Real> Projection<'a, T> {
         v: &VectorMut<'_, T>,
         sums: &mut [f64],
     ) -> [f64; 2] {
-        let (grid, v) = (self.grid, view(v));
+        let grid = self.grid;
+        let v = view(v);
         let mut fastest: f64 = 0.0;
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let relative = rows::largest(Batch::all(self.slots, self.batch).map(|batch| {

@@ -120,7 +120,7 @@ impl<'a, T: Real> Multigrid<'a, T> {
                 let [rhs] = task.fields;
                 let mut slots = rhs.chunks_exact_mut(grid.n[0]);
                 divergence_in_row(grid, batch, task.row, v, |faces, scales| {
-                    divergence(faces, scales, slots.next().unwrap_or_default())
+                    divergence(faces, scales, slots.next().unwrap_or(&mut []))
                 })
                 .write(task.sums);
             },
@@ -131,7 +131,8 @@ impl<'a, T: Real> Multigrid<'a, T> {
     /// v -= grad q and, unless p is empty, p -= q; `fields` are the components of v and p.
     pub fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, fields: &mut [&mut [T]; 4]) {
         let LevelMut { grid, q, .. } = &self.levels[0];
-        let (grid, q) = (*grid, &q[..grid.cells() * batch.count]);
+        let grid = *grid;
+        let q = &q[..grid.cells() * batch.count];
         let fields = fields.each_mut().map(|field| &mut **field);
         for_rows(
             exec,
@@ -171,7 +172,8 @@ impl<'a, T: Real> Multigrid<'a, T> {
     fn smooth(&mut self, exec: &dyn Exec, level: usize, slots: usize, leave: f64) {
         let LevelMut { grid, q, next, rhs } = &mut self.levels[level];
         let len = grid.cells() * slots;
-        let (grid, rhs) = (*grid, &rhs[..len]);
+        let grid = *grid;
+        let rhs = &rhs[..len];
         let (mut q, mut next) = (&mut q[..len], &mut next[..len]);
         let stiffness = |a: usize| 2.0 / (grid.h[a] * grid.h[a]);
         let diagonal: f64 = (0..grid.dims).map(stiffness).sum();
@@ -271,7 +273,8 @@ impl<'a, T: Real> Multigrid<'a, T> {
     /// max |rhs - div grad q| on the finest level.
     fn residual(&mut self, exec: &dyn Exec, slots: usize, sums: &mut [f64]) -> f64 {
         let LevelMut { grid, q, rhs, .. } = &self.levels[0];
-        let (grid, q, rhs) = (*grid, &q[..grid.cells() * slots], &rhs[..grid.cells() * slots]);
+        let grid = *grid;
+        let (q, rhs) = (&q[..grid.cells() * slots], &rhs[..grid.cells() * slots]);
         let sums = &mut sums[..grid.rows()];
         for_rows(
             exec,

@@ -49,7 +49,7 @@ impl<'a, T: Real> Spectral<'a, T> {
         let grid = self.grid;
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let mut slots = self.q.chunks_exact_mut(grid.cells()).take(batch.count);
-        let fields: [_; MAX_BATCH] = core::array::from_fn(|_| slots.next().unwrap_or_default());
+        let fields: [_; MAX_BATCH] = core::array::from_fn(|_| slots.next().unwrap_or(&mut []));
         for_rows(
             exec,
             grid.rows(),
@@ -57,7 +57,7 @@ impl<'a, T: Real> Spectral<'a, T> {
             |task| {
                 let mut slots = task.fields.into_iter();
                 divergence_in_row(grid, batch, task.row, v, |faces, scales| {
-                    divergence(faces, scales, slots.next().unwrap_or_default())
+                    divergence(faces, scales, slots.next().unwrap_or(&mut []))
                 })
                 .write(task.sums);
             },
@@ -83,7 +83,8 @@ impl<'a, T: Real> Spectral<'a, T> {
 
     /// v -= grad q and, unless p is empty, p -= q; `fields` are the components of v and p.
     pub fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, fields: &mut [&mut [T]; 4]) {
-        let (grid, q) = (self.grid, &*self.q);
+        let grid = self.grid;
+        let q = &*self.q;
         let fields = fields.each_mut().map(|field| &mut **field);
         for_rows(
             exec,

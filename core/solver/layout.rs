@@ -62,7 +62,7 @@ impl<'a, T> Strided<'a, T> {
     pub(super) fn slot(grid: &Grid, field: &'a [T], slots: usize, slot: usize, unit: f64) -> Self {
         let n = grid.n;
         Self {
-            numbers: field.get(slot * n[0]..).unwrap_or_default(),
+            numbers: field.get(slot * n[0]..).unwrap_or(&[]),
             extent: n,
             strides: [1, slots * n[0], slots * n[0] * n[1]],
             unit,

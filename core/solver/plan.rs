@@ -126,9 +126,7 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
 
 fn paper_bound<T: Real, S: Space>(problem: &Problem<'_>) -> usize {
     let cells: u128 = problem.cells.iter().map(|&n| n as u128).product();
-    let (numbers, power) = (
-        4 * (1 + S::DIM as u128) * problem.steps as u128 * cells,
-        1u128 << S::DIM,
-    );
+    let numbers = 4 * (1 + S::DIM as u128) * problem.steps as u128 * cells;
+    let power = 1u128 << S::DIM;
     usize::try_from(numbers * T::BYTES as u128 * power / (power - 1)).unwrap_or(usize::MAX)
 }

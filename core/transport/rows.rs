@@ -71,7 +71,8 @@ impl<'a, T> Rows<'a, T> {
     /// The `n` values of each of the four rows beside a row along y or z.
     #[inline(always)]
     pub fn along(&self, axis: usize, row: usize, n: usize) -> [&'a [T]; 4] {
-        let (field, [a, b, c, d]) = (self.fields[axis - 1], self.beside[axis - 1]);
+        let field = self.fields[axis - 1];
+        let [a, b, c, d] = self.beside[axis - 1];
         let further = row * self.stride;
         let of = |begin: usize| &field[begin + further..begin + further + n];
         [of(a), of(b), of(c), of(d)]

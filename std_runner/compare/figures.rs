@@ -91,10 +91,7 @@ pub fn finest(record: &RunRecord) -> &[IterationRecord] {
         let level = |entry: &IterationRecord| entry.level.as_ref().is_none_or(|cells| *cells == record.cells);
         piece.first().is_some_and(level)
     };
-    by_grid(&record.history)
-        .last()
-        .filter(on_finest)
-        .unwrap_or_default()
+    by_grid(&record.history).last().filter(on_finest).unwrap_or(&[])
 }
 
 /// Seconds until the objective was at most `target`, if it also ended there: an objective on the way may be that of a flow that is

@@ -153,7 +153,8 @@ impl Destination {
     /// # Errors
     /// The system refused.
     pub fn remove(&mut self, name: &str) -> Result<(), Failure> {
-        let (name, path) = (Path::new(name), self.folder.join(name));
+        let name = Path::new(name);
+        let path = self.folder.join(name);
         if !self.written.holds(&self.folder, name) {
             return Ok(());
         }

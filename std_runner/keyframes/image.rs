@@ -35,7 +35,8 @@ pub(super) fn draw(
     let ink = ink.map(Ink::parse).transpose()?;
     let (picture, ink) = read(path, ink).map_err(|fault| fault.of("image", path))?;
     let smoke = picture.values.iter().sum::<f64>() / picture.values.len().max(1) as f64;
-    let (shown, percent) = (path.display(), 100.0 * smoke);
+    let shown = path.display();
+    let percent = 100.0 * smoke;
     notes.push(Note::remark(format!(
         "smoke is the {} of `{shown}`, {percent:.1} % of the picture",
         ink.name()

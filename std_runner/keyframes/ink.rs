@@ -135,7 +135,8 @@ impl Pixels<'_> {
 
     /// Densities 0 ..= 1 of rows of `width` pixels, bottom row first.
     pub(super) fn densities(&self, ink: Ink, width: usize) -> Vec<f64> {
-        let (top, gray) = (self.top(), self.color.samples() < 3);
+        let top = self.top();
+        let gray = self.color.samples() < 3;
         let value = |pixel: &[u8]| {
             let [red, green, blue, alpha] = self.levels(pixel);
             let luminance = if gray {

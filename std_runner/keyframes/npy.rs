@@ -107,7 +107,8 @@ fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
             "the system has not the memory for so many",
         )
     })?;
-    let (mut piece, mut read) = (Vec::with_capacity(PIECE), 0);
+    let mut piece = Vec::with_capacity(PIECE);
+    let mut read = 0;
     while values.len() < count {
         piece.clear();
         let wanted = PIECE.min((count - values.len()) * kind.bytes);

@@ -57,7 +57,7 @@ impl Solid for Letters {
 
 /// The letters that `spec` asks for.
 pub(super) fn solid(spec: &ShapeSpec, canvas: &Canvas, base: &Path) -> Result<Letters, ShapeError> {
-    let text = spec.text.as_deref().unwrap_or_default();
+    let text = spec.text.as_deref().unwrap_or("");
     let lettering = lettering(text, spec.font.as_deref(), base)?;
     let (low, high) = ink(&lettering);
     let center = match &spec.center {

@@ -174,8 +174,7 @@ impl Entry {
             .get("grid")
             .and_then(|grid| grid.get("cells"))
             .and_then(Value::as_array)
-            .map(Vec::as_slice)
-            .unwrap_or_default();
+            .map_or(&[][..], Vec::as_slice);
         let cells: Vec<usize> = cells
             .iter()
             .filter_map(|count| usize::try_from(count.as_integer()?).ok())

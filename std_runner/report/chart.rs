@@ -65,7 +65,8 @@ impl Chart {
     /// The figure as a file of its own, with its legend and colours in it.
     pub fn to_svg(&self) -> String {
         let mut legend = String::new();
-        let (mut x, apart) = (RIGHT, (WIDTH - 2.0 * RIGHT) / self.curves.len() as f64);
+        let mut x = RIGHT;
+        let apart = (WIDTH - 2.0 * RIGHT) / self.curves.len() as f64;
         for curve in &self.curves {
             let text = format!("{} {}", curve.name, curve.last().map(number).unwrap_or_default());
             let (line, words) = (x + 18.0, x + 24.0);

@@ -135,7 +135,8 @@ pub(super) fn ledger(record: &RunRecord) -> String {
     let whole = memory.planned_bytes.max(1) as f64;
     let row = |line: &LedgerLine| {
         let depth = line.depth.min(4);
-        let (name, size) = (escape(&line.name), line.bytes as f64);
+        let name = escape(&line.name);
+        let size = line.bytes as f64;
         let bar = bar(size, whole, if line.depth <= 1 { "c2" } else { "c2 part" });
         format!(
             "<tr class=\"d{depth}\"><th>{name}</th><td>{}</td><td>{}</td><td class=\"wide\">{bar}</td></tr>",

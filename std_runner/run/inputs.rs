@@ -81,7 +81,8 @@ pub fn set_inputs_from_result<T: Real, S: Space>(
             Failure::Input(sentence)
         }
     };
-    let (path, canvas) = (folder.join("result.npz"), scene.canvas());
+    let path = folder.join("result.npz");
+    let canvas = scene.canvas();
     let mut inputs = Inputs::default();
     let density = read_last_density(&path, &canvas, &mut inputs.notes).map_err(unread)?;
     solver.set_source(&narrowed(density)).map_err(unusable)?;

@@ -23,12 +23,12 @@ pub fn pieces(len: usize) -> impl Iterator<Item = Range<usize>> {
 #[inline(always)]
 pub fn part<T>(field: &[T], range: Range<usize>) -> &[T] {
     debug_assert!(field.is_empty() || range.end <= field.len());
-    field.get(range).unwrap_or_default()
+    field.get(range).unwrap_or(&[])
 }
 
 /// As [`part`], to write.
 #[inline(always)]
 pub fn part_mut<T>(field: &mut [T], range: Range<usize>) -> &mut [T] {
     debug_assert!(field.is_empty() || range.end <= field.len());
-    field.get_mut(range).unwrap_or_default()
+    field.get_mut(range).unwrap_or(&mut [])
 }

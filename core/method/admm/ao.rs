@@ -141,7 +141,8 @@ impl<'a, T: Real> Trial<'a, T> {
         sums: &mut [f64],
     ) -> Result<(), Stop> {
         let (grid, slots) = (self.sweep.grid(), setup.flow.sweep.slots);
-        let (n, scale, momentum) = (grid.n[0], T::from_f64(1.0 / setup.penalty), T::from_f64(momentum));
+        let n = grid.n[0];
+        let (scale, momentum) = (T::from_f64(1.0 / setup.penalty), T::from_f64(momentum));
         let Fields {
             v,
             multiplier,
@@ -278,12 +279,9 @@ fn distance<T: Real>(
     s: f64,
     sums: &mut [f64],
 ) -> f64 {
-    let (star, direction, slots, s) = (
-        view(&fields.star),
-        view(&fields.direction),
-        setup.flow.sweep.slots,
-        T::from_f64(s),
-    );
+    let (star, direction) = (view(&fields.star), view(&fields.direction));
+    let slots = setup.flow.sweep.slots;
+    let s = T::from_f64(s);
     let total = sums::total(exec, grid, sums, |row| {
         (0..grid.dims)
             .map(|a| {
@@ -327,11 +325,9 @@ fn blend<T: Real>(
         *step *= 0.5;
     }
     if info.step > 0.0 {
-        let (direction, s, slots) = (
-            view(&fields.direction),
-            T::from_f64(info.step),
-            setup.flow.sweep.slots,
-        );
+        let direction = view(&fields.direction);
+        let s = T::from_f64(info.step);
+        let slots = setup.flow.sweep.slots;
         let star = reborrow(&mut fields.star);
         for_rows(exec, grid.rows(), RowBuffers::fields(star), |task| {
             for (axis, star) in task.fields.into_iter().enumerate().take(grid.dims) {
@@ -349,7 +345,8 @@ fn blend<T: Real>(
 fn exchange<T: Real>(exec: &dyn Exec, grid: &Grid, from: &[T], to: &mut [T], sums: &mut [f64]) -> f64 {
     let cells = grid.cells();
     let fields = to.len() / cells;
-    let (before, n) = (&*to, grid.n[0]);
+    let before = &*to;
+    let n = grid.n[0];
     let change = sums::largest(exec, grid, sums, |row| {
         rows::largest((0..fields).map(|step| {
             let span = step * cells + row * n..step * cells + (row + 1) * n;

@@ -63,7 +63,8 @@ impl Setup {
     /// That of `problem`.
     #[must_use]
     pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
-        let (admm, units) = (params.admm, problem.units());
+        let admm = params.admm;
+        let units = problem.units();
         Self {
             grid: problem.grid(),
             ao: ao::Setup {

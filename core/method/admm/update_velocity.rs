@@ -108,7 +108,8 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             drag(grid, self.setup.ao.flow.viscosity),
             &mut self.animation.sums[..slots],
         );
-        let (first, kappa) = (self.iteration == 1, T::from_f64(kappa));
+        let first = self.iteration == 1;
+        let kappa = T::from_f64(kappa);
         for axis in 0..S::DIM {
             let fields = [
                 &mut *self.animation.v[axis],

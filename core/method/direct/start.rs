@@ -17,7 +17,8 @@ use crate::real::Real;
 impl<T: Real, S: Space> Direct<'_, T, S> {
     /// Passes the scene down to the coarsest grid that takes part, where the flow begins as v_0 in all slots; that grid.
     pub(super) fn begin(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> usize {
-        let (coarsest, setup) = (self.threads.len() - 1, self.setup);
+        let coarsest = self.threads.len() - 1;
+        let setup = self.setup;
         let (levels, mut at) = self.finest(keyframes);
         for (level, grid) in levels.grids.iter().skip(1).take(coarsest).enumerate() {
             let mut next = NextMut::within(grid, slots_on(&setup, level + 1), keyframes.count(), at.rest);
@@ -57,7 +58,8 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         observer: &mut dyn Observer,
         keyframes: &Keyframes<'_, T>,
     ) -> Result<(), Status> {
-        let (setup, fine) = (self.setup, self.level.unwrap_or(0).saturating_sub(1));
+        let setup = self.setup;
+        let fine = self.level.unwrap_or(0).saturating_sub(1);
         let [slots, few] = [fine, fine + 1].map(|level| slots_on(&setup, level));
         let (levels, finest) = self.finest(keyframes);
         let at = down(levels, &setup, finest, fine);
@@ -107,7 +109,8 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
             self.ascend(exec, &mut Silent, keyframes)?;
         }
         self.descent = Descent::new(self.setup.history);
-        let (force, stepping) = (self.descent.newton.direction, self.setup.flow.sweep.stepping);
+        let force = self.descent.newton.direction;
+        let stepping = self.setup.flow.sweep.stepping;
         let mut work = self.work(0, keyframes);
         work.evaluation.setup.sweep.stepping = stepping;
         work.evaluation

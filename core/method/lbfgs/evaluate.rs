@@ -136,7 +136,8 @@ impl<T: Real> Simulated<'_, '_, T> {
                 slot: k - 1,
             };
             let before = Slot::at(k - 1, *initial, view(v), slots);
-            let ((change, s), known) = (warm.change, Slot::at(k - 1, *initial, warm.v, slots));
+            let (change, s) = warm.change;
+            let known = Slot::at(k - 1, *initial, warm.v, slots);
             step.give(exec, [(1.0, before), (1.0, slot(u))]);
             step.guess(
                 exec,
@@ -236,14 +237,12 @@ impl<T: Real> Simulated<'_, '_, T> {
             region,
             sums,
         } = &mut self.evaluation;
-        let (grid, flow) = (
-            &levels.grids[*level],
-            Flow {
-                initial: *initial,
-                v,
-                along: None,
-            },
-        );
+        let grid = &levels.grids[*level];
+        let flow = Flow {
+            initial: *initial,
+            v,
+            along: None,
+        };
         let n = grid.n[0];
         let mut sweep = DensitySweep::carve(levels, *level, &setup.sweep, &mut Pool::new(region));
         sweep.sweep_back(

@@ -318,10 +318,8 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
     ) -> Result<f64, Stop> {
         let shape = self.shape();
         let slope = newton.descend(exec, shape, &mut self.fields);
-        let (direction, sums) = (
-            view(&self.fields[newton.direction]),
-            &mut *self.simulated.evaluation.sums,
-        );
+        let direction = view(&self.fields[newton.direction]);
+        let sums = &mut *self.simulated.evaluation.sums;
         let largest = sums::max_abs(exec, shape.grid, shape.slots, direction, sums);
         Ok(if largest.is_finite() { slope } else { f64::NAN })
     }

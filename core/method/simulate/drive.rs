@@ -40,7 +40,8 @@ impl<'a, T: Real> Drive<'a, T> {
         threads: usize,
         pool: &mut Pool<'a, T>,
     ) -> Self {
-        let (grid, len) = (&hierarchy.finest, hierarchy.finest.cells());
+        let grid = &hierarchy.finest;
+        let len = hierarchy.finest.cells();
         pool.group("driving force", Sharing::Together, |pool| {
             let [smoke, target, gathered] = pool.line("blurred densities, gathered smoke", |pool| {
                 [(); 3].map(|()| pool.take("field", len))

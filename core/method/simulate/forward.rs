@@ -349,7 +349,8 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
     /// Projects v, takes the forces from it, and transports rho_0 by it, but where densities were gathered; the objective.
     fn make_feasible(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
         let gathered = matches!(self.setup.push, Push::Target(pd) if pd.gathering > 0.0) && self.marched;
-        let (flow, w) = (self.setup.flow, &mut self.w);
+        let flow = self.setup.flow;
+        let w = &mut self.w;
         let (mut evaluation, v) = self.animation.evaluation(flow, keyframes, self.region);
         let mut objective = Objective::default();
         if gathered {

@@ -132,7 +132,8 @@ impl<'a, T: Real> Step<'a, T> {
         observer: &mut dyn Observer,
         sums: &mut [f64],
     ) -> Result<(), Stop> {
-        let (shape, mut before, mut length) = (self.shape(), f64::INFINITY, 1.0);
+        let shape = self.shape();
+        let (mut before, mut length) = (f64::INFINITY, 1.0);
         for _ in 0..CORRECTIONS {
             self.residual::<S>(exec, observer, Law::Flow, sums)?;
             let size = self.speed(exec, view(&self.residual), sums);
@@ -171,7 +172,8 @@ impl<'a, T: Real> Step<'a, T> {
         observer: &mut dyn Observer,
         sums: &mut [f64],
     ) -> Result<(), Stop> {
-        let (shape, mut enough) = (self.shape(), None);
+        let shape = self.shape();
+        let mut enough = None;
         let speed = self.speed(exec, view(&self.v), sums);
         let known = libm::sqrt(dot(exec, shape, view(&self.adjoint), view(&self.adjoint), sums));
         for _ in 0..CORRECTIONS {
@@ -205,7 +207,8 @@ impl<'a, T: Real> Step<'a, T> {
         law: Law,
         sums: &mut [f64],
     ) -> Result<(), Stop> {
-        let (fluid, shape, out) = (self.fluid(), self.shape(), &mut self.residual);
+        let (fluid, shape) = (self.fluid(), self.shape());
+        let out = &mut self.residual;
         let x = match law {
             Law::Flow => {
                 self_advection::apply::<T, S>(exec, fluid, view(&self.v), reborrow(out), self.scratch);

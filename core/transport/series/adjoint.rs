@@ -39,7 +39,8 @@ pub fn adjoint<T: Real>(
     backward: Backward<'_, T>,
     scratch: &mut [T],
 ) {
-    let (grid, len) = (series.grid, series.grid.cells());
+    let grid = series.grid;
+    let len = series.grid.cells();
     let Backward {
         mu,
         work: [mut z, mut next],
@@ -115,8 +116,10 @@ struct Run<'t, T> {
 impl<T: Real> Term<'_, T> {
     /// z_{k-1} and the gradient in the rows of a task.
     fn compute(&self, task: RunTask<'_, T, 4>) {
-        let (grid, n) = (self.series.grid, self.series.grid.n[0]);
-        let ([next, mut gradient @ ..], first) = (task.fields, task.rows.start);
+        let grid = self.series.grid;
+        let n = self.series.grid.n[0];
+        let [next, mut gradient @ ..] = task.fields;
+        let first = task.rows.start;
         if self.clear {
             gradient.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
@@ -154,7 +157,8 @@ impl<T: Real> Term<'_, T> {
     }
 
     fn compute_run(&self, stencil: &Stencil, mu: &[T], run: Run<'_, T>, scratch: &mut [T]) {
-        let (series, grid) = (self.series, self.series.grid);
+        let series = self.series;
+        let grid = self.series.grid;
         let Run {
             next,
             mut gradient,
@@ -178,7 +182,10 @@ impl<T: Real> Term<'_, T> {
     /// At a wall the last cell stands for the missing one further upstream, and so takes its share too.
     fn fold_at_walls(&self, stencil: &Stencil, row: usize, out: &mut [T], input: &Input<'_, T>) {
         let Input { z, faces, .. } = input;
-        let (grid, n, scales, w) = (self.series.grid, out.len(), self.scales, input.weights[2]);
+        let grid = self.series.grid;
+        let n = out.len();
+        let scales = self.scales;
+        let w = input.weights[2];
         let (c, through) = (&z.own(row, n + BEFORE)[BEFORE..], faces.own(row, n + 1));
         if grid.axis(0).cell(-1).is_none() {
             out[0] -= scales[0] * w * through[2].max(T::ZERO) * (c[1] - c[0]);

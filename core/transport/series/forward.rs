@@ -47,7 +47,8 @@ fn add_term<T: Real>(
     terms: &mut Terms<&mut [T]>,
     (total, scratch): (&mut [T], &mut [T]),
 ) {
-    let (grid, stride) = (series.grid, terms.stride);
+    let grid = series.grid;
+    let stride = terms.stride;
     let (known, fields) = terms.fields.split_at_mut((k - 1) * stride);
     let (known_sizes, sizes) = terms.sizes.split_at_mut((k - 1) * grid.rows());
     let known = Terms {
@@ -95,8 +96,10 @@ struct Run<'t, T> {
 impl<T: Real> Term<'_, T> {
     /// The term, what it adds to the total, and the sizes of its rows, in the rows of a task.
     fn compute(&self, task: RunTask<'_, T, 3>) {
-        let (grid, n) = (self.series.grid, self.series.grid.n[0]);
-        let ([to, total, sizes], first) = (task.fields, task.rows.start);
+        let grid = self.series.grid;
+        let n = self.series.grid.n[0];
+        let [to, total, sizes] = task.fields;
+        let first = task.rows.start;
         let empty = |stencil: &Stencil, behind: usize| {
             self.from.is_empty(grid, stencil, behind, |size| size <= T::ZERO)
         };
@@ -133,7 +136,9 @@ impl<T: Real> Term<'_, T> {
     }
 
     fn compute_run(&self, stencil: &Stencil, before: Option<&[T]>, run: Run<'_, T>, scratch: &mut [T]) {
-        let (series, grid, n) = (self.series, self.series.grid, self.series.grid.n[0]);
+        let series = self.series;
+        let grid = self.series.grid;
+        let n = self.series.grid.n[0];
         let input = Input {
             n,
             first: self.k == 1,
@@ -242,7 +247,8 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
     input: &Input<'_, T>,
     extremes: &mut [V; 2],
 ) -> usize {
-    let (n, summed, deep) = (to.len(), !total.is_empty(), input.scales.len() > 2);
+    let n = to.len();
+    let (summed, deep) = (!total.is_empty(), input.scales.len() > 2);
     let (x, faces_x) = (input.cells.own(row, n + 4), input.faces.own(row, n + 3));
     let (y, faces_y) = (input.cells.along(1, row, n), input.faces.along(1, row, n));
     let (z, faces_z) = if deep {

@@ -38,7 +38,8 @@ vectorised! {
         let Layout { n, apart, before } = layout;
         let [gx, gy, gz] = gradient;
         for (row, out) in out.chunks_exact_mut(apart.max(1)).enumerate() {
-            let (out, span) = (part_mut(out, before..before + n), row * n..(row + 1) * n);
+            let out = part_mut(out, before..before + n);
+            let span = row * n..(row + 1) * n;
             let mu = part(mu, span.clone());
             let gz = part_mut(gz, span.clone());
             let mut gradient = [part_mut(gx, span.clone()), part_mut(gy, span), gz];
@@ -144,7 +145,9 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     [gx, gy, gz]: &mut [&mut [T]; 3],
     input: &Input<'_, T>,
 ) -> usize {
-    let (n, last, alone) = (out.len(), input.scales.len() - 1, mu.is_empty());
+    let n = out.len();
+    let last = input.scales.len() - 1;
+    let alone = mu.is_empty();
     let mu = if alone { mu } else { &mu[..n] };
     let (gx, gy) = (&mut gx[..n], &mut gy[..n]);
     let gz = if last > 1 { &mut gz[..n] } else { &mut [][..] };

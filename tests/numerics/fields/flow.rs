@@ -66,16 +66,15 @@ pub fn swirl<T: Real>(grid: &Grid, slots: usize, to: f64) -> Components<T> {
         let t = k as f64 / slots as f64;
         let wave = |m: usize| {
             let factor = |a: usize| {
-                let (u, m) = (
-                    (at[a] as f64 + if a == c { 0.5 } else { 0.0 }) / grid.n[a] as f64,
-                    m as f64,
-                );
-                match () {
-                    () if a == c => (tau * u * m + 1.3 * c as f64).cos(),
-                    () if grid.axis(a).is_ring() => {
-                        (tau * (u * m + 0.37 * ((a + c) as f64 + m) + t * m * 0.5)).sin()
-                    }
-                    () => (tau * 0.5 * u * (m + (a % 2) as f64)).sin(),
+                let half = if a == c { 0.5 } else { 0.0 };
+                let u = (at[a] as f64 + half) / grid.n[a] as f64;
+                let m = m as f64;
+                if a == c {
+                    (tau * u * m + 1.3 * c as f64).cos()
+                } else if grid.axis(a).is_ring() {
+                    (tau * (u * m + 0.37 * ((a + c) as f64 + m) + t * m * 0.5)).sin()
+                } else {
+                    (tau * 0.5 * u * (m + (a % 2) as f64)).sin()
                 }
             };
             let space: f64 = (0..grid.dims).map(factor).product();

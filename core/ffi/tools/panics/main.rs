@@ -37,7 +37,8 @@ fn main() -> ExitCode {
 
 fn compare(program: &str, committed: &str) -> Result<(), Failure> {
     let found = count(program)?;
-    let (now, text) = (table(&found)?, std::fs::read_to_string(committed)?);
+    let now = table(&found)?;
+    let text = std::fs::read_to_string(committed)?;
     let last = text
         .lines()
         .last()

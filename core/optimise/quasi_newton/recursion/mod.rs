@@ -146,7 +146,8 @@ impl QuasiNewton {
     pub fn combine(&mut self) -> (Combination, f64) {
         let away = self.first_loop();
         let along = self.second_loop(&away);
-        let (scale, factors) = (self.scale, away.iter().zip(&along));
+        let scale = self.scale;
+        let factors = away.iter().zip(&along);
         let weights = self
             .pairs
             .iter()
@@ -230,7 +231,8 @@ impl QuasiNewton {
             self.norm = products.norm;
             return;
         };
-        let (norm, with) = (products.norm, products.step);
+        let norm = products.norm;
+        let with = products.step;
         let own = Products {
             s: with.s - length * self.slope,
             z: norm - 2.0 * with.z + self.norm,

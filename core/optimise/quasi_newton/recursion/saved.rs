@@ -9,7 +9,8 @@ impl QuasiNewton {
     /// # Errors
     /// [`Damaged`] where not every field plays one part.
     pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
-        let (mut read, last) = (self.clone(), fields_of(self.most) - 1);
+        let mut read = self.clone();
+        let last = fields_of(self.most) - 1;
         [&mut read.scale, &mut read.norm, &mut read.slope]
             .into_iter()
             .try_for_each(|number| record.real(number))?;
