@@ -1,8 +1,7 @@
 //! The objective as a function of the flow, and its gradient (mathematics section 6): one sweep forward, one back, two projections.
 
 use crate::exec::{Exec, RowBuffers, Serial, for_rows, join};
-use crate::field::slot::{RETREATS, pull_towards};
-use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
+use crate::field::{Vector, VectorMut, reborrow, rows};
 use crate::force;
 use crate::grid::Space;
 use crate::grid::levels::Levels;
@@ -13,16 +12,10 @@ use crate::observe::{Event, Observer, Silent};
 use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
 use crate::problem::Problem;
-use crate::progress::{Objective, Status};
+use crate::progress::Objective;
 use crate::real::Real;
 use crate::simd::{Cache, prefetch};
 use crate::transport::{Flow, ROWS_AHEAD, Stop};
-use core::ops::ControlFlow;
-
-/// max |div d| h_x / max |d| that a direction d may have.
-const CLEAN: f64 = 4e-5;
-/// Part of its divergence that a projected direction may keep.
-const DIRECTION_TOLERANCE: f64 = 0.02;
 
 /// What does not change from flow to flow.
 #[derive(Clone, Copy, Debug)]
@@ -112,6 +105,10 @@ impl<T: Real> Evaluation<'_, '_, T> {
         w: &mut VectorMut<'_, T>,
         bound: f64,
     ) -> Result<Objective, Stop> {
+        let grid = self.levels.grids.get(self.level);
+        if grid.is_some_and(|grid| self.setup.sweep.overlaps(grid)) {
+            return self.value_in_overlap::<S>(exec, observer, v, w, bound);
+        }
         let flow = Flow {
             initial: self.initial,
             v,
@@ -119,15 +116,31 @@ impl<T: Real> Evaluation<'_, '_, T> {
         };
         let mut pool = Pool::new(&mut *self.region);
         let mut sweep = DensitySweep::carve(self.levels, self.level, &self.setup.sweep, &mut pool);
-        if !self.setup.sweep.overlaps(sweep.grid()) {
-            let data = sweep.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
-            let force = if data > bound {
-                0.0
-            } else {
-                self.force::<S>(exec, observer, v, w)?
-            };
-            return Ok(Objective { data, force });
-        }
+        let data = sweep.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
+        let force = if data > bound {
+            0.0
+        } else {
+            self.force::<S>(exec, observer, v, w)?
+        };
+        Ok(Objective { data, force })
+    }
+
+    /// [`Self::value`] by two threads: one carries the density while the other projects the force.
+    fn value_in_overlap<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        v: Vector<'_, T>,
+        w: &mut VectorMut<'_, T>,
+        bound: f64,
+    ) -> Result<Objective, Stop> {
+        let flow = Flow {
+            initial: self.initial,
+            v,
+            along: None,
+        };
+        let mut pool = Pool::new(&mut *self.region);
+        let mut sweep = DensitySweep::carve(self.levels, self.level, &self.setup.sweep, &mut pool);
         let Self {
             levels,
             level,
@@ -175,56 +188,6 @@ impl<T: Real> Evaluation<'_, '_, T> {
         sweep.data(exec, self.rho, &self.keyframes, self.sums)
     }
 
-    /// The force that produces v, and its part of the objective.
-    ///
-    /// # Errors
-    /// [`Stop::Cancelled`].
-    pub fn force<S: Space>(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        v: Vector<'_, T>,
-        w: &mut VectorMut<'_, T>,
-    ) -> Result<f64, Stop> {
-        self.acceleration::<S>(exec, v, w);
-        self.projected(exec, observer, w)
-    }
-
-    /// What the force would be without a pressure.
-    fn acceleration<S: Space>(&mut self, exec: &dyn Exec, v: Vector<'_, T>, w: &mut VectorMut<'_, T>) {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
-        let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
-        let scratch = rows::part_mut(self.region, 0..len);
-        force::from_velocity::<T, S>(
-            exec,
-            Fluid {
-                grid,
-                slots,
-                viscosity: self.setup.viscosity,
-            },
-            v,
-            self.initial,
-            &[],
-            reborrow(w),
-            scratch,
-        );
-    }
-
-    /// Projects a force; its part of the objective.
-    ///
-    /// # Errors
-    /// [`Stop::Cancelled`].
-    pub fn projected(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        w: &mut VectorMut<'_, T>,
-    ) -> Result<f64, Stop> {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
-        self.project(exec, observer, w, self.setup.projection_tolerance)?;
-        Ok(0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums))
-    }
-
     /// The gradient at v, Q[r (w_k - w_{k+1} + (J(v_k)^T + nu C^T C) w_k) - A_v^T mu_k], from the densities and the force of [`Self::value`].
     ///
     /// # Errors
@@ -238,8 +201,6 @@ impl<T: Real> Evaluation<'_, '_, T> {
         out: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
         let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
-        let n = grid.n[0];
-        let weight = T::from_f64(self.setup.force_weight);
         let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
         let scratch = rows::part_mut(self.region, 0..len);
         force::apply_adjoint::<T, S>(
@@ -254,6 +215,24 @@ impl<T: Real> Evaluation<'_, '_, T> {
             reborrow(out),
             scratch,
         );
+        self.subtract_data_gradient(exec, observer, v, out)?;
+        let divergence = self.project(exec, observer, out, self.setup.projection_tolerance)?;
+        if divergence.is_finite() {
+            Ok(())
+        } else {
+            Err(Stop::TooFast)
+        }
+    }
+
+    /// `out` = r `out` - A_v^T mu, by a sweep back through the flow.
+    fn subtract_data_gradient(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        v: Vector<'_, T>,
+        out: &mut VectorMut<'_, T>,
+    ) -> Result<(), Stop> {
+        let weight = T::from_f64(self.setup.force_weight);
         let flow = Flow {
             initial: self.initial,
             v,
@@ -265,6 +244,8 @@ impl<T: Real> Evaluation<'_, '_, T> {
             &self.setup.sweep,
             &mut Pool::new(&mut *self.region),
         );
+        let grid = sweep.grid();
+        let n = grid.n[0];
         sweep.sweep_back(
             exec,
             observer,
@@ -289,110 +270,6 @@ impl<T: Real> Evaluation<'_, '_, T> {
                     },
                 );
             },
-        )?;
-        let divergence = self.project(exec, observer, out, self.setup.projection_tolerance)?;
-        if divergence.is_finite() {
-            Ok(())
-        } else {
-            Err(Stop::TooFast)
-        }
-    }
-
-    /// Projects every slot, to a part `tolerance` of the divergence that it has; max |div| after it, which is not finite where the field is
-    /// not.
-    ///
-    /// # Errors
-    /// [`Stop::Cancelled`].
-    pub fn project(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        field: &mut VectorMut<'_, T>,
-        tolerance: f64,
-    ) -> Result<f64, Stop> {
-        let sweep::Setup { slots, threads, .. } = self.setup.sweep;
-        let mut projection = Projection::carve(
-            self.levels,
-            self.level,
-            slots,
-            threads,
-            &mut Pool::new(&mut *self.region),
-        );
-        match projection.project(exec, observer, field, None, tolerance, self.sums) {
-            ControlFlow::Continue(divergence) => Ok(divergence),
-            ControlFlow::Break(()) => Err(Stop::Cancelled),
-        }
-    }
-
-    /// Projects a direction, made of projected gradients, if it needs that: what projections leave of divergence would add up,
-    /// and the descent would make use of it. What is left of its
-    /// divergence, which is not finite where the direction is not, and max |d|.
-    ///
-    /// # Errors
-    /// [`Stop::Cancelled`].
-    pub fn clean(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        direction: &mut VectorMut<'_, T>,
-    ) -> Result<[f64; 2], Stop> {
-        let sweep::Setup { slots, threads, .. } = self.setup.sweep;
-        let mut projection = Projection::carve(
-            self.levels,
-            self.level,
-            slots,
-            threads,
-            &mut Pool::new(&mut *self.region),
-        );
-        let [divergence, speed] = projection.relative_divergence(exec, direction, self.sums);
-        drop(projection);
-        let left = if divergence <= CLEAN {
-            divergence
-        } else {
-            self.project(exec, observer, direction, DIRECTION_TOLERANCE)?
-        };
-        Ok([left, speed])
-    }
-
-    /// Makes a flow feasible (mathematics section 5): projects v, takes its force, transports rho_0 by it. A flow that is not finite, or too
-    /// fast to be transported, is taken back towards v_0 until it is.
-    ///
-    /// # Errors
-    /// [`Status::NotFinite`] where v_0 itself is too fast.
-    pub fn finish<S: Space>(
-        &mut self,
-        exec: &dyn Exec,
-        v: &mut VectorMut<'_, T>,
-        w: &mut VectorMut<'_, T>,
-    ) -> Result<Objective, Status> {
-        let mut finished = self.finish_as_is::<S>(exec, v, w);
-        for keep in RETREATS {
-            if finished != Err(Status::NotFinite) {
-                break;
-            }
-            self.retreat(exec, v, keep);
-            finished = self.finish_as_is::<S>(exec, v, w);
-        }
-        finished
-    }
-
-    /// Takes a flow back towards v_0 in all slots: `keep` of the way from there is left.
-    pub fn retreat(&self, exec: &dyn Exec, v: &mut VectorMut<'_, T>, keep: f64) {
-        let grid = &self.levels.grids[self.level];
-        pull_towards(exec, grid, self.initial, v, self.setup.sweep.slots, keep);
-    }
-
-    fn finish_as_is<S: Space>(
-        &mut self,
-        exec: &dyn Exec,
-        v: &mut VectorMut<'_, T>,
-        w: &mut VectorMut<'_, T>,
-    ) -> Result<Objective, Status> {
-        let projected = self.project(exec, &mut Silent, v, self.setup.projection_tolerance);
-        match projected.and_then(|_| self.value::<S>(exec, &mut Silent, view(v), w, f64::INFINITY)) {
-            Ok(objective) if objective.total().is_finite() => Ok(objective),
-            Ok(_) | Err(Stop::TooFast) => Err(Status::NotFinite),
-            Err(Stop::Cancelled) => Err(Status::Cancelled),
-        }
+        )
     }
 }

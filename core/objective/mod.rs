@@ -2,6 +2,8 @@
 //! function of the flow alone, and the same scene on coarser grids.
 
 pub mod coarse;
+mod feasible;
 pub mod flow;
+mod force_term;
 pub mod keyframes;
 pub mod sweep;

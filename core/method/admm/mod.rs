@@ -9,33 +9,31 @@
 //! Two vector fields serve both problems. During AO they are v* and lambda/K; NSO needs only t, and the new lambda/K is
 //! v - t when beta = 1, so the second one is free for damping. The bytes of w hold AO's direction, since w follows from v, p.
 
+mod alternate;
 pub mod ao;
 mod check;
 mod history;
 mod nested;
 pub mod params;
 mod report;
+mod setup;
 mod update_density;
 mod update_multiplier;
 mod update_velocity;
 
 use crate::checkpoint::{Damaged, MANY, Mix, Record};
 use crate::exec::Exec;
-use crate::field::slot::{RETREATS, pull_towards};
-use crate::field::trajectory;
+use crate::field::slot::RETREATS;
 use crate::field::{Vector, VectorMut, means, view};
-use crate::grid::{Grid, Space};
+use crate::grid::Space;
 use crate::memory::{Layout, Ledger, Pool, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts};
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
-use crate::nso::damping::LocalDamping;
-use crate::nso::{self, Bases, NsoSolver, SmootherMemory, Workspace, newton};
-use crate::objective::flow;
+use crate::nso::{Bases, NsoSolver, SmootherMemory, Workspace, newton};
 use crate::objective::keyframes::Keyframes;
-use crate::observe::{Observer, Silent};
-use crate::poisson::Projection;
+use crate::observe::Observer;
 use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -43,64 +41,7 @@ use core::marker::PhantomData;
 use history::History;
 use params::AdmmParams;
 use report::Course;
-
-/// All that a solve follows from but its densities, in scaled numbers.
-#[derive(Clone, Copy, Debug)]
-pub struct Setup {
-    /// The finest grid.
-    pub grid: Grid,
-    /// AO's numbers, the objective among them; max rho_0 is set with the source.
-    pub ao: ao::Setup,
-    /// The caller's choices.
-    pub params: AdmmParams,
-    /// How the smoother uses memory.
-    pub memory: SmootherMemory,
-    /// Outer iterations at most.
-    pub iterations: usize,
-}
-
-impl Setup {
-    /// That of `problem`.
-    #[must_use]
-    pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
-        let admm = params.admm;
-        let units = problem.units();
-        Self {
-            grid: problem.grid(),
-            ao: ao::Setup {
-                penalty: admm.penalty * units.velocity * units.velocity,
-                iterations: admm.ao_iterations,
-                momentum: admm.ao_momentum,
-                flow: flow::Setup::new(problem, params.threads),
-            },
-            params: admm,
-            memory: admm.memory.unwrap_or(SmootherMemory::LEAST),
-            iterations: params.iterations,
-        }
-    }
-}
-
-impl Setup {
-    /// How the Navier-Stokes problem of an iteration is posed and solved.
-    fn nso(&self) -> nso::Setup {
-        let flow::Setup {
-            sweep,
-            viscosity,
-            force_weight,
-            projection_tolerance,
-        } = self.ao.flow;
-        nso::Setup {
-            kappa: self.ao.penalty / force_weight,
-            viscosity,
-            slots: sweep.slots,
-            threads: sweep.threads,
-            params: self.params.nso,
-            damping: LocalDamping::USUAL,
-            memory: self.memory,
-            projection_tolerance,
-        }
-    }
-}
+use setup::Setup;
 
 /// ADMM's state.
 #[derive(Debug)]
@@ -305,101 +246,5 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
 
     fn force(&self) -> Vector<'_, T> {
         view(&self.w)
-    }
-}
-
-impl<T: Real, S: Space> Admm<'_, T, S> {
-    /// The three updates and the check.
-    fn alternate(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
-        progress: &mut Progress,
-        course: &mut Course,
-    ) -> Result<(), Status> {
-        let mut carried = self.update_density(exec, observer, keyframes, course);
-        // A flow from a coarser grid may be too fast for this one.
-        for keep in RETREATS {
-            if carried != Err(Status::NotFinite) {
-                break;
-            }
-            self.retreat(exec, keep);
-            carried = self.update_density(exec, observer, keyframes, course);
-        }
-        carried?;
-        let improved = self
-            .update_velocity(exec, observer, course)
-            .and_then(|()| self.objective(exec, observer, keyframes))
-            .and_then(finite);
-        if improved == Err(Status::NotFinite) {
-            self.return_to_star(exec);
-        }
-        progress.objective = improved?;
-        self.update_multiplier(exec, course)?;
-        self.check(progress.objective, course)
-    }
-
-    /// v = v*, the last flow that was carried to its end, in the place of one that is not finite or too fast; v = t where damping overwrote
-    /// lambda / K.
-    fn return_to_star(&mut self, exec: &dyn Exec) {
-        let lost = self.history.damped && self.spare[0].is_empty();
-        let Animation { levels, v, slots, .. } = &mut self.animation;
-        let shape = trajectory::Shape {
-            grid: &levels.finest,
-            slots: *slots,
-        };
-        trajectory::add(exec, shape, v, 0.0, 1.0, view(&self.target));
-        if !lost {
-            trajectory::add(exec, shape, v, 1.0, 1.0, view(&self.multiplier));
-        }
-        self.p.fill(T::ZERO);
-        self.pbar.fill(T::ZERO);
-    }
-
-    /// Takes the flow back towards v_0 in all time levels: `keep` of the way from there is left.
-    fn retreat(&mut self, exec: &dyn Exec, keep: f64) {
-        let Animation {
-            levels,
-            v,
-            initial,
-            slots,
-            ..
-        } = &mut self.animation;
-        pull_towards(exec, &levels.finest, view(initial), v, *slots, keep);
-    }
-
-    /// Projects v, takes w from it and transports rho_0 by it.
-    fn finish_as_is(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
-        self.project(exec, &mut Silent)?;
-        self.consistent_force(exec, &mut Silent)?;
-        let objective = self.objective(exec, &mut Silent, keyframes).and_then(finite)?;
-        let rho = &mut self.animation.rho;
-        rho.copy_from_slice(&self.region[..rho.len()]);
-        Ok(objective)
-    }
-
-    /// Projects v.
-    fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Status> {
-        let (slots, threads) = (self.slots(), self.threads());
-        let tolerance = self.setup.ao.flow.projection_tolerance;
-        let Animation { levels, v, sums, .. } = &mut self.animation;
-        let mut pool = Pool::new(&mut *self.region);
-        let projected = Projection::carve(levels, 0, slots, threads, &mut pool)
-            .project(exec, observer, v, None, tolerance, sums);
-        if projected.is_break() {
-            Err(Status::Cancelled)
-        } else {
-            Ok(())
-        }
-    }
-}
-
-/// Refuses an objective that is not finite.
-fn finite(objective: Objective) -> Result<Objective, Status> {
-    if objective.total().is_finite() {
-        Ok(objective)
-    } else {
-        Err(Status::NotFinite)
     }
 }

@@ -8,19 +8,23 @@
 //! From the second iteration of a call on, the direction is candidate - v* + beta (the direction before): the momentum of
 //! Polyak's heavy ball, in the same bytes, since the projection is linear. beta = 0 is the paper's iteration.
 
+mod call;
+mod trial;
+
+pub use crate::progress::MAX_RESIDUALS;
+pub use call::{Fields, Info, Setup};
+
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
+use crate::field::{VectorMut, reborrow, rows, sums, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
-use crate::objective::flow;
-use crate::objective::keyframes::Keyframes;
-use crate::objective::sweep::{DensitySweep, densities};
 use crate::observe::{Event, Observer, Phase};
 use crate::poisson::Projection;
 use crate::real::Real;
-use crate::transport::{Flow, Stop};
+use crate::transport::Stop;
 use core::ops::ControlFlow;
+use trial::{Trial, distance};
 
 /// How observers hear of a call.
 pub const AO: Phase = Phase {
@@ -32,58 +36,6 @@ pub const AO: Phase = Phase {
 /// The smallest blending step that is tried.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 
-/// What does not change from call to call.
-#[derive(Clone, Copy, Debug)]
-pub struct Setup {
-    /// Penalty K in scaled numbers.
-    pub penalty: f64,
-    /// Fixed-point iterations of a call.
-    pub iterations: usize,
-    /// Momentum beta between the iterations of a call.
-    pub momentum: f64,
-    /// The objective of a flow.
-    pub flow: flow::Setup,
-}
-
-/// The fields of a call.
-#[derive(Debug)]
-pub struct Fields<'a, T> {
-    /// v of the Navier-Stokes problem.
-    pub v: Vector<'a, T>,
-    /// lambda / K.
-    pub multiplier: Vector<'a, T>,
-    /// v*, which begins as v.
-    pub star: VectorMut<'a, T>,
-    /// Work: the direction in which v* moves.
-    pub direction: VectorMut<'a, T>,
-    /// The given velocity v_0.
-    pub initial: Vector<'a, T>,
-    /// rho_0 .. rho_N of the last call, and of this one afterwards.
-    pub rho: &'a mut [T],
-    /// The keyframes.
-    pub keyframes: &'a Keyframes<'a, T>,
-}
-
-/// Residuals that a call tells of.
-pub use crate::progress::MAX_RESIDUALS;
-
-/// What a call did.
-#[derive(Clone, Debug, Default)]
-pub struct Info {
-    /// The blending step of the last iteration.
-    pub step: f64,
-    /// Data term of v before the call.
-    pub data_before: f64,
-    /// Data term of v* after it.
-    pub data: f64,
-    /// AO objective after it.
-    pub objective: f64,
-    /// max |direction| of each blend: without momentum the residual of the fixed point.
-    pub residuals: heapless::Vec<f64, MAX_RESIDUALS>,
-    /// max over cells and steps of the change of rho since the last call.
-    pub density_change: f64,
-}
-
 /// What a call takes of a region in turn, for a pool that measures.
 pub fn measure<'l, T: Real>(levels: &'l Levels<'_, T>, setup: &Setup, pool: &mut Pool<'l, T>) {
     pool.group("advection problem (AO)", Sharing::InTurn, |pool| {
@@ -91,96 +43,6 @@ pub fn measure<'l, T: Real>(levels: &'l Levels<'_, T>, setup: &Setup, pool: &mut
         let sweep = &setup.flow.sweep;
         Projection::carve(levels, 0, sweep.slots, sweep.threads, pool);
     });
-}
-
-/// A flow that is tried, in the shared pool: its densities and what carries them.
-struct Trial<'a, T> {
-    rho: &'a mut [T],
-    sweep: DensitySweep<'a, T>,
-}
-
-impl<'a, T: Real> Trial<'a, T> {
-    fn carve(levels: &'a Levels<'_, T>, setup: &Setup, pool: &mut Pool<'a, T>) -> Self {
-        let sweep = &setup.flow.sweep;
-        pool.group("forward and backward", Sharing::Together, |pool| Self {
-            rho: pool.take("densities of a trial", densities(&levels.finest, sweep.slots)),
-            sweep: DensitySweep::carve(levels, 0, sweep, pool),
-        })
-    }
-
-    /// The data term of v* + `s` direction.
-    fn carry(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        fields: &Fields<'_, T>,
-        s: f64,
-        sums: &mut [f64],
-    ) -> Result<f64, Stop> {
-        let cells = self.sweep.grid().cells();
-        self.rho[..cells].copy_from_slice(&fields.rho[..cells]);
-        let along = (s != 0.0).then(|| (view(&fields.direction), T::from_f64(s)));
-        let flow = Flow {
-            initial: fields.initial,
-            v: view(&fields.star),
-            along,
-        };
-        self.sweep
-            .carry(exec, observer, &flow, self.rho, fields.keyframes, sums)
-    }
-
-    /// `direction` = v + lambda/K + A_v^T mu / K - v* + `momentum` direction, all at v* (paper Algorithm 1, lines 6 to 9), not
-    /// projected yet.
-    fn sweep_back(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        setup: &Setup,
-        fields: &mut Fields<'_, T>,
-        momentum: f64,
-        sums: &mut [f64],
-    ) -> Result<(), Stop> {
-        let (grid, slots) = (self.sweep.grid(), setup.flow.sweep.slots);
-        let n = grid.n[0];
-        let (scale, momentum) = (T::from_f64(1.0 / setup.penalty), T::from_f64(momentum));
-        let Fields {
-            v,
-            multiplier,
-            star,
-            direction,
-            initial,
-            keyframes,
-            ..
-        } = fields;
-        let star = view(star);
-        let flow = Flow {
-            initial: *initial,
-            v: star,
-            along: None,
-        };
-        self.sweep.sweep_back(
-            exec,
-            observer,
-            &flow,
-            self.rho,
-            keyframes,
-            sums,
-            &mut |exec, slot, gradient| {
-                let buffers = RowBuffers::fields(reborrow(direction));
-                for_rows(exec, grid.rows(), buffers, |task| {
-                    let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;
-                    for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                        let out = &mut out[slot * n..(slot + 1) * n];
-                        rows::scale_in_place(out, momentum);
-                        rows::add_scaled(out, scale, &gradient[axis][task.row * n..(task.row + 1) * n]);
-                        rows::add(out, &v[axis][span.clone()]);
-                        rows::add(out, &multiplier[axis][span.clone()]);
-                        rows::sub(out, &star[axis][span.clone()]);
-                    }
-                });
-            },
-        )
-    }
 }
 
 /// One call (paper Algorithm 1): `setup.iterations` fixed-point iterations from v* = v. `step` is alpha, kept from call to call.
@@ -268,31 +130,6 @@ fn project<T: Real>(
         ControlFlow::Continue(_) => Ok(()),
         ControlFlow::Break(()) => Err(Stop::Cancelled),
     }
-}
-
-/// K/2 sum |v* + s direction - v - lambda/K|^2.
-fn distance<T: Real>(
-    exec: &dyn Exec,
-    grid: &Grid,
-    setup: &Setup,
-    fields: &Fields<'_, T>,
-    s: f64,
-    sums: &mut [f64],
-) -> f64 {
-    let (star, direction) = (view(&fields.star), view(&fields.direction));
-    let slots = setup.flow.sweep.slots;
-    let s = T::from_f64(s);
-    let total = sums::total(exec, grid, sums, |row| {
-        (0..grid.dims)
-            .map(|a| {
-                let [star, direction, v, multiplier] =
-                    [star[a], direction[a], fields.v[a], fields.multiplier[a]]
-                        .map(|field| sums::row(grid, slots, field, row));
-                rows::distance(star, direction, s, v, multiplier)
-            })
-            .sum()
-    });
-    0.5 * setup.penalty * total
 }
 
 /// Moves v* along the direction, alpha halved until the objective falls below `before`; leaves v* where it is if it never does.
