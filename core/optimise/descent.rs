@@ -1,101 +1,20 @@
 //! Descent by quasi-Newton directions: a line search, a gradient, a pair, until there is nothing to gain.
 
+pub use super::course::Course;
+pub use super::function::Function;
+
+use super::line_search::{Found, search};
+use super::quasi_newton::recursion::QuasiNewton;
 use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::observe::Observer;
-use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
-use crate::progress::{Fact, Kind, Objective, Progress};
+use crate::progress::Objective;
 use crate::real::Real;
 use crate::transport::Stop;
 
-/// Part of the decrease that the slope promises, which a step must keep (Armijo).
-const ENOUGH: f64 = 1e-4;
-/// The smallest step that is tried.
-pub const SMALLEST_STEP: f64 = 1.0 / (1 << 20) as f64;
-/// Part of a step that is tried next when it is too long, at least and at most.
-const SHRINK: [f64; 2] = [0.1, 0.5];
 /// Iterations in a row that may gain less than the tolerance.
 const PATIENCE: usize = 2;
-
-/// A function of a trajectory of faces, at a point that can be moved.
-pub trait Function<T: Real, S> {
-    /// Writes the direction's field; <gradient, direction>, which is not finite where the direction is of no use.
-    ///
-    /// # Errors
-    /// [`Stop`].
-    fn direction(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        newton: &mut QuasiNewton,
-    ) -> Result<f64, Stop>;
-    /// Moves the point by `s` times field `direction`.
-    fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64);
-    /// Takes the point back towards where a solve begins: `keep` of the way from there is left.
-    fn retreat(&mut self, exec: &dyn Exec, keep: f64);
-    /// The value, with what the gradient needs of it in field `work`; perhaps not all of it where a part is above `bound`.
-    ///
-    /// # Errors
-    /// [`Stop`].
-    fn value(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        work: usize,
-        bound: f64,
-    ) -> Result<Objective, Stop>;
-    /// The gradient into field `into`, from field `work`: the point is the new one from here on.
-    ///
-    /// # Errors
-    /// [`Stop`], where the gradient is not finite too: the point is then taken back.
-    fn gradient(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        work: usize,
-        into: usize,
-    ) -> Result<(), Stop>;
-    /// Calls [`QuasiNewton::arrive`] with its fields.
-    fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>);
-}
-
-const STEP: Fact = Fact::new(
-    "step",
-    Kind::Number,
-    "step along the direction, 0 when none gained anything",
-);
-const SLOPE: Fact = Fact::new(
-    "slope",
-    Kind::Number,
-    "the objective's derivative along the direction",
-);
-const EVALUATIONS: Fact = Fact::new("evaluations", Kind::Count, "how often the objective was computed");
-
-/// How one iteration went.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Course {
-    /// Its number, from 1.
-    pub iteration: usize,
-    /// Step along the direction, 0 when none gained anything.
-    pub step: f64,
-    /// <gradient, direction>: the objective's derivative along the direction.
-    pub slope: f64,
-    /// How often the objective was computed.
-    pub evaluations: usize,
-}
-
-impl Course {
-    /// Tells it, if an iteration was begun.
-    pub fn tell(&self, progress: &mut Progress) {
-        progress.level_iteration = self.iteration;
-        if self.iteration > 0 {
-            progress.report.tell(STEP, &[self.step]);
-            progress.report.tell(SLOPE, &[self.slope]);
-            progress.report.tell(EVALUATIONS, &[self.evaluations as f64]);
-        }
-    }
-}
 
 /// How an iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,14 +27,6 @@ pub enum Outcome {
     Stalled,
     /// No step that is tried is finite. The point is the last one that was.
     NotFinite,
-}
-
-/// What a line search found.
-enum Found {
-    /// A step of this length, with the value there and the gradient in its field.
-    Step(f64, Objective),
-    /// No step; whether the shortest one was finite. The point is where it was.
-    Nothing { finite: bool },
 }
 
 /// The state of a minimisation.
@@ -203,14 +114,9 @@ impl Descent {
             Some(objective) => objective,
             None => self.begin(exec, observer, function, course)?,
         };
-        let newton = &mut self.newton;
         self.iterations += 1;
         course.iteration = self.iterations;
-        let mut slope = function.direction(exec, observer, newton)?;
-        if !(slope < 0.0 && slope.is_finite()) && newton.has_pairs() {
-            newton.forget();
-            slope = function.direction(exec, observer, newton)?;
-        }
+        let slope = self.direction(exec, observer, function)?;
         course.slope = slope;
         if !slope.is_finite() {
             return Ok((Outcome::NotFinite, before));
@@ -218,41 +124,52 @@ impl Descent {
         if slope >= 0.0 {
             return Ok((Outcome::Converged, before));
         }
+        let newton = &mut self.newton;
         let Some(borrowed) = newton.borrow() else {
             return Ok((Outcome::Stalled, before));
         };
-        let found = search(
-            exec,
-            observer,
-            function,
-            newton,
-            borrowed,
-            before.total(),
-            slope,
-            course,
-        )?;
-        let (length, after) = match found {
-            Found::Step(length, after) => (length, after),
+        let value = before.total();
+        match search(exec, observer, function, newton, borrowed, value, slope, course)? {
+            Found::Step(length, after) => {
+                function.arrive(exec, newton, borrowed, Some(length));
+                course.step = length;
+                Ok((self.accept(before, after, tolerance), after))
+            }
             Found::Nothing { finite } => {
                 newton.give_back(borrowed);
                 let again = newton.has_pairs();
                 newton.forget();
-                return Ok((Outcome::of_nothing(again, finite), before));
+                Ok((Outcome::of_nothing(again, finite), before))
             }
-        };
-        function.arrive(exec, newton, borrowed, Some(length));
+        }
+    }
+
+    /// Writes the direction; its slope. Where it does not descend all pairs are dropped, and it is minus the preconditioned gradient.
+    fn direction<T: Real, S>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        function: &mut impl Function<T, S>,
+    ) -> Result<f64, Stop> {
+        let newton = &mut self.newton;
+        let slope = function.direction(exec, observer, newton)?;
+        if !(slope < 0.0 && slope.is_finite()) && newton.has_pairs() {
+            newton.forget();
+            return function.direction(exec, observer, newton);
+        }
+        Ok(slope)
+    }
+
+    /// Takes the value after a step; whether that was enough.
+    fn accept(&mut self, before: Objective, after: Objective, tolerance: f64) -> Outcome {
         self.objective = Some(after);
-        course.step = length;
         let slow = before.total() - after.total() < tolerance * after.total();
         self.slow = if slow { self.slow + 1 } else { 0 };
-        Ok((
-            if self.slow >= PATIENCE {
-                Outcome::Converged
-            } else {
-                Outcome::Goes
-            },
-            after,
-        ))
+        if self.slow >= PATIENCE {
+            Outcome::Converged
+        } else {
+            Outcome::Goes
+        }
     }
 }
 
@@ -266,55 +183,5 @@ impl Outcome {
         } else {
             Self::NotFinite
         }
-    }
-}
-
-/// Moves the point along the direction by the first step, 1 or shorter, with which the value falls enough and the gradient is finite
-/// (Nocedal & Wright, section 3.5). Leaves the point where it was if there is none.
-fn search<T: Real, S>(
-    exec: &dyn Exec,
-    observer: &mut dyn Observer,
-    function: &mut impl Function<T, S>,
-    newton: &QuasiNewton,
-    borrowed: Borrowed,
-    before: f64,
-    slope: f64,
-    course: &mut Course,
-) -> Result<Found, Stop> {
-    let (mut length, mut moved) = (1.0, 0.0);
-    let mut finite = true;
-    while length >= SMALLEST_STEP {
-        function.move_along(exec, newton.direction, length - moved);
-        moved = length;
-        let bound = before + ENOUGH * length * slope;
-        course.evaluations += 1;
-        let tried = match function.value(exec, observer, borrowed.work, bound) {
-            Ok(after) if after.total() <= bound => function
-                .gradient(exec, observer, borrowed.work, borrowed.gradient)
-                .map(|()| Found::Step(length, after)),
-            Ok(after) => {
-                finite = after.total().is_finite();
-                length = shorter(length, after.total() - before, slope);
-                continue;
-            }
-            Err(stop) => Err(stop),
-        };
-        match tried {
-            Err(Stop::TooFast) => (length, finite) = (SHRINK[1] * length, false),
-            ended => return ended,
-        }
-    }
-    function.move_along(exec, newton.direction, -moved);
-    Ok(Found::Nothing { finite })
-}
-
-/// The step to try after one of `length` that changed the value by `change`: where the parabola through the value and the slope before
-/// and the value there is lowest.
-fn shorter(length: f64, change: f64, slope: f64) -> f64 {
-    let lowest = -0.5 * slope * length * length / (change - slope * length);
-    if lowest.is_finite() {
-        lowest.clamp(SHRINK[0] * length, SHRINK[1] * length)
-    } else {
-        SHRINK[1] * length
     }
 }

@@ -7,7 +7,9 @@
 pub mod drive;
 pub mod forward;
 pub mod krylov;
+mod march;
 pub mod params;
+mod setup;
 pub mod step;
 
 pub use forward::Simulation;

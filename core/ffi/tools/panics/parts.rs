@@ -17,7 +17,7 @@ impl Part {
 pub const PARTS: [Part; 8] = [
     Part {
         name: "interface",
-        files: &["problem.rs", "solver/"],
+        files: &["problem/", "solver/"],
         holds: "steps, keyframes, axes and lengths of arrays are compared with the problem, and refused, before they come here",
     },
     Part {

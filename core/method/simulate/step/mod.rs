@@ -3,11 +3,13 @@
 //! Adv stands for Adv + nu C^T C below, J for its derivative. Both are solved as equations without pressure, v = Q(a - Adv(v)), whose residual also heals what divergence v has:
 //! Newton's method, each correction (I + Q J(v)) d = residual by GMRES; the adjoint z = Q(b - J(v)^T z) by GMRES alone.
 
+mod equation;
+
 use super::krylov::Krylov;
 use crate::exec::Exec;
 use crate::field::slot::{self, Slot};
 use crate::field::trajectory::{Shape, add, dot};
-use crate::field::{Vector, VectorMut, reborrow, sums, view};
+use crate::field::{Vector, VectorMut, sums, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::memory::{Pool, Sharing};
@@ -198,93 +200,6 @@ impl<'a, T: Real> Step<'a, T> {
         }
         Err(Stop::TooFast)
     }
-
-    /// residual = Q(given - Adv(v)) - v, or Q(given - J(v)^T z) - z.
-    fn residual<S: Space>(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        law: Law,
-        sums: &mut [f64],
-    ) -> Result<(), Stop> {
-        let (fluid, shape) = (self.fluid(), self.shape());
-        let out = &mut self.residual;
-        let x = match law {
-            Law::Flow => {
-                self_advection::apply::<T, S>(exec, fluid, view(&self.v), reborrow(out), self.scratch);
-                view(&self.v)
-            }
-            Law::Adjoint => {
-                self_advection::apply_adjoint::<T, S>(
-                    exec,
-                    fluid,
-                    view(&self.v),
-                    view(&self.adjoint),
-                    reborrow(out),
-                    self.scratch,
-                );
-                view(&self.adjoint)
-            }
-        };
-        add(exec, shape, out, -1.0, 1.0, view(&self.given));
-        project(
-            &mut self.projection,
-            exec,
-            observer,
-            out,
-            SURE * self.setup.tolerance,
-            sums,
-        )?;
-        add(exec, shape, out, 1.0, -1.0, x);
-        Ok(())
-    }
-
-    /// correction = d with d + Q J(v) d, or d + Q J(v)^T d, nearer to the residual than `left`.
-    fn correct<S: Space>(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        law: Law,
-        left: f64,
-        sums: &mut [f64],
-    ) -> Result<(), Stop> {
-        let (grid, fluid, shape) = (self.grid, self.fluid(), self.shape());
-        let Self {
-            projection,
-            v,
-            residual,
-            correction,
-            krylov,
-            scratch,
-            ..
-        } = self;
-        krylov.correct(
-            exec,
-            grid,
-            view(residual),
-            left,
-            correction,
-            sums,
-            &mut |d, out, accuracy, sums| {
-                match law {
-                    Law::Flow => self_advection::apply_derivative::<T, S>(
-                        exec,
-                        fluid,
-                        view(v),
-                        d,
-                        reborrow(out),
-                        scratch,
-                    ),
-                    Law::Adjoint => {
-                        self_advection::apply_adjoint::<T, S>(exec, fluid, view(v), d, reborrow(out), scratch)
-                    }
-                }
-                project(projection, exec, observer, out, accuracy, sums)?;
-                add(exec, shape, out, 1.0, 1.0, d);
-                Ok(())
-            },
-        )
-    }
 }
 
 /// Which equation is solved.
@@ -292,23 +207,4 @@ impl<'a, T: Real> Step<'a, T> {
 enum Law {
     Flow,
     Adjoint,
-}
-
-/// Projects a field of one slot.
-fn project<T: Real>(
-    projection: &mut Projection<'_, T>,
-    exec: &dyn Exec,
-    observer: &mut dyn Observer,
-    field: &mut VectorMut<'_, T>,
-    tolerance: f64,
-    sums: &mut [f64],
-) -> Result<(), Stop> {
-    if projection
-        .project(exec, observer, field, None, tolerance, sums)
-        .is_break()
-    {
-        Err(Stop::Cancelled)
-    } else {
-        Ok(())
-    }
 }

@@ -1,5 +1,9 @@
 //! What is to be solved, in the scene's units; checked once, refused with the name of the field.
 
+mod check;
+
+pub use check::{not_negative, positive};
+
 use crate::grid::{Boundary, Grid};
 use crate::words::named;
 use core::fmt;
@@ -207,63 +211,6 @@ impl<'a> Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Checks every field but the number of axes and whether there are keyframes.
-    ///
-    /// # Errors
-    /// [`ProblemError`] names the first field that is wrong.
-    pub fn check(&self) -> Result<(), ProblemError> {
-        if !(2..=3).contains(&self.cells.len()) {
-            return Err(ProblemError::Dimensions {
-                expected: self.cells.len().clamp(2, 3),
-                given: self.cells.len(),
-            });
-        }
-        if let Some((axis, &given)) = self.cells.iter().enumerate().find(|(_, n)| !CELLS.contains(n)) {
-            return Err(ProblemError::Cells { axis, given });
-        }
-        if self.boundary.len() != self.cells.len() {
-            return Err(ProblemError::Boundary {
-                given: self.boundary.len(),
-            });
-        }
-        if !(2..=MAX_STEPS).contains(&self.steps) {
-            return Err(ProblemError::Steps { given: self.steps });
-        }
-        self.check_keyframes()?;
-        let numbers = [
-            ("length", self.length),
-            ("dt", self.dt),
-            ("force_weight", self.force_weight),
-            ("advection.tolerance", self.advection.tolerance),
-            ("projection.tolerance", self.projection_tolerance),
-        ];
-        for (field, given) in numbers {
-            positive(field, given)?;
-        }
-        not_negative("viscosity", self.viscosity)?;
-        match self.filters {
-            Some(given) if given > MAX_FILTERS => Err(ProblemError::Filters { given }),
-            _ => Ok(()),
-        }
-    }
-
-    fn check_keyframes(&self) -> Result<(), ProblemError> {
-        if let Some(&step) = self
-            .keyframes
-            .iter()
-            .find(|step| !(2..=self.steps).contains(step))
-        {
-            return Err(ProblemError::Keyframe {
-                step,
-                steps: self.steps,
-            });
-        }
-        match self.keyframes.windows(2).find(|pair| pair[0] >= pair[1]) {
-            Some(pair) => Err(ProblemError::Order { step: pair[1] }),
-            None => Ok(()),
-        }
-    }
-
     /// The finest grid, in box lengths.
     #[must_use]
     pub fn grid(&self) -> Grid {
@@ -302,30 +249,6 @@ impl Problem<'_> {
     #[must_use]
     pub fn scaled_force_weight(&self) -> f64 {
         self.force_weight * self.units().force * self.units().force
-    }
-}
-
-/// Refuses what is not positive and finite.
-///
-/// # Errors
-/// [`ProblemError::NotPositive`].
-pub fn positive(field: &'static str, given: f64) -> Result<(), ProblemError> {
-    if given > 0.0 && given.is_finite() {
-        Ok(())
-    } else {
-        Err(ProblemError::NotPositive { field, given })
-    }
-}
-
-/// Refuses what is negative or not finite.
-///
-/// # Errors
-/// [`ProblemError::Negative`].
-pub fn not_negative(field: &'static str, given: f64) -> Result<(), ProblemError> {
-    if given >= 0.0 && given.is_finite() {
-        Ok(())
-    } else {
-        Err(ProblemError::Negative { field, given })
     }
 }
 

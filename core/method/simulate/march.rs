@@ -1,0 +1,225 @@
+//! From step to step, and what is made of the flow that was simulated.
+
+use super::drive::{Drive, buoyancy};
+use super::forward::Simulation;
+use super::setup::Push;
+use super::step::Step;
+use crate::exec::Exec;
+use crate::field::slot::{Slot, put, put_everywhere};
+use crate::field::view;
+use crate::grid::Space;
+use crate::memory::Pool;
+use crate::method::animation::Animation;
+use crate::objective::keyframes::Keyframes;
+use crate::objective::sweep::DensitySweep;
+use crate::observe::{Event, Observer, Silent};
+use crate::progress::{Objective, Status};
+use crate::real::Real;
+use crate::transport::{Flow, Stop};
+
+impl<T: Real, S: Space> Simulation<'_, T, S> {
+    /// Simulates all steps.
+    pub(super) fn march(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<(), Stop> {
+        let Animation {
+            levels,
+            initial,
+            v,
+            slots,
+            ..
+        } = &mut self.animation;
+        let slots = *slots;
+        put_everywhere(exec, &levels.finest, view(initial), v, slots);
+        self.marched = false;
+        if observer.on(Event::IterationBegin { iteration: 1 }).is_break() {
+            return Err(Stop::Cancelled);
+        }
+        for k in 1..=slots {
+            let kept = match self.push(exec, observer, keyframes, k) {
+                Ok(kept) => kept,
+                Err(stop) => return Err(self.without(exec, k - 1, stop)),
+            };
+            let Self {
+                animation,
+                w,
+                region,
+                setup,
+                ..
+            } = self;
+            let Animation {
+                levels,
+                v,
+                initial,
+                sums,
+                ..
+            } = animation;
+            let mut step = Step::carve(levels, 0, setup.step(), &mut Pool::new(region));
+            let at = |k: usize| Slot::at(k, view(initial), view(v), slots);
+            let (before, earlier) = (at(k - 1), at(k.saturating_sub(2)));
+            step.give(
+                exec,
+                [
+                    (kept, before),
+                    (
+                        1.0,
+                        Slot {
+                            field: view(w),
+                            slots,
+                            slot: k - 1,
+                        },
+                    ),
+                ],
+            );
+            step.guess(exec, [(2.0, before), (-1.0, earlier)]);
+            step.advance::<S>(exec, observer, sums)?;
+            put(exec, &levels.finest, view(&step.v), v, k - 1);
+        }
+        self.carry(exec, observer, keyframes, slots)
+            .map_err(|stop| self.without(exec, slots, stop))?;
+        self.marched = true;
+        Ok(())
+    }
+
+    /// Puts v_0 in the place of v_step where that was too fast to carry a density: what was simulated before it is a result.
+    fn without(&mut self, exec: &dyn Exec, step: usize, stop: Stop) -> Stop {
+        if let (Stop::TooFast, Some(slot)) = (stop, step.checked_sub(1)) {
+            let Animation {
+                levels, initial, v, ..
+            } = &mut self.animation;
+            put(exec, &levels.finest, view(initial), v, slot);
+        }
+        stop
+    }
+
+    /// Density k and, in slot k of w, the force that it asks for; what v_{k-1} keeps of its momentum.
+    fn push(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        k: usize,
+    ) -> Result<f64, Stop> {
+        self.carry(exec, observer, keyframes, k - 1)?;
+        let Self {
+            animation,
+            w,
+            region,
+            setup,
+            ..
+        } = self;
+        let Animation {
+            levels, rho, sums, ..
+        } = animation;
+        let grid = &levels.finest;
+        let rho = &rho[k * grid.cells()..][..grid.cells()];
+        Ok(match setup.push {
+            Push::Buoyancy(b) => {
+                buoyancy(exec, grid, b, rho, w, k - 1);
+                1.0
+            }
+            Push::Target(pd) => {
+                let (target, steps) = next_target(keyframes, k, grid.cells());
+                let mut drive = Drive::carve(
+                    levels,
+                    setup.flow.sweep.metric,
+                    setup.flow.sweep.threads,
+                    &mut Pool::new(region),
+                );
+                drive.load(exec, rho, target);
+                let [kept, impulse] = pd.step(steps);
+                drive.force(exec, impulse, w, k - 1, sums);
+                kept
+            }
+        })
+    }
+
+    /// Density `step + 1` from the one before.
+    fn carry(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        keyframes: &Keyframes<'_, T>,
+        step: usize,
+    ) -> Result<(), Stop> {
+        let Self {
+            animation,
+            region,
+            setup,
+            ..
+        } = self;
+        let Animation {
+            levels,
+            v,
+            initial,
+            rho,
+            sums,
+            ..
+        } = animation;
+        let grid = &levels.finest;
+        let flow = Flow {
+            initial: view(initial),
+            v: view(v),
+            along: None,
+        };
+        let mut sweep = DensitySweep::carve(levels, 0, &setup.flow.sweep, &mut Pool::new(region));
+        sweep.carry_step(exec, observer, &flow, rho, step, sums)?;
+        if let Push::Target(pd) = setup.push
+            && pd.gathering > 0.0
+        {
+            let rho = &mut rho[(step + 1) * grid.cells()..][..grid.cells()];
+            let (target, steps) = next_target(keyframes, step + 1, grid.cells());
+            let mut drive = Drive::carve(
+                levels,
+                setup.flow.sweep.metric,
+                setup.flow.sweep.threads,
+                &mut Pool::new(region),
+            );
+            drive.load(exec, rho, target);
+            drive.gather(exec, pd.gathering / steps as f64, rho, target, sums)?;
+        }
+        Ok(())
+    }
+
+    /// Projects v, takes the forces from it, and transports rho_0 by it, but where densities were gathered; the objective.
+    pub(super) fn make_feasible(
+        &mut self,
+        exec: &dyn Exec,
+        keyframes: &Keyframes<'_, T>,
+    ) -> Result<Objective, Status> {
+        let gathered = matches!(self.setup.push, Push::Target(pd) if pd.gathering > 0.0) && self.marched;
+        let flow = self.setup.flow;
+        let w = &mut self.w;
+        let (mut evaluation, v) = self.animation.evaluation(flow, keyframes, self.region);
+        let mut objective = Objective::default();
+        if gathered {
+            objective.data = evaluation.data(exec);
+            evaluation
+                .force::<S>(exec, &mut Silent, view(v), w)
+                .map_err(|_| Status::Cancelled)?;
+        } else {
+            objective = evaluation.finish::<S>(exec, v, w)?;
+        }
+        // Where hardly any force acts the first projection leaves more than there is.
+        objective.force = evaluation
+            .projected(exec, &mut Silent, w)
+            .map_err(|_| Status::Cancelled)?;
+        if objective.total().is_finite() {
+            Ok(objective)
+        } else {
+            Err(Status::NotFinite)
+        }
+    }
+}
+
+/// The target of the first keyframe not before `step`, or of the last one, and the steps from the keyframe before it.
+fn next_target<'a, T>(keyframes: &Keyframes<'a, T>, step: usize, cells: usize) -> (&'a [T], usize) {
+    let last = keyframes.count() - 1;
+    let index = keyframes.steps().position(|at| at >= step).unwrap_or(last);
+    let before = keyframes.steps().take(index).last().unwrap_or(0);
+    let at = keyframes.steps().nth(index).unwrap_or(before);
+    (keyframes.density(index, cells), at - before)
+}

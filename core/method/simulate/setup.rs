@@ -1,0 +1,57 @@
+//! The numbers of a simulation.
+
+use super::params::{PdParams, SimulationParams};
+use super::step;
+use crate::grid::Grid;
+use crate::method::params::{Method, Params};
+use crate::objective::flow;
+use crate::problem::Problem;
+
+/// What pushes the smoke.
+#[derive(Clone, Copy, Debug)]
+pub enum Push {
+    /// Buoyancy alone, in scaled numbers.
+    Buoyancy(f64),
+    /// The next keyframe.
+    Target(PdParams),
+}
+
+/// All that a simulation follows from but its densities, in scaled numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    /// The grid.
+    pub grid: Grid,
+    /// The objective of a flow; max rho_0 is set with the source.
+    pub flow: flow::Setup,
+    /// Relative tolerance of a step.
+    pub tolerance: f64,
+    /// What pushes.
+    pub push: Push,
+}
+
+impl Setup {
+    /// That of `problem`.
+    #[must_use]
+    pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
+        let SimulationParams { buoyancy, tolerance } = params.simulation;
+        Self {
+            grid: problem.grid(),
+            flow: flow::Setup::new(problem, params.threads),
+            tolerance,
+            push: if params.method == Method::Pd {
+                Push::Target(params.pd)
+            } else {
+                Push::Buoyancy(buoyancy / problem.units().force)
+            },
+        }
+    }
+
+    /// That of a step.
+    pub fn step(&self) -> step::Setup {
+        step::Setup {
+            viscosity: self.flow.viscosity,
+            tolerance: self.tolerance,
+            threads: self.flow.sweep.threads,
+        }
+    }
+}

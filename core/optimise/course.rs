@@ -1,0 +1,40 @@
+//! What an iteration of a descent reports.
+
+use crate::progress::{Fact, Kind, Progress};
+
+const STEP: Fact = Fact::new(
+    "step",
+    Kind::Number,
+    "step along the direction, 0 when none gained anything",
+);
+const SLOPE: Fact = Fact::new(
+    "slope",
+    Kind::Number,
+    "the objective's derivative along the direction",
+);
+const EVALUATIONS: Fact = Fact::new("evaluations", Kind::Count, "how often the objective was computed");
+
+/// How one iteration went.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Course {
+    /// Its number, from 1.
+    pub iteration: usize,
+    /// Step along the direction, 0 when none gained anything.
+    pub step: f64,
+    /// <gradient, direction>: the objective's derivative along the direction.
+    pub slope: f64,
+    /// How often the objective was computed.
+    pub evaluations: usize,
+}
+
+impl Course {
+    /// Tells it, if an iteration was begun.
+    pub fn tell(&self, progress: &mut Progress) {
+        progress.level_iteration = self.iteration;
+        if self.iteration > 0 {
+            progress.report.tell(STEP, &[self.step]);
+            progress.report.tell(SLOPE, &[self.slope]);
+            progress.report.tell(EVALUATIONS, &[self.evaluations as f64]);
+        }
+    }
+}
