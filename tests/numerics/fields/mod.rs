@@ -7,6 +7,7 @@ pub mod feasible;
 pub mod flow;
 pub mod local;
 pub mod naive;
+mod plaquettes;
 pub mod random;
 pub mod spacetime;
 

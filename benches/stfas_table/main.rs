@@ -4,24 +4,21 @@
 //! residuals that single and double precision come down to, beside the tolerance of the paper. Ends with 1 when a row that has
 //! a bound misses it.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod floors;
+mod residuals;
 
 use common::rate::{asymptotic, listed};
 use common::{pool, size, sure};
+use floors::floors;
+use residuals::{FLOOR, cycles};
 use std::process::ExitCode;
 use std::time::Instant;
 use thurible_bench::navier_stokes::Case;
-use thurible_bench::prepared::PreparedScene;
-use thurible_bench::scenes::{letter_f, moving_sphere};
+use thurible_bench::scenes::letter_f;
 use thurible_core::nso::damping::LocalDamping;
-use thurible_core::{Colours, D2, D3, Exec, Norm, Real, Silent, Space};
-
-/// A residual below this part of the largest one is rounding.
-const FLOOR: f64 = 1e-10;
-/// A cycle that leaves more than this part gains nothing any more.
-const STALLED: f64 = 0.9;
-/// Cycles of a synthetic row at most.
-const CYCLES: usize = 16;
+use thurible_core::{Colours, D2, D3, Exec, Silent, Space};
 
 /// Prints rows and counts those that miss their bound.
 struct Table {
@@ -84,31 +81,6 @@ fn main() -> ExitCode {
     } else {
         ExitCode::FAILURE
     }
-}
-
-/// max |f| before the first cycle and after each, down to the rounding floor.
-fn cycles<S: Space>(exec: &dyn Exec, case: &Case) -> Vec<f64> {
-    residuals_of::<f64, S>(exec, case)
-}
-
-fn residuals_of<T: Real, S: Space>(exec: &dyn Exec, case: &Case) -> Vec<f64> {
-    sure(case.pose::<T, S, _>(exec, |nso| {
-        let mut residuals = vec![nso.residual(exec)];
-        let goes = |residuals: &[f64]| {
-            residuals
-                .windows(2)
-                .last()
-                .is_none_or(|pair| pair[1] < STALLED * pair[0])
-        };
-        while residuals.len() <= CYCLES
-            && residuals.last() > Some(&(FLOOR * residuals[0]))
-            && goes(&residuals)
-        {
-            let _ = nso.vcycle(exec, &mut Silent);
-            residuals.push(nso.residual(exec));
-        }
-        residuals
-    }))
 }
 
 fn synthetic_2d(exec: &dyn Exec, table: &mut Table) {
@@ -293,97 +265,4 @@ fn real_run(
             table.row(&label, progress.report.series("nso_residuals"), bound);
         }
     }));
-}
-
-/// Tolerance at which the paper stops its V-cycles.
-const PAPERS: f64 = 1e-5;
-
-/// The least residuals in both precisions, with divergences as accelerations and as they are (the paper's norm).
-fn floors(exec: &dyn Exec) {
-    println!(
-        "{:<50}{:>12}{:>12}{:>12}{:>12}{:>12}",
-        "max |f|", "at first", "least, f32", "least, f64", "cycles f32", "cycles f64"
-    );
-    for (cells, steps) in [([64, 64], 20), ([128, 128], 40), ([256, 256], 40)] {
-        floor::<D2>(exec, &cells, steps);
-    }
-    for (n, steps) in [(16, 16), (32, 20), (64, 20)] {
-        floor::<D3>(exec, &[n; 3], steps);
-    }
-    for norm in ["scaled", "plain"] {
-        let sets = [format!("method.admm.nso_norm={norm}")];
-        solved::<D2>(
-            exec,
-            &format!("letter_f, it. 1 to 3, {norm}"),
-            &sure(letter_f(&sets, "admm", exec.threads())),
-        );
-        let cells = ["grid.cells=[32,32,32]".into(), "method.admm.nested=false".into()];
-        solved::<D3>(
-            exec,
-            &format!("moving_sphere 32x32x32, it. 1 to 3, {norm}"),
-            &sure(moving_sphere(
-                &[&sets[..], &cells].concat(),
-                "admm",
-                exec.threads(),
-            )),
-        );
-    }
-}
-
-fn floor<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize) {
-    for norm in [Norm::Scaled, Norm::Plain] {
-        let case = Case {
-            norm,
-            ..Case::new(cells, steps, 1.0)
-        };
-        let [single, double] = [
-            residuals_of::<f32, S>(exec, &case),
-            residuals_of::<f64, S>(exec, &case),
-        ];
-        print_floor(
-            &format!("{}, N = {steps}, Courant 1, {norm:?}", size(cells)),
-            &single,
-            &double,
-        );
-    }
-}
-
-fn print_floor(name: &str, single: &[f64], double: &[f64]) {
-    let least = |residuals: &[f64]| residuals.iter().copied().fold(f64::INFINITY, f64::min);
-    let cycles = |residuals: &[f64]| {
-        residuals
-            .iter()
-            .position(|&r| r < PAPERS)
-            .map_or_else(|| "never".into(), |count| count.to_string())
-    };
-    let (first, of_single, of_double) = (double[0], least(single), least(double));
-    println!(
-        "{name:<50}{first:>12.1e}{of_single:>12.1e}{of_double:>12.1e}{:>12}{:>12}",
-        cycles(single),
-        cycles(double)
-    );
-}
-
-/// The first iterations of ADMM, each of which may take all cycles.
-fn solved<S: Space>(exec: &dyn Exec, name: &str, ready: &PreparedScene) {
-    fn iterations<T: Real, S: Space>(exec: &dyn Exec, ready: &PreparedScene) -> Vec<Vec<f64>> {
-        sure(ready.with::<T, S, _>(exec, |solver| {
-            (0..3)
-                .map(|_| {
-                    solver
-                        .step(exec, &mut Silent)
-                        .report
-                        .series("nso_residuals")
-                        .to_vec()
-                })
-                .collect()
-        }))
-    }
-    let [single, double] = [
-        iterations::<f32, S>(exec, ready),
-        iterations::<f64, S>(exec, ready),
-    ];
-    for (single, double) in single.iter().zip(&double) {
-        print_floor(name, single, double);
-    }
 }
