@@ -2,7 +2,7 @@
 
 pub use crate::progress::MAX_CYCLES;
 
-use crate::observe::Phase;
+use crate::observe::{Event, Phase};
 
 /// How observers hear of a Navier-Stokes problem.
 pub const NSO: Phase = Phase {
@@ -10,6 +10,16 @@ pub const NSO: Phase = Phase {
     words: "Navier-Stokes problem",
     measure: "residual",
 };
+
+/// What observers hear after a cycle, 0 before the first.
+pub(super) fn cycle_event(cycle: usize, residual: f64) -> Event {
+    Event::PhaseStep {
+        phase: NSO,
+        step: cycle,
+        value: residual,
+        taken: 0.0,
+    }
+}
 
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -160,7 +160,6 @@ fn left_hand_side<'a, T: Real>(
     v0: &'a VectorMut<'_, T>,
     table: &'a [T],
 ) -> System<'a, T> {
-    let none: &[T] = &[];
     System {
         grid,
         first: 0,
@@ -176,10 +175,10 @@ fn left_hand_side<'a, T: Real>(
         v0: view(v0),
         rhs: Rhs {
             scale: T::ONE,
-            a: [none; 3],
-            b: none,
-            c: [none; 3],
-            d: none,
+            a: [&[]; 3],
+            b: &[],
+            c: [&[]; 3],
+            d: &[],
         },
         table,
     }

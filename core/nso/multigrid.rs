@@ -70,6 +70,17 @@ fn stretched<S: Space>(grid: &Grid, times: usize) -> usize {
     }
 }
 
+/// What the equations of all levels share.
+fn coefficients<T: Real, S: Space>(setup: &Setup) -> Coefficients<T> {
+    Coefficients {
+        slots: setup.slots,
+        kappa: T::from_f64(setup.kappa),
+        viscosity: T::from_f64(setup.viscosity),
+        outside: T::from_f64(outside_weight::<S>(setup.params.colours)),
+        damping: setup.damping.at(setup.kappa),
+    }
+}
+
 impl<'a, T: Real, S: Space> Nso<'a, T, S> {
     /// Puts the levels together; the coarse ones and all scratch are those of `workspace`.
     pub fn new(
@@ -91,17 +102,10 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             d: &mut [],
             table: &*bases.tables[0],
         };
-        let coefficients = Coefficients {
-            slots: setup.slots,
-            kappa: T::from_f64(setup.kappa),
-            viscosity: T::from_f64(setup.viscosity),
-            outside: T::from_f64(outside_weight::<S>(setup.params.colours)),
-            damping: setup.damping.at(setup.kappa),
-        };
         Self {
             levels: core::iter::once(first).chain(workspace.coarse).collect(),
             tables: hierarchy.tables.iter().collect(),
-            coefficients,
+            coefficients: coefficients::<T, S>(setup),
             setup: *setup,
             parts: workspace.parts,
             scratch: workspace.scratch,

@@ -5,7 +5,7 @@
 //! Systems are solved inexactly, and left where the curvature is not positive (Nocedal & Wright, algorithm
 //! 7.1, Newton-CG with a line search).
 
-use super::info::{Ended, Info, NSO};
+use super::info::{Ended, Info, cycle_event};
 use super::params::Setup;
 use super::reduced::{self, Force, Reduced};
 use crate::exec::Exec;
@@ -15,7 +15,7 @@ use crate::force;
 use crate::grid::Space;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
-use crate::observe::{Event, Observer};
+use crate::observe::Observer;
 use crate::poisson::Projection;
 use crate::real::Real;
 
@@ -68,13 +68,7 @@ pub fn solve<T: Real, S: Space>(
         if !residual.is_finite() {
             return info.ended(Ended::NotFinite);
         }
-        let event = Event::PhaseStep {
-            phase: NSO,
-            step: cycle,
-            value: residual,
-            taken: 0.0,
-        };
-        if cycle > 0 && observer.on(event).is_break() {
+        if cycle > 0 && observer.on(cycle_event(cycle, residual)).is_break() {
             return info.ended(Ended::Cancelled);
         }
         if residual < setup.params.tolerance {
@@ -98,10 +92,10 @@ pub fn solve<T: Real, S: Space>(
 impl<T: Real> Reduced<'_, '_, T> {
     /// step = about -H^-1 g; <g, step>.
     fn conjugate_gradients<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<f64> {
+        let shape = self.shape();
         let mut left = self.precondition(exec);
         let enough = INEXACT * INEXACT * left;
         let mut slope = 0.0;
-        let shape = self.shape();
         trajectory::add(exec, shape, &mut self.direction, 0.0, 1.0, view(&self.work));
         trajectory::add(exec, shape, &mut self.step, 0.0, 0.0, view(&self.work));
         for inner in 0..INNER {
@@ -123,14 +117,8 @@ impl<T: Real> Reduced<'_, '_, T> {
             if next <= enough {
                 break;
             }
-            trajectory::add(
-                exec,
-                shape,
-                &mut self.direction,
-                next / left,
-                1.0,
-                view(&self.work),
-            );
+            let turn = next / left;
+            trajectory::add(exec, shape, &mut self.direction, turn, 1.0, view(&self.work));
             left = next;
         }
         Some(slope)

@@ -79,12 +79,8 @@ impl<'a, T: Real> Pending<'a, T> {
             .enumerate()
             .take(S::DIM)
         {
-            let below = if axis > 0 {
-                grid.neighbour(row, axis, Side::Low)
-                    .map(|below| self.of_row(below))
-            } else {
-                None
-            };
+            let below = (axis > 0).then(|| grid.neighbour(row, axis, Side::Low));
+            let below = below.flatten().map(|below| self.of_row(below));
             for (field, quantity) in [(v, 2 * axis), (w, S::FACES + 2 * axis)] {
                 if axis == 0 {
                     own.add_to(field, quantity, 0, walls);

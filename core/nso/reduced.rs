@@ -141,11 +141,9 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
             RowBuffers::fields(reborrow(&mut self.residual)),
             |task| {
                 for (axis, out) in task.fields.into_iter().enumerate().take(S::DIM) {
-                    let (v, t) = (
-                        sums::row(grid, slots, v[axis], task.row),
-                        sums::row(grid, slots, target[axis], task.row),
-                    );
-                    rows::add_difference(out, kappa, v, t);
+                    let v = sums::row(grid, slots, v[axis], task.row);
+                    let target = sums::row(grid, slots, target[axis], task.row);
+                    rows::add_difference(out, kappa, v, target);
                     rows::scale_in_place(out, -T::ONE);
                 }
             },
@@ -198,22 +196,29 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
 
     /// image = H direction.
     pub(super) fn apply<S: Space>(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Option<()> {
-        let (grid, slots) = (&self.levels.finest, self.setup.slots);
-        let Problem { v, .. } = &self.problem;
         force::apply_derivative::<T, S>(
             exec,
             self.fluid(),
-            view(v),
+            view(&self.problem.v),
             view(&self.direction),
             reborrow(&mut self.work),
             self.region,
         );
         self.project(exec, observer, Output::Work)?;
-        let Problem { v, .. } = &self.problem;
+        self.apply_transposed::<S>(exec);
+        self.project(exec, observer, Output::Image)?;
+        let shape = self.shape();
+        let kappa = self.setup.kappa;
+        trajectory::add(exec, shape, &mut self.image, 1.0, kappa, view(&self.direction));
+        Some(())
+    }
+
+    /// image = D^T work + J(direction)^T w.
+    fn apply_transposed<S: Space>(&mut self, exec: &dyn Exec) {
         force::apply_adjoint::<T, S>(
             exec,
             self.fluid(),
-            view(v),
+            view(&self.problem.v),
             view(&self.work),
             reborrow(&mut self.image),
             self.region,
@@ -226,16 +231,6 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
             reborrow(&mut self.image),
             self.region,
         );
-        self.project(exec, observer, Output::Image)?;
-        trajectory::add(
-            exec,
-            Shape { grid, slots },
-            &mut self.image,
-            1.0,
-            self.setup.kappa,
-            view(&self.direction),
-        );
-        Some(())
     }
 
     /// work = (kappa + S)^-1 residual; <residual, work>.

@@ -181,22 +181,31 @@ pub fn norm<T: Real, S: Space>(
         grid.rows(),
         RowBuffers::sums(&mut *sums).with_scratch(scratch),
         |task| {
-            let mut largest = 0.0;
-            for block in Block::all(grid, coefficients.slots) {
-                let (values, work) = task.scratch.split_at_mut(rows_of::<S>() * block.len());
-                let mut out = Rows::new::<S>(block.len(), values);
-                of_block::<T, S>(&system, &block, task.row, &mut out, work);
-                let maxima = out.list().map(|row| rows::max_abs(row));
-                let (momentum, divergence) = maxima.split_at(6);
-                largest = rows::largest(
-                    [largest]
-                        .into_iter()
-                        .chain(momentum.iter().copied())
-                        .chain(divergence.iter().map(|m| m * unit)),
-                );
-            }
-            task.sums[0] = largest;
+            let blocks = Block::all(grid, coefficients.slots);
+            let of = |block| largest_in_block::<T, S>(&system, &block, task.row, unit, task.scratch);
+            task.sums[0] = rows::largest(blocks.map(of));
         },
     );
     rows::largest(sums.iter().copied())
+}
+
+/// [`norm`] in a row of a block.
+fn largest_in_block<T: Real, S: Space>(
+    system: &System<'_, T>,
+    block: &Block<'_>,
+    row: usize,
+    unit: f64,
+    scratch: &mut [T],
+) -> f64 {
+    let (values, work) = scratch.split_at_mut(rows_of::<S>() * block.len());
+    let mut out = Rows::new::<S>(block.len(), values);
+    of_block::<T, S>(system, block, row, &mut out, work);
+    let maxima = out.list().map(|row| rows::max_abs(row));
+    let (momentum, divergence) = maxima.split_at(6);
+    rows::largest(
+        momentum
+            .iter()
+            .copied()
+            .chain(divergence.iter().map(|m| m * unit)),
+    )
 }

@@ -5,12 +5,12 @@
 //! residual of the true one, so moving the centre after every good cycle and letting mu shrink ends at the
 //! solution of the true problem.
 
-use super::info::{Ended, Info, NSO};
+use super::info::{Ended, Info, cycle_event};
 use super::multigrid::Nso;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Space;
-use crate::observe::{Event, Observer};
+use crate::observe::Observer;
 use crate::operators::self_advection::Fluid;
 use crate::real::Real;
 
@@ -43,13 +43,7 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
             residual = self.damp(exec, &mut damping, residual, after);
             info.damped |= damping.mu > 0.0;
             let _ = info.residuals.push(residual);
-            let event = Event::PhaseStep {
-                phase: NSO,
-                step: cycle,
-                value: residual,
-                taken: 0.0,
-            };
-            if observer.on(event).is_break() {
+            if observer.on(cycle_event(cycle, residual)).is_break() {
                 info.ended = Ended::Cancelled;
                 break;
             }
@@ -57,6 +51,11 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
         if damping.mu > 0.0 {
             self.undamp(&mut damping);
         }
+        self.judge(info, residual)
+    }
+
+    /// How a solve ended that left this residual.
+    fn judge(&self, info: Info, residual: f64) -> Info {
         if !residual.is_finite() {
             info.ended(Ended::NotFinite)
         } else if residual < self.setup.params.tolerance {

@@ -96,39 +96,42 @@ struct FieldsMove<'a, T> {
 impl<T: Real> FieldsMove<'_, T> {
     /// Moves the first `K` fields of a state; empty ones are left out.
     fn run<const K: usize>(&self, exec: &dyn Exec, from: [&[T]; K], to: [&mut [T]; K], scratch: &mut [T]) {
-        let Self {
-            step,
-            slots,
-            factor,
-            overwrite,
-        } = *self;
-        let most = Block::slots_per_block(step.source.n[0].max(step.target.n[0]), slots);
-        let rows = step.target.rows();
+        let rows = self.step.target.rows();
         let buffers = RowBuffers::fields(to).with_scratch(scratch);
         for_rows(exec, rows, buffers, |task| {
             for (index, (&values, out)) in from.iter().zip(task.fields).enumerate() {
                 if values.is_empty() {
                     continue;
                 }
-                if overwrite {
+                if self.overwrite {
                     out.fill(T::ZERO);
                 }
                 let field = Placed {
                     place: place_of(index),
                     values,
                 };
-                for first in (0..slots).step_by(most) {
-                    let block = Block {
-                        grid: step.target,
-                        slots,
-                        first,
-                        count: most.min(slots - first),
-                    };
-                    let out = &mut out[block.span_in_row()];
-                    step.add_row(field, &block, task.row, factor, out, task.scratch);
-                }
+                self.add_row(field, task.row, out, task.scratch);
             }
         });
+    }
+
+    /// Adds a field to a row of the target, block by block.
+    #[inline]
+    fn add_row(&self, field: Placed<'_, T>, row: usize, out: &mut [T], scratch: &mut [T]) {
+        let Self {
+            step, slots, factor, ..
+        } = *self;
+        let most = Block::slots_per_block(step.source.n[0].max(step.target.n[0]), slots);
+        for first in (0..slots).step_by(most) {
+            let block = Block {
+                grid: step.target,
+                slots,
+                first,
+                count: most.min(slots - first),
+            };
+            let out = &mut out[block.span_in_row()];
+            step.add_row(field, &block, row, factor, out, scratch);
+        }
     }
 }
 

@@ -76,24 +76,12 @@ pub fn restrict<T: Real>(
         face: Transfer::RestrictFace,
     };
     for (index, density) in coarse.densities.chunks_exact_mut(target.cells()).enumerate() {
-        pass(
-            exec,
-            step,
-            Place::Cell,
-            fine.keyframes.density(index, source.cells()),
-            density,
-            1,
-            scratch,
-        );
+        let from = fine.keyframes.density(index, source.cells());
+        pass(exec, step, Place::Cell, from, density, 1, scratch);
     }
     pass(exec, step, Place::Cell, fine.source, coarse.source, 1, scratch);
-    for (axis, (from, to)) in fine
-        .initial
-        .into_iter()
-        .zip(coarse.initial)
-        .enumerate()
-        .take(source.dims)
-    {
+    let components = fine.initial.into_iter().zip(coarse.initial);
+    for (axis, (from, to)) in components.enumerate().take(source.dims) {
         pass(exec, step, Place::Face(axis), from, to, 1, scratch);
     }
 }

@@ -1,10 +1,10 @@
 //! The objective as a function of the flow, and its gradient (mathematics section 6): one sweep forward, one back, two projections.
 
-use crate::exec::{Exec, RowBuffers, Serial, for_rows, join};
+use crate::exec::{Exec, RowBuffers, RowTask, Serial, for_rows, join};
 use crate::field::{Vector, VectorMut, reborrow, rows};
 use crate::force;
-use crate::grid::Space;
 use crate::grid::levels::Levels;
+use crate::grid::{Grid, Space};
 use crate::memory::{Pool, Sharing};
 use crate::objective::keyframes::Keyframes;
 use crate::objective::sweep::{self, DensitySweep};
@@ -203,18 +203,12 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
         let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
         let scratch = rows::part_mut(self.region, 0..len);
-        force::apply_adjoint::<T, S>(
-            exec,
-            Fluid {
-                grid,
-                slots,
-                viscosity: self.setup.viscosity,
-            },
-            v,
-            w,
-            reborrow(out),
-            scratch,
-        );
+        let fluid = Fluid {
+            grid,
+            slots,
+            viscosity: self.setup.viscosity,
+        };
+        force::apply_adjoint::<T, S>(exec, fluid, v, w, reborrow(out), scratch);
         self.subtract_data_gradient(exec, observer, v, out)?;
         let divergence = self.project(exec, observer, out, self.setup.projection_tolerance)?;
         if divergence.is_finite() {
@@ -245,7 +239,6 @@ impl<T: Real> Evaluation<'_, '_, T> {
             &mut Pool::new(&mut *self.region),
         );
         let grid = sweep.grid();
-        let n = grid.n[0];
         sweep.sweep_back(
             exec,
             observer,
@@ -254,22 +247,28 @@ impl<T: Real> Evaluation<'_, '_, T> {
             &self.keyframes,
             self.sums,
             &mut |exec, slot, of_data| {
-                for_rows(
-                    exec,
-                    grid.rows(),
-                    RowBuffers::fields(reborrow(out)),
-                    move |task| {
-                        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                            prefetch(Cache::First, out, ROWS_AHEAD * out.len() + slot * n, n);
-                            rows::scale_and_sub(
-                                &mut out[slot * n..][..n],
-                                weight,
-                                &of_data[axis][task.row * n..][..n],
-                            );
-                        }
-                    },
-                );
+                let out = reborrow(out);
+                for_rows(exec, grid.rows(), RowBuffers::fields(out), move |task| {
+                    subtract_in_row(task, grid, slot, weight, of_data);
+                });
             },
         )
+    }
+}
+
+/// A row of a slot of a trajectory becomes `weight` times itself minus that of a field.
+#[inline(always)]
+fn subtract_in_row<T: Real>(
+    task: RowTask<'_, T, 3>,
+    grid: &Grid,
+    slot: usize,
+    weight: T,
+    of_data: Vector<'_, T>,
+) {
+    let n = grid.n[0];
+    for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+        prefetch(Cache::First, out, ROWS_AHEAD * out.len() + slot * n, n);
+        let of_data = &of_data[axis][task.row * n..][..n];
+        rows::scale_and_sub(&mut out[slot * n..][..n], weight, of_data);
     }
 }

@@ -26,6 +26,10 @@ impl Problem<'_> {
             return Err(ProblemError::Steps { given: self.steps });
         }
         self.check_keyframes()?;
+        self.check_numbers()
+    }
+
+    fn check_numbers(&self) -> Result<(), ProblemError> {
         let numbers = [
             ("length", self.length),
             ("dt", self.dt),

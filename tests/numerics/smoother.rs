@@ -8,9 +8,37 @@ use crate::nso_cases::{Both, IN_2D, IN_3D, SLOTS, grids};
 use thurible_core::grid::Grid;
 use thurible_core::nso::colours::{Cells, Colours};
 use thurible_core::nso::damping::LocalDamping;
+use thurible_core::nso::level::System;
 use thurible_core::nso::local::{Changes, changes, fill_table, scratch_len, solve_row, table_len};
 use thurible_core::nso::{SmootherMemory, Split};
 use thurible_core::{D2, D3, Real, Space};
+
+/// The changes of some cells of a row, the same bits for vectors of several widths.
+fn solved_in_any_lanes<T: Real, S: Space>(
+    system: &System<'_, T>,
+    row: usize,
+    cells: Cells,
+    half: usize,
+) -> Vec<T> {
+    let solved = |lanes: usize| {
+        let mut out = vec![T::ZERO; SLOTS * changes::<S>() * half];
+        let mut scratch = vec![T::from_f64(f64::NAN); scratch_len::<S>(SLOTS, lanes)];
+        let changes = Changes { out: &mut out, half };
+        solve_row::<T, S>(system, row, cells, lanes, &mut scratch, changes);
+        out
+    };
+    let out = solved(1);
+    let bits = |x: &T| x.to_f64().to_bits();
+    for lanes in [4, 8, 16, 32] {
+        let differs = solved(lanes).iter().zip(&out).any(|(x, y)| bits(x) != bits(y));
+        let (n, start) = (system.grid.n, cells.start);
+        assert!(
+            !differs,
+            "{n:?}, row {row} from {start}: other bits in {lanes} lanes"
+        );
+    }
+    out
+}
 
 /// Every cell's changes against the dense solution, for vectors of several widths, of which none may change a bit, and for every order of
 /// slots in which a cell is damped and others.
@@ -44,31 +72,7 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
                     count: (grid.n[0] - start) / 2,
                 };
                 let half = grid.n[0].div_ceil(2);
-                let solved = |lanes: usize| {
-                    let mut out = vec![T::ZERO; SLOTS * changes::<S>() * half];
-                    let mut scratch = vec![T::from_f64(f64::NAN); scratch_len::<S>(SLOTS, lanes)];
-                    solve_row::<T, S>(
-                        &system,
-                        row,
-                        cells,
-                        lanes,
-                        &mut scratch,
-                        Changes { out: &mut out, half },
-                    );
-                    out
-                };
-                let out = solved(1);
-                for lanes in [4, 8, 16, 32] {
-                    let differs = solved(lanes)
-                        .iter()
-                        .zip(&out)
-                        .any(|(x, y)| x.to_f64().to_bits() != y.to_f64().to_bits());
-                    assert!(
-                        !differs,
-                        "{:?}, row {row} from {start}: other bits in {lanes} lanes",
-                        grid.n
-                    );
-                }
+                let out = solved_in_any_lanes::<T, S>(&system, row, cells, half);
                 let i = random.between(0, cells.count - 1);
                 let at = [start + 2 * i, y, z];
                 let expected = local::changes(&both.equations, &residual, outside, damping, at);

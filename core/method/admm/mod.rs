@@ -124,13 +124,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
     /// The fastest way of using memory within the ceiling and the paper's bound. Where none keeps both, the fastest within the ceiling,
     /// or the least memory where none keeps that; without a ceiling the fastest of all.
     fn fit(problem: &Problem<'_>, params: &Params, measure: &Measure<'_>) -> Result<Params, PlanError> {
-        let with = |memory: SmootherMemory| {
-            let admm = AdmmParams {
-                memory: Some(memory),
-                ..params.admm
-            };
-            Params { admm, ..*params }
-        };
+        let with = |memory: SmootherMemory| with(params, memory);
         if let Some(memory) = params.admm.memory {
             return Ok(with(memory));
         }
@@ -247,4 +241,13 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
     fn force(&self) -> Vector<'_, T> {
         view(&self.w)
     }
+}
+
+/// `params` with this use of the smoother's memory.
+fn with(params: &Params, memory: SmootherMemory) -> Params {
+    let admm = AdmmParams {
+        memory: Some(memory),
+        ..params.admm
+    };
+    Params { admm, ..*params }
 }

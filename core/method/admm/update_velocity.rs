@@ -103,11 +103,8 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     fn predict(&mut self, exec: &dyn Exec, kappa: f64) {
         let (grid, slots) = (&self.animation.levels.finest, self.slots());
         let nx = grid.n[0];
-        let line = TimeLine::new(
-            kappa,
-            drag(grid, self.setup.ao.flow.viscosity),
-            &mut self.animation.sums[..slots],
-        );
+        let drag = drag(grid, self.setup.ao.flow.viscosity);
+        let line = TimeLine::new(kappa, drag, &mut self.animation.sums[..slots]);
         let first = self.iteration == 1;
         let kappa = T::from_f64(kappa);
         for axis in 0..S::DIM {

@@ -25,14 +25,10 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         observer: &mut dyn Observer,
         keyframes: &Keyframes<'_, T>,
     ) -> Result<(), Stop> {
+        let slots = self.animation.slots;
         let Animation {
-            levels,
-            initial,
-            v,
-            slots,
-            ..
+            levels, initial, v, ..
         } = &mut self.animation;
-        let slots = *slots;
         put_everywhere(exec, &levels.finest, view(initial), v, slots);
         self.marched = false;
         if observer.on(Event::IterationBegin { iteration: 1 }).is_break() {
@@ -43,44 +39,43 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
                 Ok(kept) => kept,
                 Err(stop) => return Err(self.without(exec, k - 1, stop)),
             };
-            let Self {
-                animation,
-                w,
-                region,
-                setup,
-                ..
-            } = self;
-            let Animation {
-                levels,
-                v,
-                initial,
-                sums,
-                ..
-            } = animation;
-            let mut step = Step::carve(levels, 0, setup.step(), &mut Pool::new(region));
-            let at = |k: usize| Slot::at(k, view(initial), view(v), slots);
-            let (before, earlier) = (at(k - 1), at(k.saturating_sub(2)));
-            step.give(
-                exec,
-                [
-                    (kept, before),
-                    (
-                        1.0,
-                        Slot {
-                            field: view(w),
-                            slots,
-                            slot: k - 1,
-                        },
-                    ),
-                ],
-            );
-            step.guess(exec, [(2.0, before), (-1.0, earlier)]);
-            step.advance::<S>(exec, observer, sums)?;
-            put(exec, &levels.finest, view(&step.v), v, k - 1);
+            self.advance(exec, observer, k, kept)?;
         }
         self.carry(exec, observer, keyframes, slots)
             .map_err(|stop| self.without(exec, slots, stop))?;
         self.marched = true;
+        Ok(())
+    }
+
+    /// v_k from the part `kept` of v_{k-1} and the force in slot k of w.
+    fn advance(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        k: usize,
+        kept: f64,
+    ) -> Result<(), Stop> {
+        let step_setup = self.setup.step();
+        let slots = self.animation.slots;
+        let Animation {
+            levels,
+            v,
+            initial,
+            sums,
+            ..
+        } = &mut self.animation;
+        let mut step = Step::carve(levels, 0, step_setup, &mut Pool::new(self.region));
+        let at = |k: usize| Slot::at(k, view(initial), view(v), slots);
+        let (before, earlier) = (at(k - 1), at(k.saturating_sub(2)));
+        let force = Slot {
+            field: view(&self.w),
+            slots,
+            slot: k - 1,
+        };
+        step.give(exec, [(kept, before), (1.0, force)]);
+        step.guess(exec, [(2.0, before), (-1.0, earlier)]);
+        step.advance::<S>(exec, observer, sums)?;
+        put(exec, &levels.finest, view(&step.v), v, k - 1);
         Ok(())
     }
 

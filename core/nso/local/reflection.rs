@@ -32,17 +32,23 @@ pub fn table_len<S: Space>() -> usize {
     Place::<S>::SIZE << (2 * S::DIM)
 }
 
+/// g of a cell of size `h` with a bit for each face that is a wall.
+fn normal<S: Space>(h: [f64; 3], walls: usize) -> [f64; 6] {
+    let mut g = [0.0; 6];
+    for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
+        *g = if walls >> f & 1 == 1 {
+            0.0
+        } else {
+            [-1.0, 1.0][f % 2] / h[f / 2]
+        };
+    }
+    g
+}
+
 /// Fills the table for cells of size `h`.
 pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
     for (walls, row) in table.chunks_exact_mut(Place::<S>::SIZE).enumerate() {
-        let mut g = [0.0; 6];
-        for (f, g) in g.iter_mut().enumerate().take(S::FACES) {
-            *g = if walls >> f & 1 == 1 {
-                0.0
-            } else {
-                [-1.0, 1.0][f % 2] / h[f / 2]
-            };
-        }
+        let g = normal::<S>(h, walls);
         let squared: f64 = g.iter().map(|g| g * g).sum();
         let above_wall = walls >> BELOW & 1 == 1;
         let p = if above_wall { ABOVE } else { BELOW };

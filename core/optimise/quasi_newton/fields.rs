@@ -104,15 +104,11 @@ impl QuasiNewton {
         initial: &Initial<'_>,
         sums: &mut [f64],
     ) -> GradientProducts {
-        let grid = shape.grid;
-        let count = 2 * self.count() + 3;
-        let sums = &mut sums[..count * grid.rows()];
         let mut image = core::mem::take(&mut fields[borrowed.work]);
         let [mut s, mut z] = match step {
             Some(_) => [self.direction, self.preconditioned].map(|field| core::mem::take(&mut fields[field])),
             None => Default::default(),
         };
-        sums.fill(0.0);
         let pass = Pass {
             newton: self,
             shape,
@@ -121,29 +117,12 @@ impl QuasiNewton {
             step,
             initial,
         };
-        for (axis, ((image, s), z)) in image
-            .iter_mut()
-            .zip(&mut s)
-            .zip(&mut z)
-            .enumerate()
-            .take(grid.dims)
-        {
-            pass.add_products(exec, axis, [image, s, z], sums);
-        }
+        let products = pass.run(exec, [&mut image, &mut s, &mut z], sums);
         fields[borrowed.work] = image;
         if step.is_some() {
             (fields[self.direction], fields[self.preconditioned]) = (s, z);
         }
-        let of = |which: usize| sums.iter().skip(which).step_by(count).sum();
-        let products_of = |which: usize| Products {
-            s: of(which),
-            z: of(which + 1),
-        };
-        GradientProducts {
-            pairs: (0..self.count()).map(|pair| products_of(2 * pair)).collect(),
-            norm: of(count - 3),
-            step: products_of(count - 2),
-        }
+        products
     }
 }
 
@@ -184,6 +163,34 @@ struct Pass<'p, 'f, T> {
 }
 
 impl<T: Real> Pass<'_, '_, T> {
+    /// Goes over all components of P times the gradient, of the step and of the change.
+    fn run(
+        &self,
+        exec: &dyn Exec,
+        [image, s, z]: [&mut VectorMut<'_, T>; 3],
+        sums: &mut [f64],
+    ) -> GradientProducts {
+        let grid = self.shape.grid;
+        let pairs = self.newton.count();
+        let count = 2 * pairs + 3;
+        let sums = &mut sums[..count * grid.rows()];
+        sums.fill(0.0);
+        let components = image.iter_mut().zip(s).zip(z).enumerate();
+        for (axis, ((image, s), z)) in components.take(grid.dims) {
+            self.add_products(exec, axis, [image, s, z], sums);
+        }
+        let of = |which: usize| sums.iter().skip(which).step_by(count).sum();
+        let products_of = |which: usize| Products {
+            s: of(which),
+            z: of(which + 1),
+        };
+        GradientProducts {
+            pairs: (0..pairs).map(|pair| products_of(2 * pair)).collect(),
+            norm: of(count - 3),
+            step: products_of(count - 2),
+        }
+    }
+
     /// Writes P times one component of the gradient into `image`, makes a step of the direction `s` and a change of the image before,
     /// `z`, and adds the component's inner products to `sums`, those of a row together.
     fn add_products(

@@ -63,11 +63,8 @@ fn add_term<T: Real>(
         scales: grid.h.map(|h| T::from_f64(series.tau / k as f64 / h)),
         negligible: T::from_f64(series.cut * negligible::<T>()),
     };
-    let fields = [
-        &mut fields[..halo::field_len(grid)],
-        total,
-        &mut sizes[..grid.rows()],
-    ];
+    let to = &mut fields[..halo::field_len(grid)];
+    let fields = [to, total, &mut sizes[..grid.rows()]];
     for_runs(exec, grid.rows(), fields, scratch, move |task| term.compute(task));
 }
 

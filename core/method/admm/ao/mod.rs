@@ -74,14 +74,8 @@ pub fn solve<T: Real>(
                 .for_each(|component| component.fill(T::ZERO));
         }
         let before = info.objective;
-        trial.sweep_back(
-            exec,
-            observer,
-            setup,
-            &mut fields,
-            if info.step > 0.0 { setup.momentum } else { 0.0 },
-            sums,
-        )?;
+        let momentum = if info.step > 0.0 { setup.momentum } else { 0.0 };
+        trial.sweep_back(exec, observer, setup, &mut fields, momentum, sums)?;
         project(exec, observer, levels, setup, &mut fields.direction, region, sums)?;
         let residual = sums::max_abs(exec, grid, slots, view(&fields.direction), sums);
         if let (Err(_), Some(last)) = (info.residuals.push(residual), info.residuals.last_mut()) {

@@ -189,13 +189,8 @@ impl<'a, T: Real> Step<'a, T> {
             if !size.is_finite() {
                 return Err(Stop::TooFast);
             }
-            self.correct::<S>(
-                exec,
-                observer,
-                Law::Adjoint,
-                (SURE * enough / size).max(LEFT_OF_ADJOINT),
-                sums,
-            )?;
+            let left = (SURE * enough / size).max(LEFT_OF_ADJOINT);
+            self.correct::<S>(exec, observer, Law::Adjoint, left, sums)?;
             add(exec, shape, &mut self.adjoint, 1.0, 1.0, view(&self.correction));
         }
         Err(Stop::TooFast)

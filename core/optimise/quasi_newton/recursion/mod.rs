@@ -231,8 +231,7 @@ impl QuasiNewton {
             self.norm = products.norm;
             return;
         };
-        let norm = products.norm;
-        let with = products.step;
+        let GradientProducts { norm, step: with, .. } = *products;
         let own = Products {
             s: with.s - length * self.slope,
             z: norm - 2.0 * with.z + self.norm,
