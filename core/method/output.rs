@@ -35,6 +35,8 @@ pub struct Output {
     pub unit: Unit,
     /// How many steps fewer it has than there are densities, which are N + 1.
     pub fewer: usize,
+    /// How many of its first steps are not found but given: they can be read before there is a result.
+    pub given: usize,
 }
 
 impl Output {
@@ -61,6 +63,7 @@ pub const DENSITY: Output = Output {
     place: Place::Cells,
     unit: Unit::Density,
     fewer: 0,
+    given: 1,
 };
 
 /// v_0 .. v_{N-1}: v_k carries rho_k to rho_{k+1}.
@@ -70,6 +73,7 @@ pub const VELOCITY: Output = Output {
     place: Place::Faces,
     unit: Unit::Velocity,
     fewer: 1,
+    given: 1,
 };
 
 /// u_0 .. u_{N-2}: u_k turns v_k into v_{k+1}.
@@ -79,6 +83,7 @@ pub const FORCE: Output = Output {
     place: Place::Faces,
     unit: Unit::Force,
     fewer: 2,
+    given: 0,
 };
 
 /// What a method gives that steers a flow.

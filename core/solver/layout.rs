@@ -1,8 +1,8 @@
-//! The layout of a velocity or force in memory and in a file.
+//! The layout of a component in memory and in a file.
 
 use crate::grid::Grid;
 
-/// Faces of one component in a file: z, y, x with x fastest, one more along its own axis when that ends in walls.
+/// Elements of one component in a file: z, y, x with x fastest, of faces one more along their own axis when that ends in walls.
 pub(super) struct FileLayout {
     n: [usize; 3],
     axis: usize,
@@ -15,6 +15,15 @@ impl FileLayout {
             n: grid.n,
             axis,
             walls: grid.axis(axis).open_face(0).is_none(),
+        }
+    }
+
+    /// That of a field of cells.
+    pub fn of_cells(grid: &Grid) -> Self {
+        Self {
+            n: grid.n,
+            axis: 0,
+            walls: false,
         }
     }
 

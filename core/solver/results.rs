@@ -36,29 +36,28 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         Strided::slot(self.grid(), field, stored.slots, stored.slot, self.unit(output))
     }
 
-    /// Elements that [`Self::read`] writes of a component of an output.
-    #[must_use]
-    pub fn elements(&self, output: &Output, axis: usize) -> usize {
+    /// How a component of an output lies in a file.
+    fn layout(&self, output: &Output, axis: usize) -> FileLayout {
         match output.place {
-            Place::Cells => self.grid().cells(),
-            Place::Faces => FileLayout::new(self.grid(), axis).len(),
+            Place::Cells => FileLayout::of_cells(self.grid()),
+            Place::Faces => FileLayout::new(self.grid(), axis),
         }
     }
 
-    /// Component `axis` of step `step` of an output in the layout of a file, x fastest, one more face than cells along a wall axis, and
-    /// in the scene's units. `out` has [`Self::elements`] elements.
+    /// Elements that [`Self::read`] writes of a component of an output.
+    #[must_use]
+    pub fn elements(&self, output: &Output, axis: usize) -> usize {
+        self.layout(output, axis).len()
+    }
+
+    /// Component `axis` of step `step` of an output in the layout of a file, x fastest, of faces one more than cells along a wall axis,
+    /// and in the scene's units. `out` has [`Self::elements`] elements.
     pub fn read(&self, output: &Output, step: usize, axis: usize, out: &mut [T]) {
         let stored = self.engine.get().stored(output, step);
         let field = stored.components[axis];
-        if output.place == Place::Cells {
-            out.copy_from_slice(field);
-            return;
-        }
-        let grid = self.grid();
-        let (layout, n) = (FileLayout::new(grid, axis), grid.n[0]);
-        let unit = T::from_f64(self.unit(output));
+        let (n, unit) = (self.grid().n[0], T::from_f64(self.unit(output)));
         out.fill(T::ZERO);
-        layout.each_row(|row, file, wall| {
+        self.layout(output, axis).each_row(|row, file, wall| {
             if !wall {
                 let from = &field[(row * stored.slots + stored.slot) * n..][..n];
                 let out = out[file..file + n].iter_mut();

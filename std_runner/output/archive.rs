@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
+use thurible_core::{Output, Place};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
@@ -39,22 +40,15 @@ struct Archive<'a, W: Write + Seek> {
 
 impl Archive<'_, &mut BufWriter<File>> {
     fn write(&mut self, frames: &dyn Frames) -> Result<(), OutputError> {
-        let (steps, cells) = (frames.steps(), frames.cells());
-        self.series("density", steps + 1, cells, &|step, out| {
-            frames.density(step, out)
-        })?;
-        for (axis, name) in AXES.iter().enumerate().take(cells.len()) {
-            let faces = faces(frames, axis);
-            self.series(&format!("velocity_{name}"), steps, &faces, &|step, out| {
-                frames.velocity(step, axis, out)
-            })?;
-        }
-        for (axis, name) in AXES.iter().enumerate().take(cells.len()) {
-            let faces = faces(frames, axis);
-            let turns = steps.saturating_sub(1);
-            self.series(&format!("force_{name}"), turns, &faces, &|step, out| {
-                frames.force(step, axis, out)
-            })?;
+        let cells = frames.cells();
+        for output in frames.outputs() {
+            let count = output.count(frames.steps());
+            for axis in 0..output.components(cells.len()) {
+                let (name, grid) = (array_name(output, axis), elements(frames, output, axis));
+                self.series(&name, count, &grid, &|step, out| {
+                    frames.read(output, step, axis, out)
+                })?;
+            }
         }
         let keyframes = frames.keyframe_steps();
         self.begin("keyframe_step", "<i8", &[keyframes.len()])?;
@@ -117,16 +111,25 @@ impl Archive<'_, &mut BufWriter<File>> {
     }
 }
 
-/// Faces of the component along `axis`.
-fn faces(frames: &dyn Frames, axis: usize) -> Vec<usize> {
-    let mut faces = frames.cells().to_vec();
+/// The name of the array of a component.
+fn array_name(output: &Output, axis: usize) -> String {
+    match (output.place, AXES.get(axis)) {
+        (Place::Faces, Some(axis)) => format!("{}_{axis}", output.name),
+        _ => output.name.into(),
+    }
+}
+
+/// Elements of the component along `axis`, along x, y (and z).
+fn elements(frames: &dyn Frames, output: &Output, axis: usize) -> Vec<usize> {
+    let mut counts = frames.cells().to_vec();
     let wall = !frames.periodic().get(axis).copied().unwrap_or(false);
-    faces
+    let more = usize::from(output.place == Place::Faces && wall);
+    counts
         .iter_mut()
         .skip(axis)
         .take(1)
-        .for_each(|count| *count += usize::from(wall));
-    faces
+        .for_each(|count| *count += more);
+    counts
 }
 
 /// The head of a `.npy` file: magic, length, a Python dictionary padded to a multiple of 64 bytes.

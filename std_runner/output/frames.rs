@@ -1,5 +1,7 @@
 //! What a solver shows of itself: one field of one step at a time.
 
+use thurible_core::Output;
+
 /// The number type of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
@@ -71,14 +73,15 @@ sample!(f64, F64);
 
 /// A solved (or stopped) trajectory.
 ///
-/// Each of the field functions replaces what `out` holds; [`Sample::list`] gives the list to fill. Velocities and
-/// forces are on faces: a component has one face more than cells along its own axis if that axis is a wall.
+/// What it gives is a list of [`Output`]s, as its method names them; whoever writes them goes through the list. Each of the field
+/// functions replaces what `out` holds; [`Sample::list`] gives the list to fill. A component on faces has one face more than cells
+/// along its own axis if that axis is a wall.
 pub trait Frames {
     /// Cells along x, y (and z).
     fn cells(&self) -> &[usize];
     /// Per axis: does the box repeat?
     fn periodic(&self) -> &[bool];
-    /// N: densities 0 ..= N, velocities 0 .. N, forces 0 .. N - 1.
+    /// Time steps N.
     fn steps(&self) -> usize;
     /// The number type of all fields.
     fn precision(&self) -> Precision;
@@ -86,10 +89,8 @@ pub trait Frames {
     fn keyframe_steps(&self) -> &[usize];
     /// The target of a keyframe, after any rescaling of its mass.
     fn keyframe(&self, index: usize, out: &mut Samples);
-    /// The density of a step.
-    fn density(&self, step: usize, out: &mut Samples);
-    /// The component of the velocity along `axis`.
-    fn velocity(&self, step: usize, axis: usize, out: &mut Samples);
-    /// The component of the force along `axis`.
-    fn force(&self, step: usize, axis: usize, out: &mut Samples);
+    /// All outputs.
+    fn outputs(&self) -> &[Output];
+    /// Component `axis` of a step of an output.
+    fn read(&self, output: &Output, step: usize, axis: usize, out: &mut Samples);
 }

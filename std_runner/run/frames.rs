@@ -2,7 +2,7 @@
 
 use crate::output::{Frames, Precision, Sample, Samples};
 use crate::problem::OwnedProblem;
-use thurible_core::{Boundary, Real, Solver, Space};
+use thurible_core::{Boundary, Output, Real, Solver, Space};
 
 /// A solver, its problem and its number type.
 pub struct SolverFrames<'a, 'm, T: Real, S: Space> {
@@ -49,28 +49,19 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
     }
 
     fn keyframe(&self, index: usize, out: &mut Samples) {
-        copy(self.solver.keyframe(index), out);
+        let list = T::list(out);
+        list.clear();
+        list.extend_from_slice(self.solver.keyframe(index));
     }
 
-    fn density(&self, step: usize, out: &mut Samples) {
-        copy(self.solver.density(step), out);
+    fn outputs(&self) -> &[Output] {
+        self.solver.outputs()
     }
 
-    fn velocity(&self, step: usize, axis: usize, out: &mut Samples) {
-        self.solver
-            .velocity(step, axis, room::<T>(out, self.solver.faces(axis)));
+    fn read(&self, output: &Output, step: usize, axis: usize, out: &mut Samples) {
+        let count = self.solver.elements(output, axis);
+        self.solver.read(output, step, axis, room::<T>(out, count));
     }
-
-    fn force(&self, step: usize, axis: usize, out: &mut Samples) {
-        self.solver
-            .force(step, axis, room::<T>(out, self.solver.faces(axis)));
-    }
-}
-
-fn copy<T: Sample>(values: &[T], out: &mut Samples) {
-    let list = T::list(out);
-    list.clear();
-    list.extend_from_slice(values);
 }
 
 fn room<T: Real + Sample>(out: &mut Samples, count: usize) -> &mut [T] {

@@ -4,11 +4,12 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::output_support::{MadeUp, Number, record};
+use crate::output_support::{MadeUp, Number, OUTPUTS, record};
 use crate::support::without_pictures;
 use thurible::output::{Frames, OutputError, Samples};
 use thurible::report::{Facts, RunRecord, write_numbers, write_pictures};
 use thurible_core::Status;
+use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 
 fn write(folder: &Path, frames: &dyn Frames, record: &RunRecord, images: bool) -> Result<(), OutputError> {
     write_numbers(folder, frames, record)?;
@@ -70,35 +71,43 @@ fn check_archive<T: Number>(name: &str, kind: &str) {
         array(&folder, "density"),
         (
             head("(4, 8, 10, 12,)"),
-            fields(4, |step, out| frames.density(step, out))
+            fields(4, |step, out| frames.read(&DENSITY, step, 0, out))
         )
     );
     assert_eq!(
         array(&folder, "velocity_x"),
         (
             head("(3, 8, 10, 13,)"),
-            fields(3, |step, out| frames.velocity(step, 0, out))
+            fields(3, |step, out| frames.read(&VELOCITY, step, 0, out))
         )
     );
     assert_eq!(
         array(&folder, "velocity_y"),
         (
             head("(3, 8, 10, 12,)"),
-            fields(3, |step, out| frames.velocity(step, 1, out))
+            fields(3, |step, out| frames.read(&VELOCITY, step, 1, out))
         )
     );
     assert_eq!(
         array(&folder, "velocity_z"),
         (
             head("(3, 9, 10, 12,)"),
-            fields(3, |step, out| frames.velocity(step, 2, out))
+            fields(3, |step, out| frames.read(&VELOCITY, step, 2, out))
         )
     );
     assert_eq!(
         array(&folder, "force_z"),
         (
             head("(2, 9, 10, 12,)"),
-            fields(2, |step, out| frames.force(step, 2, out))
+            fields(2, |step, out| frames.read(&FORCE, step, 2, out))
+        )
+    );
+    // An output that no method of today gives.
+    assert_eq!(
+        array(&folder, "smoke_age"),
+        (
+            head("(3, 8, 10, 12,)"),
+            fields(3, |step, out| frames.read(&OUTPUTS[3], step, 0, out))
         )
     );
     assert_eq!(

@@ -8,7 +8,8 @@ use thurible::report::{
     AdvectionRecord, Facts, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord,
     RunRecord, SecondsRecord,
 };
-use thurible_core::{Fact, Kind, Method, Status};
+use thurible_core::output::{DENSITY, FORCE, VELOCITY};
+use thurible_core::{Fact, Kind, Method, Output, Place, Status, Unit};
 
 /// A trajectory without a solver; values tell which field, step and place they come from.
 pub struct MadeUp<T> {
@@ -64,6 +65,15 @@ impl<T: Number> MadeUp<T> {
         let count =
             |(other, cells): (usize, &usize)| cells + usize::from(other == axis && !self.periodic[other]);
         self.cells.iter().enumerate().map(count).product()
+    }
+
+    fn density(&self, step: usize) -> impl Iterator<Item = f64> {
+        let part = step as f64 / self.steps as f64;
+        let amount = 2.0 * part * (1.0 - part) + 0.1 * part;
+        (0..self.source.len()).map(move |index| {
+            let from = self.swirl(index, amount);
+            (1.0 - part).powf(1.5) * self.source[from] + part.powf(1.5) * self.target[from] + 1e-3 * part
+        })
     }
 
     /// A wavy place to look at, so that the smoke swirls on its way.
@@ -137,30 +147,33 @@ impl<T: Number> Frames for MadeUp<T> {
         );
     }
 
-    fn density(&self, step: usize, out: &mut Samples) {
-        let part = step as f64 / self.steps as f64;
-        let amount = 2.0 * part * (1.0 - part) + 0.1 * part;
-        let mixed = |index: usize| {
-            let from = self.swirl(index, amount);
-            (1.0 - part).powf(1.5) * self.source[from] + part.powf(1.5) * self.target[from] + 1e-3 * part
-        };
-        self.fill(out, (0..self.source.len()).map(mixed));
+    fn outputs(&self) -> &[Output] {
+        &OUTPUTS
     }
 
-    fn velocity(&self, step: usize, axis: usize, out: &mut Samples) {
-        self.fill(
-            out,
-            (0..self.faces(axis)).map(|face| 0.1 + step as f64 + 100.0 * axis as f64 + face as f64 / 8192.0),
-        );
-    }
-
-    fn force(&self, step: usize, axis: usize, out: &mut Samples) {
-        self.fill(
-            out,
-            (0..self.faces(axis)).map(|face| -0.1 - step as f64 - 100.0 * axis as f64 - face as f64 / 8192.0),
-        );
+    fn read(&self, output: &Output, step: usize, axis: usize, out: &mut Samples) {
+        let place = 100.0 * axis as f64;
+        let faces = (0..self.faces(axis)).map(|face| 0.1 + step as f64 + place + face as f64 / 8192.0);
+        match (output.place, output.unit) {
+            (Place::Cells, _) => self.fill(out, self.density(step)),
+            (Place::Faces, Unit::Velocity) => self.fill(out, faces),
+            (Place::Faces, _) => self.fill(out, faces.map(|value| -value)),
+        }
     }
 }
+
+/// What a solver gives, and a field of cells beside it.
+pub const OUTPUTS: [Output; 4] = [
+    DENSITY,
+    VELOCITY,
+    FORCE,
+    Output {
+        name: "smoke_age",
+        words: "how long the smoke has been there",
+        fewer: 1,
+        ..DENSITY
+    },
+];
 
 /// A plausible record of `iterations` iterations.
 pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
