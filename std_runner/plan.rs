@@ -8,7 +8,8 @@ use crate::region::MARGIN;
 use crate::scene::Scene;
 use crate::threads;
 use serde_json::{Value, json};
-use thurible_core::{Entry, Method, Named, Params, Plan, Sharing};
+use thurible_core::method::registry::most_iterations;
+use thurible_core::{Entry, Named, Params, Plan, Sharing};
 
 /// What the command line asks of a plan.
 #[derive(Clone, Copy, Debug)]
@@ -37,17 +38,7 @@ pub struct Planned {
 impl Planned {
     /// Iterations that the solver reports at most.
     pub fn most_iterations(&self) -> usize {
-        let Params {
-            method,
-            iterations,
-            direct,
-            ..
-        } = &self.params;
-        if *method == Method::Direct {
-            direct.most_iterations(&self.problem.problem(), *iterations)
-        } else {
-            *iterations
-        }
+        most_iterations(&self.problem.problem(), &self.params)
     }
 }
 

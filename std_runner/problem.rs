@@ -94,6 +94,10 @@ pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Param
         pd,
         ..
     } = scene.method;
+    #[allow(
+        clippy::needless_update,
+        reason = "a method whose choices no scene has yet takes its own"
+    )]
     Params {
         method: name,
         iterations,
@@ -104,6 +108,7 @@ pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Param
         lbfgs,
         pd,
         simulation: scene.simulation,
+        ..Params::default()
     }
 }
 

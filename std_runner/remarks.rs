@@ -1,5 +1,6 @@
 //! What is said of a result beside its numbers: how near it came to each keyframe, and what a reader of its status alone would miss.
 
+use thurible_core::method::registry::{simulates, steers};
 use thurible_core::{Method, Params, Problem, Real, Solver, Space, Status};
 
 /// How far a density is from a keyframe: |rho - rho*| / |rho*|, Euclidean norms over all cells.
@@ -86,11 +87,11 @@ pub fn remarks(
 ) -> Vec<String> {
     let mut remarks = Vec::new();
     if ended == Status::NotFinite {
-        remarks.push(last_flow(params.method, is_double, names));
+        remarks.push(last_flow(params, is_double, names));
     }
     let [before, after] = largest(errors);
     let nearer = after < (1.0 - MOVED) * before;
-    if before > THERE && !nearer && ended != Status::Cancelled && params.method != Method::Simulate {
+    if before > THERE && !nearer && ended != Status::Cancelled && steers(params) {
         remarks.push(no_nearer(problem, params, [before, after], names));
     }
     remarks
@@ -128,23 +129,24 @@ fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
-fn last_flow(method: Method, is_double: bool, names: &Names) -> String {
+fn last_flow(params: &Params, is_double: bool, names: &Names) -> String {
     let double = if is_double {
         String::new()
     } else {
         format!("{}, ", names.double)
     };
-    match method {
-        Method::Pd | Method::Simulate => format!(
+    if simulates(params) {
+        format!(
             "the simulated flow became too fast to follow: from that step on the initial velocity stands; try {double}more {}, or a weaker drive or \
              buoyancy",
             names.steps
-        ),
-        Method::Direct | Method::Admm | Method::Lbfgs => format!(
+        )
+    } else {
+        format!(
             "every further step left the finite numbers or was too fast to follow: the result is the last flow that was good; try {double}more \
              {} or a larger {}",
             names.steps, names.force_weight
-        ),
+        )
     }
 }
 

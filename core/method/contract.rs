@@ -49,6 +49,23 @@ pub trait Contract<'m, T: Real, S: Space> {
         true
     }
 
+    /// Whether it simulates the flow forwards, so that a flow too fast to follow ends what can be known of it.
+    fn simulates() -> bool
+    where
+        Self: Sized,
+    {
+        false
+    }
+
+    /// Iterations at most, those on coarser grids included.
+    fn most_iterations(problem: &Problem<'_>, params: &Params) -> usize
+    where
+        Self: Sized,
+    {
+        let _ = problem;
+        params.iterations
+    }
+
     /// Mixes in all choices that its results follow from, for the fingerprint of a checkpoint.
     fn mix(params: &Params, mix: &mut Mix)
     where
@@ -92,14 +109,16 @@ pub trait Contract<'m, T: Real, S: Space> {
     fn finish(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status>;
 
     /// The forces u_0 .. u_{N-2} of the result, after [`Self::finish`]; empty where a method has none.
-    fn force(&self) -> Vector<'_, T>;
+    fn force(&self) -> Vector<'_, T> {
+        [&[]; 3]
+    }
 
-    /// What it gives, after [`Self::finish`].
+    /// What it gives, after [`Self::finish`]: the density among it, which keyframes and pictures are compared with.
     fn outputs(&self) -> &'static [Output] {
         CONTROLLED_FLOW
     }
 
-    /// Where step `step` of an output is.
+    /// Where step `step` of one of its outputs is.
     fn stored<'a>(&'a self, output: &Output, step: usize) -> Stored<'a, T>
     where
         'm: 'a,

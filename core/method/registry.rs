@@ -6,7 +6,7 @@ use super::params::{Method, Params};
 use super::refusal::PlanError;
 use super::{admm, direct, lbfgs, simulate};
 use crate::checkpoint::Mix;
-use crate::grid::Space;
+use crate::grid::{D2, Space};
 use crate::problem::Problem;
 use crate::real::Real;
 
@@ -59,9 +59,27 @@ macro_rules! define {
 
         /// Whether the method steers to keyframes, so that there must be some.
         #[must_use]
-        pub fn steers<T: Real, S: Space>(params: &Params) -> bool {
+        pub fn steers(params: &Params) -> bool {
             match params.method {
-                $(Method::$kind => <$($state)::+<'_, T, S> as Contract<'_, T, S>>::steers(params),)+
+                $(Method::$kind => <$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::steers(params),)+
+            }
+        }
+
+        /// Whether the method simulates the flow forwards, so that a flow too fast to follow ends what can be known of it.
+        #[must_use]
+        pub fn simulates(params: &Params) -> bool {
+            match params.method {
+                $(Method::$kind => <$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::simulates(),)+
+            }
+        }
+
+        /// Iterations of a solve at most, those on coarser grids included.
+        #[must_use]
+        pub fn most_iterations(problem: &Problem<'_>, params: &Params) -> usize {
+            match params.method {
+                $(Method::$kind => {
+                    <$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::most_iterations(problem, params)
+                })+
             }
         }
 

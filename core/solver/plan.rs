@@ -110,7 +110,7 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
         .into());
     }
     problem.check()?;
-    if problem.keyframes.is_empty() && registry::steers::<T, S>(params) {
+    if problem.keyframes.is_empty() && registry::steers(params) {
         return Err(ProblemError::NoKeyframe.into());
     }
     params.check()?;

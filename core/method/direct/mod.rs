@@ -123,6 +123,10 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         }
     }
 
+    fn most_iterations(problem: &Problem<'_>, params: &Params) -> usize {
+        params.direct.most_iterations(problem, params.iterations)
+    }
+
     fn mix(params: &Params, mix: &mut Mix) {
         // Every field by name: a new one does not compile until it is mixed in.
         let DirectParams {

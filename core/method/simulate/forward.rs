@@ -56,6 +56,10 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         params.method == Method::Pd
     }
 
+    fn simulates() -> bool {
+        true
+    }
+
     fn mix(params: &Params, mix: &mut Mix) {
         if params.method == Method::Pd {
             params.pd.mix(mix);
