@@ -191,7 +191,7 @@ fn chart(rows: &[Row], dims: usize) -> Chart {
     };
     Chart {
         title: "Nanoseconds for each cell and step",
-        note: "",
+        note: "".into(),
         across: "cells times steps, f32",
         scale: Scale::Logarithmic,
         curves: vec![

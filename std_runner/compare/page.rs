@@ -195,7 +195,7 @@ fn objective(comparison: &Comparison, across: fn(&IterationRecord, usize) -> f64
 pub(crate) fn by_seconds(comparison: &Comparison) -> Option<Chart> {
     comparison.records().any(descends).then(|| Chart {
         title: "Objective against time",
-        note: "On the scene's own grid; what a method spends on coarser grids before shows as a later beginning.",
+        note: "On the scene's own grid; what a method spends on coarser grids before shows as a later beginning.".into(),
         across: "seconds",
         scale: Scale::Logarithmic,
         curves: objective(comparison, |entry, _| entry.seconds),
@@ -205,7 +205,7 @@ pub(crate) fn by_seconds(comparison: &Comparison) -> Option<Chart> {
 fn by_iteration(comparison: &Comparison) -> Chart {
     Chart {
         title: "Objective by iteration",
-        note: "On the scene's own grid.",
+        note: "On the scene's own grid.".into(),
         across: "iteration on the finest grid",
         scale: Scale::Counts,
         curves: objective(comparison, |_, place| place as f64 + 1.0),

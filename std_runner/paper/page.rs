@@ -245,7 +245,7 @@ fn cycles(solved: &[&SolvedScene]) -> Option<Chart> {
     };
     (!residuals.is_empty()).then(|| Chart {
         title: "First Navier\u{2013}Stokes problem",
-        note: "Residual max |f| before the first V-cycle and after each.",
+        note: "Residual max |f| before the first V-cycle and after each.".into(),
         across: "V-cycle",
         scale: crate::report::Scale::Counts,
         curves: residuals.into_iter().enumerate().map(curve).collect(),
@@ -263,7 +263,7 @@ fn optimality(record: &RunRecord) -> Chart {
     };
     Chart {
         title: "Optimality",
-        note: "Largest violation of the optimality conditions, and the residual of the advection problem's fixed point.",
+        note: "Largest violation of the optimality conditions, and the residual of the advection problem's fixed point.".into(),
         across: "iteration of ADMM",
         scale: crate::report::Scale::Counts,
         curves: vec![
@@ -284,7 +284,8 @@ fn fixed_point(record: &RunRecord) -> Chart {
     };
     Chart {
         title: "The advection problem",
-        note: "Residual of its fixed point in each of its iterations, within iterations 1, 2 and 3 of ADMM.",
+        note: "Residual of its fixed point in each of its iterations, within iterations 1, 2 and 3 of ADMM."
+            .into(),
         across: "fixed-point iteration",
         scale: crate::report::Scale::Counts,
         curves: record

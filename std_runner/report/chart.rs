@@ -41,7 +41,7 @@ pub struct Chart {
     /// Title above the chart.
     pub title: &'static str,
     /// Below the title, if it is not empty.
-    pub note: &'static str,
+    pub note: String,
     /// What the horizontal axis counts.
     pub across: &'static str,
     /// How it counts.
@@ -57,7 +57,7 @@ impl Chart {
         format!(
             "<figure class=\"chart\"><figcaption><h3>{}</h3><p>{}</p></figcaption><ul class=\"legend\">{legend}</ul>{}</figure>\n",
             escape(self.title),
-            escape(self.note),
+            escape(&self.note),
             self.svg()
         )
     }

@@ -42,7 +42,7 @@ fn objective(history: &[IterationRecord]) -> Chart {
     };
     Chart {
         title: "Objective",
-        note,
+        note: note.into(),
         across: "iteration",
         scale: Scale::Counts,
         curves: vec![
@@ -62,7 +62,8 @@ fn gains(history: &[IterationRecord]) -> Chart {
     let pieces = by_grid(history).map(|piece| piece.windows(2).filter_map(gain).collect());
     Chart {
         title: "Gain",
-        note: "By how much an iteration lowers the objective, in parts of it; convergence is judged by it.",
+        note: "By how much an iteration lowers the objective, in parts of it; convergence is judged by it."
+            .into(),
         across: "iteration",
         scale: Scale::Counts,
         curves: vec![Curve {
@@ -99,8 +100,8 @@ fn of_facts(title: &'static str, history: &[IterationRecord]) -> Chart {
     Chart {
         title,
         note: match drawn.as_slice() {
-            [fact] => fact.words,
-            _ => "What the method's conditions of an optimum leave.",
+            [fact] => fact.words.into(),
+            several => several.iter().map(in_words).collect::<Vec<_>>().join("; "),
         },
         across: if is_series {
             "iteration (series within)"
@@ -114,6 +115,11 @@ fn of_facts(title: &'static str, history: &[IterationRecord]) -> Chart {
             .map(|(index, &fact)| curve_of(fact, index % 4 + 1, history))
             .collect(),
     }
+}
+
+/// A fact by the name of its curve, and what it is.
+fn in_words(fact: &Fact) -> String {
+    format!("{}: {}", fact.name.replace('_', " "), fact.words)
 }
 
 fn curve_of(fact: Fact, colour: usize, history: &[IterationRecord]) -> Curve {

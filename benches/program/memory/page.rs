@@ -51,7 +51,7 @@ fn chart(table: &[Measured], dims: usize) -> Chart {
     curves.push(Curve::new("bound", 5, bound.collect::<Vec<_>>().into_iter()));
     Chart {
         title: "Planned bytes for each cell and step",
-        note: "",
+        note: "".into(),
         across: "cells times steps, f32",
         scale: Scale::Logarithmic,
         curves,
