@@ -1,13 +1,14 @@
-//! What was found: views without copying, and copies in the layout of files.
+//! Fields of the result by a code: densities, targets, velocities and forces.
 
 use crate::each;
 use crate::instance::{self, Body, Thurible};
-use crate::pointer::required;
+use crate::outputs::{Part, ThuribleView, all, bytes_of};
+use crate::pointer::{array, required};
 use crate::result::ThuribleResult;
 use core::ffi::c_void;
 use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 use thurible_core::solver::Strided;
-use thurible_core::{Real, Solver, Space};
+use thurible_core::{Output, Real, Solver, Space};
 
 /// A field of the result.
 #[repr(C)]
@@ -23,117 +24,76 @@ pub enum ThuribleField {
     Force = 3,
 }
 
-/// A field as it lies in the instance. Element (x, y, z) is at `data` plus x `strides[0]` + y `strides[1]` + z `strides[2]` elements of the
-/// instance's precision; times `unit` it is in the scene's units.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct ThuribleView {
-    /// Element (0, 0, 0).
-    pub data: *const c_void,
-    /// Elements along x, y and z. A component of a velocity or force has the low face of every cell along its axis; on a wall axis the
-    /// first is on the wall, where nothing flows, and the last wall is left out.
-    pub extent: [usize; 3],
-    /// Elements from one to the next along x, y and z.
-    pub strides: [usize; 3],
-    /// The scene's unit of these elements.
-    pub unit: f64,
-    /// Bytes of an element: 4 for `float`, 8 for `double`.
-    pub bytes_per_number: usize,
+/// The output that a code stands for, if the method gives it; `None` stands for the targets of keyframes.
+fn output_of(body: &Body, field: u32) -> Result<Option<Output>, ThuribleResult> {
+    let codes = [
+        (ThuribleField::Density, Some(DENSITY)),
+        (ThuribleField::Keyframe, None),
+        (ThuribleField::Velocity, Some(VELOCITY)),
+        (ThuribleField::Force, Some(FORCE)),
+    ];
+    let found = codes.into_iter().find(|&(code, _)| code as u32 == field);
+    found
+        .map(|(_, output)| output)
+        .filter(|output| output.is_none_or(|output| all(body).contains(&output)))
+        .ok_or(ThuribleResult::Index)
 }
 
-/// One component of a field at one step, which exists.
+/// One component of a field at one step, which exists and is known by now.
 #[derive(Clone, Copy)]
-struct Place {
-    field: ThuribleField,
-    step: usize,
-    axis: usize,
+enum Place {
+    /// The target of a keyframe.
+    Target(usize),
+    /// A component of an output.
+    Part(Part),
 }
 
 impl Place {
-    /// Checks that there is such a field, and that it is known by now.
     fn new(body: &Body, field: u32, step: usize, axis: usize) -> Result<Self, ThuribleResult> {
-        let sizes = body.sizes;
-        let all = [
-            ThuribleField::Density,
-            ThuribleField::Keyframe,
-            ThuribleField::Velocity,
-            ThuribleField::Force,
-        ];
-        let field = all
-            .into_iter()
-            .find(|&known| known as u32 == field)
-            .ok_or(ThuribleResult::Index)?;
-        let steps = match field {
-            ThuribleField::Density => sizes.steps + 1,
-            ThuribleField::Keyframe => sizes.keyframes,
-            ThuribleField::Velocity => sizes.steps,
-            ThuribleField::Force => sizes.steps - 1,
-        };
-        let axes = if matches!(field, ThuribleField::Velocity | ThuribleField::Force) {
-            sizes.dims
-        } else {
-            1
-        };
-        let given = field == ThuribleField::Keyframe || field != ThuribleField::Force && step == 0;
-        if step >= steps || axis >= axes {
-            return Err(ThuribleResult::Index);
-        }
-        if !given && !each!(&body.solver, solver => solver.is_finished()) {
-            return Err(ThuribleResult::NoResult);
-        }
-        Ok(Self { field, step, axis })
-    }
-
-    /// Elements of the field in a file.
-    fn count(self, body: &Body) -> usize {
-        match self.field {
-            ThuribleField::Density | ThuribleField::Keyframe => body.sizes.cells,
-            _ => each!(&body.solver, solver => solver.faces(self.axis)),
+        match output_of(body, field)? {
+            Some(output) => Part::new(body, output, step, axis).map(Self::Part),
+            None if step < body.sizes.keyframes && axis == 0 => Ok(Self::Target(step)),
+            None => Err(ThuribleResult::Index),
         }
     }
 
     fn view<T: Real, S: Space>(self, solver: &Solver<'_, T, S>) -> ThuribleView {
-        let Strided {
-            numbers,
-            extent,
-            strides,
-            unit,
-        } = match self.field {
-            ThuribleField::Density => solver.in_place(&DENSITY, self.step, 0),
-            ThuribleField::Keyframe => Strided {
-                numbers: solver.keyframe(self.step),
+        match self {
+            Self::Target(index) => ThuribleView::of(Strided {
+                numbers: solver.keyframe(index),
                 ..solver.in_place(&DENSITY, 0, 0)
-            },
-            ThuribleField::Velocity => solver.in_place(&VELOCITY, self.step, self.axis),
-            ThuribleField::Force => solver.in_place(&FORCE, self.step, self.axis),
-        };
-        ThuribleView {
-            data: numbers.as_ptr().cast(),
-            extent,
-            strides,
-            unit,
-            bytes_per_number: T::BYTES,
+            }),
+            Self::Part(part) => part.view(solver),
         }
     }
 
-    fn copy<T: Real, S: Space>(self, solver: &Solver<'_, T, S>, out: &mut [T]) {
-        let cells = |out: &mut [T], density: &[T]| {
-            out.iter_mut()
-                .zip(density)
-                .for_each(|(out, &density)| *out = density)
-        };
-        match self.field {
-            ThuribleField::Density => cells(out, solver.density(self.step)),
-            ThuribleField::Keyframe => cells(out, solver.keyframe(self.step)),
-            ThuribleField::Velocity => solver.velocity(self.step, self.axis, out),
-            ThuribleField::Force => solver.force(self.step, self.axis, out),
+    /// # Safety
+    /// `out` is null or points to `bytes` bytes to write.
+    unsafe fn copy<T: Real, S: Space>(
+        self,
+        solver: &Solver<'_, T, S>,
+        out: *mut c_void,
+        bytes: usize,
+    ) -> Result<(), ThuribleResult> {
+        match self {
+            Self::Target(index) => {
+                let target = solver.keyframe(index);
+                // SAFETY: the caller's promise.
+                let out = unsafe { array::<T>(out, bytes, target.len()) }?;
+                out.iter_mut()
+                    .zip(target)
+                    .for_each(|(out, &density)| *out = density);
+                Ok(())
+            }
+            // SAFETY: the caller's promise.
+            Self::Part(part) => unsafe { part.copy(solver, out, bytes) },
         }
     }
 }
 
 /// Where a `ThuribleField` of the result lies, without copying: after `thurible_finish` or `thurible_solve`, and until the next call
 /// that changes the instance; what was given, step 0 of densities and velocities and the keyframes, at any time. `axis` is 0 for
-/// densities and keyframes.
+/// densities and keyframes. A field that the method does not give is refused; `thurible_output` says which it gives.
 ///
 /// # Safety
 /// `instance` as in `thurible_close`; `view` is null or may be written.
@@ -171,28 +131,9 @@ pub unsafe extern "C" fn thurible_copy_bytes(
     unsafe {
         instance::enter(instance, |body| {
             required(bytes)?;
-            let axes = if field == ThuribleField::Velocity as u32 || field == ThuribleField::Force as u32 {
-                body.sizes.dims
-            } else {
-                1
-            };
-            if field > ThuribleField::Force as u32 || axis >= axes {
-                return Err(ThuribleResult::Index.into());
-            }
-            let kind = if axes == 1 {
-                ThuribleField::Density
-            } else {
-                ThuribleField::Velocity
-            };
-            bytes.write(
-                Place {
-                    field: kind,
-                    step: 0,
-                    axis,
-                }
-                .count(body)
-                    * body.sizes.precision,
-            );
+            // The target of a keyframe is a density.
+            let output = output_of(body, field)?.unwrap_or(DENSITY);
+            bytes.write(bytes_of(body, &output, axis)?);
             Ok(())
         })
     }
@@ -217,19 +158,7 @@ pub unsafe extern "C" fn thurible_copy(
     unsafe {
         instance::enter(instance, |body| {
             let place = Place::new(body, field, step, axis)?;
-            let count = place.count(body);
-            if out.is_null() {
-                return Err(ThuribleResult::Null.into());
-            }
-            if !out.addr().is_multiple_of(body.sizes.precision) {
-                return Err(ThuribleResult::Misaligned.into());
-            }
-            if bytes != count * body.sizes.precision {
-                return Err(ThuribleResult::Length.into());
-            }
-            out.cast::<u8>().write_bytes(0, bytes);
-            each!(&body.solver, solver => place.copy(solver, core::slice::from_raw_parts_mut(out.cast(), count)));
-            Ok(())
+            Ok(each!(&body.solver, solver => place.copy(solver, out, bytes))?)
         })
     }
 }

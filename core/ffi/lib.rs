@@ -13,15 +13,19 @@
 //! | [`host`] | threads and observers of the host |
 //! | [`instance`] | the instance in its memory, and how a call enters it |
 //! | [`calls`] | plan, make, fill, solve, save |
-//! | [`fields`] | results: views and copies |
+//! | [`outputs`] | what the method gives, by number: names, views, copies |
+//! | [`facts`] | what the method reports of an iteration, by number |
+//! | [`fields`] | results by a code: views and copies |
 //! | `trap` | the end of a panic |
 #![no_std]
 
 pub mod calls;
 pub mod config;
+pub mod facts;
 pub mod fields;
 pub mod host;
 pub mod instance;
+pub mod outputs;
 mod pointer;
 pub mod result;
 pub mod text;

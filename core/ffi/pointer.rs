@@ -23,6 +23,27 @@ pub unsafe fn elements<'a, T: Real>(values: *const c_void, bytes: usize) -> Resu
     Ok(unsafe { core::slice::from_raw_parts(values, bytes / T::BYTES) })
 }
 
+/// An array of the caller to write, of exactly `count` elements. They are zero: a slice must not hold what was never written.
+///
+/// # Safety
+/// `values` is null or points to `bytes` bytes to write that live as long as the call.
+pub unsafe fn array<'a, T: Real>(
+    values: *mut c_void,
+    bytes: usize,
+    count: usize,
+) -> Result<&'a mut [T], ThuribleResult> {
+    let values: *mut T = values.cast();
+    required(values)?;
+    if count.checked_mul(T::BYTES) != Some(bytes) {
+        return Err(ThuribleResult::Length);
+    }
+    // SAFETY: not null, aligned, and the caller promises the bytes; all bits zero is a floating-point number.
+    Ok(unsafe {
+        values.write_bytes(0, count);
+        core::slice::from_raw_parts_mut(values, count)
+    })
+}
+
 /// Refuses a place that may be null but is misaligned, before anything is done.
 pub fn writable<V>(place: *mut V) -> Result<(), ThuribleResult> {
     if place.is_null() || place.is_aligned() {

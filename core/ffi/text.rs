@@ -3,6 +3,11 @@
 use core::ffi::c_char;
 use core::fmt::{self, Write};
 
+/// Bytes of a name in a structure, the zero byte at its end included.
+pub const THURIBLE_NAME_BYTES: usize = 32;
+/// Bytes of a few words in a structure, likewise. What does not fit is cut.
+pub const THURIBLE_WORDS_BYTES: usize = 128;
+
 struct Text<'a> {
     buffer: &'a mut [u8],
     /// Bytes of the whole text so far, whether they fit or not.
@@ -38,4 +43,10 @@ pub unsafe fn write(buffer: *mut c_char, size: usize, what: &dyn fmt::Display) -
     // Writing to a buffer cannot fail.
     let _ = write!(text, "{what}");
     text.length
+}
+
+/// Writes `text` into an array of a structure.
+pub fn put_text(array: &mut [c_char], text: &str) {
+    // SAFETY: the array has as many bytes.
+    unsafe { write(array.as_mut_ptr(), array.len(), &text) };
 }

@@ -12,6 +12,12 @@
 // What a number of the configuration holds to leave the choice to the library.
 #define THURIBLE_AUTOMATIC UINT32_MAX
 
+// Bytes of a name in a structure, the zero byte at its end included.
+#define THURIBLE_NAME_BYTES 32
+
+// Bytes of a few words in a structure, likewise. What does not fit is cut.
+#define THURIBLE_WORDS_BYTES 128
+
 // What a call returns: 0, or why it was refused. What is refused changes nothing.
 typedef enum {
     // The call did what it was asked to do.
@@ -100,6 +106,36 @@ typedef enum {
     // The source or a keyframe is missing.
     THURIBLE_STATUS_NOT_READY = 6,
 } ThuribleStatus;
+
+// Where the elements of an output are.
+typedef enum {
+    // At the centres of cells: one component.
+    THURIBLE_PLACE_CELLS = 0,
+    // On the faces of cells: a component for each axis, on the faces across it.
+    THURIBLE_PLACE_FACES = 1,
+} ThuriblePlace;
+
+// In what an output is measured, in the scene's units.
+typedef enum {
+    // As the source.
+    THURIBLE_UNIT_DENSITY = 0,
+    // Length / time.
+    THURIBLE_UNIT_VELOCITY = 1,
+    // Length / time^2.
+    THURIBLE_UNIT_FORCE = 2,
+} ThuribleUnit;
+
+// What the values of a fact are.
+typedef enum {
+    // A number.
+    THURIBLE_FACT_KIND_NUMBER = 0,
+    // A whole number from 0.
+    THURIBLE_FACT_KIND_COUNT = 1,
+    // 1 for yes, 0 for no.
+    THURIBLE_FACT_KIND_FLAG = 2,
+    // Any number of numbers, in order.
+    THURIBLE_FACT_KIND_SERIES = 3,
+} ThuribleFactKind;
 
 // Precision of all fields: bytes of an element.
 typedef enum {
@@ -344,6 +380,26 @@ typedef struct {
     double kkt;
 } ThuribleProgress;
 
+// Something that the method of an instance gives: a field for each of many steps.
+typedef struct {
+    // Its name, lower case with underscores, as files have it; components have their axis added there: `velocity_x`.
+    char name[THURIBLE_NAME_BYTES];
+    // What it is, in a few words.
+    char words[THURIBLE_WORDS_BYTES];
+    // Where its elements are.
+    ThuriblePlace place;
+    // In what it is measured.
+    ThuribleUnit unit;
+    // How many steps it has.
+    size_t steps;
+    // How many of the first of them are not found but given: these can be read at any time.
+    size_t given;
+    // How many components it has.
+    size_t components;
+    // Bytes that `thurible_read_output` writes of component 0, 1 and 2, or 0 where there is none.
+    size_t bytes[3];
+} ThuribleOutput;
+
 // A field as it lies in the instance. Element (x, y, z) is at `data` plus x `strides[0]` + y `strides[1]` + z `strides[2]` elements of the
 // instance's precision; times `unit` it is in the scene's units.
 typedef struct {
@@ -359,6 +415,18 @@ typedef struct {
     // Bytes of an element: 4 for `float`, 8 for `double`.
     size_t bytes_per_number;
 } ThuribleView;
+
+// Something that the method of an instance reported of its last iteration.
+typedef struct {
+    // Its name, lower case with underscores, as reports have it.
+    char name[THURIBLE_NAME_BYTES];
+    // What it is, in a few words.
+    char words[THURIBLE_WORDS_BYTES];
+    // What its values are.
+    ThuribleFactKind kind;
+    // How many values it has: 1, but for a series.
+    size_t values;
+} ThuribleFact;
 
 #ifdef __cplusplus
 extern "C" {
@@ -462,9 +530,27 @@ ThuribleResult thurible_restore(Thurible *instance,
                                 const void *bytes,
                                 size_t size);
 
+// How many outputs the method of an instance has. Densities, velocities and forces are among them where a `ThuribleField` of them can
+// be had.
+// Safety: `instance` as in `thurible_close`; `count` is null or may be written.
+ThuribleResult thurible_output_count(const Thurible *instance,
+                                     size_t *count);
+
+// Says what output `index` is, from 0 on.
+// Safety: `instance` as in `thurible_close`; `output` is null or may be written.
+ThuribleResult thurible_output(const Thurible *instance, size_t index, ThuribleOutput *output);
+
+// As `thurible_view`, of output `index`.
+// Safety: As `thurible_view`.
+ThuribleResult thurible_view_output(const Thurible *instance, size_t index, size_t step, size_t axis, ThuribleView *view);
+
+// As `thurible_copy`, of output `index`: component `axis` at a step, into `out` of exactly `bytes` bytes.
+// Safety: As `thurible_copy`.
+ThuribleResult thurible_read_output(const Thurible *instance, size_t index, size_t step, size_t axis, void *out, size_t bytes);
+
 // Where a `ThuribleField` of the result lies, without copying: after `thurible_finish` or `thurible_solve`, and until the next call
 // that changes the instance; what was given, step 0 of densities and velocities and the keyframes, at any time. `axis` is 0 for
-// densities and keyframes.
+// densities and keyframes. A field that the method does not give is refused; `thurible_output` says which it gives.
 // Safety: `instance` as in `thurible_close`; `view` is null or may be written.
 ThuribleResult thurible_view(const Thurible *instance,
                              uint32_t field,
@@ -486,6 +572,18 @@ ThuribleResult thurible_copy(const Thurible *instance,
                              size_t axis,
                              void *out,
                              size_t bytes);
+
+// How many facts the method reported of the last iteration, beside what `thurible_progress` says of it; 0 before the first.
+// Safety: `instance` as in `thurible_close`; `count` is null or may be written.
+ThuribleResult thurible_fact_count(const Thurible *instance, size_t *count);
+
+// Says what fact `index` is, from 0 on.
+// Safety: `instance` as in `thurible_close`; `fact` is null or may be written.
+ThuribleResult thurible_fact(const Thurible *instance, size_t index, ThuribleFact *fact);
+
+// Copies all values of fact `index` into `values` of exactly `bytes` bytes, which is 8 for each of them.
+// Safety: `instance` as in `thurible_close`; `values` is null or points to `bytes` bytes to write.
+ThuribleResult thurible_fact_values(const Thurible *instance, size_t index, double *values, size_t bytes);
 
 #ifdef __cplusplus
 }  // extern "C"

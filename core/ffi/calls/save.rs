@@ -4,6 +4,7 @@ use crate::each;
 use crate::instance::{self, Refusal, Thurible, ThuribleProgress};
 use crate::result::ThuribleResult;
 use core::ffi::c_void;
+use thurible_core::Report;
 
 /// Saves the whole state, densities included, into `bytes` of `size` bytes, `saved_bytes` of `thurible_plan` or more: plain bytes, the
 /// same on every machine.
@@ -57,6 +58,7 @@ pub unsafe extern "C" fn thurible_restore(
             }
             let bytes = core::slice::from_raw_parts(bytes.cast::<u8>(), size);
             each!(&mut body.solver, solver => solver.restore(bytes))?;
+            body.report = Report::default();
             body.progress = each!(&body.solver, solver => {
                 let objective = solver.objective();
                 ThuribleProgress { data: objective.data, force: objective.force, ..ThuribleProgress::default() }

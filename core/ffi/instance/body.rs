@@ -4,7 +4,7 @@ use super::progress::ThuribleProgress;
 use super::refusal::Refusal;
 use crate::config::ThuribleConfig;
 use crate::result::ThuribleStatus;
-use thurible_core::{D2, D3, Exec, InputError, Objective, Observer, Real, Solver, Space, Status};
+use thurible_core::{D2, D3, Exec, InputError, Objective, Observer, Real, Report, Solver, Space, Status};
 
 /// A solver of either precision in either dimension.
 #[derive(Debug)]
@@ -72,14 +72,22 @@ pub struct Body {
     pub sizes: Sizes,
     /// How far it is.
     pub progress: ThuribleProgress,
+    /// What the method reported of the last iteration.
+    pub report: Report,
     /// Why the last call was refused, or that it was not.
     pub(super) refusal: Refusal,
 }
 
 impl Body {
-    /// Runs one iteration of the method and keeps its progress.
+    /// Runs one iteration of the method and keeps its progress and what it reports.
     pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) {
-        self.progress = each!(&mut self.solver, solver => step_of(solver, exec, observer));
+        let Self {
+            solver,
+            progress,
+            report,
+            ..
+        } = self;
+        each!(solver, solver => step_of(solver, exec, observer, progress, report));
     }
 
     /// Makes the result feasible.
@@ -113,8 +121,12 @@ fn step_of<T: Real, S: Space>(
     solver: &mut Solver<'_, T, S>,
     exec: &dyn Exec,
     observer: &mut dyn Observer,
-) -> ThuribleProgress {
-    ThuribleProgress::from(&solver.step(exec, observer))
+    progress: &mut ThuribleProgress,
+    report: &mut Report,
+) {
+    let told = solver.step(exec, observer);
+    *progress = ThuribleProgress::from(&told);
+    *report = told.report;
 }
 
 /// The end of a solve by one type of solver.

@@ -9,7 +9,7 @@ use crate::result::ThuribleResult;
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicUsize};
-use thurible_core::{Params, Problem, Real, Solver, Space};
+use thurible_core::{Params, Problem, Real, Report, Solver, Space};
 
 /// Makes an instance in the first bytes of `memory`.
 ///
@@ -82,6 +82,7 @@ unsafe fn place<T: Real, S: Space>(
         solver,
         sizes,
         progress: ThuribleProgress::default(),
+        report: Report::default(),
         refusal: ThuribleResult::Ok.into(),
     };
     // SAFETY: the caller's promise.

@@ -477,6 +477,117 @@ static void views(void) {
     drop_scene(&scene);
 }
 
+/* What the method gives, one output after the other, is what the codes of fields stand for. */
+static void outputs(uint32_t precision, uint32_t dimensions, uint32_t method) {
+    Scene scene;
+    make_scene(&scene, precision, dimensions, 8, 4, method);
+    Thurible *solver = full(&scene);
+    const char *names[] = {"density", "velocity", "force"};
+    const uint32_t fields[] = {THURIBLE_FIELD_DENSITY, THURIBLE_FIELD_VELOCITY, THURIBLE_FIELD_FORCE};
+    size_t count = 0;
+    IS(thurible_output_count(solver, NULL), NULL);
+    IS(thurible_output_count(NULL, &count), NULL);
+    OK(thurible_output_count(solver, &count));
+    CHECK(count == 3);
+    ThuribleOutput output;
+    IS(thurible_output(solver, count, &output), INDEX);
+    IS(thurible_output(solver, 0, NULL), NULL);
+    ThuribleView seen, view;
+    IS(thurible_view_output(solver, 0, 1, 0, &view), NO_RESULT);
+    OK(thurible_view_output(solver, 0, 0, 0, &view)); /* what was given */
+    OK(thurible_solve(solver, NULL, NULL, NULL));
+    for (size_t i = 0; i < count && i < 3; i++) {
+        OK(thurible_output(solver, i, &output));
+        CHECK(strcmp(output.name, names[i]) == 0 && output.words[0] != 0 && output.unit == (ThuribleUnit)i);
+        CHECK(output.place == (i == 0 ? THURIBLE_PLACE_CELLS : THURIBLE_PLACE_FACES));
+        CHECK(output.steps == scene.config.steps + 1 - i && output.given == (i < 2 ? 1u : 0u));
+        CHECK(output.components == (i == 0 ? 1 : dimensions));
+        for (size_t axis = 0; axis < 3; axis++) {
+            size_t bytes = 0;
+            if (axis >= output.components) {
+                CHECK(output.bytes[axis] == 0);
+                IS(thurible_view_output(solver, i, 0, axis, &view), INDEX);
+                continue;
+            }
+            OK(thurible_copy_bytes(solver, fields[i], axis, &bytes));
+            CHECK(output.bytes[axis] == bytes);
+            void *by_number = aligned(bytes), *by_code = aligned(bytes);
+            for (size_t step = 0; step < output.steps; step++) {
+                OK(thurible_read_output(solver, i, step, axis, by_number, bytes));
+                OK(thurible_copy(solver, fields[i], step, axis, by_code, bytes));
+                CHECK(memcmp(by_number, by_code, bytes) == 0);
+                OK(thurible_view_output(solver, i, step, axis, &seen));
+                OK(thurible_view(solver, fields[i], step, axis, &view));
+                CHECK(seen.data == view.data && seen.strides[1] == view.strides[1] && seen.unit == view.unit);
+            }
+            IS(thurible_read_output(solver, i, output.steps, axis, by_number, bytes), INDEX);
+            IS(thurible_read_output(solver, i, 0, axis, by_number, bytes - 1), LENGTH);
+            IS(thurible_read_output(solver, i, 0, axis, (char *)by_number + 1, bytes), MISALIGNED);
+            IS(thurible_read_output(solver, i, 0, axis, NULL, bytes), NULL);
+            free(by_number);
+            free(by_code);
+        }
+    }
+    drop(solver);
+    drop_scene(&scene);
+}
+
+/* The one value of the fact `name` of the last iteration; NaN where it was not told. */
+static double fact_of(const Thurible *solver, const char *name) {
+    size_t count = 0;
+    double found = (double)NAN;
+    OK(thurible_fact_count(solver, &count));
+    for (size_t i = 0; i < count; i++) {
+        ThuribleFact fact;
+        OK(thurible_fact(solver, i, &fact));
+        if (strcmp(fact.name, name) == 0 && fact.values == 1) OK(thurible_fact_values(solver, i, &found, sizeof found));
+    }
+    return found;
+}
+
+/* What the method reports, one fact after the other, is what the progress has fields for, and more. */
+static void facts(void) {
+    Scene scene;
+    make_scene(&scene, THURIBLE_PRECISION_F32, 2, 12, 4, THURIBLE_METHOD_ADMM);
+    Thurible *solver = full(&scene);
+    size_t count = 1, series = 0;
+    ThuribleFact fact;
+    OK(thurible_fact_count(solver, &count));
+    CHECK(count == 0);
+    IS(thurible_fact(solver, 0, &fact), INDEX);
+    unsigned char *saved = (unsigned char *)aligned(scene.saved);
+    OK(thurible_save(solver, saved, scene.saved));
+    ThuribleProgress progress;
+    for (int step = 0; step < 2; step++) {
+        OK(thurible_step(solver, NULL, NULL, &progress));
+        CHECK(fact_of(solver, "density_change") == progress.density_change && fact_of(solver, "gap") == progress.gap);
+        CHECK(fact_of(solver, "ao_step") == progress.step && isnan(fact_of(solver, "no such fact")));
+    }
+    OK(thurible_fact_count(solver, &count));
+    for (size_t i = 0; i < count; i++) {
+        OK(thurible_fact(solver, i, &fact));
+        CHECK(fact.name[0] != 0 && fact.words[0] != 0 && (fact.values == 1 || fact.kind == THURIBLE_FACT_KIND_SERIES));
+        double *values = (double *)aligned(fact.values * sizeof *values);
+        OK(thurible_fact_values(solver, i, values, fact.values * sizeof *values));
+        for (size_t value = 0; value < fact.values; value++) CHECK(isfinite(values[value]));
+        IS(thurible_fact_values(solver, i, values, fact.values * sizeof *values + 1), LENGTH);
+        IS(thurible_fact_values(solver, i, NULL, fact.values * sizeof *values), NULL);
+        free(values);
+        series += fact.kind == THURIBLE_FACT_KIND_SERIES && fact.values > 1;
+    }
+    CHECK(count > 3 && series > 0);
+    IS(thurible_fact(solver, count, &fact), INDEX);
+    IS(thurible_fact_values(solver, count, &progress.gap, sizeof progress.gap), INDEX);
+    IS(thurible_fact(solver, 0, NULL), NULL);
+    IS(thurible_fact_count(solver, NULL), NULL);
+    OK(thurible_restore(solver, saved, scene.saved));
+    OK(thurible_fact_count(solver, &count));
+    CHECK(count == 0);
+    free(saved);
+    drop(solver);
+    drop_scene(&scene);
+}
+
 /* Threads of the host. */
 typedef struct {
     ThuribleTask task;
@@ -621,8 +732,11 @@ int main(void) {
     handles();
     inputs();
     views();
+    facts();
     side_by_side();
     for (uint32_t method = THURIBLE_METHOD_DIRECT; method <= THURIBLE_METHOD_SIMULATE; method++) {
+        outputs(THURIBLE_PRECISION_F32, 2, method);
+        outputs(THURIBLE_PRECISION_F64, 3, method);
         saves_and_goes_on(THURIBLE_PRECISION_F32, 2, 16, method);
         saves_and_goes_on(THURIBLE_PRECISION_F64, 2, 9, method);
         saves_and_goes_on(THURIBLE_PRECISION_F32, 3, 6, method);

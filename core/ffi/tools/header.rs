@@ -31,7 +31,10 @@ fn header(check: bool) -> Result<(), Box<dyn core::error::Error>> {
         "calls/inputs.rs",
         "calls/solve.rs",
         "calls/save.rs",
+        "text.rs",
+        "outputs.rs",
         "fields.rs",
+        "facts.rs",
     ] {
         builder = builder.with_src(ffi.join(source));
     }
