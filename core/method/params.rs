@@ -2,7 +2,6 @@
 
 use super::list::for_each_method;
 use super::refusal::{PlanError, count};
-use super::{admm, direct, lbfgs, simulate};
 use crate::words::named;
 
 /// Most threads that a plan serves.
@@ -11,7 +10,7 @@ pub const MAX_THREADS: usize = 1024;
 pub const MAX_ITERATIONS: usize = 1_000_000;
 
 macro_rules! define {
-    ($($(#[$doc:meta])* $kind:ident $name:literal, $field:ident: $choices:ty, $state:ty;)+) => {
+    ($($(#[$doc:meta])* $kind:ident $name:literal, $field:ident: $($choices:ident)::+, $($state:ident)::+;)+) => {
         /// How a problem is solved.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub enum Method {
@@ -34,7 +33,7 @@ macro_rules! define {
             pub ceiling: Option<usize>,
             $(
                 #[doc = concat!("Choices of the method `", $name, "`.")]
-                pub $field: $choices,
+                pub $field: crate::method::$($choices)::+,
             )+
         }
 
