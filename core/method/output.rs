@@ -1,6 +1,7 @@
 //! What a method gives: named fields with place, steps and unit.
 
 use crate::field::Vector;
+use crate::words::named;
 
 /// Where the elements of a field are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,6 +11,8 @@ pub enum Place {
     /// On the faces of cells: a component for each axis, on the faces across it.
     Faces,
 }
+
+named!(Place { Cells = "cells", Faces = "faces" });
 
 /// In what a field is measured, in the scene's units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +24,8 @@ pub enum Unit {
     /// length / time^2.
     Force,
 }
+
+named!(Unit { Density = "density", Velocity = "velocity", Force = "force" });
 
 /// A field for each of many steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +96,7 @@ pub const CONTROLLED_FLOW: &[Output] = &[DENSITY, VELOCITY, FORCE];
 
 /// A field of one step as it lies in memory: time level `slot` of a trajectory of `slots` time levels, in scaled numbers. Of a
 /// field of cells only the first component is there.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Stored<'a, T> {
     /// The components.
     pub components: Vector<'a, T>,
@@ -99,4 +104,16 @@ pub struct Stored<'a, T> {
     pub slots: usize,
     /// Which of them it is.
     pub slot: usize,
+}
+
+impl<'a, T> Stored<'a, T> {
+    /// Step `step` of a field of `cells` cells whose steps lie one after the other.
+    #[must_use]
+    pub fn of_cells(steps: &'a [T], step: usize, cells: usize) -> Self {
+        Self {
+            components: [&steps[step * cells..(step + 1) * cells], &[], &[]],
+            slots: 1,
+            slot: 0,
+        }
+    }
 }

@@ -21,7 +21,7 @@ mod thurible {
     #[pymodule_export]
     use crate::plan::{Plan, plan};
     #[pymodule_export]
-    use crate::solution::Solution;
+    use crate::solution::{Given, Solution};
     #[pymodule_export]
     use crate::solve::solve;
     #[pymodule_export]

@@ -1,14 +1,14 @@
-//! Where the fields of a solution lie in its block, and NumPy's arrays over them.
+//! Where the outputs of a solution lie in its block, and NumPy's arrays over them.
 
 use crate::block::Block;
 use core::slice;
 use numpy::ndarray::{ArrayView, IxDyn, ShapeBuilder};
 use numpy::{Element, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
+use std::sync::OnceLock;
 use thurible_core::memory::{Arena, footprint};
-use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 use thurible_core::solver::Strided;
-use thurible_core::{Real, Solver, Space};
+use thurible_core::{Output, Real, Solver, Space};
 
 /// A number of the core that NumPy knows too.
 pub trait Number: Real + Element {}
@@ -29,35 +29,48 @@ pub struct Place {
 }
 
 impl Place {
-    /// `count` fields from `first` on, `apart` numbers from one to the next, in a block that begins at address `start`.
-    fn series<T: Real>(
-        start: usize,
-        first: &Strided<'_, T>,
-        count: usize,
-        apart: usize,
-        dims: usize,
-    ) -> Self {
-        let reversed = |axes: [usize; 3]| axes.into_iter().take(dims).rev();
-        let shape = [count].into_iter().chain(reversed(first.extent)).collect();
-        let strides = [apart].into_iter().chain(reversed(first.strides)).collect();
+    /// One step of a component in a block that begins at address `start`.
+    fn step<T: Real>(start: usize, step: &Strided<'_, T>, dims: usize) -> Self {
+        let along = |first: usize, axes: [usize; 3]| {
+            let reversed = axes.into_iter().take(dims).rev();
+            [first].into_iter().chain(reversed).collect::<Vec<_>>()
+        };
         Self {
-            offset: first.numbers.as_ptr().addr() - start,
-            shape,
-            strides,
-            unit: first.unit,
+            offset: step.numbers.as_ptr().addr() - start,
+            shape: along(1, step.extent),
+            strides: along(step.extent[0], step.strides),
+            unit: step.unit,
         }
+    }
+
+    /// Takes `next`, one step, as its own next step, if that lies as far from its last as each of its steps from the one before.
+    fn takes<T: Real>(&mut self, next: &Self) -> bool {
+        let (count, own) = (self.shape[0], self.strides[0]);
+        let numbers = next.offset.saturating_sub(self.offset) / T::BYTES;
+        let apart = if count == 1 { numbers } else { own };
+        let evenly = apart > 0 && numbers == count * apart;
+        let alike = self.strides[1..] == next.strides[1..] && self.unit == next.unit;
+        if evenly && alike {
+            (self.shape[0], self.strides[0]) = (count + 1, apart);
+        }
+        evenly && alike
+    }
+
+    /// All but the first `count` steps.
+    fn without<T: Real>(&self, count: usize) -> Self {
+        let mut rest = self.clone();
+        let count = count.min(rest.shape[0] - 1);
+        rest.shape[0] -= count;
+        rest.offset += count * rest.strides[0] * T::BYTES;
+        rest
     }
 
     /// A whole block with the numbers of `shape`, one after the other.
     fn dense(shape: Vec<usize>) -> Self {
-        let mut strides = vec![1; shape.len()];
-        for axis in (1..shape.len()).rev() {
-            strides[axis - 1] = strides[axis] * shape[axis];
-        }
         Self {
             offset: 0,
+            strides: dense(&shape),
             shape,
-            strides,
             unit: 1.0,
         }
     }
@@ -97,35 +110,75 @@ impl Place {
     }
 }
 
-/// A component of a velocity or force.
-#[derive(Clone, Debug)]
+/// Strides of an array whose numbers lie one after the other.
+fn dense(shape: &[usize]) -> Vec<usize> {
+    let mut strides = vec![1; shape.len()];
+    for axis in (1..shape.len()).rev() {
+        strides[axis - 1] = strides[axis] * shape[axis];
+    }
+    strides
+}
+
+/// A component of an output.
 pub struct Component {
-    /// v_0, which lies apart from the others; a force has none.
-    first: Option<Place>,
-    /// All entries but v_0.
-    pub rest: Place,
+    /// Its steps, as many together as lie evenly apart: a given v_0 lies elsewhere than the velocities that were found.
+    runs: Vec<Place>,
+    /// How many of its first steps are given.
+    given: usize,
     /// The axis of the array along which walls add a face.
     wall: Option<usize>,
+    /// The component as files have it, once somebody asked for it and it does not lie so.
+    file: OnceLock<(Block, Place)>,
 }
 
 impl Component {
-    /// The component as files have it, in the scene's units, with the faces on walls; `None` if the system has not the memory.
-    pub fn filed<T: Number>(&self, block: &Block) -> Option<(Block, Place)> {
-        let mut shape = self.rest.shape.clone();
-        shape[0] += usize::from(self.first.is_some());
+    /// The component as files have it, in the scene's units, with the faces on walls, and the block where that is: `block` itself, or
+    /// one that is made the first time. `None` if the system has not the memory.
+    pub fn filed<'a, T: Number>(&'a self, block: &'a Block) -> Option<(&'a Block, &'a Place)> {
+        if let ([all], None) = (self.runs.as_slice(), self.wall)
+            && all.unit == 1.0
+            && all.strides == dense(&all.shape)
+        {
+            return Some((block, all));
+        }
+        let (file, place) = match self.file.get() {
+            Some(file) => file,
+            None => {
+                let file = self.file::<T>(block)?;
+                self.file.get_or_init(|| file)
+            }
+        };
+        Some((file, place))
+    }
+
+    fn file<T: Number>(&self, block: &Block) -> Option<(Block, Place)> {
+        let mut shape = self.runs.first()?.shape.clone();
+        shape[0] = self.runs.iter().map(|run| run.shape[0]).sum();
         if let Some(axis) = self.wall {
             shape[axis] += 1;
         }
         let count = shape.iter().product::<usize>();
         let place = Place::dense(shape);
         let mut file = Block::new(footprint(count, T::BYTES)?)?;
-        let numbers = Arena::new(file.bytes_mut()).take::<T>("array", count).ok()?;
-        let (first, rest) = numbers.split_at_mut(self.first.iter().len() * place.strides[0]);
-        if let Some(part) = &self.first {
-            part.scatter::<T>(block, &place.strides, first);
+        let mut rest = Arena::new(file.bytes_mut()).take::<T>("array", count).ok()?;
+        for run in &self.runs {
+            let (part, after) = rest.split_at_mut(run.shape[0] * place.strides[0]);
+            run.scatter::<T>(block, &place.strides, part);
+            rest = after;
         }
-        self.rest.scatter::<T>(block, &place.strides, rest);
         Some((file, place))
+    }
+
+    /// What was found of it, as it lies in the block; in units of [`Self::unit`].
+    pub fn in_place<T: Number>(&self) -> Option<Place> {
+        let (last, before) = self.runs.split_last()?;
+        let before: usize = before.iter().map(|run| run.shape[0]).sum();
+        Some(last.without::<T>(self.given.saturating_sub(before)))
+    }
+
+    /// The scene's unit of the numbers in the block.
+    pub fn unit(&self) -> f64 {
+        self.runs.first().map_or(1.0, |run| run.unit)
     }
 }
 
@@ -150,51 +203,38 @@ impl Place {
     }
 }
 
-/// Where everything lies in the block of a solver.
-#[derive(Clone, Debug)]
-pub struct Places {
-    /// rho_0 .. rho_N.
-    pub density: Place,
-    /// Velocities along x, y (and z).
-    pub velocity: Vec<Component>,
-    /// Forces along x, y (and z).
-    pub force: Vec<Component>,
+/// Where an output lies in the block of a solver.
+pub struct Field {
+    /// What it is.
+    pub output: Output,
+    /// Its components: one, or those along x, y (and z).
+    pub components: Vec<Component>,
 }
 
-impl Places {
-    /// The places of `solver`, which lives in `block`.
-    pub fn of<T: Real, S: Space>(solver: &Solver<'_, T, S>, start: usize, sizes: &Sizes<'_>) -> Self {
-        let Sizes { steps, periodic } = *sizes;
-        let dims = periodic.len();
-        let series = |first: &Strided<'_, T>, count, apart| Place::series(start, first, count, apart, dims);
-        let density = solver.in_place(&DENSITY, 0, 0);
-        let cells = solver.density(0).len();
-        let component = |axis: usize, first: Option<Strided<'_, T>>, rest: Strided<'_, T>| Component {
-            first: first.map(|first| series(&first, 1, 1)),
-            rest: series(&rest, steps - 1, rest.extent[0]),
-            wall: (!periodic[axis]).then_some(dims - axis),
-        };
-        let velocity = |axis| {
-            component(
-                axis,
-                Some(solver.in_place(&VELOCITY, 0, axis)),
-                solver.in_place(&VELOCITY, 1, axis),
-            )
-        };
-        let force = |axis| component(axis, None, solver.in_place(&FORCE, 0, axis));
-        Self {
-            density: series(&density, steps + 1, cells),
-            velocity: (0..dims).map(velocity).collect(),
-            force: (0..dims).map(force).collect(),
+/// All outputs of `solver`, which lives in a block that begins at address `start`; `periodic` says which axes wrap around.
+pub fn fields<T: Real, S: Space>(solver: &Solver<'_, T, S>, start: usize, periodic: &[bool]) -> Vec<Field> {
+    let dims = periodic.len();
+    let component = |output: &Output, axis: usize| {
+        let mut runs: Vec<Place> = Vec::new();
+        for step in 0..output.count(solver.steps()) {
+            let next = Place::step(start, &solver.in_place(output, step, axis), dims);
+            if !runs.last_mut().is_some_and(|run| run.takes::<T>(&next)) {
+                runs.push(next);
+            }
         }
-    }
-}
-
-/// What a solver does not tell of its problem.
-#[derive(Clone, Copy, Debug)]
-pub struct Sizes<'a> {
-    /// N.
-    pub steps: usize,
-    /// Whether each axis wraps around.
-    pub periodic: &'a [bool],
+        let walls = output.place == thurible_core::Place::Faces && !periodic[axis];
+        Component {
+            runs,
+            given: output.given,
+            wall: walls.then_some(dims - axis),
+            file: OnceLock::new(),
+        }
+    };
+    let field = |&output: &Output| Field {
+        output,
+        components: (0..output.components(dims))
+            .map(|axis| component(&output, axis))
+            .collect(),
+    };
+    solver.outputs().iter().map(field).collect()
 }

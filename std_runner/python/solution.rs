@@ -1,25 +1,23 @@
 //! What was found, in memory that NumPy's arrays borrow.
 
 use crate::block::Block;
-use crate::place::{Component, Number, Place, Places};
+use crate::place::{Component, Field, Number, Place};
 use crate::plan::Precision;
 use crate::watch::{Ended, Iteration};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
-use std::sync::OnceLock;
+use pyo3::types::{PyDict, PyTuple};
 use thurible::bytes::grouped;
 use thurible::remarks::{KeyframeError, largest};
-use thurible_core::{Named, Objective};
+use thurible_core::output::{DENSITY, FORCE, VELOCITY};
+use thurible_core::{Named, Objective, Output};
 
 /// A result. Its arrays cannot be written to and keep it alive; copy what you want to change.
 #[pyclass(frozen, module = "thurible")]
 pub struct Solution {
     pub(crate) block: Block,
-    pub(crate) places: Places,
+    pub(crate) fields: Vec<Field>,
     pub(crate) precision: Precision,
-    pub(crate) velocity: [OnceLock<(Block, Place)>; 3],
-    pub(crate) force: [OnceLock<(Block, Place)>; 3],
     pub(crate) objective: Objective,
     pub(crate) ended: Ended,
     pub(crate) mass_factors: Vec<f64>,
@@ -41,60 +39,59 @@ macro_rules! typed {
 
 #[pymethods]
 impl Solution {
+    /// All that the method gives, by name: a dict of Output.
+    #[getter]
+    fn outputs<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let outputs = PyDict::new(this.py());
+        for (index, field) in this.get().fields.iter().enumerate() {
+            let solution = this.clone().unbind();
+            outputs.set_item(field.output.name, Given { solution, index })?;
+        }
+        Ok(outputs)
+    }
+
     /// Densities, of shape (steps + 1, (nz,) ny, nx).
     #[getter]
-    fn density<'py>(this: &Bound<'py, Self>) -> Bound<'py, PyAny> {
-        let Self {
-            precision,
-            places,
-            block,
-            ..
-        } = this.get();
-        typed!(precision, view(this, block, &places.density))
+    fn density<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        filed(this, this.get().components(&DENSITY))?.get_item(0)
     }
 
     /// Velocities along x, y (and z), of shape (steps, (nz,) ny, nx), and on a wall axis one more along it. The arrays are made when
     /// they are first asked for, and stay.
     #[getter]
     fn velocity<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        filed(this, &this.get().places.velocity, &this.get().velocity)
+        filed(this, this.get().components(&VELOCITY))
     }
 
     /// Forces along x, y (and z), as velocities, of steps - 1 entries: entry k turns velocity k into velocity k + 1.
     #[getter]
     fn force<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        filed(this, &this.get().places.force, &this.get().force)
+        filed(this, this.get().components(&FORCE))
     }
 
     /// Velocities 1 .. steps - 1 as they lie in the solver's memory: nothing is copied. Each cell has its low face, so that the last
     /// walls are left out; times velocity_unit they are in the scene's units.
     #[getter]
     fn velocity_in_place<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        in_place(this, &this.get().places.velocity)
+        in_place(this, this.get().components(&VELOCITY))
     }
 
     /// Forces as they lie in the solver's memory, as velocity_in_place; times force_unit they are in the scene's units.
     #[getter]
     fn force_in_place<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        in_place(this, &this.get().places.force)
+        in_place(this, this.get().components(&FORCE))
     }
 
     /// length / dt.
     #[getter]
     fn velocity_unit(&self) -> f64 {
-        self.places
-            .velocity
-            .first()
-            .map_or(1.0, |component| component.rest.unit)
+        self.unit(&VELOCITY)
     }
 
     /// length / dt^2.
     #[getter]
     fn force_unit(&self) -> f64 {
-        self.places
-            .force
-            .first()
-            .map_or(1.0, |component| component.rest.unit)
+        self.unit(&FORCE)
     }
 
     /// The objective: data_term + force_term.
@@ -182,36 +179,105 @@ impl Solution {
     }
 }
 
+impl Solution {
+    /// The components of an output; none where the method does not give it.
+    fn components(&self, output: &Output) -> &[Component] {
+        let found = self.fields.iter().find(|field| field.output == *output);
+        found.map_or(&[], |field| &field.components)
+    }
+
+    /// The scene's unit of an output in the block.
+    fn unit(&self, output: &Output) -> f64 {
+        self.components(output).first().map_or(1.0, Component::unit)
+    }
+}
+
+/// Something that the method gives: a field for each of many steps.
+#[pyclass(frozen, module = "thurible", name = "Output")]
+pub struct Given {
+    solution: Py<Solution>,
+    index: usize,
+}
+
+impl Given {
+    /// What it is, or nothing of a solution that has fewer: those of an output are never fewer.
+    fn field(&self) -> Option<&Field> {
+        self.solution.get().fields.get(self.index)
+    }
+}
+
+#[pymethods]
+impl Given {
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.field().map_or("", |field| field.output.name)
+    }
+
+    /// What it is, in a few words.
+    #[getter]
+    fn words(&self) -> &'static str {
+        self.field().map_or("", |field| field.output.words)
+    }
+
+    /// "cells", or "faces" for a component along each axis, on the faces across it.
+    #[getter]
+    fn place(&self) -> &'static str {
+        self.field().map_or("", |field| field.output.place.name())
+    }
+
+    /// In what it is measured: "density", "velocity" or "force".
+    #[getter]
+    fn unit(&self) -> &'static str {
+        self.field().map_or("", |field| field.output.unit.name())
+    }
+
+    /// An array for each component, as result.npz has it, in the scene's units: the solver's own memory where it lies so, and else
+    /// made when first asked for.
+    #[getter]
+    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        filed(
+            self.solution.bind(py),
+            self.field().map_or(&[], |field| &field.components),
+        )
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<thurible.Output: {}, {}>", self.name(), self.words())
+    }
+}
+
 /// An array over `block`, which the solution owns.
 fn view<'py, T: Number>(this: &Bound<'py, Solution>, block: &Block, place: &Place) -> Bound<'py, PyAny> {
     place.array::<T>(block, this.as_any()).into_any()
 }
 
-fn in_place<'py>(this: &Bound<'py, Solution>, components: &[Component]) -> PyResult<Bound<'py, PyTuple>> {
-    let Solution { precision, block, .. } = this.get();
-    PyTuple::new(
-        this.py(),
-        components
-            .iter()
-            .map(|component| typed!(precision, view(this, block, &component.rest)))
-            .collect::<Vec<_>>(),
-    )
+/// What was found of a component, as it lies in the block.
+fn lying<'py, T: Number>(this: &Bound<'py, Solution>, component: &Component) -> Option<Bound<'py, PyAny>> {
+    let place = component.in_place::<T>()?;
+    Some(view::<T>(this, &this.get().block, &place))
 }
 
-fn filed<'py>(
-    this: &Bound<'py, Solution>,
-    components: &[Component],
-    files: &[OnceLock<(Block, Place)>; 3],
-) -> PyResult<Bound<'py, PyTuple>> {
-    let Solution { precision, block, .. } = this.get();
-    let file = |component, file| {
-        typed!(precision, file_of(component, block, file))
-            .map(|(block, place)| typed!(precision, view(this, block, place)))
-    };
+fn in_place<'py>(this: &Bound<'py, Solution>, components: &[Component]) -> PyResult<Bound<'py, PyTuple>> {
+    let precision = this.get().precision;
+    let arrays: Vec<_> = components
+        .iter()
+        .filter_map(|component| typed!(precision, lying(this, component)))
+        .collect();
+    PyTuple::new(this.py(), arrays)
+}
+
+/// A component as files have it.
+fn in_order<'py, T: Number>(this: &Bound<'py, Solution>, component: &Component) -> Option<Bound<'py, PyAny>> {
+    let (block, place) = component.filed::<T>(&this.get().block)?;
+    Some(view::<T>(this, block, place))
+}
+
+fn filed<'py>(this: &Bound<'py, Solution>, components: &[Component]) -> PyResult<Bound<'py, PyTuple>> {
+    let precision = this.get().precision;
     let arrays: Option<Vec<_>> = components
         .iter()
-        .zip(files)
-        .map(|(component, kept)| file(component, kept))
+        .map(|component| typed!(precision, in_order(this, component)))
         .collect();
     let arrays = arrays.ok_or_else(|| {
         PyMemoryError::new_err(
@@ -219,19 +285,4 @@ fn filed<'py>(
         )
     })?;
     PyTuple::new(this.py(), arrays)
-}
-
-/// The file of a component, made if nobody has asked for it before.
-fn file_of<'a, T: Number>(
-    component: &Component,
-    block: &Block,
-    kept: &'a OnceLock<(Block, Place)>,
-) -> Option<&'a (Block, Place)> {
-    match kept.get() {
-        Some(file) => Some(file),
-        None => {
-            let file = component.filed::<T>(block)?;
-            Some(kept.get_or_init(|| file))
-        }
-    }
 }

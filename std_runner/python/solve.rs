@@ -3,7 +3,7 @@
 use crate::block::Block;
 use crate::choices::Choices;
 use crate::inputs::{self, Inputs};
-use crate::place::{Number, Places, Sizes};
+use crate::place::{Number, fields};
 use crate::plan::{self, Planned, Precision};
 use crate::solution::Solution;
 use crate::watch;
@@ -95,14 +95,7 @@ impl Job<'_> {
                 "the solve left the finite numbers, or a flow was too fast to follow from the start; use float64, more steps or a slower initial_velocity",
             ));
         }
-        let places = Places::of(
-            &solver,
-            start,
-            &Sizes {
-                steps: choices.scene.steps,
-                periodic: &periodic,
-            },
-        );
+        let fields = fields(&solver, start, &periodic);
         let objective = solver.objective();
         let errors = keyframe_errors(&solver, &choices.scene.keyframes);
         let remarks = remarks(
@@ -115,10 +108,8 @@ impl Job<'_> {
         );
         drop(solver);
         Ok(Solution {
-            places,
+            fields,
             precision,
-            velocity: Default::default(),
-            force: Default::default(),
             objective,
             ended,
             mass_factors,

@@ -153,11 +153,42 @@ class Progress:
     @property
     def kkt(self) -> float | None:
         """admm: the largest violation of the conditions of an optimum."""
+    @property
+    def facts(self) -> dict[str, float | int | bool | list[float]]:
+        """All that the method reported, by name: a number, a count, a truth value, or a list of numbers."""
+    @property
+    def fact_words(self) -> dict[str, str]:
+        """What each of the facts is, in a few words, by name."""
+
+@final
+class Output:
+    """Something that the method gives: a field for each of many steps."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+    @property
+    def words(self) -> str:
+        """What it is, in a few words."""
+    @property
+    def place(self) -> Literal["cells", "faces"]:
+        """At the centres of cells, or on faces: a component along each axis, on the faces across it."""
+    @property
+    def unit(self) -> Literal["density", "velocity", "force"]:
+        """In what it is measured."""
+    @property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """An array for each component, of shape (its steps, (nz,) ny, nx) as `result.npz` has it, in the scene's units.
+
+        The solver's own memory where it lies so, and else made when first asked for."""
 
 @final
 class Solution:
     """A result. Its arrays cannot be written to and keep it alive; copy what you want to change."""
 
+    @property
+    def outputs(self) -> dict[str, Output]:
+        """All that the method gives, by name; `density`, `velocity` and `force` are among it."""
     @property
     def density(self) -> NDArray[Any]:
         """Densities, of shape (steps + 1, (nz,) ny, nx): the solver's own memory."""

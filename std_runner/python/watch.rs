@@ -5,39 +5,52 @@ use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicBool, Ordering};
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use thurible::threads;
-use thurible_core::{Event, Exec, Observer, Progress, Real, Serial, Solver, Space, Status};
+use thurible_core::{Event, Exec, Fact, Kind, Observer, Progress, Real, Serial, Solver, Space, Status};
 
 /// How often signals, as that of Ctrl-C, are looked for.
 const LISTEN: Duration = Duration::from_millis(50);
 
 /// What one iteration did.
-#[pyclass(frozen, get_all, module = "thurible", name = "Progress")]
+#[pyclass(frozen, module = "thurible", name = "Progress")]
 #[derive(Clone, Debug)]
 pub struct Iteration {
     /// Iteration, from 1, those on coarser grids included.
+    #[pyo3(get)]
     iteration: usize,
     /// Seconds since the solve began.
+    #[pyo3(get)]
     seconds: f64,
     /// The objective: `data + force`.
+    #[pyo3(get)]
     objective: f64,
     /// Distance from the keyframes.
+    #[pyo3(get)]
     data: f64,
     /// Price of the force.
+    #[pyo3(get)]
     force: f64,
     /// Cells along x, y (and z) of the grid that it worked on, where the method tells.
+    #[pyo3(get)]
     cells: Option<Vec<usize>>,
     /// Step along the direction, of the direct method and L-BFGS; blending step of ADMM.
+    #[pyo3(get)]
     step: Option<f64>,
     /// ADMM: largest change of the densities, in parts of the source's largest.
+    #[pyo3(get)]
     density_change: Option<f64>,
     /// ADMM: max |v - v*| over max |v|.
+    #[pyo3(get)]
     gap: Option<f64>,
     /// ADMM: the largest violation of the conditions of an optimum.
+    #[pyo3(get)]
     kkt: Option<f64>,
+    /// What the method reported, each fact with its values.
+    facts: Vec<(Fact, Vec<f64>)>,
 }
 
 impl Iteration {
@@ -55,12 +68,43 @@ impl Iteration {
             density_change: fact("density_change"),
             gap: fact("gap"),
             kkt: fact("kkt"),
+            facts: progress
+                .report
+                .iter()
+                .map(|(fact, values)| (fact, values.to_vec()))
+                .collect(),
         }
     }
 }
 
 #[pymethods]
 impl Iteration {
+    /// What the method reported, by name: a number, a count, a truth value, or a list of numbers.
+    #[getter]
+    fn facts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let facts = PyDict::new(py);
+        for (Fact { name, kind, .. }, values) in &self.facts {
+            let value = values.first().copied().unwrap_or(f64::NAN);
+            match kind {
+                Kind::Number => facts.set_item(name, value)?,
+                Kind::Count => facts.set_item(name, value as u64)?,
+                Kind::Flag => facts.set_item(name, value != 0.0)?,
+                Kind::Series => facts.set_item(name, values)?,
+            }
+        }
+        Ok(facts)
+    }
+
+    /// What each of the facts is, in a few words, by name.
+    #[getter]
+    fn fact_words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let words = PyDict::new(py);
+        for (fact, _) in &self.facts {
+            words.set_item(fact.name, fact.words)?;
+        }
+        Ok(words)
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "<thurible.Progress: iteration {}, objective {:.5e} = data {:.5e} + force {:.5e}>",

@@ -1,6 +1,6 @@
 //! The words of choices and outcomes.
 
-use thurible_core::{Boundary, Colours, Method, Named, Norm, NsoSolver, Scheme, Status};
+use thurible_core::{Boundary, Colours, Method, Named, Norm, NsoSolver, Place, Scheme, Status, Unit};
 
 fn each_word_is_its_own<T: Named>() {
     for &value in T::ALL {
@@ -18,6 +18,8 @@ fn words_and_values_belong_together() {
     each_word_is_its_own::<NsoSolver>();
     each_word_is_its_own::<Colours>();
     each_word_is_its_own::<Status>();
+    each_word_is_its_own::<Place>();
+    each_word_is_its_own::<Unit>();
 }
 
 #[test]

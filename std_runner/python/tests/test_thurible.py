@@ -69,6 +69,54 @@ class Results(unittest.TestCase):
                 np.testing.assert_allclose(found.keyframe_errors_before, [before / size], rtol=1e-4)
                 self.assertEqual(found.remarks, [])
 
+    def test_outputs_are_gone_through(self):
+        for shape, dtype, boundary in [((24, 20), np.float32, "wall"), ((8, 9, 10), np.float64, ["periodic", "wall", "periodic"])]:
+            with self.subTest(shape=shape):
+                _, _, found = move(shape, dtype, 6, iterations=2, boundary=boundary)
+                outputs = found.outputs
+                self.assertEqual([*outputs], ["density", "velocity", "force"])
+                self.assertEqual([(each.place, each.unit) for each in outputs.values()], [("cells", "density"), ("faces", "velocity"), ("faces", "force")])
+                for name, output in outputs.items():
+                    self.assertEqual(output.name, name)
+                    self.assertIn(name, repr(output))
+                    self.assertTrue(output.words)
+                    self.assertEqual(len(output.arrays), 1 if output.place == "cells" else len(shape))
+                    ours = [found.density] if name == "density" else getattr(found, name)
+                    for array, our in zip(output.arrays, ours):
+                        self.assertEqual((array.ctypes.data, array.shape, array.strides), (our.ctypes.data, our.shape, our.strides))
+                        self.assertIs(array.base, found)
+
+    def test_outputs_outlive_the_name(self):
+        _, _, found = move((24, 20), np.float32, 6, iterations=2)
+        before, velocity = found.velocity[0].tobytes(), found.outputs["velocity"]
+        del found
+        gc.collect()
+        self.assertEqual(velocity.arrays[0].tobytes(), before)
+
+    def test_two_steps(self):
+        """One force and two velocities, of which one is given."""
+        for boundary in ("wall", "periodic"):
+            _, _, found = move((12, 10), np.float64, 2, iterations=2, boundary=boundary)
+            self.assertEqual([len(found.velocity[0]), len(found.force[0])], [2, 1])
+            self.assertEqual(found.velocity_in_place[0].shape, (1, 12, 10))
+            np.testing.assert_array_equal(found.velocity_in_place[0], found.velocity[0][1:, :, :10])
+            np.testing.assert_array_equal(found.force_in_place[0], found.force[0][:, :, :10])
+
+    def test_facts_are_gone_through(self):
+        for method in ("direct", "admm", "lbfgs", "pd"):
+            with self.subTest(method=method):
+                _, _, found = move((16, 16), np.float64, 4, iterations=2, method=method)
+                for entry in found.history:
+                    self.assertEqual([*entry.facts], [*entry.fact_words])
+                    self.assertTrue(all(entry.fact_words.values()))
+                    self.assertTrue(all(isinstance(value, (float, int, list)) for value in entry.facts.values()))
+                    for name in ("density_change", "gap", "kkt"):
+                        self.assertEqual(getattr(entry, name), entry.facts.get(name))
+                self.assertEqual(bool(found.history[0].facts), method != "pd")
+                if method == "admm":
+                    self.assertIsInstance(found.history[0].facts["held"], bool)
+                    self.assertIsInstance(found.history[0].facts["nso_residuals"], list)
+
     def test_nothing_moved(self):
         _, _, found = move((24, 20), np.float32, 8, iterations=10, force_weight=1e13)
         self.assertGreater(found.keyframe_errors[0], 0.95 * found.keyframe_errors_before[0])
