@@ -86,12 +86,7 @@ impl<'m, T: Real> Animation<'m, T> {
     /// rho_step.
     #[must_use]
     pub fn density(&self, step: usize) -> Stored<'_, T> {
-        let cells = self.grid().cells();
-        Stored {
-            components: [&self.rho[step * cells..(step + 1) * cells], &[], &[]],
-            slots: 1,
-            slot: 0,
-        }
+        Stored::of_cells(self.rho, step, self.grid().cells())
     }
 
     /// v_step.

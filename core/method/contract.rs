@@ -4,7 +4,7 @@
 //! that fulfils it joins them by one line in the registry (see [`super`]).
 
 use super::animation::Animation;
-use super::output::{CONTROLLED_FLOW, DENSITY, FORCE, Output, Stored};
+use super::output::{CONTROLLED_FLOW, DENSITY, FORCE, Output, Stored, VELOCITY};
 use super::params::Params;
 use super::refusal::PlanError;
 use crate::checkpoint::{Damaged, Mix, Record};
@@ -118,23 +118,42 @@ pub trait Contract<'m, T: Real, S: Space> {
         CONTROLLED_FLOW
     }
 
+    /// Where step `step` of an output of its own is, one that this contract does not know.
+    fn own(&self, output: &Output, step: usize) -> Stored<'_, T> {
+        let _ = (output, step);
+        Stored::default()
+    }
+
     /// Where step `step` of one of its outputs is.
     fn stored<'a>(&'a self, output: &Output, step: usize) -> Stored<'a, T>
     where
         'm: 'a,
     {
         let animation = self.animation();
-        if *output == DENSITY {
-            animation.density(step)
-        } else if *output == FORCE {
-            Stored {
+        match *output {
+            DENSITY => animation.density(step),
+            VELOCITY => animation.velocity(step),
+            FORCE => Stored {
                 components: self.force(),
                 slots: animation.slots,
                 slot: step,
-            }
-        } else {
-            animation.velocity(step)
+            },
+            _ => self.own(output, step),
         }
+    }
+}
+
+/// Choices of a method that leaves nothing to choose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NoChoices;
+
+impl NoChoices {
+    /// Nothing to check.
+    ///
+    /// # Errors
+    /// None.
+    pub fn check(&self) -> Result<(), PlanError> {
+        Ok(())
     }
 }
 
