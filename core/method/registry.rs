@@ -4,18 +4,17 @@ use super::contract::{Contract, Measure};
 use super::list::for_each_method;
 use super::params::{Method, Params};
 use super::refusal::PlanError;
-use super::{admm, direct, lbfgs, simulate};
 use crate::checkpoint::Mix;
 use crate::grid::Space;
 use crate::problem::Problem;
 use crate::real::Real;
 
 macro_rules! define {
-    ($($(#[$doc:meta])* $kind:ident $name:literal, $field:ident: $choices:ty, $($state:ident)::+;)+) => {
+    ($(#[doc = $words:literal] $kind:ident $name:literal, $field:ident: $($choices:ident)::+, $($state:ident)::+;)+) => {
         /// The state of a method: every buffer but the keyframes.
         #[derive(Debug)]
         pub enum Engine<'m, T, S> {
-            $($(#[$doc])* $kind($($state)::+<'m, T, S>),)+
+            $(#[doc = $words] $kind(crate::method::$($state)::+<'m, T, S>),)+
         }
 
         impl<'m, T: Real, S: Space> Engine<'m, T, S> {
@@ -53,7 +52,7 @@ macro_rules! define {
             measure: &Measure<'_>,
         ) -> Result<Params, PlanError> {
             match params.method {
-                $(Method::$kind => <$($state)::+<'_, T, S> as Contract<'_, T, S>>::fit(problem, params, measure),)+
+                $(Method::$kind => <crate::method::$($state)::+<'_, T, S> as Contract<'_, T, S>>::fit(problem, params, measure),)+
             }
         }
 
@@ -61,14 +60,14 @@ macro_rules! define {
         #[must_use]
         pub fn steers<T: Real, S: Space>(params: &Params) -> bool {
             match params.method {
-                $(Method::$kind => <$($state)::+<'_, T, S> as Contract<'_, T, S>>::steers(params),)+
+                $(Method::$kind => <crate::method::$($state)::+<'_, T, S> as Contract<'_, T, S>>::steers(params),)+
             }
         }
 
         /// Mixes in all choices of the method that its results follow from.
         pub fn mix<T: Real, S: Space>(params: &Params, mix: &mut Mix) {
             match params.method {
-                $(Method::$kind => <$($state)::+<'_, T, S> as Contract<'_, T, S>>::mix(params, mix),)+
+                $(Method::$kind => <crate::method::$($state)::+<'_, T, S> as Contract<'_, T, S>>::mix(params, mix),)+
             }
         }
     };
