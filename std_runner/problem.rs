@@ -2,7 +2,7 @@
 
 use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
-use crate::scene::{MethodSection, Scene};
+use crate::scene::Scene;
 use thurible_core::{D2, D3, Params, Plan, PlanError, Real};
 
 /// f32 or f64.
@@ -85,25 +85,10 @@ impl OwnedProblem {
 
 /// The core's parameters for a scene on `threads` threads, within `ceiling` bytes if that can be.
 pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Params {
-    let MethodSection {
-        name,
-        iterations,
-        direct,
-        admm,
-        lbfgs,
-        pd,
-        ..
-    } = scene.method;
     Params {
-        method: name,
-        iterations,
         threads,
         ceiling,
-        admm,
-        direct,
-        lbfgs,
-        pd,
-        simulation: scene.simulation,
+        ..scene.method.params
     }
 }
 

@@ -48,7 +48,7 @@ choices!(AdmmParams, "admm" {
         "how strongly the two halves of the method are tied together";
     relaxation: relaxation, Kind::Number(Numbers::Below(2.0)),
         "step of the multipliers, in parts of the penalty";
-    ao_iterations: ao_iterations, Kind::Count(AdmmParams::MOST_AO_ITERATIONS),
+    ao_iterations: ao_iterations, Kind::Count(1000),
         "fixed-point iterations for the densities in each iteration";
     ao_momentum: ao_momentum, Kind::Number(Numbers::Fraction),
         "of the heavy ball, between these iterations; 0 is the paper's";
@@ -69,9 +69,6 @@ choices!(AdmmParams, "admm" {
 });
 
 impl AdmmParams {
-    /// Most fixed-point iterations of AO.
-    pub const MOST_AO_ITERATIONS: usize = 1000;
-
     /// Mixes in every number that results follow from, for the fingerprint of a checkpoint.
     pub fn mix(&self, mix: &mut Mix) {
         // Every field by name: a new one does not compile until it is mixed in.

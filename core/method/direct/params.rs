@@ -38,7 +38,7 @@ impl Default for DirectParams {
 }
 
 choices!(DirectParams, "direct" {
-    history: history, Kind::Automatic(DirectParams::MOST),
+    history: history, Kind::Automatic(MAX_PAIRS),
         "pairs of its quasi-Newton method: more need more memory; auto: as many as fit, at most 5";
     tolerance: tolerance, Kind::Number(Numbers::Below(1.0)),
         "converged when the objective falls by less than this part of itself, twice in a row";
@@ -48,8 +48,6 @@ choices!(DirectParams, "direct" {
 impl DirectParams {
     /// Pairs when nothing is said and memory is plenty.
     pub const MOST_BY_DEFAULT: usize = 5;
-    /// Most pairs.
-    pub const MOST: usize = MAX_PAIRS;
 
     /// Iterations of a solve at most, those on coarser grids included, of which `on_finest` on the finest.
     #[must_use]
