@@ -65,12 +65,11 @@ pub enum ThuribleNorm {
     Plain = 1,
 }
 
-/// Codes are the places of the core's values: a difference does not compile.
+/// Codes are the places of the core's values: a difference does not compile. What the core has beyond them is chosen by its number.
 macro_rules! codes {
     ($codes:ident of $core:ident: $($value:ident),+) => {
         const _: () = {
             $(assert!($codes::$value as u32 == thurible_core::$core::$value as u32);)+
-            assert!(<thurible_core::$core as Named>::ALL.len() == [$(stringify!($value)),+].len());
         };
     };
 }

@@ -14,7 +14,6 @@ pub use slot::THURIBLE_AUTOMATIC;
 
 use choices::codes;
 use slot::{Held, Slot};
-use thurible_core::Named;
 
 /// How a scene is solved.
 #[repr(C)]
