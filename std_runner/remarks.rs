@@ -140,7 +140,7 @@ fn last_flow(method: Method, is_double: bool, names: &Names) -> String {
              buoyancy",
             names.steps
         ),
-        Method::Direct | Method::Admm | Method::Lbfgs => format!(
+        _ => format!(
             "every further step left the finite numbers or was too fast to follow: the result is the last flow that was good; try {double}more \
              {} or a larger {}",
             names.steps, names.force_weight
