@@ -83,7 +83,7 @@ choices!(SimulationParams, "simulation" {
     buoyancy: buoyancy, Kind::Number(Numbers::Finite),
         "upward acceleration of a free flow where the density is 1";
     tolerance: tolerance, Kind::Number(Numbers::Below(1.0)),
-        "residual of a step, in parts of the largest velocity";
+        "of every method that simulates: residual of a step, in parts of the largest velocity";
 });
 
 impl SimulationParams {
