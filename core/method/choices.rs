@@ -241,7 +241,7 @@ impl<T: Named> Field for T {
 /// its words.
 macro_rules! choices {
     ($params:ty, $group:literal {
-        $($name:ident: $($field:ident).+, $kind:expr, $words:literal;)+
+        $($name:ident: $($field:ident).+, $kind:expr, $words:literal;)*
     }) => {
         impl $crate::method::choices::Choices for $params {
             fn group(&self) -> &'static str {
@@ -256,17 +256,17 @@ macro_rules! choices {
                         words: $words,
                         kind: $kind,
                     }
-                ),+];
+                ),*];
                 TABLE
             }
 
             fn get(&self, index: usize) -> Option<$crate::method::choices::Value<'static>> {
-                let fields: &[&dyn $crate::method::choices::Field] = &[$(&self.$($field).+),+];
+                let fields: &[&dyn $crate::method::choices::Field] = &[$(&self.$($field).+),*];
                 fields.get(index).map(|field| field.value())
             }
 
             fn set(&mut self, index: usize, value: $crate::method::choices::Value<'_>) -> bool {
-                let fields: [&mut dyn $crate::method::choices::Field; _] = [$(&mut self.$($field).+),+];
+                let fields: [&mut dyn $crate::method::choices::Field; _] = [$(&mut self.$($field).+),*];
                 fields.into_iter().nth(index).is_some_and(|field| field.take(value))
             }
         }
@@ -333,6 +333,17 @@ mod tests {
             }
         }
         assert_eq!(params, Params::default());
+    }
+
+    struct Nothing;
+
+    choices!(Nothing, "nothing" {});
+
+    #[test]
+    fn a_method_may_leave_nothing_to_choose() {
+        assert_eq!((Nothing.group(), Nothing.table().len()), ("nothing", 0));
+        assert_eq!((Nothing.get(0), Nothing.set(0, Value::Flag(true))), (None, false));
+        assert_eq!(Nothing.check(), Ok(()));
     }
 
     #[test]

@@ -11,12 +11,12 @@ pub const MAX_THREADS: usize = 1024;
 pub const MAX_ITERATIONS: usize = 1_000_000;
 
 macro_rules! define {
-    ($(#[doc = $words:literal] $kind:ident $name:literal, $field:ident: $($choices:ident)::+, $($state:ident)::+;)+) => {
+    ($($(#[doc = $words:literal])+ $kind:ident $name:literal, $field:ident: $($choices:ident)::+, $($state:ident)::+;)+) => {
         /// How a problem is solved.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub enum Method {
             #[default]
-            $(#[doc = $words] $kind,)+
+            $($(#[doc = $words])+ $kind,)+
         }
 
         named!(Method { $($kind = $name,)+ });
@@ -26,7 +26,7 @@ macro_rules! define {
             #[must_use]
             pub const fn words(self) -> &'static str {
                 match self {
-                    $(Self::$kind => $words.trim_ascii(),)+
+                    $(Self::$kind => concat!($($words),+).trim_ascii(),)+
                 }
             }
         }

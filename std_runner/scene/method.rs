@@ -49,15 +49,7 @@ pub(super) fn method(
     let within = sections.iter().filter_map(|key| key.strip_prefix("method."));
     let known = ["name", "iterations"].into_iter().chain(within);
     document.only("method", &table, &known.chain(["projection"]).collect::<Vec<_>>())?;
-    let mut params = Params::default();
-    if let Some(word) = table.remove("name") {
-        let (key, steering) = ("method.name", steering());
-        params.method = document.one_of(key, &read::<String>(document, key, word)?, &steering)?;
-    }
-    if let Some(count) = table.remove("iterations") {
-        let key = "method.iterations";
-        params.iterations = document.whole(key, read(document, key, count)?, 1..=MAX_ITERATIONS)?;
-    }
+    let mut params = name_and_iterations(document, &mut table)?;
     let projection = table.remove("projection");
     for (&method, key) in Method::ALL.iter().zip(&sections) {
         let given = match key.strip_prefix("method.") {
@@ -70,6 +62,20 @@ pub(super) fn method(
         params,
         projection_tolerance: projection_tolerance(document, projection)?,
     })
+}
+
+/// The parameters with the method and the iterations of `[method]`, which are taken out of its `table`.
+fn name_and_iterations(document: &Document, table: &mut Table) -> Result<Params, Failure> {
+    let mut params = Params::default();
+    if let Some(word) = table.remove("name") {
+        let (key, steering) = ("method.name", steering());
+        params.method = document.one_of(key, &read::<String>(document, key, word)?, &steering)?;
+    }
+    if let Some(count) = table.remove("iterations") {
+        let key = "method.iterations";
+        params.iterations = document.whole(key, read(document, key, count)?, 1..=MAX_ITERATIONS)?;
+    }
+    Ok(params)
 }
 
 fn projection_tolerance(document: &Document, raw: Option<Value>) -> Result<f64, Failure> {
