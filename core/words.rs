@@ -7,6 +7,8 @@ use core::fmt;
 pub trait Named: Copy + PartialEq + fmt::Debug + 'static {
     /// Every value, the default first where there is one.
     const ALL: &'static [Self];
+    /// Their words, in the same order.
+    const WORDS: &'static [&'static str];
 
     /// Its word: lower case, with underscores.
     fn name(self) -> &'static str;
@@ -48,11 +50,26 @@ impl<T: Named> fmt::Display for UnknownWord<'_, T> {
 
 impl<T: Named> core::error::Error for UnknownWord<'_, T> {}
 
-/// Implements [`Named`]; a value that is left out does not compile.
+/// Words of which one is meant. Shown: `"wall" or "periodic"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Alternatives<'a>(pub &'a [&'a str]);
+
+impl fmt::Display for Alternatives<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, word) in self.0.iter().enumerate() {
+            let or = if index == 0 { "" } else { " or " };
+            write!(f, "{or}\"{word}\"")?;
+        }
+        Ok(())
+    }
+}
+
+/// Implements [`Named`]; a value that is left out or out of order does not compile.
 macro_rules! named {
     ($kind:ident { $($value:ident = $word:literal),+ $(,)? }) => {
         impl $crate::words::Named for $kind {
             const ALL: &'static [Self] = &[$(Self::$value),+];
+            const WORDS: &'static [&'static str] = &[$($word),+];
 
             fn name(self) -> &'static str {
                 match self {
@@ -60,6 +77,16 @@ macro_rules! named {
                 }
             }
         }
+
+        // The C interface numbers values by their places.
+        const _: () = {
+            let mut place = 0;
+            $(
+                assert!($kind::$value as usize == place);
+                place += 1;
+            )+
+            assert!(place > 0);
+        };
     };
 }
 

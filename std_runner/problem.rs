@@ -2,7 +2,7 @@
 
 use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
-use crate::scene::{MethodSection, Scene};
+use crate::scene::Scene;
 use thurible_core::{D2, D3, Params, Plan, PlanError, Real};
 
 /// f32 or f64.
@@ -85,30 +85,10 @@ impl OwnedProblem {
 
 /// The core's parameters for a scene on `threads` threads, within `ceiling` bytes if that can be.
 pub fn params_of(scene: &Scene, threads: usize, ceiling: Option<usize>) -> Params {
-    let MethodSection {
-        name,
-        iterations,
-        direct,
-        admm,
-        lbfgs,
-        pd,
-        ..
-    } = scene.method;
-    #[allow(
-        clippy::needless_update,
-        reason = "a method whose choices no scene has yet takes its own"
-    )]
     Params {
-        method: name,
-        iterations,
         threads,
         ceiling,
-        admm,
-        direct,
-        lbfgs,
-        pd,
-        simulation: scene.simulation,
-        ..Params::default()
+        ..scene.method.params
     }
 }
 

@@ -143,20 +143,6 @@ pub trait Contract<'m, T: Real, S: Space> {
     }
 }
 
-/// Choices of a method that leaves nothing to choose.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct NoChoices;
-
-impl NoChoices {
-    /// Nothing to check.
-    ///
-    /// # Errors
-    /// None.
-    pub fn check(&self) -> Result<(), PlanError> {
-        Ok(())
-    }
-}
-
 /// What choices come to in bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Size {

@@ -1,6 +1,6 @@
 //! The registry: every method by one entry.
 
-/// Hands all methods to a macro. An entry has what the method is for, its name, the words that people choose it by, the field and the
+/// Hands all methods to a macro. An entry has a sentence about the method, its name, the word that people choose it by, the field and the
 /// type of its choices in [`Params`](crate::Params), and the type that solves by it, both from this folder.
 macro_rules! for_each_method {
     ($apply:ident) => {

@@ -5,6 +5,7 @@
 
 pub mod admm;
 pub mod animation;
+pub mod choices;
 mod coarse_start;
 pub mod contract;
 pub mod direct;

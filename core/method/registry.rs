@@ -10,11 +10,11 @@ use crate::problem::Problem;
 use crate::real::Real;
 
 macro_rules! define {
-    ($($(#[$doc:meta])* $kind:ident $name:literal, $field:ident: $($choices:ident)::+, $($state:ident)::+;)+) => {
+    ($($(#[doc = $words:literal])+ $kind:ident $name:literal, $field:ident: $($choices:ident)::+, $($state:ident)::+;)+) => {
         /// The state of a method: every buffer but the keyframes.
         #[derive(Debug)]
         pub enum Engine<'m, T, S> {
-            $($(#[$doc])* $kind(crate::method::$($state)::+<'m, T, S>),)+
+            $($(#[doc = $words])+ $kind(crate::method::$($state)::+<'m, T, S>),)+
         }
 
         impl<'m, T: Real, S: Space> Engine<'m, T, S> {

@@ -132,8 +132,10 @@ pub enum ProblemError {
         /// The value.
         given: f64,
     },
-    /// `admm.ao_momentum` is not at least 0 and below 1.
-    Momentum {
+    /// A number is not at least 0 and below 1.
+    NotFraction {
+        /// The field.
+        field: &'static str,
         /// The value.
         given: f64,
     },
@@ -171,10 +173,9 @@ impl fmt::Display for ProblemError {
                 write!(f, "{field} is {given}; it must be at least 0 and finite")
             }
             Self::NotFinite { field, given } => write!(f, "{field} is {given}; it must be finite"),
-            Self::Momentum { given } => write!(
-                f,
-                "admm.ao_momentum is {given}; it must be at least 0 and below 1"
-            ),
+            Self::NotFraction { field, given } => {
+                write!(f, "{field} is {given}; it must be at least 0 and below 1")
+            }
             Self::Filters { given } => write!(f, "filters is {given}; it must be at most {MAX_FILTERS}"),
         }
     }

@@ -2,14 +2,19 @@
 
 use crate::console;
 use crate::exit::{DONE, Failure};
+use crate::scene::{section, steering};
 use clap::Args;
 use std::ffi::OsStr;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use thurible_core::choices::{Kind, Value};
+use thurible_core::{Method, Named, Params};
 
-/// The scene that `new` writes.
-pub const TEMPLATE: &str = include_str!("template.toml");
+/// The scene that `new` writes, but for its name, the names of the methods and their tables of choices.
+const TEMPLATE: &str = include_str!("template.toml");
+/// Where comments begin in it.
+const COMMENTS: usize = 35;
 
 /// Arguments of `new`.
 #[derive(Args, Debug)]
@@ -28,10 +33,7 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
     let name = path
         .file_stem()
         .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let text = TEMPLATE.replace(
-        "\"out/NAME\"",
-        &toml::Value::String(format!("out/{name}")).to_string(),
-    );
+    let text = template(&name);
     let written = OpenOptions::new()
         .write(true)
         .create_new(true)
@@ -51,6 +53,64 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
+/// The scene `name`: every key with its default and what it means.
+fn template(name: &str) -> String {
+    let folder = toml::Value::String(format!("out/{name}")).to_string();
+    let [_, others @ ..] = &*steering() else {
+        return String::new();
+    };
+    let others: Vec<String> = others
+        .iter()
+        .map(|method| format!("\"{}\"", method.name()))
+        .collect();
+    let tables: String = Method::ALL.iter().map(|&method| table(method)).collect();
+    TEMPLATE
+        .replace("METHODS", &others.join(", "))
+        .replace("# CHOICES\n", &tables)
+        .replace("\"out/NAME\"", &folder)
+}
+
+/// The table of a method's choices.
+fn table(method: Method) -> String {
+    let params = Params::default();
+    let choices = params.choices(method);
+    let section = section(method);
+    let gap = if section.contains('.') { "" } else { "\n" };
+    let mut lines = gap.to_owned() + &line(&format!("[{section}]"), method.words());
+    for (index, choice) in choices.table().iter().enumerate() {
+        let Some(value) = choices.get(index) else {
+            continue;
+        };
+        let allowed = match choice.kind {
+            Kind::Number(_) | Kind::Flag => String::new(),
+            Kind::Count(most) => format!("1 .. {most}: "),
+            Kind::Automatic(most) => format!("or 1 .. {most}: "),
+            Kind::Word(words) => {
+                let others = words.iter().filter(|&&word| Value::Word(word) != value);
+                let others: Vec<String> = others.map(|word| format!("\"{word}\"")).collect();
+                format!("or {}: ", others.join(", "))
+            }
+        };
+        let key = format!("{} = {}", choice.name, in_toml(value));
+        lines += &line(&key, &format!("{allowed}{}", choice.words));
+    }
+    lines
+}
+
+fn line(key: &str, comment: &str) -> String {
+    format!("{key:COMMENTS$}# {comment}\n")
+}
+
+fn in_toml(value: Value<'_>) -> String {
+    match value {
+        Value::Number(number) => format!("{number:?}"),
+        Value::Count(count) => count.to_string(),
+        Value::Automatic => "\"auto\"".into(),
+        Value::Flag(flag) => flag.to_string(),
+        Value::Word(word) => format!("\"{word}\""),
+    }
+}
+
 /// `NAME.toml`, or `name` itself if it ends in `.toml`.
 fn scene_path(name: &Path) -> Result<PathBuf, Failure> {
     let Some(file) = name.file_name() else {
@@ -65,4 +125,40 @@ fn scene_path(name: &Path) -> Result<PathBuf, Failure> {
     let mut file = file.to_os_string();
     file.push(".toml");
     Ok(name.with_file_name(file))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Document, Scene};
+
+    #[test]
+    fn the_template_names_every_choice_with_its_default() {
+        let text = template("letter");
+        assert!(text.contains("\nhistory = \"auto\"                   # or 1 .. 8: "));
+        assert!(text.contains("\nnso = \"stfas\"                      # or \"newton_cg\": "));
+        let document = Document::parse(Path::new("letter.toml"), text);
+        let table = document
+            .as_ref()
+            .map_or_else(|_| toml::Table::new(), |document| document.table().clone());
+        let params = Params::default();
+        for &method in Method::ALL {
+            let section = section(method);
+            let found = section
+                .split('.')
+                .try_fold(&table, |table, part| table.get(part)?.as_table());
+            let mut found: Vec<&str> = found
+                .into_iter()
+                .flat_map(|table| table.keys())
+                .map(|key| &**key)
+                .collect();
+            let choices = params.choices(method).table().iter();
+            let mut named: Vec<&str> = choices.map(|choice| choice.name).collect();
+            found.sort_unstable();
+            named.sort_unstable();
+            assert_eq!(found, named, "{section}");
+        }
+        let read = document.and_then(Scene::of).map(|scene| scene.method.params);
+        assert!(read.is_ok_and(|read| read == params));
+    }
 }

@@ -4,9 +4,11 @@ use crate::plan::PlanOptions;
 use crate::problem::Precision;
 use crate::progress::Mode;
 use crate::run::{Outputs, RunOptions};
+use crate::scene::steering;
 use crate::{bytes, threads};
 use clap::Args;
 use std::path::PathBuf;
+use thurible_core::Named;
 
 /// Options of every command that plans or solves.
 #[derive(Args, Debug)]
@@ -69,8 +71,8 @@ impl Options {
 pub struct SceneArguments {
     /// The scene file (TOML).
     pub scene: PathBuf,
-    /// The method: direct, admm, lbfgs or pd.
-    #[arg(long, value_name = "M")]
+    /// The method, by its word.
+    #[arg(long, value_name = "M", help = methods())]
     pub method: Option<String>,
     /// The common options.
     #[command(flatten)]
@@ -88,4 +90,10 @@ pub struct MethodList {
         default_value = "direct,admm"
     )]
     pub methods: Vec<String>,
+}
+
+/// The help of `--method`.
+fn methods() -> String {
+    let words: Vec<&str> = steering().into_iter().map(Named::name).collect();
+    format!("The method, one of: {}", words.join(", "))
 }

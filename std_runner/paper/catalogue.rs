@@ -53,6 +53,17 @@ impl Quoted {
     }
 }
 
+/// Names of the columns that quote the paper, in the order of [`Quoted::cells`].
+pub(crate) const QUOTED: [&str; 7] = [
+    "paper: iterations",
+    "paper: s per AO",
+    "paper: s per NSO",
+    "paper: in all",
+    "paper: memory",
+    "paper: iterations of LBFGS",
+    "paper: LBFGS in all",
+];
+
 /// Where the figures of [`Quoted`] come from.
 pub(crate) const QUOTED_FROM: &str = "The columns \"paper\" quote Table 2 of Z. Pan and D. Manocha, \"Efficient Optimal Control of Smoke using \
      Spacetime Multigrid\" (arXiv 1608.01102), and its text for the iterations of LBFGS: measured by its authors with their own program on an \

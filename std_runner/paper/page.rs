@@ -1,22 +1,11 @@
 //! The page of the paper's scenes.
 
-use super::catalogue::{Entry, NOT_GIVEN, QUOTED_FROM};
+use super::catalogue::{Entry, NOT_GIVEN, QUOTED, QUOTED_FROM};
 use super::scale::Scale;
 use super::sections::{Content, GROUPS, SECTIONS, Section};
 use crate::compare::{self, COLUMNS, Comparison, Figures};
 use crate::report::{Block, Chart, Curve, Document, RunRecord, Table, product};
 use thurible_core::Named;
-
-/// Names of the columns that quote the paper.
-const QUOTED: [&str; 7] = [
-    "paper: iterations",
-    "paper: s per AO",
-    "paper: s per NSO",
-    "paper: in all",
-    "paper: memory",
-    "paper: iterations of LBFGS",
-    "paper: LBFGS in all",
-];
 
 /// A scene that has been solved.
 pub(crate) struct SolvedScene {

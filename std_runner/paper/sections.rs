@@ -123,7 +123,7 @@ pub(crate) const SECTIONS: &[Section] = &[
     section(
         "fig6",
         "Figure 6: convergence on two grids and two lengths",
-        "The residual of the first Navier-Stokes problem by V-cycle of STFAS, in the paper's plain norm: the rate should depend neither on the grid nor on the number of steps. With lbfgs among the methods, its objective stands in the charts against time.",
+        "The residual of the first Navier-Stokes problem by V-cycle of STFAS, in the paper's plain norm: the rate should depend neither on the grid nor on the number of steps. With adjoint control among the methods, its objective stands in the charts against time.",
         &["coarse_20", "coarse_40", "fine_20", "fine_40"],
         Content::Cycles,
     ),

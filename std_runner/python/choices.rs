@@ -1,11 +1,12 @@
 //! What is solved and how: the arguments that `solve` and `plan` share.
 
-use crate::words::{automatic, flag, number, read, refused, unknown, whole, word};
+use crate::words::{automatic, flag, number, one_of, read, refused, unknown, whole, word};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use thurible::owned::OwnedProblem;
-use thurible_core::words::{Named, UnknownWord};
-use thurible_core::{Boundary, Method, Params};
+use thurible_core::choices::{Kind, Value};
+use thurible_core::words::{Alternatives, Named};
+use thurible_core::{Boundary, Params};
 
 const NAMES: [&str; 16] = [
     "steps",
@@ -120,9 +121,7 @@ fn boundary(value: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<Boundary>> {
     if value.extract::<&str>().is_ok() {
         return Ok(vec![word("boundary", value)?; axes]);
     }
-    let known = UnknownWord {
-        allowed: Boundary::ALL,
-    };
+    let known = Alternatives(Boundary::WORDS);
     let words: Vec<Bound<'_, PyAny>> =
         read("boundary", value, &format!("{known}, or a list of these words"))?;
     if words.len() != axes {
@@ -149,120 +148,32 @@ fn set_options(params: &mut Params, given: &Bound<'_, PyAny>) -> PyResult<()> {
             "is no dict; give the options of the method by their names",
         )
     })?;
+    let method = params.method;
+    let choices = params.choices_mut(method);
+    let table = choices.table();
     for (name, value) in given.iter() {
         let name: String = read("a name in options", &name, "a string")?;
-        let field = format!("options[\"{name}\"]");
-        let known: &[&str] = match params.method {
-            Method::Direct => direct_option(params, &name, &field, &value)?,
-            Method::Admm => admm_option(params, &name, &field, &value)?,
-            Method::Lbfgs => lbfgs_option(params, &name, &field, &value)?,
-            Method::Pd => pd_option(params, &name, &field, &value)?,
-            Method::Simulate => simulate_option(params, &name, &field, &value)?,
+        let known = table.iter().enumerate().find(|(_, choice)| choice.name == name);
+        let Some((index, choice)) = known else {
+            let names: Vec<&str> = table.iter().map(|choice| choice.name).collect();
+            return Err(unknown("option of this method", &name, &names));
         };
-        if !known.is_empty() {
-            return Err(unknown("option of this method", &name, known));
+        let field = format!("options[\"{name}\"]");
+        let value = chosen(&field, &value, choice.kind)?;
+        if !choices.set(index, value) {
+            return Err(refused(&field, format!("must be {}", choice.kind)));
         }
     }
     Ok(())
 }
 
-// Each answers with the names that it knows if `name` is none of them.
-
-fn direct_option(
-    params: &mut Params,
-    name: &str,
-    field: &str,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<&'static [&'static str]> {
-    let direct = &mut params.direct;
-    match name {
-        "history" => direct.history = automatic(field, value)?,
-        "tolerance" => direct.tolerance = number(field, value)?,
-        "nested" => direct.nested = flag(field, value)?,
-        _ => return Ok(&["history", "tolerance", "nested"]),
-    }
-    Ok(&[])
-}
-
-fn admm_option(
-    params: &mut Params,
-    name: &str,
-    field: &str,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<&'static [&'static str]> {
-    let admm = &mut params.admm;
-    match name {
-        "penalty" => admm.penalty = number(field, value)?,
-        "relaxation" => admm.relaxation = number(field, value)?,
-        "ao_iterations" => admm.ao_iterations = whole(field, value)?,
-        "ao_momentum" => admm.ao_momentum = number(field, value)?,
-        "nested" => admm.nested = flag(field, value)?,
-        "density_tolerance" => admm.density_tolerance = number(field, value)?,
-        "nso" => admm.nso.solver = word(field, value)?,
-        "nso_tolerance" => admm.nso.tolerance = number(field, value)?,
-        "nso_norm" => admm.nso.norm = word(field, value)?,
-        "smoother_colours" => admm.nso.colours = word(field, value)?,
-        _ => {
-            return Ok(&[
-                "penalty",
-                "relaxation",
-                "ao_iterations",
-                "ao_momentum",
-                "nested",
-                "density_tolerance",
-                "nso",
-                "nso_tolerance",
-                "nso_norm",
-                "smoother_colours",
-            ]);
-        }
-    }
-    Ok(&[])
-}
-
-fn lbfgs_option(
-    params: &mut Params,
-    name: &str,
-    field: &str,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<&'static [&'static str]> {
-    let lbfgs = &mut params.lbfgs;
-    match name {
-        "history" => lbfgs.history = automatic(field, value)?,
-        "tolerance" => lbfgs.tolerance = number(field, value)?,
-        "nested" => lbfgs.nested = flag(field, value)?,
-        _ => return Ok(&["history", "tolerance", "nested"]),
-    }
-    Ok(&[])
-}
-
-fn pd_option(
-    params: &mut Params,
-    name: &str,
-    field: &str,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<&'static [&'static str]> {
-    let pd = &mut params.pd;
-    match name {
-        "drive" => pd.drive = number(field, value)?,
-        "attenuation" => pd.attenuation = number(field, value)?,
-        "gathering" => pd.gathering = number(field, value)?,
-        _ => return Ok(&["drive", "attenuation", "gathering"]),
-    }
-    Ok(&[])
-}
-
-fn simulate_option(
-    params: &mut Params,
-    name: &str,
-    field: &str,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<&'static [&'static str]> {
-    let simulation = &mut params.simulation;
-    match name {
-        "buoyancy" => simulation.buoyancy = number(field, value)?,
-        "tolerance" => simulation.tolerance = number(field, value)?,
-        _ => return Ok(&["buoyancy", "tolerance"]),
-    }
-    Ok(&[])
+/// What `value` chooses where that is of this kind.
+fn chosen(field: &str, value: &Bound<'_, PyAny>, kind: Kind) -> PyResult<Value<'static>> {
+    Ok(match kind {
+        Kind::Number(_) => Value::Number(number(field, value)?),
+        Kind::Count(_) => Value::Count(whole(field, value)?),
+        Kind::Automatic(_) => automatic(field, value)?.map_or(Value::Automatic, Value::Count),
+        Kind::Flag => Value::Flag(flag(field, value)?),
+        Kind::Word(words) => Value::Word(one_of(field, value, words)?),
+    })
 }

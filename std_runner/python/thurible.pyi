@@ -32,6 +32,7 @@ class Options(TypedDict, total=False):
     density_tolerance: float
     nso: Literal["stfas", "newton_cg"]
     nso_tolerance: float
+    nso_cycles: int
     nso_norm: Literal["scaled", "plain"]
     smoother_colours: Literal["red_black", "2^d"]
     drive: float

@@ -4,7 +4,7 @@ use core::fmt::Display;
 use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use thurible_core::PlanError;
-use thurible_core::words::{Named, UnknownWord};
+use thurible_core::words::{Alternatives, Named};
 
 /// The refusal of an argument's value.
 pub fn refused(field: &str, why: impl Display) -> PyErr {
@@ -56,8 +56,16 @@ pub fn automatic(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<usize
 
 /// The choice that a word stands for.
 pub fn word<V: Named>(field: &str, value: &Bound<'_, PyAny>) -> PyResult<V> {
-    let given: String = read(field, value, &UnknownWord { allowed: V::ALL }.to_string())?;
-    V::from_name(&given).map_err(|known| {
+    let word = one_of(field, value, V::WORDS)?;
+    V::from_name(word).map_err(|known| refused(field, format!("must be {known}")))
+}
+
+/// The word among `words` that is given.
+pub fn one_of(field: &str, value: &Bound<'_, PyAny>, words: &[&'static str]) -> PyResult<&'static str> {
+    let known = Alternatives(words);
+    let given: String = read(field, value, &known.to_string())?;
+    let found = words.iter().copied().find(|word| *word == given);
+    found.ok_or_else(|| {
         refused(
             field,
             format!("is \"{given}\", but must be {known}; change it to that"),

@@ -2,13 +2,14 @@
 
 use super::check::shown;
 use super::document::Document;
-use super::method::{advection, method, simulation};
+use super::method::{advection, method};
 use super::model::{Control, Flow, Grid, Output, Scene, Time};
 use super::raw::{RawControl, RawFlow, RawGrid, RawScene, RawTime, read};
 use super::shapes;
 use crate::exit::Failure;
 use core::ops::RangeInclusive;
 use std::path::PathBuf;
+use thurible_core::choices::Numbers;
 use thurible_core::problem::{CELLS, MAX_FILTERS, MAX_STEPS};
 use thurible_core::words::UnknownWord;
 use thurible_core::{Boundary, Method, Named, Problem};
@@ -36,7 +37,7 @@ pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
 pub(super) fn free(document: Document) -> Result<Scene, Failure> {
     let raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
     let mut scene = build(document, raw)?;
-    scene.method.name = Method::Simulate;
+    scene.method.params.method = Method::Simulate;
     Ok(scene)
 }
 
@@ -47,7 +48,7 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
     let flow = flow(&document, raw.flow, &grid, time)?;
     let control = control(&document, raw.control)?;
     let advection = advection(&document, raw.advection)?;
-    let method = method(&document, raw.method)?;
+    let method = method(&document, raw.method, raw.simulation)?;
     let unit = grid.length / time.dt;
     check_weight(
         &document,
@@ -58,11 +59,10 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
     check_weight(
         &document,
         "method.admm.penalty",
-        method.admm.penalty,
+        method.params.admm.penalty,
         unit.powi(2),
     )?;
     let source = shapes::source(&document, raw.source)?;
-    let simulation = simulation(&document, raw.simulation)?;
     let folder = raw.output.folder.unwrap_or_else(|| "out".into());
     if folder.is_empty() {
         return Err(document.refuse("output.folder", "is empty; write the name of a folder"));
@@ -81,7 +81,6 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         control,
         advection,
         method,
-        simulation,
         output,
     })
 }
@@ -107,7 +106,11 @@ fn grid(document: &Document, raw: Option<RawGrid>) -> Result<Grid, Failure> {
     Ok(Grid {
         cells: checked.collect::<Result<_, _>>()?,
         boundary: boundary(document, raw.boundary, cells.len())?,
-        length: document.positive("grid.length", raw.length.unwrap_or(standard().length))?,
+        length: document.number(
+            "grid.length",
+            raw.length.unwrap_or(standard().length),
+            Numbers::Positive,
+        )?,
     })
 }
 
@@ -125,10 +128,10 @@ fn boundary(document: &Document, raw: Option<Value>, axes: usize) -> Result<Vec<
             .enumerate()
             .map(|(axis, word)| match word {
                 Value::String(word) => document.word(&format!("{key}[{axis}]"), word),
-                other => Err(document.outside(&format!("{key}[{axis}]"), shown(other), &known.to_string())),
+                other => Err(document.outside(&format!("{key}[{axis}]"), shown(other), known)),
             })
             .collect(),
-        Some(other) => Err(document.outside(key, shown(&other), &wanted)),
+        Some(other) => Err(document.outside(key, shown(&other), wanted)),
     }
 }
 
@@ -141,13 +144,17 @@ fn time(document: &Document, raw: Option<RawTime>) -> Result<Time, Failure> {
     )?;
     Ok(Time {
         steps: document.whole("time.steps", steps, 2..=MAX_STEPS)?,
-        dt: document.positive("time.dt", raw.dt.unwrap_or(standard().dt))?,
+        dt: document.number("time.dt", raw.dt.unwrap_or(standard().dt), Numbers::Positive)?,
     })
 }
 
 fn flow(document: &Document, raw: RawFlow, grid: &Grid, time: Time) -> Result<Flow, Failure> {
     let key = "flow.viscosity";
-    let viscosity = document.not_negative(key, raw.viscosity.unwrap_or(standard().viscosity))?;
+    let viscosity = document.number(
+        key,
+        raw.viscosity.unwrap_or(standard().viscosity),
+        Numbers::NotNegative,
+    )?;
     let scaled = viscosity * time.dt / (grid.length * grid.length);
     if scaled > MOST_VISCOSITY {
         let why = format!(
@@ -168,14 +175,15 @@ fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {
             return Err(document.outside(
                 key,
                 shown(&other),
-                &format!("\"auto\" or a whole number from 0 to {MAX_FILTERS}"),
+                format_args!("\"auto\" or a whole number from 0 to {MAX_FILTERS}"),
             ));
         }
     };
     Ok(Control {
-        force_weight: document.positive(
+        force_weight: document.number(
             "control.force_weight",
             raw.force_weight.unwrap_or(standard().force_weight),
+            Numbers::Positive,
         )?,
         filters,
         match_mass: raw.match_mass.unwrap_or(standard().match_mass),

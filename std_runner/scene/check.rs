@@ -4,6 +4,7 @@ use crate::exit::Failure;
 use crate::scene::document::Document;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
+use thurible_core::choices::Numbers;
 use thurible_core::words::{Named, one_of};
 use toml::Value;
 
@@ -30,54 +31,17 @@ impl Document {
             _ => Err(self.outside(
                 key,
                 found,
-                &format!("a whole number from {} to {}", allowed.start(), allowed.end()),
+                format_args!("a whole number from {} to {}", allowed.start(), allowed.end()),
             )),
         }
     }
 
-    /// A finite number above zero.
-    pub(super) fn positive(&self, key: &str, found: f64) -> Result<f64, Failure> {
-        if found.is_finite() && found > 0.0 {
+    /// A number among those allowed.
+    pub(super) fn number(&self, key: &str, found: f64, allowed: Numbers) -> Result<f64, Failure> {
+        if allowed.allow(found) {
             return Ok(found);
         }
-        Err(self.outside(key, format_args!("{found:?}"), "a finite number above 0"))
-    }
-
-    /// A finite number from zero.
-    pub(super) fn not_negative(&self, key: &str, found: f64) -> Result<f64, Failure> {
-        if found.is_finite() && found >= 0.0 {
-            return Ok(found);
-        }
-        Err(self.outside(key, found, "a finite number from 0"))
-    }
-
-    /// A finite number.
-    pub(super) fn finite(&self, key: &str, found: f64) -> Result<f64, Failure> {
-        if found.is_finite() {
-            Ok(found)
-        } else {
-            Err(self.outside(key, found, "a finite number"))
-        }
-    }
-
-    /// A finite number above zero and below `limit`.
-    pub(super) fn between(&self, key: &str, found: f64, limit: f64) -> Result<f64, Failure> {
-        if found > 0.0 && found < limit {
-            return Ok(found);
-        }
-        Err(self.outside(
-            key,
-            format_args!("{found:?}"),
-            &format!("a number above 0 and below {limit}"),
-        ))
-    }
-
-    /// A number from zero up to, but not, one.
-    pub(super) fn fraction(&self, key: &str, found: f64) -> Result<f64, Failure> {
-        if (0.0..1.0).contains(&found) {
-            return Ok(found);
-        }
-        Err(self.outside(key, format_args!("{found:?}"), "a number from 0 up to but not 1"))
+        Err(self.outside(key, format_args!("{found:?}"), allowed))
     }
 
     /// The choice that the word `found` stands for.
@@ -87,12 +51,11 @@ impl Document {
 
     /// As [`Self::word`], where only `choices` are allowed.
     pub(super) fn one_of<T: Named>(&self, key: &str, found: &str, choices: &[T]) -> Result<T, Failure> {
-        one_of(choices, found)
-            .map_err(|unknown| self.outside(key, format!("\"{found}\""), &unknown.to_string()))
+        one_of(choices, found).map_err(|unknown| self.outside(key, format!("\"{found}\""), unknown))
     }
 
     /// The refusal of a value outside what is allowed.
-    pub(super) fn outside(&self, key: &str, found: impl Display, allowed: &str) -> Failure {
+    pub(super) fn outside(&self, key: &str, found: impl Display, allowed: impl Display) -> Failure {
         self.refuse(
             key,
             format!("is {found}, but only {allowed} is allowed; change it to that"),

@@ -1,185 +1,150 @@
-//! `[method]`, `[advection]` and `[simulation]`: how a scene is solved.
+//! `[method]`, `[advection]` and `[simulation]`: how a scene is solved. The choices of each method are those of its table in the core.
 
 use super::check::shown;
 use super::document::Document;
 use super::model::MethodSection;
-use super::raw::{RawAdmm, RawAdvection, RawDirect, RawLbfgs, RawMethod, RawPd, RawSimulation};
+use super::raw::{RawAdvection, RawProjection, read};
 use crate::exit::Failure;
-use core::ops::RangeInclusive;
+use thurible_core::choices::{self, Choices, Kind, Numbers};
 use thurible_core::solver::MAX_ITERATIONS;
-use thurible_core::{
-    AdmmParams, Advection, DirectParams, LbfgsParams, Method, Named, NsoParams, Params, PdParams, Problem,
-    SimulationParams,
-};
-use toml::Value;
+use thurible_core::{Advection, Method, Named, Params, Problem};
+use toml::{Table, Value};
+
+/// Numbers that parts and relative residuals may be.
+const PART: Numbers = Numbers::Below(1.0);
 
 pub(super) fn advection(document: &Document, raw: RawAdvection) -> Result<Advection, Failure> {
     let Advection { scheme, tolerance } = Advection::default();
+    let word = |word: String| document.word("advection.scheme", &word);
     Ok(Advection {
-        scheme: word(document, "advection.scheme", raw.scheme, scheme)?,
-        tolerance: document.between("advection.tolerance", raw.tolerance.unwrap_or(tolerance), 1.0)?,
+        scheme: raw.scheme.map_or(Ok(scheme), word)?,
+        tolerance: document.number("advection.tolerance", raw.tolerance.unwrap_or(tolerance), PART)?,
     })
 }
 
-/// A count, or the one that is meant where there is none.
-fn whole(
-    document: &Document,
-    key: &str,
-    count: Option<i64>,
-    allowed: RangeInclusive<usize>,
-    standard: usize,
-) -> Result<usize, Failure> {
-    count.map_or(Ok(standard), |count| document.whole(key, count, allowed))
+/// The methods that steer, from which a scene chooses: it is simulated by a command of its own.
+pub(crate) fn steering() -> Vec<Method> {
+    let all = Method::ALL.iter().copied();
+    all.filter(|&method| method != Method::Simulate).collect()
 }
 
-/// The choice that a word stands for, or the one that is made where there is none.
-fn word<T: Named>(document: &Document, key: &str, word: Option<String>, standard: T) -> Result<T, Failure> {
-    word.map_or(Ok(standard), |word| document.word(key, &word))
-}
-
-/// A method that steers: a scene is simulated by a command of its own.
-fn method_name(document: &Document, word: Option<String>) -> Result<Method, Failure> {
-    let steers: Vec<Method> = Method::ALL
-        .iter()
-        .copied()
-        .filter(|&method| method != Method::Simulate)
-        .collect();
-    word.map_or_else(
-        || Ok(Method::default()),
-        |word| document.one_of("method.name", &word, &steers),
-    )
-}
-
-pub(super) fn method(document: &Document, raw: RawMethod) -> Result<MethodSection, Failure> {
-    let standard = Problem::new(&[], &[], &[]).projection_tolerance;
-    let projection = raw.projection.tolerance.unwrap_or(standard);
-    Ok(MethodSection {
-        name: method_name(document, raw.name)?,
-        iterations: whole(
-            document,
-            "method.iterations",
-            raw.iterations,
-            1..=MAX_ITERATIONS,
-            Params::default().iterations,
-        )?,
-        direct: direct(document, raw.direct)?,
-        admm: admm(document, raw.admm)?,
-        lbfgs: lbfgs(document, raw.lbfgs)?,
-        pd: pd(document, raw.pd)?,
-        projection_tolerance: document.between("method.projection.tolerance", projection, 1.0)?,
-    })
-}
-
-fn lbfgs(document: &Document, raw: RawLbfgs) -> Result<LbfgsParams, Failure> {
-    let standard = LbfgsParams::default();
-    Ok(LbfgsParams {
-        history: pairs(document, "method.lbfgs.history", raw.history, LbfgsParams::MOST)?,
-        tolerance: document.between(
-            "method.lbfgs.tolerance",
-            raw.tolerance.unwrap_or(standard.tolerance),
-            1.0,
-        )?,
-        nested: raw.nested.unwrap_or(standard.nested),
-    })
-}
-
-fn pd(document: &Document, raw: RawPd) -> Result<PdParams, Failure> {
-    let standard = PdParams::default();
-    Ok(PdParams {
-        drive: document.not_negative("method.pd.drive", raw.drive.unwrap_or(standard.drive))?,
-        attenuation: document.not_negative(
-            "method.pd.attenuation",
-            raw.attenuation.unwrap_or(standard.attenuation),
-        )?,
-        gathering: document
-            .not_negative("method.pd.gathering", raw.gathering.unwrap_or(standard.gathering))?,
-    })
-}
-
-pub(super) fn simulation(document: &Document, raw: RawSimulation) -> Result<SimulationParams, Failure> {
-    let standard = SimulationParams::default();
-    Ok(SimulationParams {
-        buoyancy: document.finite("simulation.buoyancy", raw.buoyancy.unwrap_or(standard.buoyancy))?,
-        tolerance: document.between(
-            "simulation.tolerance",
-            raw.tolerance.unwrap_or(standard.tolerance),
-            1.0,
-        )?,
-    })
-}
-
-/// Pairs of L-BFGS, from 1 to `most`, or `None` for as many as memory allows.
-fn pairs(document: &Document, key: &str, raw: Option<Value>, most: usize) -> Result<Option<usize>, Failure> {
-    match raw {
-        None => Ok(None),
-        Some(Value::String(word)) if word == "auto" => Ok(None),
-        Some(Value::Integer(count)) => document.whole(key, count, 1..=most).map(Some),
-        Some(other) => Err(document.outside(
-            key,
-            shown(&other),
-            &format!("\"auto\" or a whole number from 1 to {most}"),
-        )),
+/// The key of the table in which a scene makes the choices of `method`: within `[method]` where that table has the method's name.
+pub(crate) fn section(method: Method) -> String {
+    let group = Params::default().choices(method).group();
+    if group == method.name() {
+        format!("method.{group}")
+    } else {
+        group.into()
     }
 }
 
-fn direct(document: &Document, raw: RawDirect) -> Result<DirectParams, Failure> {
-    let standard = DirectParams::default();
-    Ok(DirectParams {
-        history: pairs(document, "method.direct.history", raw.history, DirectParams::MOST)?,
-        tolerance: document.between(
-            "method.direct.tolerance",
-            raw.tolerance.unwrap_or(standard.tolerance),
-            1.0,
-        )?,
-        nested: raw.nested.unwrap_or(standard.nested),
-        ..standard
+/// `[method]` as `method` has it, with the choices of `[simulation]`, which concern several methods.
+pub(super) fn method(
+    document: &Document,
+    method: Option<Value>,
+    mut simulation: Option<Value>,
+) -> Result<MethodSection, Failure> {
+    let mut table = table(document, "method", method)?;
+    let sections: Vec<String> = Method::ALL.iter().map(|&method| section(method)).collect();
+    let within = sections.iter().filter_map(|key| key.strip_prefix("method."));
+    let known = ["name", "iterations"].into_iter().chain(within);
+    document.only("method", &table, &known.chain(["projection"]).collect::<Vec<_>>())?;
+    let mut params = name_and_iterations(document, &mut table)?;
+    let projection = table.remove("projection");
+    for (&method, key) in Method::ALL.iter().zip(&sections) {
+        let given = match key.strip_prefix("method.") {
+            Some(name) => table.remove(name),
+            None => simulation.take(),
+        };
+        choose(document, key, given, params.choices_mut(method))?;
+    }
+    Ok(MethodSection {
+        params,
+        projection_tolerance: projection_tolerance(document, projection)?,
     })
 }
 
-fn admm(document: &Document, raw: RawAdmm) -> Result<AdmmParams, Failure> {
-    let key = |name: &str| format!("method.admm.{name}");
-    let standard = AdmmParams::default();
-    let nso = NsoParams {
-        solver: word(document, &key("nso"), raw.nso, standard.nso.solver)?,
-        tolerance: document.between(
-            &key("nso_tolerance"),
-            raw.nso_tolerance.unwrap_or(standard.nso.tolerance),
-            1.0,
-        )?,
-        norm: word(document, &key("nso_norm"), raw.nso_norm, standard.nso.norm)?,
-        colours: word(
-            document,
-            &key("smoother_colours"),
-            raw.smoother_colours,
-            standard.nso.colours,
-        )?,
-        ..standard.nso
-    };
-    Ok(AdmmParams {
-        penalty: document.positive(&key("penalty"), raw.penalty.unwrap_or(standard.penalty))?,
-        relaxation: document.between(
-            &key("relaxation"),
-            raw.relaxation.unwrap_or(standard.relaxation),
-            2.0,
-        )?,
-        ao_iterations: whole(
-            document,
-            &key("ao_iterations"),
-            raw.ao_iterations,
-            1..=AdmmParams::MOST_AO_ITERATIONS,
-            standard.ao_iterations,
-        )?,
-        ao_momentum: document.fraction(
-            &key("ao_momentum"),
-            raw.ao_momentum.unwrap_or(standard.ao_momentum),
-        )?,
-        density_tolerance: document.between(
-            &key("density_tolerance"),
-            raw.density_tolerance.unwrap_or(standard.density_tolerance),
-            1.0,
-        )?,
-        nested: raw.nested.unwrap_or(standard.nested),
-        nso,
-        ..standard
+/// The parameters with the method and the iterations of `[method]`, which are taken out of its `table`.
+fn name_and_iterations(document: &Document, table: &mut Table) -> Result<Params, Failure> {
+    let mut params = Params::default();
+    if let Some(word) = table.remove("name") {
+        let (key, steering) = ("method.name", steering());
+        params.method = document.one_of(key, &read::<String>(document, key, word)?, &steering)?;
+    }
+    if let Some(count) = table.remove("iterations") {
+        let key = "method.iterations";
+        params.iterations = document.whole(key, read(document, key, count)?, 1..=MAX_ITERATIONS)?;
+    }
+    Ok(params)
+}
+
+fn projection_tolerance(document: &Document, raw: Option<Value>) -> Result<f64, Failure> {
+    let key = "method.projection";
+    let raw: RawProjection = raw.map_or(Ok(RawProjection::default()), |raw| read(document, key, raw))?;
+    let standard = Problem::new(&[], &[], &[]).projection_tolerance;
+    document.number(
+        &format!("{key}.tolerance"),
+        raw.tolerance.unwrap_or(standard),
+        PART,
+    )
+}
+
+/// What stands at `key`, which must be a table if it is there.
+fn table(document: &Document, key: &str, given: Option<Value>) -> Result<Table, Failure> {
+    given.map_or(Ok(Table::new()), |given| read(document, key, given))
+}
+
+/// Makes the choices of the table at `key`.
+fn choose(
+    document: &Document,
+    key: &str,
+    given: Option<Value>,
+    choices: &mut dyn Choices,
+) -> Result<(), Failure> {
+    let table = table(document, key, given)?;
+    let all = choices.table();
+    document.only(
+        key,
+        &table,
+        &all.iter().map(|choice| choice.name).collect::<Vec<_>>(),
+    )?;
+    for (index, choice) in all.iter().enumerate() {
+        let key = format!("{key}.{}", choice.name);
+        let Some(given) = table.get(choice.name) else {
+            continue;
+        };
+        if !choices.set(index, chosen(document, &key, given, choice.kind)?) {
+            return Err(document.outside(&key, shown(given), choice.kind));
+        }
+    }
+    Ok(())
+}
+
+/// What `given` at `key` chooses; no word where it is one that is not allowed.
+fn chosen(
+    document: &Document,
+    key: &str,
+    given: &Value,
+    kind: Kind,
+) -> Result<choices::Value<'static>, Failure> {
+    let copy = || given.clone();
+    Ok(match (kind, given) {
+        (Kind::Number(numbers), _) => {
+            choices::Value::Number(document.number(key, read(document, key, copy())?, numbers)?)
+        }
+        (Kind::Automatic(_), Value::String(word)) if word == "auto" => choices::Value::Automatic,
+        (Kind::Automatic(most), Value::Integer(count)) => {
+            choices::Value::Count(document.whole(key, *count, 1..=most)?)
+        }
+        (Kind::Automatic(_), other) => return Err(document.outside(key, shown(other), kind)),
+        (Kind::Count(most), _) => {
+            choices::Value::Count(document.whole(key, read(document, key, copy())?, 1..=most)?)
+        }
+        (Kind::Flag, _) => choices::Value::Flag(read(document, key, copy())?),
+        (Kind::Word(words), _) => {
+            let given: String = read(document, key, copy())?;
+            let known = words.iter().copied().find(|word| *word == given);
+            choices::Value::Word(known.unwrap_or_default())
+        }
     })
 }

@@ -10,6 +10,7 @@ mod raw;
 mod shapes;
 
 pub use document::Document;
+pub(crate) use method::{section, steering};
 pub use model::{Control, Flow, Grid, Keyframe, MethodSection, Output, Scene, Time};
 
 use crate::exit::Failure;

@@ -3,9 +3,7 @@
 use super::document::Document;
 use crate::keyframes::{Canvas, ShapeSpec};
 use std::path::PathBuf;
-use thurible_core::{
-    AdmmParams, Advection, Boundary, DirectParams, LbfgsParams, Method, PdParams, SimulationParams,
-};
+use thurible_core::{Advection, Boundary, Params};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -28,8 +26,6 @@ pub struct Scene {
     pub advection: Advection,
     /// How it is solved.
     pub method: MethodSection,
-    /// How the flow is simulated, where it is.
-    pub simulation: SimulationParams,
     /// What is written, and where.
     pub output: Output,
 }
@@ -85,21 +81,11 @@ pub struct Control {
     pub initial_velocity: Option<PathBuf>,
 }
 
-/// `[method]`
+/// `[method]` and `[simulation]`
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MethodSection {
-    /// `[method] name`
-    pub name: Method,
-    /// Outer iterations at most.
-    pub iterations: usize,
-    /// `[method.direct]`
-    pub direct: DirectParams,
-    /// `[method.admm]`
-    pub admm: AdmmParams,
-    /// `[method.lbfgs]`
-    pub lbfgs: LbfgsParams,
-    /// `[method.pd]`
-    pub pd: PdParams,
+    /// The method, its iterations and the choices of every method; threads and ceiling are no business of a scene.
+    pub params: Params,
     /// `[method.projection] tolerance`
     pub projection_tolerance: f64,
 }

@@ -1,4 +1,5 @@
-//! The sections of a scene as TOML spells them; serde refuses unknown keys and wrong types, `build` the rest.
+//! The sections of a scene as TOML spells them; serde refuses unknown keys and wrong types, `build` the rest. Those about methods are
+//! left as they are: `method` reads them by the tables of the core.
 
 use crate::exit::Failure;
 use crate::scene::document::Document;
@@ -20,10 +21,8 @@ pub(super) struct RawScene {
     pub control: RawControl,
     #[serde(default)]
     pub advection: RawAdvection,
-    #[serde(default)]
-    pub method: RawMethod,
-    #[serde(default)]
-    pub simulation: RawSimulation,
+    pub method: Option<Value>,
+    pub simulation: Option<Value>,
     #[serde(default)]
     pub output: RawOutput,
 }
@@ -67,69 +66,6 @@ pub(super) struct RawAdvection {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RawMethod {
-    pub name: Option<String>,
-    pub iterations: Option<i64>,
-    #[serde(default)]
-    pub admm: RawAdmm,
-    #[serde(default)]
-    pub direct: RawDirect,
-    #[serde(default)]
-    pub lbfgs: RawLbfgs,
-    #[serde(default)]
-    pub pd: RawPd,
-    #[serde(default)]
-    pub projection: RawProjection,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawAdmm {
-    pub penalty: Option<f64>,
-    pub relaxation: Option<f64>,
-    pub ao_iterations: Option<i64>,
-    pub ao_momentum: Option<f64>,
-    pub nested: Option<bool>,
-    pub nso: Option<String>,
-    pub nso_tolerance: Option<f64>,
-    pub density_tolerance: Option<f64>,
-    pub nso_norm: Option<String>,
-    pub smoother_colours: Option<String>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawDirect {
-    pub history: Option<Value>,
-    pub tolerance: Option<f64>,
-    pub nested: Option<bool>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawLbfgs {
-    pub history: Option<Value>,
-    pub tolerance: Option<f64>,
-    pub nested: Option<bool>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawPd {
-    pub drive: Option<f64>,
-    pub attenuation: Option<f64>,
-    pub gathering: Option<f64>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawSimulation {
-    pub buoyancy: Option<f64>,
-    pub tolerance: Option<f64>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct RawProjection {
     pub tolerance: Option<f64>,
 }
@@ -162,6 +98,16 @@ pub(super) fn read<T: DeserializeOwned>(
 }
 
 impl Document {
+    /// Refuses a key of the table at `key` that is none of `known`, as serde refuses it of a struct.
+    pub(super) fn only(&self, key: &str, table: &Table, known: &[&str]) -> Result<(), Failure> {
+        let Some(odd) = table.keys().find(|name| !known.contains(&name.as_str())) else {
+            return Ok(());
+        };
+        let known = known.join("`, `");
+        let message = format!("unknown field `{odd}`, expected one of `{known}`");
+        Err(self.misfit(&format!("{key}.{odd}"), &message))
+    }
+
     /// Turns serde's sentence about `key` into ours.
     fn misfit(&self, key: &str, message: &str) -> Failure {
         let mut plain = message.trim().replace('\n', ", ");

@@ -38,7 +38,7 @@ pub(super) fn keyframes(
                 return Err(document.outside(
                     &at,
                     shown(&other),
-                    &format!("a whole number from 2 to {steps}"),
+                    format_args!("a whole number from 2 to {steps}"),
                 ));
             }
         };

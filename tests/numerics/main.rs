@@ -18,6 +18,7 @@ mod baseline;
 mod ceiling;
 mod checkpoint;
 mod checkpoint_refusals;
+mod choices;
 mod determinism;
 mod direct;
 mod direct_starts;

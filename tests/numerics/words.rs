@@ -1,11 +1,14 @@
 //! The words of choices and outcomes.
 
+use thurible_core::words::Alternatives;
 use thurible_core::{Boundary, Colours, Method, Named, Norm, NsoSolver, Place, Scheme, Status, Unit};
 
 fn each_word_is_its_own<T: Named>() {
     for &value in T::ALL {
         assert_eq!(T::from_name(value.name()), Ok(value));
     }
+    let words = T::WORDS.iter().copied();
+    assert!(T::ALL.iter().map(|value| value.name()).eq(words));
     assert!(T::from_name("").is_err());
 }
 
@@ -26,4 +29,8 @@ fn words_and_values_belong_together() {
 fn an_unknown_word_is_answered_with_the_known_ones() {
     let listed = Boundary::from_name("open").map_err(|unknown| unknown.to_string());
     assert_eq!(listed, Err("\"wall\" or \"periodic\"".into()));
+    assert_eq!(
+        Alternatives(Boundary::WORDS).to_string(),
+        "\"wall\" or \"periodic\""
+    );
 }

@@ -1,6 +1,6 @@
 //! `memory.md` and its figures.
 
-use super::row::{METHODS, Measured, representatives};
+use super::row::{Measured, methods, representatives};
 use crate::files;
 use std::path::Path;
 use thurible::address_space;
@@ -43,7 +43,7 @@ fn chart(table: &[Measured], dims: usize) -> Chart {
             .map(|row| per_number(row, row.planned_bytes));
         Curve::new(method.name(), 1 + index, points.collect::<Vec<_>>().into_iter())
     };
-    let mut curves: Vec<Curve> = METHODS.into_iter().enumerate().map(curve).collect();
+    let mut curves: Vec<Curve> = methods().enumerate().map(curve).collect();
     let bound = rows
         .iter()
         .filter(|row| row.method == Method::Admm.name())

@@ -25,11 +25,15 @@ const SIZES: [(&[usize], usize); 6] = [
     (&[32, 32, 32], 30),
     (&[40, 40, 40], 30),
 ];
-/// Methods of the table.
-pub(super) const METHODS: [Method; 4] = [Method::Direct, Method::Admm, Method::Lbfgs, Method::Pd];
 const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F64];
 /// A row is solved for no longer than this: the whole block is touched before the first iteration.
 const LONGEST: Duration = Duration::from_millis(700);
+
+/// Methods of the table: those that steer.
+pub(super) fn methods() -> impl Iterator<Item = Method> {
+    let all = Method::ALL.iter().copied();
+    all.filter(|&method| method != Method::Simulate)
+}
 
 /// What is solved in a row.
 pub(super) struct Row {
@@ -82,7 +86,7 @@ pub(super) fn rows(quick: bool) -> Vec<Row> {
         .map(|(_, size)| size);
     let mut rows = Vec::new();
     for (cells, steps) in sizes {
-        for method in METHODS {
+        for method in methods() {
             rows.extend(PRECISIONS.map(|precision| Row {
                 problem: OwnedProblem::new(cells.to_vec(), vec![*steps]),
                 params: Params {
@@ -102,9 +106,7 @@ pub(super) fn representatives(table: &[Measured]) -> impl Iterator<Item = &Measu
         let named = move |row: &&Measured, method| {
             row.cells.len() == dims && row.precision == "f32" && row.method == method
         };
-        METHODS
-            .into_iter()
-            .filter_map(move |method| table.iter().rev().find(|row| named(row, method.name())))
+        methods().filter_map(move |method| table.iter().rev().find(|row| named(row, method.name())))
     })
 }
 

@@ -1,7 +1,7 @@
-//! Codes of the configuration, each with what the core calls it.
+//! Codes of the configuration, which number the core's values.
 
 use super::ConfigError;
-use thurible_core::{Boundary, Colours, Method, Norm, NsoSolver, Scheme};
+use thurible_core::Named;
 
 /// Precision of all fields: bytes of an element.
 #[repr(C)]
@@ -23,13 +23,6 @@ pub enum ThuribleBoundary {
     Periodic = 1,
 }
 
-impl ThuribleBoundary {
-    pub(super) const CODES: [(u32, Boundary); 2] = [
-        (Self::Wall as u32, Boundary::Wall),
-        (Self::Periodic as u32, Boundary::Periodic),
-    ];
-}
-
 /// How density is carried.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,40 +35,6 @@ pub enum ThuribleScheme {
     SemiLagrangian = 2,
 }
 
-impl ThuribleScheme {
-    pub(super) const CODES: [(u32, Scheme); 3] = [
-        (Self::Quick as u32, Scheme::Quick),
-        (Self::Central as u32, Scheme::Central),
-        (Self::SemiLagrangian as u32, Scheme::SemiLagrangian),
-    ];
-}
-
-/// How a scene is solved.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ThuribleMethod {
-    /// Force elimination and quasi-Newton.
-    Direct = 0,
-    /// ADMM over an advection and a Navier-Stokes problem.
-    Admm = 1,
-    /// L-BFGS over the forces by the adjoint of a simulation.
-    Lbfgs = 2,
-    /// Smoke driven to the next keyframe while it is simulated.
-    Pd = 3,
-    /// No control: the flow alone. There may be no keyframes.
-    Simulate = 4,
-}
-
-impl ThuribleMethod {
-    pub(super) const CODES: [(u32, Method); 5] = [
-        (Self::Direct as u32, Method::Direct),
-        (Self::Admm as u32, Method::Admm),
-        (Self::Lbfgs as u32, Method::Lbfgs),
-        (Self::Pd as u32, Method::Pd),
-        (Self::Simulate as u32, Method::Simulate),
-    ];
-}
-
 /// How ADMM solves its Navier-Stokes problems.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,13 +43,6 @@ pub enum ThuribleNsoSolver {
     Stfas = 0,
     /// Newton's method with conjugate gradients.
     NewtonCg = 1,
-}
-
-impl ThuribleNsoSolver {
-    pub(super) const CODES: [(u32, NsoSolver); 2] = [
-        (Self::Stfas as u32, NsoSolver::Stfas),
-        (Self::NewtonCg as u32, NsoSolver::NewtonCg),
-    ];
 }
 
 /// The colours of the smoother of STFAS.
@@ -103,13 +55,6 @@ pub enum ThuribleColours {
     PowerOfTwo = 1,
 }
 
-impl ThuribleColours {
-    pub(super) const CODES: [(u32, Colours); 2] = [
-        (Self::RedBlack as u32, Colours::RedBlack),
-        (Self::PowerOfTwo as u32, Colours::PowerOfTwo),
-    ];
-}
-
 /// In which units divergences count in the residual of STFAS.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,26 +65,39 @@ pub enum ThuribleNorm {
     Plain = 1,
 }
 
-impl ThuribleNorm {
-    pub(super) const CODES: [(u32, Norm); 2] = [
-        (Self::Scaled as u32, Norm::Scaled),
-        (Self::Plain as u32, Norm::Plain),
-    ];
+/// Codes are the places of the core's values: a difference does not compile. What the core has beyond them is chosen by its number.
+macro_rules! codes {
+    ($codes:ident of $core:ident: $($value:ident),+) => {
+        const _: () = {
+            $(assert!($codes::$value as u32 == thurible_core::$core::$value as u32);)+
+        };
+    };
 }
 
-/// What the code `given` of `field` stands for in `codes`.
-pub(super) fn code<V: Copy, const N: usize>(
-    field: &'static str,
-    given: u32,
-    codes: [(u32, V); N],
-) -> Result<V, ConfigError> {
-    let found = codes.iter().find(|(code, _)| *code == given);
-    found
-        .map(|&(_, value)| value)
-        .ok_or(ConfigError::Code { field, given })
+pub(super) use codes;
+
+codes!(ThuribleBoundary of Boundary: Wall, Periodic);
+codes!(ThuribleScheme of Scheme: Quick, Central, SemiLagrangian);
+codes!(ThuribleNsoSolver of NsoSolver: Stfas, NewtonCg);
+codes!(ThuribleColours of Colours: RedBlack, PowerOfTwo);
+codes!(ThuribleNorm of Norm: Scaled, Plain);
+
+/// What the code `given` of `field` stands for.
+pub(super) fn code<V: Named>(field: &'static str, given: u32) -> Result<V, ConfigError> {
+    let value = V::ALL.get(wide(given)).copied();
+    value.ok_or(ConfigError::Code { field, given })
 }
 
 /// A code that is 0 or 1.
-pub(super) fn flag(field: &'static str, given: u32) -> Result<bool, ConfigError> {
-    code(field, given, [(0, false), (1, true)])
+pub(super) fn flag(given: u32) -> Option<bool> {
+    match given {
+        0 => Some(false),
+        1 => Some(true),
+        _ => None,
+    }
+}
+
+/// A count that fits the core's counts on every machine.
+pub(super) fn wide(count: u32) -> usize {
+    usize::try_from(count).unwrap_or(usize::MAX)
 }

@@ -4,14 +4,34 @@ mod choices;
 mod default;
 mod error;
 mod read;
+mod slot;
 
-pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleMethod, ThuribleNorm, ThuribleNsoSolver};
+pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleNorm, ThuribleNsoSolver};
 pub use choices::{ThuriblePrecision, ThuribleScheme};
 pub use default::thurible_defaults;
 pub use error::ConfigError;
+pub use slot::THURIBLE_AUTOMATIC;
 
-/// What a number of the configuration holds to leave the choice to the library.
-pub const THURIBLE_AUTOMATIC: u32 = u32::MAX;
+use choices::codes;
+use slot::{Held, Slot};
+
+/// How a scene is solved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ThuribleMethod {
+    /// Force elimination and quasi-Newton.
+    Direct = 0,
+    /// ADMM over an advection and a Navier-Stokes problem.
+    Admm = 1,
+    /// L-BFGS over the forces by the adjoint of a simulation.
+    Lbfgs = 2,
+    /// Smoke driven to the next keyframe while it is simulated.
+    Pd = 3,
+    /// No control: the flow alone. There may be no keyframes.
+    Simulate = 4,
+}
+
+codes!(ThuribleMethod of Method: Direct, Admm, Lbfgs, Pd, Simulate);
 
 /// A scene without its densities, and the choices of the solve: begin with `thurible_defaults`, then set what is to differ. Fields
 /// that hold one of several codes are `uint32_t`, so that any number may arrive and be refused.
@@ -108,6 +128,46 @@ pub struct ThuribleConfig {
     pub simulation_buoyancy: f64,
     /// Simulations, L-BFGS over forces and target-driven smoke: relative residual of an implicit step.
     pub simulation_tolerance: f64,
+}
+
+macro_rules! held {
+    ($config:ident: $($field:ident $choice:literal,)+) => {
+        [$(Held {
+            field: stringify!($field),
+            choice: $choice,
+            slot: Slot::from(&mut $config.$field),
+        }),+]
+    };
+}
+
+impl ThuribleConfig {
+    /// Every field that holds a choice of a method, and what the core calls it.
+    fn held(&mut self) -> [Held<'_>; 22] {
+        held! { self:
+            direct_history "direct.history",
+            direct_nested "direct.nested",
+            direct_tolerance "direct.tolerance",
+            admm_penalty "admm.penalty",
+            admm_relaxation "admm.relaxation",
+            admm_ao_momentum "admm.ao_momentum",
+            admm_density_tolerance "admm.density_tolerance",
+            admm_ao_iterations "admm.ao_iterations",
+            admm_nested "admm.nested",
+            nso_solver "admm.nso",
+            nso_cycles "admm.nso_cycles",
+            nso_tolerance "admm.nso_tolerance",
+            nso_norm "admm.nso_norm",
+            nso_colours "admm.smoother_colours",
+            lbfgs_history "lbfgs.history",
+            lbfgs_tolerance "lbfgs.tolerance",
+            lbfgs_nested "lbfgs.nested",
+            pd_drive "pd.drive",
+            pd_attenuation "pd.attenuation",
+            pd_gathering "pd.gathering",
+            simulation_buoyancy "simulation.buoyancy",
+            simulation_tolerance "simulation.tolerance",
+        }
+    }
 }
 
 /// Bytes of this version, which is the first.

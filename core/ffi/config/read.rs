@@ -1,13 +1,9 @@
 //! From C to the core: what a configuration describes.
 
-use super::choices::{code, flag};
-use super::{
-    ConfigError, MOST_BYTES, SIZE, THURIBLE_AUTOMATIC, ThuribleBoundary, ThuribleColours, ThuribleConfig,
-};
-use super::{ThuribleMethod, ThuribleNorm, ThuribleNsoSolver, ThuribleScheme};
+use super::choices::{code, flag, wide};
+use super::{ConfigError, MOST_BYTES, SIZE, THURIBLE_AUTOMATIC, ThuribleConfig};
 use crate::result::ThuribleResult;
 use thurible_core::problem::MAX_STEPS;
-use thurible_core::{AdmmParams, DirectParams, LbfgsParams, NsoParams, PdParams, SimulationParams};
 use thurible_core::{Advection, Boundary, Params, Problem};
 
 impl ThuribleConfig {
@@ -69,9 +65,12 @@ impl ThuribleConfig {
             force_weight: self.force_weight,
             viscosity: self.viscosity,
             filters: (self.filters != THURIBLE_AUTOMATIC).then(|| wide(self.filters)),
-            match_mass: flag("match_mass", self.match_mass)?,
+            match_mass: flag(self.match_mass).ok_or(ConfigError::Code {
+                field: "match_mass",
+                given: self.match_mass,
+            })?,
             advection: Advection {
-                scheme: code("scheme", self.scheme, ThuribleScheme::CODES)?,
+                scheme: code("scheme", self.scheme)?,
                 tolerance: self.advection_tolerance,
             },
             projection_tolerance: self.projection_tolerance,
@@ -83,7 +82,7 @@ impl ThuribleConfig {
     fn ends(&self, dims: usize) -> Result<[Boundary; 3], ConfigError> {
         let mut ends = [Boundary::Wall; 3];
         for (end, &given) in ends.iter_mut().zip(&self.boundary).take(dims) {
-            *end = code("boundary", given, ThuribleBoundary::CODES)?;
+            *end = code("boundary", given)?;
         }
         Ok(ends)
     }
@@ -104,68 +103,28 @@ impl ThuribleConfig {
         }
     }
 
-    fn params(&self) -> Result<Params, ConfigError> {
-        let params = Params {
-            method: code("method", self.method, ThuribleMethod::CODES)?,
+    fn params(mut self) -> Result<Params, ConfigError> {
+        let mut params = Params {
+            method: code("method", self.method)?,
             iterations: self.iterations,
             threads: self.threads,
             ceiling: (self.memory_ceiling != 0).then_some(self.memory_ceiling),
-            direct: DirectParams {
-                history: pairs(self.direct_history),
-                nested: flag("direct_nested", self.direct_nested)?,
-                tolerance: self.direct_tolerance,
-                ..DirectParams::default()
-            },
-            admm: self.admm()?,
-            lbfgs: LbfgsParams {
-                history: pairs(self.lbfgs_history),
-                tolerance: self.lbfgs_tolerance,
-                nested: flag("lbfgs_nested", self.lbfgs_nested)?,
-            },
-            pd: PdParams {
-                drive: self.pd_drive,
-                attenuation: self.pd_attenuation,
-                gathering: self.pd_gathering,
-            },
-            simulation: SimulationParams {
-                buoyancy: self.simulation_buoyancy,
-                tolerance: self.simulation_tolerance,
-            },
+            ..Params::default()
         };
-        code("reserved", self.reserved, [(0, params)])
-    }
-
-    fn admm(&self) -> Result<AdmmParams, ConfigError> {
-        Ok(AdmmParams {
-            penalty: self.admm_penalty,
-            relaxation: self.admm_relaxation,
-            ao_momentum: self.admm_ao_momentum,
-            density_tolerance: self.admm_density_tolerance,
-            ao_iterations: wide(self.admm_ao_iterations),
-            nested: flag("admm_nested", self.admm_nested)?,
-            nso: NsoParams {
-                solver: code("nso_solver", self.nso_solver, ThuribleNsoSolver::CODES)?,
-                colours: code("nso_colours", self.nso_colours, ThuribleColours::CODES)?,
-                norm: code("nso_norm", self.nso_norm, ThuribleNorm::CODES)?,
-                cycles: wide(self.nso_cycles),
-                tolerance: self.nso_tolerance,
-            },
-            ..AdmmParams::default()
-        })
+        self.held()
+            .into_iter()
+            .try_for_each(|held| held.read(&mut params))?;
+        match self.reserved {
+            0 => Ok(params),
+            given => Err(ConfigError::Code {
+                field: "reserved",
+                given,
+            }),
+        }
     }
 }
 
 /// The first `dims` of three values, where `dims` is 2 or 3.
 fn first<V>(values: &[V; 3], dims: usize) -> &[V] {
     values.get(..dims).unwrap_or(values)
-}
-
-/// A count that fits the core's counts on every machine.
-fn wide(count: u32) -> usize {
-    usize::try_from(count).unwrap_or(usize::MAX)
-}
-
-/// Pairs of L-BFGS, or `None` for as many as memory allows.
-fn pairs(given: u32) -> Option<usize> {
-    (given != THURIBLE_AUTOMATIC).then(|| wide(given))
 }

@@ -1,10 +1,11 @@
 //! What a caller chooses for ADMM.
 
 use crate::checkpoint::Mix;
-use crate::method::refusal::{PlanError, count};
-use crate::nso::{NsoParams, SmootherMemory};
-use crate::problem::{ProblemError, positive};
+use crate::method::choices::{Kind, Numbers, choices};
+use crate::nso::colours::Colours;
+use crate::nso::{Norm, NsoParams, NsoSolver, SmootherMemory};
 use crate::progress::MAX_CYCLES;
+use crate::words::Named;
 
 /// What a caller chooses for ADMM.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,31 +43,32 @@ impl Default for AdmmParams {
     }
 }
 
+choices!(AdmmParams, "admm" {
+    penalty: penalty, Kind::Number(Numbers::Positive),
+        "how strongly the two halves of the method are tied together";
+    relaxation: relaxation, Kind::Number(Numbers::Below(2.0)),
+        "step of the multipliers, in parts of the penalty";
+    ao_iterations: ao_iterations, Kind::Count(1000),
+        "fixed-point iterations for the densities in each iteration";
+    ao_momentum: ao_momentum, Kind::Number(Numbers::Fraction),
+        "of the heavy ball, between these iterations; 0 is the paper's";
+    nested: nested, Kind::Flag,
+        "begin with the flow of the same scene at half the resolution";
+    nso: nso.solver, Kind::Word(NsoSolver::WORDS),
+        "how Navier-Stokes problems are solved; newton_cg needs more memory";
+    nso_tolerance: nso.tolerance, Kind::Number(Numbers::Below(1.0)),
+        "residual at which a Navier-Stokes problem is solved";
+    nso_cycles: nso.cycles, Kind::Count(MAX_CYCLES - 1),
+        "V-cycles or Newton steps of a Navier-Stokes problem at most";
+    nso_norm: nso.norm, Kind::Word(Norm::WORDS),
+        "norm of that residual; plain is the paper's, stricter on divergence";
+    density_tolerance: density_tolerance, Kind::Number(Numbers::Below(1.0)),
+        "converged when the density changes by less than this part of its maximum";
+    smoother_colours: nso.colours, Kind::Word(Colours::WORDS),
+        "in which order the multigrid visits cells; 2^d is the paper's";
+});
+
 impl AdmmParams {
-    /// Most fixed-point iterations of AO.
-    pub const MOST_AO_ITERATIONS: usize = 1000;
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`PlanError`] names the first that is wrong.
-    pub fn check(&self) -> Result<(), PlanError> {
-        positive("admm.penalty", self.penalty)?;
-        positive("admm.relaxation", self.relaxation)?;
-        positive("admm.ao_iterations", self.ao_iterations as f64)?;
-        if !(0.0..1.0).contains(&self.ao_momentum) {
-            return Err(ProblemError::Momentum {
-                given: self.ao_momentum,
-            }
-            .into());
-        }
-        positive("admm.density_tolerance", self.density_tolerance)?;
-        positive("admm.nso_tolerance", self.nso.tolerance)?;
-        positive("admm.nso_cycles", self.nso.cycles as f64)?;
-        count("admm.ao_iterations", self.ao_iterations, Self::MOST_AO_ITERATIONS)?;
-        count("admm.nso_cycles", self.nso.cycles, MAX_CYCLES - 1)
-    }
-
     /// Mixes in every number that results follow from, for the fingerprint of a checkpoint.
     pub fn mix(&self, mix: &mut Mix) {
         // Every field by name: a new one does not compile until it is mixed in.

@@ -1,10 +1,10 @@
 //! What a caller chooses for the direct method.
 
 use crate::grid::levels;
-use crate::method::refusal::{PlanError, count};
+use crate::method::choices::{Kind, Numbers, choices};
 use crate::objective::coarse;
 use crate::optimise::quasi_newton::recursion::MAX_PAIRS;
-use crate::problem::{Problem, positive};
+use crate::problem::Problem;
 
 /// Iterations at most on the coarsest grid, where they cost nothing, and on those between it and the finest.
 const COARSE_ITERATIONS: [usize; 2] = [100, 60];
@@ -37,20 +37,17 @@ impl Default for DirectParams {
     }
 }
 
+choices!(DirectParams, "direct" {
+    history: history, Kind::Automatic(MAX_PAIRS),
+        "pairs of its quasi-Newton method: more need more memory; auto: as many as fit, at most 5";
+    tolerance: tolerance, Kind::Number(Numbers::Below(1.0)),
+        "converged when the objective falls by less than this part of itself, twice in a row";
+    nested: nested, Kind::Flag, "begin with the flow of the same scene on coarser grids";
+});
+
 impl DirectParams {
     /// Pairs when nothing is said and memory is plenty.
     pub const MOST_BY_DEFAULT: usize = 5;
-    /// Most pairs.
-    pub const MOST: usize = MAX_PAIRS;
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`PlanError`] names the first that is wrong.
-    pub fn check(&self) -> Result<(), PlanError> {
-        positive("direct.tolerance", self.tolerance)?;
-        count("direct.history", self.history.unwrap_or(1), Self::MOST)
-    }
 
     /// Iterations of a solve at most, those on coarser grids included, of which `on_finest` on the finest.
     #[must_use]

@@ -1,8 +1,7 @@
 //! What a caller chooses for adjoint control.
 
-use crate::method::refusal::{PlanError, count};
+use crate::method::choices::{Kind, Numbers, choices};
 use crate::optimise::quasi_newton::recursion::MAX_PAIRS;
-use crate::problem::positive;
 
 /// What a caller chooses for adjoint control.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,13 +27,11 @@ impl Default for LbfgsParams {
 impl LbfgsParams {
     /// Most pairs.
     pub const MOST: usize = MAX_PAIRS;
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`PlanError`] names the first that is wrong.
-    pub fn check(&self) -> Result<(), PlanError> {
-        positive("lbfgs.tolerance", self.tolerance)?;
-        count("lbfgs.history", self.history.unwrap_or(1), Self::MOST)
-    }
 }
+
+choices!(LbfgsParams, "lbfgs" {
+    history: history, Kind::Automatic(LbfgsParams::MOST), "pairs that it remembers; auto: as many as fit";
+    tolerance: tolerance, Kind::Number(Numbers::Below(1.0)),
+        "converged when the objective falls by less than this part of itself, twice in a row";
+    nested: nested, Kind::Flag, "begin with the forces of the same scene on coarser grids";
+});

@@ -1,8 +1,7 @@
 //! What a caller chooses for simulations, free or driven.
 
 use crate::checkpoint::Mix;
-use crate::method::refusal::PlanError;
-use crate::problem::{ProblemError, not_negative, positive};
+use crate::method::choices::{Kind, Numbers, choices};
 
 /// What a caller chooses for target-driven smoke.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,18 +24,16 @@ impl Default for PdParams {
     }
 }
 
-impl PdParams {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`PlanError`] names the first that is wrong.
-    pub fn check(&self) -> Result<(), PlanError> {
-        not_negative("pd.drive", self.drive)?;
-        not_negative("pd.attenuation", self.attenuation)?;
-        not_negative("pd.gathering", self.gathering)?;
-        Ok(())
-    }
+choices!(PdParams, "pd" {
+    drive: drive, Kind::Number(Numbers::NotNegative),
+        "weight of the driving force, in lengths of the box and times between keyframes";
+    attenuation: attenuation, Kind::Number(Numbers::NotNegative),
+        "rate at which momentum is lost, per time between keyframes";
+    gathering: gathering, Kind::Number(Numbers::NotNegative),
+        "weight of the gathering term; 0.01 is strong";
+});
 
+impl PdParams {
     /// What one of `steps` steps from keyframe to keyframe keeps of momentum, and the impulse that it gets from a force of 1:
     /// v' = F - a v, solved exactly for one step.
     #[must_use]
@@ -82,24 +79,14 @@ impl Default for SimulationParams {
     }
 }
 
-impl SimulationParams {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`PlanError`] names the first that is wrong.
-    pub fn check(&self) -> Result<(), PlanError> {
-        positive("simulation.tolerance", self.tolerance)?;
-        if self.buoyancy.is_finite() {
-            Ok(())
-        } else {
-            Err(ProblemError::NotFinite {
-                field: "simulation.buoyancy",
-                given: self.buoyancy,
-            }
-            .into())
-        }
-    }
+choices!(SimulationParams, "simulation" {
+    buoyancy: buoyancy, Kind::Number(Numbers::Finite),
+        "upward acceleration of a free flow where the density is 1";
+    tolerance: tolerance, Kind::Number(Numbers::Below(1.0)),
+        "of every method that simulates: residual of a step, in parts of the largest velocity";
+});
 
+impl SimulationParams {
     /// Mixes every number into the fingerprint of a checkpoint.
     pub fn mix(&self, mix: &mut Mix) {
         // Every field by name: a new one does not compile until it is mixed in.

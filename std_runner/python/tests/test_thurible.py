@@ -419,6 +419,9 @@ class Refusals(unittest.TestCase):
             ({"advection": "upwind"}, "advection is \"upwind\", but must be \"quick\""),
             ({"method": "newton"}, "method is \"newton\""),
             ({"method": "admm", "options": {"penalty": -1}}, "admm.penalty is -1"),
+            ({"method": "admm", "options": {"nso_cycles": 64}}, "admm.nso_cycles is 64; it must be from 1 to 63"),
+            ({"method": "admm", "options": {"nso": "magic"}}, "options.\"nso\". is \"magic\", but must be \"stfas\" or \"newton_cg\""),
+            ({"options": {"history": 9}}, "direct.history is 9"),
             ({"options": [1]}, "options is no dict"),
             ({"progress": 3}, "progress cannot be called"),
         ]:
@@ -428,6 +431,7 @@ class Refusals(unittest.TestCase):
     def test_types(self):
         self.refuse(TypeError, "dt is 'soon', but must be a number", dt="soon")
         self.refuse(TypeError, "match_mass is 'yes', but must be True or False", match_mass="yes")
+        self.refuse(TypeError, "options.\"nested\". is 1, but must be True or False", options={"nested": 1})
         self.refuse(TypeError, "there is no argument stepz; there are steps", stepz=3)
         self.refuse(TypeError, "there is no option of this method penalty; there are history", options={"penalty": 1.0})
 
