@@ -1,7 +1,7 @@
 //! AO, the advection problem of the paper (section 4.1, eq. 7, Algorithm 1): velocities v* near v + lambda/K that carry the
 //! density to the keyframes.
 //!
-//! A fixed-point iteration: forward and backward through the flow (see [`DensitySweep`]); candidate
+//! A fixed-point iteration: forward and backward through the flow (see [`crate::objective::sweep`]); candidate
 //! Q(v_i + lambda_i/K + A_v^T mu_i / K); then v* moves a part alpha of the way, halved until the objective
 //! 1/2 <e, C e> + K/2 sum |v* - v - lambda/K|^2 falls.
 //!
