@@ -74,9 +74,6 @@ fn the_table_names_every_module_of_the_core_once() {
     assert_eq!(distinct.len(), listed.len(), "a module stands there twice");
 }
 
-/// Modules of the core that still have circles.
-const NOT_YET: [&str; 1] = ["method"];
-
 #[test]
 fn no_files_import_each_other_in_a_circle() {
     let crates: [(&str, &[&str]); 5] = [
@@ -90,10 +87,7 @@ fn no_files_import_each_other_in_a_circle() {
     for (folder, others) in crates {
         let files = Files::read(&project().join(folder), others);
         let imports = files.imports();
-        let mended = |circle: &BTreeSet<Vec<String>>| {
-            folder != "core" || !circle.iter().all(|module| NOT_YET.contains(&module[0].as_str()))
-        };
-        for circle in circles(&imports).into_iter().filter(mended) {
+        for circle in circles(&imports) {
             let arrows = circle.iter().flat_map(|module| {
                 let within = imports[module].iter().filter(|import| circle.contains(*import));
                 within.map(|import| format!("{folder}: {} -> {}", files.path(module), files.path(import)))
