@@ -29,12 +29,7 @@ pub fn from_velocity<T: Real, S: Space>(
     w: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    let viscosity = T::from_f64(fluid.viscosity);
-    let reads = Reads {
-        rule: Advection { viscosity },
-        v,
-        second: [&[]; 3],
-    };
+    let reads = Reads::new(Advection(fluid.nu()), v, [&[]; 3]);
     for_blocks::<T, S, _, _>(
         exec,
         fluid,
@@ -63,12 +58,7 @@ pub fn apply_derivative<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    let viscosity = T::from_f64(fluid.viscosity);
-    let reads = Reads {
-        rule: Derivative { viscosity },
-        v,
-        second: d,
-    };
+    let reads = Reads::new(Derivative(fluid.nu()), v, d);
     for_blocks::<T, S, _, _>(
         exec,
         fluid,
@@ -96,12 +86,7 @@ pub fn apply_adjoint<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    let viscosity = T::from_f64(fluid.viscosity);
-    let reads = Reads {
-        rule: Adjoint { viscosity },
-        v,
-        second: w,
-    };
+    let reads = Reads::new(Adjoint(fluid.nu()), v, w);
     for_blocks::<T, S, _, _>(
         exec,
         fluid,
@@ -128,10 +113,6 @@ pub fn add_curvature<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    let reads = Reads {
-        rule: Adjoint { viscosity: T::ZERO },
-        v: d,
-        second: w,
-    };
+    let reads = Reads::new(Adjoint(T::ZERO), d, w);
     for_blocks::<T, S, _, _>(exec, fluid, reads, Start::Kept, out, scratch, |_, _, _, _| {});
 }

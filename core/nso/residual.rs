@@ -103,9 +103,7 @@ pub fn of_block<T: Real, S: Space>(
     accumulate::<T, S, _>(
         block,
         row,
-        Adjoint {
-            viscosity: system.viscosity,
-        },
+        Adjoint(system.viscosity),
         system.v,
         system.w,
         &mut out.a.each_mut().map(|c| &mut **c),
@@ -114,9 +112,7 @@ pub fn of_block<T: Real, S: Space>(
     accumulate::<T, S, _>(
         block,
         row,
-        Advection {
-            viscosity: system.viscosity,
-        },
+        Advection(system.viscosity),
         system.v,
         [&[]; 3],
         &mut out.c.each_mut().map(|c| &mut **c),

@@ -45,11 +45,9 @@ pub trait Rule<T>: Copy {
 }
 
 /// Adv(v) + nu C^T C v: A gets -omega bbar / 2, B gets +omega abar / 2, and nu omega / h on A- and B+, minus that on A+ and B-.
+/// It holds nu.
 #[derive(Clone, Copy, Debug)]
-pub struct Advection<T> {
-    /// nu.
-    pub viscosity: T,
-}
+pub struct Advection<T>(pub T);
 
 multiversion! {
     fn advection[T: Real](viscosity: T, v: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
@@ -71,16 +69,13 @@ multiversion! {
 
 impl<T: Real> Rule<T> for Advection<T> {
     fn contribute(self, velocity: Quad<'_, T>, _second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
-        advection(self.viscosity, velocity, inverse, out);
+        advection(self.0, velocity, inverse, out);
     }
 }
 
-/// J(v) d + nu C^T C d: the derivative of [`Advection`] at v along the second field d.
+/// J(v) d + nu C^T C d: the derivative of [`Advection`] at v along the second field d; it holds nu.
 #[derive(Clone, Copy, Debug)]
-pub struct Derivative<T> {
-    /// nu.
-    pub viscosity: T,
-}
+pub struct Derivative<T>(pub T);
 
 multiversion! {
     fn derivative[T: Real](viscosity: T, v: Quad<'_, T>, d: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
@@ -104,16 +99,13 @@ multiversion! {
 
 impl<T: Real> Rule<T> for Derivative<T> {
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
-        derivative(self.viscosity, velocity, second, inverse, out);
+        derivative(self.0, velocity, second, inverse, out);
     }
 }
 
-/// J(v)^T m + nu C^T C m for the second field m: the adjoint of [`Derivative`].
+/// J(v)^T m + nu C^T C m for the second field m: the adjoint of [`Derivative`]. It holds nu.
 #[derive(Clone, Copy, Debug)]
-pub struct Adjoint<T> {
-    /// nu.
-    pub viscosity: T,
-}
+pub struct Adjoint<T>(pub T);
 
 multiversion! {
     fn adjoint[T: Real](viscosity: T, v: Quad<'_, T>, m: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
@@ -138,7 +130,7 @@ multiversion! {
 
 impl<T: Real> Rule<T> for Adjoint<T> {
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
-        adjoint(self.viscosity, velocity, second, inverse, out);
+        adjoint(self.0, velocity, second, inverse, out);
     }
 }
 

@@ -20,6 +20,13 @@ pub struct Fluid<'a> {
     pub viscosity: f64,
 }
 
+impl Fluid<'_> {
+    /// nu in the precision of the fields.
+    pub(crate) fn nu<T: Real>(&self) -> T {
+        T::from_f64(self.viscosity)
+    }
+}
+
 /// The scratch of one thread on `grid`, in elements.
 #[must_use]
 pub fn scratch_per_thread(grid: &Grid, slots: usize) -> usize {
@@ -34,12 +41,7 @@ pub fn apply<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    let viscosity = T::from_f64(fluid.viscosity);
-    let reads = Reads {
-        rule: Advection { viscosity },
-        v,
-        second: [&[]; 3],
-    };
+    let reads = Reads::new(Advection(fluid.nu()), v, [&[]; 3]);
     for_blocks::<T, S, _, _>(exec, fluid, reads, Start::Zero, out, scratch, |_, _, _, _| {});
 }
 
@@ -52,12 +54,7 @@ pub fn apply_derivative<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    let viscosity = T::from_f64(fluid.viscosity);
-    let reads = Reads {
-        rule: Derivative { viscosity },
-        v,
-        second: d,
-    };
+    let reads = Reads::new(Derivative(fluid.nu()), v, d);
     for_blocks::<T, S, _, _>(exec, fluid, reads, Start::Zero, out, scratch, |_, _, _, _| {});
 }
 
@@ -70,12 +67,7 @@ pub fn apply_adjoint<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    let viscosity = T::from_f64(fluid.viscosity);
-    let reads = Reads {
-        rule: Adjoint { viscosity },
-        v,
-        second: m,
-    };
+    let reads = Reads::new(Adjoint(fluid.nu()), v, m);
     for_blocks::<T, S, _, _>(exec, fluid, reads, Start::Zero, out, scratch, |_, _, _, _| {});
 }
 
@@ -87,6 +79,13 @@ pub(crate) struct Reads<'a, T, R> {
     pub v: Vector<'a, T>,
     /// A second field in which the rule is linear, or empty.
     pub second: Vector<'a, T>,
+}
+
+impl<'a, T, R> Reads<'a, T, R> {
+    /// What `rule` reads.
+    pub fn new(rule: R, v: Vector<'a, T>, second: Vector<'a, T>) -> Self {
+        Self { rule, v, second }
+    }
 }
 
 /// What the contributions of plaquettes are added to.

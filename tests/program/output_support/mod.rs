@@ -175,6 +175,31 @@ pub const OUTPUTS: [Output; 4] = [
     },
 ];
 
+/// A plausible ledger.
+fn memory() -> MemoryRecord {
+    let line = |name: &str, bytes: usize, depth: usize| LedgerLine {
+        name: name.into(),
+        bytes,
+        depth,
+    };
+    MemoryRecord {
+        planned_bytes: 41_234_432,
+        used_bytes: 41_234_432,
+        paper_bound_bytes: 41_943_040,
+        ledger: vec![
+            line("whole block", 41_234_432, 0),
+            line("source and keyframes", 131_072, 1),
+            line("method", 41_103_360, 1),
+            line("velocity v", 5_284_864, 2),
+            line("pressure p", 2_621_440, 2),
+            line("force w, or candidate v*", 5_284_864, 2),
+            line("multiplier", 5_284_864, 2),
+            line("density", 2_686_976, 2),
+            line("coarse levels", 19_940_352, 2),
+        ],
+    }
+}
+
 /// A plausible record of `iterations` iterations.
 pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
     let history = (1..=iterations).map(entry).collect::<Vec<_>>();
@@ -185,11 +210,6 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         },
         |entry| entry.objective,
     );
-    let line = |name: &str, bytes: usize, depth: usize| LedgerLine {
-        name: name.into(),
-        bytes,
-        depth,
-    };
     let facts = |&step: &usize| KeyframeRecord {
         step,
         relative_l2: 0.0832,
@@ -224,22 +244,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         status: Status::Converged,
         objective,
         history,
-        memory: MemoryRecord {
-            planned_bytes: 41_234_432,
-            used_bytes: 41_234_432,
-            paper_bound_bytes: 41_943_040,
-            ledger: vec![
-                line("whole block", 41_234_432, 0),
-                line("source and keyframes", 131_072, 1),
-                line("method", 41_103_360, 1),
-                line("velocity v", 5_284_864, 2),
-                line("pressure p", 2_621_440, 2),
-                line("force w, or candidate v*", 5_284_864, 2),
-                line("multiplier", 5_284_864, 2),
-                line("density", 2_686_976, 2),
-                line("coarse levels", 19_940_352, 2),
-            ],
-        },
+        memory: memory(),
         seconds: SecondsRecord {
             total: 143.2,
             setup: 0.031,
