@@ -14,18 +14,40 @@ pub const MAX_RESIDUALS: usize = 16;
 pub struct Objective {
     /// 1/2 sum over keyframes of <e, C e>.
     pub data: f64,
-    /// r/2 sum of |u|^2.
+    /// r/2 sum of <u, (1 + s^2 C^T C) u>, the price of the force and of its curl.
     pub force: f64,
+    /// r/2 sum of |u|^2, which is `force` where s is 0.
+    pub plain: f64,
 }
 
 impl Objective {
-    /// Both terms in a checkpoint.
+    /// That of a data term alone.
+    #[must_use]
+    pub fn of_data(data: f64) -> Self {
+        Self {
+            data,
+            ..Self::default()
+        }
+    }
+
+    /// That of a force alone.
+    #[must_use]
+    pub fn of_force(force: f64, plain: f64) -> Self {
+        Self {
+            data: 0.0,
+            force,
+            plain,
+        }
+    }
+
+    /// All terms in a checkpoint.
     ///
     /// # Errors
     /// [`Damaged`].
     pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         record.real(&mut self.data)?;
-        record.real(&mut self.force)
+        record.real(&mut self.force)?;
+        record.real(&mut self.plain)
     }
 
     /// J.

@@ -21,6 +21,8 @@ pub struct OwnedProblem {
     pub viscosity: f64,
     /// Weight r of the force.
     pub force_weight: f64,
+    /// Smoothness of the force in cells, or `None` for the default.
+    pub smoothness: Option<f64>,
     /// Number m of Gaussian filters, or `None` for the default.
     pub filters: Option<usize>,
     /// Whether keyframes take the mass of the source.
@@ -41,6 +43,7 @@ impl OwnedProblem {
             steps,
             viscosity,
             force_weight,
+            smoothness,
             filters,
             match_mass,
             advection,
@@ -56,6 +59,7 @@ impl OwnedProblem {
             dt,
             viscosity,
             force_weight,
+            smoothness,
             filters,
             match_mass,
             advection,
@@ -74,6 +78,7 @@ impl OwnedProblem {
             keyframes: &self.keyframes,
             viscosity: self.viscosity,
             force_weight: self.force_weight,
+            smoothness: self.smoothness,
             filters: self.filters,
             match_mass: self.match_mass,
             advection: self.advection,

@@ -45,6 +45,7 @@ impl OwnedProblem {
             dt: scene.time.dt,
             viscosity: scene.flow.viscosity,
             force_weight: scene.control.force_weight,
+            smoothness: scene.control.smoothness,
             filters: scene.control.filters,
             match_mass: scene.control.match_mass,
             advection: scene.advection,

@@ -161,6 +161,8 @@ typedef enum {
     THURIBLE_SCHEME_CENTRAL = 1,
     // Back-tracing with linear interpolation.
     THURIBLE_SCHEME_SEMI_LAGRANGIAN = 2,
+    // Third-order upwind with a limiter: no density outside 0 .. max, mass preserving.
+    THURIBLE_SCHEME_LIMITED = 3,
 } ThuribleScheme;
 
 // How a scene is solved.
@@ -247,11 +249,14 @@ typedef struct {
     double force_weight;
     // Kinematic viscosity, in squared lengths per time; 0 for none.
     double viscosity;
+    // Smoothness of the force, in cells: forces finer than that are dear. 0 is the paper's price; -1, the default, stands for 2.5 with limited
+    // transport and 0 with the others. ADMM prices no curls, and takes 0 or -1 alone.
+    double smoothness;
     // Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
     uint32_t filters;
     // Whether keyframes are scaled to the mass of the source: 0 or 1.
     uint32_t match_mass;
-    // A `ThuribleScheme`; quick by default.
+    // A `ThuribleScheme`; limited by default.
     uint32_t scheme;
     // The smoother's colours, of ADMM: a `ThuribleColours`.
     uint32_t nso_colours;

@@ -7,6 +7,7 @@
 //!
 //! J(v) below is the derivative of Adv(v) + nu C^T C v.
 
+pub mod price;
 pub mod time_line;
 
 pub use crate::operators::self_advection::scratch_per_thread;

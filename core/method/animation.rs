@@ -118,15 +118,16 @@ impl<'m, T: Real> Animation<'m, T> {
         keyframes: &Keyframes<'a, T>,
         region: &'a mut [T],
     ) -> (Evaluation<'a, 'm, T>, &'a mut VectorMut<'m, T>) {
-        let keyframes = *keyframes;
+        let (keyframes, mut pool) = (*keyframes, Pool::new(region));
         let evaluation = Evaluation {
+            priced: flow::priced(&self.levels.finest, &setup, &mut pool),
             levels: &self.levels,
             level: 0,
             setup,
             initial: view(&self.initial),
             rho: self.rho,
             keyframes,
-            region,
+            region: pool.into_rest(),
             sums: self.sums,
         };
         (evaluation, &mut self.v)

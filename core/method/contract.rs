@@ -49,6 +49,14 @@ pub trait Contract<'m, T: Real, S: Space> {
         true
     }
 
+    /// Whether its price of the force may be that of its curl too ([`Problem::smoothness`]).
+    fn prices_curls() -> bool
+    where
+        Self: Sized,
+    {
+        true
+    }
+
     /// Whether it simulates the flow forwards, so that a flow too fast to follow ends what can be known of it.
     fn simulates() -> bool
     where

@@ -64,6 +64,14 @@ macro_rules! define {
             }
         }
 
+        /// Whether the method's price of the force may be that of its curl too.
+        #[must_use]
+        pub fn prices_curls(params: &Params) -> bool {
+            match params.method {
+                $(Method::$kind => <crate::method::$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::prices_curls(),)+
+            }
+        }
+
         /// Whether the method simulates the flow forwards, so that a flow too fast to follow ends what can be known of it.
         #[must_use]
         pub fn simulates(params: &Params) -> bool {

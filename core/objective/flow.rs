@@ -1,7 +1,7 @@
 //! The objective as a function of the flow, and its gradient (mathematics section 6): one sweep forward, one back, two projections.
 
 use crate::exec::{Exec, RowBuffers, RowTask, Serial, for_rows, join};
-use crate::field::{Vector, VectorMut, reborrow, rows};
+use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::force;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
@@ -26,11 +26,13 @@ pub struct Setup {
     pub viscosity: f64,
     /// r in scaled numbers.
     pub force_weight: f64,
+    /// s^2 of the price of a force's curl, in box lengths squared.
+    pub smoothing: f64,
     /// Relative tolerance of projections.
     pub projection_tolerance: f64,
 }
 
-/// F(v) = 1/2 <e, C e> + r/2 sum |w(v)|^2 on one grid of a hierarchy.
+/// F(v) = 1/2 <e, C e> + r/2 sum <w(v), (1 + s^2 C^T C) w(v)> on one grid of a hierarchy; the second C^T C is that of curls.
 pub struct Evaluation<'a, 'm, T> {
     /// The hierarchy.
     pub levels: &'a Levels<'m, T>,
@@ -44,6 +46,8 @@ pub struct Evaluation<'a, 'm, T> {
     pub rho: &'a mut [T],
     /// The keyframes.
     pub keyframes: Keyframes<'a, T>,
+    /// (1 + s^2 C^T C) w for the force of [`Self::value`], or empty where s is 0: from [`priced`].
+    pub priced: VectorMut<'a, T>,
     /// What the parts of an evaluation use in turn.
     pub region: &'a mut [T],
     /// See [`sums_per_row`](crate::optimise::quasi_newton::fields::sums_per_row).
@@ -58,13 +62,27 @@ impl Setup {
             sweep: sweep::Setup::new(problem, threads),
             viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),
+            smoothing: problem.scaled_smoothing(),
             projection_tolerance: problem.projection_tolerance,
         }
     }
 }
 
+/// Takes what [`Evaluation::priced`] needs.
+pub fn priced<'a, T: Real>(grid: &Grid, setup: &Setup, pool: &mut Pool<'a, T>) -> VectorMut<'a, T> {
+    if setup.smoothing > 0.0 {
+        pool.take_vector(
+            "force times its price",
+            grid.dims,
+            grid.cells() * setup.sweep.slots,
+        )
+    } else {
+        Default::default()
+    }
+}
+
 impl<T: Real> Evaluation<'_, '_, T> {
-    /// What an evaluation on grid `level` takes of a region, for a pool that measures.
+    /// What an evaluation on grid `level` takes of a region beside [`priced`], for a pool that measures.
     pub fn measure<'l>(
         levels: &'l Levels<'_, T>,
         level: usize,
@@ -118,11 +136,11 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let mut sweep = DensitySweep::carve(self.levels, self.level, &self.setup.sweep, &mut pool);
         let data = sweep.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
         let force = if data > bound {
-            0.0
+            Objective::default()
         } else {
             self.force::<S>(exec, observer, v, w)?
         };
-        Ok(Objective { data, force })
+        Ok(Objective { data, ..force })
     }
 
     /// [`Self::value`] by two threads: one carries the density while the other projects the force.
@@ -149,6 +167,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
             ref mut rho,
             keyframes,
             ref mut sums,
+            ref mut priced,
             ..
         } = *self;
         let (of_data, of_force) = sums
@@ -161,24 +180,27 @@ impl<T: Real> Evaluation<'_, '_, T> {
             initial,
             rho: &mut [],
             keyframes,
+            priced: reborrow(priced),
             region: pool.into_rest(),
             sums: of_force,
         };
-        let (mut data, mut force) = (Ok(0.0), Ok(0.0));
+        let (mut data, mut force) = (Ok(0.0), Ok(Objective::default()));
         let mut carry = || data = sweep.carry(&Serial, &mut Silent, &flow, rho, &keyframes, of_data);
         // Together, so that what is left of the force takes about as long as the density.
         rest.acceleration::<S>(exec, v, w);
         join(exec, &mut carry, &mut || {
-            force = rest.projected(&Serial, &mut Silent, w)
+            force = rest.projected::<S>(&Serial, &mut Silent, w)
         });
         if observer.on(Event::Work).is_break() {
             return Err(Stop::Cancelled);
         }
         let data = data?;
-        Ok(Objective {
-            data,
-            force: if data > bound { 0.0 } else { force? },
-        })
+        let force = if data > bound {
+            Objective::default()
+        } else {
+            force?
+        };
+        Ok(Objective { data, ..force })
     }
 
     /// The data term of densities that were carried already.
@@ -188,7 +210,8 @@ impl<T: Real> Evaluation<'_, '_, T> {
         sweep.data(exec, self.rho, &self.keyframes, self.sums)
     }
 
-    /// The gradient at v, Q[r (w_k - w_{k+1} + (J(v_k)^T + nu C^T C) w_k) - A_v^T mu_k], from the densities and the force of [`Self::value`].
+    /// The gradient at v, Q[r (z_k - z_{k+1} + (J(v_k)^T + nu C^T C) z_k) - A_v^T mu_k] with z = (1 + s^2 C^T C) w, from the densities and the
+    /// force of [`Self::value`].
     ///
     /// # Errors
     /// [`Stop`]: [`Stop::TooFast`] where it is not finite.
@@ -207,6 +230,11 @@ impl<T: Real> Evaluation<'_, '_, T> {
             grid,
             slots,
             viscosity: self.setup.viscosity,
+        };
+        let w = if self.setup.smoothing > 0.0 {
+            view(&self.priced)
+        } else {
+            w
         };
         force::apply_adjoint::<T, S>(exec, fluid, v, w, reborrow(out), scratch);
         self.subtract_data_gradient(exec, observer, v, out)?;

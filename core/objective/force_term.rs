@@ -1,17 +1,19 @@
 //! The force that a flow needs, and its part of the objective.
 
 use crate::exec::Exec;
+use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
-use crate::force;
+use crate::force::{self, price};
 use crate::grid::Space;
 use crate::objective::flow::Evaluation;
 use crate::observe::Observer;
 use crate::operators::self_advection::Fluid;
+use crate::progress::Objective;
 use crate::real::Real;
 use crate::transport::Stop;
 
 impl<T: Real> Evaluation<'_, '_, T> {
-    /// The force that produces v, and its part of the objective.
+    /// The force that produces v, and its part of the objective, with no data term.
     ///
     /// # Errors
     /// [`Stop::Cancelled`].
@@ -21,9 +23,9 @@ impl<T: Real> Evaluation<'_, '_, T> {
         observer: &mut dyn Observer,
         v: Vector<'_, T>,
         w: &mut VectorMut<'_, T>,
-    ) -> Result<f64, Stop> {
+    ) -> Result<Objective, Stop> {
         self.acceleration::<S>(exec, v, w);
-        self.projected(exec, observer, w)
+        self.projected::<S>(exec, observer, w)
     }
 
     /// What the force would be without a pressure.
@@ -51,18 +53,63 @@ impl<T: Real> Evaluation<'_, '_, T> {
         );
     }
 
-    /// Projects a force; its part of the objective.
+    /// Projects a force; its part of the objective, with no data term.
     ///
     /// # Errors
     /// [`Stop::Cancelled`].
-    pub fn projected(
+    pub fn projected<S: Space>(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         w: &mut VectorMut<'_, T>,
-    ) -> Result<f64, Stop> {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
+    ) -> Result<Objective, Stop> {
         self.project(exec, observer, w, self.setup.projection_tolerance)?;
-        Ok(0.5 * self.setup.force_weight * sums::sum_squares(exec, grid, slots, view(w), self.sums))
+        Ok(self.price::<S>(exec, view(w)))
+    }
+
+    /// `out` = q(1 + s^2 C^T C) `gradient`, roughly what the price is divided by, for a first inverse Hessian that knows it; false, and
+    /// nothing done, where s is 0. What [`Self::priced`] held is lost.
+    pub fn divide_by_price<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        gradient: Vector<'_, T>,
+        out: &mut VectorMut<'_, T>,
+    ) -> bool {
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
+        let viscosity = self.setup.smoothing;
+        if viscosity == 0.0 {
+            return false;
+        }
+        let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
+        let fluid = Fluid {
+            grid,
+            slots,
+            viscosity,
+        };
+        let scratch = rows::part_mut(self.region, 0..len);
+        let work = reborrow(&mut self.priced);
+        price::solve::<T, S>(exec, fluid, gradient, reborrow(out), work, scratch);
+        true
+    }
+
+    /// The force's part of the objective, r/2 sum <w_k, z_k> with z = (1 + s^2 C^T C) w, which [`Self::priced`] becomes.
+    pub fn price<S: Space>(&mut self, exec: &dyn Exec, w: Vector<'_, T>) -> Objective {
+        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
+        let weight = 0.5 * self.setup.force_weight;
+        let plain = weight * sums::sum_squares(exec, grid, slots, w, self.sums);
+        if self.setup.smoothing == 0.0 {
+            return Objective::of_force(plain, plain);
+        }
+        let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
+        let fluid = Fluid {
+            grid,
+            slots,
+            viscosity: self.setup.smoothing,
+        };
+        let scratch = rows::part_mut(self.region, 0..len);
+        price::apply::<T, S>(exec, fluid, w, reborrow(&mut self.priced), scratch);
+        let shape = Shape { grid, slots };
+        let price = weight * trajectory::dot(exec, shape, w, view(&self.priced), self.sums);
+        Objective::of_force(price, plain)
     }
 }

@@ -134,6 +134,35 @@ impl<T: Real> Rule<T> for Adjoint<T> {
     }
 }
 
+/// nu C^T C v alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Drag<T> {
+    /// nu.
+    pub viscosity: T,
+}
+
+multiversion! {
+    fn drag[T: Real](viscosity: T, v: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        let [am_out, ap_out, bm_out, bp_out] = out;
+        let n = am_out.len();
+        let (ap_out, bm_out, bp_out) = (&mut ap_out[..n], &mut bm_out[..n], &mut bp_out[..n]);
+        let [am, ap, bm, bp] = v.map(|row| &row[..n]);
+        for i in 0..n {
+            let drag = viscosity * Plaquette::new([am[i], ap[i]], [bm[i], bp[i]], inverse, T::HALF).omega;
+            am_out[i] = drag * inverse[1];
+            ap_out[i] = -(drag * inverse[1]);
+            bm_out[i] = -(drag * inverse[0]);
+            bp_out[i] = drag * inverse[0];
+        }
+    }
+}
+
+impl<T: Real> Rule<T> for Drag<T> {
+    fn contribute(self, velocity: Quad<'_, T>, _second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        drag(self.viscosity, velocity, inverse, out);
+    }
+}
+
 /// Rows of scratch that [`accumulate`] needs.
 pub const SCRATCH_ROWS: usize = 7;
 

@@ -41,6 +41,7 @@ impl Problem<'_> {
             positive(field, given)?;
         }
         not_negative("viscosity", self.viscosity)?;
+        not_negative("smoothness", self.smoothness.unwrap_or(0.0))?;
         match self.filters {
             Some(given) if given > MAX_FILTERS => Err(ProblemError::Filters { given }),
             _ => Ok(()),

@@ -30,6 +30,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         keyframes,
         force_weight,
         viscosity,
+        smoothness,
         filters: _,
         match_mass,
         advection,
@@ -56,4 +57,8 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     ]
     .into_iter()
     .for_each(|&number| mix.real(number));
+    let smoothness = smoothness.unwrap_or(scheme.smoothness());
+    if smoothness > 0.0 {
+        mix.real(smoothness);
+    }
 }

@@ -9,6 +9,7 @@ use crate::method::refusal::PlanError;
 use crate::method::registry::{self, Engine};
 use crate::problem::{Problem, ProblemError};
 use crate::real::Real;
+use crate::words::Named;
 
 /// Every buffer of a solve, to the byte.
 #[derive(Clone, Debug)]
@@ -112,6 +113,13 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
     problem.check()?;
     if problem.keyframes.is_empty() && registry::steers(params) {
         return Err(ProblemError::NoKeyframe.into());
+    }
+    match problem.smoothness {
+        Some(given) if given > 0.0 && !registry::prices_curls(params) => {
+            let method = params.method.name();
+            return Err(ProblemError::Smoothness { method, given }.into());
+        }
+        _ => {}
     }
     params.check()?;
     // No buffer holds more than this many numbers a cell and step (or a thread, row and step): later sizes cannot overflow.

@@ -1,17 +1,19 @@
 //! Density transport rho' = A[rho, v] (paper eq. 4, mathematics section 3) and its exact discrete adjoints.
 //!
-//! A step is cut into m sub-steps of Courant number at most 1, or 3 while the direct method searches. In each, the face-flux schemes
-//! sum the Taylor series of exp(tau L(v)), terms y_k = (tau / k) L y_{k-1}, to the first term below the cut; semi-Lagrangian traces
-//! back once.
+//! A step is cut into m sub-steps of Courant number at most 1, or 3 while the direct method searches. In each, the linear face-flux
+//! schemes sum the Taylor series of exp(tau L(v)), terms y_k = (tau / k) L y_{k-1}, to the first term below the cut. Limited fluxes
+//! take three stages of Runge-Kutta, of Courant number at most 1/2; semi-Lagrangian traces back once.
 
 mod courant;
 mod flow;
 mod held;
+mod limited;
 mod rows;
 mod runs;
 mod semi_lagrangian;
 mod series;
 mod substeps;
+mod terms;
 
 pub use flow::{Flow, ROWS_AHEAD};
 
@@ -38,9 +40,21 @@ pub struct Stepping {
     pub scheme: Scheme,
     /// The series is cut at the first term below this times max rho_0.
     pub tolerance: f64,
-    /// The largest Courant number of a sub-step of the series. Semi-Lagrangian sub-steps have at most 1, since their adjoint looks for
-    /// smoke in the cells beside.
+    /// The largest Courant number of a sub-step of the series; [`Self::courant`] is that of the scheme.
     pub courant: f64,
+}
+
+impl Stepping {
+    /// The largest Courant number of a sub-step. Limited ones have at most 1/2 in a result, or values could leave those around them, and at
+    /// most 1 in a search; semi-Lagrangian ones at most 1, since their adjoint looks for smoke in the cells beside.
+    #[must_use]
+    pub fn courant(&self) -> f64 {
+        match self.scheme {
+            Scheme::Quick | Scheme::Central => self.courant,
+            Scheme::Limited => limited::COURANT * self.courant.min(limited::LONGER),
+            Scheme::SemiLagrangian => 1.0,
+        }
+    }
 }
 
 impl From<Advection> for Stepping {
@@ -138,11 +152,7 @@ impl<'a, T: Real> Transport<'a, T> {
                 grid,
                 scheme: stepping.scheme,
                 cut: stepping.tolerance * largest,
-                courant: if stepping.scheme == Scheme::SemiLagrangian {
-                    1.0
-                } else {
-                    stepping.courant
-                },
+                courant: stepping.courant(),
                 velocity,
                 substeps: 1,
                 held: None,

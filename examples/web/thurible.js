@@ -3,7 +3,8 @@
 // The structures, word for word as the header declares them.
 const CONFIG = layout(`
   size_t size; uint32_t precision; uint32_t dimensions; size_t cells[3]; uint32_t boundary[3]; uint32_t method; double length; double dt;
-  size_t steps; const size_t *keyframes; size_t keyframe_count; double force_weight; double viscosity; uint32_t filters;
+  size_t steps; const size_t *keyframes; size_t keyframe_count; double force_weight; double viscosity; double smoothness;
+  uint32_t filters;
   uint32_t match_mass; uint32_t scheme; uint32_t nso_colours; double advection_tolerance; double projection_tolerance; size_t iterations;
   size_t threads; size_t memory_ceiling; uint32_t direct_history; uint32_t direct_nested; double direct_tolerance; double admm_penalty;
   double admm_relaxation; double admm_ao_momentum; double admm_density_tolerance; uint32_t admm_ao_iterations; uint32_t admm_nested;

@@ -134,7 +134,11 @@ mod tests {
         let entry = |(index, &data): (usize, &f64)| IterationRecord {
             iteration: index + 1,
             seconds: index as f64 + 1.0,
-            objective: ObjectiveRecord { data, force: 0.0 },
+            objective: ObjectiveRecord {
+                data,
+                force: 0.0,
+                plain: 0.0,
+            },
             level: None,
             facts: Facts::default(),
         };

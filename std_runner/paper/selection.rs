@@ -166,6 +166,8 @@ impl Entry {
         let mut document = Document::parse(path, self.text.to_owned())?;
         document.replace(self.name.into(), "method.iterations", ITERATIONS.into())?;
         document.replace(self.name.into(), "output.frames", false.into())?;
+        // The paper's transport, with which goes the paper's price of the force.
+        document.replace(self.name.into(), "advection.scheme", "quick".into())?;
         for (key, value) in self.sets {
             document.set(&format!("{key}={value}"))?;
         }

@@ -8,13 +8,14 @@ use thurible_core::choices::{Kind, Value};
 use thurible_core::words::{Alternatives, Named};
 use thurible_core::{Boundary, Params};
 
-const NAMES: [&str; 16] = [
+const NAMES: [&str; 17] = [
     "steps",
     "dt",
     "length",
     "boundary",
     "viscosity",
     "force_weight",
+    "smoothness",
     "filters",
     "match_mass",
     "advection",
@@ -92,6 +93,9 @@ impl Choices {
             "boundary" => self.scene.boundary = boundary(value, self.scene.cells.len())?,
             "viscosity" => self.scene.viscosity = number(name, value)?,
             "force_weight" => self.scene.force_weight = number(name, value)?,
+            "smoothness" => {
+                self.scene.smoothness = (!value.is_none()).then(|| number(name, value)).transpose()?;
+            }
             "filters" => self.scene.filters = automatic(name, value)?,
             "match_mass" => self.scene.match_mass = flag(name, value)?,
             "advection" => self.scene.advection.scheme = word(name, value)?,

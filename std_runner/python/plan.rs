@@ -114,7 +114,7 @@ fn too_large(choices: &Choices, precision: Precision, needed: usize, limit: usiz
 /// The memory that a solve of arrays of `shape` with keyframes at the steps `keyframes` takes; nothing is allocated. Takes the
 /// arguments of `solve`, and dtype: "float32" or "float64".
 #[pyfunction]
-#[pyo3(signature = (shape, keyframes, **choices), text_signature = "(shape, keyframes, *, dtype='float32', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, force_weight=1000.0, filters=None, match_mass=True, advection='quick', advection_tolerance=1e-05, projection_tolerance=1e-05, method='direct', options=None, iterations=60, threads=None, memory_limit=None)")]
+#[pyo3(signature = (shape, keyframes, **choices), text_signature = "(shape, keyframes, *, dtype='float32', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, force_weight=1000.0, smoothness=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, method='direct', options=None, iterations=60, threads=None, memory_limit=None)")]
 pub fn plan(
     shape: &Bound<'_, PyAny>,
     keyframes: &Bound<'_, PyAny>,

@@ -14,7 +14,7 @@ __version__: str
 Numbers: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
 Boundary: TypeAlias = Literal["wall", "periodic"]
 Method: TypeAlias = Literal["direct", "admm", "lbfgs", "pd", "simulate"]
-Advection: TypeAlias = Literal["quick", "central", "semi_lagrangian"]
+Advection: TypeAlias = Literal["quick", "central", "semi_lagrangian", "limited"]
 
 class Options(TypedDict, total=False):
     """Options of the method that was chosen; others are refused."""
@@ -50,9 +50,10 @@ def solve(
     boundary: Boundary | Sequence[Boundary] = "wall",
     viscosity: float = 0.0,
     force_weight: float = 1e3,
+    smoothness: float | None = None,
     filters: int | Literal["auto"] | None = None,
     match_mass: bool = True,
-    advection: Advection = "quick",
+    advection: Advection = "limited",
     advection_tolerance: float = 1e-5,
     projection_tolerance: float = 1e-5,
     initial_velocity: Sequence[Numbers] | None = None,
@@ -87,9 +88,10 @@ def plan(
     boundary: Boundary | Sequence[Boundary] = "wall",
     viscosity: float = 0.0,
     force_weight: float = 1e3,
+    smoothness: float | None = None,
     filters: int | Literal["auto"] | None = None,
     match_mass: bool = True,
-    advection: Advection = "quick",
+    advection: Advection = "limited",
     advection_tolerance: float = 1e-5,
     projection_tolerance: float = 1e-5,
     method: Method = "direct",

@@ -23,6 +23,8 @@ pub struct RunRecord {
     pub viscosity: f64,
     /// Weight r of the force.
     pub force_weight: f64,
+    /// s of the price r/2 <u, (1 + s^2 C^T C) u>, as a length.
+    pub force_smoothness: f64,
     /// Number m of Gaussian filters; `"auto"` is resolved.
     pub filters: usize,
     /// How density was carried.
@@ -37,6 +39,10 @@ pub struct RunRecord {
     pub status: Status,
     /// The objective at the end, of the feasible result.
     pub objective: ObjectiveRecord,
+    /// The smallest density of all steps.
+    pub density_min: f64,
+    /// The largest density of all steps.
+    pub density_max: f64,
     /// One entry an outer iteration.
     pub history: Vec<IterationRecord>,
     /// Bytes planned and used, and what for.
@@ -65,24 +71,26 @@ pub(crate) fn by_name<T: Named, S: Serializer>(choice: &T, serializer: S) -> Res
 /// The section `advection` of `report.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AdvectionRecord {
-    /// "quick", "central" or "semi_lagrangian".
+    /// Its name: "limited", "quick", "central" or "semi_lagrangian".
     pub scheme: String,
     /// Truncation error that the transport's exponential series may have.
     pub tolerance: f64,
 }
 
-/// The objective and its two parts.
+/// The objective, its two parts, and what of the second is not for curls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectiveRecord {
     /// Distance from the keyframes.
     pub data: f64,
-    /// r/2 times the squared forces.
+    /// The price of the forces, r/2 sum <u, (1 + s^2 C^T C) u>.
     pub force: f64,
+    /// r/2 times the squared forces.
+    pub plain: f64,
 }
 
 impl From<Objective> for ObjectiveRecord {
-    fn from(Objective { data, force }: Objective) -> Self {
-        Self { data, force }
+    fn from(Objective { data, force, plain }: Objective) -> Self {
+        Self { data, force, plain }
     }
 }
 
@@ -99,11 +107,13 @@ impl Serialize for ObjectiveRecord {
         struct Parts {
             data: f64,
             force: f64,
+            force_plain: f64,
             total: f64,
         }
         Parts {
             data: self.data,
             force: self.force,
+            force_plain: self.plain,
             total: self.total(),
         }
         .serialize(serializer)

@@ -33,6 +33,7 @@ pub(super) fn parameters(record: &RunRecord) -> String {
         ("Time", format!("{} steps of {}", record.steps, number(record.dt))),
         ("Viscosity", number(record.viscosity)),
         ("Force weight r", number(record.force_weight)),
+        ("Smoothness of the force s", number(record.force_smoothness)),
         ("Filters m", record.filters.to_string()),
         (
             "Transport",
@@ -41,6 +42,10 @@ pub(super) fn parameters(record: &RunRecord) -> String {
                 escape(&record.advection.scheme),
                 number(record.advection.tolerance)
             ),
+        ),
+        (
+            "Densities",
+            format!("{} to {}", number(record.density_min), number(record.density_max)),
         ),
         ("Method", escape(record.method.name())),
         ("Precision", escape(&record.precision)),

@@ -9,6 +9,7 @@ use crate::remarks::{KeyframeError, OF_SCENES, keyframe_errors, remarks};
 use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
 use crate::scene::Scene;
 use std::path::Path;
+use thurible_core::method::registry::prices_curls;
 use thurible_core::{Named, Real, Solver, Space, Status};
 
 /// The outcome of a solve, as a comparison needs it.
@@ -55,6 +56,7 @@ impl Facts<'_> {
     ) -> RunRecord {
         let problem = &self.planned.problem;
         let errors = keyframe_errors(solver, &problem.keyframes);
+        let [density_min, density_max] = density_range(solver);
         RunRecord {
             format: 1,
             cells: problem.cells.clone(),
@@ -68,6 +70,7 @@ impl Facts<'_> {
             steps: problem.steps,
             viscosity: problem.viscosity,
             force_weight: problem.force_weight,
+            force_smoothness: self.smoothness(),
             filters: problem.problem().filters(),
             advection: AdvectionRecord {
                 scheme: problem.advection.scheme.name().into(),
@@ -77,6 +80,8 @@ impl Facts<'_> {
             precision: self.planned.precision.name().into(),
             status: ended.of_result(true),
             objective: solver.objective().into(),
+            density_min,
+            density_max,
             history: core::mem::take(&mut watch.history),
             memory: self.memory(),
             seconds: seconds(&watch.clock),
@@ -93,6 +98,16 @@ impl Facts<'_> {
                 self.planned.precision == Precision::F64,
                 &OF_SCENES,
             ),
+        }
+    }
+
+    /// s of the price of the force, as a length.
+    fn smoothness(&self) -> f64 {
+        let Planned { problem, params, .. } = self.planned;
+        if prices_curls(params) {
+            problem.problem().scaled_smoothing().sqrt() * problem.length
+        } else {
+            0.0
         }
     }
 
@@ -168,6 +183,15 @@ fn quoted(text: &str) -> String {
     } else {
         format!("'{}'", text.replace('\'', r"'\''"))
     }
+}
+
+/// The smallest and the largest density of all steps.
+fn density_range<T: Real, S: Space>(solver: &Solver<'_, T, S>) -> [f64; 2] {
+    let densities = (0..=solver.steps()).flat_map(|step| solver.density(step));
+    densities.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], density| {
+        let density = density.to_f64();
+        [least.min(density), most.max(density)]
+    })
 }
 
 #[cfg(test)]

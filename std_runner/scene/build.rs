@@ -17,6 +17,8 @@ use toml::Value;
 
 /// Largest viscosity in units of dt and length: it spreads motion over the whole box in one step.
 const MOST_VISCOSITY: f64 = 1.0;
+/// Largest smoothness of the force, in cells: beyond it little is left to steer by.
+const MOST_SMOOTHNESS: f64 = 64.0;
 /// Weights in units of dt and length within which single precision keeps its digits.
 const WEIGHTS: RangeInclusive<f64> = 1e-15..=1e15;
 
@@ -185,10 +187,31 @@ fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {
             raw.force_weight.unwrap_or(standard().force_weight),
             Numbers::Positive,
         )?,
+        smoothness: smoothness(document, raw.smoothness)?,
         filters,
         match_mass: raw.match_mass.unwrap_or(standard().match_mass),
         initial_velocity: initial_velocity(document, raw.initial_velocity)?,
     })
+}
+
+/// Smoothness of the force in cells, or `None` for the default.
+fn smoothness(document: &Document, raw: Option<Value>) -> Result<Option<f64>, Failure> {
+    let key = "control.smoothness";
+    let cells = match raw {
+        None => return Ok(None),
+        Some(Value::String(word)) if word == "auto" => return Ok(None),
+        Some(Value::Float(cells)) => cells,
+        Some(Value::Integer(cells)) => cells as f64,
+        Some(other) => {
+            let wanted = format_args!("\"auto\" or a number from 0 to {MOST_SMOOTHNESS}");
+            return Err(document.outside(key, shown(&other), wanted));
+        }
+    };
+    if !(0.0..=MOST_SMOOTHNESS).contains(&cells) {
+        let wanted = format_args!("\"auto\" or a number from 0 to {MOST_SMOOTHNESS}");
+        return Err(document.outside(key, format!("{cells:?}"), wanted));
+    }
+    Ok(Some(cells))
 }
 
 fn initial_velocity(document: &Document, raw: Option<Value>) -> Result<Option<PathBuf>, Failure> {

@@ -73,6 +73,8 @@ pub struct Flow {
 pub struct Control {
     /// r, the weight of the force.
     pub force_weight: f64,
+    /// Smoothness of the force in cells; `None` is the default.
+    pub smoothness: Option<f64>,
     /// m, the number of Gaussian filters; `None` is `"auto"`.
     pub filters: Option<usize>,
     /// Whether keyframes are scaled to the mass of the source.

@@ -52,6 +52,7 @@ pub(super) struct RawFlow {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawControl {
     pub force_weight: Option<f64>,
+    pub smoothness: Option<Value>,
     pub filters: Option<Value>,
     pub match_mass: Option<bool>,
     pub initial_velocity: Option<Value>,

@@ -141,7 +141,7 @@ impl Function<f64, D2> for Bowl<'_> {
         } else {
             f64::NAN
         };
-        Ok(Objective { data, force: 0.0 })
+        Ok(Objective::of_data(data))
     }
 
     fn gradient(
@@ -168,6 +168,7 @@ impl Function<f64, D2> for Bowl<'_> {
         let initial = Initial {
             line: None,
             scale: 1.0,
+            prepared: false,
         };
         let mut sums = vec![0.0; sums_per_row(4) * self.shape.grid.rows() + 8];
         newton.arrive(

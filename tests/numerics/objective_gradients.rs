@@ -35,7 +35,7 @@ impl Drawn {
         }
     }
 
-    fn control(&self, penalty: f64, viscosity: f64) -> Control<'_, f64> {
+    fn control(&self, penalty: f64, viscosity: f64, smoothing: f64) -> Control<'_, f64> {
         Control {
             grid: &self.grid,
             steps: 5,
@@ -50,6 +50,7 @@ impl Drawn {
             filters: 2,
             penalty,
             viscosity,
+            smoothing,
         }
     }
 }
@@ -58,7 +59,7 @@ impl Drawn {
 fn trajectory_gradient(cells: &[usize], ends: &str, scheme: Scheme, first: f64) {
     let mut random = Random::new(23);
     let drawn = Drawn::new(&mut random, cells, ends, scheme, 0.8);
-    let (control, grid) = (drawn.control(10.0, 0.0), &drawn.grid);
+    let (control, grid) = (drawn.control(10.0, 0.0, 0.0), &drawn.grid);
     let slots = control.steps - 1;
     let v: Components<f64> = flow::rough(&mut random, grid, slots, 1.6);
     let d: Components<f64> = flow::rough(&mut random, grid, slots, 1.0);
@@ -112,10 +113,16 @@ fn data_term_of_a_trajectory() {
 }
 
 /// The objective as a function of the flow, of weights that make both parts count.
-fn direct_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, viscosity: f64, first: f64) {
+fn direct_gradient<S: Space>(
+    cells: &[usize],
+    ends: &str,
+    scheme: Scheme,
+    [viscosity, smoothing]: [f64; 2],
+    first: f64,
+) {
     let mut random = Random::new(24);
     let drawn = Drawn::new(&mut random, cells, ends, scheme, 0.8);
-    let (control, grid) = (drawn.control(1.0, viscosity), &drawn.grid);
+    let (control, grid) = (drawn.control(1.0, viscosity, smoothing), &drawn.grid);
     let slots = control.steps - 1;
     let v: Components<f64> = flow::rough(&mut random, grid, slots, 1.6);
     let d: Components<f64> = flow::rough(&mut random, grid, slots, 1.0);
@@ -138,11 +145,20 @@ fn direct_gradient<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, viscos
 
 #[test]
 fn objective_of_the_direct_method() {
-    direct_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 0.0, 1e-3);
-    direct_gradient::<D2>(&[8, 10], "wp", Scheme::Central, 1e-3, 1e-3);
-    direct_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, 0.0, 1e-4);
-    direct_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 0.01, 1e-3);
-    direct_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 0.0, 2e-5);
+    direct_gradient::<D2>(&[8, 10], "ww", Scheme::Central, [0.0, 0.0], 1e-3);
+    direct_gradient::<D2>(&[8, 10], "wp", Scheme::Central, [1e-3, 0.0], 1e-3);
+    direct_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, [0.0, 0.0], 1e-4);
+    direct_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, [0.01, 0.0], 1e-3);
+    direct_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, [0.0, 0.0], 2e-5);
+}
+
+#[test]
+fn objective_with_a_price_of_curls() {
+    direct_gradient::<D2>(&[8, 10], "ww", Scheme::Central, [0.0, 0.05], 1e-3);
+    direct_gradient::<D2>(&[9, 7], "pw", Scheme::Limited, [1e-3, 0.02], 1e-5);
+    direct_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, [0.01, 0.1], 1e-3);
+    adjoint_gradient::<D2>(&[8, 10], "wp", Scheme::Central, 1.0, [0.0, 0.05], 1e-4);
+    adjoint_gradient::<D3>(&[5, 6, 4], "pww", Scheme::Central, 1.0, [0.01, 0.1], 1e-4);
 }
 
 /// The objective as a function of the forces, which are simulated: of weights that make both parts count.
@@ -151,12 +167,12 @@ fn adjoint_gradient<S: Space>(
     ends: &str,
     scheme: Scheme,
     courant: f64,
-    viscosity: f64,
+    [viscosity, smoothing]: [f64; 2],
     first: f64,
 ) {
     let mut random = Random::new(25);
     let drawn = Drawn::new(&mut random, cells, ends, scheme, courant);
-    let (control, grid) = (drawn.control(1.0, viscosity), &drawn.grid);
+    let (control, grid) = (drawn.control(1.0, viscosity, smoothing), &drawn.grid);
     let slots = control.steps - 1;
     let u: Components<f64> = flow::rough(&mut random, grid, slots, 0.5 * courant);
     let d: Components<f64> = flow::rough(&mut random, grid, slots, 1.0);
@@ -184,11 +200,11 @@ fn adjoint_gradient<S: Space>(
 
 #[test]
 fn objective_of_the_forces() {
-    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 1.0, 0.0, 1e-3);
-    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 5.0, 1e-3, 2e-4);
-    adjoint_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, 1.0, 0.0, 1e-4);
-    adjoint_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 1.0, 0.01, 1e-3);
-    adjoint_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 0.8, 0.0, 2e-5);
+    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 1.0, [0.0, 0.0], 1e-3);
+    adjoint_gradient::<D2>(&[8, 10], "ww", Scheme::Central, 5.0, [1e-3, 0.0], 2e-4);
+    adjoint_gradient::<D2>(&[9, 7], "pw", Scheme::Quick, 1.0, [0.0, 0.0], 1e-4);
+    adjoint_gradient::<D3>(&[5, 6, 4], "wpw", Scheme::Central, 1.0, [0.01, 0.0], 1e-3);
+    adjoint_gradient::<D2>(&[6, 6], "pp", Scheme::SemiLagrangian, 0.8, [0.0, 0.0], 2e-5);
 }
 
 /// A gradient takes one linear solve a step where a simulation takes several: counted in V-cycles and transport steps.
@@ -217,6 +233,7 @@ fn a_gradient_costs_less_than_three_simulations() {
             filters: 3,
             penalty: 1.0,
             viscosity: 0.0,
+            smoothing: 0.0,
         };
         let (_, _, [forward, backward]) = control.simulated::<D2>(&zeros(&grid, steps - 1), 1e3, 1e-5);
         assert!(

@@ -136,6 +136,7 @@ fn descends(most: usize) -> f64 {
     let initial = Initial {
         line: Some(TimeLine::new(1.0, 0.0, &mut pivots)),
         scale: 1.0,
+        prepared: false,
     };
     let (mut newton, mut x, mut pairs) = (QuasiNewton::new(most), fields::zeros(&grid, SLOTS), Vec::new());
     let mut gradient = problem.gradient(&x);
@@ -219,6 +220,7 @@ fn pairs_of_negative_curvature_are_left_out() {
     let initial = Initial {
         line: Some(TimeLine::new(1.0, 0.0, &mut pivots)),
         scale: 1.0,
+        prepared: false,
     };
     let mut newton = QuasiNewton::new(2);
     let gradient: Components<f64> = random.faces(&grid, SLOTS);

@@ -8,7 +8,7 @@ use crate::fields::{Components, assert_close, cast, cast_all, dot, flow, gap, gr
 use core::ops::ControlFlow;
 use thurible_core::memory::{Ledger, Pool};
 use thurible_core::transport::{Flow, Stop, Transport};
-use thurible_core::{Advection, Event, Real, Scheme, Serial, Silent};
+use thurible_core::{Advection, Event, Named, Real, Scheme, Serial, Silent};
 
 pub const GRIDS: [(&[usize], &str); 7] = [
     (&[12, 12], "ww"),
@@ -20,7 +20,7 @@ pub const GRIDS: [(&[usize], &str); 7] = [
     (&[7, 7, 5], "ppp"),
 ];
 
-pub const CENTRED: [Scheme; 2] = [Scheme::Quick, Scheme::Central];
+pub const CENTRED: [Scheme; 3] = [Scheme::Quick, Scheme::Central, Scheme::Limited];
 
 /// A step by the core and by the second implementation.
 pub fn both<T: Real>(scheme: Scheme, tolerance: f64, seed: u64) {
@@ -46,7 +46,7 @@ pub fn both<T: Real>(scheme: Scheme, tolerance: f64, seed: u64) {
 
 #[test]
 fn agrees_with_the_second_implementation() {
-    for scheme in [Scheme::Quick, Scheme::Central, Scheme::SemiLagrangian] {
+    for &scheme in Scheme::ALL {
         both::<f64>(scheme, 1e-5, 31);
         both::<f64>(scheme, 1e-200, 32);
         both::<f32>(scheme, 1e-5, 33);

@@ -1,5 +1,6 @@
 //! The other methods by the program, and results that go on.
 
+use crate::small::refused;
 use crate::support::verify::{Outcome, verify};
 use crate::support::{fresh_folder, run, solve_example};
 use serde_json::Value;
@@ -158,4 +159,19 @@ fn smoke_rises_without_control() {
         (Some("simulate"), Some("converged"))
     );
     assert!(outcome.velocity.last().unwrap()[1].max_abs() > 1e-4);
+}
+
+#[test]
+fn admm_prices_no_curls() {
+    let example = "examples/small_letter.toml";
+    let command = [
+        "solve",
+        example,
+        "--method",
+        "admm",
+        "--quiet",
+        "--set",
+        "control.smoothness=1.5",
+    ];
+    refused(&run(&command), &["smoothness is 1.5", "admm", "another method"]);
 }

@@ -105,7 +105,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Toy<'m, T, S> {
 
     fn finish(&mut self, _: &dyn Exec, _: &Keyframes<'_, T>) -> Result<Objective, Status> {
         let data = rows::sum_square_gaps(self.animation.rho, self.blend);
-        Ok(Objective { data, force: 0.0 })
+        Ok(Objective::of_data(data))
     }
 
     fn outputs(&self) -> &'static [Output] {

@@ -33,6 +33,8 @@ pub enum ThuribleScheme {
     Central = 1,
     /// Back-tracing with linear interpolation.
     SemiLagrangian = 2,
+    /// Third-order upwind with a limiter: no density outside 0 .. max, mass preserving.
+    Limited = 3,
 }
 
 /// How ADMM solves its Navier-Stokes problems.
@@ -77,7 +79,7 @@ macro_rules! codes {
 pub(super) use codes;
 
 codes!(ThuribleBoundary of Boundary: Wall, Periodic);
-codes!(ThuribleScheme of Scheme: Quick, Central, SemiLagrangian);
+codes!(ThuribleScheme of Scheme: Quick, Central, SemiLagrangian, Limited);
 codes!(ThuribleNsoSolver of NsoSolver: Stfas, NewtonCg);
 codes!(ThuribleColours of Colours: RedBlack, PowerOfTwo);
 codes!(ThuribleNorm of Norm: Scaled, Plain);

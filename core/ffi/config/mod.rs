@@ -66,11 +66,14 @@ pub struct ThuribleConfig {
     pub force_weight: f64,
     /// Kinematic viscosity, in squared lengths per time; 0 for none.
     pub viscosity: f64,
+    /// Smoothness of the force, in cells: forces finer than that are dear. 0 is the paper's price; -1, the default, stands for 2.5 with limited
+    /// transport and 0 with the others. ADMM prices no curls, and takes 0 or -1 alone.
+    pub smoothness: f64,
     /// Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
     pub filters: u32,
     /// Whether keyframes are scaled to the mass of the source: 0 or 1.
     pub match_mass: u32,
-    /// A `ThuribleScheme`; quick by default.
+    /// A `ThuribleScheme`; limited by default.
     pub scheme: u32,
     /// The smoother's colours, of ADMM: a `ThuribleColours`.
     pub nso_colours: u32,

@@ -64,6 +64,7 @@ impl ThuribleConfig {
             keyframes: unsafe { self.keyframe_steps() }?,
             force_weight: self.force_weight,
             viscosity: self.viscosity,
+            smoothness: (self.smoothness != -1.0).then_some(self.smoothness),
             filters: (self.filters != THURIBLE_AUTOMATIC).then(|| wide(self.filters)),
             match_mass: flag(self.match_mass).ok_or(ConfigError::Code {
                 field: "match_mass",

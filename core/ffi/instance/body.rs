@@ -93,7 +93,7 @@ impl Body {
     /// Makes the result feasible.
     pub fn finish(&mut self, exec: &dyn Exec) {
         match each!(&mut self.solver, solver => finish_of(solver, exec)) {
-            Ok(Objective { data, force }) => {
+            Ok(Objective { data, force, .. }) => {
                 (self.progress.data, self.progress.force) = (data, force);
                 // The last flow that was finite is a result.
                 if self.progress.status == ThuribleStatus::NotFinite {

@@ -66,6 +66,9 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let force = 0.5
             * self.setup.ao.flow.force_weight
             * sums::sum_squares(exec, grid, slots, view(&self.w), self.animation.sums);
-        Ok(Objective { data, force })
+        Ok(Objective {
+            data,
+            ..Objective::of_force(force, force)
+        })
     }
 }

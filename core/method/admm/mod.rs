@@ -121,6 +121,11 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         Self::with(&Setup::new(problem, params))
     }
 
+    /// Its two problems have closed steps for |u|^2 alone.
+    fn prices_curls() -> bool {
+        false
+    }
+
     /// The fastest way of using memory within the ceiling and the paper's bound. Where none keeps both, the fastest within the ceiling,
     /// or the least memory where none keeps that; without a ceiling the fastest of all.
     fn fit(problem: &Problem<'_>, params: &Params, measure: &Measure<'_>) -> Result<Params, PlanError> {

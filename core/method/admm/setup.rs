@@ -51,6 +51,7 @@ impl Setup {
             viscosity,
             force_weight,
             projection_tolerance,
+            ..
         } = self.ao.flow;
         nso::Setup {
             kappa: self.ao.penalty / force_weight,

@@ -105,7 +105,11 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
     }
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
-        let initial = self.initial();
+        let mut image = core::mem::take(&mut self.fields[borrowed.work]);
+        let gradient = view(&self.fields[borrowed.gradient]);
+        let prepared = self.evaluation.divide_by_price::<S>(exec, gradient, &mut image);
+        self.fields[borrowed.work] = image;
+        let initial = self.initial(prepared);
         newton.arrive(
             exec,
             self.shape(),

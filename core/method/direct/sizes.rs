@@ -5,7 +5,7 @@ use super::setup::{Setup, slots_on, sweep_setup};
 use crate::grid::levels::{Levels, MAX_LEVELS};
 use crate::memory::{Ledger, Pool, Sharing};
 use crate::objective::coarse;
-use crate::objective::flow::Evaluation;
+use crate::objective::flow::{self, Evaluation};
 use crate::optimise::quasi_newton;
 use crate::real::Real;
 use core::marker::PhantomData;
@@ -50,6 +50,8 @@ impl<T: Real> Sizes<T> {
         pool.group("quasi-Newton", Sharing::Together, |pool| {
             let sweep = sweep_setup(setup, level, 0, threads);
             quasi_newton::fields::take(&levels.grids[level], sweep.slots, setup.history, pool);
+            let flow = flow::Setup { sweep, ..setup.flow };
+            flow::priced(&levels.grids[level], &flow, pool);
             Evaluation::measure(levels, level, &sweep, pool);
         });
     }

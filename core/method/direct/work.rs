@@ -36,11 +36,12 @@ impl<'a, T> Work<'a, '_, T> {
         }
     }
 
-    /// The first inverse Hessian (K + r S)^-1.
-    pub fn initial(&self) -> Initial<'a> {
+    /// The first inverse Hessian (K + r S)^-1, divided by the price of curls if the gradient is `prepared` by that.
+    pub fn initial(&self, prepared: bool) -> Initial<'a> {
         Initial {
             line: Some(self.line),
             scale: 1.0 / self.evaluation.setup.force_weight,
+            prepared,
         }
     }
 }
@@ -105,15 +106,17 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         let mut pool = Pool::new(rest);
         let fields = quasi_newton::fields::take(&levels.grids[level], slots, setup.history, &mut pool);
         let [stiffness, viscosity, force_weight] = weights(setup, level);
+        let flow = flow::Setup {
+            sweep: sweep_setup(setup, level, count, threads),
+            viscosity,
+            force_weight,
+            ..setup.flow
+        };
         let evaluation = Evaluation {
             levels,
             level,
-            setup: flow::Setup {
-                sweep: sweep_setup(setup, level, count, threads),
-                viscosity,
-                force_weight,
-                ..setup.flow
-            },
+            setup: flow,
+            priced: flow::priced(&levels.grids[level], &flow, &mut pool),
             initial: [&*x, &*y, &*z],
             rho,
             keyframes,

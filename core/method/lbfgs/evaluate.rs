@@ -3,13 +3,13 @@
 //! ```text
 //! forward     v_k + Adv(v_k) + grad p_k = v_{k-1} + u_{k-1},  div v_k = 0             for k = 1 .. T
 //! backward    z_k + J(v_k)^T z_k + grad q_k = z_{k+1} - A_v^T mu_k,  div z_k = 0      for k = T .. 1, z_{T+1} = 0
-//! gradient    r u_{k-1} + z_k
+//! gradient    r (1 + s^2 C^T C) u_{k-1} + z_k
 //! ```
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::slot::{self, Slot, put};
 use crate::field::trajectory::{self, Shape};
-use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
+use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Space;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
@@ -30,7 +30,7 @@ pub struct Warm<'a, T> {
     pub change: (Vector<'a, T>, f64),
 }
 
-/// J(u) = 1/2 <e, C e> + r/2 sum |u|^2.
+/// J(u) = 1/2 <e, C e> + r/2 sum <u, (1 + s^2 C^T C) u>.
 pub struct Simulated<'a, 'm, T> {
     /// Weights, densities and work; see [`Self::measure`].
     pub evaluation: Evaluation<'a, 'm, T>,
@@ -75,17 +75,9 @@ impl<T: Real> Simulated<'_, '_, T> {
         v: &mut VectorMut<'_, T>,
         bound: f64,
     ) -> Result<Objective, Stop> {
-        let Evaluation {
-            levels,
-            level,
-            setup,
-            sums,
-            ..
-        } = &mut self.evaluation;
-        let (grid, slots) = (&levels.grids[*level], setup.sweep.slots);
-        let force = 0.5 * setup.force_weight * sums::sum_squares(exec, grid, slots, u, sums);
-        if force > bound {
-            return Ok(Objective { data: 0.0, force });
+        let force = self.evaluation.price::<S>(exec, u);
+        if force.force > bound {
+            return Ok(force);
         }
         self.simulate::<S>(exec, observer, u, warm, v)?;
         let Evaluation {
@@ -97,6 +89,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             keyframes,
             region,
             sums,
+            ..
         } = &mut self.evaluation;
         let flow = Flow {
             initial: *initial,
@@ -105,7 +98,7 @@ impl<T: Real> Simulated<'_, '_, T> {
         };
         let mut sweep = DensitySweep::carve(levels, *level, &setup.sweep, &mut Pool::new(region));
         let data = sweep.carry(exec, observer, &flow, rho, keyframes, sums)?;
-        Ok(Objective { data, force })
+        Ok(Objective { data, ..force })
     }
 
     /// The flow of u.
@@ -173,6 +166,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             level,
             setup: weights,
             region,
+            priced,
             sums,
             ..
         } = &mut self.evaluation;
@@ -215,7 +209,15 @@ impl<T: Real> Simulated<'_, '_, T> {
             step.adjoin::<S>(exec, observer, sums)?;
             put(exec, grid, view(&step.adjoint), out, at);
         }
-        trajectory::add(exec, Shape { grid, slots }, out, 1.0, weights.force_weight, u);
+        let priced = if weights.smoothing > 0.0 { view(priced) } else { u };
+        trajectory::add(
+            exec,
+            Shape { grid, slots },
+            out,
+            1.0,
+            weights.force_weight,
+            priced,
+        );
         Ok(())
     }
 
@@ -236,6 +238,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             keyframes,
             region,
             sums,
+            ..
         } = &mut self.evaluation;
         let grid = &levels.grids[*level];
         let flow = Flow {

@@ -114,6 +114,8 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         let mut pool = Pool::measuring(ledger);
         pool.group("L-BFGS", Sharing::Together, |pool| {
             quasi_newton::fields::take(&setup.grid, sweep.slots, setup.history, pool);
+            let flow = flow::Setup { sweep, ..setup.flow };
+            flow::priced(&setup.grid, &flow, pool);
             Simulated::measure(levels, &sweep, pool);
         });
     }

@@ -39,11 +39,13 @@ impl<'a, T> Work<'a, '_, T> {
         }
     }
 
-    /// The first inverse Hessian 1 / r: exact where the data term is flat.
-    fn initial(&self) -> Initial<'a> {
+    /// The first inverse Hessian 1 / r, divided by the price of curls if the gradient is `prepared` by that: exact where the data term is
+    /// flat.
+    fn initial(&self, prepared: bool) -> Initial<'a> {
         Initial {
             line: None,
             scale: 1.0 / self.simulated.evaluation.setup.force_weight,
+            prepared,
         }
     }
 }
@@ -127,7 +129,12 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
     }
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
-        let initial = self.initial();
+        let mut image = core::mem::take(&mut self.fields[borrowed.work]);
+        let gradient = view(&self.fields[borrowed.gradient]);
+        let evaluation = &mut self.simulated.evaluation;
+        let prepared = evaluation.divide_by_price::<S>(exec, gradient, &mut image);
+        self.fields[borrowed.work] = image;
+        let initial = self.initial(prepared);
         newton.arrive(
             exec,
             self.shape(),

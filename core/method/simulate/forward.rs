@@ -11,11 +11,11 @@ use crate::checkpoint::{Damaged, Mix, Record};
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut, view};
 use crate::grid::Space;
-use crate::memory::{Layout, Pool, TooSmall};
+use crate::memory::{Layout, Pool, Sharing, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Parts};
 use crate::method::params::{Method, Params};
-use crate::objective::flow::Evaluation;
+use crate::objective::flow::{self, Evaluation};
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::problem::Problem;
@@ -92,7 +92,14 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         layout.in_turn(region, 0, |ledger| {
             let (levels, sweep) = (&animation.levels, &setup.flow.sweep);
             let mut pool = Pool::measuring(ledger);
-            Evaluation::measure(levels, 0, sweep, &mut pool);
+            if setup.flow.smoothing > 0.0 {
+                pool.group("price and evaluation", Sharing::Together, |pool| {
+                    flow::priced(&levels.finest, &setup.flow, pool);
+                    Evaluation::measure(levels, 0, sweep, pool);
+                });
+            } else {
+                Evaluation::measure(levels, 0, sweep, &mut pool);
+            }
             Step::carve(levels, 0, setup.step(), &mut pool);
             if let Push::Target(_) = setup.push {
                 Drive::carve(levels, sweep.metric, sweep.threads, &mut pool);

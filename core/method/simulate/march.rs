@@ -199,9 +199,13 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             objective = evaluation.finish::<S>(exec, v, w)?;
         }
         // Where hardly any force acts the first projection leaves more than there is.
-        objective.force = evaluation
-            .projected(exec, &mut Silent, w)
+        let force = evaluation
+            .projected::<S>(exec, &mut Silent, w)
             .map_err(|_| Status::Cancelled)?;
+        let objective = Objective {
+            data: objective.data,
+            ..force
+        };
         if objective.total().is_finite() {
             Ok(objective)
         } else {

@@ -49,13 +49,16 @@ pub fn view<'a, T>(grid: &Grid, slots: usize, which: usize, elements: &'a [T]) -
     })
 }
 
-/// The inverse Hessian to begin with: (K + r S)^-1, as a factored kappa + S with kappa = K / r, or 1 / r alone.
+/// The inverse Hessian to begin with: (K + r S)^-1, as a factored kappa + S with kappa = K / r, or 1 / r alone; after a map of the gradient
+/// that commutes with it, where there is one.
 #[derive(Clone, Copy, Debug)]
 pub struct Initial<'a> {
     /// kappa + S.
     pub line: Option<TimeLine<'a>>,
     /// 1 / r.
     pub scale: f64,
+    /// Whether the image's field holds what these are applied to already, instead of the gradient.
+    pub prepared: bool,
 }
 
 impl QuasiNewton {
@@ -205,7 +208,12 @@ impl<T: Real> Pass<'_, '_, T> {
         for_rows(exec, grid.rows(), buffers, |task| {
             let row = |field: usize| sums::row(grid, slots, &*self.fields[field][axis], task.row);
             let [image, s, z] = task.fields;
-            rows::scale(image, T::from_f64(self.initial.scale), row(self.gradient));
+            let scale = T::from_f64(self.initial.scale);
+            if self.initial.prepared {
+                rows::scale_in_place(image, scale);
+            } else {
+                rows::scale(image, scale, row(self.gradient));
+            }
             if let Some(line) = &self.initial.line {
                 line.solve(image, grid.n[0]);
             }

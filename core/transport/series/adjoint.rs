@@ -2,8 +2,9 @@
 
 use super::super::rows::{Cells, cells, faces};
 use super::super::runs::{Sparse, each_run};
+use super::super::terms::{Backward, Terms};
 use super::transposed::{Input, Layout, transposed};
-use super::{Series, Terms, previous};
+use super::{Series, previous};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::VectorMut;
 use crate::field::rows::{part, part_mut};
@@ -11,18 +12,6 @@ use crate::grid::Side;
 use crate::grid::halo::{BEFORE, HALO, field_len};
 use crate::grid::stencil::Stencil;
 use crate::real::Real;
-
-/// What the backward sweep of a sub-step changes.
-pub struct Backward<'a, T> {
-    /// mu, before and after.
-    pub mu: &'a mut [T],
-    /// Two fields of cells.
-    pub work: [&'a mut [T]; 2],
-    /// The velocity gradient.
-    pub gradient: VectorMut<'a, T>,
-    /// Whether the gradient is begun with this sub-step, or added to.
-    pub first: bool,
-}
 
 /// The adjoint of [`sum`](super::sum) from `from` with `last` terms: `mu` <- z_0 where z_last = mu and
 /// z_{k-1} = mu + (tau / k) L^T z_k, and `gradient` += (tau / k) rho_f(y_{k-1}) (z_k[R] - z_k[L]) / h at every face, whose cells

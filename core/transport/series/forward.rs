@@ -2,20 +2,14 @@
 
 use super::super::rows::{Rows, cells, faces};
 use super::super::runs::{Sparse, each_run};
-use super::{MAX_TERMS, Series, Terms, VANISHED, previous};
+use super::super::terms::Terms;
+use super::{MAX_TERMS, Series, VANISHED, previous};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::rows::{self, part, part_mut};
 use crate::grid::halo::{self, BEFORE};
 use crate::grid::stencil::Stencil;
 use crate::real::Real;
 use crate::simd::{self, vectorised};
-
-/// Values of a term below this part of the cut are set to 0: a quarter of the square root of the rounding error, which makes 1e-9
-/// of max rho_0 in single precision with the default cut and keeps mass to 1e-7. Far from the smoke they would otherwise fade into
-/// denormal numbers, on which processors are a hundred times slower; and rows without smoke are passed over.
-fn negligible<T: Real>() -> f64 {
-    0.25 * libm::sqrt(T::EPSILON)
-}
 
 /// The terms of the series from y_0 = `from`, and `total` = their sum with y_0 unless it is empty. Returns how many terms there
 /// are, or `None` where `terms` has no room for all of them.
@@ -61,7 +55,7 @@ fn add_term<T: Real>(
         k,
         from: previous(k, grid, first, &known),
         scales: grid.h.map(|h| T::from_f64(series.tau / k as f64 / h)),
-        negligible: T::from_f64(series.cut * negligible::<T>()),
+        negligible: T::from_f64(series.negligible),
     };
     let to = &mut fields[..halo::field_len(grid)];
     let fields = [to, total, &mut sizes[..grid.rows()]];

@@ -10,11 +10,12 @@ mod adjoint;
 mod forward;
 mod transposed;
 
-pub use adjoint::{Backward, adjoint};
+pub use adjoint::adjoint;
 pub use forward::sum;
 
 use super::rows::{Cells, Velocity};
 use super::runs::Sparse;
+use super::terms::Terms;
 use crate::grid::Grid;
 use crate::problem::Scheme;
 use crate::real::Real;
@@ -34,6 +35,8 @@ pub struct Series<'a, T> {
     pub tau: f64,
     /// Terms are summed until max |term| is below this.
     pub cut: f64,
+    /// Values of a term below this are set to 0.
+    pub negligible: f64,
 }
 
 /// The interpolation to a face, rho_f = w[0] downstream + w[1] upstream - w[2] next upstream (QUICK: Leonard 1979).
@@ -46,17 +49,7 @@ pub fn weights<T: Real>(scheme: Scheme) -> [T; 3] {
     .map(T::from_f64)
 }
 
-/// Terms y_1 .. y_k of a series.
-pub struct Terms<N> {
-    /// The fields, whose rows have halos.
-    pub fields: N,
-    /// The distance from one field to the next.
-    pub stride: usize,
-    /// max |y| of every row of every term; where that is 0, [`VANISHED`] if y_0 or an earlier term is not.
-    pub sizes: N,
-}
-
-/// The size of a row that became 0 and was not before.
+/// The size of a row that became 0 and was not before: in [`Terms`] of a series, 0 says that y_0 and all terms so far are 0 there.
 const VANISHED: f64 = -1.0;
 
 /// What term `k` is made from, y_{k-1}: `first`, or one of `terms` with the sizes of its rows.

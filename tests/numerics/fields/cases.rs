@@ -128,6 +128,7 @@ impl Scene {
             keyframes: &self.keyframes,
             viscosity: self.viscosity,
             force_weight: self.force_weight,
+            smoothness: None,
             filters: None,
             match_mass: true,
             advection: Advection {

@@ -32,6 +32,8 @@ pub struct Control<'a, T> {
     pub penalty: f64,
     /// Kinematic viscosity nu.
     pub viscosity: f64,
+    /// s^2 of the price of curls, in box lengths squared.
+    pub smoothing: f64,
 }
 
 /// What a call found.
@@ -105,6 +107,7 @@ impl<T: Real> Control<'_, T> {
             sweep: self.sweep(),
             viscosity: self.viscosity,
             force_weight,
+            smoothing: self.smoothing,
             projection_tolerance: 1e-13,
         }
     }
@@ -116,7 +119,9 @@ impl<T: Real> Control<'_, T> {
         let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
         let mut ledger = Ledger::new();
         Evaluation::<T>::measure(&levels, 0, &self.sweep(), &mut Pool::measuring(&mut ledger));
+        let mut priced = zeros(grid, slots);
         let mut evaluation = Evaluation {
+            priced: view_mut(&mut priced),
             levels: &levels,
             level: 0,
             setup: self.flow(force_weight),
@@ -160,7 +165,9 @@ impl<T: Real> Control<'_, T> {
         let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
         let mut ledger = Ledger::new();
         Simulated::<T>::measure(&levels, &self.sweep(), &mut Pool::measuring(&mut ledger));
+        let mut priced = zeros(grid, slots);
         let evaluation = Evaluation {
+            priced: view_mut(&mut priced),
             levels: &levels,
             level: 0,
             setup: self.flow(force_weight),

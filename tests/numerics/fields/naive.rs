@@ -139,6 +139,15 @@ impl Naive {
     }
 }
 
+/// The limited difference (Koren 1993).
+fn koren(c: f64, d: f64) -> f64 {
+    let sign = d.signum();
+    sign * (2.0 * c * sign)
+        .min((c + 2.0 * d) * sign / 3.0)
+        .min(2.0 * d * sign)
+        .max(0.0)
+}
+
 /// Half-sample mirroring at both walls, as often as it takes.
 fn mirrored(mut i: isize, n: isize) -> isize {
     while !(0..n).contains(&i) {
@@ -161,6 +170,8 @@ impl Naive {
             let rr = self.step(at, axis, 1).map_or(r, |at| rho[self.id(at)]);
             let face = match scheme {
                 Scheme::Central => (l + r) / 2.0,
+                Scheme::Limited if v > 0.0 => l + koren(l - ll, r - l) / 2.0,
+                Scheme::Limited => r - koren(rr - r, r - l) / 2.0,
                 _ if v > 0.0 => (3.0 * r + 6.0 * l - ll) / 8.0,
                 _ => (3.0 * l + 6.0 * r - rr) / 8.0,
             };
@@ -187,22 +198,34 @@ impl Naive {
         v: &Components<f64>,
         rho: &[f64],
     ) -> Vec<f64> {
-        let longest = if scheme == Scheme::SemiLagrangian {
-            1.0
-        } else {
-            courant
+        let longest = match scheme {
+            Scheme::SemiLagrangian => 1.0,
+            Scheme::Limited => 0.5 * courant.min(2.0),
+            _ => courant,
         };
         let substeps = (self.courant(v) / longest).ceil().max(1.0);
         let tau = 1.0 / substeps;
         let mut rho = rho.to_vec();
         for _ in 0..substeps as usize {
-            rho = if scheme == Scheme::SemiLagrangian {
-                self.trace(tau, v, &rho)
-            } else {
-                self.exponential(scheme, cut, tau, v, rho)
+            rho = match scheme {
+                Scheme::SemiLagrangian => self.trace(tau, v, &rho),
+                Scheme::Limited => self.runge_kutta(tau, v, &rho),
+                _ => self.exponential(scheme, cut, tau, v, rho),
             };
         }
         rho
+    }
+
+    fn runge_kutta(&self, tau: f64, v: &Components<f64>, rho: &[f64]) -> Vec<f64> {
+        let stage = |keep: f64, x: &[f64]| -> Vec<f64> {
+            let change = self.generator(Scheme::Limited, v, x);
+            let moved = x.iter().zip(&change).map(|(x, change)| x + tau * change);
+            rho.iter()
+                .zip(moved)
+                .map(|(rho, moved)| keep * rho + (1.0 - keep) * moved)
+                .collect()
+        };
+        stage(1.0 / 3.0, &stage(0.75, &stage(0.0, rho)))
     }
 
     fn exponential(

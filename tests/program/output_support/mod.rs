@@ -207,6 +207,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         ObjectiveRecord {
             data: 0.0,
             force: f64::NAN,
+            plain: f64::NAN,
         },
         |entry| entry.objective,
     );
@@ -229,6 +230,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         steps: frames.steps(),
         viscosity: 0.0,
         force_weight: 1e3,
+        force_smoothness: 0.0,
         filters: 5,
         advection: AdvectionRecord {
             scheme: "quick".into(),
@@ -243,6 +245,8 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         .into(),
         status: Status::Converged,
         objective,
+        density_min: 0.0,
+        density_max: 1.0,
         history,
         memory: memory(),
         seconds: SecondsRecord {
@@ -281,6 +285,7 @@ fn entry(iteration: usize) -> IterationRecord {
         objective: ObjectiveRecord {
             data: 2400.0 * (-0.25 * late).exp() + 38.0,
             force: 19.0 * (1.0 - (-0.2 * late).exp()) * wobble,
+            plain: 19.0 * (1.0 - (-0.2 * late).exp()) * wobble,
         },
         level: None,
         facts: Facts(vec![

@@ -82,6 +82,21 @@ pub const VALUES: &[Spoiled] = &[
     ),
     spoiled(
         OUTPUT,
+        "frames = false\n[control]\nsmoothness = -1.0",
+        &["`control.smoothness` is -1.0", "from 0 to 64"],
+    ),
+    spoiled(
+        OUTPUT,
+        "frames = false\n[control]\nsmoothness = nan",
+        &["`control.smoothness` is NaN", "from 0 to 64"],
+    ),
+    spoiled(
+        OUTPUT,
+        "frames = false\n[control]\nsmoothness = true",
+        &["`control.smoothness` is true", "\"auto\""],
+    ),
+    spoiled(
+        OUTPUT,
         "frames = false\n[control]\ninitial_velocity = \"fast\"",
         &["`control.initial_velocity`", "\"rest\""],
     ),

@@ -144,6 +144,14 @@ fn shapes(outcome: &Outcome, check: Check<'_>) {
         0.0,
     );
     check("largest density", largest(outcome.density.iter()), 1e6);
+    let values = || outcome.density.iter().flat_map(|field| &field.data).copied();
+    for (part, value) in [
+        ("min", values().fold(f64::INFINITY, f64::min)),
+        ("max", values().fold(f64::NEG_INFINITY, f64::max)),
+    ] {
+        let reported = outcome.number(&format!("/density_{part}"));
+        check(&format!("density_{part}"), (reported - value).abs(), 1e-12);
+    }
 }
 
 fn incompressible(outcome: &Outcome, check: Check<'_>) {
@@ -212,7 +220,7 @@ fn transported(outcome: &Outcome, check: Check<'_>) {
     let cut = outcome.number("/advection/tolerance").min(1e-7) * largest;
     let (mut rho, mut worst, mut drift) = (source.clone(), 0.0_f64, 0.0_f64);
     for (velocity, stored) in outcome.velocity.iter().zip(&outcome.density[1..]) {
-        rho = outcome.grid.advect(rho, velocity, dt, scheme == "central", cut);
+        rho = outcome.grid.advect(rho, velocity, dt, scheme, cut);
         let off = rho
             .data
             .iter()
@@ -241,9 +249,27 @@ fn objective(outcome: &Outcome, check: Check<'_>) {
         data += 0.5 * outcome.grid.metric(&error, filters);
     }
     let squares: f64 = outcome.force.iter().flatten().map(Field::sum_of_squares).sum();
-    let force = 0.5 * outcome.number("/force_weight") * squares;
+    let plain = 0.5 * outcome.number("/force_weight") * squares;
+    let curls: f64 = outcome
+        .force
+        .iter()
+        .map(|u| {
+            let images = outcome.grid.curl_curl(u);
+            let of_component = |(u, image): (&Field, &Field)| -> f64 {
+                u.data.iter().zip(&image.data).map(|(u, image)| u * image).sum()
+            };
+            u.iter().zip(&images).map(of_component).sum::<f64>()
+        })
+        .sum();
+    let smoothness = outcome.number("/force_smoothness");
+    let force = plain + 0.5 * outcome.number("/force_weight") * smoothness * smoothness * curls;
     let total = data + force;
-    for (part, value) in [("data", data), ("force", force), ("total", total)] {
+    for (part, value) in [
+        ("data", data),
+        ("force", force),
+        ("force_plain", plain),
+        ("total", total),
+    ] {
         let reported = outcome.number(&format!("/objective/{part}"));
         check(
             &format!("objective.{part}, reported {reported:.6e}, recomputed {value:.6e}"),

@@ -1,0 +1,107 @@
+//! A price of the force and of its curl, r/2 sum <u, B u> with B = 1 + s^2 C^T C: forces finer than s are dear.
+//!
+//! C u is the curl at the plaquettes, so C^T C is minus the Laplacian of a field without divergence. B is symmetric, has eigenvalues
+//! from 1 to 1 + s^2 sum_a 4 / h_a^2, and keeps fields free of divergence.
+
+use crate::exec::Exec;
+use crate::field::{Vector, VectorMut, reborrow, rows, view};
+use crate::grid::Space;
+use crate::operators::plaquette::Drag;
+use crate::operators::self_advection::{Fluid, Reads, Start, for_blocks};
+use crate::real::Real;
+
+/// What of B B^-1 - 1 may be left by [`solve`].
+const LEFT: f64 = 0.6;
+/// Steps of [`solve`] at most.
+const MOST_STEPS: usize = 32;
+
+/// `out = B w` in every slot; s^2 is the fluid's viscosity. Shapes: trajectories of faces.
+pub fn apply<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fluid: Fluid<'_>,
+    w: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    combine::<T, S>(exec, fluid, [1.0, 1.0, 0.0], w, w, out, scratch);
+}
+
+/// `out = a x + b s^2 C^T C x + c y` in every slot.
+fn combine<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fluid: Fluid<'_>,
+    [a, b, c]: [f64; 3],
+    x: Vector<'_, T>,
+    y: Vector<'_, T>,
+    out: VectorMut<'_, T>,
+    scratch: &mut [T],
+) {
+    let viscosity = T::from_f64(b * fluid.viscosity);
+    let reads = Reads {
+        rule: Drag { viscosity },
+        v: x,
+        second: [&[]; 3],
+    };
+    let [a, c] = [a, c].map(T::from_f64);
+    for_blocks::<T, S, _, _>(
+        exec,
+        fluid,
+        reads,
+        Start::Zero,
+        out,
+        scratch,
+        |block, row, parts, _| {
+            for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
+                rows::add_scaled(part, a, block.of(x[axis], row));
+                if c != T::ZERO {
+                    rows::add_scaled(part, c, block.of(y[axis], row));
+                }
+            }
+        },
+    );
+}
+
+/// `x = q(B) y` in every slot, the polynomial of lowest degree with |q(t) t - 1| <= 0.6 wherever B has eigenvalues: B^-1, roughly, but
+/// symmetric and positive, by Richardson's steps at the roots of Chebyshev's polynomial. `work` is a field like them.
+pub fn solve<'a, T: Real, S: Space>(
+    exec: &dyn Exec,
+    fluid: Fluid<'_>,
+    y: Vector<'_, T>,
+    x: VectorMut<'a, T>,
+    work: VectorMut<'a, T>,
+    scratch: &mut [T],
+) {
+    let Fluid { grid, viscosity, .. } = fluid;
+    let largest = 1.0 + viscosity * grid.h.iter().take(grid.dims).map(|h| 4.0 / (h * h)).sum::<f64>();
+    let (middle, half) = (0.5 * (largest + 1.0), 0.5 * (largest - 1.0));
+    let steps = libm::ceil(libm::acosh(1.0 / LEFT) / libm::acosh(middle / half)) as usize;
+    let steps = steps.clamp(1, MOST_STEPS);
+    // The first step from 0 is a multiple of y. So many more that the last ends in x.
+    let (mut now, mut next) = if steps.is_multiple_of(2) {
+        (work, x)
+    } else {
+        (x, work)
+    };
+    for step in 0..steps {
+        let angle = core::f64::consts::PI * (alternating(step, steps) as f64 + 0.5) / steps as f64;
+        let length = 1.0 / (middle + half * libm::cos(angle));
+        if step == 0 {
+            for (now, y) in now.iter_mut().zip(y) {
+                rows::scale(now, T::from_f64(length), y);
+            }
+            continue;
+        }
+        let factors = [1.0 - length, -length, length];
+        combine::<T, S>(exec, fluid, factors, view(&now), y, reborrow(&mut next), scratch);
+        core::mem::swap(&mut now, &mut next);
+    }
+}
+
+/// Root `step` of `count`, from both ends in turn, so that no step undoes what others gained by much.
+fn alternating(step: usize, count: usize) -> usize {
+    if step.is_multiple_of(2) {
+        step / 2
+    } else {
+        count - 1 - step / 2
+    }
+}

@@ -1,0 +1,270 @@
+//! The three stages of a sub-step.
+
+use super::super::rows::{Cells, Rows, cells, faces};
+use super::super::runs::{Sparse, each_run};
+use super::limiter::Numbers;
+use super::{KEPT, STAGES, Substep};
+use crate::exec::{Exec, RunTask, for_runs};
+use crate::field::rows::{self, part, part_mut};
+use crate::grid::halo::{self, BEFORE};
+use crate::grid::stencil::Stencil;
+use crate::real::Real;
+use crate::simd::{self, vectorised};
+use crate::transport::terms::Terms;
+
+/// rho' from rho = `from`; `to` may be empty. Stages a and b go to `stages`, whose rows have halos, with max |x| of each row. Returns
+/// how many stages there are, or `None` where `stages` has no room for them.
+pub fn forward<T: Real>(
+    exec: &dyn Exec,
+    substep: &Substep<'_, T>,
+    from: &[T],
+    stages: Terms<&mut [T]>,
+    to: &mut [T],
+    scratch: &mut [T],
+) -> Option<usize> {
+    let (grid, rows) = (substep.grid, substep.grid.rows());
+    let len = halo::field_len(grid);
+    let (first, second) = stages.fields.split_at_mut_checked(stages.stride)?;
+    let (first_sizes, second_sizes) = stages.sizes.split_at_mut_checked(rows)?;
+    let (first, second) = (first.get_mut(..len)?, second.get_mut(..len)?);
+    let second_sizes = second_sizes.get_mut(..rows)?;
+    let flowing = Sparse {
+        cells: Cells::Plain(from),
+        sizes: None,
+    };
+    let stage = |k: usize, flowing| Stage::new(substep, k, from, flowing);
+    stage(0, flowing).run(exec, first, first_sizes, scratch);
+    stage(1, halo_field(first, first_sizes)).run(exec, second, second_sizes, scratch);
+    if !to.is_empty() {
+        stage(2, halo_field(second, second_sizes)).run(exec, to, &mut [], scratch);
+    }
+    Some(KEPT)
+}
+
+/// A stage whose rows have halos and sizes.
+fn halo_field<'a, T>(field: &'a [T], sizes: &'a [T]) -> Sparse<'a, T> {
+    Sparse {
+        cells: Cells::WithHalo(field),
+        sizes: Some(sizes),
+    }
+}
+
+/// A stage and what it is made from.
+struct Stage<'a, T> {
+    grid: &'a crate::grid::Grid,
+    substep: &'a Substep<'a, T>,
+    rho: &'a [T],
+    /// rho, a or b.
+    flowing: Sparse<'a, T>,
+    /// What is taken of rho and of what flows.
+    shares: [T; 2],
+    scales: [T; 3],
+}
+
+/// Rows of a run to write.
+struct Run<'t, T> {
+    to: &'t mut [T],
+    sizes: &'t mut [T],
+    /// Where the values of a row begin, and the distance between rows.
+    layout: [usize; 2],
+}
+
+impl<'a, T: Real> Stage<'a, T> {
+    fn new(substep: &'a Substep<'a, T>, k: usize, rho: &'a [T], flowing: Sparse<'a, T>) -> Self {
+        let shares = STAGES.get(k).copied().unwrap_or_default();
+        Self {
+            grid: substep.grid,
+            substep,
+            rho,
+            flowing,
+            shares: shares.map(T::from_f64),
+            scales: substep.scales().map(T::from_f64),
+        }
+    }
+
+    /// The stage in all rows: in `to`, with halos where it has room for them, and the sizes of its rows unless that is empty.
+    fn run(&self, exec: &dyn Exec, to: &mut [T], sizes: &mut [T], scratch: &mut [T]) {
+        for_runs(exec, self.grid.rows(), [to, sizes], scratch, |task| {
+            self.compute(task)
+        });
+    }
+
+    fn compute(&self, task: RunTask<'_, T, 2>) {
+        let (grid, n) = (self.grid, self.grid.n[0]);
+        let ([to, sizes], first) = (task.fields, task.rows.start);
+        let apart = (to.len() / task.rows.len().max(1)).max(1);
+        let before = if apart > n { BEFORE } else { 0 };
+        let empty = |stencil: &Stencil, behind: usize| {
+            self.flowing
+                .is_empty(grid, stencil, behind, |size| size == T::ZERO)
+        };
+        let (single, scratch) = (matches!(self.flowing.cells, Cells::Plain(_)), task.scratch);
+        each_run(grid, task.rows, single, empty, |stencil, count, empty| {
+            let (begin, end) = (stencil.row - first, stencil.row - first + count);
+            let run = Run {
+                to: part_mut(to, begin * apart..end * apart),
+                sizes: part_mut(sizes, begin..end),
+                layout: [before, apart],
+            };
+            let rho = part(self.rho, stencil.row * n..(stencil.row + count) * n);
+            if empty {
+                self.pass_over(rho, run);
+            } else {
+                self.compute_run(stencil, rho, run, scratch);
+            }
+        });
+    }
+
+    /// A run of rows around which nothing flows: rho's share alone.
+    fn pass_over(&self, rho: &[T], run: Run<'_, T>) {
+        let (n, [before, apart]) = (self.grid.n[0], run.layout);
+        let mut sizes = run.sizes.iter_mut();
+        for (to, rho) in run.to.chunks_exact_mut(apart).zip(rho.chunks_exact(n)) {
+            rows::scale(part_mut(to, before..before + n), self.shares[0], rho);
+            if let Some(size) = sizes.next() {
+                *size = T::from_f64(rows::max_abs(part(to, before..before + n)));
+            }
+            self.surround(to, before);
+        }
+    }
+
+    fn surround(&self, row: &mut [T], before: usize) {
+        if before > 0 {
+            self.grid.axis(0).surround_cells(row);
+        }
+    }
+
+    fn compute_run(&self, stencil: &Stencil, rho: &[T], run: Run<'_, T>, scratch: &mut [T]) {
+        let Run {
+            to,
+            sizes,
+            layout: [before, apart],
+        } = run;
+        let input = Input {
+            n: self.grid.n[0],
+            before,
+            apart,
+            cells: cells(self.grid, stencil, self.flowing.cells, scratch),
+            faces: faces(self.grid, stencil, self.substep.velocity),
+            shares: self.shares,
+            scales: part(&self.scales, 0..self.grid.dims),
+            negligible: T::from_f64(self.substep.negligible),
+        };
+        compute(to, sizes, rho, &input);
+        to.chunks_exact_mut(apart)
+            .for_each(|row| self.surround(row, before));
+    }
+}
+
+/// What the kernel reads.
+struct Input<'a, T> {
+    /// Cells of a row.
+    n: usize,
+    /// Where they begin in a row of the output, and the distance between its rows.
+    before: usize,
+    apart: usize,
+    /// What flows, in the rows of a run and around them.
+    cells: Rows<'a, T>,
+    faces: Rows<'a, T>,
+    shares: [T; 2],
+    /// tau / h of the grid's axes.
+    scales: &'a [T],
+    negligible: T,
+}
+
+vectorised! {
+    /// Rows of a run of `to` = p rho + q (x + tau L x), what is negligible set to 0. `sizes`, unless empty, receives max |to| of every
+    /// row, not finite when any value is not.
+    fn compute[T, V](to: &mut [T], sizes: &mut [T], rho: &[T], input: &Input<'_, T>) {
+        let Input { n, before, apart, .. } = *input;
+        let mut sizes = sizes.iter_mut();
+        for (row, (to, rho)) in to.chunks_exact_mut(apart).zip(rho.chunks_exact(n)).enumerate() {
+            let to = part_mut(to, before..before + n);
+            let mut extremes = [V::splat(T::ZERO); 2];
+            let mut rest = [T::ZERO; 2];
+            let i = compute_from::<T, V>(0, row, to, rho, input, &mut extremes);
+            compute_from::<T, T>(i, row, to, rho, input, &mut rest);
+            if let Some(size) = sizes.next() {
+                let mut lanes = [[T::ZERO; rows::LANES]; 2];
+                extremes[0].store(&mut lanes[0]);
+                extremes[1].store(&mut lanes[1]);
+                lanes[0][0] = rest[0].max(lanes[0][0]);
+                lanes[1][0] += rest[1];
+                let largest = T::from_f64(rows::largest_lane(lanes[0], lanes[1]));
+                *size = if input.negligible > largest { T::ZERO } else { largest };
+            }
+        }
+    }
+}
+
+/// The inflow to cell c of the cells a b c d e through its faces, low and high.
+#[inline(always)]
+fn inflow<V: simd::Vector>(numbers: Numbers<V>, [a, b, c, d, e]: [V; 5], [low, high]: [V; 2]) -> V {
+    low * numbers.at_face([a, b, c, d], low) - high * numbers.at_face([b, c, d, e], high)
+}
+
+/// The inflow along y or z to cells `c` at `i` of a row, from the rows of cells at -2, -1, 1, 2 and of faces at -1, 0, 1, 2.
+#[inline(always)]
+fn inflow_across<T: Real, V: simd::Vector<Elem = T>>(
+    numbers: Numbers<V>,
+    i: usize,
+    c: V,
+    cells: &[&[T]; 4],
+    faces: &[&[T]; 4],
+) -> V {
+    let around = [
+        V::load(&cells[0][i..]),
+        V::load(&cells[1][i..]),
+        c,
+        V::load(&cells[2][i..]),
+        V::load(&cells[3][i..]),
+    ];
+    let through = [V::load(&faces[1][i..]), V::load(&faces[2][i..])];
+    inflow(numbers, around, through)
+}
+
+/// The kernel of [`compute`] from cell `i` as far as whole vectors go; returns the first cell that is left. `extremes` are max |to|
+/// and what is NaN once a value is not finite.
+#[inline(always)]
+fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
+    mut i: usize,
+    row: usize,
+    to: &mut [T],
+    rho: &[T],
+    input: &Input<'_, T>,
+    extremes: &mut [V; 2],
+) -> usize {
+    let (n, last) = (to.len(), input.scales.len() - 1);
+    let rho = &rho[..n];
+    let (x, faces_x) = (input.cells.own(row, n + 4), input.faces.own(row, n + 3));
+    let (y, faces_y) = (input.cells.along(1, row, n), input.faces.along(1, row, n));
+    let (z, faces_z) = (input.cells.along(last, row, n), input.faces.along(last, row, n));
+    let numbers = Numbers::<V>::new();
+    let (zero, negligible) = (numbers.zero, V::splat(input.negligible));
+    let (p, q) = (V::splat(input.shares[0]), V::splat(input.shares[1]));
+    let (scale_x, scale_y) = (V::splat(input.scales[0]), V::splat(input.scales[1]));
+    let scale_z = V::splat(input.scales[last]);
+    while i + V::LANES <= n {
+        let c = V::load(&x[i + 2..]);
+        let along_x = [
+            V::load(&x[i..]),
+            V::load(&x[i + 1..]),
+            c,
+            V::load(&x[i + 3..]),
+            V::load(&x[i + 4..]),
+        ];
+        let through_x = [V::load(&faces_x[i + 1..]), V::load(&faces_x[i + 2..])];
+        let mut sum = scale_x * inflow(numbers, along_x, through_x);
+        sum = sum + scale_y * inflow_across(numbers, i, c, &y, &faces_y);
+        if last > 1 {
+            sum = sum + scale_z * inflow_across(numbers, i, c, &z, &faces_z);
+        }
+        let value = p * V::load(&rho[i..]) + q * (c + sum);
+        let size = value.max(-value);
+        extremes[0] = size.max(extremes[0]);
+        extremes[1] = extremes[1] + value * zero;
+        (negligible - size).select(zero, value).store(&mut to[i..]);
+        i += V::LANES;
+    }
+    i
+}
