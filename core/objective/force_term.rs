@@ -12,7 +12,16 @@ use crate::progress::Objective;
 use crate::real::Real;
 use crate::transport::Stop;
 
-impl<T: Real> Evaluation<'_, '_, T> {
+impl<'a, T: Real> Evaluation<'a, '_, T> {
+    /// Where its trajectories live.
+    #[must_use]
+    pub fn shape(&self) -> Shape<'a> {
+        Shape {
+            grid: &self.levels.grids[self.level],
+            slots: self.setup.sweep.slots,
+        }
+    }
+
     /// The force that produces v, and its part of the objective, with no data term.
     ///
     /// # Errors
@@ -35,7 +44,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         v: Vector<'_, T>,
         w: &mut VectorMut<'_, T>,
     ) {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
+        let Shape { grid, slots } = self.shape();
         let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
         let scratch = rows::part_mut(self.region, 0..len);
         force::from_velocity::<T, S>(
@@ -75,7 +84,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         gradient: Vector<'_, T>,
         out: &mut VectorMut<'_, T>,
     ) -> bool {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
+        let Shape { grid, slots } = self.shape();
         let viscosity = self.setup.smoothing;
         if viscosity == 0.0 {
             return false;
@@ -94,7 +103,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
 
     /// The force's part of the objective, r/2 sum <w_k, z_k> with z = (1 + s^2 C^T C) w, which [`Self::priced`] becomes.
     pub fn price<S: Space>(&mut self, exec: &dyn Exec, w: Vector<'_, T>) -> Objective {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
+        let Shape { grid, slots } = self.shape();
         let weight = 0.5 * self.setup.force_weight;
         let plain = weight * sums::sum_squares(exec, grid, slots, w, self.sums);
         if self.setup.smoothing == 0.0 {

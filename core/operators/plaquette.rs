@@ -143,16 +143,14 @@ pub struct Drag<T> {
 
 multiversion! {
     fn drag[T: Real](viscosity: T, v: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        let [am, ap, bm, bp] = v;
         let [am_out, ap_out, bm_out, bp_out] = out;
-        let n = am_out.len();
-        let (ap_out, bm_out, bp_out) = (&mut ap_out[..n], &mut bm_out[..n], &mut bp_out[..n]);
-        let [am, ap, bm, bp] = v.map(|row| &row[..n]);
-        for i in 0..n {
-            let drag = viscosity * Plaquette::new([am[i], ap[i]], [bm[i], bp[i]], inverse, T::HALF).omega;
-            am_out[i] = drag * inverse[1];
-            ap_out[i] = -(drag * inverse[1]);
-            bm_out[i] = -(drag * inverse[0]);
-            bp_out[i] = drag * inverse[0];
+        let of_a = am_out.iter_mut().zip(ap_out).zip(am.iter().zip(ap));
+        let of_b = bm_out.iter_mut().zip(bp_out).zip(bm.iter().zip(bp));
+        for (((am_out, ap_out), (&am, &ap)), ((bm_out, bp_out), (&bm, &bp))) in of_a.zip(of_b) {
+            let drag = viscosity * Plaquette::new([am, ap], [bm, bp], inverse, T::HALF).omega;
+            (*am_out, *ap_out) = (drag * inverse[1], -(drag * inverse[1]));
+            (*bm_out, *bp_out) = (-(drag * inverse[0]), drag * inverse[0]);
         }
     }
 }

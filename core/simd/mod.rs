@@ -174,6 +174,16 @@ pub trait Vector:
     fn load(from: &[Self::Elem]) -> Self;
     /// Writes to the first `LANES` places of `to`, which must have as many.
     fn store(self, to: &mut [Self::Elem]);
+    /// [`Self::load`] of the values from `index` on.
+    #[inline(always)]
+    fn at(from: &[Self::Elem], index: usize) -> Self {
+        Self::load(&from[index..])
+    }
+    /// [`Self::store`] to the places from `index` on.
+    #[inline(always)]
+    fn put(self, to: &mut [Self::Elem], index: usize) {
+        self.store(&mut to[index..]);
+    }
     /// The first and the second value of each pair of `from`, which must have `LANES` pairs; pair `i` goes to
     /// lane [`Self::PAIRED`]`[i]`.
     fn load_pairs(from: &[Self::Elem]) -> [Self; 2];

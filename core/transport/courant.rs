@@ -51,16 +51,16 @@ fn from<T: Real, V: simd::Vector<Elem = T>>(
     while i + V::LANES <= n {
         let mut sum = V::splat(T::ZERO);
         for side in 1..3 {
-            let v = V::load(&x[i + side..]);
+            let v = V::at(x, i + side);
             sum = sum + V::splat(scales[0]) * v.max(-v);
         }
         for side in 1..3 {
-            let v = V::load(&y[side][i..]);
+            let v = V::at(y[side], i);
             sum = sum + V::splat(scales[1]) * v.max(-v);
         }
         if dims > 2 {
             for side in 1..3 {
-                let v = V::load(&z[side][i..]);
+                let v = V::at(z[side], i);
                 sum = sum + V::splat(scales[2]) * v.max(-v);
             }
         }

@@ -36,9 +36,12 @@ pub fn moving(random: &mut Random, grid: &Grid, courant: f64) -> Components<f64>
     v.map(|c| c.iter().map(|x| x * courant / now).collect())
 }
 
+/// Checks a function of which the derivative at 0 is known.
+type Check<'a> = dyn Fn(&str, f64, &dyn Fn(f64) -> f64) + 'a;
+
 /// <mu, A[rho, v]> along a random direction, for several Courant numbers: 1, 4 and 11 sub-steps (more than are kept), and fewer, longer ones.
 /// `check` is told what it is about, the derivative by the adjoint, and the function.
-fn step_gradients(scheme: Scheme, check: &dyn Fn(&str, f64, &dyn Fn(f64) -> f64)) {
+fn step_gradients(scheme: Scheme, check: &Check<'_>) {
     let mut random = Random::new(21);
     for (cells, ends) in [
         (&[10, 8][..], "ww"),

@@ -10,6 +10,7 @@ use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome};
 use crate::optimise::line_search::SMALLEST_STEP;
+use crate::optimise::quasi_newton::fields::prepare;
 use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -105,10 +106,10 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
     }
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
-        let mut image = core::mem::take(&mut self.fields[borrowed.work]);
-        let gradient = view(&self.fields[borrowed.gradient]);
-        let prepared = self.evaluation.divide_by_price::<S>(exec, gradient, &mut image);
-        self.fields[borrowed.work] = image;
+        let evaluation = &mut self.evaluation;
+        let prepared = prepare(&mut self.fields, borrowed, |gradient, image| {
+            evaluation.divide_by_price::<S>(exec, gradient, image)
+        });
         let initial = self.initial(prepared);
         newton.arrive(
             exec,

@@ -49,9 +49,10 @@ impl<T: Real> Sizes<T> {
         let mut pool = Pool::measuring(ledger);
         pool.group("quasi-Newton", Sharing::Together, |pool| {
             let sweep = sweep_setup(setup, level, 0, threads);
-            quasi_newton::fields::take(&levels.grids[level], sweep.slots, setup.history, pool);
+            let grid = &levels.grids[level];
+            quasi_newton::fields::take(grid, sweep.slots, setup.history, pool);
             let flow = flow::Setup { sweep, ..setup.flow };
-            flow::priced(&levels.grids[level], &flow, pool);
+            flow::priced(grid, &flow, pool);
             Evaluation::measure(levels, level, &sweep, pool);
         });
     }

@@ -24,16 +24,10 @@ pub(super) struct Work<'a, 'm, T> {
     pub line: TimeLine<'a>,
 }
 
-impl<'a, T> Work<'a, '_, T> {
+impl<'a, T: Real> Work<'a, '_, T> {
     /// Where its trajectories live.
     pub fn shape(&self) -> Shape<'a> {
-        let Evaluation {
-            levels, level, setup, ..
-        } = &self.evaluation;
-        Shape {
-            grid: &levels.grids[*level],
-            slots: setup.sweep.slots,
-        }
+        self.evaluation.shape()
     }
 
     /// The first inverse Hessian (K + r S)^-1, divided by the price of curls if the gradient is `prepared` by that.
@@ -102,9 +96,9 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             keyframes,
             rest,
         } = down(levels, setup, finest, level);
-        let slots = slots_on(setup, level);
+        let (grid, slots) = (&levels.grids[level], slots_on(setup, level));
         let mut pool = Pool::new(rest);
-        let fields = quasi_newton::fields::take(&levels.grids[level], slots, setup.history, &mut pool);
+        let fields = quasi_newton::fields::take(grid, slots, setup.history, &mut pool);
         let [stiffness, viscosity, force_weight] = weights(setup, level);
         let flow = flow::Setup {
             sweep: sweep_setup(setup, level, count, threads),
@@ -116,7 +110,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             levels,
             level,
             setup: flow,
-            priced: flow::priced(&levels.grids[level], &flow, &mut pool),
+            priced: flow::priced(grid, &flow, &mut pool),
             initial: [&*x, &*y, &*z],
             rho,
             keyframes,
@@ -125,7 +119,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
         };
         let line = TimeLine::new(
             stiffness / force_weight,
-            drag(&levels.grids[level], viscosity),
+            drag(grid, viscosity),
             &mut pivots[..slots],
         );
         Work {

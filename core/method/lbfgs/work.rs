@@ -7,12 +7,11 @@ use crate::field::trajectory::{self, Shape};
 use crate::field::{VectorMut, reborrow, rows, sums, view};
 use crate::grid::Space;
 use crate::memory::Pool;
-use crate::objective::flow::Evaluation;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome};
 use crate::optimise::quasi_newton;
-use crate::optimise::quasi_newton::fields::{Fields, Initial};
+use crate::optimise::quasi_newton::fields::{Fields, Initial, prepare};
 use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -28,15 +27,9 @@ struct Work<'a, 'm, T> {
     change: Option<(usize, f64)>,
 }
 
-impl<'a, T> Work<'a, '_, T> {
+impl<'a, T: Real> Work<'a, '_, T> {
     fn shape(&self) -> Shape<'a> {
-        let Evaluation {
-            levels, level, setup, ..
-        } = &self.simulated.evaluation;
-        Shape {
-            grid: &levels.grids[*level],
-            slots: setup.sweep.slots,
-        }
+        self.simulated.evaluation.shape()
     }
 
     /// The first inverse Hessian 1 / r, divided by the price of curls if the gradient is `prepared` by that: exact where the data term is
@@ -129,11 +122,10 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
     }
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
-        let mut image = core::mem::take(&mut self.fields[borrowed.work]);
-        let gradient = view(&self.fields[borrowed.gradient]);
         let evaluation = &mut self.simulated.evaluation;
-        let prepared = evaluation.divide_by_price::<S>(exec, gradient, &mut image);
-        self.fields[borrowed.work] = image;
+        let prepared = prepare(&mut self.fields, borrowed, |gradient, image| {
+            evaluation.divide_by_price::<S>(exec, gradient, image)
+        });
         let initial = self.initial(prepared);
         newton.arrive(
             exec,

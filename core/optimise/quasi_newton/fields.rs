@@ -49,6 +49,23 @@ pub fn view<'a, T>(grid: &Grid, slots: usize, which: usize, elements: &'a [T]) -
     })
 }
 
+/// Lets `map` write the field of the image from that of the gradient, and passes on whether it did.
+pub fn prepare<'a, T>(
+    fields: &mut Fields<'a, T>,
+    borrowed: Borrowed,
+    map: impl FnOnce(Vector<'_, T>, &mut VectorMut<'a, T>) -> bool,
+) -> bool {
+    let Some(mut image) = fields.get_mut(borrowed.work).map(core::mem::take) else {
+        return false;
+    };
+    let gradient = fields.get(borrowed.gradient);
+    let done = gradient.is_some_and(|gradient| map(crate::field::view(gradient), &mut image));
+    if let Some(field) = fields.get_mut(borrowed.work) {
+        *field = image;
+    }
+    done
+}
+
 /// The inverse Hessian to begin with: (K + r S)^-1, as a factored kappa + S with kappa = K / r, or 1 / r alone; after a map of the gradient
 /// that commutes with it, where there is one.
 #[derive(Clone, Copy, Debug)]

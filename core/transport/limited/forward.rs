@@ -119,7 +119,11 @@ impl<'a, T: Real> Stage<'a, T> {
     fn pass_over(&self, rho: &[T], run: Run<'_, T>) {
         let (n, [before, apart]) = (self.grid.n[0], run.layout);
         let mut sizes = run.sizes.iter_mut();
-        for (to, rho) in run.to.chunks_exact_mut(apart).zip(rho.chunks_exact(n)) {
+        for (to, rho) in run
+            .to
+            .chunks_exact_mut(apart.max(1))
+            .zip(rho.chunks_exact(n.max(1)))
+        {
             rows::scale(part_mut(to, before..before + n), self.shares[0], rho);
             if let Some(size) = sizes.next() {
                 *size = T::from_f64(rows::max_abs(part(to, before..before + n)));
@@ -151,7 +155,7 @@ impl<'a, T: Real> Stage<'a, T> {
             negligible: T::from_f64(self.substep.negligible),
         };
         compute(to, sizes, rho, &input);
-        to.chunks_exact_mut(apart)
+        to.chunks_exact_mut(apart.max(1))
             .for_each(|row| self.surround(row, before));
     }
 }
@@ -178,7 +182,7 @@ vectorised! {
     fn compute[T, V](to: &mut [T], sizes: &mut [T], rho: &[T], input: &Input<'_, T>) {
         let Input { n, before, apart, .. } = *input;
         let mut sizes = sizes.iter_mut();
-        for (row, (to, rho)) in to.chunks_exact_mut(apart).zip(rho.chunks_exact(n)).enumerate() {
+        for (row, (to, rho)) in to.chunks_exact_mut(apart.max(1)).zip(rho.chunks_exact(n.max(1))).enumerate() {
             let to = part_mut(to, before..before + n);
             let mut extremes = [V::splat(T::ZERO); 2];
             let mut rest = [T::ZERO; 2];
@@ -213,13 +217,13 @@ fn inflow_across<T: Real, V: simd::Vector<Elem = T>>(
     faces: &[&[T]; 4],
 ) -> V {
     let around = [
-        V::load(&cells[0][i..]),
-        V::load(&cells[1][i..]),
+        V::at(cells[0], i),
+        V::at(cells[1], i),
         c,
-        V::load(&cells[2][i..]),
-        V::load(&cells[3][i..]),
+        V::at(cells[2], i),
+        V::at(cells[3], i),
     ];
-    let through = [V::load(&faces[1][i..]), V::load(&faces[2][i..])];
+    let through = [V::at(faces[1], i), V::at(faces[2], i)];
     inflow(numbers, around, through)
 }
 
@@ -245,25 +249,19 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
     let (scale_x, scale_y) = (V::splat(input.scales[0]), V::splat(input.scales[1]));
     let scale_z = V::splat(input.scales[last]);
     while i + V::LANES <= n {
-        let c = V::load(&x[i + 2..]);
-        let along_x = [
-            V::load(&x[i..]),
-            V::load(&x[i + 1..]),
-            c,
-            V::load(&x[i + 3..]),
-            V::load(&x[i + 4..]),
-        ];
-        let through_x = [V::load(&faces_x[i + 1..]), V::load(&faces_x[i + 2..])];
+        let c = V::at(x, i + 2);
+        let along_x = [V::at(x, i), V::at(x, i + 1), c, V::at(x, i + 3), V::at(x, i + 4)];
+        let through_x = [V::at(faces_x, i + 1), V::at(faces_x, i + 2)];
         let mut sum = scale_x * inflow(numbers, along_x, through_x);
         sum = sum + scale_y * inflow_across(numbers, i, c, &y, &faces_y);
         if last > 1 {
             sum = sum + scale_z * inflow_across(numbers, i, c, &z, &faces_z);
         }
-        let value = p * V::load(&rho[i..]) + q * (c + sum);
+        let value = p * V::at(rho, i) + q * (c + sum);
         let size = value.max(-value);
         extremes[0] = size.max(extremes[0]);
         extremes[1] = extremes[1] + value * zero;
-        (negligible - size).select(zero, value).store(&mut to[i..]);
+        (negligible - size).select(zero, value).put(to, i);
         i += V::LANES;
     }
     i

@@ -109,14 +109,9 @@ impl<'a, T: Real> Along<'a, T> {
     ) -> V {
         let (z, y) = (around(&self.z, i, here[0]), around(&self.y, i, here[1]));
         let [before, low, high, after] = &self.faces;
-        let faces = [
-            V::load(&before[i..]),
-            V::load(&low[i..]),
-            V::load(&high[i..]),
-            V::load(&after[i..]),
-        ];
+        let faces = [V::at(before, i), V::at(low, i), V::at(high, i), V::at(after, i)];
         let rho_f = numbers.by_velocity([y[0], y[1], y[2], y[3]], faces[1]);
-        (V::load(&gradient[i..]) + of_gradient * rho_f * (z[2] - z[1])).store(&mut gradient[i..]);
+        (V::at(gradient, i) + of_gradient * rho_f * (z[2] - z[1])).put(gradient, i);
         s * numbers.outflow(y, z, faces)
     }
 }
@@ -125,11 +120,11 @@ impl<'a, T: Real> Along<'a, T> {
 #[inline(always)]
 fn around<T: Real, V: simd::Vector<Elem = T>>(rows: &[&[T]; 4], i: usize, c: V) -> [V; 5] {
     [
-        V::load(&rows[0][i..]),
-        V::load(&rows[1][i..]),
+        V::at(rows[0], i),
+        V::at(rows[1], i),
         c,
-        V::load(&rows[2][i..]),
-        V::load(&rows[3][i..]),
+        V::at(rows[2], i),
+        V::at(rows[3], i),
     ]
 }
 
@@ -156,7 +151,7 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     let (scale_x, scale_y) = ([x_scale, share * x_scale], [y_scale, share * y_scale]);
     let scale_z = [z_scale, share * z_scale];
     while i + V::LANES <= n {
-        let here = [V::load(&cells[i + 2..]), V::load(&rho[i + 2..])];
+        let here = [V::at(cells, i + 2), V::at(rho, i + 2)];
         let mut sum = here[0];
         if !input.still {
             sum = sum + x.add(i, here, gx, scale_x, numbers);
@@ -167,10 +162,10 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
         }
         let taken = if rows.next.is_empty() { sum } else { here[0] };
         if !rows.next.is_empty() {
-            (share * sum).store(&mut rows.next[i..]);
+            (share * sum).put(rows.next, i);
         }
         if !rows.mu.is_empty() {
-            (keep * V::load(&rows.mu[i..]) + take * taken).store(&mut rows.mu[i..]);
+            (keep * V::at(rows.mu, i) + take * taken).put(rows.mu, i);
         }
         i += V::LANES;
     }

@@ -217,13 +217,13 @@ fn inflow_across<T: Real, V: simd::Vector<Elem = T>>(
     weights: [V; 3],
 ) -> V {
     let cells = [
-        V::load(&cells[0][i..]),
-        V::load(&cells[1][i..]),
+        V::at(cells[0], i),
+        V::at(cells[1], i),
         c,
-        V::load(&cells[2][i..]),
-        V::load(&cells[3][i..]),
+        V::at(cells[2], i),
+        V::at(cells[3], i),
     ];
-    let through = [V::load(&faces[1][i..]), V::load(&faces[2][i..])];
+    let through = [V::at(faces[1], i), V::at(faces[2], i)];
     inflow(cells, through, weights)
 }
 
@@ -253,15 +253,9 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
     let (scale_x, scale_y) = (V::splat(input.scales[0]), V::splat(input.scales[1]));
     let scale_z = V::splat(if deep { input.scales[2] } else { T::ZERO });
     while i + V::LANES <= n {
-        let c = V::load(&x[i + 2..]);
-        let along_x = [
-            V::load(&x[i..]),
-            V::load(&x[i + 1..]),
-            c,
-            V::load(&x[i + 3..]),
-            V::load(&x[i + 4..]),
-        ];
-        let through_x = [V::load(&faces_x[i + 1..]), V::load(&faces_x[i + 2..])];
+        let c = V::at(x, i + 2);
+        let along_x = [V::at(x, i), V::at(x, i + 1), c, V::at(x, i + 3), V::at(x, i + 4)];
+        let through_x = [V::at(faces_x, i + 1), V::at(faces_x, i + 2)];
         let mut sum = scale_x * inflow(along_x, through_x, w);
         sum = sum + scale_y * inflow_across(i, c, &y, &faces_y, w);
         if deep {
@@ -271,10 +265,10 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
         extremes[0] = size.max(extremes[0]);
         extremes[1] = extremes[1] + sum * zero;
         let sum = (negligible - size).select(zero, sum);
-        sum.store(&mut to[i..]);
+        sum.put(to, i);
         if summed {
-            let before = if input.first { c } else { V::load(&total[i..]) };
-            (before + sum).store(&mut total[i..]);
+            let before = if input.first { c } else { V::at(total, i) };
+            (before + sum).put(total, i);
         }
         i += V::LANES;
     }

@@ -119,18 +119,13 @@ impl<'a, T: Real> Along<'a, T> {
         zero: V,
     ) -> V {
         let Self { z, y, faces } = self;
-        let (b, low) = (V::load(&z[1][i..]), V::load(&faces[1][i..]));
-        let around = [V::load(&y[0][i..]), V::load(&y[1][i..]), y_c, V::load(&y[2][i..])];
+        let (b, low) = (V::at(z[1], i), V::at(faces[1], i));
+        let around = [V::at(y[0], i), V::at(y[1], i), y_c, V::at(y[2], i)];
         let rho_f = at_face(around, low, w);
-        (V::load(&gradient[i..]) + s * rho_f * (c - b)).store(&mut gradient[i..]);
-        let through = [
-            V::load(&faces[0][i..]),
-            low,
-            V::load(&faces[2][i..]),
-            V::load(&faces[3][i..]),
-        ];
-        let a = V::load(&z[0][i..]);
-        let (d, e) = (V::load(&z[2][i..]), V::load(&z[3][i..]));
+        (V::at(gradient, i) + s * rho_f * (c - b)).put(gradient, i);
+        let through = [V::at(faces[0], i), low, V::at(faces[2], i), V::at(faces[3], i)];
+        let a = V::at(z[0], i);
+        let (d, e) = (V::at(z[2], i), V::at(z[3], i));
         s * outflow([a, b, c, d, e], through, w, zero)
     }
 }
@@ -161,18 +156,14 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     let (scale_x, scale_y) = (V::splat(input.scales[0]), V::splat(input.scales[1]));
     let scale_z = V::splat(input.scales[last]);
     while i + V::LANES <= n {
-        let here = (V::load(&cells[i + 2..]), V::load(&rho[i + 2..]));
-        let mut sum = if alone {
-            V::load(&out[i..])
-        } else {
-            V::load(&mu[i..])
-        };
+        let here = (V::at(cells, i + 2), V::at(rho, i + 2));
+        let mut sum = if alone { V::at(out, i) } else { V::at(mu, i) };
         sum = sum + x.add(i, here, gx, scale_x, w, zero);
         sum = sum + y.add(i, here, gy, scale_y, w, zero);
         if last > 1 {
             sum = sum + z.add(i, here, gz, scale_z, w, zero);
         }
-        sum.store(&mut out[i..]);
+        sum.put(out, i);
         i += V::LANES;
     }
     i
