@@ -12,6 +12,11 @@ const SLOPE: Fact = Fact::new(
     Kind::Number,
     "the objective's derivative along the direction",
 );
+const GRADIENT: Fact = Fact::new(
+    "gradient_norm",
+    Kind::Number,
+    "norm of the objective's gradient, in the norm of the first inverse Hessian",
+);
 const EVALUATIONS: Fact = Fact::new("evaluations", Kind::Count, "how often the objective was computed");
 
 /// How one iteration went.
@@ -23,6 +28,8 @@ pub struct Course {
     pub step: f64,
     /// <gradient, direction>: the objective's derivative along the direction.
     pub slope: f64,
+    /// <g, P g>^(1/2) of the gradient g at the end, P being the first inverse Hessian.
+    pub gradient: f64,
     /// How often the objective was computed.
     pub evaluations: usize,
 }
@@ -34,6 +41,7 @@ impl Course {
         if self.iteration > 0 {
             progress.report.tell(STEP, &[self.step]);
             progress.report.tell(SLOPE, &[self.slope]);
+            progress.report.tell(GRADIENT, &[self.gradient]);
             progress.report.tell(EVALUATIONS, &[self.evaluations as f64]);
         }
     }

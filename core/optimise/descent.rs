@@ -118,6 +118,7 @@ impl Descent {
         course.iteration = self.iterations;
         let slope = self.direction(exec, observer, function)?;
         course.slope = slope;
+        course.gradient = self.newton.gradient_norm();
         if !slope.is_finite() {
             return Ok((Outcome::NotFinite, before));
         }
@@ -133,6 +134,7 @@ impl Descent {
             Found::Step(length, after) => {
                 function.arrive(exec, newton, borrowed, Some(length));
                 course.step = length;
+                course.gradient = newton.gradient_norm();
                 Ok((self.accept(before, after, tolerance), after))
             }
             Found::Nothing { finite } => {

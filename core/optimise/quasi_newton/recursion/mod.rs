@@ -104,6 +104,12 @@ impl QuasiNewton {
         }
     }
 
+    /// <g, P g>^(1/2) of the current gradient g.
+    #[must_use]
+    pub fn gradient_norm(&self) -> f64 {
+        libm::sqrt(self.norm)
+    }
+
     /// Whether there are pairs.
     #[must_use]
     pub fn has_pairs(&self) -> bool {
