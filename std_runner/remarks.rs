@@ -71,6 +71,8 @@ const STILL: f64 = 0.01;
 const MOVED: f64 = 0.05;
 /// Errors below this need no control.
 const THERE: f64 = 1e-3;
+/// A keyframe that is missed by more than this is not reached, whatever the status says.
+const MISSED: f64 = 0.2;
 /// Weight of the force and penalty of ADMM, in units of box and step, of all scenes in examples/.
 const USUAL: f64 = 1e3;
 /// A weight is called unusual when it is more than so many times off.
@@ -93,6 +95,8 @@ pub fn remarks(
     let nearer = after < (1.0 - MOVED) * before;
     if before > THERE && !nearer && ended != Status::Cancelled && steers(params) {
         remarks.push(no_nearer(problem, params, [before, after], names));
+    } else if after > MISSED && ended == Status::Converged && steers(params) {
+        remarks.push(missed(problem, params, [before, after], names));
     }
     remarks
 }
@@ -184,6 +188,24 @@ fn no_nearer(problem: &Problem<'_>, params: &Params, [before, after]: [f64; 2], 
     format!("{found}; {advice}")
 }
 
+/// That the least J leaves a keyframe far away, and what to change.
+fn missed(problem: &Problem<'_>, params: &Params, [before, after]: [f64; 2], names: &Names) -> String {
+    let found = format!(
+        "it converged, but a keyframe is missed by {}, and by {} with the source held still",
+        percent(after),
+        percent(before)
+    );
+    if params.method == Method::Pd {
+        return format!("{found}; try a larger {} than {}", names.drive, params.pd.drive);
+    }
+    format!(
+        "{found}: to come nearer costs more than it brings; try a smaller {}, say {:.1e}, or more {}",
+        names.force_weight,
+        problem.force_weight / 100.0,
+        names.steps
+    )
+}
+
 /// What to make of a weight that is `scale` times larger in units of box and step, if it is unusual there.
 fn advice(name: &str, weight: f64, scale: f64) -> Option<String> {
     let scaled = weight * scale;
@@ -249,11 +271,25 @@ mod tests {
     #[test]
     fn what_moved_or_had_not_to_needs_no_words() {
         let problem = metres();
-        for errors in [[0.7, 0.6], [0.0, 0.0], [1e-4, 1e-4]] {
+        for errors in [[0.7, 0.2], [0.0, 0.0], [1e-4, 1e-4]] {
             assert!(said(&problem, Method::Direct, Status::Converged, errors).is_empty());
         }
         assert!(said(&problem, Method::Direct, Status::Cancelled, [0.7, 0.7]).is_empty());
         assert!(said(&problem, Method::Simulate, Status::Converged, [0.7, 0.7]).is_empty());
+    }
+
+    #[test]
+    fn a_keyframe_that_is_missed_is_said_where_the_status_praises() {
+        let problem = metres();
+        let said_of = |ended| said(&problem, Method::Direct, ended, [0.7, 0.3]);
+        assert_eq!(
+            said_of(Status::Converged),
+            [
+                "it converged, but a keyframe is missed by 30.0 %, and by 70.0 % with the source held still: to come nearer costs more than it \
+              brings; try a smaller `control.force_weight`, say 1.0e1, or more `time.steps`"
+            ]
+        );
+        assert!(said_of(Status::MaxIterations).is_empty());
     }
 
     #[test]

@@ -231,11 +231,8 @@ impl<T: Real> Evaluation<'_, '_, T> {
             slots,
             viscosity: self.setup.viscosity,
         };
-        let w = if self.setup.smoothing > 0.0 {
-            view(&self.priced)
-        } else {
-            w
-        };
+        let smooth = self.setup.smoothing > 0.0;
+        let w = if smooth { view(&self.priced) } else { w };
         force::apply_adjoint::<T, S>(exec, fluid, v, w, reborrow(out), scratch);
         self.subtract_data_gradient(exec, observer, v, out)?;
         let divergence = self.project(exec, observer, out, self.setup.projection_tolerance)?;
