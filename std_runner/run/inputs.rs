@@ -105,7 +105,12 @@ fn drawn<T: Real>(
     let density = shape
         .rasterise_noting(&scene.canvas(), scene.document.folder(), &mut said)
         .map_err(|error| refusal(scene, key, &error))?;
-    notes.extend(said.into_iter().map(|note| note.of(key)));
+    // A keyframe that is held is drawn again for every step, and said once.
+    for note in said.into_iter().map(|note| note.of(key)) {
+        if !notes.contains(&note) {
+            notes.push(note);
+        }
+    }
     Ok(narrowed(density))
 }
 

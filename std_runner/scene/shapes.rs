@@ -6,6 +6,7 @@ use crate::scene::check::shown;
 use crate::scene::document::Document;
 use crate::scene::model::Keyframe;
 use crate::scene::raw::read;
+use core::ops::RangeInclusive;
 use toml::{Table, Value};
 
 pub(super) fn source(document: &Document, raw: Option<Table>) -> Result<ShapeSpec, Failure> {
@@ -28,29 +29,21 @@ pub(super) fn keyframes(
     for (index, mut table) in tables.into_iter().enumerate() {
         let key = format!("keyframe[{index}]");
         let at = format!("{key}.step");
-        let step = match document.required(
-            &at,
-            table.remove("step"),
-            "write the step it stands at, as in step = 40",
-        )? {
-            Value::Integer(step) => document.whole(&at, step, 2..=steps)?,
-            other => {
-                return Err(document.outside(
-                    &at,
-                    shown(&other),
-                    format_args!("a whole number from 2 to {steps}"),
-                ));
-            }
+        let remedy = "write the step it stands at, as in step = 40";
+        let step = document.required(&at, table.remove("step"), remedy)?;
+        let step = whole(document, &at, step, 2..=steps)?;
+        let hold = match table.remove("hold") {
+            None => 0,
+            Some(hold) => whole(document, &format!("{key}.hold"), hold, 0..=steps - step)?,
         };
-        if let Some(twin) = keyframes.iter().find(|keyframe| keyframe.step == step) {
-            let why = format!(
-                "is {step}, but `{}` stands at that step already; give each keyframe a step of its own",
-                twin.key
-            );
-            return Err(document.refuse(&at, why));
-        }
         let shape = shape(document, &key, table)?;
-        keyframes.push(Keyframe { step, shape, key });
+        for step in step..=step + hold {
+            if let Some(twin) = keyframes.iter().find(|keyframe| keyframe.step == step) {
+                return Err(document.refuse(&at, twice(step, hold, twin)));
+            }
+            let (shape, key) = (shape.clone(), key.clone());
+            keyframes.push(Keyframe { step, shape, key });
+        }
     }
     keyframes.sort_by_key(|keyframe| keyframe.step);
     Ok(keyframes)
@@ -81,4 +74,29 @@ fn refuse_what_is_to_come(document: &Document, key: &str, table: &Table) -> Resu
         }
     }
     Ok(())
+}
+
+/// A whole number in a range.
+fn whole(
+    document: &Document,
+    key: &str,
+    value: Value,
+    allowed: RangeInclusive<usize>,
+) -> Result<usize, Failure> {
+    match value {
+        Value::Integer(number) => document.whole(key, number, allowed),
+        other => {
+            let wanted = format!("a whole number from {} to {}", allowed.start(), allowed.end());
+            Err(document.outside(key, shown(&other), wanted))
+        }
+    }
+}
+
+/// Why a keyframe cannot stand at `step`, where `twin` does.
+fn twice(step: usize, hold: usize, twin: &Keyframe) -> String {
+    let held = if hold > 0 { " with its `hold`" } else { "" };
+    format!(
+        "is {step}{held}, but `{}` stands at that step already; give each keyframe steps of its own",
+        twin.key
+    )
 }

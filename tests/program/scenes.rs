@@ -182,3 +182,29 @@ fn any_number_of_threads_makes_the_same_bits() {
     assert_eq!(one, result("2"));
     assert_eq!(one, result("3"));
 }
+
+#[test]
+fn a_keyframe_is_held() {
+    let sets = [
+        "--set",
+        "time.steps=8",
+        "--set",
+        "keyframe[0].hold=2",
+        "--set",
+        "keyframe[0].step=6",
+    ];
+    let outcome = verify("held", &solve_example("small_letter", "held", &sets));
+    let keyframes = outcome.report["keyframes"].as_array().unwrap();
+    let steps: Vec<_> = keyframes
+        .iter()
+        .filter_map(|keyframe| keyframe["step"].as_u64())
+        .collect();
+    assert_eq!(steps, [6, 7, 8]);
+    assert_eq!(outcome.targets.len(), 3);
+    assert!(
+        outcome
+            .targets
+            .iter()
+            .all(|(_, target)| target.data == outcome.targets[0].1.data)
+    );
+}

@@ -99,6 +99,22 @@ const SCENES: &[Spoiled] = &[
         "[[keyframe]]\nstep = 4\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n[method]",
         &["`keyframe[1].step` is 4", "`keyframe[0]`"],
     ),
+    // a hold beyond the end, over another keyframe, and of no number
+    spoiled(
+        STEP,
+        "step = 4\nhold = 1\n",
+        &["`keyframe[0].hold` is 1", "from 0 to 0"],
+    ),
+    spoiled(
+        STEP,
+        "step = 3\nhold = 1\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n[[keyframe]]\nstep = 4\n",
+        &["`keyframe[1].step` is 4", "`keyframe[0]`"],
+    ),
+    spoiled(
+        STEP,
+        "step = 2\nhold = \"long\"\n",
+        &["`keyframe[0].hold` is \"long\"", "whole number"],
+    ),
     // not there yet
     spoiled(
         METHOD,
