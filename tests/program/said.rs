@@ -86,7 +86,12 @@ fn a_solve_in_which_nothing_moved_says_so_and_names_a_weight_that_moves_it() {
         let (_, folder, report) = solve(&format!("{test}_again"), METRES, &more);
         let [before, after] = errors(&report);
         assert!(after < 0.8 * before, "{test}: {before} to {after}");
-        assert_eq!(report["remarks"].as_array().unwrap().len(), 0);
+        let remarks = report["remarks"].as_array().unwrap().iter();
+        assert!(
+            remarks
+                .filter_map(Value::as_str)
+                .all(|remark| !remark.contains("moved"))
+        );
         verify(&test, &folder);
     }
 }
