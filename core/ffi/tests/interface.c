@@ -197,9 +197,10 @@ static void configurations(void) {
     WRONG(steps = 3, "keyframe is at step 4");
     WRONG(force_weight = (double)NAN, "force_weight is NaN");
     WRONG(viscosity = -1.0, "viscosity is -1");
+    WRONG(smoothness = -2.0, "smoothness is -2");
     WRONG(filters = 13, "filters is 13");
     WRONG(match_mass = 2, "match_mass is 2");
-    WRONG(scheme = 3, "scheme is 3");
+    WRONG(scheme = 4, "scheme is 4");
     WRONG(advection_tolerance = 0.0, "advection.tolerance");
     WRONG(projection_tolerance = (double)INFINITY, "projection.tolerance");
     WRONG(iterations = 0, "iterations is 0");
