@@ -5,11 +5,11 @@ mod common;
 use common::{pool, size};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use thurible_bench::pieces::Trajectories;
-use thurible_core::{D2, D3, Exec, Scheme, Space};
+use thurible_core::{D2, D3, Exec, Named, Scheme, Space};
 
 fn transport(criterion: &mut Criterion) {
     let exec = pool();
-    for scheme in [Scheme::Quick, Scheme::Central, Scheme::SemiLagrangian] {
+    for &scheme in Scheme::ALL {
         of_box::<D2>(criterion, exec, &[128, 128], scheme);
         of_box::<D3>(criterion, exec, &[64, 64, 64], scheme);
     }
