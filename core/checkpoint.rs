@@ -12,7 +12,7 @@ pub const HEAD: usize = 1024;
 /// What the bytes begin with.
 pub const MAGIC: u64 = u64::from_le_bytes(*b"thurible");
 /// The format that is written, and the only one that is read.
-pub const FORMAT: u64 = 2;
+pub const FORMAT: u64 = 3;
 /// More than any count of iterations.
 pub const MANY: usize = 1 << 30;
 /// Words of what the bytes are: magic, format, bytes, fingerprint, checksum.

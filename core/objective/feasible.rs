@@ -113,8 +113,8 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let projected = self.project(exec, &mut Silent, v, self.setup.projection_tolerance);
         match projected.and_then(|_| self.value::<S>(exec, &mut Silent, view(v), w, f64::INFINITY)) {
             Ok(objective) if objective.total().is_finite() => Ok(objective),
-            Ok(_) | Err(Stop::TooFast) => Err(Status::NotFinite),
-            Err(Stop::Cancelled) => Err(Status::Cancelled),
+            Ok(_) => Err(Status::NotFinite),
+            Err(stop) => Err(stop.into()),
         }
     }
 }

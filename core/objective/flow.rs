@@ -9,7 +9,6 @@ use crate::memory::{Pool, Sharing};
 use crate::objective::keyframes::Keyframes;
 use crate::objective::sweep::{self, DensitySweep};
 use crate::observe::{Event, Observer, Silent};
-use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
 use crate::problem::Problem;
 use crate::progress::Objective;
@@ -223,14 +222,8 @@ impl<T: Real> Evaluation<'_, '_, T> {
         w: Vector<'_, T>,
         out: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
-        let (grid, slots) = (&self.levels.grids[self.level], self.setup.sweep.slots);
-        let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
-        let scratch = rows::part_mut(self.region, 0..len);
-        let fluid = Fluid {
-            grid,
-            slots,
-            viscosity: self.setup.viscosity,
-        };
+        let (fluid, scratch) = (self.fluid(self.setup.viscosity), self.force_scratch());
+        let scratch = rows::part_mut(self.region, scratch);
         let smooth = self.setup.smoothing > 0.0;
         let w = if smooth { view(&self.priced) } else { w };
         force::apply_adjoint::<T, S>(exec, fluid, v, w, reborrow(out), scratch);

@@ -11,6 +11,7 @@ use crate::operators::self_advection::Fluid;
 use crate::progress::Objective;
 use crate::real::Real;
 use crate::transport::Stop;
+use core::ops::Range;
 
 impl<'a, T: Real> Evaluation<'a, '_, T> {
     /// Where its trajectories live.
@@ -20,6 +21,22 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
             grid: &self.levels.grids[self.level],
             slots: self.setup.sweep.slots,
         }
+    }
+
+    /// A fluid in all slots of this grid, of which nu is `viscosity`.
+    pub(super) fn fluid(&self, viscosity: f64) -> Fluid<'a> {
+        let Shape { grid, slots } = self.shape();
+        Fluid {
+            grid,
+            slots,
+            viscosity,
+        }
+    }
+
+    /// Elements of the region in which a force is computed.
+    pub(super) fn force_scratch(&self) -> Range<usize> {
+        let Shape { grid, slots } = self.shape();
+        0..self.setup.sweep.threads * force::scratch_per_thread(grid, slots)
     }
 
     /// The force that produces v, and its part of the objective, with no data term.
@@ -44,22 +61,9 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         v: Vector<'_, T>,
         w: &mut VectorMut<'_, T>,
     ) {
-        let Shape { grid, slots } = self.shape();
-        let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
-        let scratch = rows::part_mut(self.region, 0..len);
-        force::from_velocity::<T, S>(
-            exec,
-            Fluid {
-                grid,
-                slots,
-                viscosity: self.setup.viscosity,
-            },
-            v,
-            self.initial,
-            &[],
-            reborrow(w),
-            scratch,
-        );
+        let (fluid, scratch) = (self.fluid(self.setup.viscosity), self.force_scratch());
+        let scratch = rows::part_mut(self.region, scratch);
+        force::from_velocity::<T, S>(exec, fluid, v, self.initial, &[], reborrow(w), scratch);
     }
 
     /// Projects a force; its part of the objective, with no data term.
@@ -84,18 +88,11 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         gradient: Vector<'_, T>,
         out: &mut VectorMut<'_, T>,
     ) -> bool {
-        let Shape { grid, slots } = self.shape();
-        let viscosity = self.setup.smoothing;
-        if viscosity == 0.0 {
+        if self.setup.smoothing == 0.0 {
             return false;
         }
-        let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
-        let fluid = Fluid {
-            grid,
-            slots,
-            viscosity,
-        };
-        let scratch = rows::part_mut(self.region, 0..len);
+        let (fluid, scratch) = (self.fluid(self.setup.smoothing), self.force_scratch());
+        let scratch = rows::part_mut(self.region, scratch);
         let work = reborrow(&mut self.priced);
         price::solve::<T, S>(exec, fluid, gradient, reborrow(out), work, scratch);
         true
@@ -103,21 +100,15 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
 
     /// The force's part of the objective, r/2 sum <w_k, z_k> with z = (1 + s^2 C^T C) w, which [`Self::priced`] becomes.
     pub fn price<S: Space>(&mut self, exec: &dyn Exec, w: Vector<'_, T>) -> Objective {
-        let Shape { grid, slots } = self.shape();
+        let shape = self.shape();
         let weight = 0.5 * self.setup.force_weight;
-        let plain = weight * sums::sum_squares(exec, grid, slots, w, self.sums);
+        let plain = weight * sums::sum_squares(exec, shape.grid, shape.slots, w, self.sums);
         if self.setup.smoothing == 0.0 {
             return Objective::of_force(plain, plain);
         }
-        let len = self.setup.sweep.threads * force::scratch_per_thread(grid, slots);
-        let fluid = Fluid {
-            grid,
-            slots,
-            viscosity: self.setup.smoothing,
-        };
-        let scratch = rows::part_mut(self.region, 0..len);
+        let (fluid, scratch) = (self.fluid(self.setup.smoothing), self.force_scratch());
+        let scratch = rows::part_mut(self.region, scratch);
         price::apply::<T, S>(exec, fluid, w, reborrow(&mut self.priced), scratch);
-        let shape = Shape { grid, slots };
         let price = weight * trajectory::dot(exec, shape, w, view(&self.priced), self.sums);
         Objective::of_force(price, plain)
     }

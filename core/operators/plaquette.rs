@@ -134,12 +134,9 @@ impl<T: Real> Rule<T> for Adjoint<T> {
     }
 }
 
-/// nu C^T C v alone.
+/// nu C^T C v alone. It holds nu.
 #[derive(Clone, Copy, Debug)]
-pub struct Drag<T> {
-    /// nu.
-    pub viscosity: T,
-}
+pub struct Drag<T>(pub T);
 
 multiversion! {
     fn drag[T: Real](viscosity: T, v: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
@@ -157,7 +154,7 @@ multiversion! {
 
 impl<T: Real> Rule<T> for Drag<T> {
     fn contribute(self, velocity: Quad<'_, T>, _second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
-        drag(self.viscosity, velocity, inverse, out);
+        drag(self.0, velocity, inverse, out);
     }
 }
 

@@ -9,7 +9,7 @@ use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::observe::Observer;
-use crate::progress::Objective;
+use crate::progress::{Objective, Status};
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -176,6 +176,17 @@ impl Descent {
 }
 
 impl Outcome {
+    /// How a solve ends with it; that goes on no longer where there is more to gain.
+    #[must_use]
+    pub fn status(self) -> Status {
+        match self {
+            Self::Goes => Status::MaxIterations,
+            Self::Converged => Status::Converged,
+            Self::Stalled => Status::Stalled,
+            Self::NotFinite => Status::NotFinite,
+        }
+    }
+
     /// Of an iteration that found no step: whether there are other directions to try, and whether the shortest step was finite.
     fn of_nothing(again: bool, finite: bool) -> Self {
         if again {

@@ -1,5 +1,6 @@
 //! The Courant number of a velocity: max over cells of the sum over the cell's faces of |v_f| / (2 h).
 
+use super::kernel::Extremes;
 use super::rows::{Rows, Velocity, faces};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows;
@@ -23,20 +24,14 @@ pub fn largest<T: Real>(exec: &dyn Exec, grid: &Grid, velocity: Velocity<'_, T>,
 vectorised! {
     /// The largest Courant number of a row of `n` cells of a box of `dims` axes, `scales` being 1 / (2 h).
     fn of_row[T, V](faces: &Rows<'_, T>, n: usize, dims: usize, scales: [T; 3]) -> f64 {
-        let (mut most, mut rest) = ([V::splat(T::ZERO); 2], [T::ZERO; 2]);
+        let (mut most, mut rest) = (Extremes::<V>::none(), Extremes::<T>::none());
         let i = from::<T, V>(0, n, faces, dims, scales, &mut most);
         from::<T, T>(i, n, faces, dims, scales, &mut rest);
-        let mut lanes = [[T::ZERO; rows::LANES]; 2];
-        most[0].store(&mut lanes[0]);
-        most[1].store(&mut lanes[1]);
-        lanes[0][0] = rest[0].max(lanes[0][0]);
-        lanes[1][0] += rest[1];
-        rows::largest_lane(lanes[0], lanes[1])
+        most.with(rest)
     }
 }
 
-/// The kernel of [`of_row`] from cell `i` as far as whole vectors go; returns the first cell that is left. The second of `most` becomes NaN when
-/// a velocity is not finite.
+/// The kernel of [`of_row`] from cell `i` as far as whole vectors go; returns the first cell that is left.
 #[inline(always)]
 fn from<T: Real, V: simd::Vector<Elem = T>>(
     mut i: usize,
@@ -44,7 +39,7 @@ fn from<T: Real, V: simd::Vector<Elem = T>>(
     faces: &Rows<'_, T>,
     dims: usize,
     scales: [T; 3],
-    most: &mut [V; 2],
+    most: &mut Extremes<V>,
 ) -> usize {
     let (x, y) = (faces.own(0, n + HALO - 1), faces.along(1, 0, n));
     let z = if dims > 2 { faces.along(2, 0, n) } else { y };
@@ -64,8 +59,7 @@ fn from<T: Real, V: simd::Vector<Elem = T>>(
                 sum = sum + V::splat(scales[2]) * v.max(-v);
             }
         }
-        most[0] = sum.max(most[0]);
-        most[1] = most[1] + sum * V::splat(T::ZERO);
+        most.take(sum, sum);
         i += V::LANES;
     }
     i

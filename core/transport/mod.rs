@@ -7,6 +7,7 @@
 mod courant;
 mod flow;
 mod held;
+mod kernel;
 mod limited;
 mod rows;
 mod runs;
@@ -24,6 +25,7 @@ use crate::grid::halo::{self, field_len};
 use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::{Event, Observer};
 use crate::problem::{Advection, Scheme};
+use crate::progress::Status;
 use crate::real::Real;
 use core::ops::ControlFlow;
 use held::{Held, STATES};
@@ -93,6 +95,15 @@ impl Stop {
         match observer.on(Event::Work) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Self::Cancelled),
+        }
+    }
+}
+
+impl From<Stop> for Status {
+    fn from(stop: Stop) -> Self {
+        match stop {
+            Stop::TooFast => Self::NotFinite,
+            Stop::Cancelled => Self::Cancelled,
         }
     }
 }

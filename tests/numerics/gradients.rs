@@ -51,7 +51,9 @@ fn step_gradients(scheme: Scheme, check: &Check<'_>) {
         (&[4, 6, 5], "pwp"),
     ] {
         let grid = grid(cells, ends);
-        for courant in [0.7, 3.3, 10.4] {
+        // At 10.5 limited sub-steps of Courant number 1/2 are just full: one more is there beside.
+        let fastest = if scheme == Scheme::Limited { 10.4 } else { 10.5 };
+        for courant in [0.7, 3.3, fastest] {
             let (v, rho, mu): (_, Vec<f64>, Vec<f64>) = (
                 moving(&mut random, &grid, courant),
                 random.density(&grid),

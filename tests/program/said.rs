@@ -86,11 +86,10 @@ fn a_solve_in_which_nothing_moved_says_so_and_names_a_weight_that_moves_it() {
         let (_, folder, report) = solve(&format!("{test}_again"), METRES, &more);
         let [before, after] = errors(&report);
         assert!(after < 0.8 * before, "{test}: {before} to {after}");
-        let remarks = report["remarks"].as_array().unwrap().iter();
+        // At most that it stops short of the keyframe.
+        let mut remarks = report["remarks"].as_array().unwrap().iter();
         assert!(
-            remarks
-                .filter_map(Value::as_str)
-                .all(|remark| !remark.contains("moved"))
+            remarks.all(|remark| after > 0.2 && remark.as_str().unwrap().starts_with("it converged, but"))
         );
         verify(&test, &folder);
     }

@@ -10,7 +10,6 @@ use crate::objective::keyframes::Keyframes;
 use crate::observe::{Event, Observer};
 use crate::progress::Status;
 use crate::real::Real;
-use crate::transport::Stop;
 
 impl<T: Real, S: Space> Admm<'_, T, S> {
     /// v* by AO, with the densities that it carries.
@@ -60,8 +59,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
                     Err(Status::NotFinite)
                 }
             }
-            Err(Stop::Cancelled) => Err(Status::Cancelled),
-            Err(Stop::TooFast) => Err(Status::NotFinite),
+            Err(stop) => Err(stop.into()),
         }
     }
 }

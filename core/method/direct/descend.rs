@@ -6,11 +6,11 @@ use crate::exec::{Capped, Exec};
 use crate::field::trajectory;
 use crate::field::view;
 use crate::grid::Space;
+use crate::method::first_hessian;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome};
 use crate::optimise::line_search::SMALLEST_STEP;
-use crate::optimise::quasi_newton::fields::prepare;
 use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -45,8 +45,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
                 self.descent = descent;
                 Ok(outcome)
             }
-            Err(Stop::Cancelled) => Err(Status::Cancelled),
-            Err(Stop::TooFast) => Err(Status::NotFinite),
+            Err(stop) => Err(stop.into()),
         }
     }
 }
@@ -107,18 +106,13 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
         let evaluation = &mut self.evaluation;
-        let prepared = prepare(&mut self.fields, borrowed, |gradient, image| {
-            evaluation.divide_by_price::<S>(exec, gradient, image)
-        });
-        let initial = self.initial(prepared);
-        newton.arrive(
+        first_hessian::arrive::<T, S>(
             exec,
-            self.shape(),
+            evaluation,
+            Some(self.line),
             &mut self.fields,
-            borrowed,
-            step,
-            &initial,
-            self.evaluation.sums,
+            newton,
+            (borrowed, step),
         );
     }
 }

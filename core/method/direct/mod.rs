@@ -205,10 +205,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         match outcome {
             Outcome::Goes if self.descent.iterations < self.iterations_on(level) => Ok(()),
             _ if level > 0 => self.ascend(exec, observer, keyframes),
-            Outcome::Goes => Err(Status::MaxIterations),
-            Outcome::Converged => Err(Status::Converged),
-            Outcome::Stalled => Err(Status::Stalled),
-            Outcome::NotFinite => Err(Status::NotFinite),
+            ended => Err(ended.status()),
         }
     }
 

@@ -13,7 +13,7 @@ use crate::method::animation::Animation;
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::keyframes::Keyframes;
 use crate::optimise::quasi_newton;
-use crate::optimise::quasi_newton::fields::{Fields, Initial};
+use crate::optimise::quasi_newton::fields::Fields;
 use crate::real::Real;
 
 /// One grid with all that an iteration on it uses.
@@ -28,15 +28,6 @@ impl<'a, T: Real> Work<'a, '_, T> {
     /// Where its trajectories live.
     pub fn shape(&self) -> Shape<'a> {
         self.evaluation.shape()
-    }
-
-    /// The first inverse Hessian (K + r S)^-1, divided by the price of curls if the gradient is `prepared` by that.
-    pub fn initial(&self, prepared: bool) -> Initial<'a> {
-        Initial {
-            line: Some(self.line),
-            scale: 1.0 / self.evaluation.setup.force_weight,
-            prepared,
-        }
     }
 }
 

@@ -7,11 +7,12 @@ use crate::field::trajectory::{self, Shape};
 use crate::field::{VectorMut, reborrow, rows, sums, view};
 use crate::grid::Space;
 use crate::memory::Pool;
+use crate::method::first_hessian;
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome};
 use crate::optimise::quasi_newton;
-use crate::optimise::quasi_newton::fields::{Fields, Initial, prepare};
+use crate::optimise::quasi_newton::fields::Fields;
 use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -30,16 +31,6 @@ struct Work<'a, 'm, T> {
 impl<'a, T: Real> Work<'a, '_, T> {
     fn shape(&self) -> Shape<'a> {
         self.simulated.evaluation.shape()
-    }
-
-    /// The first inverse Hessian 1 / r, divided by the price of curls if the gradient is `prepared` by that: exact where the data term is
-    /// flat.
-    fn initial(&self, prepared: bool) -> Initial<'a> {
-        Initial {
-            line: None,
-            scale: 1.0 / self.simulated.evaluation.setup.force_weight,
-            prepared,
-        }
     }
 }
 
@@ -123,19 +114,7 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
         let evaluation = &mut self.simulated.evaluation;
-        let prepared = prepare(&mut self.fields, borrowed, |gradient, image| {
-            evaluation.divide_by_price::<S>(exec, gradient, image)
-        });
-        let initial = self.initial(prepared);
-        newton.arrive(
-            exec,
-            self.shape(),
-            &mut self.fields,
-            borrowed,
-            step,
-            &initial,
-            self.simulated.evaluation.sums,
-        );
+        first_hessian::arrive::<T, S>(exec, evaluation, None, &mut self.fields, newton, (borrowed, step));
     }
 }
 
@@ -178,14 +157,10 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
                 self.descent = descent;
                 match outcome {
                     Outcome::Goes if self.descent.iterations < self.setup.iterations => Ok(()),
-                    Outcome::Goes => Err(Status::MaxIterations),
-                    Outcome::Converged => Err(Status::Converged),
-                    Outcome::Stalled => Err(Status::Stalled),
-                    Outcome::NotFinite => Err(Status::NotFinite),
+                    ended => Err(ended.status()),
                 }
             }
-            Err(Stop::Cancelled) => Err(Status::Cancelled),
-            Err(Stop::TooFast) => Err(Status::NotFinite),
+            Err(stop) => Err(stop.into()),
         }
     }
 

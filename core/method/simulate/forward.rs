@@ -21,7 +21,6 @@ use crate::observe::Observer;
 use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
-use crate::transport::Stop;
 use core::marker::PhantomData;
 
 /// The state of a simulation.
@@ -121,11 +120,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         progress: &mut Progress,
     ) -> Result<(), Status> {
         progress.iteration = 1;
-        match self.march(exec, observer, keyframes) {
-            Ok(()) => {}
-            Err(Stop::Cancelled) => return Err(Status::Cancelled),
-            Err(Stop::TooFast) => return Err(Status::NotFinite),
-        }
+        self.march(exec, observer, keyframes)?;
         progress.objective = self.make_feasible(exec, keyframes)?;
         Err(Status::Converged)
     }

@@ -7,13 +7,14 @@
 //! mu <- 1/3 mu + 3/4 z_b + z_a + tau L'(rho)^T z_a
 //! ```
 
+use super::super::kernel::{Layout, Read};
 use super::super::rows::{Cells, cells, faces};
 use super::super::runs::{Sparse, each_run};
 use super::transposed::{Input, Output, transposed};
-use super::{STAGES, Substep};
+use super::{KEEP, Substep};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::rows::{part, part_mut};
-use crate::grid::halo::{BEFORE, HALO, field_len};
+use crate::grid::halo::{HALO, field_len};
 use crate::grid::stencil::Stencil;
 use crate::real::Real;
 use crate::transport::terms::{Backward, Terms};
@@ -79,13 +80,13 @@ impl<'a, T: Real> Stage<'a, T> {
     /// Stage `k`: y's share is passed on to the stage before. rho's shares of the last and the middle stage go to mu with the middle
     /// one, and all of the first stage's.
     fn new(substep: &'a Substep<'a, T>, k: usize, y: Sparse<'a, T>, z: Cells<'a, T>) -> Self {
-        let [_, of_middle, of_last] = STAGES.map(|[of_rho, _]| of_rho);
+        let [_, of_middle, of_last] = KEEP;
         let of_mu = if k == 0 { [1.0, 1.0] } else { [of_last, of_middle] };
         Self {
             substep,
             y,
             z,
-            share: T::from_f64(STAGES.get(k).map_or(1.0, |[_, share]| *share)),
+            share: T::from_f64(KEEP.get(k).map_or(1.0, |keep| 1.0 - keep)),
             of_mu: of_mu.map(T::from_f64),
             scales: substep.scales().map(T::from_f64),
             clear: false,
@@ -105,7 +106,8 @@ impl<'a, T: Real> Stage<'a, T> {
         if self.clear {
             gradient.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
-        let apart = (next.len() / task.rows.len().max(1)).max(1);
+        let layout = Layout::new(n, next.len(), task.rows.len());
+        let apart = layout.apart;
         let plain = |cells: Cells<'_, T>| matches!(cells, Cells::Plain(_));
         let single = plain(self.z) || plain(self.y.cells);
         let empty =
@@ -119,7 +121,7 @@ impl<'a, T: Real> Stage<'a, T> {
                 gradient: gradient
                     .each_mut()
                     .map(|component| part_mut(component, begin * n..end * n)),
-                apart,
+                layout,
             };
             self.compute_run(stencil, count, &mut output, empty, scratch);
             for next in output.next.chunks_exact_mut(apart) {
@@ -139,12 +141,12 @@ impl<'a, T: Real> Stage<'a, T> {
         let grid = self.substep.grid;
         let (of_z, of_y) = scratch.split_at_mut(grid.n[0] + HALO);
         let input = Input {
-            n: grid.n[0],
             count,
-            before: BEFORE,
-            z: cells(grid, stencil, self.z, of_z),
-            y: cells(grid, stencil, self.y.cells, of_y),
-            faces: faces(grid, stencil, self.substep.velocity),
+            read: Read {
+                z: cells(grid, stencil, self.z, of_z),
+                y: cells(grid, stencil, self.y.cells, of_y),
+                faces: faces(grid, stencil, self.substep.velocity),
+            },
             scales: part(&self.scales, 0..grid.dims),
             share: self.share,
             of_mu: self.of_mu,

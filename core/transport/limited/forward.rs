@@ -1,12 +1,13 @@
 //! The three stages of a sub-step.
 
+use super::super::kernel::{Extremes, Layout, around};
 use super::super::rows::{Cells, Rows, cells, faces};
 use super::super::runs::{Sparse, each_run};
 use super::limiter::Numbers;
-use super::{KEPT, STAGES, Substep};
+use super::{KEEP, KEPT, Substep};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::rows::{self, part, part_mut};
-use crate::grid::halo::{self, BEFORE};
+use crate::grid::halo;
 use crate::grid::stencil::Stencil;
 use crate::real::Real;
 use crate::simd::{self, vectorised};
@@ -51,13 +52,12 @@ fn halo_field<'a, T>(field: &'a [T], sizes: &'a [T]) -> Sparse<'a, T> {
 
 /// A stage and what it is made from.
 struct Stage<'a, T> {
-    grid: &'a crate::grid::Grid,
     substep: &'a Substep<'a, T>,
     rho: &'a [T],
     /// rho, a or b.
     flowing: Sparse<'a, T>,
-    /// What is taken of rho and of what flows.
-    shares: [T; 2],
+    /// What is kept of rho; the rest is of what flows.
+    keep: T,
     scales: [T; 3],
 }
 
@@ -65,35 +65,32 @@ struct Stage<'a, T> {
 struct Run<'t, T> {
     to: &'t mut [T],
     sizes: &'t mut [T],
-    /// Where the values of a row begin, and the distance between rows.
-    layout: [usize; 2],
+    layout: Layout,
 }
 
 impl<'a, T: Real> Stage<'a, T> {
     fn new(substep: &'a Substep<'a, T>, k: usize, rho: &'a [T], flowing: Sparse<'a, T>) -> Self {
-        let shares = STAGES.get(k).copied().unwrap_or_default();
         Self {
-            grid: substep.grid,
             substep,
             rho,
             flowing,
-            shares: shares.map(T::from_f64),
+            keep: T::from_f64(KEEP.get(k).copied().unwrap_or(0.0)),
             scales: substep.scales().map(T::from_f64),
         }
     }
 
     /// The stage in all rows: in `to`, with halos where it has room for them, and the sizes of its rows unless that is empty.
     fn run(&self, exec: &dyn Exec, to: &mut [T], sizes: &mut [T], scratch: &mut [T]) {
-        for_runs(exec, self.grid.rows(), [to, sizes], scratch, |task| {
+        for_runs(exec, self.substep.grid.rows(), [to, sizes], scratch, |task| {
             self.compute(task)
         });
     }
 
     fn compute(&self, task: RunTask<'_, T, 2>) {
-        let (grid, n) = (self.grid, self.grid.n[0]);
+        let (grid, n) = (self.substep.grid, self.substep.grid.n[0]);
         let ([to, sizes], first) = (task.fields, task.rows.start);
-        let apart = (to.len() / task.rows.len().max(1)).max(1);
-        let before = if apart > n { BEFORE } else { 0 };
+        let layout = Layout::new(n, to.len(), task.rows.len());
+        let apart = layout.apart;
         let empty = |stencil: &Stencil, behind: usize| {
             self.flowing
                 .is_empty(grid, stencil, behind, |size| size == T::ZERO)
@@ -104,7 +101,7 @@ impl<'a, T: Real> Stage<'a, T> {
             let run = Run {
                 to: part_mut(to, begin * apart..end * apart),
                 sizes: part_mut(sizes, begin..end),
-                layout: [before, apart],
+                layout,
             };
             let rho = part(self.rho, stencil.row * n..(stencil.row + count) * n);
             if empty {
@@ -117,14 +114,14 @@ impl<'a, T: Real> Stage<'a, T> {
 
     /// A run of rows around which nothing flows: rho's share alone.
     fn pass_over(&self, rho: &[T], run: Run<'_, T>) {
-        let (n, [before, apart]) = (self.grid.n[0], run.layout);
+        let Layout { n, apart, before } = run.layout;
         let mut sizes = run.sizes.iter_mut();
         for (to, rho) in run
             .to
             .chunks_exact_mut(apart.max(1))
             .zip(rho.chunks_exact(n.max(1)))
         {
-            rows::scale(part_mut(to, before..before + n), self.shares[0], rho);
+            rows::scale(part_mut(to, before..before + n), self.keep, rho);
             if let Some(size) = sizes.next() {
                 *size = T::from_f64(rows::max_abs(part(to, before..before + n)));
             }
@@ -134,67 +131,54 @@ impl<'a, T: Real> Stage<'a, T> {
 
     fn surround(&self, row: &mut [T], before: usize) {
         if before > 0 {
-            self.grid.axis(0).surround_cells(row);
+            self.substep.grid.axis(0).surround_cells(row);
         }
     }
 
     fn compute_run(&self, stencil: &Stencil, rho: &[T], run: Run<'_, T>, scratch: &mut [T]) {
-        let Run {
-            to,
-            sizes,
-            layout: [before, apart],
-        } = run;
+        let Run { to, sizes, layout } = run;
+        let grid = self.substep.grid;
         let input = Input {
-            n: self.grid.n[0],
-            before,
-            apart,
-            cells: cells(self.grid, stencil, self.flowing.cells, scratch),
-            faces: faces(self.grid, stencil, self.substep.velocity),
-            shares: self.shares,
-            scales: part(&self.scales, 0..self.grid.dims),
+            layout,
+            cells: cells(grid, stencil, self.flowing.cells, scratch),
+            faces: faces(grid, stencil, self.substep.velocity),
+            keep: self.keep,
+            scales: part(&self.scales, 0..grid.dims),
             negligible: T::from_f64(self.substep.negligible),
         };
         compute(to, sizes, rho, &input);
-        to.chunks_exact_mut(apart.max(1))
-            .for_each(|row| self.surround(row, before));
+        to.chunks_exact_mut(layout.apart.max(1))
+            .for_each(|row| self.surround(row, layout.before));
     }
 }
 
 /// What the kernel reads.
 struct Input<'a, T> {
-    /// Cells of a row.
-    n: usize,
-    /// Where they begin in a row of the output, and the distance between its rows.
-    before: usize,
-    apart: usize,
+    /// Of the output.
+    layout: Layout,
     /// What flows, in the rows of a run and around them.
     cells: Rows<'a, T>,
     faces: Rows<'a, T>,
-    shares: [T; 2],
+    /// What is kept of rho; the rest is of what flows.
+    keep: T,
     /// tau / h of the grid's axes.
     scales: &'a [T],
     negligible: T,
 }
 
 vectorised! {
-    /// Rows of a run of `to` = p rho + q (x + tau L x), what is negligible set to 0. `sizes`, unless empty, receives max |to| of every
+    /// Rows of a run of `to` = p rho + (1 - p) (x + tau L x), what is negligible set to 0. `sizes`, unless empty, receives max |to| of every
     /// row, not finite when any value is not.
     fn compute[T, V](to: &mut [T], sizes: &mut [T], rho: &[T], input: &Input<'_, T>) {
-        let Input { n, before, apart, .. } = *input;
+        let Layout { n, apart, before } = input.layout;
         let mut sizes = sizes.iter_mut();
         for (row, (to, rho)) in to.chunks_exact_mut(apart.max(1)).zip(rho.chunks_exact(n.max(1))).enumerate() {
             let to = part_mut(to, before..before + n);
-            let mut extremes = [V::splat(T::ZERO); 2];
-            let mut rest = [T::ZERO; 2];
+            let (mut extremes, mut rest) = (Extremes::<V>::none(), Extremes::<T>::none());
             let i = compute_from::<T, V>(0, row, to, rho, input, &mut extremes);
             compute_from::<T, T>(i, row, to, rho, input, &mut rest);
             if let Some(size) = sizes.next() {
-                let mut lanes = [[T::ZERO; rows::LANES]; 2];
-                extremes[0].store(&mut lanes[0]);
-                extremes[1].store(&mut lanes[1]);
-                lanes[0][0] = rest[0].max(lanes[0][0]);
-                lanes[1][0] += rest[1];
-                let largest = T::from_f64(rows::largest_lane(lanes[0], lanes[1]));
+                let largest = T::from_f64(extremes.with(rest));
                 *size = if input.negligible > largest { T::ZERO } else { largest };
             }
         }
@@ -216,19 +200,11 @@ fn inflow_across<T: Real, V: simd::Vector<Elem = T>>(
     cells: &[&[T]; 4],
     faces: &[&[T]; 4],
 ) -> V {
-    let around = [
-        V::at(cells[0], i),
-        V::at(cells[1], i),
-        c,
-        V::at(cells[2], i),
-        V::at(cells[3], i),
-    ];
     let through = [V::at(faces[1], i), V::at(faces[2], i)];
-    inflow(numbers, around, through)
+    inflow(numbers, around(cells, i, c), through)
 }
 
-/// The kernel of [`compute`] from cell `i` as far as whole vectors go; returns the first cell that is left. `extremes` are max |to|
-/// and what is NaN once a value is not finite.
+/// The kernel of [`compute`] from cell `i` as far as whole vectors go; returns the first cell that is left.
 #[inline(always)]
 fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
     mut i: usize,
@@ -236,7 +212,7 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
     to: &mut [T],
     rho: &[T],
     input: &Input<'_, T>,
-    extremes: &mut [V; 2],
+    extremes: &mut Extremes<V>,
 ) -> usize {
     let (n, last) = (to.len(), input.scales.len() - 1);
     let rho = &rho[..n];
@@ -245,7 +221,7 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
     let (z, faces_z) = (input.cells.along(last, row, n), input.faces.along(last, row, n));
     let numbers = Numbers::<V>::new();
     let (zero, negligible) = (numbers.zero, V::splat(input.negligible));
-    let (p, q) = (V::splat(input.shares[0]), V::splat(input.shares[1]));
+    let keep = V::splat(input.keep);
     let (scale_x, scale_y) = (V::splat(input.scales[0]), V::splat(input.scales[1]));
     let scale_z = V::splat(input.scales[last]);
     while i + V::LANES <= n {
@@ -257,10 +233,11 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
         if last > 1 {
             sum = sum + scale_z * inflow_across(numbers, i, c, &z, &faces_z);
         }
-        let value = p * V::at(rho, i) + q * (c + sum);
+        // p rho + q moved with p + q = 1, so that smoke at rest keeps every bit.
+        let moved = c + sum;
+        let value = moved + keep * (V::at(rho, i) - moved);
         let size = value.max(-value);
-        extremes[0] = size.max(extremes[0]);
-        extremes[1] = extremes[1] + value * zero;
+        extremes.take(value, size);
         (negligible - size).select(zero, value).put(to, i);
         i += V::LANES;
     }

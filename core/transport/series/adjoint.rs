@@ -1,9 +1,10 @@
 //! The adjoint of the series, by which mu goes back through a sub-step, and the gradient by the velocity.
 
+use super::super::kernel::{Layout, Read};
 use super::super::rows::{Cells, cells, faces};
 use super::super::runs::{Sparse, each_run};
 use super::super::terms::{Backward, Terms};
-use super::transposed::{Input, Layout, transposed};
+use super::transposed::{Input, transposed};
 use super::{Series, previous};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::VectorMut;
@@ -112,9 +113,8 @@ impl<T: Real> Term<'_, T> {
         if self.clear {
             gradient.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
-        let apart = (next.len() / task.rows.len().max(1)).max(1);
-        let before = if apart > n { BEFORE } else { 0 };
-        let layout = Layout { n, apart, before };
+        let layout = Layout::new(n, next.len(), task.rows.len());
+        let Layout { apart, before, .. } = layout;
         let single = matches!(self.z, Cells::Plain(_)) || matches!(self.y.cells, Cells::Plain(_));
         let empty =
             |stencil: &Stencil, behind: usize| self.y.is_empty(grid, stencil, behind, |size| size == T::ZERO);
@@ -155,9 +155,11 @@ impl<T: Real> Term<'_, T> {
         } = run;
         let (of_z, of_y) = scratch.split_at_mut(layout.n + HALO);
         let input = Input {
-            z: cells(grid, stencil, self.z, of_z),
-            y: cells(grid, stencil, self.y.cells, of_y),
-            faces: faces(grid, stencil, series.velocity),
+            read: Read {
+                z: cells(grid, stencil, self.z, of_z),
+                y: cells(grid, stencil, self.y.cells, of_y),
+                faces: faces(grid, stencil, series.velocity),
+            },
             weights: series.weights,
             scales: &self.scales[..grid.dims],
         };
@@ -170,7 +172,7 @@ impl<T: Real> Term<'_, T> {
 
     /// At a wall the last cell stands for the missing one further upstream, and so takes its share too.
     fn fold_at_walls(&self, stencil: &Stencil, row: usize, out: &mut [T], input: &Input<'_, T>) {
-        let Input { z, faces, .. } = input;
+        let Read { z, faces, .. } = &input.read;
         let grid = self.series.grid;
         let n = out.len();
         let scales = self.scales;

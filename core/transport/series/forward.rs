@@ -1,5 +1,6 @@
 //! The sum of the series.
 
+use super::super::kernel::{Extremes, around};
 use super::super::rows::{Rows, cells, faces};
 use super::super::runs::{Sparse, each_run};
 use super::super::terms::Terms;
@@ -179,16 +180,10 @@ vectorised! {
             let begin = row * apart + BEFORE;
             let to = part_mut(to, begin..begin + n);
             let total = part_mut(total, row * n..(row + 1) * n);
-            let mut extremes = [V::splat(T::ZERO); 2];
-            let mut rest = [T::ZERO; 2];
+            let (mut extremes, mut rest) = (Extremes::<V>::none(), Extremes::<T>::none());
             let i = compute_from::<T, V>(0, row, to, total, input, &mut extremes);
             compute_from::<T, T>(i, row, to, total, input, &mut rest);
-            let mut lanes = [[T::ZERO; rows::LANES]; 2];
-            extremes[0].store(&mut lanes[0]);
-            extremes[1].store(&mut lanes[1]);
-            lanes[0][0] = rest[0].max(lanes[0][0]);
-            lanes[1][0] += rest[1];
-            let largest = T::from_f64(rows::largest_lane(lanes[0], lanes[1]));
+            let largest = T::from_f64(extremes.with(rest));
             // 0 where all was set to 0, not finite where any value was not.
             *size = if input.negligible > largest { T::ZERO } else { largest };
         }
@@ -216,19 +211,11 @@ fn inflow_across<T: Real, V: simd::Vector<Elem = T>>(
     faces: &[&[T]; 4],
     weights: [V; 3],
 ) -> V {
-    let cells = [
-        V::at(cells[0], i),
-        V::at(cells[1], i),
-        c,
-        V::at(cells[2], i),
-        V::at(cells[3], i),
-    ];
     let through = [V::at(faces[1], i), V::at(faces[2], i)];
-    inflow(cells, through, weights)
+    inflow(around(cells, i, c), through, weights)
 }
 
-/// The kernel of [`compute`] from cell `i` as far as whole vectors go; returns the first cell that is left. `extremes` are max |to|
-/// and what is NaN once a value is not finite.
+/// The kernel of [`compute`] from cell `i` as far as whole vectors go; returns the first cell that is left.
 #[inline(always)]
 fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
     mut i: usize,
@@ -236,7 +223,7 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
     to: &mut [T],
     total: &mut [T],
     input: &Input<'_, T>,
-    extremes: &mut [V; 2],
+    extremes: &mut Extremes<V>,
 ) -> usize {
     let n = to.len();
     let (summed, deep) = (!total.is_empty(), input.scales.len() > 2);
@@ -262,8 +249,7 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
             sum = sum + scale_z * inflow_across(i, c, &z, &faces_z, w);
         }
         let size = sum.max(-sum);
-        extremes[0] = size.max(extremes[0]);
-        extremes[1] = extremes[1] + sum * zero;
+        extremes.take(sum, size);
         let sum = (negligible - size).select(zero, sum);
         sum.put(to, i);
         if summed {

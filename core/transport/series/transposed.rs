@@ -1,33 +1,18 @@
 //! The kernel of the adjoint: L^T z, and the gradient by the velocity, at rows of a run.
 
-use super::super::rows::Rows;
+use super::super::kernel::{Along, Layout, Read, around};
 use crate::field::rows::{part, part_mut};
 use crate::real::Real;
 use crate::simd::{self, vectorised};
 
 /// What the kernel reads.
 pub struct Input<'a, T> {
-    /// z_k in the rows of a run and around them.
-    pub z: Rows<'a, T>,
-    /// y_{k-1}.
-    pub y: Rows<'a, T>,
-    /// Velocities.
-    pub faces: Rows<'a, T>,
+    /// z_k, y_{k-1} and the velocities.
+    pub read: Read<'a, T>,
     /// See [`super::weights`].
     pub weights: [T; 3],
     /// tau / (k h) of the grid's axes.
     pub scales: &'a [T],
-}
-
-/// How rows of `n` cells lie in z_{k-1}: with halos, or the last time without.
-#[derive(Clone, Copy)]
-pub struct Layout {
-    /// The cells of a row.
-    pub n: usize,
-    /// The distance between their beginnings.
-    pub apart: usize,
-    /// The length of the halo before each.
-    pub before: usize,
 }
 
 vectorised! {
@@ -79,55 +64,23 @@ fn at_face<T: Real, V: simd::Vector<Elem = T>>(
     )
 }
 
-/// The rows along one axis: of z and y at offsets -2, -1, 1 and 2 of the cells, of faces at -1, 0, 1 and 2.
-struct Along<'a, T> {
-    z: [&'a [T]; 4],
-    y: [&'a [T]; 4],
-    faces: [&'a [T]; 4],
-}
-
-impl<'a, T: Real> Along<'a, T> {
-    #[inline(always)]
-    fn x(row: usize, n: usize, input: &Input<'a, T>) -> Self {
-        let (z, y) = (input.z.own(row, n + 4), input.y.own(row, n + 4));
-        let faces = input.faces.own(row, n + 3);
-        Self {
-            z: [&z[..n], &z[1..], &z[3..], &z[4..]],
-            y: [&y[..n], &y[1..], &y[3..], &y[4..]],
-            faces: [&faces[..n], &faces[1..], &faces[2..], &faces[3..]],
-        }
-    }
-
-    #[inline(always)]
-    fn across(axis: usize, row: usize, n: usize, input: &Input<'a, T>) -> Self {
-        Self {
-            z: input.z.along(axis, row, n),
-            y: input.y.along(axis, row, n),
-            faces: input.faces.along(axis, row, n),
-        }
-    }
-
-    /// What the axis brings cells at `i`, `s` times [`outflow`], and the gradient at their low faces. `c` and `y_c` are z and y there.
-    #[inline(always)]
-    fn add<V: simd::Vector<Elem = T>>(
-        &self,
-        i: usize,
-        (c, y_c): (V, V),
-        gradient: &mut [T],
-        s: V,
-        w: [V; 3],
-        zero: V,
-    ) -> V {
-        let Self { z, y, faces } = self;
-        let (b, low) = (V::at(z[1], i), V::at(faces[1], i));
-        let around = [V::at(y[0], i), V::at(y[1], i), y_c, V::at(y[2], i)];
-        let rho_f = at_face(around, low, w);
-        (V::at(gradient, i) + s * rho_f * (c - b)).put(gradient, i);
-        let through = [V::at(faces[0], i), low, V::at(faces[2], i), V::at(faces[3], i)];
-        let a = V::at(z[0], i);
-        let (d, e) = (V::at(z[2], i), V::at(z[3], i));
-        s * outflow([a, b, c, d, e], through, w, zero)
-    }
+/// What an axis brings cells at `i`, `s` times [`outflow`], and the gradient at their low faces. `c` and `y_c` are z and y there.
+#[inline(always)]
+fn add<T: Real, V: simd::Vector<Elem = T>>(
+    along: &Along<'_, T>,
+    i: usize,
+    (c, y_c): (V, V),
+    gradient: &mut [T],
+    s: V,
+    w: [V; 3],
+    zero: V,
+) -> V {
+    let (z, through) = (around(&along.z, i, c), along.through(i));
+    let [a, b, d, _] = along.y;
+    let y = [V::at(a, i), V::at(b, i), y_c, V::at(d, i)];
+    let rho_f = at_face(y, through[1], w);
+    (V::at(gradient, i) + s * rho_f * (c - z[1])).put(gradient, i);
+    s * outflow(z, through, w, zero)
 }
 
 /// The kernel of [`transposed`] from cell `i` as far as whole vectors go; returns the first cell that is left.
@@ -146,10 +99,11 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     let mu = if alone { mu } else { &mu[..n] };
     let (gx, gy) = (&mut gx[..n], &mut gy[..n]);
     let gz = if last > 1 { &mut gz[..n] } else { &mut [][..] };
-    let (cells, rho) = (input.z.own(row, n + 4), input.y.own(row, n + 4));
-    let x = Along::x(row, n, input);
-    let y = Along::across(1, row, n, input);
-    let z = Along::across(last, row, n, input);
+    let read = &input.read;
+    let (cells, rho) = (read.z.own(row, n + 4), read.y.own(row, n + 4));
+    let x = Along::x(row, n, read);
+    let y = Along::across(1, row, n, read);
+    let z = Along::across(last, row, n, read);
     let zero = V::splat(T::ZERO);
     let [w0, w1, w2] = input.weights;
     let w = [V::splat(w0), V::splat(w1), V::splat(w2)];
@@ -158,10 +112,10 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     while i + V::LANES <= n {
         let here = (V::at(cells, i + 2), V::at(rho, i + 2));
         let mut sum = if alone { V::at(out, i) } else { V::at(mu, i) };
-        sum = sum + x.add(i, here, gx, scale_x, w, zero);
-        sum = sum + y.add(i, here, gy, scale_y, w, zero);
+        sum = sum + add(&x, i, here, gx, scale_x, w, zero);
+        sum = sum + add(&y, i, here, gy, scale_y, w, zero);
         if last > 1 {
-            sum = sum + z.add(i, here, gz, scale_z, w, zero);
+            sum = sum + add(&z, i, here, gz, scale_z, w, zero);
         }
         sum.put(out, i);
         i += V::LANES;
