@@ -171,5 +171,11 @@ fn admm_prices_no_curls() {
         "--set",
         "control.smoothness=1.5",
     ];
-    refused(&run(&command), &["smoothness is 1.5", "admm", "another method"]);
+    let words = [
+        "--set control.smoothness=1.5: `control.smoothness` is 1.5",
+        "the method admm",
+        "0 or \"auto\"",
+        "another method",
+    ];
+    refused(&run(&command), &words);
 }
