@@ -235,6 +235,15 @@ fn one_method_in_json_lines() {
         page.contains("smoothness of the force 2.5 cells (0.05208), limited transport"),
         "{page}"
     );
+    let report = fs::read_to_string(folder.join("direct/report.html")).unwrap();
+    for word in [
+        "<dd>2.5 cells (0.05208)</dd>",
+        "</b>of that without the price of curls</li>",
+        "</b>densities</li>",
+        "<h3>Gradient</h3>",
+    ] {
+        assert!(report.contains(word), "{word} is not in report.html");
+    }
 }
 
 #[test]

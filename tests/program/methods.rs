@@ -136,17 +136,20 @@ fn a_result_is_continued_freely() {
 
 #[test]
 fn smoke_rises_without_control() {
-    let outcome = verify(
+    let folder = simulated(
         "buoyant",
-        &simulated(
-            "buoyant",
-            &[
-                "--set",
-                "simulation.buoyancy=1e-3",
-                "--set",
-                "flow.viscosity=1e-3",
-            ],
-        ),
+        &[
+            "--set",
+            "simulation.buoyancy=1e-3",
+            "--set",
+            "flow.viscosity=1e-3",
+        ],
+    );
+    let outcome = verify("buoyant", &folder);
+    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(
+        page.contains("Simulated in one pass") && !page.contains("Converged"),
+        "{page}"
     );
     assert_eq!(outcome.report["viscosity"].as_f64(), Some(1e-3));
     assert_eq!(
