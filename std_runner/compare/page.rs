@@ -5,6 +5,7 @@ use super::comparison::Comparison;
 use super::figures::{Figures, descends, finest};
 use crate::report::{
     Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, number, product, seconds,
+    smoothness,
 };
 use thurible_core::Named;
 
@@ -18,6 +19,7 @@ pub(crate) fn page(name: &str, comparison: &Comparison) -> Document {
         .into_iter()
         .flatten()
         .collect::<Vec<_>>();
+    blocks.extend(comparison.note.iter().map(said));
     blocks.push(Block::Table(table(&comparison.figures())));
     blocks.extend(notes(comparison));
     if let Some(chart) = by_seconds(comparison) {
@@ -47,6 +49,11 @@ pub(crate) fn page(name: &str, comparison: &Comparison) -> Document {
     }
 }
 
+/// A note as a sentence on a page.
+pub(crate) fn said(note: &String) -> Block {
+    Block::Text(format!("{note}."))
+}
+
 /// "a, b and c"
 pub(crate) fn listed(words: &[&str]) -> String {
     match words {
@@ -59,11 +66,12 @@ pub(crate) fn listed(words: &[&str]) -> String {
 /// What was measured, on what.
 fn conditions(record: &RunRecord) -> Vec<Block> {
     let scene = format!(
-        "{} cells, {} steps of {}, force weight r = {}, {} transport, keyframes at step {}.",
+        "{} cells, {} steps of {}, force weight r = {}, smoothness of the force {}, {} transport, keyframes at step {}.",
         product(&record.cells),
         record.steps,
         number(record.dt),
         number(record.force_weight),
+        smoothness(record),
         record.advection.scheme,
         listed(
             &record
