@@ -1,6 +1,6 @@
 //! A problem that owns its lists, which the core's [`Problem`] borrows.
 
-use thurible_core::{Advection, Boundary, Problem};
+use thurible_core::{Advection, Boundary, Emitter, Problem};
 
 /// The owned form of the core's [`Problem`], which borrows its lists.
 #[derive(Clone, Debug)]
@@ -11,6 +11,18 @@ pub struct OwnedProblem {
     pub boundary: Vec<Boundary>,
     /// Steps of the keyframes, ascending.
     pub keyframes: Vec<usize>,
+    /// What the data term of each keyframe is multiplied by.
+    pub keyframe_weights: Vec<f64>,
+    /// Whether every keyframe has a region to be matched in.
+    pub keyframe_regions: bool,
+    /// Smoke that is made on the way.
+    pub emitters: Vec<Emitter>,
+    /// Acceleration of the flow where the density is 1.
+    pub buoyancy: [f64; 3],
+    /// Step from which no force acts.
+    pub release: Option<usize>,
+    /// What the force's price is multiplied by at some steps.
+    pub schedule: Vec<(usize, f64)>,
     /// Number of time steps N.
     pub steps: usize,
     /// The longest side of the box.
@@ -41,6 +53,7 @@ impl OwnedProblem {
             length,
             dt,
             steps,
+            buoyancy,
             viscosity,
             force_weight,
             smoothness,
@@ -54,6 +67,12 @@ impl OwnedProblem {
             cells,
             boundary,
             keyframes,
+            keyframe_weights: Vec::new(),
+            keyframe_regions: false,
+            emitters: Vec::new(),
+            buoyancy,
+            release: None,
+            schedule: Vec::new(),
             steps,
             length,
             dt,
@@ -76,6 +95,12 @@ impl OwnedProblem {
             dt: self.dt,
             steps: self.steps,
             keyframes: &self.keyframes,
+            keyframe_weights: &self.keyframe_weights,
+            keyframe_regions: self.keyframe_regions,
+            emitters: &self.emitters,
+            buoyancy: self.buoyancy,
+            release: self.release,
+            schedule: &self.schedule,
             viscosity: self.viscosity,
             force_weight: self.force_weight,
             smoothness: self.smoothness,

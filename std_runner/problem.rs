@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
 use crate::scene::Scene;
-use thurible_core::{D2, D3, Params, Plan, PlanError, ProblemError, Real};
+use thurible_core::{D2, D3, Feature, Params, Plan, PlanError, ProblemError, Real};
 
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -40,6 +40,12 @@ impl OwnedProblem {
             cells: scene.grid.cells.clone(),
             boundary: scene.grid.boundary.clone(),
             keyframes: scene.keyframes.iter().map(|keyframe| keyframe.step).collect(),
+            keyframe_weights: Vec::new(),
+            keyframe_regions: false,
+            emitters: Vec::new(),
+            buoyancy: [0.0; 3],
+            release: None,
+            schedule: Vec::new(),
             steps: scene.time.steps,
             length: scene.grid.length,
             dt: scene.time.dt,
@@ -100,11 +106,14 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
         PlanError::TooLarge => Failure::Memory(format!(
             "{path}: the scene needs more bytes than this machine can address; make `grid.cells` or `time.steps` smaller"
         )),
-        PlanError::Problem(ProblemError::Smoothness { method, given }) => {
-            let why = format!(
-                "is {given}, but the method {method} can price the force alone, not its curl; set it to 0 or \"auto\", or take another method"
-            );
-            scene.document.refuse("control.smoothness", why)
+        PlanError::Problem(ProblemError::Unfit { method, feature }) => {
+            let (key, otherwise) = match feature {
+                Feature::Smoothness => ("control.smoothness", "set it to 0 or \"auto\""),
+                Feature::Buoyancy => ("flow.buoyancy", "set it to 0"),
+                Feature::Schedule => ("control.schedule", "leave it out"),
+            };
+            let why = format!("is more than the method {method} can do; {otherwise}, or take another method");
+            scene.document.refuse(key, why)
         }
         other => Failure::Input(format!("{path}: {other}; change that value in the scene")),
     }

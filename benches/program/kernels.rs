@@ -121,11 +121,23 @@ impl Kernel {
     }
 }
 
+/// Carries the density through all steps.
+fn run(
+    exec: &dyn Exec,
+    transport: &mut thurible_core::transport::Transport<'_, f32>,
+    flow: &thurible_core::transport::Flow<'_, f32>,
+    slots: usize,
+    rho: &mut [f32],
+    sums: &mut [f64],
+) {
+    let _ = (0..=slots).try_for_each(|step| transport.step(exec, flow, slots, step, rho, sums));
+}
+
 fn forward<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize, repeats: usize) -> f64 {
     let all = Trajectories::new(cells, steps - 1);
     all.transport::<S, _>(exec, Scheme::Quick, |transport, Carried { flow, rho, sums }| {
         best(repeats, || {
-            let _ = transport.run(exec, &mut Silent, &flow, all.slots, rho, sums);
+            run(exec, transport, &flow, all.slots, rho, sums);
         })
     })
 }
@@ -134,7 +146,7 @@ fn backward<S: Space>(exec: &dyn Exec, cells: &[usize], steps: usize, repeats: u
     let all = Trajectories::new(cells, steps - 1);
     let (len, slots) = (all.grid.cells(), all.slots);
     all.transport::<S, _>(exec, Scheme::Quick, |transport, Carried { flow, rho, sums }| {
-        let _ = transport.run(exec, &mut Silent, &flow, slots, rho, sums);
+        run(exec, transport, &flow, slots, rho, sums);
         let mut mu = vec![0f32; len];
         best(repeats, || {
             mu.copy_from_slice(&rho[(slots + 1) * len..]);

@@ -80,6 +80,16 @@ pub fn put<T: Real>(
     });
 }
 
+/// Sets slot `slot` of a trajectory to 0.
+pub fn clear<T: Real>(exec: &dyn Exec, grid: &Grid, out: &mut VectorMut<'_, T>, slot: usize) {
+    let n = grid.n[0];
+    for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+        for out in task.fields.into_iter().take(grid.dims) {
+            out[slot * n..(slot + 1) * n].fill(T::ZERO);
+        }
+    });
+}
+
 /// What is left, each time, of a trajectory that is not finite: in all 1/2, 1/4, 1/16, 1/256, 2^-16, and at last nothing.
 pub const RETREATS: [f64; 6] = [0.5, 0.5, 0.25, 0.0625, 0.00390625, 0.0];
 

@@ -74,3 +74,21 @@ pub fn scale<T: Real>(exec: &dyn Exec, shape: Shape<'_>, out: &mut VectorMut<'_,
             .for_each(|out| rows::scale_in_place(out, T::from_f64(s)));
     });
 }
+
+/// `out = s(k) out` in slot k.
+pub fn scale_slots<T: Real>(
+    exec: &dyn Exec,
+    shape: Shape<'_>,
+    out: &mut VectorMut<'_, T>,
+    s: &(dyn Fn(usize) -> f64 + Sync),
+) {
+    let Shape { grid, slots } = shape;
+    for slot in 0..slots {
+        let (n, s) = (grid.n[0], T::from_f64(s(slot)));
+        for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+            for out in task.fields.into_iter().take(grid.dims) {
+                rows::scale_in_place(&mut out[slot * n..][..n], s);
+            }
+        });
+    }
+}

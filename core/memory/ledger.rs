@@ -4,7 +4,7 @@ use super::footprint::footprint;
 use heapless::Vec;
 
 /// Most lines of a [`Ledger`].
-pub const MAX_LINES: usize = 96;
+pub const MAX_LINES: usize = 160;
 
 /// How the children of a line share its bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,7 +102,7 @@ impl Ledger {
     }
 
     /// Counts `len` values of `size` bytes among those that a checkpoint keeps.
-    pub(super) fn count_kept(&mut self, len: usize, size: usize) {
+    pub fn count_kept(&mut self, len: usize, size: usize) {
         match len
             .checked_mul(size)
             .and_then(|bytes| self.kept.checked_add(bytes))

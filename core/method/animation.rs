@@ -7,7 +7,7 @@ use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::{Layout, Ledger, Pool, Sharing, TooSmall};
 use crate::objective::flow::{self, Evaluation};
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::objective::sweep::densities;
 use crate::observe::Silent;
 use crate::poisson::Projection;
@@ -115,10 +115,10 @@ impl<'m, T: Real> Animation<'m, T> {
     pub fn evaluation<'a>(
         &'a mut self,
         setup: flow::Setup,
-        keyframes: &Keyframes<'a, T>,
+        script: &Script<'a, T>,
         region: &'a mut [T],
     ) -> (Evaluation<'a, 'm, T>, &'a mut VectorMut<'m, T>) {
-        let (keyframes, mut pool) = (*keyframes, Pool::new(region));
+        let (script, mut pool) = (*script, Pool::new(region));
         let evaluation = Evaluation {
             priced: flow::priced(&self.levels.finest, &setup, &mut pool),
             levels: &self.levels,
@@ -126,7 +126,7 @@ impl<'m, T: Real> Animation<'m, T> {
             setup,
             initial: view(&self.initial),
             rho: self.rho,
-            keyframes,
+            script,
             region: pool.into_rest(),
             sums: self.sums,
         };

@@ -8,22 +8,22 @@ use crate::field::{reborrow, view};
 use crate::grid::Space;
 use crate::memory::{Arena, Layout, Ledger};
 use crate::objective::coarse;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::{Observer, WorkOnly};
 use crate::progress::{Progress, Status};
 use crate::real::Real;
 
-/// Bytes that a coarse solve by `method`, which has no buffers yet, takes with the densities of `keyframes` keyframes.
+/// Bytes that a coarse solve by `method`, which has no buffers yet, takes with so many fields of its script.
 pub fn bytes<'l, T: Real, S: Space>(
     mut method: impl Contract<'l, T, S>,
-    keyframes: usize,
+    fields: usize,
     ledger: &'l mut Ledger,
 ) -> Option<usize> {
     let cells = method.animation().grid().cells();
     let mut arena = Arena::measuring(ledger);
     method.layout(&mut Layout::carve(&mut arena)).ok()?;
     let ledger = arena.into_ledger()?;
-    ledger.line("keyframe densities", keyframes * cells, T::BYTES);
+    ledger.line("fields of the script", fields * cells, T::BYTES);
     ledger.bytes()
 }
 
@@ -36,7 +36,7 @@ pub fn solve<'m, T: Real, S: Space>(
     exec: &dyn Exec,
     observer: &mut dyn Observer,
     fine: &Animation<'_, T>,
-    keyframes: &Keyframes<'_, T>,
+    script: &Script<'_, T>,
     method: &mut impl Contract<'m, T, S>,
     memory: &'m mut [T],
     scratch: &mut [T],
@@ -45,25 +45,25 @@ pub fn solve<'m, T: Real, S: Space>(
     let full = |_| Status::NotFinite;
     method.layout(&mut Layout::carve(&mut arena)).map_err(full)?;
     let cells = method.animation().grid().cells();
-    let densities = arena
-        .take("keyframe densities", keyframes.count() * cells)
+    let fields = arena
+        .take("fields of the script", script.fields() * cells)
         .map_err(full)?;
     let scene = coarse::Scene {
         source: &fine.rho[..fine.grid().cells()],
         initial: view(&fine.initial),
-        keyframes,
+        script,
     };
     let animation = method.parts().animation;
     let coarser = coarse::SceneMut {
         source: &mut animation.rho[..cells],
         initial: reborrow(&mut animation.initial),
-        densities: &mut *densities,
+        fields: &mut *fields,
     };
     coarse::restrict(exec, &fine.levels, 0, &scene, coarser, scratch);
-    let keyframes = keyframes.coarse(1, densities);
+    let script = script.coarse(1, fields);
     loop {
         let mut progress = Progress::default();
-        match method.step(exec, &mut WorkOnly(observer), &keyframes, &mut progress) {
+        match method.step(exec, &mut WorkOnly(observer), &script, &mut progress) {
             Ok(()) => {}
             Err(Status::Cancelled) => return Err(Status::Cancelled),
             Err(status) => return Ok(status),

@@ -13,9 +13,9 @@ use crate::field::Vector;
 use crate::grid::Space;
 use crate::memory::{Layout, TooSmall};
 use crate::objective::flow;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::Observer;
-use crate::problem::Problem;
+use crate::problem::{Feature, Problem};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 
@@ -49,11 +49,12 @@ pub trait Contract<'m, T: Real, S: Space> {
         true
     }
 
-    /// Whether its price of the force may be that of its curl too ([`Problem::smoothness`]).
-    fn prices_curls() -> bool
+    /// Whether it can do what a problem may ask for.
+    fn takes(feature: Feature) -> bool
     where
         Self: Sized,
     {
+        let _ = feature;
         true
     }
 
@@ -105,7 +106,7 @@ pub trait Contract<'m, T: Real, S: Space> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<(), Status>;
 
@@ -114,7 +115,7 @@ pub trait Contract<'m, T: Real, S: Space> {
     ///
     /// # Errors
     /// [`Status::NotFinite`].
-    fn finish(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status>;
+    fn finish(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> Result<Objective, Status>;
 
     /// The forces u_0 .. u_{N-2} of the result, after [`Self::finish`]; empty where a method has none.
     fn force(&self) -> Vector<'_, T> {

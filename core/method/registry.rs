@@ -6,7 +6,7 @@ use super::params::{Method, Params};
 use super::refusal::PlanError;
 use crate::checkpoint::Mix;
 use crate::grid::{D2, Space};
-use crate::problem::Problem;
+use crate::problem::{Feature, Problem};
 use crate::real::Real;
 
 macro_rules! define {
@@ -64,11 +64,11 @@ macro_rules! define {
             }
         }
 
-        /// Whether the method's price of the force may be that of its curl too.
+        /// Whether the method can do what a problem may ask for.
         #[must_use]
-        pub fn prices_curls(params: &Params) -> bool {
+        pub fn takes(params: &Params, feature: Feature) -> bool {
             match params.method {
-                $(Method::$kind => <crate::method::$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::prices_curls(),)+
+                $(Method::$kind => <crate::method::$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::takes(feature),)+
             }
         }
 
@@ -104,7 +104,7 @@ for_each_method!(define);
 /// The smoothness in force, in cells: what is asked for, or that of the scheme where nothing is; 0 where the method prices no curls.
 #[must_use]
 pub fn smoothness(problem: &Problem<'_>, params: &Params) -> f64 {
-    if prices_curls(params) {
+    if takes(params, Feature::Smoothness) {
         problem
             .smoothness
             .unwrap_or(problem.advection.scheme.smoothness())

@@ -10,7 +10,7 @@ use crate::field::{Block, Vector, VectorMut, rows};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::taps::Transfer;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::real::Real;
 
 /// `threads`, then ever half as many, down to 1: what a coarse solve tries to run on.
@@ -38,18 +38,18 @@ pub struct Scene<'a, T> {
     pub source: &'a [T],
     /// v_0.
     pub initial: Vector<'a, T>,
-    /// The keyframes.
-    pub keyframes: &'a Keyframes<'a, T>,
+    /// What is given for its steps.
+    pub script: &'a Script<'a, T>,
 }
 
-/// The data of the scene on the next coarser grid, to write; the keyframes' densities alone, since their steps are the same.
+/// The data of the scene on the next coarser grid, to write; of the script the fields alone, since its lists are the same.
 pub struct SceneMut<'a, T> {
     /// rho_0.
     pub source: &'a mut [T],
     /// v_0.
     pub initial: VectorMut<'a, T>,
-    /// Targets one after the other.
-    pub densities: &'a mut [T],
+    /// The fields of the script, one after the other.
+    pub fields: &'a mut [T],
 }
 
 /// Numbers of scratch that one thread needs to pass fields of so many slots to and from the grids below `fine`.
@@ -75,9 +75,9 @@ pub fn restrict<T: Real>(
         cell: Transfer::RestrictCell,
         face: Transfer::RestrictFace,
     };
-    for (index, density) in coarse.densities.chunks_exact_mut(target.cells()).enumerate() {
-        let from = fine.keyframes.density(index, source.cells());
-        pass(exec, step, Place::Cell, from, density, 1, scratch);
+    for (index, field) in coarse.fields.chunks_exact_mut(target.cells()).enumerate() {
+        let from = fine.script.field(index, source.cells());
+        pass(exec, step, Place::Cell, from, field, 1, scratch);
     }
     pass(exec, step, Place::Cell, fine.source, coarse.source, 1, scratch);
     let components = fine.initial.into_iter().zip(coarse.initial);

@@ -3,11 +3,12 @@
 use crate::exec::{Exec, RowBuffers, RowTask, Serial, for_rows, join};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::force;
+use crate::force::lift::Lift;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::memory::{Pool, Sharing};
-use crate::objective::keyframes::Keyframes;
-use crate::objective::sweep::{self, DensitySweep};
+use crate::objective::script::Script;
+use crate::objective::sweep::{self, Companion, DensitySweep};
 use crate::observe::{Event, Observer, Silent};
 use crate::poisson::Projection;
 use crate::problem::Problem;
@@ -27,11 +28,15 @@ pub struct Setup {
     pub force_weight: f64,
     /// s^2 of the price of a force's curl, in box lengths squared.
     pub smoothing: f64,
+    /// Whether the price of the force changes from step to step.
+    pub scheduled: bool,
+    /// b in scaled numbers: the acceleration of buoyancy where the density is 1.
+    pub buoyancy: [f64; 3],
     /// Relative tolerance of projections.
     pub projection_tolerance: f64,
 }
 
-/// F(v) = 1/2 <e, C e> + r/2 sum <w(v), (1 + s^2 C^T C) w(v)> on one grid of a hierarchy; the second C^T C is that of curls.
+/// F(v) = 1/2 <e, C e> + r/2 sum_k f_k <w_k(v), (1 + s^2 C^T C) w_k(v)> on one grid of a hierarchy; the second C^T C is that of curls.
 pub struct Evaluation<'a, 'm, T> {
     /// The hierarchy.
     pub levels: &'a Levels<'m, T>,
@@ -43,9 +48,9 @@ pub struct Evaluation<'a, 'm, T> {
     pub initial: Vector<'a, T>,
     /// rho_0, and after [`Self::value`] rho_1 .. rho_N of that flow.
     pub rho: &'a mut [T],
-    /// The keyframes.
-    pub keyframes: Keyframes<'a, T>,
-    /// (1 + s^2 C^T C) w for the force of [`Self::value`], or empty where s is 0: from [`priced`].
+    /// What is given for the steps.
+    pub script: Script<'a, T>,
+    /// z = f (1 + s^2 C^T C) w for the force of [`Self::value`], or empty where that is w: from [`priced`].
     pub priced: VectorMut<'a, T>,
     /// What the parts of an evaluation use in turn.
     pub region: &'a mut [T],
@@ -62,14 +67,30 @@ impl Setup {
             viscosity: problem.scaled_viscosity(),
             force_weight: problem.scaled_force_weight(),
             smoothing: problem.scaled_smoothing(),
+            scheduled: !problem.schedule.is_empty(),
+            buoyancy: problem.scaled_buoyancy(),
             projection_tolerance: problem.projection_tolerance,
         }
     }
 }
 
+impl Setup {
+    /// Whether the price of a force is another than r/2 |w|^2.
+    #[must_use]
+    pub fn weighs(&self) -> bool {
+        self.smoothing > 0.0 || self.scheduled
+    }
+
+    /// Whether the densities push the flow.
+    #[must_use]
+    pub fn lifts(&self) -> bool {
+        self.buoyancy != [0.0; 3]
+    }
+}
+
 /// Takes what [`Evaluation::priced`] needs.
 pub fn priced<'a, T: Real>(grid: &Grid, setup: &Setup, pool: &mut Pool<'a, T>) -> VectorMut<'a, T> {
-    if setup.smoothing > 0.0 {
+    if setup.weighs() {
         pool.take_vector(
             "force times its price",
             grid.dims,
@@ -123,7 +144,8 @@ impl<T: Real> Evaluation<'_, '_, T> {
         bound: f64,
     ) -> Result<Objective, Stop> {
         let grid = self.levels.grids.get(self.level);
-        if grid.is_some_and(|grid| self.setup.sweep.overlaps(grid)) {
+        // Buoyancy needs the densities before the force.
+        if grid.is_some_and(|grid| self.setup.sweep.overlaps(grid)) && !self.setup.lifts() {
             return self.value_in_overlap::<S>(exec, observer, v, w, bound);
         }
         let flow = Flow {
@@ -133,7 +155,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         };
         let mut pool = Pool::new(&mut *self.region);
         let mut sweep = DensitySweep::carve(self.levels, self.level, &self.setup.sweep, &mut pool);
-        let data = sweep.carry(exec, observer, &flow, self.rho, &self.keyframes, self.sums)?;
+        let data = sweep.carry(exec, observer, &flow, self.rho, &self.script, self.sums)?;
         let force = if data > bound {
             Objective::default()
         } else {
@@ -164,7 +186,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
             setup,
             initial,
             ref mut rho,
-            keyframes,
+            script,
             ref mut sums,
             ref mut priced,
             ..
@@ -178,13 +200,13 @@ impl<T: Real> Evaluation<'_, '_, T> {
             setup,
             initial,
             rho: &mut [],
-            keyframes,
+            script,
             priced: reborrow(priced),
             region: pool.into_rest(),
             sums: of_force,
         };
         let (mut data, mut force) = (Ok(0.0), Ok(Objective::default()));
-        let mut carry = || data = sweep.carry(&Serial, &mut Silent, &flow, rho, &keyframes, of_data);
+        let mut carry = || data = sweep.carry(&Serial, &mut Silent, &flow, rho, &script, of_data);
         // Together, so that what is left of the force takes about as long as the density.
         rest.acceleration::<S>(exec, v, w);
         join(exec, &mut carry, &mut || {
@@ -206,11 +228,11 @@ impl<T: Real> Evaluation<'_, '_, T> {
     pub fn data(&mut self, exec: &dyn Exec) -> f64 {
         let mut pool = Pool::new(&mut *self.region);
         let mut sweep = DensitySweep::carve(self.levels, self.level, &self.setup.sweep, &mut pool);
-        sweep.data(exec, self.rho, &self.keyframes, self.sums)
+        sweep.data(exec, self.rho, &self.script, self.sums)
     }
 
-    /// The gradient at v, Q[r (z_k - z_{k+1} + (J(v_k)^T + nu C^T C) z_k) - A_v^T mu_k] with z = (1 + s^2 C^T C) w, from the densities and the
-    /// force of [`Self::value`].
+    /// The gradient at v, Q[r (z_k - z_{k+1} + (J(v_k)^T + nu C^T C) z_k) - A_v^T mu_k] with z = f (1 + s^2 C^T C) w, from the densities and
+    /// the force of [`Self::value`].
     ///
     /// # Errors
     /// [`Stop`]: [`Stop::TooFast`] where it is not finite.
@@ -224,10 +246,10 @@ impl<T: Real> Evaluation<'_, '_, T> {
     ) -> Result<(), Stop> {
         let (fluid, scratch) = (self.fluid(self.setup.viscosity), self.force_scratch());
         let scratch = rows::part_mut(self.region, scratch);
-        let smooth = self.setup.smoothing > 0.0;
-        let w = if smooth { view(&self.priced) } else { w };
-        force::apply_adjoint::<T, S>(exec, fluid, v, w, reborrow(out), scratch);
-        self.subtract_data_gradient(exec, observer, v, out)?;
+        let weighs = self.setup.weighs();
+        let z = if weighs { view(&self.priced) } else { w };
+        force::apply_adjoint::<T, S>(exec, fluid, v, z, reborrow(out), scratch);
+        self.subtract_data_gradient(exec, observer, v, w, out)?;
         let divergence = self.project(exec, observer, out, self.setup.projection_tolerance)?;
         if divergence.is_finite() {
             Ok(())
@@ -236,15 +258,25 @@ impl<T: Real> Evaluation<'_, '_, T> {
         }
     }
 
-    /// `out` = r `out` - A_v^T mu, by a sweep back through the flow.
+    /// `out` = r `out` - A_v^T mu, by a sweep back through the flow; with buoyancy mu has r B^T z too, z being what `w` is priced as.
     fn subtract_data_gradient(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         v: Vector<'_, T>,
+        w: Vector<'_, T>,
         out: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
-        let weight = T::from_f64(self.setup.force_weight);
+        let mut companion = Descent {
+            lift: self.lift(),
+            weight: self.setup.force_weight,
+            z: if self.setup.weighs() {
+                view(&self.priced)
+            } else {
+                w
+            },
+            out: reborrow(out),
+        };
         let flow = Flow {
             initial: self.initial,
             v,
@@ -256,21 +288,40 @@ impl<T: Real> Evaluation<'_, '_, T> {
             &self.setup.sweep,
             &mut Pool::new(&mut *self.region),
         );
-        let grid = sweep.grid();
         sweep.sweep_back(
             exec,
             observer,
             &flow,
             self.rho,
-            &self.keyframes,
+            &self.script,
             self.sums,
-            &mut |exec, slot, of_data| {
-                let out = reborrow(out);
-                for_rows(exec, grid.rows(), RowBuffers::fields(out), move |task| {
-                    subtract_in_row(task, grid, slot, weight, of_data);
-                });
-            },
+            &mut companion,
         )
+    }
+}
+
+/// Makes the gradient of a flow out of that of its force.
+struct Descent<'a, T> {
+    lift: Lift<'a>,
+    /// r.
+    weight: f64,
+    z: Vector<'a, T>,
+    out: VectorMut<'a, T>,
+}
+
+impl<T: Real> Companion<T> for Descent<'_, T> {
+    fn at_density(&mut self, exec: &dyn Exec, step: usize, mu: &mut [T]) {
+        if step <= self.lift.slots {
+            self.lift.add_adjoint(exec, self.weight, self.z, step - 1, mu);
+        }
+    }
+
+    fn at_flow(&mut self, exec: &dyn Exec, slot: usize, gradient: Vector<'_, T>) {
+        let (grid, weight) = (self.lift.grid, T::from_f64(self.weight));
+        let buffers = RowBuffers::fields(reborrow(&mut self.out));
+        for_rows(exec, grid.rows(), buffers, move |task| {
+            subtract_in_row(task, grid, slot, weight, gradient);
+        });
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::exec::Exec;
 use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
+use crate::force::lift::Lift;
 use crate::force::{self, price};
 use crate::grid::Space;
 use crate::objective::flow::Evaluation;
@@ -33,13 +34,23 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         }
     }
 
+    /// Buoyancy on this grid.
+    pub(super) fn lift(&self) -> Lift<'a> {
+        let Shape { grid, slots } = self.shape();
+        Lift {
+            grid,
+            slots,
+            acceleration: self.setup.buoyancy,
+        }
+    }
+
     /// Elements of the region in which a force is computed.
     pub(super) fn force_scratch(&self) -> Range<usize> {
         let Shape { grid, slots } = self.shape();
         0..self.setup.sweep.threads * force::scratch_per_thread(grid, slots)
     }
 
-    /// The force that produces v, and its part of the objective, with no data term.
+    /// The force that produces v beside the buoyancy of the densities, and its part of the objective, with no data term.
     ///
     /// # Errors
     /// [`Stop::Cancelled`].
@@ -64,6 +75,10 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         let (fluid, scratch) = (self.fluid(self.setup.viscosity), self.force_scratch());
         let scratch = rows::part_mut(self.region, scratch);
         force::from_velocity::<T, S>(exec, fluid, v, self.initial, &[], reborrow(w), scratch);
+        if self.setup.lifts() {
+            let lift = self.lift();
+            lift.add(exec, -1.0, self.rho, 0..lift.slots, w);
+        }
     }
 
     /// Projects a force; its part of the objective, with no data term.
@@ -98,17 +113,25 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         true
     }
 
-    /// The force's part of the objective, r/2 sum <w_k, z_k> with z = (1 + s^2 C^T C) w, which [`Self::priced`] becomes.
+    /// The force's part of the objective, r/2 sum <w_k, z_k> with z_k = f_k (1 + s^2 C^T C) w_k, which [`Self::priced`] becomes.
     pub fn price<S: Space>(&mut self, exec: &dyn Exec, w: Vector<'_, T>) -> Objective {
         let shape = self.shape();
         let weight = 0.5 * self.setup.force_weight;
         let plain = weight * sums::sum_squares(exec, shape.grid, shape.slots, w, self.sums);
-        if self.setup.smoothing == 0.0 {
+        if !self.setup.weighs() {
             return Objective::of_force(plain, plain);
         }
-        let (fluid, scratch) = (self.fluid(self.setup.smoothing), self.force_scratch());
-        let scratch = rows::part_mut(self.region, scratch);
-        price::apply::<T, S>(exec, fluid, w, reborrow(&mut self.priced), scratch);
+        if self.setup.smoothing > 0.0 {
+            let (fluid, scratch) = (self.fluid(self.setup.smoothing), self.force_scratch());
+            let scratch = rows::part_mut(self.region, scratch);
+            price::apply::<T, S>(exec, fluid, w, reborrow(&mut self.priced), scratch);
+        } else {
+            trajectory::add(exec, shape, &mut self.priced, 0.0, 1.0, w);
+        }
+        if self.setup.scheduled {
+            let script = self.script;
+            trajectory::scale_slots(exec, shape, &mut self.priced, &|slot| script.factor(slot));
+        }
         let price = weight * trajectory::dot(exec, shape, w, view(&self.priced), self.sums);
         Objective::of_force(price, plain)
     }

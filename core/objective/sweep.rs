@@ -1,6 +1,6 @@
 //! Where a flow carries the density: the data term of a trajectory, and its gradient by one sweep back in time.
 //!
-//! Forward rho_{i+1} = A[rho_i, v_i]; backward mu_{i-1} = A_rho^T mu_i - C_i e_i with mu_N = 0. The data term's derivative by v_i
+//! Forward rho_{i+1} = A[rho_i, v_i] + s_i with what emitters add; backward mu_{i-1} = A_rho^T mu_i - C_i e_i with mu_N = 0. The data term's derivative by v_i
 //! is -A_v^T mu_{i+1}: what the advection problem (paper Algorithm 1) and the direct method (mathematics section 6) move along.
 
 use crate::exec::{Exec, Serial, join};
@@ -8,7 +8,8 @@ use crate::field::{Vector, rows};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
-use crate::objective::keyframes::{DataTerm, Keyframes};
+use crate::objective::data_term::DataTerm;
+use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::operators::blur::Metric;
 use crate::problem::Problem;
@@ -79,8 +80,24 @@ fn density_of<T>(rho: &[T], cells: usize, step: usize) -> &[T] {
     rows::part(rho, step * cells..(step + 1) * cells)
 }
 
-/// Receives the number of a slot and a velocity at its faces, with threads to use.
-pub type Each<'e, T> = dyn FnMut(&dyn Exec, usize, Vector<'_, T>) + Send + 'e;
+/// Who goes along with a sweep back, last step first.
+pub trait Companion<T>: Send {
+    /// At the density of `step`, before the way back from there: mu, minus the derivative of what comes later by that density, to which what
+    /// else depends on it can be added.
+    fn at_density(&mut self, exec: &dyn Exec, step: usize, mu: &mut [T]) {
+        let _ = (exec, step, mu);
+    }
+
+    /// At the flow in `slot`: A_v^T mu at its faces, minus the derivative of what comes later by that velocity, with threads to use.
+    fn at_flow(&mut self, exec: &dyn Exec, slot: usize, gradient: Vector<'_, T>);
+}
+
+/// One that is told of flows alone.
+impl<T, F: FnMut(&dyn Exec, usize, Vector<'_, T>) + Send> Companion<T> for F {
+    fn at_flow(&mut self, exec: &dyn Exec, slot: usize, gradient: Vector<'_, T>) {
+        self(exec, slot, gradient);
+    }
+}
 
 /// Transport and metric, carved from a shared pool.
 pub struct DensitySweep<'a, T> {
@@ -128,14 +145,16 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         observer: &mut dyn Observer,
         flow: &Flow<'_, T>,
         rho: &mut [T],
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         sums: &mut [f64],
     ) -> Result<f64, Stop> {
-        self.transport.run(exec, observer, flow, self.slots, rho, sums)?;
-        Ok(self.data.total(exec, rho, keyframes, sums))
+        for step in 0..=self.slots {
+            self.carry_step(exec, observer, flow, rho, step, script, sums)?;
+        }
+        Ok(self.data.total(exec, rho, script, sums))
     }
 
-    /// Transports the density of `step` to the next one.
+    /// Transports the density of `step` to the next one, and adds what is emitted on the way.
     ///
     /// # Errors
     /// [`Stop`].
@@ -146,25 +165,26 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         flow: &Flow<'_, T>,
         rho: &mut [T],
         step: usize,
+        script: &Script<'_, T>,
         sums: &mut [f64],
     ) -> Result<(), Stop> {
         self.transport.step(exec, flow, self.slots, step, rho, sums)?;
+        let cells = self.grid.cells();
+        script.emit(
+            exec,
+            self.grid,
+            step + 1,
+            rows::part_mut(rho, (step + 1) * cells..(step + 2) * cells),
+        );
         Stop::heard(observer)
     }
 
     /// The data term of densities that were carried.
-    pub fn data(
-        &mut self,
-        exec: &dyn Exec,
-        rho: &[T],
-        keyframes: &Keyframes<'_, T>,
-        sums: &mut [f64],
-    ) -> f64 {
-        self.data.total(exec, rho, keyframes, sums)
+    pub fn data(&mut self, exec: &dyn Exec, rho: &[T], script: &Script<'_, T>, sums: &mut [f64]) -> f64 {
+        self.data.total(exec, rho, script, sums)
     }
 
-    /// Backwards through the flow that carried `rho`: `each` receives every slot, last first, and A_v^T mu at its faces,
-    /// minus the derivative of the data term, with threads to use.
+    /// Backwards through the flow that carried `rho`, with a companion.
     ///
     /// # Errors
     /// [`Stop`].
@@ -174,30 +194,29 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         observer: &mut dyn Observer,
         flow: &Flow<'_, T>,
         rho: &[T],
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         sums: &mut [f64],
-        each: &mut Each<'_, T>,
+        companion: &mut dyn Companion<T>,
     ) -> Result<(), Stop> {
         let cells = self.grid.cells();
         self.mu.fill(T::ZERO);
         for step in (1..=self.slots).rev() {
-            if let Some(index) = keyframes.at(step + 1) {
-                self.data.evaluate(
-                    exec,
-                    density_of(rho, cells, step + 1),
-                    keyframes.density(index, cells),
-                    sums,
-                );
+            let after = density_of(rho, cells, step + 1);
+            if let Some(index) = script.at(step + 1) {
+                self.data
+                    .evaluate(exec, after, &script.wanted(index, cells), sums);
                 rows::sub(self.mu, self.data.image());
             }
-            self.back_through(exec, flow, rho, step, sums, each)
+            companion.at_density(exec, step + 1, self.mu);
+            script.forget(exec, self.grid, step + 1, after, self.mu);
+            self.back_through(exec, flow, rho, step, sums, companion)
                 .map_err(|TooFast| Stop::TooFast)?;
             Stop::heard(observer)?;
         }
         Ok(())
     }
 
-    /// Back through a step: `each` receives its gradient now, or in overlap while the step before is gone through.
+    /// Back through a step: the companion receives its gradient now, or in overlap while the step before is gone through.
     fn back_through(
         &mut self,
         exec: &dyn Exec,
@@ -205,14 +224,14 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         rho: &[T],
         step: usize,
         sums: &mut [f64],
-        each: &mut Each<'_, T>,
+        companion: &mut dyn Companion<T>,
     ) -> Result<(), TooFast> {
         let (slots, cells) = (self.slots, self.grid.cells());
         let rho_of = |step: usize| density_of(rho, cells, step);
         let Some(other) = &mut self.other else {
             self.transport.load(exec, flow, slots, step, sums)?;
             self.transport.backward(exec, rho_of(step), self.mu);
-            each(exec, step - 1, self.transport.gradient());
+            companion.at_flow(exec, step - 1, self.transport.gradient());
             return Ok(());
         };
         // One thread goes back through the step while the other hands on the gradient of the step after, through which it went back, and
@@ -232,7 +251,7 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         let mut go_back = || now.backward(&Serial, rho_of(step), mu);
         let mut prepare = || {
             if step < slots {
-                each(&Serial, step, next.gradient());
+                companion.at_flow(&Serial, step, next.gradient());
             }
             if step > 1 {
                 loaded = next
@@ -246,7 +265,7 @@ impl<'a, T: Real> DensitySweep<'a, T> {
             join(exec, &mut prepare, &mut go_back);
         }
         if step == 1 {
-            each(exec, 0, now.gradient());
+            companion.at_flow(exec, 0, now.gradient());
         }
         loaded
     }

@@ -1,6 +1,6 @@
 //! Which problems are refused.
 
-use super::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError};
+use super::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Supply};
 
 impl Problem<'_> {
     /// Checks every field but the number of axes and whether there are keyframes.
@@ -26,6 +26,8 @@ impl Problem<'_> {
             return Err(ProblemError::Steps { given: self.steps });
         }
         self.check_keyframes()?;
+        self.check_emitters()?;
+        self.check_steps()?;
         self.check_numbers()
     }
 
@@ -40,6 +42,19 @@ impl Problem<'_> {
         for (field, given) in numbers {
             positive(field, given)?;
         }
+        if self.keyframe_weights.len() > self.keyframes.len() {
+            let given = self.keyframe_weights.len();
+            return Err(ProblemError::Weights { given });
+        }
+        for &weight in self.keyframe_weights {
+            positive("keyframe.weight", weight)?;
+        }
+        if let Some(&given) = self.buoyancy.iter().find(|b| !b.is_finite()) {
+            return Err(ProblemError::NotFinite {
+                field: "buoyancy",
+                given,
+            });
+        }
         not_negative("viscosity", self.viscosity)?;
         let smoothness = self.smoothness.unwrap_or(0.0);
         if !(0.0..=MAX_SMOOTHNESS).contains(&smoothness) {
@@ -48,6 +63,46 @@ impl Problem<'_> {
         match self.filters {
             Some(given) if given > MAX_FILTERS => Err(ProblemError::Filters { given }),
             _ => Ok(()),
+        }
+    }
+
+    fn check_emitters(&self) -> Result<(), ProblemError> {
+        let steps = self.steps;
+        for (index, emitter) in self.emitters.iter().enumerate() {
+            if emitter.from >= emitter.to || emitter.to > steps {
+                return Err(ProblemError::EmitterSteps { index, steps });
+            }
+            match emitter.supply {
+                Supply::Rate(rate) => positive("emitter.rate", rate)?,
+                Supply::Target(target) => positive("emitter.target", target)?,
+            }
+            if matches!(emitter.supply, Supply::Target(_)) && self.match_mass && !self.keyframes.is_empty() {
+                return Err(ProblemError::MassUnknown { index });
+            }
+        }
+        Ok(())
+    }
+
+    /// The release and the schedule.
+    fn check_steps(&self) -> Result<(), ProblemError> {
+        if let Some(given) = self.release {
+            let steps = self.steps;
+            if !(2..steps).contains(&given) {
+                return Err(ProblemError::Release { given, steps });
+            }
+            if let Some(&step) = self.keyframes.iter().find(|&&step| step > given) {
+                return Err(ProblemError::KeyframeReleased { step, release: given });
+            }
+        }
+        for &(step, factor) in self.schedule {
+            positive("schedule", factor)?;
+            if step > MAX_STEPS {
+                return Err(ProblemError::ScheduleOrder { step });
+            }
+        }
+        match self.schedule.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
+            Some(pair) => Err(ProblemError::ScheduleOrder { step: pair[1].0 }),
+            None => Ok(()),
         }
     }
 

@@ -1,12 +1,15 @@
 //! What is to be solved, in the scene's units; checked once, refused with the name of the field.
 
 mod check;
+mod error;
+mod feature;
 
 pub use check::{not_negative, positive};
+pub use error::ProblemError;
+pub use feature::Feature;
 
 use crate::grid::{Boundary, Grid};
 use crate::words::named;
-use core::fmt;
 
 /// How density is carried (mathematics section 3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,6 +57,26 @@ impl Default for Advection {
     }
 }
 
+/// Smoke that is made on the way from step `from` to step `to`, in a shape that [`Solver`](crate::Solver) takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emitter {
+    /// The last step without it.
+    pub from: usize,
+    /// The last step that it adds to.
+    pub to: usize,
+    /// How much it adds.
+    pub supply: Supply,
+}
+
+/// How much an emitter adds where its shape is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Supply {
+    /// So much density at every step.
+    Rate(f64),
+    /// What is missing of this density.
+    Target(f64),
+}
+
 /// A control problem without its densities, which [`Solver`](crate::Solver) takes one by one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Problem<'a> {
@@ -69,6 +92,18 @@ pub struct Problem<'a> {
     pub steps: usize,
     /// Steps of the keyframes, ascending, from 2 to N; a free flow needs none.
     pub keyframes: &'a [usize],
+    /// What the data term of each keyframe is multiplied by; 1 where there is no number.
+    pub keyframe_weights: &'a [f64],
+    /// Whether every keyframe has a region to be matched in: a factor of the error from 0 to 1, cell by cell.
+    pub keyframe_regions: bool,
+    /// Smoke that is made on the way.
+    pub emitters: &'a [Emitter],
+    /// Acceleration of the flow where the density is 1, in length / time^2: up, where smoke rises.
+    pub buoyancy: [f64; 3],
+    /// Step from which no force acts: the flow is simulated from there on. All keyframes are at it or before.
+    pub release: Option<usize>,
+    /// What the force's price is multiplied by at some steps, ascending; linear in its logarithm between them.
+    pub schedule: &'a [(usize, f64)],
     /// Viscosity nu of the flow, 0 or more, in length^2 / time: a term nu C^T C v of the momentum equation.
     pub viscosity: f64,
     /// Weight r of the force.
@@ -85,139 +120,6 @@ pub struct Problem<'a> {
     /// Relative tolerance of projections.
     pub projection_tolerance: f64,
 }
-
-/// Why a [`Problem`] is refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum ProblemError {
-    /// `cells` has not as many entries as the solver has dimensions.
-    Dimensions {
-        /// Entries expected.
-        expected: usize,
-        /// Entries given.
-        given: usize,
-    },
-    /// An entry of `cells` is not from 4 to 4096.
-    Cells {
-        /// The axis.
-        axis: usize,
-        /// The entry.
-        given: usize,
-    },
-    /// `boundary` has not one entry for each axis.
-    Boundary {
-        /// Entries given.
-        given: usize,
-    },
-    /// `steps` is below 2.
-    Steps {
-        /// The value.
-        given: usize,
-    },
-    /// There is no keyframe.
-    NoKeyframe,
-    /// A keyframe is not from 2 to N.
-    Keyframe {
-        /// Its step.
-        step: usize,
-        /// N.
-        steps: usize,
-    },
-    /// Keyframes are not in ascending order.
-    Order {
-        /// The step that is not above the one before it.
-        step: usize,
-    },
-    /// A number is not positive and finite.
-    NotPositive {
-        /// The field.
-        field: &'static str,
-        /// The value.
-        given: f64,
-    },
-    /// A number is negative or not finite.
-    Negative {
-        /// The field.
-        field: &'static str,
-        /// The value.
-        given: f64,
-    },
-    /// A number is not finite.
-    NotFinite {
-        /// The field.
-        field: &'static str,
-        /// The value.
-        given: f64,
-    },
-    /// A number is not at least 0 and below 1.
-    NotFraction {
-        /// The field.
-        field: &'static str,
-        /// The value.
-        given: f64,
-    },
-    /// `smoothness` is not from 0 to [`MAX_SMOOTHNESS`].
-    SmoothnessRange {
-        /// The value.
-        given: f64,
-    },
-    /// The method prices the force alone, not its curl.
-    Smoothness {
-        /// The method.
-        method: &'static str,
-        /// The value.
-        given: f64,
-    },
-    /// `filters` is above 12.
-    Filters {
-        /// The value.
-        given: usize,
-    },
-}
-
-impl fmt::Display for ProblemError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Dimensions { expected, given } => {
-                write!(f, "cells has {given} entries where {expected} are needed")
-            }
-            Self::Cells { axis, given } => write!(
-                f,
-                "cells[{axis}] is {given}; it must be from {} to {}",
-                CELLS.start(),
-                CELLS.end()
-            ),
-            Self::Boundary { given } => write!(f, "boundary has {given} entries; it needs one for each axis"),
-            Self::Steps { given } => write!(f, "steps is {given}; it must be from 2 to {MAX_STEPS}"),
-            Self::NoKeyframe => write!(f, "there is no keyframe; at least one is needed"),
-            Self::Keyframe { step, steps } => write!(
-                f,
-                "a keyframe is at step {step}; it must be from 2 to steps = {steps}"
-            ),
-            Self::Order { step } => write!(f, "the keyframe at step {step} is not after the one before it"),
-            Self::NotPositive { field, given } => {
-                write!(f, "{field} is {given}; it must be positive and finite")
-            }
-            Self::Negative { field, given } => {
-                write!(f, "{field} is {given}; it must be at least 0 and finite")
-            }
-            Self::NotFinite { field, given } => write!(f, "{field} is {given}; it must be finite"),
-            Self::NotFraction { field, given } => {
-                write!(f, "{field} is {given}; it must be at least 0 and below 1")
-            }
-            Self::SmoothnessRange { given } => {
-                write!(f, "smoothness is {given}; it must be from 0 to {MAX_SMOOTHNESS}")
-            }
-            Self::Smoothness { method, given } => write!(
-                f,
-                "smoothness is {given}, but the method {method} can price the force alone; take 0, or another method"
-            ),
-            Self::Filters { given } => write!(f, "filters is {given}; it must be at most {MAX_FILTERS}"),
-        }
-    }
-}
-
-impl core::error::Error for ProblemError {}
 
 /// Cells along an axis.
 pub const CELLS: core::ops::RangeInclusive<usize> = 4..=4096;
@@ -239,6 +141,12 @@ impl<'a> Problem<'a> {
             dt: 1.0,
             steps: keyframes.last().copied().unwrap_or(0),
             keyframes,
+            keyframe_weights: &[],
+            keyframe_regions: false,
+            emitters: &[],
+            buoyancy: [0.0; 3],
+            release: None,
+            schedule: &[],
             viscosity: 0.0,
             force_weight: 1e3,
             smoothness: None,
@@ -268,6 +176,28 @@ impl Problem<'_> {
     #[must_use]
     pub fn slots(&self) -> usize {
         self.steps - 1
+    }
+
+    /// Fields of cells that a solve is given beside the source: keyframes, their regions, shapes of emitters.
+    #[must_use]
+    pub fn fields(&self) -> usize {
+        self.keyframes.len() * (1 + usize::from(self.keyframe_regions)) + self.emitters.len()
+    }
+
+    /// The part that is controlled: up to the release, if there is one.
+    #[must_use]
+    pub fn controlled(&self) -> Self {
+        Self {
+            steps: self.release.unwrap_or(self.steps),
+            release: None,
+            ..*self
+        }
+    }
+
+    /// The acceleration of buoyancy in scaled numbers, where the density is 1.
+    #[must_use]
+    pub fn scaled_buoyancy(&self) -> [f64; 3] {
+        self.buoyancy.map(|b| b / self.units().force)
     }
 
     /// From scaled numbers (dt = length = 1) to the scene's.

@@ -64,6 +64,16 @@ pub enum InputError {
     },
     /// The density has no mass.
     Empty,
+    /// A region's value is above 1.
+    AboveOne {
+        /// Its index.
+        index: usize,
+    },
+    /// The shape of an emitter is not set.
+    NoEmitter {
+        /// The emitter.
+        index: usize,
+    },
     /// There is no such keyframe or axis.
     Index {
         /// The index.
@@ -90,7 +100,12 @@ impl fmt::Display for InputError {
             Self::Negative { index } => write!(f, "value {index} is negative"),
             Self::Empty => write!(f, "it is empty: its mass is zero"),
             Self::Index { given, count } => write!(f, "index {given} is out of range; there are {count}"),
-            Self::NoSource => write!(f, "the source must be set before the keyframes"),
+            Self::AboveOne { index } => write!(f, "value {index} is above 1"),
+            Self::NoEmitter { index } => write!(f, "the shape of emitter {index} must be set first"),
+            Self::NoSource => write!(
+                f,
+                "there is no smoke yet: a source must be set before, or an emitter that has begun"
+            ),
             Self::NoKeyframe { index } => write!(f, "keyframe {index} was not set"),
         }
     }

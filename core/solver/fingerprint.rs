@@ -4,7 +4,7 @@ use crate::checkpoint::Mix;
 use crate::grid::{Boundary, Space};
 use crate::method::params::Params;
 use crate::method::registry;
-use crate::problem::{Advection, Problem};
+use crate::problem::{Advection, Emitter, Problem, Supply};
 use crate::real::Real;
 
 /// All that the bits of a step follow from, but for the densities, in one word.
@@ -28,6 +28,12 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         dt,
         steps,
         keyframes,
+        keyframe_weights,
+        keyframe_regions,
+        emitters,
+        buoyancy,
+        release,
+        schedule,
         force_weight,
         viscosity,
         smoothness,
@@ -43,6 +49,27 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     mix.word(*steps as u64);
     mix.word(keyframes.len() as u64);
     keyframes.iter().for_each(|&step| mix.word(step as u64));
+    mix.word(u64::from(*keyframe_regions));
+    mix.word(keyframe_weights.len() as u64);
+    mix.word(emitters.len() as u64);
+    for Emitter { from, to, supply } in *emitters {
+        let (kind, number) = match *supply {
+            Supply::Rate(rate) => (0, rate),
+            Supply::Target(target) => (1, target),
+        };
+        [*from as u64, *to as u64, kind]
+            .into_iter()
+            .for_each(|word| mix.word(word));
+        mix.real(number);
+    }
+    mix.word(schedule.len() as u64);
+    for &(step, factor) in *schedule {
+        mix.word(step as u64);
+        mix.real(factor);
+    }
+    let reals = keyframe_weights.iter().chain(buoyancy);
+    reals.for_each(|&number| mix.real(number));
+    mix.word(release.map_or(0, |step| step as u64));
     mix.word(problem.filters() as u64);
     mix.word(u64::from(*match_mass));
     let Advection { scheme, tolerance } = advection;

@@ -20,21 +20,76 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         Ok(())
     }
 
-    /// Sets the target of keyframe `index`; the factor by which it was scaled to the source's mass.
+    /// Sets the shape of emitter `index`: where it adds smoke, and how much of its rate or target there.
     ///
     /// # Errors
-    /// As [`Self::set_source`], or [`InputError::NoSource`], [`InputError::Index`].
-    pub fn set_keyframe(&mut self, index: usize, density: &[T]) -> Result<f64, InputError> {
-        let (cells, count) = (self.grid().cells(), self.keyframe_steps.len());
+    /// As [`Self::set_source`], or [`InputError::Index`].
+    pub fn set_emitter(&mut self, index: usize, shape: &[T]) -> Result<(), InputError> {
+        let count = self.lists.spans.len() / 2;
         if index >= count {
             return Err(InputError::Index { given: index, count });
         }
-        if self.mass <= 0.0 {
+        let cells = self.grid().cells();
+        mass(shape, cells)?;
+        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
+        let most = shape.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
+        let added = supply.iter().fold(0.0, |sum, &supply| sum + supply * most);
+        self.put_field(self.lists.emitters_begin() + index, shape);
+        let largest = &mut self.engine.get_mut().parts().setup.sweep.largest;
+        *largest = largest.max(added);
+        Ok(())
+    }
+
+    /// Sets the region of keyframe `index`: what its error is multiplied by, from 0 to 1, cell by cell.
+    ///
+    /// # Errors
+    /// As [`Self::set_source`], or [`InputError::Index`], [`InputError::AboveOne`].
+    pub fn set_region(&mut self, index: usize, region: &[T]) -> Result<(), InputError> {
+        let keyframes = self.lists.steps.len();
+        let count = if self.lists.regions { keyframes } else { 0 };
+        if index >= count {
+            return Err(InputError::Index { given: index, count });
+        }
+        mass(region, self.grid().cells())?;
+        if let Some(index) = region.iter().position(|&x| x > T::ONE) {
+            return Err(InputError::AboveOne { index });
+        }
+        self.put_field(keyframes + index, region);
+        Ok(())
+    }
+
+    /// Writes field `index` of the script.
+    fn put_field(&mut self, index: usize, values: &[T]) {
+        let cells = self.grid().cells();
+        if let Some(field) = self.fields.get_mut(index * cells..(index + 1) * cells) {
+            field.copy_from_slice(values);
+        }
+        self.finished = false;
+    }
+
+    /// Sets the target of keyframe `index`, after the source and all emitters; the factor by which it was scaled to the mass of the smoke at
+    /// its step.
+    ///
+    /// # Errors
+    /// As [`Self::set_source`], or [`InputError::NoSource`] where there is no smoke yet at its step, [`InputError::NoEmitter`],
+    /// [`InputError::Index`].
+    pub fn set_keyframe(&mut self, index: usize, density: &[T]) -> Result<f64, InputError> {
+        let (cells, count) = (self.grid().cells(), self.lists.steps.len());
+        if index >= count {
+            return Err(InputError::Index { given: index, count });
+        }
+        self.check_smoke()?;
+        let mass = mass(density, cells)?;
+        let step = self.lists.steps.get(index).map_or(0, |&step| step as usize);
+        let factor = if self.match_mass {
+            self.mass_at(step) / mass
+        } else {
+            1.0
+        };
+        if factor <= 0.0 {
             return Err(InputError::NoSource);
         }
-        let mass = mass(density, cells)?;
-        let factor = if self.match_mass { self.mass / mass } else { 1.0 };
-        let target = &mut self.targets[index * cells..(index + 1) * cells];
+        let target = &mut self.fields[index * cells..(index + 1) * cells];
         self.missing = self
             .missing
             .saturating_sub(usize::from(target.iter().all(|&x| x == T::ZERO)));

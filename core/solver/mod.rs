@@ -5,8 +5,10 @@ mod fingerprint;
 mod inputs;
 mod layout;
 mod plan;
+mod release;
 mod results;
 mod saved;
+mod script;
 
 pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
 pub use crate::method::refusal::PlanError;
@@ -19,20 +21,25 @@ use crate::grid::{Grid, Space};
 use crate::memory::{ALIGN, Arena, Layout, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::registry::{self, Engine};
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::{Lists, Script};
 use crate::observe::Observer;
 use crate::problem::{Problem, Units};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use core::mem::MaybeUninit;
 use fingerprint::fingerprint;
+use release::Release;
 
 /// A solve in one block of memory.
 #[derive(Debug)]
 pub struct Solver<'m, T, S> {
     engine: Engine<'m, T, S>,
-    keyframe_steps: &'m [u32],
-    targets: &'m mut [T],
+    release: Option<Release<'m, T, S>>,
+    /// N.
+    steps: usize,
+    lists: Lists<'m>,
+    /// The fields of the script.
+    fields: &'m mut [T],
     units: Units,
     match_mass: bool,
     mass: f64,
@@ -71,29 +78,27 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             needed: plan.bytes(),
             given,
         };
-        let mut engine = Engine::new(problem, &plan.params);
+        let mut engine = Engine::new(&problem.controlled(), &plan.params);
         engine
             .get_mut()
             .layout(&mut Layout::carve(&mut arena))
             .map_err(short)?;
-        let count = problem.keyframes.len();
-        let steps = arena.take::<u32>("keyframe steps", count).map_err(short)?;
-        steps
-            .iter_mut()
-            .zip(problem.keyframes)
-            .for_each(|(slot, &step)| *slot = step as u32);
-        let targets = arena
-            .take("keyframe densities", count * problem.grid().cells())
-            .map_err(short)?;
+        let mut release = Release::new(problem, &plan.params);
+        if let Some(release) = &mut release {
+            release.layout(&mut Layout::carve(&mut arena)).map_err(short)?;
+        }
+        let (lists, fields) = script::carve(problem, &mut arena).map_err(short)?;
         debug_assert_eq!(arena.left(), 0, "planned and carved bytes differ");
         Ok(Self {
             engine,
-            keyframe_steps: steps,
-            targets,
+            release,
+            steps: problem.steps,
+            lists,
+            fields,
             units: problem.units(),
             match_mass: problem.match_mass,
             mass: 0.0,
-            missing: count,
+            missing: problem.keyframes.len(),
             prepared: None,
             objective: Objective::default(),
             finished: false,
@@ -113,15 +118,13 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// Checks that all densities are there and projects v_0; by how much that changed it, relative to max |v_0|.
     ///
     /// # Errors
-    /// [`InputError::NoSource`], [`InputError::NoKeyframe`].
+    /// [`InputError::NoSource`], [`InputError::NoEmitter`], [`InputError::NoKeyframe`].
     pub fn prepare(&mut self, exec: &dyn Exec) -> Result<f64, InputError> {
-        if self.mass <= 0.0 {
-            return Err(InputError::NoSource);
-        }
+        self.check_smoke()?;
         let cells = self.grid().cells();
         if self.missing > 0 {
             let unset = self
-                .targets
+                .fields
                 .chunks_exact(cells)
                 .position(|target| target.iter().all(|&x| x == T::ZERO));
             return Err(InputError::NoKeyframe {
@@ -144,13 +147,10 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
                 ..Progress::default()
             };
         }
-        let keyframes = Keyframes::new(self.keyframe_steps, self.targets);
+        let script = Script::new(self.lists, self.fields);
         self.finished = false;
         let mut progress = Progress::default();
-        let ended = self
-            .engine
-            .get_mut()
-            .step(exec, observer, &keyframes, &mut progress);
+        let ended = self.engine.get_mut().step(exec, observer, &script, &mut progress);
         progress.status = ended.err();
         progress
     }
@@ -176,14 +176,20 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         }
     }
 
-    /// Makes the result feasible (mathematics section 5): projects v, takes the force from it, transports rho_0 by it.
+    /// Makes the result feasible (mathematics section 5): projects v, takes the force from it, transports rho_0 by it,
+    /// and simulates what comes after the release.
     ///
     /// # Errors
     /// [`Status::NotFinite`] when a number is not finite or the flow is too fast to be transported.
     pub fn finish(&mut self, exec: &dyn Exec) -> Result<Objective, Status> {
-        let keyframes = Keyframes::new(self.keyframe_steps, self.targets);
+        let script = Script::new(self.lists, self.fields);
         self.finished = false;
-        self.objective = self.engine.get_mut().finish(exec, &keyframes)?;
+        let method = self.engine.get_mut();
+        self.objective = method.finish(exec, &script)?;
+        if let Some(release) = &mut self.release {
+            let largest = method.parts().setup.sweep.largest;
+            release.follow(exec, method.animation(), largest, &script)?;
+        }
         self.finished = true;
         Ok(self.objective)
     }

@@ -1,5 +1,6 @@
 //! How many bytes a solve needs.
 
+use super::release::Release;
 use crate::checkpoint;
 use crate::grid::Space;
 use crate::memory::{ALIGN, Arena, Entry, Layout, Ledger, Sharing};
@@ -7,7 +8,7 @@ use crate::method::contract::Size;
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
 use crate::method::registry::{self, Engine};
-use crate::problem::{Problem, ProblemError};
+use crate::problem::{Feature, Problem, ProblemError};
 use crate::real::Real;
 use crate::words::Named;
 
@@ -52,15 +53,14 @@ impl Plan {
     #[inline(never)]
     fn with<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
         let mut ledger = Ledger::new();
-        let (keyframes, cells) = (problem.keyframes.len(), problem.grid().cells());
         ledger.group("the method", Sharing::Together, |ledger| {
             let mut arena = Arena::measuring(ledger);
-            let mut engine = Engine::<T, S>::new(problem, params);
+            let mut engine = Engine::<T, S>::new(&problem.controlled(), params);
             // An arena that measures is never too small.
             let _ = engine.get_mut().layout(&mut Layout::carve(&mut arena));
         });
-        ledger.line("keyframe steps", keyframes, 4);
-        ledger.keep("keyframe densities", keyframes * cells, T::BYTES);
+        Self::measure_release::<T, S>(problem, params, &mut ledger);
+        super::script::measure::<T>(problem, &mut ledger);
         let kept = ledger.kept().and_then(|kept| kept.checked_add(checkpoint::HEAD));
         Ok(Self {
             bytes: ledger.bytes().ok_or(PlanError::TooLarge)?,
@@ -70,6 +70,20 @@ impl Plan {
             params: *params,
             ledger,
         })
+    }
+
+    /// Counts what is simulated after the release.
+    #[inline(never)]
+    fn measure_release<T: Real, S: Space>(problem: &Problem<'_>, params: &Params, ledger: &mut Ledger) {
+        if problem.release.is_none() {
+            return;
+        }
+        ledger.group("the flow after the release", Sharing::Together, |ledger| {
+            let mut arena = Arena::measuring(ledger);
+            if let Some(release) = &mut Release::<T, S>::new(problem, params) {
+                let _ = release.layout(&mut Layout::carve(&mut arena));
+            }
+        });
     }
 
     /// Bytes of the whole block.
@@ -115,12 +129,10 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
     if problem.keyframes.is_empty() && registry::steers(params) {
         return Err(ProblemError::NoKeyframe.into());
     }
-    match problem.smoothness {
-        Some(given) if given > 0.0 && !registry::prices_curls(params) => {
-            let method = params.method.name();
-            return Err(ProblemError::Smoothness { method, given }.into());
-        }
-        _ => {}
+    let unfit = |&&feature: &&Feature| problem.asks_for(feature) && !registry::takes(params, feature);
+    if let Some(&feature) = Feature::ALL.iter().find(unfit) {
+        let method = params.method.name();
+        return Err(ProblemError::Unfit { method, feature }.into());
     }
     params.check()?;
     // No buffer holds more than this many numbers a cell and step (or a thread, row and step): later sizes cannot overflow.

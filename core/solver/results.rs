@@ -3,7 +3,7 @@
 use super::Solver;
 use super::layout::{FileLayout, Strided};
 use crate::grid::Space;
-use crate::method::output::{FORCE, Output, Place, Unit, VELOCITY};
+use crate::method::output::{DENSITY, FORCE, Output, Place, Stored, Unit, VELOCITY};
 use crate::real::Real;
 
 impl<T: Real, S: Space> Solver<'_, T, S> {
@@ -16,7 +16,16 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Time steps N.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.animation().slots + 1
+        self.steps
+    }
+
+    /// Where step `step` of an output is: in the controlled part, or after the release.
+    fn stored(&self, output: &Output, step: usize) -> Stored<'_, T> {
+        let method = self.engine.get();
+        let controlled = output.count(self.animation().slots + 1);
+        let released = self.release.as_ref();
+        let released = released.and_then(|release| release.stored(output, step, controlled));
+        released.unwrap_or_else(|| method.stored(output, step.min(controlled.saturating_sub(1))))
     }
 
     /// The scene's unit of an output.
@@ -31,7 +40,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Component `axis` of step `step` of an output as it lies in memory.
     #[must_use]
     pub fn in_place(&self, output: &Output, step: usize, axis: usize) -> Strided<'_, T> {
-        let stored = self.engine.get().stored(output, step);
+        let stored = self.stored(output, step);
         let field = stored.components[axis];
         Strided::slot(self.grid(), field, stored.slots, stored.slot, self.unit(output))
     }
@@ -53,7 +62,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Component `axis` of step `step` of an output in the layout of a file, x fastest, of faces one more than cells along a wall axis,
     /// and in the scene's units. `out` has [`Self::elements`] elements.
     pub fn read(&self, output: &Output, step: usize, axis: usize, out: &mut [T]) {
-        let stored = self.engine.get().stored(output, step);
+        let stored = self.stored(output, step);
         let field = stored.components[axis];
         let (n, unit) = (self.grid().n[0], T::from_f64(self.unit(output)));
         out.fill(T::ZERO);
@@ -69,14 +78,14 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// rho_step, one element for each cell.
     #[must_use]
     pub fn density(&self, step: usize) -> &[T] {
-        self.animation().density(step).components[0]
+        self.stored(&DENSITY, step).components[0]
     }
 
     /// The target of keyframe `index`, after any scaling of its mass.
     #[must_use]
     pub fn keyframe(&self, index: usize) -> &[T] {
         let cells = self.grid().cells();
-        &self.targets[index * cells..(index + 1) * cells]
+        &self.fields[index * cells..(index + 1) * cells]
     }
 
     /// Faces of a component of a velocity or force in the layout of a file.

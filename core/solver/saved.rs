@@ -54,7 +54,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let (mut mass, mut missing, mut prepared) = (self.mass, self.missing, self.prepared);
         let (mut objective, mut finished) = (self.objective, self.finished);
         record.real(&mut mass)?;
-        record.count(&mut missing, self.keyframe_steps.len())?;
+        record.count(&mut missing, self.lists.steps.len())?;
         record.option(&mut prepared, |record, change| record.real(change))?;
         objective.record(record)?;
         record.flag(&mut finished)?;
@@ -68,7 +68,10 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let mut visit = |field: &mut [T]| record.elements(field);
         // What is kept is only shown: nothing can be too small.
         let _ = method.layout(&mut Layout::kept(&mut visit));
-        record.elements(self.targets);
+        if let Some(release) = &mut self.release {
+            let _ = release.layout(&mut Layout::kept(&mut visit));
+        }
+        record.elements(self.fields);
         Ok(())
     }
 }

@@ -209,25 +209,6 @@ impl<'a, T: Real> Transport<'a, T> {
         Ok(())
     }
 
-    /// Transports rho_0 through all steps: `rho` holds N + 1 fields of cells, the first of which is given.
-    ///
-    /// # Errors
-    /// [`Stop`].
-    pub fn run(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        flow: &Flow<'_, T>,
-        slots: usize,
-        rho: &mut [T],
-        sums: &mut [f64],
-    ) -> Result<(), Stop> {
-        (0..=slots).try_for_each(|step| {
-            self.step(exec, flow, slots, step, rho, sums)?;
-            Stop::heard(observer)
-        })
-    }
-
     /// Transports field `step` of `rho` to the next.
     ///
     /// # Errors

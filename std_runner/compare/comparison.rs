@@ -12,8 +12,9 @@ use crate::run::{Outcome, Request, RunOptions};
 use crate::scene::{Document, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
+use thurible_core::Feature;
 use thurible_core::Named;
-use thurible_core::method::registry::prices_curls;
+use thurible_core::method::registry::takes;
 
 /// A scene once for each method that solves it.
 pub(crate) struct Lineup {
@@ -60,7 +61,7 @@ fn price_alike(scenes: &mut [Scene]) -> Option<String> {
         |scene: &Scene| scene.control.smoothness.is_none() && scene.advection.scheme.smoothness() > 0.0;
     let (able, unable): (Vec<&Scene>, Vec<&Scene>) = scenes
         .iter()
-        .partition(|scene| prices_curls(&scene.method.params));
+        .partition(|scene| takes(&scene.method.params, Feature::Smoothness));
     if unable.is_empty() || !able.into_iter().any(automatic) {
         return None;
     }

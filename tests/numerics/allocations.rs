@@ -45,12 +45,18 @@ fn count() -> usize {
 fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
     let mut memory = Memory::new(scene.plan::<T, S>().bytes());
     let densities: Vec<Vec<T>> = scene.densities.iter().map(|density| cast(density)).collect();
+    let [shapes, regions] = [&scene.effects.shapes, &scene.effects.regions]
+        .map(|list| list.iter().map(|field| cast(field)).collect::<Vec<Vec<T>>>());
     let problem = scene.problem();
     let block = memory.block();
     let mut saved = vec![0; scene.plan::<T, S>().saved_bytes()];
     let before = count();
     let mut solver = Solver::<T, S>::new(&problem, &scene.params, block).unwrap();
     solver.set_source(&densities[0]).unwrap();
+    for (index, shape) in shapes.iter().enumerate() {
+        solver.set_emitter(index, shape).unwrap();
+    }
+    solver.set_region(0, &regions[0]).unwrap();
     solver.set_keyframe(0, &densities[1]).unwrap();
     solver.save(&mut saved).unwrap();
     solver.restore(&saved).unwrap();
@@ -97,12 +103,8 @@ fn nothing_is_allocated() {
                 },
                 ..scene
             };
-            (
-                scene.params.lbfgs.nested,
-                scene.params.simulation.buoyancy,
-                scene.params.pd.gathering,
-            ) = (true, 1e-3, 0.01);
-            scene
+            (scene.params.lbfgs.nested, scene.params.pd.gathering) = (true, 0.01);
+            scene.with_everything()
         };
         allocates_nothing::<f32, D2>(&by(&[14, 9], "wp", 5));
         allocates_nothing::<f64, D2>(&by(&[8, 8], "ww", 4));

@@ -96,10 +96,6 @@ fn parameters_out_of_range_are_refused() {
         "pd.gathering"
     );
     assert_eq!(
-        refused(|params| params.simulation.buoyancy = f64::NAN),
-        "simulation.buoyancy"
-    );
-    assert_eq!(
         refused(|params| params.simulation.tolerance = 0.0),
         "simulation.tolerance"
     );
@@ -128,8 +124,8 @@ fn a_stop_at_any_time_leaves_a_feasible_flow() {
         let mut scene = by(method, Scene::small(&[32, 20], "wp", 4));
         scene.params.iterations = 2;
         scene.params.lbfgs.nested = true;
-        scene.params.simulation.buoyancy = 1e-3;
         scene.params.pd.gathering = 0.01;
+        scene.effects.buoyancy[1] = 1e-3;
         let mut counter = StopAt {
             at: usize::MAX,
             seen: 0,

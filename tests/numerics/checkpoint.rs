@@ -23,12 +23,8 @@ pub fn by(method: Method, scene: Scene) -> Scene {
         },
         ..scene
     };
-    (
-        scene.params.lbfgs.nested,
-        scene.params.simulation.buoyancy,
-        scene.params.pd.gathering,
-    ) = (true, 1e-3, 0.01);
-    scene
+    (scene.params.lbfgs.nested, scene.params.pd.gathering) = (true, 0.01);
+    scene.with_everything()
 }
 
 /// Calls `work` with a solver that has nothing yet.

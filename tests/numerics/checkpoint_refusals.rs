@@ -50,7 +50,7 @@ fn every_changed_byte_is_found() {
             })
         );
         assert!(save(solver) == before, "refused bytes changed the solver");
-        assert_eq!(solver.prepare(&Serial), Err(InputError::NoSource));
+        assert_eq!(solver.prepare(&Serial), Err(InputError::NoEmitter { index: 0 }));
         let mut few = vec![0; bytes.len() - 1];
         assert_eq!(
             solver.save(&mut few),

@@ -59,8 +59,9 @@ fn bits<T: Real, S: Space>(scene: &Scene, threads: usize) -> Vec<u64> {
             },
             ..scene.clone()
         };
-        (scene.params.simulation.buoyancy, scene.params.pd.gathering) = (1e-3, 0.01);
+        scene.params.pd.gathering = 0.01;
         scene.params.lbfgs.nested = scene.params.direct.nested;
+        let scene = scene.with_everything();
         // More real threads than these would only wait for each other.
         if threads > 3 {
             return scene.solve::<T, S>(&Backwards(threads), &mut Silent).bits();

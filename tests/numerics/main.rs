@@ -23,6 +23,7 @@ mod determinism;
 mod direct;
 mod direct_starts;
 mod driven;
+mod effects;
 mod exec;
 mod free_flow;
 mod geometry;

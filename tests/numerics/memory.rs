@@ -213,12 +213,8 @@ fn what_the_memory_held_before_does_not_matter() {
                 },
                 ..scene
             };
-            (
-                scene.params.lbfgs.nested,
-                scene.params.simulation.buoyancy,
-                scene.params.pd.gathering,
-            ) = (true, 1e-3, 0.01);
-            scene
+            (scene.params.lbfgs.nested, scene.params.pd.gathering) = (true, 0.01);
+            scene.with_everything()
         };
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[12, 9], "wp", 5)));
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[32, 20], "wp", 5)));

@@ -7,6 +7,7 @@ use crate::fields::random::Random;
 use crate::fields::{Components, add_scaled_all, cast, dot, dot_all, flow, grid, slot_of_all, zeros};
 use crate::gradients::taylor;
 use thurible_core::grid::Grid;
+use thurible_core::objective::script::Lists;
 use thurible_core::{Advection, D2, D3, Scheme, Space};
 
 /// What a [`Control`] borrows, drawn at random, with keyframes at steps 2 and 5.
@@ -40,8 +41,12 @@ impl Drawn {
             grid: &self.grid,
             steps: 5,
             source: &self.source,
-            keyframes: &[2, 5],
-            targets: &self.targets,
+            lists: Lists {
+                steps: &[2, 5],
+                ..Lists::default()
+            },
+            fields: &self.targets,
+            buoyancy: [0.0; 3],
             initial: &self.initial,
             advection: Advection {
                 scheme: self.scheme,
@@ -92,10 +97,10 @@ fn data_term(control: &Control<'_, f64>, v: &Components<f64>) -> f64 {
             slot_of_all(control.grid, control.steps - 1, step - 1, v)
         };
         rho = naive.transport(control.advection.into(), &v, &rho);
-        if let Some(at) = control.keyframes.iter().position(|&k| k as usize == step + 1) {
+        if let Some(at) = control.lists.steps.iter().position(|&k| k as usize == step + 1) {
             let e: Vec<f64> = cast(&rho)
                 .iter()
-                .zip(&control.targets[at * rho.len()..])
+                .zip(&control.fields[at * rho.len()..])
                 .map(|(x, y): (&f64, &f64)| x - y)
                 .collect();
             sum += 0.5 * dot(&e, &naive.metric(control.filters, &e));
@@ -226,8 +231,12 @@ fn a_gradient_costs_less_than_three_simulations() {
             grid: &grid,
             steps,
             source: &source,
-            keyframes: &[8],
-            targets: &target,
+            lists: Lists {
+                steps: &[8],
+                ..Lists::default()
+            },
+            fields: &target,
+            buoyancy: [0.0; 3],
             initial: &initial,
             advection,
             filters: 3,

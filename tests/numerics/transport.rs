@@ -210,9 +210,11 @@ pub fn run(
     let mut transport = Transport::carve(grid, stepping, 1.0, 1, &mut Pool::new(&mut elements));
     let mut rho = source.repeat(slots + 2);
     let mut observer = Stopper(stop);
-    transport
-        .run(&Serial, &mut observer, flow, slots, &mut rho, &mut sums)
-        .map(|()| rho)
+    let carried = (0..=slots).try_for_each(|step| {
+        transport.step(&Serial, flow, slots, step, &mut rho, &mut sums)?;
+        Stop::heard(&mut observer)
+    });
+    carried.map(|()| rho)
 }
 
 struct Stopper(usize);

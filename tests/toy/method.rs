@@ -7,7 +7,7 @@ use crate::memory::{Layout, TooSmall};
 use crate::method::contract::{Contract, Parts};
 use crate::method::output::{DENSITY, Output, Stored, VELOCITY};
 use crate::method::{animation::Animation, params::Params};
-use crate::objective::{flow, keyframes::Keyframes};
+use crate::objective::{flow, script::Script};
 use crate::progress::{Fact, Kind, Objective, Progress, Status};
 use crate::{exec::Exec, field::rows, grid::Space, observe::Observer, problem::Problem, real::Real};
 
@@ -76,13 +76,13 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Toy<'m, T, S> {
         &mut self,
         _: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<(), Status> {
         progress.begin(self.iteration + 1, observer)?;
         let (cells, rho) = (self.animation.grid().cells(), &mut *self.animation.rho);
         if self.iteration == 0 {
-            let target = keyframes.density(keyframes.count() - 1, cells);
+            let target = script.density(script.count() - 1, cells);
             for at in cells..rho.len() {
                 let (cell, part) = (at % cells, (at / cells) as f64 / (rho.len() / cells - 1) as f64);
                 rho[at] = rho[cell] + (target[cell] - rho[cell]) * T::from_f64(part * part);
@@ -103,7 +103,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Toy<'m, T, S> {
             .ok_or(Status::MaxIterations)
     }
 
-    fn finish(&mut self, _: &dyn Exec, _: &Keyframes<'_, T>) -> Result<Objective, Status> {
+    fn finish(&mut self, _: &dyn Exec, _: &Script<'_, T>) -> Result<Objective, Status> {
         let data = rows::sum_square_gaps(self.animation.rho, self.blend);
         Ok(Objective::of_data(data))
     }

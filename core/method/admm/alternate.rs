@@ -8,7 +8,7 @@ use crate::field::{trajectory, view};
 use crate::grid::Space;
 use crate::memory::Pool;
 use crate::method::animation::Animation;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::{Observer, Silent};
 use crate::poisson::Projection;
 use crate::progress::{Objective, Progress, Status};
@@ -20,23 +20,23 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         progress: &mut Progress,
         course: &mut Course,
     ) -> Result<(), Status> {
-        let mut carried = self.update_density(exec, observer, keyframes, course);
+        let mut carried = self.update_density(exec, observer, script, course);
         // A flow from a coarser grid may be too fast for this one.
         for keep in RETREATS {
             if carried != Err(Status::NotFinite) {
                 break;
             }
             self.retreat(exec, keep);
-            carried = self.update_density(exec, observer, keyframes, course);
+            carried = self.update_density(exec, observer, script, course);
         }
         carried?;
         let improved = self
             .update_velocity(exec, observer, course)
-            .and_then(|()| self.objective(exec, observer, keyframes))
+            .and_then(|()| self.objective(exec, observer, script))
             .and_then(finite);
         if improved == Err(Status::NotFinite) {
             self.return_to_star(exec);
@@ -79,11 +79,11 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     pub(super) fn finish_as_is(
         &mut self,
         exec: &dyn Exec,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<Objective, Status> {
         self.project(exec, &mut Silent)?;
         self.consistent_force(exec, &mut Silent)?;
-        let objective = self.objective(exec, &mut Silent, keyframes).and_then(finite)?;
+        let objective = self.objective(exec, &mut Silent, script).and_then(finite)?;
         let rho = &mut self.animation.rho;
         rho.copy_from_slice(&self.region[..rho.len()]);
         Ok(objective)

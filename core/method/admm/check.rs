@@ -6,7 +6,7 @@ use crate::exec::Exec;
 use crate::field::{sums, view};
 use crate::grid::Space;
 use crate::memory::Pool;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::objective::sweep::{DensitySweep, densities};
 use crate::observe::Observer;
 use crate::progress::{Objective, Status};
@@ -46,7 +46,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<Objective, Status> {
         let (grid, slots) = (&self.animation.levels.finest, self.slots());
         let mut pool = Pool::new(&mut *self.region);
@@ -58,7 +58,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             v: view(&self.animation.v),
             along: None,
         };
-        let data = match sweep.carry(exec, observer, &flow, rho, keyframes, self.animation.sums) {
+        let data = match sweep.carry(exec, observer, &flow, rho, script, self.animation.sums) {
             Ok(data) => data,
             Err(Stop::Cancelled) => return Err(Status::Cancelled),
             Err(Stop::TooFast) => f64::INFINITY,

@@ -32,9 +32,9 @@ use crate::method::contract::{Contract, Measure, Parts};
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
 use crate::nso::{Bases, NsoSolver, SmootherMemory, Workspace, newton};
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::Observer;
-use crate::problem::Problem;
+use crate::problem::{Feature, Problem};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use core::marker::PhantomData;
@@ -121,9 +121,11 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         Self::with(&Setup::new(problem, params))
     }
 
-    /// Its two problems have closed steps for |u|^2 alone.
-    fn prices_curls() -> bool {
-        false
+    /// Its two problems have closed steps for |u|^2 alone, and the Navier-Stokes problem knows no densities.
+    fn takes(feature: Feature) -> bool {
+        match feature {
+            Feature::Smoothness | Feature::Buoyancy | Feature::Schedule => false,
+        }
     }
 
     /// The fastest way of using memory within the ceiling and the paper's bound. Where none keeps both, the fastest within the ceiling,
@@ -215,30 +217,30 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<(), Status> {
         if self.iteration == 0 {
-            self.nested_start(exec, observer, keyframes)?;
+            self.nested_start(exec, observer, script)?;
         }
         self.iteration += 1;
         progress.begin(self.iteration, observer)?;
         let mut course = Course::default();
-        let ended = self.alternate(exec, observer, keyframes, progress, &mut course);
+        let ended = self.alternate(exec, observer, script, progress, &mut course);
         course.tell(&mut progress.report);
         ended
     }
 
     /// Projects v, takes w from it and transports rho_0 by it. A flow that is not finite, or too fast to be transported, is taken back
     /// towards v_0 until it is.
-    fn finish(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
-        let mut finished = self.finish_as_is(exec, keyframes);
+    fn finish(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> Result<Objective, Status> {
+        let mut finished = self.finish_as_is(exec, script);
         for keep in RETREATS {
             if finished != Err(Status::NotFinite) {
                 break;
             }
             self.retreat(exec, keep);
-            finished = self.finish_as_is(exec, keyframes);
+            finished = self.finish_as_is(exec, script);
         }
         finished
     }

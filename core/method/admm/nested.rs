@@ -12,7 +12,7 @@ use crate::method::animation::Animation;
 use crate::method::coarse_start;
 use crate::nso::SmootherMemory;
 use crate::objective::coarse;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::progress::Status;
 use crate::real::Real;
@@ -49,12 +49,12 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<(), Status> {
-        let Some(setup) = self.coarse_setup(keyframes.count()) else {
+        let Some(setup) = self.coarse_setup(script.fields()) else {
             return Ok(());
         };
-        if self.solve_coarse(exec, observer, &setup, keyframes)? == Status::NotFinite {
+        if self.solve_coarse(exec, observer, &setup, script)? == Status::NotFinite {
             let v = &mut self.animation.v;
             v.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
@@ -65,7 +65,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     /// The setup of the coarse solve on as many threads as its memory allows, or `None` when there is to be no coarse solve.
     ///
     /// Whether there is one follows from the problem alone, never from the threads or the use of memory that was planned.
-    fn coarse_setup(&self, keyframes: usize) -> Option<Setup> {
+    fn coarse_setup(&self, fields: usize) -> Option<Setup> {
         let grids = &self.animation.levels.grids;
         let (fine, coarse) = (grids.first()?, grids.get(1)?);
         let room = coarse::scratch_per_thread(fine, self.slots()) <= self.pbar.len();
@@ -73,11 +73,11 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             return None;
         }
         let least = self.setup.coarsened(*coarse, 1, SmootherMemory::LEAST);
-        if Self::coarse_bytes(&least, keyframes)? > self.least_region()? {
+        if Self::coarse_bytes(&least, fields)? > self.least_region()? {
             return None;
         }
         let fits = |setup: &Setup| {
-            Self::coarse_bytes(setup, keyframes).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
+            Self::coarse_bytes(setup, fields).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
         };
         let ways = SmootherMemory::all::<T, S>(coarse);
         coarse::halvings(self.threads())
@@ -96,8 +96,8 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     }
 
     /// Bytes of a coarse solve.
-    fn coarse_bytes(setup: &Setup, keyframes: usize) -> Option<usize> {
-        coarse_start::bytes::<T, S>(Admm::with(setup), keyframes, &mut Ledger::new())
+    fn coarse_bytes(setup: &Setup, fields: usize) -> Option<usize> {
+        coarse_start::bytes::<T, S>(Admm::with(setup), fields, &mut Ledger::new())
     }
 
     /// Solves the coarse scene in `region` and prolongs its flow.
@@ -106,7 +106,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         setup: &Setup,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<Status, Status> {
         let Self {
             animation,
@@ -116,7 +116,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         } = self;
         let exec = &Capped::new(exec, setup.ao.flow.sweep.threads);
         let mut admm = Admm::<T, S>::with(setup);
-        let ended = coarse_start::solve(exec, observer, animation, keyframes, &mut admm, region, scratch)?;
+        let ended = coarse_start::solve(exec, observer, animation, script, &mut admm, region, scratch)?;
         let Animation { levels, v, slots, .. } = animation;
         let coarse_v = view(&admm.animation.v);
         coarse::prolong(exec, levels, 0, *slots, coarse_v, reborrow(v), scratch);

@@ -6,7 +6,7 @@ use crate::exec::Exec;
 use crate::field::{reborrow, view};
 use crate::grid::Space;
 use crate::method::admm::ao::{self, AO};
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::{Event, Observer};
 use crate::progress::Status;
 use crate::real::Real;
@@ -17,7 +17,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         course: &mut Course,
     ) -> Result<(), Status> {
         if observer.on(Event::PhaseBegin(AO)).is_break() {
@@ -33,7 +33,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             direction: reborrow(&mut self.w),
             initial: view(&self.animation.initial),
             rho: self.animation.rho,
-            keyframes,
+            script,
         };
         let solved = ao::solve(
             exec,

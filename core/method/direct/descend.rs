@@ -7,7 +7,7 @@ use crate::field::trajectory;
 use crate::field::view;
 use crate::grid::Space;
 use crate::method::first_hessian;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome};
 use crate::optimise::line_search::SMALLEST_STEP;
@@ -26,13 +26,13 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<Outcome, Status> {
         let level = self.level.unwrap_or(0);
         let tolerance = self.tolerance_on(level);
         let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
-        let mut work = self.work(level, keyframes);
+        let mut work = self.work(level, script);
         let exec = &Capped::new(exec, work.evaluation.setup.sweep.threads);
         (progress.cells, progress.level) = (work.shape().grid.n, level);
         let mut course = Course::default();

@@ -5,7 +5,7 @@ use crate::field::VectorMut;
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::Pool;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::objective::sweep::densities;
 use crate::real::Real;
 
@@ -14,25 +14,25 @@ pub struct LevelMut<'a, T> {
     pub initial: VectorMut<'a, T>,
     pub rho: &'a mut [T],
     pub v: VectorMut<'a, T>,
-    pub keyframes: Keyframes<'a, T>,
+    pub script: Script<'a, T>,
     pub rest: &'a mut [T],
 }
 
-/// A coarser grid before its keyframes are there.
+/// A coarser grid before its script is there.
 pub struct NextMut<'a, T> {
     pub initial: VectorMut<'a, T>,
     pub rho: &'a mut [T],
     pub v: VectorMut<'a, T>,
-    pub densities: &'a mut [T],
+    pub fields: &'a mut [T],
     pub rest: &'a mut [T],
 }
 
 impl<'a, T: Real> NextMut<'a, T> {
     /// The data of a coarser grid, all but what is left of the pool.
-    pub fn carve(grid: &Grid, slots: usize, keyframes: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(grid: &Grid, slots: usize, fields: usize, pool: &mut Pool<'a, T>) -> Self {
         let cells = grid.cells();
         Self {
-            densities: pool.take("keyframe densities", keyframes * cells),
+            fields: pool.take("fields of the script", fields * cells),
             rho: pool.take("densities", densities(grid, slots)),
             initial: pool.take_vector("given velocity", grid.dims, cells),
             v: pool.take_vector("velocity", grid.dims, cells * slots),
@@ -41,22 +41,22 @@ impl<'a, T: Real> NextMut<'a, T> {
     }
 
     /// The same in the rest of the finer grid.
-    pub fn within(grid: &Grid, slots: usize, keyframes: usize, rest: &'a mut [T]) -> Self {
+    pub fn within(grid: &Grid, slots: usize, fields: usize, rest: &'a mut [T]) -> Self {
         let mut pool = Pool::new(rest);
-        let next = Self::carve(grid, slots, keyframes, &mut pool);
+        let next = Self::carve(grid, slots, fields, &mut pool);
         Self {
             rest: pool.into_rest(),
             ..next
         }
     }
 
-    /// With its keyframes, at the steps of those on another grid.
-    pub fn complete(self, keyframes: &Keyframes<'a, T>, stride: u32) -> LevelMut<'a, T> {
+    /// With its script, that of another grid in its own fields.
+    pub fn complete(self, script: &Script<'a, T>, stride: u32) -> LevelMut<'a, T> {
         LevelMut {
             initial: self.initial,
             rho: self.rho,
             v: self.v,
-            keyframes: keyframes.coarse(stride, self.densities),
+            script: script.coarse(stride, self.fields),
             rest: self.rest,
         }
     }
@@ -69,10 +69,10 @@ pub fn down<'a, T: Real>(
     finest: LevelMut<'a, T>,
     level: usize,
 ) -> LevelMut<'a, T> {
-    let keyframes = finest.keyframes;
+    let script = finest.script;
     let grids = levels.grids.iter().enumerate().skip(1).take(level);
     grids.fold(finest, |at, (level, grid)| {
-        NextMut::within(grid, slots_on(setup, level), keyframes.count(), at.rest)
-            .complete(&keyframes, stride(setup, level))
+        NextMut::within(grid, slots_on(setup, level), script.fields(), at.rest)
+            .complete(&script, stride(setup, level))
     })
 }

@@ -26,7 +26,7 @@ use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts, fits, pairs_that_fit};
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::optimise::descent::{Descent, Outcome};
 use crate::optimise::quasi_newton;
@@ -192,25 +192,25 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<(), Status> {
         let level = match self.level {
             Some(level) => level,
-            None => self.begin(exec, keyframes),
+            None => self.begin(exec, script),
         };
         self.iteration += 1;
         progress.begin(self.iteration, observer)?;
-        let outcome = self.descend(exec, observer, keyframes, progress)?;
+        let outcome = self.descend(exec, observer, script, progress)?;
         match outcome {
             Outcome::Goes if self.descent.iterations < self.iterations_on(level) => Ok(()),
-            _ if level > 0 => self.ascend(exec, observer, keyframes),
+            _ if level > 0 => self.ascend(exec, observer, script),
             ended => Err(ended.status()),
         }
     }
 
-    fn finish(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
-        self.make_feasible(exec, keyframes)
+    fn finish(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> Result<Objective, Status> {
+        self.make_feasible(exec, script)
     }
 
     fn force(&self) -> Vector<'_, T> {

@@ -15,8 +15,8 @@ pub struct Setup {
     pub grid: Grid,
     /// The objective on the finest grid; max rho_0 is set with the source.
     pub flow: flow::Setup,
-    /// Keyframes.
-    pub keyframes: usize,
+    /// Fields of the script.
+    pub fields: usize,
     /// Pairs of L-BFGS.
     pub history: usize,
     /// What an iteration on the finest grid must gain, relative to the objective.
@@ -45,7 +45,7 @@ impl Setup {
         Self {
             grid: problem.grid(),
             flow,
-            keyframes: problem.keyframes.len(),
+            fields: problem.fields(),
             history: history.unwrap_or(DirectParams::MOST_BY_DEFAULT),
             tolerance,
             nested,

@@ -30,7 +30,7 @@ impl<T: Real> Sizes<T> {
                 NextMut::carve(
                     &levels.grids[level],
                     slots_on(setup, level),
-                    setup.keyframes,
+                    setup.fields,
                     &mut pool,
                 );
             }),

@@ -9,7 +9,7 @@ use crate::field::{reborrow, rows, view};
 use crate::grid::Space;
 use crate::memory::Pool;
 use crate::objective::coarse::{self, Scene, SceneMut};
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::{Observer, Silent};
 use crate::optimise::descent::Descent;
 use crate::progress::{Objective, Status};
@@ -17,28 +17,28 @@ use crate::real::Real;
 
 impl<T: Real, S: Space> Direct<'_, T, S> {
     /// Passes the scene down to the coarsest grid that takes part, where the flow begins as v_0 in all slots; that grid.
-    pub(super) fn begin(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> usize {
+    pub(super) fn begin(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> usize {
         let coarsest = self.threads.len() - 1;
         let setup = self.setup;
-        let (levels, mut at) = self.finest(keyframes);
+        let (levels, mut at) = self.finest(script);
         for (level, grid) in levels.grids.iter().skip(1).take(coarsest).enumerate() {
-            let mut next = NextMut::within(grid, slots_on(&setup, level + 1), keyframes.count(), at.rest);
+            let mut next = NextMut::within(grid, slots_on(&setup, level + 1), script.fields(), at.rest);
             let fine = Scene {
                 source: &at.rho[..levels.grids[level].cells()],
                 initial: view(&at.initial),
-                keyframes: &at.keyframes,
+                script: &at.script,
             };
             let coarse = SceneMut {
                 source: &mut next.rho[..grid.cells()],
                 initial: reborrow(&mut next.initial),
-                densities: &mut *next.densities,
+                fields: &mut *next.fields,
             };
             coarse::restrict(exec, levels, level, &fine, coarse, next.rest);
             let [coarser, finer] = [level + 1, level].map(|level| stride(&setup, level));
             next.initial
                 .iter_mut()
                 .for_each(|initial| rows::scale_in_place(initial, T::from_f64(f64::from(coarser / finer))));
-            at = next.complete(keyframes, coarser);
+            at = next.complete(script, coarser);
         }
         let slots = slots_on(&setup, coarsest);
         put_everywhere(exec, &levels.grids[coarsest], view(&at.initial), &mut at.v, slots);
@@ -51,15 +51,15 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<(), Status> {
         let setup = self.setup;
         let fine = self.level.unwrap_or(0).saturating_sub(1);
         let [slots, few] = [fine, fine + 1].map(|level| slots_on(&setup, level));
-        let (levels, finest) = self.finest(keyframes);
+        let (levels, finest) = self.finest(script);
         let at = down(levels, &setup, finest, fine);
         let grid = &levels.grids[fine + 1];
-        let coarse = NextMut::within(grid, few, keyframes.count(), at.rest);
+        let coarse = NextMut::within(grid, few, script.fields(), at.rest);
         let mut pool = Pool::new(coarse.rest);
         let v = if slots == few {
             coarse.v
@@ -78,7 +78,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         coarse::prolong(exec, levels, fine, slots, view(&v), at.v, pool.into_rest());
         self.level = Some(fine);
         self.descent = Descent::new(self.setup.history);
-        let mut work = self.work(fine, keyframes);
+        let mut work = self.work(fine, script);
         let exec = &Capped::new(exec, work.evaluation.setup.sweep.threads);
         work.evaluation
             .project(
@@ -95,18 +95,18 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
     pub(crate) fn make_feasible(
         &mut self,
         exec: &dyn Exec,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<Objective, Status> {
         if self.level.is_none() {
-            self.begin(exec, keyframes);
+            self.begin(exec, script);
         }
         while self.level.is_some_and(|level| level > 0) {
-            self.ascend(exec, &mut Silent, keyframes)?;
+            self.ascend(exec, &mut Silent, script)?;
         }
         self.descent = Descent::new(self.setup.history);
         let force = self.descent.newton.direction;
         let stepping = self.setup.flow.sweep.stepping;
-        let mut work = self.work(0, keyframes);
+        let mut work = self.work(0, script);
         work.evaluation.setup.sweep.stepping = stepping;
         work.evaluation
             .finish::<S>(exec, &mut work.v, &mut work.fields[force])

@@ -2,7 +2,7 @@
 
 use super::Direct;
 use super::level::{LevelMut, down};
-use super::setup::{slots_on, sweep_setup, weights};
+use super::setup::{slots_on, stride, sweep_setup, weights};
 use crate::field::trajectory::Shape;
 use crate::field::{VectorMut, reborrow};
 use crate::force::time_line::{TimeLine, drag};
@@ -11,7 +11,7 @@ use crate::grid::levels::Levels;
 use crate::memory::Pool;
 use crate::method::animation::Animation;
 use crate::objective::flow::{self, Evaluation};
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::optimise::quasi_newton;
 use crate::optimise::quasi_newton::fields::Fields;
 use crate::real::Real;
@@ -33,11 +33,8 @@ impl<'a, T: Real> Work<'a, '_, T> {
 
 impl<'m, T: Real, S: Space> Direct<'m, T, S> {
     /// The hierarchy, and the finest grid with everything else in its rest.
-    pub(super) fn finest<'a>(
-        &'a mut self,
-        keyframes: &Keyframes<'a, T>,
-    ) -> (&'a Levels<'m, T>, LevelMut<'a, T>) {
-        let keyframes = *keyframes;
+    pub(super) fn finest<'a>(&'a mut self, script: &Script<'a, T>) -> (&'a Levels<'m, T>, LevelMut<'a, T>) {
+        let script = *script;
         let Animation {
             levels,
             initial,
@@ -49,14 +46,14 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             initial: reborrow(initial),
             rho,
             v: reborrow(v),
-            keyframes,
+            script,
             rest: self.rest,
         };
         (levels, at)
     }
 
     /// Grid `level`, to iterate on.
-    pub(super) fn work<'a>(&'a mut self, level: usize, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
+    pub(super) fn work<'a>(&'a mut self, level: usize, script: &Script<'a, T>) -> Work<'a, 'm, T> {
         let (count, threads) = (self.threads.len(), self.threads.on(level));
         let Self {
             animation,
@@ -77,24 +74,26 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             initial: reborrow(initial),
             rho,
             v: reborrow(v),
-            keyframes: *keyframes,
+            script: *script,
             rest,
         };
         let LevelMut {
             initial: [x, y, z],
             rho,
             v,
-            keyframes,
+            script,
             rest,
         } = down(levels, setup, finest, level);
         let (grid, slots) = (&levels.grids[level], slots_on(setup, level));
         let mut pool = Pool::new(rest);
         let fields = quasi_newton::fields::take(grid, slots, setup.history, &mut pool);
         let [stiffness, viscosity, force_weight] = weights(setup, level);
+        let s = f64::from(stride(setup, level));
         let flow = flow::Setup {
             sweep: sweep_setup(setup, level, count, threads),
             viscosity,
             force_weight,
+            buoyancy: setup.flow.buoyancy.map(|b| b * s * s),
             ..setup.flow
         };
         let evaluation = Evaluation {
@@ -104,7 +103,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             priced: flow::priced(grid, &flow, &mut pool),
             initial: [&*x, &*y, &*z],
             rho,
-            keyframes,
+            script,
             region: pool.into_rest(),
             sums,
         };

@@ -1,21 +1,23 @@
 //! The objective as a function of the forces: the flow simulated forwards, and the exact discrete adjoint of what was simulated.
 //!
 //! ```text
-//! forward     v_k + Adv(v_k) + grad p_k = v_{k-1} + u_{k-1},  div v_k = 0             for k = 1 .. T
+//! forward     v_k + Adv(v_k) + grad p_k = v_{k-1} + u_{k-1} + B rho_k,  div v_k = 0   for k = 1 .. T, rho_k carried by v_{k-1}
 //! backward    z_k + J(v_k)^T z_k + grad q_k = z_{k+1} - A_v^T mu_k,  div z_k = 0      for k = T .. 1, z_{T+1} = 0
-//! gradient    r (1 + s^2 C^T C) u_{k-1} + z_k
+//! gradient    r f (1 + s^2 C^T C) u_{k-1} + z_k
 //! ```
+//!
+//! Buoyancy B pulls mu_k down by B^T z_k, so that both go back together where there is any (see [`backward`](super::backward)).
 
-use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::slot::{self, Slot, put};
-use crate::field::trajectory::{self, Shape};
-use crate::field::{Vector, VectorMut, reborrow, rows, view};
+use crate::exec::Exec;
+use crate::field::slot::{Slot, put};
+use crate::field::{Vector, VectorMut, view};
+use crate::force::lift::Lift;
 use crate::grid::Space;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
 use crate::method::simulate::step::{self, Step};
 use crate::objective::flow::{self, Evaluation};
-use crate::objective::sweep::{self, DensitySweep};
+use crate::objective::sweep::DensitySweep;
 use crate::observe::Observer;
 use crate::progress::Objective;
 use crate::real::Real;
@@ -30,7 +32,7 @@ pub struct Warm<'a, T> {
     pub change: (Vector<'a, T>, f64),
 }
 
-/// J(u) = 1/2 <e, C e> + r/2 sum <u, (1 + s^2 C^T C) u>.
+/// J(u) = 1/2 <e, C e> + r/2 sum f <u, (1 + s^2 C^T C) u>.
 pub struct Simulated<'a, 'm, T> {
     /// Weights, densities and work; see [`Self::measure`].
     pub evaluation: Evaluation<'a, 'm, T>,
@@ -40,8 +42,14 @@ pub struct Simulated<'a, 'm, T> {
 
 impl<T: Real> Simulated<'_, '_, T> {
     /// What evaluations on the finest grid take of a region, for a pool that measures.
-    pub fn measure<'l>(levels: &'l Levels<'_, T>, sweep: &sweep::Setup, pool: &mut Pool<'l, T>) {
-        pool.group("evaluation or step", Sharing::InTurn, |pool| {
+    pub fn measure<'l>(levels: &'l Levels<'_, T>, setup: &flow::Setup, pool: &mut Pool<'l, T>) {
+        let sweep = &setup.sweep;
+        let sharing = if setup.lifts() {
+            Sharing::Together
+        } else {
+            Sharing::InTurn
+        };
+        pool.group("evaluation and step", sharing, |pool| {
             Evaluation::measure(levels, 0, sweep, pool);
             // A step's tolerance and viscosity take no memory.
             let step = step::Setup {
@@ -53,7 +61,7 @@ impl<T: Real> Simulated<'_, '_, T> {
         });
     }
 
-    fn step_setup(&self) -> step::Setup {
+    pub(super) fn step_setup(&self) -> step::Setup {
         let flow::Setup { sweep, viscosity, .. } = self.evaluation.setup;
         step::Setup {
             viscosity,
@@ -80,28 +88,41 @@ impl<T: Real> Simulated<'_, '_, T> {
             return Ok(force);
         }
         self.simulate::<S>(exec, observer, u, warm, v)?;
+        let slots = self.evaluation.setup.sweep.slots;
+        self.carry(exec, observer, view(v), slots)?;
+        let data = self.evaluation.data(exec);
+        Ok(Objective { data, ..force })
+    }
+
+    /// The density of `step` + 1 from the one before.
+    fn carry(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        v: Vector<'_, T>,
+        step: usize,
+    ) -> Result<(), Stop> {
         let Evaluation {
             levels,
             level,
             setup,
             initial,
             rho,
-            keyframes,
+            script,
             region,
             sums,
             ..
         } = &mut self.evaluation;
         let flow = Flow {
             initial: *initial,
-            v: view(v),
+            v,
             along: None,
         };
         let mut sweep = DensitySweep::carve(levels, *level, &setup.sweep, &mut Pool::new(region));
-        let data = sweep.carry(exec, observer, &flow, rho, keyframes, sums)?;
-        Ok(Objective { data, ..force })
+        sweep.carry_step(exec, observer, &flow, rho, step, script, sums)
     }
 
-    /// The flow of u.
+    /// The flow of u, with the densities that it carries on the way.
     fn simulate<S: Space>(
         &mut self,
         exec: &dyn Exec,
@@ -110,162 +131,61 @@ impl<T: Real> Simulated<'_, '_, T> {
         warm: Warm<'_, T>,
         v: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
+        (1..=self.evaluation.setup.sweep.slots).try_for_each(|k| {
+            self.carry(exec, observer, view(v), k - 1)?;
+            self.advance::<S>(exec, observer, u, warm, v, k)
+        })
+    }
+
+    /// v_k, from v_{k-1}, u_{k-1} and rho_k.
+    fn advance<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        u: Vector<'_, T>,
+        warm: Warm<'_, T>,
+        v: &mut VectorMut<'_, T>,
+        k: usize,
+    ) -> Result<(), Stop> {
         let step_setup = self.step_setup();
         let Evaluation {
             levels,
             level,
             setup,
             initial,
+            rho,
             region,
             sums,
             ..
         } = &mut self.evaluation;
         let (grid, slots) = (&levels.grids[*level], setup.sweep.slots);
         let mut step = Step::carve(levels, *level, step_setup, &mut Pool::new(region));
-        for k in 1..=slots {
-            let slot = |field| Slot {
-                field,
-                slots,
-                slot: k - 1,
-            };
-            let before = Slot::at(k - 1, *initial, view(v), slots);
-            let (change, s) = warm.change;
-            let known = Slot::at(k - 1, *initial, warm.v, slots);
-            step.give(exec, [(1.0, before), (1.0, slot(u))]);
-            step.guess(
-                exec,
-                [
-                    (1.0, slot(warm.v)),
-                    (1.0, before),
-                    (-1.0, known),
-                    (s, slot(change)),
-                ],
-            );
-            step.advance::<S>(exec, observer, sums)?;
-            put(exec, grid, view(&step.v), v, k - 1);
-        }
-        Ok(())
-    }
-
-    /// The gradient at u, from the flow and the densities of [`Self::value`].
-    ///
-    /// # Errors
-    /// [`Stop`].
-    pub fn gradient<S: Space>(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        u: Vector<'_, T>,
-        v: Vector<'_, T>,
-        out: &mut VectorMut<'_, T>,
-    ) -> Result<(), Stop> {
-        self.of_data(exec, observer, v, out)?;
-        let setup = self.step_setup();
-        let Evaluation {
-            levels,
-            level,
-            setup: weights,
-            region,
-            priced,
-            sums,
-            ..
-        } = &mut self.evaluation;
-        let (grid, slots) = (&levels.grids[*level], weights.sweep.slots);
-        let mut step = Step::carve(levels, *level, setup, &mut Pool::new(region));
-        step.adjoint
-            .iter_mut()
-            .for_each(|component| component.fill(T::ZERO));
-        for at in (0..slots).rev() {
-            let z = |slot| Slot {
-                field: view(out),
-                slots,
-                slot,
-            };
-            slot::combine(
-                exec,
-                grid,
-                [(1.0, Slot::only(view(&step.adjoint))), (1.0, z(at))],
-                &mut step.given,
-            );
-            if at + 2 < slots {
-                slot::combine(
-                    exec,
-                    grid,
-                    [(2.0, z(at + 1)), (-1.0, z(at + 2))],
-                    &mut step.adjoint,
-                );
-            }
-            step.guess(
-                exec,
-                [(
-                    1.0,
-                    Slot {
-                        field: v,
-                        slots,
-                        slot: at,
-                    },
-                )],
-            );
-            step.adjoin::<S>(exec, observer, sums)?;
-            put(exec, grid, view(&step.adjoint), out, at);
-        }
-        let priced = if weights.smoothing > 0.0 { view(priced) } else { u };
-        trajectory::add(
-            exec,
-            Shape { grid, slots },
-            out,
-            1.0,
-            weights.force_weight,
-            priced,
-        );
-        Ok(())
-    }
-
-    /// `out` = -A_v^T mu, the derivative of the data term by the flow.
-    fn of_data(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        v: Vector<'_, T>,
-        out: &mut VectorMut<'_, T>,
-    ) -> Result<(), Stop> {
-        let Evaluation {
-            levels,
-            level,
-            setup,
-            initial,
-            rho,
-            keyframes,
-            region,
-            sums,
-            ..
-        } = &mut self.evaluation;
-        let grid = &levels.grids[*level];
-        let flow = Flow {
-            initial: *initial,
-            v,
-            along: None,
+        let slot = |field| Slot {
+            field,
+            slots,
+            slot: k - 1,
         };
-        let n = grid.n[0];
-        let mut sweep = DensitySweep::carve(levels, *level, &setup.sweep, &mut Pool::new(region));
-        sweep.sweep_back(
-            exec,
-            observer,
-            &flow,
-            rho,
-            keyframes,
-            sums,
-            &mut |exec, slot, of_data| {
-                for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
-                    for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                        rows::scale(
-                            &mut out[slot * n..(slot + 1) * n],
-                            -T::ONE,
-                            &of_data[axis][task.row * n..(task.row + 1) * n],
-                        );
-                    }
-                });
-            },
-        )
+        let before = Slot::at(k - 1, *initial, view(v), slots);
+        let (change, s) = warm.change;
+        let known = Slot::at(k - 1, *initial, warm.v, slots);
+        step.give(exec, [(1.0, before), (1.0, slot(u))]);
+        if setup.lifts() {
+            let lift = Lift {
+                grid,
+                slots: 1,
+                acceleration: setup.buoyancy,
+            };
+            lift.add(exec, 1.0, &rho[(k - 1) * grid.cells()..], 0..1, &mut step.given);
+        }
+        let terms = [
+            (1.0, slot(warm.v)),
+            (1.0, before),
+            (-1.0, known),
+            (s, slot(change)),
+        ];
+        step.guess(exec, terms);
+        step.advance::<S>(exec, observer, sums)?;
+        put(exec, grid, view(&step.v), v, k - 1);
+        Ok(())
     }
 }

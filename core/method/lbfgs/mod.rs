@@ -1,6 +1,7 @@
 //! Adjoint control of smoke (Treuille et al. 2003, McNamara et al. 2004): L-BFGS over the forces. Every evaluation simulates the
 //! flow, every gradient is the exact adjoint of the simulation (see [`evaluate`]).
 
+mod backward;
 pub mod evaluate;
 pub mod params;
 mod start;
@@ -16,7 +17,7 @@ use crate::method::contract::{Contract, Measure, Parts, fits, pairs_that_fit};
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
 use crate::objective::flow;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::objective::sweep;
 use crate::observe::Observer;
 use crate::optimise::descent::Descent;
@@ -35,8 +36,8 @@ pub struct Setup {
     pub grid: Grid,
     /// The objective of a flow; max rho_0 is set with the source.
     pub flow: flow::Setup,
-    /// Keyframes.
-    pub keyframes: usize,
+    /// Fields of the script.
+    pub fields: usize,
     /// Pairs of L-BFGS.
     pub history: usize,
     /// What an iteration must gain, relative to the objective.
@@ -61,7 +62,7 @@ impl Setup {
         Self {
             grid: problem.grid(),
             flow: flow::Setup::new(problem, params.threads),
-            keyframes: problem.keyframes.len(),
+            fields: problem.fields(),
             history: history.unwrap_or(LbfgsParams::MOST),
             tolerance,
             nested,
@@ -116,7 +117,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
             quasi_newton::fields::take(&setup.grid, sweep.slots, setup.history, pool);
             let flow = flow::Setup { sweep, ..setup.flow };
             flow::priced(&setup.grid, &flow, pool);
-            Simulated::measure(levels, &sweep, pool);
+            Simulated::measure(levels, &flow, pool);
         });
     }
 
@@ -212,20 +213,20 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<(), Status> {
         self.iteration += 1;
         progress.cells = self.setup.grid.n;
         progress.begin(self.iteration, observer)?;
         if !self.begun {
-            self.begin(exec, observer, keyframes)?;
+            self.begin(exec, observer, script)?;
         }
-        self.descend(exec, observer, keyframes, progress)
+        self.descend(exec, observer, script, progress)
     }
 
-    fn finish(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
-        self.make_feasible(exec, keyframes)
+    fn finish(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> Result<Objective, Status> {
+        self.make_feasible(exec, script)
     }
 
     fn force(&self) -> Vector<'_, T> {

@@ -9,7 +9,7 @@ use crate::memory::Ledger;
 use crate::method::animation::Animation;
 use crate::method::coarse_start;
 use crate::objective::coarse;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::optimise::descent::Descent;
 use crate::progress::Status;
@@ -24,7 +24,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<(), Status> {
         self.u.iter_mut().for_each(|component| component.fill(T::ZERO));
         let Animation {
@@ -36,7 +36,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         } = &mut self.animation;
         put_everywhere(exec, &levels.finest, view(initial), v, *slots);
         if let Some(setup) = self.coarse_setup() {
-            self.begin_coarse(exec, observer, &setup, keyframes)?;
+            self.begin_coarse(exec, observer, &setup, script)?;
         }
         self.descent = Descent::new(self.setup.history);
         self.begun = true;
@@ -77,7 +77,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
     /// Elements that the coarse solve and the way to it take.
     fn coarse_elements(&self, setup: &Setup) -> Option<usize> {
         let mut ledger = Ledger::new();
-        let bytes = coarse_start::bytes::<T, S>(Lbfgs::with(setup), setup.keyframes, &mut ledger)?;
+        let bytes = coarse_start::bytes::<T, S>(Lbfgs::with(setup), setup.fields, &mut ledger)?;
         (bytes / T::BYTES).checked_add(self.transfer_scratch(setup))
     }
 
@@ -92,7 +92,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         setup: &Setup,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<(), Status> {
         let scratch = self.transfer_scratch(setup);
         let Self {
@@ -105,15 +105,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         let capped = &Capped::new(exec, setup.flow.sweep.threads);
         let (memory, scratch) = rest.split_at_mut(rest.len() - scratch);
         let mut solver = Lbfgs::<T, S>::with(setup);
-        let ended = coarse_start::solve(
-            capped,
-            observer,
-            animation,
-            keyframes,
-            &mut solver,
-            memory,
-            scratch,
-        )?;
+        let ended = coarse_start::solve(capped, observer, animation, script, &mut solver, memory, scratch)?;
         if ended == Status::NotFinite {
             return Ok(());
         }
@@ -123,7 +115,7 @@ impl<T: Real, S: Space> Lbfgs<'_, T, S> {
         coarse::prolong(capped, levels, 0, *slots, view(&solver.u), reborrow(u), scratch);
         drop(solver);
         let tolerance = fine.flow.projection_tolerance;
-        let (mut evaluation, v) = animation.evaluation(fine.flow, keyframes, rest);
+        let (mut evaluation, v) = animation.evaluation(fine.flow, script, rest);
         [v, u]
             .into_iter()
             .try_for_each(|field| evaluation.project(exec, observer, field, tolerance).map(drop))

@@ -8,7 +8,7 @@ use crate::field::{VectorMut, reborrow, rows, sums, view};
 use crate::grid::Space;
 use crate::memory::Pool;
 use crate::method::first_hessian;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome};
 use crate::optimise::quasi_newton;
@@ -119,11 +119,11 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
 }
 
 impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
-    fn work<'a>(&'a mut self, keyframes: &Keyframes<'a, T>) -> Work<'a, 'm, T> {
+    fn work<'a>(&'a mut self, script: &Script<'a, T>) -> Work<'a, 'm, T> {
         let setup = &self.setup;
         let mut pool = Pool::new(&mut *self.rest);
         let fields = quasi_newton::fields::take(&setup.grid, self.animation.slots, setup.history, &mut pool);
-        let (evaluation, v) = self.animation.evaluation(setup.flow, keyframes, pool.into_rest());
+        let (evaluation, v) = self.animation.evaluation(setup.flow, script, pool.into_rest());
         Work {
             simulated: Simulated {
                 evaluation,
@@ -141,13 +141,13 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<(), Status> {
         let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
         let tolerance = self.setup.tolerance;
         let mut course = Course::default();
-        let mut work = self.work(keyframes);
+        let mut work = self.work(script);
         let outcome = descent.iterate::<T, S>(exec, observer, &mut work, tolerance, &mut course);
         drop(work);
         course.tell(progress);
@@ -168,7 +168,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     pub(super) fn make_feasible(
         &mut self,
         exec: &dyn Exec,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<Objective, Status> {
         self.descent = Descent::new(self.setup.history);
         let Work {
@@ -176,7 +176,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
             mut v,
             mut u,
             ..
-        } = self.work(keyframes);
+        } = self.work(script);
         simulated.evaluation.finish::<S>(exec, &mut v, &mut u)
     }
 }

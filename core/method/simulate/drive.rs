@@ -133,24 +133,6 @@ impl<'a, T: Real> Drive<'a, T> {
     }
 }
 
-/// Slot `slot` of `out` = b (rho_low + rho_high) / 2 at the faces along the last axis, which points up, and 0 elsewhere.
-pub fn buoyancy<T: Real>(
-    exec: &dyn Exec,
-    grid: &Grid,
-    b: f64,
-    rho: &[T],
-    out: &mut VectorMut<'_, T>,
-    slot: usize,
-) {
-    at_faces(exec, grid, out, slot, |axis, low, high| {
-        if axis + 1 == grid.dims {
-            0.5 * b * (rho[low] + rho[high]).to_f64()
-        } else {
-            0.0
-        }
-    });
-}
-
 /// Writes `value(axis, low cell, high cell)` to every face of slot `slot`, 0 on walls.
 fn at_faces<T: Real>(
     exec: &dyn Exec,

@@ -16,7 +16,7 @@ use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Parts};
 use crate::method::params::{Method, Params};
 use crate::objective::flow::{self, Evaluation};
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
@@ -91,7 +91,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         layout.in_turn(region, 0, |ledger| {
             let (levels, sweep) = (&animation.levels, &setup.flow.sweep);
             let mut pool = Pool::measuring(ledger);
-            if setup.flow.smoothing > 0.0 {
+            if setup.flow.weighs() {
                 pool.group("price and evaluation", Sharing::Together, |pool| {
                     flow::priced(&levels.finest, &setup.flow, pool);
                     Evaluation::measure(levels, 0, sweep, pool);
@@ -116,17 +116,17 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<(), Status> {
         progress.iteration = 1;
-        self.march(exec, observer, keyframes)?;
-        progress.objective = self.make_feasible(exec, keyframes)?;
+        self.march(exec, observer, script)?;
+        progress.objective = self.make_feasible(exec, script)?;
         Err(Status::Converged)
     }
 
-    fn finish(&mut self, exec: &dyn Exec, keyframes: &Keyframes<'_, T>) -> Result<Objective, Status> {
-        self.make_feasible(exec, keyframes)
+    fn finish(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> Result<Objective, Status> {
+        self.make_feasible(exec, script)
     }
 
     fn force(&self) -> Vector<'_, T> {

@@ -1,16 +1,17 @@
 //! From step to step, and what is made of the flow that was simulated.
 
-use super::drive::{Drive, buoyancy};
+use super::drive::Drive;
 use super::forward::Simulation;
 use super::setup::Push;
 use super::step::Step;
 use crate::exec::Exec;
-use crate::field::slot::{Slot, put, put_everywhere};
+use crate::field::slot::{Slot, clear, put, put_everywhere};
 use crate::field::view;
+use crate::force::lift::Lift;
 use crate::grid::Space;
 use crate::memory::Pool;
 use crate::method::animation::Animation;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::objective::sweep::DensitySweep;
 use crate::observe::{Event, Observer, Silent};
 use crate::progress::{Objective, Status};
@@ -23,7 +24,7 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<(), Stop> {
         let slots = self.animation.slots;
         let Animation {
@@ -35,13 +36,13 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             return Err(Stop::Cancelled);
         }
         for k in 1..=slots {
-            let kept = match self.push(exec, observer, keyframes, k) {
+            let kept = match self.push(exec, observer, script, k) {
                 Ok(kept) => kept,
                 Err(stop) => return Err(self.without(exec, k - 1, stop)),
             };
             self.advance(exec, observer, k, kept)?;
         }
-        self.carry(exec, observer, keyframes, slots)
+        self.carry(exec, observer, script, slots)
             .map_err(|stop| self.without(exec, slots, stop))?;
         self.marched = true;
         Ok(())
@@ -90,15 +91,15 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         stop
     }
 
-    /// Density k and, in slot k of w, the force that it asks for; what v_{k-1} keeps of its momentum.
+    /// Density k and, in slot k of w, its buoyancy and the force that it asks for; what v_{k-1} keeps of its momentum.
     fn push(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         k: usize,
     ) -> Result<f64, Stop> {
-        self.carry(exec, observer, keyframes, k - 1)?;
+        self.carry(exec, observer, script, k - 1)?;
         let Self {
             animation,
             w,
@@ -110,26 +111,35 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             levels, rho, sums, ..
         } = animation;
         let grid = &levels.finest;
-        let rho = &rho[k * grid.cells()..][..grid.cells()];
-        Ok(match setup.push {
-            Push::Buoyancy(b) => {
-                buoyancy(exec, grid, b, rho, w, k - 1);
+        let kept = match setup.push {
+            Push::Nothing => {
+                clear(exec, grid, w, k - 1);
                 1.0
             }
             Push::Target(pd) => {
-                let (target, steps) = next_target(keyframes, k, grid.cells());
+                let (next, steps) = script.next(k);
                 let mut drive = Drive::carve(
                     levels,
                     setup.flow.sweep.metric,
                     setup.flow.sweep.threads,
                     &mut Pool::new(region),
                 );
-                drive.load(exec, rho, target);
+                let rho = &rho[k * grid.cells()..][..grid.cells()];
+                drive.load(exec, rho, script.target(next, grid.cells()));
                 let [kept, impulse] = pd.step(steps);
                 drive.force(exec, impulse, w, k - 1, sums);
                 kept
             }
-        })
+        };
+        if setup.flow.lifts() {
+            let lift = Lift {
+                grid,
+                slots: animation.slots,
+                acceleration: setup.flow.buoyancy,
+            };
+            lift.add(exec, 1.0, rho, k - 1..k, w);
+        }
+        Ok(kept)
     }
 
     /// Density `step + 1` from the one before.
@@ -137,7 +147,7 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
         step: usize,
     ) -> Result<(), Stop> {
         let Self {
@@ -161,12 +171,13 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             along: None,
         };
         let mut sweep = DensitySweep::carve(levels, 0, &setup.flow.sweep, &mut Pool::new(region));
-        sweep.carry_step(exec, observer, &flow, rho, step, sums)?;
+        sweep.carry_step(exec, observer, &flow, rho, step, script, sums)?;
         if let Push::Target(pd) = setup.push
             && pd.gathering > 0.0
         {
             let rho = &mut rho[(step + 1) * grid.cells()..][..grid.cells()];
-            let (target, steps) = next_target(keyframes, step + 1, grid.cells());
+            let (next, steps) = script.next(step + 1);
+            let target = script.target(next, grid.cells());
             let mut drive = Drive::carve(
                 levels,
                 setup.flow.sweep.metric,
@@ -179,16 +190,21 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         Ok(())
     }
 
+    /// Sets all forces to 0: where nothing acts they are but what equations left.
+    pub fn forget_forces(&mut self) {
+        self.w.iter_mut().for_each(|component| component.fill(T::ZERO));
+    }
+
     /// Projects v, takes the forces from it, and transports rho_0 by it, but where densities were gathered; the objective.
     pub(super) fn make_feasible(
         &mut self,
         exec: &dyn Exec,
-        keyframes: &Keyframes<'_, T>,
+        script: &Script<'_, T>,
     ) -> Result<Objective, Status> {
         let gathered = matches!(self.setup.push, Push::Target(pd) if pd.gathering > 0.0) && self.marched;
         let flow = self.setup.flow;
         let w = &mut self.w;
-        let (mut evaluation, v) = self.animation.evaluation(flow, keyframes, self.region);
+        let (mut evaluation, v) = self.animation.evaluation(flow, script, self.region);
         let mut objective = Objective::default();
         if gathered {
             objective.data = evaluation.data(exec);
@@ -212,13 +228,4 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             Err(Status::NotFinite)
         }
     }
-}
-
-/// The target of the first keyframe not before `step`, or of the last one, and the steps from the keyframe before it.
-fn next_target<'a, T>(keyframes: &Keyframes<'a, T>, step: usize, cells: usize) -> (&'a [T], usize) {
-    let last = keyframes.count() - 1;
-    let index = keyframes.steps().position(|at| at >= step).unwrap_or(last);
-    let before = keyframes.steps().take(index).last().unwrap_or(0);
-    let at = keyframes.steps().nth(index).unwrap_or(before);
-    (keyframes.density(index, cells), at - before)
 }

@@ -64,24 +64,17 @@ impl PdParams {
 /// What a caller chooses for every simulation of the flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulationParams {
-    /// Upward acceleration of a free flow where the density is 1, in the scene's units; downward when negative.
-    pub buoyancy: f64,
     /// Residual of an implicit step, relative to the largest velocity.
     pub tolerance: f64,
 }
 
 impl Default for SimulationParams {
     fn default() -> Self {
-        Self {
-            buoyancy: 0.0,
-            tolerance: 1e-5,
-        }
+        Self { tolerance: 1e-5 }
     }
 }
 
 choices!(SimulationParams, "simulation" {
-    buoyancy: buoyancy, Kind::Number(Numbers::Finite),
-        "upward acceleration of a free flow where the density is 1";
     tolerance: tolerance, Kind::Number(Numbers::Below(1.0)),
         "of every method that simulates: residual of a step, in parts of the largest velocity";
 });
@@ -90,9 +83,7 @@ impl SimulationParams {
     /// Mixes every number into the fingerprint of a checkpoint.
     pub fn mix(&self, mix: &mut Mix) {
         // Every field by name: a new one does not compile until it is mixed in.
-        let Self { buoyancy, tolerance } = *self;
-        [buoyancy, tolerance]
-            .into_iter()
-            .for_each(|number| mix.real(number));
+        let Self { tolerance } = *self;
+        mix.real(tolerance);
     }
 }

@@ -10,8 +10,8 @@ use crate::problem::Problem;
 /// What pushes the smoke.
 #[derive(Clone, Copy, Debug)]
 pub enum Push {
-    /// Buoyancy alone, in scaled numbers.
-    Buoyancy(f64),
+    /// Nothing but buoyancy, if there is any.
+    Nothing,
     /// The next keyframe.
     Target(PdParams),
 }
@@ -33,7 +33,7 @@ impl Setup {
     /// That of `problem`.
     #[must_use]
     pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
-        let SimulationParams { buoyancy, tolerance } = params.simulation;
+        let SimulationParams { tolerance } = params.simulation;
         Self {
             grid: problem.grid(),
             flow: flow::Setup::new(problem, params.threads),
@@ -41,7 +41,7 @@ impl Setup {
             push: if params.method == Method::Pd {
                 Push::Target(params.pd)
             } else {
-                Push::Buoyancy(buoyancy / problem.units().force)
+                Push::Nothing
             },
         }
     }

@@ -1,5 +1,6 @@
 //! Control problems for the whole solver.
 
+use super::effects::Effects;
 use super::{Memory, boundaries, grid, places};
 use core::ops::ControlFlow;
 use thurible_core::grid::Grid;
@@ -30,6 +31,7 @@ pub struct Scene {
     pub params: Params,
     /// rho_0 and the keyframes.
     pub densities: Vec<Vec<f64>>,
+    pub effects: Effects,
 }
 
 /// The choices of a solve by ADMM.
@@ -94,6 +96,7 @@ impl Scene {
                 balls(&grid, &[at(0.4, 0.45)], radius),
                 balls(&grid, &[at(0.6, 0.55)], radius),
             ],
+            effects: Effects::default(),
         }
     }
 
@@ -126,11 +129,17 @@ impl Scene {
             dt: self.dt,
             steps: self.steps,
             keyframes: &self.keyframes,
+            keyframe_weights: &self.effects.weights,
+            keyframe_regions: !self.effects.regions.is_empty(),
+            emitters: &self.effects.emitters,
+            buoyancy: self.effects.buoyancy,
+            release: self.effects.release,
+            schedule: &self.effects.schedule,
             viscosity: self.viscosity,
             force_weight: self.force_weight,
             smoothness: None,
             filters: None,
-            match_mass: true,
+            match_mass: !self.effects.keep_mass,
             advection: Advection {
                 scheme: self.scheme,
                 tolerance: self.cut,
@@ -152,10 +161,21 @@ impl Scene {
         let mut memory = Memory::filled(self.plan::<T, S>().bytes(), fill);
         let mut solver = Solver::<T, S>::new(&self.problem(), &self.params, memory.block()).unwrap();
         solver.set_source(&super::cast(&self.densities[0])).unwrap();
+        self.set_rest(&mut solver);
+        work(&mut solver)
+    }
+
+    /// Gives a solver that has its source all other densities.
+    pub fn set_rest<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>) {
+        for (index, shape) in self.effects.shapes.iter().enumerate() {
+            solver.set_emitter(index, &super::cast(shape)).unwrap();
+        }
+        for (index, region) in self.effects.regions.iter().enumerate() {
+            solver.set_region(index, &super::cast(region)).unwrap();
+        }
         for (index, target) in self.densities[1..].iter().enumerate() {
             solver.set_keyframe(index, &super::cast(target)).unwrap();
         }
-        work(&mut solver)
     }
 
     /// As [`Self::with_fill`], in a block filled with 0xA5.

@@ -9,7 +9,7 @@ use thurible_core::memory::{Ledger, Pool};
 use thurible_core::method::admm::ao::{self, Fields, Setup};
 use thurible_core::method::lbfgs::evaluate::{Simulated, Warm};
 use thurible_core::objective::flow::{self, Evaluation};
-use thurible_core::objective::keyframes::Keyframes;
+use thurible_core::objective::script::{Lists, Script};
 use thurible_core::objective::sweep;
 use thurible_core::operators::blur::Metric;
 use thurible_core::{Advection, Event, Objective, Observer, Real, Serial, Silent, Space};
@@ -20,10 +20,12 @@ pub struct Control<'a, T> {
     pub steps: usize,
     /// Density at step 0, rho_0.
     pub source: &'a [T],
-    /// Steps of the keyframes.
-    pub keyframes: &'a [u32],
-    /// Their densities, one after the other.
-    pub targets: &'a [T],
+    /// Keyframes, emitters and the schedule.
+    pub lists: Lists<'a>,
+    /// The fields that go with them, one after the other.
+    pub fields: &'a [T],
+    /// Acceleration where the density is 1.
+    pub buoyancy: [f64; 3],
     /// Velocity at step 0, v_0.
     pub initial: &'a Components<T>,
     pub advection: Advection,
@@ -62,7 +64,7 @@ impl<T: Real> Control<'_, T> {
         let mut region = vec![T::ZERO; ledger.elements(T::BYTES)];
         let (mut star, mut direction) = (v.clone(), zeros(grid, slots));
         let mut rho = self.source.repeat(self.steps + 1);
-        let keyframes = Keyframes::new(self.keyframes, self.targets);
+        let script = Script::new(self.lists, self.fields);
         let fields = Fields {
             v: view(v),
             multiplier: view(multiplier),
@@ -70,7 +72,7 @@ impl<T: Real> Control<'_, T> {
             direction: view_mut(&mut direction),
             initial: view(self.initial),
             rho: &mut rho,
-            keyframes: &keyframes,
+            script: &script,
         };
         let mut step = 1.0;
         let info = ao::solve(
@@ -108,6 +110,8 @@ impl<T: Real> Control<'_, T> {
             viscosity: self.viscosity,
             force_weight,
             smoothing: self.smoothing,
+            scheduled: !self.lists.knots.is_empty(),
+            buoyancy: self.buoyancy,
             projection_tolerance: 1e-13,
         }
     }
@@ -127,9 +131,9 @@ impl<T: Real> Control<'_, T> {
             setup: self.flow(force_weight),
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
-            keyframes: Keyframes::new(self.keyframes, self.targets),
+            script: Script::new(self.lists, self.fields),
             region: &mut vec![T::from_f64(f64::NAN); ledger.elements(T::BYTES)],
-            sums: &mut vec![0.0; 2 * grid.rows()],
+            sums: &mut vec![0.0; 4 * grid.rows()],
         };
         let (mut w, mut gradient) = (zeros(grid, slots), zeros(grid, slots));
         let value = evaluation
@@ -164,7 +168,7 @@ impl<T: Real> Control<'_, T> {
         let mut memory = Memory::new(1 << 20);
         let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
         let mut ledger = Ledger::new();
-        Simulated::<T>::measure(&levels, &self.sweep(), &mut Pool::measuring(&mut ledger));
+        Simulated::<T>::measure(&levels, &self.flow(1.0), &mut Pool::measuring(&mut ledger));
         let mut priced = zeros(grid, slots);
         let evaluation = Evaluation {
             priced: view_mut(&mut priced),
@@ -173,9 +177,9 @@ impl<T: Real> Control<'_, T> {
             setup: self.flow(force_weight),
             initial: view(self.initial),
             rho: &mut self.source.repeat(self.steps + 1),
-            keyframes: Keyframes::new(self.keyframes, self.targets),
+            script: Script::new(self.lists, self.fields),
             region: &mut vec![T::from_f64(f64::NAN); ledger.elements(T::BYTES)],
-            sums: &mut vec![0.0; 2 * grid.rows()],
+            sums: &mut vec![0.0; 4 * grid.rows()],
         };
         let mut simulated = Simulated {
             evaluation,

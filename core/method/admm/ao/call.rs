@@ -2,7 +2,7 @@
 
 use crate::field::{Vector, VectorMut};
 use crate::objective::flow;
-use crate::objective::keyframes::Keyframes;
+use crate::objective::script::Script;
 use crate::progress::MAX_RESIDUALS;
 
 /// What does not change from call to call.
@@ -33,8 +33,8 @@ pub struct Fields<'a, T> {
     pub initial: Vector<'a, T>,
     /// rho_0 .. rho_N of the last call, and of this one afterwards.
     pub rho: &'a mut [T],
-    /// The keyframes.
-    pub keyframes: &'a Keyframes<'a, T>,
+    /// What is given for the steps.
+    pub script: &'a Script<'a, T>,
 }
 
 /// What a call did.

@@ -2,7 +2,7 @@
 
 use super::call::{Fields, Setup};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{reborrow, rows, sums, view};
+use crate::field::{Vector, reborrow, rows, sums, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
@@ -46,7 +46,7 @@ impl<'a, T: Real> Trial<'a, T> {
             along,
         };
         self.sweep
-            .carry(exec, observer, &flow, self.rho, fields.keyframes, sums)
+            .carry(exec, observer, &flow, self.rho, fields.script, sums)
     }
 
     /// `direction` = v + lambda/K + A_v^T mu / K - v* + `momentum` direction, all at v* (paper Algorithm 1, lines 6 to 9), not
@@ -69,7 +69,7 @@ impl<'a, T: Real> Trial<'a, T> {
             star,
             direction,
             initial,
-            keyframes,
+            script,
             ..
         } = fields;
         let star = view(star);
@@ -83,9 +83,9 @@ impl<'a, T: Real> Trial<'a, T> {
             observer,
             &flow,
             self.rho,
-            keyframes,
+            script,
             sums,
-            &mut |exec, slot, gradient| {
+            &mut |exec: &dyn Exec, slot: usize, gradient: Vector<'_, T>| {
                 let buffers = RowBuffers::fields(reborrow(direction));
                 for_rows(exec, grid.rows(), buffers, |task| {
                     let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;

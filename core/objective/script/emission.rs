@@ -1,0 +1,85 @@
+//! Smoke that is added on the way: rho_{i+1} = A[rho_i, v_i] + s_i.
+//!
+//! An emitter of shape E adds `rate` E at every step from `from` to `to`, or fills up to `target` E there:
+//! s_i = max(0, target E - A[rho_i, v_i]) where E is positive. What is filled up depends on nothing before, so mu is 0 there on the way back.
+
+use super::Script;
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::rows;
+use crate::grid::Grid;
+use crate::real::Real;
+
+/// What an emitter does at one step.
+struct Supply<'a, T> {
+    shape: &'a [T],
+    /// Density that is added where the shape is 1.
+    added: f64,
+    /// Density up to which it is filled where the shape is 1; 0 where it is not.
+    target: f64,
+}
+
+impl<'a, T: Real> Script<'a, T> {
+    /// What emitters do when the density has come to `step`.
+    fn supplies(&self, step: usize, cells: usize) -> impl Iterator<Item = Supply<'a, T>> + Clone {
+        let (first, stride) = (self.lists.emitters_begin(), self.stride);
+        let at = |step: usize| self.first + step as u32 * stride;
+        let (begin, end) = (at(step.saturating_sub(1)), at(step));
+        let fields = self.fields;
+        let spans = self.lists.spans.chunks_exact(2);
+        let supplies = spans.zip(self.lists.supplies.chunks_exact(2)).enumerate();
+        supplies.filter_map(move |(index, (span, supply))| {
+            let steps = span[1].min(end).saturating_sub(span[0].max(begin));
+            let at = (first + index) * cells;
+            (steps > 0).then(|| Supply {
+                shape: &fields[at..at + cells],
+                added: supply[0] * f64::from(steps),
+                target: supply[1],
+            })
+        })
+    }
+
+    /// Adds to `rho`, the density that was carried to `step`, what is emitted on the way there: first by rates, then up to targets.
+    pub fn emit(&self, exec: &dyn Exec, grid: &Grid, step: usize, rho: &mut [T]) {
+        let (n, supplies) = (grid.n[0], self.supplies(step, grid.cells()));
+        if supplies.clone().next().is_none() {
+            return;
+        }
+        for_rows(exec, grid.rows(), RowBuffers::fields([rho]), |task| {
+            let ([rho], span) = (task.fields, task.row * n..(task.row + 1) * n);
+            for supply in supplies.clone().filter(|supply| supply.added > 0.0) {
+                rows::add_scaled(rho, T::from_f64(supply.added), &supply.shape[span.clone()]);
+            }
+            for supply in supplies.clone().filter(|supply| supply.target > 0.0) {
+                let target = T::from_f64(supply.target);
+                for (rho, &shape) in rho.iter_mut().zip(&supply.shape[span.clone()]) {
+                    if shape > T::ZERO {
+                        *rho = rho.max(target * shape);
+                    }
+                }
+            }
+        });
+    }
+
+    /// Sets mu to 0 where the density `rho` of `step` was filled up to a target.
+    pub fn forget(&self, exec: &dyn Exec, grid: &Grid, step: usize, rho: &[T], mu: &mut [T]) {
+        let n = grid.n[0];
+        let filled = self
+            .supplies(step, grid.cells())
+            .filter(|supply| supply.target > 0.0);
+        if filled.clone().next().is_none() {
+            return;
+        }
+        for_rows(exec, grid.rows(), RowBuffers::fields([mu]), |task| {
+            let ([mu], span) = (task.fields, task.row * n..(task.row + 1) * n);
+            for supply in filled.clone() {
+                let target = T::from_f64(supply.target);
+                let cells = rho[span.clone()].iter().zip(&supply.shape[span.clone()]);
+                for (mu, (&rho, &shape)) in mu.iter_mut().zip(cells) {
+                    if shape > T::ZERO && rho <= target * shape {
+                        *mu = T::ZERO;
+                    }
+                }
+            }
+        });
+    }
+}

@@ -1,0 +1,197 @@
+//! Why a problem is refused, in words.
+
+use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
+use crate::words::Named;
+use core::fmt;
+
+/// Why a [`Problem`] is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ProblemError {
+    /// `cells` has not as many entries as the solver has dimensions.
+    Dimensions {
+        /// Entries expected.
+        expected: usize,
+        /// Entries given.
+        given: usize,
+    },
+    /// An entry of `cells` is not from 4 to 4096.
+    Cells {
+        /// The axis.
+        axis: usize,
+        /// The entry.
+        given: usize,
+    },
+    /// `boundary` has not one entry for each axis.
+    Boundary {
+        /// Entries given.
+        given: usize,
+    },
+    /// `steps` is below 2.
+    Steps {
+        /// The value.
+        given: usize,
+    },
+    /// There is no keyframe.
+    NoKeyframe,
+    /// A keyframe is not from 2 to N.
+    Keyframe {
+        /// Its step.
+        step: usize,
+        /// N.
+        steps: usize,
+    },
+    /// Keyframes are not in ascending order.
+    Order {
+        /// The step that is not above the one before it.
+        step: usize,
+    },
+    /// A number is not positive and finite.
+    NotPositive {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
+    /// A number is negative or not finite.
+    Negative {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
+    /// A number is not finite.
+    NotFinite {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
+    /// A number is not at least 0 and below 1.
+    NotFraction {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+    },
+    /// `smoothness` is not from 0 to [`MAX_SMOOTHNESS`].
+    SmoothnessRange {
+        /// The value.
+        given: f64,
+    },
+    /// The method cannot do what the problem asks for.
+    Unfit {
+        /// The method.
+        method: &'static str,
+        /// What it cannot.
+        feature: Feature,
+    },
+    /// A list has more entries than there are keyframes.
+    Weights {
+        /// Its entries.
+        given: usize,
+    },
+    /// An emitter's steps are not ascending, or beyond the end.
+    EmitterSteps {
+        /// Its number.
+        index: usize,
+        /// N.
+        steps: usize,
+    },
+    /// Smoke that is filled up to a target is not known before, so keyframes cannot be scaled to its mass.
+    MassUnknown {
+        /// The emitter's number.
+        index: usize,
+    },
+    /// A keyframe is after the release.
+    KeyframeReleased {
+        /// Its step.
+        step: usize,
+        /// The release.
+        release: usize,
+    },
+    /// `release` is not from 2 to N - 1.
+    Release {
+        /// The value.
+        given: usize,
+        /// N.
+        steps: usize,
+    },
+    /// The schedule's steps are not ascending.
+    ScheduleOrder {
+        /// The step that is not above the one before it.
+        step: usize,
+    },
+    /// `filters` is above 12.
+    Filters {
+        /// The value.
+        given: usize,
+    },
+}
+
+impl fmt::Display for ProblemError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Dimensions { expected, given } => {
+                write!(f, "cells has {given} entries where {expected} are needed")
+            }
+            Self::Cells { axis, given } => write!(
+                f,
+                "cells[{axis}] is {given}; it must be from {} to {}",
+                CELLS.start(),
+                CELLS.end()
+            ),
+            Self::Boundary { given } => write!(f, "boundary has {given} entries; it needs one for each axis"),
+            Self::Steps { given } => write!(f, "steps is {given}; it must be from 2 to {MAX_STEPS}"),
+            Self::NoKeyframe => write!(f, "there is no keyframe; at least one is needed"),
+            Self::Keyframe { step, steps } => write!(
+                f,
+                "a keyframe is at step {step}; it must be from 2 to steps = {steps}"
+            ),
+            Self::Order { step } => write!(f, "the keyframe at step {step} is not after the one before it"),
+            Self::NotPositive { field, given } => {
+                write!(f, "{field} is {given}; it must be positive and finite")
+            }
+            Self::Negative { field, given } => {
+                write!(f, "{field} is {given}; it must be at least 0 and finite")
+            }
+            Self::NotFinite { field, given } => write!(f, "{field} is {given}; it must be finite"),
+            Self::NotFraction { field, given } => {
+                write!(f, "{field} is {given}; it must be at least 0 and below 1")
+            }
+            Self::SmoothnessRange { given } => {
+                write!(f, "smoothness is {given}; it must be from 0 to {MAX_SMOOTHNESS}")
+            }
+            Self::Unfit { method, feature } => {
+                write!(
+                    f,
+                    "the method {method} knows no {}; take another method, or leave it out",
+                    feature.name()
+                )
+            }
+            Self::Weights { given } => write!(f, "there are {given} weights, more than keyframes"),
+            Self::EmitterSteps { index, steps } => write!(
+                f,
+                "emitter {index} must emit from a step to a later one, at most steps = {steps}"
+            ),
+            Self::MassUnknown { index } => write!(
+                f,
+                "emitter {index} fills up to a target, so the mass of the smoke is not known before; take match_mass = false, or a rate"
+            ),
+            Self::KeyframeReleased { step, release } => write!(
+                f,
+                "a keyframe is at step {step}, after the release at step {release}; no force leads to it"
+            ),
+            Self::Release { given, steps } => write!(
+                f,
+                "release is {given}; it must be from 2 to a step before the end at {steps}"
+            ),
+            Self::ScheduleOrder { step } => {
+                write!(f, "the schedule's step {step} is not after the one before it")
+            }
+            Self::Filters { given } => write!(f, "filters is {given}; it must be at most {MAX_FILTERS}"),
+        }
+    }
+}
+
+impl core::error::Error for ProblemError {}

@@ -1,0 +1,29 @@
+//! What a problem may ask for that not every method can.
+
+use super::Problem;
+use crate::words::named;
+
+/// What a problem may ask for that not every method can.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feature {
+    /// A price of the force's curl: [`Problem::smoothness`].
+    Smoothness,
+    /// Densities that push the flow: [`Problem::buoyancy`].
+    Buoyancy,
+    /// A price of the force that changes: [`Problem::schedule`].
+    Schedule,
+}
+
+named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Schedule = "schedule" });
+
+impl Problem<'_> {
+    /// Whether it asks for a feature.
+    #[must_use]
+    pub fn asks_for(&self, feature: Feature) -> bool {
+        match feature {
+            Feature::Smoothness => self.smoothness.is_some_and(|cells| cells > 0.0),
+            Feature::Buoyancy => self.buoyancy != [0.0; 3],
+            Feature::Schedule => !self.schedule.is_empty(),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! The script of a solve in its block: lists that follow from the problem, and fields that are given.
+
+use super::{InputError, Solver};
+use crate::grid::Space;
+use crate::memory::{Arena, Ledger, TooSmall};
+use crate::objective::script::Lists;
+use crate::problem::{Problem, Supply};
+use crate::real::Real;
+
+/// Counts what [`carve`] takes.
+pub(super) fn measure<T: Real>(problem: &Problem<'_>, ledger: &mut Ledger) {
+    let mut arena = Arena::measuring(ledger);
+    // An arena that measures is never too small.
+    let _ = carve::<T>(problem, &mut arena);
+    if let Some(ledger) = arena.into_ledger() {
+        ledger.count_kept(problem.fields() * problem.grid().cells(), T::BYTES);
+    }
+}
+
+/// The lists of `problem`, and its fields: regions are 1 everywhere, what has to be given is 0.
+pub(super) fn carve<'m, T: Real>(
+    problem: &Problem<'_>,
+    arena: &mut Arena<'m>,
+) -> Result<(Lists<'m>, &'m mut [T]), TooSmall> {
+    let (keyframes, emitters) = (problem.keyframes.len(), problem.emitters.len());
+    let steps = filled(
+        arena,
+        "keyframe steps",
+        problem.keyframes.iter().map(|&step| step as u32),
+    )?;
+    let weights = filled(
+        arena,
+        "keyframe weights",
+        problem.keyframe_weights.iter().copied(),
+    )?;
+    let spans = problem
+        .emitters
+        .iter()
+        .flat_map(|emitter| [emitter.from as u32, emitter.to as u32]);
+    let spans = filled(arena, "emitter steps", spans)?;
+    let supplies = problem.emitters.iter().flat_map(|emitter| match emitter.supply {
+        Supply::Rate(rate) => [rate, 0.0],
+        Supply::Target(target) => [0.0, target],
+    });
+    let supplies = filled(arena, "emitter rates and targets", supplies)?;
+    let knots = problem.schedule.iter().map(|&(step, _)| step as u32);
+    let knots = filled(arena, "schedule steps", knots)?;
+    let factors = problem.schedule.iter().map(|&(_, factor)| factor);
+    let factors = filled(arena, "schedule factors", factors)?;
+    let lists = Lists {
+        steps,
+        weights,
+        regions: problem.keyframe_regions,
+        spans,
+        supplies,
+        knots,
+        factors,
+    };
+    let cells = problem.grid().cells();
+    let targets = "given densities";
+    let fields: &mut [T] = arena.take(targets, problem.fields() * cells)?;
+    if problem.keyframe_regions
+        && let Some(regions) = fields.get_mut(keyframes * cells..(problem.fields() - emitters) * cells)
+    {
+        regions.fill(T::ONE);
+    }
+    Ok((lists, fields))
+}
+
+/// A list of the block with `values`; none is taken where there are none.
+fn filled<'m, P: crate::memory::Plain>(
+    arena: &mut Arena<'m>,
+    name: &'static str,
+    values: impl Iterator<Item = P> + Clone,
+) -> Result<&'m [P], TooSmall> {
+    let count = values.clone().count();
+    if count == 0 {
+        return Ok(&[]);
+    }
+    let list = arena.take(name, count)?;
+    list.iter_mut()
+        .zip(values)
+        .for_each(|(slot, value)| *slot = value);
+    Ok(list)
+}
+
+impl<T: Real, S: Space> Solver<'_, T, S> {
+    /// Whether there is smoke to steer: a source or an emitter, and the shape of every emitter.
+    pub(super) fn check_smoke(&self) -> Result<(), InputError> {
+        let emitters = self.lists.spans.len() / 2;
+        if self.mass <= 0.0 && emitters == 0 {
+            return Err(InputError::NoSource);
+        }
+        match (0..emitters).find(|&index| self.emitter_mass(index) <= 0.0) {
+            Some(index) => Err(InputError::NoEmitter { index }),
+            None => Ok(()),
+        }
+    }
+
+    /// The mass of the shape of emitter `index`.
+    fn emitter_mass(&self, index: usize) -> f64 {
+        let cells = self.grid().cells();
+        let first = (self.lists.emitters_begin() + index) * cells;
+        let shape = self.fields.get(first..first + cells).unwrap_or(&[]);
+        shape.iter().map(|x| x.to_f64()).sum()
+    }
+
+    /// The mass of the smoke at `step`: that of the source, and what emitters have added by their rates.
+    #[must_use]
+    pub fn mass_at(&self, step: usize) -> f64 {
+        let spans = self.lists.spans.chunks_exact(2);
+        let supplies = spans.zip(self.lists.supplies.chunks_exact(2)).enumerate();
+        supplies.fold(self.mass, |mass, (index, (span, supply))| {
+            let steps = span[1].min(step as u32).saturating_sub(span[0]);
+            mass + supply[0] * f64::from(steps) * self.emitter_mass(index)
+        })
+    }
+}

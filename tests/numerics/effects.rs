@@ -1,0 +1,520 @@
+//! Effects: smoke that is made on the way, buoyancy, what matters where and when, and what comes after the release.
+
+use crate::fields::cases::{Scene, Solved};
+use crate::fields::control::Control;
+use crate::fields::feasible::check;
+use crate::fields::naive::Naive;
+use crate::fields::random::Random;
+use crate::fields::{
+    Components, add_scaled_all, dot, dot_all, flow, gap, grid, largest_of, view, view_mut, with_threads,
+    zeros,
+};
+use crate::gradients::taylor;
+use thurible_core::force::lift::Lift;
+use thurible_core::objective::script::Lists;
+use thurible_core::{
+    Advection, D2, D3, Emitter, Feature, InputError, Method, Params, Plan, PlanError, Problem, ProblemError,
+    Real, Scheme, Serial, Silent, Space, Status, Supply,
+};
+
+const METHODS: [Method; 5] = [
+    Method::Direct,
+    Method::Lbfgs,
+    Method::Pd,
+    Method::Simulate,
+    Method::Admm,
+];
+
+/// B by the second implementation, and <B rho, z> = <rho, B^T z>.
+fn lift_and_its_adjoint(cells: &[usize], ends: &str) {
+    let mut random = Random::new(31);
+    let (grid, slots) = (grid(cells, ends), 3);
+    let acceleration = [0.3, -0.7, if grid.dims == 3 { 1.1 } else { 0.0 }];
+    let lift = Lift {
+        grid: &grid,
+        slots,
+        acceleration,
+    };
+    let rho: Vec<f64> = (0..5).flat_map(|_| random.density(&grid)).collect();
+    let mut lifted: Components<f64> = zeros(&grid, slots);
+    lift.add(&Serial, 2.0, &rho, 0..slots, &mut view_mut(&mut lifted));
+    let effects = crate::fields::effects::Effects {
+        buoyancy: acceleration,
+        ..Default::default()
+    };
+    let z: Components<f64> = flow::rough(&mut random, &grid, slots, 1.0);
+    for slot in 0..slots {
+        let rho = &rho[(slot + 1) * grid.cells()..][..grid.cells()];
+        let expected = effects.lift(&Naive::new(&grid), rho);
+        let found = crate::fields::slot_of_all(&grid, slots, slot, &lifted);
+        let error = largest_of(&add_scaled_all(&found, -2.0, &expected));
+        assert!(error < 1e-14, "B is off by {error:e} in slot {slot}");
+        let mut mu = vec![0.0; grid.cells()];
+        lift.add_adjoint(&Serial, 2.0, view(&z), slot, &mut mu);
+        let (one, other) = (
+            dot_all(&found, &crate::fields::slot_of_all(&grid, slots, slot, &z)),
+            dot(rho, &mu),
+        );
+        assert!(
+            (one - other).abs() < 1e-13 * one.abs().max(1.0),
+            "{one} and {other}"
+        );
+    }
+}
+
+#[test]
+fn buoyancy_and_its_adjoint() {
+    lift_and_its_adjoint(&[7, 9], "ww");
+    lift_and_its_adjoint(&[8, 5], "pw");
+    lift_and_its_adjoint(&[6, 5, 4], "wpw");
+    lift_and_its_adjoint(&[4, 5, 6], "pwp");
+}
+
+/// Which features of a control are on.
+#[derive(Clone, Copy, Debug)]
+struct On {
+    rate: bool,
+    target: bool,
+    buoyancy: bool,
+    regions: bool,
+    schedule: bool,
+    smoothing: f64,
+}
+
+const ALL: On = On {
+    rate: true,
+    target: true,
+    buoyancy: true,
+    regions: true,
+    schedule: true,
+    smoothing: 0.05,
+};
+const NONE: On = On {
+    rate: false,
+    target: false,
+    buoyancy: false,
+    regions: false,
+    schedule: false,
+    smoothing: 0.0,
+};
+
+/// Gradients by the flow and by the forces against differences. Where smoke is filled up to a target, only what transport leaves well below
+/// or above it: at equality the derivative jumps.
+fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, first: f64) {
+    let mut random = Random::new(37);
+    let grid = grid(cells, ends);
+    let (source, initial) = (random.density(&grid), flow::rough(&mut random, &grid, 1, 0.8));
+    let mut fields = [random.density(&grid), random.density(&grid)].concat();
+    if on.regions {
+        fields.extend(random.density(&grid).iter().map(|x: &f64| x.min(1.0)));
+        fields.extend(random.density(&grid).iter().map(|x: &f64| x.min(1.0)));
+    }
+    let (mut spans, mut supplies) = (Vec::new(), Vec::new());
+    if on.rate {
+        spans.extend([0, 3]);
+        supplies.extend([0.4, 0.0]);
+        fields.extend(random.density::<f64>(&grid));
+    }
+    if on.target {
+        spans.extend([1, 4]);
+        supplies.extend([0.0, 3.0]);
+        fields.extend((0..grid.cells()).map(|at| if at % 5 == 0 { 1.0 } else { 0.0 }));
+    }
+    let lists = Lists {
+        steps: &[2, 5],
+        weights: if on.regions { &[2.0, 0.5] } else { &[] },
+        regions: on.regions,
+        spans: &spans,
+        supplies: &supplies,
+        knots: if on.schedule { &[1, 3] } else { &[] },
+        factors: if on.schedule { &[4.0, 0.5] } else { &[] },
+    };
+    let control = Control {
+        grid: &grid,
+        steps: 5,
+        source: &source,
+        lists,
+        fields: &fields,
+        buoyancy: if on.buoyancy {
+            [0.01, -0.02, if grid.dims == 3 { 0.03 } else { 0.0 }]
+        } else {
+            [0.0; 3]
+        },
+        initial: &initial,
+        advection: Advection {
+            scheme,
+            tolerance: 1e-200,
+        },
+        filters: 2,
+        penalty: 1.0,
+        viscosity: 0.01,
+        smoothing: on.smoothing,
+    };
+    let at: Components<f64> = flow::rough(&mut random, &grid, 4, 1.2);
+    let d: Components<f64> = flow::rough(&mut random, &grid, 4, 1.0);
+    let (found, _) = control.direct::<S>(&at, 1.0);
+    let weight = 3.0 * found.data / found.force;
+    let (_, gradient) = control.direct::<S>(&at, weight);
+    taylor(
+        &format!("direct, {on:?} on {cells:?} {ends}"),
+        first,
+        dot_all(&gradient, &d),
+        |t| control.direct::<S>(&add_scaled_all(&at, t, &d), weight).0.total(),
+    );
+    let u = add_scaled_all(&zeros(&grid, 4), 0.3, &at);
+    let (found, ..) = control.simulated::<S>(&u, 1.0, 1e-13);
+    let weight = 3.0 * found.data / found.force;
+    let (_, gradient, _) = control.simulated::<S>(&u, weight, 1e-13);
+    taylor(
+        &format!("by forces, {on:?} on {cells:?} {ends}"),
+        first,
+        dot_all(&gradient, &d),
+        |t| {
+            control
+                .simulated::<S>(&add_scaled_all(&u, t, &d), weight, 1e-13)
+                .0
+                .total()
+        },
+    );
+}
+
+#[test]
+fn gradients_with_each_feature_and_with_all() {
+    let one = [
+        On { rate: true, ..NONE },
+        On { target: true, ..NONE },
+        On {
+            buoyancy: true,
+            ..NONE
+        },
+        On {
+            regions: true,
+            ..NONE
+        },
+        On {
+            schedule: true,
+            ..NONE
+        },
+    ];
+    for on in one {
+        gradients::<D2>(&[8, 9], "wp", Scheme::Central, on, 1e-4);
+    }
+    gradients::<D2>(&[8, 9], "ww", Scheme::Central, ALL, 1e-4);
+    gradients::<D2>(&[9, 8], "pw", Scheme::Limited, ALL, 1e-6);
+    gradients::<D3>(&[5, 6, 4], "wpw", Scheme::Central, ALL, 1e-4);
+}
+
+/// A solve with everything on is what the second implementation says, and the flow is free after the release.
+fn everything<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str, steps: usize) {
+    let small = Scene::small(cells, ends, steps);
+    let params = Params {
+        method,
+        iterations: 4,
+        ..small.params
+    };
+    let scene = Scene { params, ..small }.with_everything();
+    let solved = scene.solve_alone::<T, S>();
+    check(&scene, &solved, T::EPSILON);
+    let released = &solved.force[steps - 1..];
+    assert_eq!((solved.force.len(), released.len()), (steps + 1, 2));
+    assert!(
+        released.iter().flatten().flatten().all(|&x| x == 0.0),
+        "{method:?}"
+    );
+}
+
+#[test]
+fn results_with_everything_are_feasible() {
+    for method in METHODS {
+        everything::<f64, D2>(method, &[12, 16], "ww", 6);
+        everything::<f32, D2>(method, &[16, 13], "pw", 5);
+        everything::<f64, D3>(method, &[8, 7, 6], "wpw", 4);
+        everything::<f32, D3>(method, &[8, 8, 8], "www", 6);
+    }
+}
+
+/// One emitter of a ball and no source, towards a ball higher up.
+fn chimney(method: Method) -> Scene {
+    let small = Scene::small(&[32, 32], "ww", 12);
+    let grid = small.problem().grid();
+    let ball = |y: f64| crate::fields::cases::balls(&grid, &[[0.5, y, 0.5]], 0.12);
+    Scene {
+        params: Params {
+            method,
+            iterations: 60,
+            ..Params::default()
+        },
+        densities: vec![vec![0.0; grid.cells()], ball(0.6)],
+        effects: crate::fields::effects::Effects {
+            emitters: vec![Emitter {
+                from: 0,
+                to: 6,
+                supply: Supply::Rate(0.25),
+            }],
+            shapes: vec![ball(0.25)],
+            ..Default::default()
+        },
+        ..small
+    }
+}
+
+#[test]
+fn an_emitter_alone_fills_a_keyframe() {
+    for method in [Method::Direct, Method::Lbfgs] {
+        let scene = chimney(method);
+        let mut memory = crate::fields::Memory::new(scene.plan::<f64, D2>().bytes());
+        let mut solver =
+            thurible_core::Solver::<f64, D2>::new(&scene.problem(), &scene.params, memory.block()).unwrap();
+        assert_eq!(
+            solver.set_keyframe(0, &scene.densities[1]),
+            Err(InputError::NoEmitter { index: 0 })
+        );
+        scene.set_rest(&mut solver);
+        let (made, shape) = (solver.mass_at(12), scene.effects.shapes[0].iter().sum::<f64>());
+        assert!((made - 6.0 * 0.25 * shape).abs() < 1e-12 * made);
+        assert!((solver.mass_at(3) - 0.5 * made).abs() < 1e-12 * made);
+        let solved = Solved::run(&scene, &mut solver, &Serial, &mut Silent);
+        check(&scene, &solved, f64::EPSILON);
+        let target = &solved.targets[0];
+        assert!(
+            (target.iter().sum::<f64>() - made).abs() < 1e-12 * made,
+            "the target has the mass that is made"
+        );
+        let error = |rho: &[f64]| {
+            let e: Vec<f64> = rho.iter().zip(target).map(|(x, y)| x - y).collect();
+            dot(&e, &e).sqrt() / dot(target, target).sqrt()
+        };
+        let missed = error(&solved.density[12]);
+        assert!(missed < 0.15, "{method:?} misses the keyframe by {missed}");
+    }
+}
+
+#[test]
+fn a_target_keeps_its_shape_filled() {
+    let mut scene = Scene::small(&[24, 24], "ww", 8);
+    scene.params.method = Method::Simulate;
+    scene.keyframes.clear();
+    scene.densities.truncate(1);
+    let grid = scene.problem().grid();
+    scene.effects.shapes = vec![crate::fields::cases::balls(&grid, &[[0.5, 0.2, 0.5]], 0.1)];
+    scene.effects.emitters = vec![Emitter {
+        from: 2,
+        to: 8,
+        supply: Supply::Target(0.7),
+    }];
+    scene.effects.buoyancy = [0.0, 2e-2, 0.0];
+    let solved = scene.solve_alone::<f64, D2>();
+    check(&scene, &solved, f64::EPSILON);
+    for (step, rho) in solved.density.iter().enumerate().skip(3) {
+        for (&x, shape) in rho.iter().zip(&scene.effects.shapes[0]) {
+            assert!(x >= 0.7 * shape - 1e-12, "step {step}: {x} in a shape of {shape}");
+        }
+    }
+    let mass = |rho: &[f64]| rho.iter().sum::<f64>();
+    assert!(
+        mass(&solved.density[8]) > 1.05 * mass(&solved.density[3]),
+        "made {} of {}",
+        mass(&solved.density[8]),
+        mass(&solved.density[3])
+    );
+}
+
+/// Where the region is 0 the keyframe does not care, and a heavier keyframe is met better.
+#[test]
+fn what_matters_is_met() {
+    let mut scene = Scene::small(&[32, 32], "ww", 10);
+    scene.params = Params {
+        iterations: 60,
+        ..Params::default()
+    };
+    scene.force_weight = 1e3;
+    let missed = |scene: &Scene, within: &dyn Fn(usize) -> bool| {
+        let solved = scene.solve_alone::<f64, D2>();
+        let pairs = solved.density[10].iter().zip(&solved.targets[0]).enumerate();
+        pairs
+            .filter(|&(at, _)| within(at))
+            .map(|(_, (x, y))| (x - y).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let plain = missed(&scene, &|_| true);
+    scene.effects.weights = vec![25.0];
+    let heavy = missed(&scene, &|_| true);
+    assert!(
+        heavy < 0.5 * plain,
+        "{heavy} by a heavy keyframe, {plain} by a light one"
+    );
+    scene.effects.weights.clear();
+    let left = |at: usize| at % 32 < 20;
+    let half = missed(&scene, &left);
+    scene.effects.regions = vec![(0..32 * 32).map(|at| f64::from(u8::from(left(at)))).collect()];
+    scene.effects.keep_mass = true;
+    let solved = scene.solve_alone::<f64, D2>();
+    let force = |scene: &Scene| scene.solve_alone::<f64, D2>().objective[1];
+    let mut whole = scene.clone();
+    whole.effects.regions.clear();
+    assert!(
+        solved.objective[1] < force(&whole),
+        "what does not matter costs no force"
+    );
+    let cared = missed(&scene, &left);
+    assert!(
+        cared < 1.5 * half,
+        "{cared} where it matters, {half} where all does"
+    );
+}
+
+#[test]
+fn a_price_that_falls_moves_force_to_later_steps() {
+    let mut scene = Scene::small(&[24, 24], "ww", 10);
+    scene.params = Params {
+        iterations: 60,
+        ..Params::default()
+    };
+    let late = |scene: &Scene| {
+        let solved = scene.solve_alone::<f64, D2>();
+        check(scene, &solved, f64::EPSILON);
+        let square = |u: &Vec<Vec<f64>>| u.iter().map(|c| dot(c, c)).sum::<f64>();
+        let all: f64 = solved.force.iter().map(square).sum();
+        solved.force[4..].iter().map(square).sum::<f64>() / all
+    };
+    let even = late(&scene);
+    scene.effects.schedule = vec![(0, 10.0), (8, 0.1)];
+    let eased = late(&scene);
+    assert!(
+        eased > 1.5 * even,
+        "{eased} of the force is late, {even} by one price"
+    );
+}
+
+#[test]
+fn what_a_method_cannot_is_refused_by_name() {
+    let (cells, boundary) = ([8, 8], [Default::default(); 2]);
+    let base = Problem {
+        smoothness: Some(0.0),
+        ..Problem::new(&cells, &boundary, &[4])
+    };
+    let plan = |problem: &Problem<'_>, method| {
+        let params = Params {
+            method,
+            ..Params::default()
+        };
+        Plan::new::<f32, D2>(problem, &params).map(|_| ())
+    };
+    let asks = [
+        (
+            Feature::Smoothness,
+            Problem {
+                smoothness: Some(2.0),
+                ..base
+            },
+        ),
+        (
+            Feature::Buoyancy,
+            Problem {
+                buoyancy: [0.0, 1.0, 0.0],
+                ..base
+            },
+        ),
+        (
+            Feature::Schedule,
+            Problem {
+                schedule: &[(0, 2.0)],
+                ..base
+            },
+        ),
+    ];
+    for (feature, problem) in asks {
+        let refused = PlanError::Problem(ProblemError::Unfit {
+            method: "admm",
+            feature,
+        });
+        assert_eq!(plan(&problem, Method::Admm), Err(refused));
+        assert_eq!(plan(&problem, Method::Direct), Ok(()));
+    }
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let (cells, boundary) = ([8, 8], [Default::default(); 2]);
+    let base = Problem {
+        steps: 8,
+        ..Problem::new(&cells, &boundary, &[4])
+    };
+    let emitter = |from, to, supply| [Emitter { from, to, supply }];
+    let rate = Supply::Rate(1.0);
+    let refused = |problem: &Problem<'_>| match Plan::new::<f32, D2>(problem, &Params::default()) {
+        Err(PlanError::Problem(error)) => error,
+        other => panic!("{:?}", other.map(|_| ())),
+    };
+    let by = |emitters: &[Emitter]| refused(&Problem { emitters, ..base });
+    let steps = ProblemError::EmitterSteps { index: 0, steps: 8 };
+    assert_eq!(by(&emitter(3, 3, rate)), steps);
+    assert_eq!(by(&emitter(3, 9, rate)), steps);
+    assert!(matches!(
+        by(&emitter(0, 1, Supply::Rate(0.0))),
+        ProblemError::NotPositive { .. }
+    ));
+    let target = emitter(0, 1, Supply::Target(1.0));
+    assert_eq!(by(&target), ProblemError::MassUnknown { index: 0 });
+    let release = |release| {
+        refused(&Problem {
+            release: Some(release),
+            ..base
+        })
+    };
+    assert_eq!(release(3), ProblemError::KeyframeReleased { step: 4, release: 3 });
+    assert_eq!(release(8), ProblemError::Release { given: 8, steps: 8 });
+    assert_eq!(release(1), ProblemError::Release { given: 1, steps: 8 });
+    let schedule = [(3, 1.0), (3, 2.0)];
+    assert_eq!(
+        refused(&Problem {
+            schedule: &schedule,
+            ..base
+        }),
+        ProblemError::ScheduleOrder { step: 3 }
+    );
+    let weights = [1.0, 1.0];
+    assert_eq!(
+        refused(&Problem {
+            keyframe_weights: &weights,
+            ..base
+        }),
+        ProblemError::Weights { given: 2 }
+    );
+    assert!(matches!(
+        refused(&Problem {
+            buoyancy: [f64::NAN, 0.0, 0.0],
+            ..base
+        }),
+        ProblemError::NotFinite { .. }
+    ));
+}
+
+/// A release changes nothing before it, and what follows is what a simulation of its own gives.
+#[test]
+fn a_release_is_a_simulation_from_there() {
+    let mut scene = Scene::small(&[16, 16], "ww", 6);
+    (scene.params.method, scene.params.threads) = (Method::Direct, 2);
+    let before = scene.solve_alone::<f64, D2>();
+    scene.steps = 10;
+    scene.effects.release = Some(6);
+    let whole = with_threads(2, |exec| scene.solve::<f64, D2>(exec, &mut Silent));
+    check(&scene, &whole, f64::EPSILON);
+    assert_eq!(whole.status, before.status);
+    assert!(
+        whole.density[..7] == before.density[..],
+        "the controlled part is another"
+    );
+    assert!(whole.velocity[..6] == before.velocity[..]);
+    let (speed, still) = (
+        largest_of_all(&whole.velocity[9]),
+        gap(&whole.density[9], &whole.density[10]),
+    );
+    assert!(speed > 0.0 && still > 1e-3, "the smoke stands after the release");
+    assert_ne!(whole.status, Status::NotFinite);
+}
+
+fn largest_of_all(v: &[Vec<f64>]) -> f64 {
+    crate::fields::largest(v.iter().flatten().copied())
+}

@@ -1,0 +1,134 @@
+//! What a scene may have beside source, keyframes and a flow, and the second implementation of it.
+
+use super::cases::{Scene, balls};
+use super::naive::Naive;
+use super::{Components, grid};
+use thurible_core::{Emitter, Feature, Supply};
+
+/// All of it; nothing by default.
+#[derive(Clone, Debug, Default)]
+pub struct Effects {
+    /// What each keyframe's data term is multiplied by, 1 where there is none.
+    pub weights: Vec<f64>,
+    /// What the keyframes' errors are multiplied by, cell by cell; none, or one for each.
+    pub regions: Vec<Vec<f64>>,
+    pub emitters: Vec<Emitter>,
+    /// The emitters' shapes.
+    pub shapes: Vec<Vec<f64>>,
+    /// Acceleration where the density is 1.
+    pub buoyancy: [f64; 3],
+    pub release: Option<usize>,
+    /// Step and factor of the force's price.
+    pub schedule: Vec<(usize, f64)>,
+    /// Whether keyframes keep the mass that they are given.
+    pub keep_mass: bool,
+}
+
+impl Scene {
+    /// The same with everything that its method can do: a small scene of one keyframe at its last step gets two steps more.
+    pub fn with_everything(self) -> Self {
+        let (steps, ends): (usize, String) = (self.steps, self.ends());
+        let grid = grid(&self.cells, &ends);
+        let side = |a: usize| self.cells.get(a).map_or(1.0, |&n| n as f64 * grid.h[0]);
+        let ball = |x: f64, y: f64| {
+            balls(
+                &grid,
+                &[[x * side(0), y * side(1), 0.5 * side(2)]],
+                0.15 * side(1),
+            )
+        };
+        let region = |at: usize| if at.is_multiple_of(3) { 0.5 } else { 1.0 };
+        let mut scene = Self {
+            steps: steps + 2,
+            effects: Effects {
+                weights: vec![2.0],
+                regions: vec![(0..grid.cells()).map(region).collect(); self.keyframes.len()],
+                emitters: vec![
+                    Emitter {
+                        from: 0,
+                        to: steps + 1,
+                        supply: Supply::Rate(0.1),
+                    },
+                    Emitter {
+                        from: 1,
+                        to: steps,
+                        supply: Supply::Target(0.8),
+                    },
+                ],
+                shapes: vec![ball(0.3, 0.3), ball(0.6, 0.3)],
+                buoyancy: [1e-4, -2e-4, if grid.dims == 3 { 3e-4 } else { 0.0 }],
+                release: Some(steps),
+                schedule: vec![(0, 2.0), (steps - 1, 0.5)],
+                keep_mass: true,
+            },
+            ..self
+        };
+        let takes = |feature| thurible_core::method::registry::takes(&scene.params, feature);
+        let (lifts, schedules) = (takes(Feature::Buoyancy), takes(Feature::Schedule));
+        if !lifts {
+            scene.effects.buoyancy = [0.0; 3];
+        }
+        if !schedules {
+            scene.effects.schedule.clear();
+        }
+        scene
+    }
+
+    /// A letter for each axis: w or p.
+    fn ends(&self) -> String {
+        let letter = |&end: &thurible_core::Boundary| match end {
+            thurible_core::Boundary::Wall => 'w',
+            thurible_core::Boundary::Periodic => 'p',
+        };
+        self.boundary.iter().map(letter).collect()
+    }
+}
+
+impl Effects {
+    /// `rho`, which was carried to `step`, with what is emitted on the way there.
+    pub fn emit(&self, step: usize, rho: &mut [f64]) {
+        let acts = |emitter: &&Emitter| emitter.from < step && step <= emitter.to;
+        for (emitter, shape) in self.emitters.iter().zip(&self.shapes) {
+            if let (true, Supply::Rate(rate)) = (acts(&emitter), emitter.supply) {
+                rho.iter_mut()
+                    .zip(shape)
+                    .for_each(|(rho, shape)| *rho += rate * shape);
+            }
+        }
+        for (emitter, shape) in self.emitters.iter().zip(&self.shapes) {
+            if let (true, Supply::Target(target)) = (acts(&emitter), emitter.supply) {
+                for (rho, shape) in rho.iter_mut().zip(shape) {
+                    *rho += if *shape > 0.0 {
+                        (target * shape - *rho).max(0.0)
+                    } else {
+                        0.0
+                    };
+                }
+            }
+        }
+    }
+
+    /// The acceleration by `rho` at faces, in the unit of the acceleration.
+    pub fn lift(&self, naive: &Naive, rho: &[f64]) -> Components<f64> {
+        naive.at_faces(|axis, at| {
+            let low = naive.step(at, axis, -1).map(|low| rho[naive.id(low)]);
+            low.map_or(0.0, |low| 0.5 * self.buoyancy[axis] * (low + rho[naive.id(at)]))
+        })
+    }
+
+    /// What the price of the force in `slot` is multiplied by.
+    pub fn factor(&self, slot: usize) -> f64 {
+        let at = slot as f64;
+        let Some(next) = self.schedule.iter().position(|&(step, _)| step >= slot) else {
+            return self.schedule.last().map_or(1.0, |&(_, factor)| factor);
+        };
+        let (step, factor) = self.schedule[next];
+        match next.checked_sub(1).map(|before| self.schedule[before]) {
+            None => factor,
+            Some((first, earlier)) => {
+                let part = (at - first as f64) / (step - first) as f64;
+                (earlier.ln() + part * (factor / earlier).ln()).exp()
+            }
+        }
+    }
+}
