@@ -57,7 +57,41 @@ impl<'a, T> Keyframes<'a, T> {
     /// The keyframe at `step`, if there is one.
     #[must_use]
     pub fn at(&self, step: usize) -> Option<usize> {
-        self.steps().position(|at| at == step)
+        self.steps
+            .binary_search_by_key(&step, |at| (at / self.stride) as usize)
+            .ok()
+    }
+
+    /// The first keyframe not before `step`, or the last one, and how many steps the way to it takes from the keyframe before.
+    ///
+    /// Keyframes at consecutive steps are one stay, as where a shape is held: of each of them the way is that to the first.
+    #[must_use]
+    pub fn next(&self, step: usize) -> (usize, usize) {
+        let before = |at: &u32| ((at / self.stride) as usize) < step;
+        let last = self.count().saturating_sub(1);
+        let index = self.steps.partition_point(before).min(last);
+        let first = self.stay_begins(index);
+        let left = first.checked_sub(1).map_or(0, |before| self.step(before));
+        (index, self.step(first) - left)
+    }
+
+    /// The first keyframe of the stay that `index` is in.
+    fn stay_begins(&self, index: usize) -> usize {
+        let (mut first, mut end) = (0, index);
+        while first < end {
+            let middle = usize::midpoint(first, end);
+            if self.step(middle) + (index - middle) < self.step(index) {
+                first = middle + 1;
+            } else {
+                end = middle;
+            }
+        }
+        first
+    }
+
+    /// The step of keyframe `index`.
+    fn step(&self, index: usize) -> usize {
+        self.steps.get(index).map_or(0, |at| (at / self.stride) as usize)
     }
 
     /// The target of keyframe `index`.

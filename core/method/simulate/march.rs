@@ -117,14 +117,14 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
                 1.0
             }
             Push::Target(pd) => {
-                let (target, steps) = next_target(keyframes, k, grid.cells());
+                let (next, steps) = keyframes.next(k);
                 let mut drive = Drive::carve(
                     levels,
                     setup.flow.sweep.metric,
                     setup.flow.sweep.threads,
                     &mut Pool::new(region),
                 );
-                drive.load(exec, rho, target);
+                drive.load(exec, rho, keyframes.density(next, grid.cells()));
                 let [kept, impulse] = pd.step(steps);
                 drive.force(exec, impulse, w, k - 1, sums);
                 kept
@@ -166,7 +166,8 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             && pd.gathering > 0.0
         {
             let rho = &mut rho[(step + 1) * grid.cells()..][..grid.cells()];
-            let (target, steps) = next_target(keyframes, step + 1, grid.cells());
+            let (next, steps) = keyframes.next(step + 1);
+            let target = keyframes.density(next, grid.cells());
             let mut drive = Drive::carve(
                 levels,
                 setup.flow.sweep.metric,
@@ -212,13 +213,4 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             Err(Status::NotFinite)
         }
     }
-}
-
-/// The target of the first keyframe not before `step`, or of the last one, and the steps from the keyframe before it.
-fn next_target<'a, T>(keyframes: &Keyframes<'a, T>, step: usize, cells: usize) -> (&'a [T], usize) {
-    let last = keyframes.count() - 1;
-    let index = keyframes.steps().position(|at| at >= step).unwrap_or(last);
-    let before = keyframes.steps().take(index).last().unwrap_or(0);
-    let at = keyframes.steps().nth(index).unwrap_or(before);
-    (keyframes.density(index, cells), at - before)
 }
