@@ -39,7 +39,11 @@ impl OwnedProblem {
         OwnedProblem {
             cells: scene.grid.cells.clone(),
             boundary: scene.grid.boundary.clone(),
-            keyframes: scene.keyframes.iter().map(|keyframe| keyframe.step).collect(),
+            keyframes: scene
+                .keyframes
+                .iter()
+                .flat_map(|keyframe| keyframe.stay().steps())
+                .collect(),
             steps: scene.time.steps,
             length: scene.grid.length,
             dt: scene.time.dt,

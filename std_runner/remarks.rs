@@ -1,25 +1,26 @@
 //! What is said of a result beside its numbers: how near it came to each keyframe, and what a reader of its status alone would miss.
 
+use crate::stay::Stay;
 use thurible_core::method::registry::{simulates, steers};
 use thurible_core::{Method, Params, Problem, Real, Solver, Space, Status};
 
 /// How far a density is from a keyframe: |rho - rho*| / |rho*|, Euclidean norms over all cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeyframeError {
-    /// Where the keyframe stands.
-    pub step: usize,
+    /// Where the keyframe stands; of several steps, the errors are the largest.
+    pub stay: Stay,
     /// Of the source, as if it had been held still.
     pub before: f64,
     /// Of the result.
     pub after: f64,
 }
 
-/// Those of a finished result, whose keyframes stand at `steps`.
+/// Those of a finished result, whose keyframes stand at `steps`, for each step.
 pub fn keyframe_errors<T: Real, S: Space>(solver: &Solver<'_, T, S>, steps: &[usize]) -> Vec<KeyframeError> {
     let error = |(index, &step): (usize, &usize)| {
         let wanted = solver.keyframe(index);
         KeyframeError {
-            step,
+            stay: Stay::at(step),
             before: distance(solver.density(0), wanted),
             after: distance(solver.density(step), wanted),
         }
@@ -112,9 +113,10 @@ pub fn in_words(errors: &[KeyframeError]) -> Option<String> {
     /// Keyframes that fit into a line or two.
     const FEW: usize = 6;
     let one = |error: &KeyframeError| {
+        let most = if error.stay.is_held() { "at most " } else { "" };
         format!(
-            "step {} {} (before {})",
-            error.step,
+            "{} {most}{} (before {})",
+            error.stay,
             percent(error.after),
             percent(error.before)
         )
@@ -231,7 +233,7 @@ mod tests {
             ..Params::default()
         };
         let error = KeyframeError {
-            step: 12,
+            stay: Stay::at(12),
             before,
             after,
         };
@@ -295,7 +297,7 @@ mod tests {
     #[test]
     fn errors_of_few_keyframes_are_listed() {
         let error = |step| KeyframeError {
-            step,
+            stay: Stay::at(step),
             before: 0.9,
             after: 0.01 * step as f64,
         };
@@ -303,6 +305,14 @@ mod tests {
         assert_eq!(
             in_words(&[error(4), error(8)]).as_deref(),
             Some("step 4 4.0 % (before 90.0 %), step 8 8.0 % (before 90.0 %)")
+        );
+        let held = KeyframeError {
+            stay: Stay { first: 4, last: 7 },
+            ..error(4)
+        };
+        assert_eq!(
+            in_words(&[held, error(8)]).as_deref(),
+            Some("steps 4 to 7 at most 4.0 % (before 90.0 %), step 8 8.0 % (before 90.0 %)")
         );
         let many: Vec<_> = (1..=9).map(error).collect();
         assert_eq!(

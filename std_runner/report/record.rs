@@ -1,5 +1,6 @@
 //! The facts of a run, as `report.json` holds them.
 
+use crate::stay::Stay;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use thurible_core::{Fact, Kind, Method, Named, Objective, Progress, Status};
@@ -241,10 +242,10 @@ pub struct SecondsRecord {
     pub nso_average: f64,
 }
 
-/// How well a keyframe was reached.
+/// How well a keyframe was reached at a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct KeyframeRecord {
-    /// The time step of the keyframe.
+    /// The time step; a keyframe that is held has a record for each of its steps.
     pub step: usize,
     /// Euclidean distance from the target, in parts of the target's size.
     pub relative_l2: f64,
@@ -252,4 +253,19 @@ pub struct KeyframeRecord {
     pub relative_l2_before: f64,
     /// What the target was multiplied by.
     pub mass_factor: f64,
+    /// All steps of the keyframe; the page says them, `report.json` lists them anyway.
+    #[serde(skip)]
+    pub stay: Stay,
+}
+
+impl RunRecord {
+    /// Of each keyframe the step where it is missed most.
+    pub(crate) fn worst_of_each(&self) -> impl Iterator<Item = &KeyframeRecord> {
+        let held = |one: &KeyframeRecord, next: &KeyframeRecord| one.stay == next.stay;
+        self.keyframes.chunk_by(held).filter_map(|records| {
+            records
+                .iter()
+                .max_by(|one, other| one.relative_l2.total_cmp(&other.relative_l2))
+        })
+    }
 }

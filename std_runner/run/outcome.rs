@@ -7,7 +7,8 @@ use crate::problem::Precision;
 use crate::progress::{Clock, Watch};
 use crate::remarks::{KeyframeError, OF_SCENES, keyframe_errors, remarks};
 use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
-use crate::scene::Scene;
+use crate::scene::{Keyframe, Scene};
+use crate::stay::Stay;
 use std::path::Path;
 use thurible_core::method::registry::prices_curls;
 use thurible_core::{Named, Real, Solver, Space, Status};
@@ -42,7 +43,7 @@ pub(super) struct Facts<'a> {
     pub planned: &'a Planned,
     /// Bytes that the block takes from the system.
     pub footprint: usize,
-    /// What each keyframe was multiplied by.
+    /// What each keyframe was multiplied by, for every step that it stands at.
     pub mass_factors: &'a [f64],
 }
 
@@ -127,13 +128,17 @@ impl Facts<'_> {
     }
 
     fn keyframes(&self, errors: &[KeyframeError]) -> Vec<KeyframeRecord> {
-        let record = |(error, &mass_factor): (&KeyframeError, &f64)| KeyframeRecord {
-            step: error.step,
-            relative_l2: error.after,
-            relative_l2_before: error.before,
-            mass_factor,
-        };
-        errors.iter().zip(self.mass_factors).map(record).collect()
+        let stays = self.scene.keyframes.iter().map(Keyframe::stay);
+        let each_step = stays.flat_map(|stay| stay.steps().map(move |step| (step, stay)));
+        let record =
+            |(((step, stay), error), &mass_factor): (((usize, Stay), &KeyframeError), &f64)| KeyframeRecord {
+                step,
+                relative_l2: error.after,
+                relative_l2_before: error.before,
+                mass_factor,
+                stay,
+            };
+        each_step.zip(errors).zip(self.mass_factors).map(record).collect()
     }
 }
 

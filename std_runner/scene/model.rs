@@ -2,6 +2,7 @@
 
 use super::document::Document;
 use crate::keyframes::{Canvas, ShapeSpec};
+use crate::stay::Stay;
 use std::path::PathBuf;
 use thurible_core::{Advection, Boundary, Params};
 
@@ -16,7 +17,7 @@ pub struct Scene {
     pub time: Time,
     /// The shape of rho_0.
     pub source: ShapeSpec,
-    /// The targets, by ascending step.
+    /// The targets, by ascending step; no two at the same.
     pub keyframes: Vec<Keyframe>,
     /// What the fluid does by itself.
     pub flow: Flow,
@@ -55,10 +56,22 @@ pub struct Time {
 pub struct Keyframe {
     /// The step it stands at.
     pub step: usize,
+    /// How many steps more it stands at.
+    pub hold: usize,
     /// What the density should look like there.
     pub shape: ShapeSpec,
     /// Its key in the file, `keyframe[i]`, for errors found later.
     pub key: String,
+}
+
+impl Keyframe {
+    /// All steps that it stands at.
+    pub fn stay(&self) -> Stay {
+        Stay {
+            first: self.step,
+            last: self.step + self.hold,
+        }
+    }
 }
 
 /// `[flow]`

@@ -1,12 +1,10 @@
-//! `[source]` and `[[keyframe]]`: the step is checked here, the shape by [`ShapeSpec`].
+//! `[source]` and `[[keyframe]]`: steps are checked here, the shape by [`ShapeSpec`].
 
 use crate::exit::Failure;
 use crate::keyframes::ShapeSpec;
-use crate::scene::check::shown;
 use crate::scene::document::Document;
 use crate::scene::model::Keyframe;
 use crate::scene::raw::read;
-use core::ops::RangeInclusive;
 use toml::{Table, Value};
 
 pub(super) fn source(document: &Document, raw: Option<Table>) -> Result<ShapeSpec, Failure> {
@@ -25,28 +23,96 @@ pub(super) fn keyframes(
 ) -> Result<Vec<Keyframe>, Failure> {
     let remedy = "write [[keyframe]] with a step and a shape, as in step = 40 and text = \"F\"";
     let tables = document.required("keyframe", raw.filter(|tables| !tables.is_empty()), remedy)?;
-    let mut keyframes: Vec<Keyframe> = Vec::new();
-    for (index, mut table) in tables.into_iter().enumerate() {
-        let key = format!("keyframe[{index}]");
-        let at = format!("{key}.step");
-        let remedy = "write the step it stands at, as in step = 40";
-        let step = document.required(&at, table.remove("step"), remedy)?;
-        let step = whole(document, &at, step, 2..=steps)?;
-        let hold = match table.remove("hold") {
-            None => 0,
-            Some(hold) => whole(document, &format!("{key}.hold"), hold, 0..=steps - step)?,
-        };
-        let shape = shape(document, &key, table)?;
-        for step in step..=step + hold {
-            if let Some(twin) = keyframes.iter().find(|keyframe| keyframe.step == step) {
-                return Err(document.refuse(&at, twice(step, hold, twin)));
-            }
-            let (shape, key) = (shape.clone(), key.clone());
-            keyframes.push(Keyframe { step, shape, key });
-        }
-    }
+    let mut keyframes = tables
+        .into_iter()
+        .enumerate()
+        .map(|(index, table)| keyframe(document, index, table, steps))
+        .collect::<Result<Vec<_>, _>>()?;
+    refuse_overlaps(document, &keyframes)?;
     keyframes.sort_by_key(|keyframe| keyframe.step);
     Ok(keyframes)
+}
+
+/// Number `index` in the file, of a scene with so many steps.
+fn keyframe(document: &Document, index: usize, mut table: Table, steps: usize) -> Result<Keyframe, Failure> {
+    let key = format!("keyframe[{index}]");
+    document.only(&key, &table, &[&["step", "hold"], ShapeSpec::KEYS].concat())?;
+    let at = format!("{key}.step");
+    let remedy = "write the step it stands at, as in step = 40";
+    let step = document.required(&at, table.remove("step"), remedy)?;
+    let step = document.whole_value(&at, &step, 2..=steps)?;
+    let hold = match table.remove("hold") {
+        None => 0,
+        Some(found) => hold(document, &format!("{key}.hold"), &found, [step, steps])?,
+    };
+    let shape = shape(document, &key, table)?;
+    Ok(Keyframe {
+        step,
+        hold,
+        shape,
+        key,
+    })
+}
+
+/// How long a keyframe at `step` is held, at most to the last of all `steps`.
+fn hold(document: &Document, key: &str, found: &Value, [step, steps]: [usize; 2]) -> Result<usize, Failure> {
+    let most = steps - step;
+    match *found {
+        Value::Integer(hold) if usize::try_from(hold).is_ok_and(|hold| hold > most) => {
+            let why = format!(
+                "is {hold} and reaches from step {step} beyond the end, but the scene ends at step {steps}; raise `time.steps`, or lower \
+                 it to at most {most}"
+            );
+            Err(document.refuse(key, why))
+        }
+        _ => document.whole_value(key, found, 0..=most),
+    }
+}
+
+/// Refuses two keyframes, in the order of the file, that stand at the same step; it is the later one in the file that is to give way.
+fn refuse_overlaps(document: &Document, keyframes: &[Keyframe]) -> Result<(), Failure> {
+    let mut order: Vec<usize> = (0..keyframes.len()).collect();
+    order.sort_by_key(|&index| keyframes[index].step);
+    // Stays in a row overlap if any do.
+    for pair in order.windows(2) {
+        let [early, late] = [&keyframes[pair[0]], &keyframes[pair[1]]];
+        if !early.stay().contains(late.step) {
+            continue;
+        }
+        return Err(if pair[0] < pair[1] {
+            document.refuse(&format!("{}.step", late.key), taken(late.step, early))
+        } else {
+            document.refuse(&format!("{}.hold", early.key), in_the_way(early, late))
+        });
+    }
+    Ok(())
+}
+
+/// Why no keyframe can stand at `step`, where `twin` does.
+fn taken(step: usize, twin: &Keyframe) -> String {
+    let (key, last) = (&twin.key, twin.stay().last);
+    let there = if twin.stay().is_held() {
+        format!(
+            "`{key}.hold` keeps `{key}` there, from step {} to step {last}",
+            twin.step
+        )
+    } else {
+        format!("`{key}` stands at that step already")
+    };
+    format!("is {step}, but {there}; give each keyframe steps of its own")
+}
+
+/// Why `keyframe` cannot be held over `other`, which stands later.
+fn in_the_way(keyframe: &Keyframe, other: &Keyframe) -> String {
+    format!(
+        "is {} and reaches from step {} to step {}, but `{}` stands at step {}; lower it to at most {}",
+        keyframe.hold,
+        keyframe.step,
+        keyframe.stay().last,
+        other.key,
+        other.step,
+        other.step - keyframe.step - 1
+    )
 }
 
 fn shape(document: &Document, key: &str, table: Table) -> Result<ShapeSpec, Failure> {
@@ -74,29 +140,4 @@ fn refuse_what_is_to_come(document: &Document, key: &str, table: &Table) -> Resu
         }
     }
     Ok(())
-}
-
-/// A whole number in a range.
-fn whole(
-    document: &Document,
-    key: &str,
-    value: Value,
-    allowed: RangeInclusive<usize>,
-) -> Result<usize, Failure> {
-    match value {
-        Value::Integer(number) => document.whole(key, number, allowed),
-        other => {
-            let wanted = format!("a whole number from {} to {}", allowed.start(), allowed.end());
-            Err(document.outside(key, shown(&other), wanted))
-        }
-    }
-}
-
-/// Why a keyframe cannot stand at `step`, where `twin` does.
-fn twice(step: usize, hold: usize, twin: &Keyframe) -> String {
-    let held = if hold > 0 { " with its `hold`" } else { "" };
-    format!(
-        "is {step}{held}, but `{}` stands at that step already; give each keyframe steps of its own",
-        twin.key
-    )
 }

@@ -8,6 +8,7 @@ use thurible::report::{
     AdvectionRecord, Facts, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord,
     RunRecord, SecondsRecord,
 };
+use thurible::stay::Stay;
 use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 use thurible_core::{Fact, Kind, Method, Output, Place, Status, Unit};
 
@@ -216,6 +217,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         relative_l2: 0.0832,
         relative_l2_before: 0.913,
         mass_factor: 1.0532,
+        stay: Stay::at(step),
     };
     RunRecord {
         format: 1,
