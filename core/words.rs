@@ -40,12 +40,17 @@ pub struct UnknownWord<'a, T> {
 
 impl<T: Named> fmt::Display for UnknownWord<'_, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, value) in self.allowed.iter().enumerate() {
-            let or = if index == 0 { "" } else { " or " };
-            write!(f, "{or}\"{}\"", value.name())?;
-        }
-        Ok(())
+        alternatives(f, self.allowed.iter().map(|value| value.name()))
     }
+}
+
+/// `"wall" or "periodic"`.
+fn alternatives<'a>(f: &mut fmt::Formatter<'_>, words: impl Iterator<Item = &'a str>) -> fmt::Result {
+    for (index, word) in words.enumerate() {
+        let or = if index == 0 { "" } else { " or " };
+        write!(f, "{or}\"{word}\"")?;
+    }
+    Ok(())
 }
 
 impl<T: Named> core::error::Error for UnknownWord<'_, T> {}
@@ -56,11 +61,7 @@ pub struct Alternatives<'a>(pub &'a [&'a str]);
 
 impl fmt::Display for Alternatives<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, word) in self.0.iter().enumerate() {
-            let or = if index == 0 { "" } else { " or " };
-            write!(f, "{or}\"{word}\"")?;
-        }
-        Ok(())
+        alternatives(f, self.0.iter().copied())
     }
 }
 

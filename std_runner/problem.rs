@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
 use crate::scene::Scene;
-use thurible_core::{D2, D3, Params, Plan, PlanError, Real};
+use thurible_core::{D2, D3, Params, Plan, PlanError, ProblemError, Real};
 
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -104,6 +104,12 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
         PlanError::TooLarge => Failure::Memory(format!(
             "{path}: the scene needs more bytes than this machine can address; make `grid.cells` or `time.steps` smaller"
         )),
+        PlanError::Problem(ProblemError::Smoothness { method, given }) => {
+            let why = format!(
+                "is {given}, but the method {method} can price the force alone, not its curl; set it to 0 or \"auto\", or take another method"
+            );
+            scene.document.refuse("control.smoothness", why)
+        }
         other => Failure::Input(format!("{path}: {other}; change that value in the scene")),
     }
 }

@@ -13,6 +13,8 @@ pub struct KeyframeError {
     pub before: f64,
     /// Of the result.
     pub after: f64,
+    /// How many times as dense as the source the keyframe is, where each is densest.
+    pub denser: f64,
 }
 
 /// Those of a finished result, whose keyframes stand at `steps`, for each step.
@@ -23,6 +25,7 @@ pub fn keyframe_errors<T: Real, S: Space>(solver: &Solver<'_, T, S>, steps: &[us
             stay: Stay::at(step),
             before: distance(solver.density(0), wanted),
             after: distance(solver.density(step), wanted),
+            denser: densest(wanted) / densest(solver.density(0)),
         }
     };
     steps.iter().enumerate().map(error).collect()
@@ -36,6 +39,10 @@ fn distance<T: Real>(found: &[T], wanted: &[T]) -> f64 {
         size += wanted * wanted;
     }
     (off / size).sqrt()
+}
+
+fn densest<T: Real>(density: &[T]) -> f64 {
+    density.iter().map(|density| density.to_f64()).fold(0.0, f64::max)
 }
 
 /// The names under which a user knows what is to be changed.
@@ -74,6 +81,8 @@ const MOVED: f64 = 0.05;
 const THERE: f64 = 1e-3;
 /// A keyframe that is missed by more than this is not reached, whatever the status says.
 const MISSED: f64 = 0.2;
+/// A keyframe so many times as dense as the source cannot be met: an incompressible flow makes no smoke denser.
+const DENSER: f64 = 1.2;
 /// Weight of the force and penalty of ADMM, in units of box and step, of all scenes in examples/.
 const USUAL: f64 = 1e3;
 /// A weight is called unusual when it is more than so many times off.
@@ -97,7 +106,7 @@ pub fn remarks(
     if before > THERE && !nearer && ended != Status::Cancelled && steers(params) {
         remarks.push(no_nearer(problem, params, [before, after], names));
     } else if after > MISSED && ended == Status::Converged && steers(params) {
-        remarks.push(missed(problem, params, [before, after], names));
+        remarks.push(missed(problem, params, errors, names));
     }
     remarks
 }
@@ -191,12 +200,28 @@ fn no_nearer(problem: &Problem<'_>, params: &Params, [before, after]: [f64; 2], 
 }
 
 /// That the least J leaves a keyframe far away, and what to change.
-fn missed(problem: &Problem<'_>, params: &Params, [before, after]: [f64; 2], names: &Names) -> String {
+fn missed(problem: &Problem<'_>, params: &Params, errors: &[KeyframeError], names: &Names) -> String {
+    let [before, after] = largest(errors);
     let found = format!(
         "it converged, but a keyframe is missed by {}, and by {} with the source held still",
         percent(after),
         percent(before)
     );
+    let farthest = errors
+        .iter()
+        .max_by(|one, other| one.after.total_cmp(&other.after));
+    if let Some(error) = farthest.filter(|error| error.denser >= DENSER) {
+        let scaled = if problem.match_mass {
+            "scaled to the mass of the source, "
+        } else {
+            ""
+        };
+        return format!(
+            "{found}: {scaled}the keyframe at {} is {:.1} times as dense as it, and no flow makes smoke denser; try a \
+             smaller source or a larger shape there",
+            error.stay, error.denser
+        );
+    }
     if params.method == Method::Pd {
         return format!("{found}; try a larger {} than {}", names.drive, params.pd.drive);
     }
@@ -236,6 +261,7 @@ mod tests {
             stay: Stay::at(12),
             before,
             after,
+            denser: 1.0,
         };
         remarks(problem, &params, ended, &[error], false, &OF_SCENES)
     }
@@ -295,11 +321,35 @@ mod tests {
     }
 
     #[test]
+    fn a_keyframe_denser_than_the_source_is_said_to_be() {
+        let error = |denser| KeyframeError {
+            stay: Stay::at(12),
+            before: 0.7,
+            after: 0.3,
+            denser,
+        };
+        let params = Params::default();
+        let said_of = |denser| {
+            let errors = [error(denser)];
+            remarks(&metres(), &params, Status::Converged, &errors, false, &OF_SCENES)
+        };
+        assert_eq!(
+            said_of(1.43),
+            [
+                "it converged, but a keyframe is missed by 30.0 %, and by 70.0 % with the source held still: scaled to the mass of the source, the \
+              keyframe at step 12 is 1.4 times as dense as it, and no flow makes smoke denser; try a smaller source or a larger shape there"
+            ]
+        );
+        assert!(said_of(1.1)[0].contains("force_weight"));
+    }
+
+    #[test]
     fn errors_of_few_keyframes_are_listed() {
         let error = |step| KeyframeError {
             stay: Stay::at(step),
             before: 0.9,
             after: 0.01 * step as f64,
+            denser: 1.0,
         };
         assert_eq!(in_words(&[]), None);
         assert_eq!(

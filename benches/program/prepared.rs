@@ -9,7 +9,7 @@ use thurible::problem::{OwnedProblem, Precision, params_of, refusal};
 use thurible::region::Region;
 use thurible::run::inputs::{set_inputs, solver_refusal};
 use thurible::scene::{Document, Scene};
-use thurible_core::{Advection, Exec, Params, Plan, Problem, Real, Scheme, Solver, Space};
+use thurible_core::{Exec, Params, Plan, Problem, Real, Solver, Space};
 
 /// A scene with what its solve needs.
 pub struct PreparedScene {
@@ -32,20 +32,16 @@ impl PreparedScene {
         threads: usize,
     ) -> Result<Self, Failure> {
         let mut document = Document::parse(Path::new(name), text.to_owned())?;
+        // Targets, floors and the pages of other days are those of the paper's transport and price.
+        document.set("advection.scheme=quick")?;
+        document.set("control.smoothness=0")?;
         assignments
             .iter()
             .try_for_each(|assignment| document.set(assignment))?;
         document.set(&format!("method.name={method}"))?;
         let scene = Scene::of(document)?;
         let params = params_of(&scene, threads, None);
-        let problem = OwnedProblem {
-            // Targets, floors and the pages of other days are those of the paper's transport and price.
-            advection: Advection {
-                scheme: Scheme::Quick,
-                ..scene.advection
-            },
-            ..OwnedProblem::of(&scene)
-        };
+        let problem = OwnedProblem::of(&scene);
         Ok(Self {
             scene,
             problem,

@@ -51,7 +51,8 @@ fn at(body: &Body, index: usize) -> Result<(Fact, &[f64]), ThuribleResult> {
     body.report.iter().nth(index).ok_or(ThuribleResult::Index)
 }
 
-/// How many facts the method reported of the last iteration, beside what `thurible_progress` says of it; 0 before the first.
+/// How many facts the method reported of the last iteration, those that `thurible_progress` has fields for among them; 0 before the
+/// first and after `thurible_restore`.
 ///
 /// # Safety
 /// `instance` as in `thurible_close`; `count` is null or may be written.

@@ -145,7 +145,7 @@ pub enum ThuribleEventKind {
     Iteration = 0,
     /// The advection problem of ADMM begins.
     AoBegin = 1,
-    /// An iteration of it is over: `value` is its objective, `step` its blending step.
+    /// An iteration of it is over: `iteration` counts them from 1, `value` is its objective, `step` its blending step.
     AoIteration = 2,
     /// The advection problem of ADMM is over.
     AoEnd = 3,
@@ -192,10 +192,11 @@ impl From<Event> for ThuribleEvent {
             Event::PhaseEnd(Phase { name: "nso", .. }) => of(ThuribleEventKind::NsoEnd),
             Event::PhaseStep {
                 phase: Phase { name: "ao", .. },
+                step,
                 value,
                 taken,
-                ..
             } => Self {
+                iteration: step,
                 value,
                 step: taken,
                 ..of(ThuribleEventKind::AoIteration)

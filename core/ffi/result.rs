@@ -30,7 +30,7 @@ pub enum ThuribleResult {
     TooSmall = 8,
     /// An array has the wrong number of bytes.
     Length = 9,
-    /// There is no such keyframe, axis, step or field.
+    /// There is no such keyframe, axis, step, field, output or fact.
     Index = 10,
     /// A value is NaN or infinite.
     NotFinite = 11,
@@ -76,7 +76,10 @@ impl ThuribleResult {
         (Self::TooLarge, c"the sizes do not fit this machine's addresses"),
         (Self::TooSmall, c"the memory has fewer bytes than planned"),
         (Self::Length, c"an array has the wrong number of bytes"),
-        (Self::Index, c"there is no such keyframe, axis, step or field"),
+        (
+            Self::Index,
+            c"there is no such keyframe, axis, step, field, output or fact",
+        ),
         (Self::NotFinite, c"a value is not finite"),
         (Self::Negative, c"a density is negative"),
         (Self::Empty, c"a density has no mass"),

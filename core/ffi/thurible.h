@@ -40,7 +40,7 @@ typedef enum {
     THURIBLE_RESULT_TOO_SMALL = 8,
     // An array has the wrong number of bytes.
     THURIBLE_RESULT_LENGTH = 9,
-    // There is no such keyframe, axis, step or field.
+    // There is no such keyframe, axis, step, field, output or fact.
     THURIBLE_RESULT_INDEX = 10,
     // A value is NaN or infinite.
     THURIBLE_RESULT_NOT_FINITE = 11,
@@ -74,7 +74,7 @@ typedef enum {
     THURIBLE_EVENT_KIND_ITERATION = 0,
     // The advection problem of ADMM begins.
     THURIBLE_EVENT_KIND_AO_BEGIN = 1,
-    // An iteration of it is over: `value` is its objective, `step` its blending step.
+    // An iteration of it is over: `iteration` counts them from 1, `value` is its objective, `step` its blending step.
     THURIBLE_EVENT_KIND_AO_ITERATION = 2,
     // The advection problem of ADMM is over.
     THURIBLE_EVENT_KIND_AO_END = 3,
@@ -249,7 +249,7 @@ typedef struct {
     double force_weight;
     // Kinematic viscosity, in squared lengths per time; 0 for none.
     double viscosity;
-    // Smoothness of the force, in cells: forces finer than that are dear. 0 is the paper's price; -1, the default, stands for 2.5 with limited
+    // Smoothness of the force, in cells from 0 to 64: forces finer than that are dear. 0 is the paper's price; -1, the default, stands for 2.5 with limited
     // transport and 0 with the others. ADMM prices no curls, and takes 0 or -1 alone.
     double smoothness;
     // Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
@@ -578,9 +578,11 @@ ThuribleResult thurible_copy(const Thurible *instance,
                              void *out,
                              size_t bytes);
 
-// How many facts the method reported of the last iteration, beside what `thurible_progress` says of it; 0 before the first.
+// How many facts the method reported of the last iteration, those that `thurible_progress` has fields for among them; 0 before the
+// first and after `thurible_restore`.
 // Safety: `instance` as in `thurible_close`; `count` is null or may be written.
-ThuribleResult thurible_fact_count(const Thurible *instance, size_t *count);
+ThuribleResult thurible_fact_count(const Thurible *instance,
+                                   size_t *count);
 
 // Says what fact `index` is, from 0 on.
 // Safety: `instance` as in `thurible_close`; `fact` is null or may be written.

@@ -4,6 +4,7 @@
 //! from 1 to 1 + s^2 sum_a 4 / h_a^2, and keeps fields free of divergence.
 
 use crate::exec::Exec;
+use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Space;
 use crate::operators::plaquette::Drag;
@@ -66,7 +67,12 @@ pub fn solve<'a, T: Real, S: Space>(
     work: VectorMut<'a, T>,
     scratch: &mut [T],
 ) {
-    let Fluid { grid, viscosity, .. } = fluid;
+    let Fluid {
+        grid,
+        slots,
+        viscosity,
+    } = fluid;
+    let shape = Shape { grid, slots };
     let largest = 1.0 + viscosity * grid.h.iter().take(grid.dims).map(|h| 4.0 / (h * h)).sum::<f64>();
     let (middle, half) = (0.5 * (largest + 1.0), 0.5 * (largest - 1.0));
     let steps = libm::ceil(libm::acosh(1.0 / LEFT) / libm::acosh(middle / half)) as usize;
@@ -81,9 +87,7 @@ pub fn solve<'a, T: Real, S: Space>(
         let angle = core::f64::consts::PI * (alternating(step, steps) as f64 + 0.5) / steps as f64;
         let length = 1.0 / (middle + half * libm::cos(angle));
         if step == 0 {
-            for (now, y) in now.iter_mut().zip(y) {
-                rows::scale(now, T::from_f64(length), y);
-            }
+            trajectory::add(exec, shape, &mut now, 0.0, length, y);
             continue;
         }
         let factors = [1.0 - length, -length, length];

@@ -157,23 +157,17 @@ pub(super) trait Field {
     fn take(&mut self, value: Value<'_>) -> bool;
 }
 
-/// Puts `value` into `field` if there is one; whether there is.
-fn put<T>(field: &mut T, value: Option<T>) -> bool {
-    value.map(|value| *field = value).is_some()
-}
-
 impl Field for f64 {
     fn value(&self) -> Value<'static> {
         Value::Number(*self)
     }
 
     fn take(&mut self, value: Value<'_>) -> bool {
-        let number = if let Value::Number(number) = value {
-            Some(number)
-        } else {
-            None
+        let Value::Number(number) = value else {
+            return false;
         };
-        put(self, number)
+        *self = number;
+        true
     }
 }
 
@@ -183,12 +177,11 @@ impl Field for usize {
     }
 
     fn take(&mut self, value: Value<'_>) -> bool {
-        let count = if let Value::Count(count) = value {
-            Some(count)
-        } else {
-            None
+        let Value::Count(count) = value else {
+            return false;
         };
-        put(self, count)
+        *self = count;
+        true
     }
 }
 
@@ -198,12 +191,12 @@ impl Field for Option<usize> {
     }
 
     fn take(&mut self, value: Value<'_>) -> bool {
-        let count = match value {
-            Value::Automatic => Some(None),
-            Value::Count(count) => Some(Some(count)),
-            _ => None,
+        *self = match value {
+            Value::Automatic => None,
+            Value::Count(count) => Some(count),
+            _ => return false,
         };
-        put(self, count)
+        true
     }
 }
 
@@ -213,12 +206,11 @@ impl Field for bool {
     }
 
     fn take(&mut self, value: Value<'_>) -> bool {
-        let flag = if let Value::Flag(flag) = value {
-            Some(flag)
-        } else {
-            None
+        let Value::Flag(flag) = value else {
+            return false;
         };
-        put(self, flag)
+        *self = flag;
+        true
     }
 }
 
@@ -228,12 +220,11 @@ impl<T: Named> Field for T {
     }
 
     fn take(&mut self, value: Value<'_>) -> bool {
-        let chosen = if let Value::Word(word) = value {
-            T::from_name(word).ok()
-        } else {
-            None
+        let Value::Word(word) = value else {
+            return false;
         };
-        put(self, chosen)
+        let chosen = T::from_name(word);
+        chosen.map(|chosen| *self = chosen).is_ok()
     }
 }
 

@@ -101,6 +101,27 @@ macro_rules! define {
 
 for_each_method!(define);
 
+/// The smoothness in force, in cells: what is asked for, or that of the scheme where nothing is; 0 where the method prices no curls.
+#[must_use]
+pub fn smoothness(problem: &Problem<'_>, params: &Params) -> f64 {
+    if prices_curls(params) {
+        problem
+            .smoothness
+            .unwrap_or(problem.advection.scheme.smoothness())
+    } else {
+        0.0
+    }
+}
+
+/// The problem that a method solves: with the smoothness in force.
+#[must_use]
+pub fn resolved<'p>(problem: &Problem<'p>, params: &Params) -> Problem<'p> {
+    Problem {
+        smoothness: Some(smoothness(problem, params)),
+        ..*problem
+    }
+}
+
 /// Calls `make` in a function of its own, so that the stack never holds what another method would need.
 #[inline(never)]
 fn in_its_frame<R>(make: impl FnOnce() -> R) -> R {

@@ -16,7 +16,8 @@ const GRADIENT: Fact = Fact::new(
     "gradient_norm",
     Kind::Number,
     "norm of the objective's gradient, in the norm of the first inverse Hessian",
-);
+)
+.in_chart("Gradient");
 const EVALUATIONS: Fact = Fact::new("evaluations", Kind::Count, "how often the objective was computed");
 
 /// How one iteration went.

@@ -1,6 +1,6 @@
 //! Which problems are refused.
 
-use super::{CELLS, MAX_FILTERS, MAX_STEPS, Problem, ProblemError};
+use super::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError};
 
 impl Problem<'_> {
     /// Checks every field but the number of axes and whether there are keyframes.
@@ -41,7 +41,10 @@ impl Problem<'_> {
             positive(field, given)?;
         }
         not_negative("viscosity", self.viscosity)?;
-        not_negative("smoothness", self.smoothness.unwrap_or(0.0))?;
+        let smoothness = self.smoothness.unwrap_or(0.0);
+        if !(0.0..=MAX_SMOOTHNESS).contains(&smoothness) {
+            return Err(ProblemError::SmoothnessRange { given: smoothness });
+        }
         match self.filters {
             Some(given) if given > MAX_FILTERS => Err(ProblemError::Filters { given }),
             _ => Ok(()),

@@ -156,6 +156,11 @@ pub enum ProblemError {
         /// The value.
         given: f64,
     },
+    /// `smoothness` is not from 0 to [`MAX_SMOOTHNESS`].
+    SmoothnessRange {
+        /// The value.
+        given: f64,
+    },
     /// The method prices the force alone, not its curl.
     Smoothness {
         /// The method.
@@ -200,6 +205,9 @@ impl fmt::Display for ProblemError {
             Self::NotFraction { field, given } => {
                 write!(f, "{field} is {given}; it must be at least 0 and below 1")
             }
+            Self::SmoothnessRange { given } => {
+                write!(f, "smoothness is {given}; it must be from 0 to {MAX_SMOOTHNESS}")
+            }
             Self::Smoothness { method, given } => write!(
                 f,
                 "smoothness is {given}, but the method {method} can price the force alone; take 0, or another method"
@@ -217,6 +225,8 @@ pub const CELLS: core::ops::RangeInclusive<usize> = 4..=4096;
 pub const MAX_STEPS: usize = 100_000;
 /// Most filters.
 pub const MAX_FILTERS: usize = 12;
+/// Largest smoothness of the force, in cells: beyond it little is left to steer by.
+pub const MAX_SMOOTHNESS: f64 = 64.0;
 
 impl<'a> Problem<'a> {
     /// Everything else by default: a box of side 1, steps of length 1 up to the last keyframe (0 without any), r = 1000, no viscosity.
@@ -275,11 +285,11 @@ impl Problem<'_> {
         self.viscosity * self.dt / (self.length * self.length)
     }
 
-    /// s^2 in scaled numbers, in which a cell of the finest grid is as long as the box over its most cells.
+    /// s^2 in scaled numbers, with 0 where no smoothness is asked for, in which a cell of the finest grid is as long as the box over its most cells.
     #[must_use]
     pub fn scaled_smoothing(&self) -> f64 {
         let cells = self.cells.iter().copied().max().unwrap_or(1);
-        let s = self.smoothness.unwrap_or(self.advection.scheme.smoothness()) / cells as f64;
+        let s = self.smoothness.unwrap_or(0.0) / cells as f64;
         s * s
     }
 

@@ -54,11 +54,8 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         viscosity,
         tolerance,
         projection_tolerance,
+        &smoothness.unwrap_or(0.0),
     ]
     .into_iter()
     .for_each(|&number| mix.real(number));
-    let smoothness = smoothness.unwrap_or(scheme.smoothness());
-    if smoothness > 0.0 {
-        mix.real(smoothness);
-    }
 }

@@ -18,7 +18,7 @@ use crate::exec::Exec;
 use crate::grid::{Grid, Space};
 use crate::memory::{ALIGN, Arena, Layout, TooSmall};
 use crate::method::animation::Animation;
-use crate::method::registry::Engine;
+use crate::method::registry::{self, Engine};
 use crate::objective::keyframes::Keyframes;
 use crate::observe::Observer;
 use crate::problem::{Problem, Units};
@@ -55,6 +55,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         memory: &'m mut [MaybeUninit<u8>],
     ) -> Result<Self, SolverError> {
         let plan = Plan::new::<T, S>(problem, params)?;
+        let problem = &registry::resolved(problem, params);
         let given = memory.len();
         if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
             return Err(SolverError::Misaligned);

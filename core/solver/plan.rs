@@ -32,6 +32,7 @@ impl Plan {
     /// [`PlanError`] when a field is wrong or sizes overflow.
     pub fn new<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Self, PlanError> {
         check::<T, S>(problem, params)?;
+        let problem = &registry::resolved(problem, params);
         let measure = |params: &Params| Self::size::<T, S>(problem, params);
         let params = registry::fit::<T, S>(problem, params, &measure)?;
         Self::with::<T, S>(problem, &params)

@@ -32,7 +32,7 @@ use held::{Held, STATES};
 use rows::Velocity;
 use series::MAX_TERMS;
 
-/// The most sub-steps of Courant number 1 in a step.
+/// The largest Courant number of a step: with sub-steps of Courant number 1 it has as many at most.
 pub const MAX_SUBSTEPS: usize = 64;
 
 /// How a step is taken.
@@ -73,7 +73,7 @@ impl From<Advection> for Stepping {
 /// The values of two cache lines, which processors fetch together: the scratch of two threads shares none.
 const PAIR_OF_LINES: usize = 32;
 
-/// A step would need more than [`MAX_SUBSTEPS`], or its velocity is not finite.
+/// The Courant number of a step is above [`MAX_SUBSTEPS`], or its velocity is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooFast;
 
@@ -124,7 +124,7 @@ pub struct Transport<'a, T> {
     held: Option<Held>,
     states: &'a mut [T],
     terms: &'a mut [T],
-    /// See [`series::Terms`].
+    /// See [`terms::Terms`].
     sizes: &'a mut [T],
     adjoint: [&'a mut [T]; 2],
     gradient: VectorMut<'a, T>,

@@ -41,15 +41,15 @@ pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
         arrays: true,
         images: scene.output.frames,
     });
-    let scenes = scenes_by_method(&document, methods, &options)?;
+    let lineup = scenes_by_method(&document, methods, &options)?;
     let folder = arguments
         .output
         .clone()
         .unwrap_or_else(|| beside(&scene.output.folder));
     let mut page = publish::prepare(&folder, STEM)?;
-    publish::check_below(&folder, methods, &scenes, options.outputs.images)?;
+    publish::check_below(&folder, methods, &lineup.scenes, options.outputs.images)?;
     let interrupt = Interrupt::listen()?;
-    let comparison = Comparison::run(scenes, methods, &options, &folder, &interrupt)?;
+    let comparison = Comparison::run(lineup, methods, &options, &folder, &interrupt)?;
     let name = arguments
         .scene
         .file_stem()

@@ -56,11 +56,9 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
 /// The scene `name`: every key with its default and what it means.
 fn template(name: &str) -> String {
     let folder = toml::Value::String(format!("out/{name}")).to_string();
-    let [_, others @ ..] = &*steering() else {
-        return String::new();
-    };
-    let others: Vec<String> = others
+    let others: Vec<String> = steering()
         .iter()
+        .filter(|method| method.name() != Method::default().name())
         .map(|method| format!("\"{}\"", method.name()))
         .collect();
     let tables: String = Method::ALL.iter().map(|&method| table(method)).collect();

@@ -60,7 +60,7 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
     let mut folder = publish::prepare(&arguments.output, STEM)?;
     planned.iter().try_for_each(|planned| {
         let images = options.outputs.images;
-        publish::check_below(&planned.folder, &planned.methods, &planned.scenes, images)
+        publish::check_below(&planned.folder, &planned.methods, &planned.lineup.scenes, images)
     })?;
     let interrupt = Interrupt::listen()?;
     let mut solved = Vec::new();
@@ -71,7 +71,7 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
         solved.push(SolvedScene {
             entry: planned.entry,
             comparison: Comparison::run(
-                planned.scenes,
+                planned.lineup,
                 &planned.methods,
                 &options,
                 &planned.folder,
@@ -151,8 +151,9 @@ fn needs(entry: &Entry, selection: &Selection<'_>, options: &RunOptions) -> Resu
     let Some(method) = methods.first() else {
         return Ok(format!("only by {}", listed(entry.only)));
     };
-    let scenes = selection.by_method(entry, core::slice::from_ref(method), options)?;
-    let planned = scenes
+    let lineup = selection.by_method(entry, core::slice::from_ref(method), options)?;
+    let planned = lineup
+        .scenes
         .first()
         .map(|scene| plan::choose(scene, &options.plan))
         .transpose()?;

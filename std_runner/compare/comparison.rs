@@ -1,6 +1,7 @@
 //! One scene by several methods, one after the other in this process.
 
 use super::figures::{Figures, ends};
+use super::page::listed;
 use crate::console;
 use crate::exit::{DONE, FILE, Failure, NOT_FINITE};
 use crate::interrupt::Interrupt;
@@ -11,13 +12,23 @@ use crate::run::{Outcome, Request, RunOptions};
 use crate::scene::{Document, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
+use thurible_core::Named;
+use thurible_core::method::registry::prices_curls;
+
+/// A scene once for each method that solves it.
+pub(crate) struct Lineup {
+    /// The scene with each of the methods, in their order.
+    pub scenes: Vec<Scene>,
+    /// What was changed so that all solve the same problem.
+    pub note: Option<String>,
+}
 
 /// The same scene once for each method. Each is checked and planned here, so that nothing is refused after hours of solving.
 pub(crate) fn scenes_by_method(
     document: &Document,
     methods: &[String],
     options: &RunOptions,
-) -> Result<Vec<Scene>, Failure> {
+) -> Result<Lineup, Failure> {
     if let Some(twice) = methods
         .iter()
         .enumerate()
@@ -32,11 +43,40 @@ pub(crate) fn scenes_by_method(
     let scene = |name: &String| {
         let mut document = document.clone();
         document.replace(format!("--methods {name}"), "method.name", name.as_str().into())?;
-        let scene = Scene::of(document)?;
-        plan::choose(&scene, &options.plan)?;
-        Ok(scene)
+        Scene::of(document)
     };
-    methods.iter().map(scene).collect()
+    let mut scenes = methods.iter().map(scene).collect::<Result<Vec<_>, _>>()?;
+    let note = price_alike(&mut scenes);
+    for scene in &scenes {
+        plan::choose(scene, &options.plan)?;
+    }
+    Ok(Lineup { scenes, note })
+}
+
+/// Where some of the methods cannot price curls and the smoothness is automatic, it becomes 0 for all: an objective with a price of curls
+/// is not to be compared with one without. The sentence says so.
+fn price_alike(scenes: &mut [Scene]) -> Option<String> {
+    let automatic =
+        |scene: &Scene| scene.control.smoothness.is_none() && scene.advection.scheme.smoothness() > 0.0;
+    let (able, unable): (Vec<&Scene>, Vec<&Scene>) = scenes
+        .iter()
+        .partition(|scene| prices_curls(&scene.method.params));
+    if unable.is_empty() || !able.into_iter().any(automatic) {
+        return None;
+    }
+    let unable: Vec<&str> = unable
+        .iter()
+        .map(|scene| scene.method.params.method.name())
+        .collect();
+    let note = format!(
+        "{} cannot price curls, so all methods solve with `control.smoothness` 0, not with the {} that goes with this transport",
+        listed(&unable),
+        scenes.first()?.advection.scheme.smoothness()
+    );
+    for scene in scenes {
+        scene.control.smoothness = Some(0.0);
+    }
+    Some(note)
 }
 
 /// What the methods made of a scene.
@@ -46,19 +86,27 @@ pub(crate) struct Comparison {
     pub solved: Vec<Outcome>,
     /// Methods without a result, and the reason.
     pub failed: Vec<(String, String)>,
+    /// What was changed so that all solve the same problem.
+    pub note: Option<String>,
 }
 
 impl Comparison {
-    /// Solves each scene into a folder below `folder` that has its method's name; stops when the user interrupts it.
+    /// Solves each scene of `lineup` into a folder below `folder` that has its method's name; stops when the user interrupts it.
     pub fn run(
-        scenes: Vec<Scene>,
+        lineup: Lineup,
         methods: &[String],
         options: &RunOptions,
         folder: &Path,
         interrupt: &Interrupt,
     ) -> Result<Self, Failure> {
-        let mut comparison = Self::default();
-        for (scene, method) in scenes.into_iter().zip(methods) {
+        let mut comparison = Self {
+            note: lineup.note,
+            ..Self::default()
+        };
+        if let (Some(note), Mode::Human) = (&comparison.note, options.mode) {
+            console::print(&format!("note: {note}"));
+        }
+        for (scene, method) in lineup.scenes.into_iter().zip(methods) {
             if interrupt.asked() {
                 break;
             }
@@ -91,14 +139,14 @@ impl Comparison {
         self.records().map(|record| Figures::of(record, ends)).collect()
     }
 
-    /// The comparison as JSON: the least objective, the rows of the table, and what failed.
+    /// The comparison as JSON: the least objective, the rows of the table, what failed, and what was changed.
     pub fn facts(&self) -> Value {
         let failed: Value = self
             .failed
             .iter()
             .map(|(method, why)| json!({ "method": method, "why": why }))
             .collect();
-        json!({ "best": ends(self.records()).0, "rows": self.figures(), "failed": failed })
+        json!({ "best": ends(self.records()).0, "rows": self.figures(), "failed": failed, "note": self.note })
     }
 
     /// The exit code of a comparison that was not interrupted.

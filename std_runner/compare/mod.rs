@@ -9,5 +9,5 @@ pub(crate) mod publish;
 pub use figures::{Figures, NEAR};
 
 pub(crate) use columns::{COLUMNS, MEMORY, cells, in_brief};
-pub(crate) use comparison::{Comparison, scenes_by_method};
-pub(crate) use page::{by_seconds, last_keyframe, listed, measured, page, strip, summary};
+pub(crate) use comparison::{Comparison, Lineup, scenes_by_method};
+pub(crate) use page::{by_seconds, last_keyframe, listed, measured, page, said, strip, summary};

@@ -5,6 +5,7 @@ use super::comparison::Comparison;
 use super::figures::{Figures, descends, finest};
 use crate::report::{
     Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, number, product, seconds,
+    smoothness,
 };
 use crate::stay::Stay;
 use thurible_core::Named;
@@ -19,6 +20,7 @@ pub(crate) fn page(name: &str, comparison: &Comparison) -> Document {
         .into_iter()
         .flatten()
         .collect::<Vec<_>>();
+    blocks.extend(comparison.note.iter().map(said));
     blocks.push(Block::Table(table(&comparison.figures())));
     blocks.extend(notes(comparison));
     if let Some(chart) = by_seconds(comparison) {
@@ -48,6 +50,11 @@ pub(crate) fn page(name: &str, comparison: &Comparison) -> Document {
     }
 }
 
+/// A note as a sentence on a page.
+pub(crate) fn said(note: &String) -> Block {
+    Block::Text(format!("{note}."))
+}
+
 /// "a, b and c"
 pub(crate) fn listed(words: &[&str]) -> String {
     match words {
@@ -60,11 +67,12 @@ pub(crate) fn listed(words: &[&str]) -> String {
 /// What was measured, on what.
 fn conditions(record: &RunRecord) -> Vec<Block> {
     let scene = format!(
-        "{} cells, {} steps of {}, force weight r = {}, {} transport, keyframes at step {}.",
+        "{} cells, {} steps of {}, force weight r = {}, smoothness of the force {}, {} transport, keyframes at step {}.",
         product(&record.cells),
         record.steps,
         number(record.dt),
         number(record.force_weight),
+        smoothness(record),
         record.advection.scheme,
         listed(
             &record

@@ -22,6 +22,9 @@ pub(crate) fn page(sections: &[&Section], solved: &[SolvedScene], scale: Scale) 
         blocks.push(Block::Text(compare::measured(record)));
         blocks.push(Block::Code(record.command.clone()));
     }
+    // All scenes have the transport that --set gave, or none was changed.
+    let mut notes = solved.iter().filter_map(|scene| scene.comparison.note.as_ref());
+    blocks.extend(notes.next().map(compare::said));
     blocks.extend([Block::Table(table(solved)), Block::Text(compare::MEMORY.into())]);
     let rows: Vec<&SolvedScene> = solved.iter().filter(|scene| in_table(scene.entry)).collect();
     if !rows.is_empty() {

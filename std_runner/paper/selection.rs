@@ -3,10 +3,10 @@
 use super::catalogue::{ENTRIES, Entry};
 use super::scale::Scale;
 use super::sections::{GROUPS, SECTIONS, Section};
-use crate::compare::{listed, scenes_by_method};
+use crate::compare::{Lineup, listed, scenes_by_method};
 use crate::exit::Failure;
 use crate::run::RunOptions;
-use crate::scene::{Document, Scene};
+use crate::scene::Document;
 use std::path::{Path, PathBuf};
 use toml::Value;
 
@@ -33,7 +33,7 @@ pub(crate) struct PlannedScene {
     /// The methods that solve it.
     pub methods: Vec<String>,
     /// The checked scene, once for each method.
-    pub scenes: Vec<Scene>,
+    pub lineup: Lineup,
     /// Where the results go.
     pub folder: PathBuf,
 }
@@ -78,11 +78,11 @@ impl Selection<'_> {
             if methods.is_empty() || all.iter().any(|other| other.entry.name == entry.name) {
                 continue;
             }
-            let scenes = self.by_method(entry, &methods, options)?;
+            let lineup = self.by_method(entry, &methods, options)?;
             all.push(PlannedScene {
                 entry,
                 methods,
-                scenes,
+                lineup,
                 folder: folder.join(entry.name),
             });
         }
@@ -95,7 +95,7 @@ impl Selection<'_> {
         entry: &Entry,
         methods: &[String],
         options: &RunOptions,
-    ) -> Result<Vec<Scene>, Failure> {
+    ) -> Result<Lineup, Failure> {
         scenes_by_method(&entry.document(self.scale, self.sets)?, methods, options)
     }
 }

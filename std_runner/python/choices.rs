@@ -1,6 +1,6 @@
 //! What is solved and how: the arguments that `solve` and `plan` share.
 
-use crate::words::{automatic, flag, number, one_of, read, refused, unknown, whole, word};
+use crate::words::{automatic, flag, is_automatic, number, one_of, read, refused, unknown, whole, word};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use thurible::owned::OwnedProblem;
@@ -93,9 +93,8 @@ impl Choices {
             "boundary" => self.scene.boundary = boundary(value, self.scene.cells.len())?,
             "viscosity" => self.scene.viscosity = number(name, value)?,
             "force_weight" => self.scene.force_weight = number(name, value)?,
-            "smoothness" => {
-                self.scene.smoothness = (!value.is_none()).then(|| number(name, value)).transpose()?;
-            }
+            "smoothness" if is_automatic(value) => self.scene.smoothness = None,
+            "smoothness" => self.scene.smoothness = Some(number(name, value)?),
             "filters" => self.scene.filters = automatic(name, value)?,
             "match_mass" => self.scene.match_mass = flag(name, value)?,
             "advection" => self.scene.advection.scheme = word(name, value)?,

@@ -50,7 +50,7 @@ def solve(
     boundary: Boundary | Sequence[Boundary] = "wall",
     viscosity: float = 0.0,
     force_weight: float = 1e3,
-    smoothness: float | None = None,
+    smoothness: float | Literal["auto"] | None = None,
     filters: int | Literal["auto"] | None = None,
     match_mass: bool = True,
     advection: Advection = "limited",
@@ -67,7 +67,8 @@ def solve(
     """Finds the smallest force that carries the smoke of `source` to `keyframes`: arrays by the step at which they stand.
 
     `steps` is the last keyframe's unless given. `length` is the longest side of the box. `boundary` is a word, or one for each of x, y
-    (and z). `initial_velocity` are components along x, y (and z), with shapes as those of `Solution.velocity`. `threads` are as many as
+    (and z). `smoothness` counts cells of which forces finer are dear: 2.5 with limited transport and 0 with the others unless given; "admm"
+    takes 0 alone. `initial_velocity` are components along x, y (and z), with shapes as those of `Solution.velocity`. `threads` are as many as
     the machine offers. `memory_limit` is in bytes, of the one block in which it is solved.
 
     `progress` is called after every iteration; it stops the solve by returning False, or by raising. Other Python threads run
@@ -88,7 +89,7 @@ def plan(
     boundary: Boundary | Sequence[Boundary] = "wall",
     viscosity: float = 0.0,
     force_weight: float = 1e3,
-    smoothness: float | None = None,
+    smoothness: float | Literal["auto"] | None = None,
     filters: int | Literal["auto"] | None = None,
     match_mass: bool = True,
     advection: Advection = "limited",

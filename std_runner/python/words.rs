@@ -46,9 +46,14 @@ pub fn flag(field: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
     read(field, value, "True or False")
 }
 
+/// Whether it is `None` or the word `"auto"`.
+pub fn is_automatic(value: &Bound<'_, PyAny>) -> bool {
+    value.is_none() || value.extract::<&str>().is_ok_and(|word| word == "auto")
+}
+
 /// `None`, or a whole number from 0; the word `"auto"` is `None` too.
 pub fn automatic(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
-    if value.is_none() || value.extract::<&str>().is_ok_and(|word| word == "auto") {
+    if is_automatic(value) {
         return Ok(None);
     }
     read(field, value, "None, \"auto\" or a whole number from 0").map(Some)

@@ -125,10 +125,13 @@ fn in_words(fact: &Fact) -> String {
 fn curve_of(fact: Fact, colour: usize, history: &[IterationRecord]) -> Curve {
     let name = fact.name.replace('_', " ");
     if fact.kind != Kind::Series {
-        let points = history
-            .iter()
-            .filter_map(|entry| Some((entry.iteration as f64, entry.facts.get(fact.name)?)));
-        return Curve::new(name, colour, points);
+        let point = |entry: &IterationRecord| Some((entry.iteration as f64, entry.facts.get(fact.name)?));
+        let pieces = by_grid(history).map(|piece| piece.iter().filter_map(point).collect());
+        return Curve {
+            name,
+            colour,
+            pieces: pieces.collect(),
+        };
     }
     let within = |entry: &IterationRecord| {
         let values = entry.facts.series(fact.name);

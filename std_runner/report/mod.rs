@@ -22,7 +22,7 @@ pub use record::{
 pub(crate) use charts::by_grid;
 pub(crate) use document::{Block, Document, Shot};
 pub(crate) use record::{by_name, cells};
-pub(crate) use tables::product;
+pub(crate) use tables::{product, smoothness};
 pub(crate) use words::{bytes, number, seconds};
 
 use crate::output::{

@@ -77,16 +77,25 @@ fn hero(record: &RunRecord, gallery: &Gallery) -> String {
         worst(|error| error.relative_l2),
     ];
     let still = format!("largest keyframe error; {before} % with the source held still");
-    let facts = [
-        (number(record.objective.total()), "objective"),
-        (number(record.objective.data), "of it from the keyframes"),
-        (number(record.objective.force), "of it from the force"),
+    let objective = record.objective;
+    let plain = (objective.plain != objective.force)
+        .then(|| (number(objective.plain), "of that without the price of curls"));
+    let densities = [record.density_min, record.density_max].map(number).join(" to ");
+    let parts = [
+        (number(objective.total()), "objective"),
+        (number(objective.data), "of it from the keyframes"),
+        (number(objective.force), "of it from the force"),
+    ];
+    let rest = [
         (format!("{after} %"), still.as_str()),
+        (densities, "densities"),
         (seconds(record.seconds.total), "to solve"),
         (words::bytes(record.memory.planned_bytes), "of memory"),
     ];
-    let facts: String = facts
-        .iter()
+    let facts: String = parts
+        .into_iter()
+        .chain(plain)
+        .chain(rest)
         .map(|(value, name)| format!("<li><b>{value}</b>{name}</li>"))
         .collect();
     format!(

@@ -33,7 +33,7 @@ pub(super) fn parameters(record: &RunRecord) -> String {
         ("Time", format!("{} steps of {}", record.steps, number(record.dt))),
         ("Viscosity", number(record.viscosity)),
         ("Force weight r", number(record.force_weight)),
-        ("Smoothness of the force s", number(record.force_smoothness)),
+        ("Smoothness of the force s", smoothness(record)),
         ("Filters m", record.filters.to_string()),
         (
             "Transport",
@@ -43,15 +43,22 @@ pub(super) fn parameters(record: &RunRecord) -> String {
                 number(record.advection.tolerance)
             ),
         ),
-        (
-            "Densities",
-            format!("{} to {}", number(record.density_min), number(record.density_max)),
-        ),
         ("Method", escape(record.method.name())),
         ("Precision", escape(&record.precision)),
         ("Threads", record.threads.to_string()),
         ("Version", escape(&record.version)),
     ])
+}
+
+/// The smoothness of the force in cells of the finest grid, and as a length: "2.5 cells (0.0195)".
+pub(crate) fn smoothness(record: &RunRecord) -> String {
+    let most = record.cells.iter().copied().max().unwrap_or(1);
+    let cells = record.force_smoothness * most as f64 / record.length;
+    if cells > 0.0 {
+        format!("{} cells ({})", number(cells), number(record.force_smoothness))
+    } else {
+        "0".into()
+    }
 }
 
 /// Where the time went, as bars.

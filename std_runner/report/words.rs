@@ -1,7 +1,8 @@
 //! Values, sizes, times and outcomes as people read them.
 
 use super::record::RunRecord;
-use thurible_core::Status;
+use thurible_core::method::registry::simulates;
+use thurible_core::{Params, Status};
 
 /// Text that is safe between tags and in attributes.
 pub(crate) fn escape(text: &str) -> String {
@@ -116,7 +117,16 @@ pub(crate) fn outcome(record: &RunRecord) -> (&'static str, &'static str, String
     } else {
         "lowered the objective"
     };
+    let params = Params {
+        method: record.method,
+        ..Params::default()
+    };
     match record.status {
+        Status::Converged if simulates(&params) => (
+            "simulated",
+            "good",
+            "Simulated in one pass, from the source to the last step.".into(),
+        ),
         Status::Converged => (
             "converged",
             "good",

@@ -90,6 +90,8 @@ fn keyframe_errors(record: &RunRecord) -> Option<String> {
         stay: keyframe.stay,
         before: keyframe.relative_l2_before,
         after: keyframe.relative_l2,
+        // The words do not tell it.
+        denser: keyframe.mass_factor,
     };
     remarks::in_words(&record.worst_of_each().map(error).collect::<Vec<_>>())
 }

@@ -10,7 +10,7 @@ use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, R
 use crate::scene::{Keyframe, Scene};
 use crate::stay::Stay;
 use std::path::Path;
-use thurible_core::method::registry::prices_curls;
+use thurible_core::method::registry::resolved;
 use thurible_core::{Named, Real, Solver, Space, Status};
 
 /// The outcome of a solve, as a comparison needs it.
@@ -105,11 +105,7 @@ impl Facts<'_> {
     /// s of the price of the force, as a length.
     fn smoothness(&self) -> f64 {
         let Planned { problem, params, .. } = self.planned;
-        if prices_curls(params) {
-            problem.problem().scaled_smoothing().sqrt() * problem.length
-        } else {
-            0.0
-        }
+        resolved(&problem.problem(), params).scaled_smoothing().sqrt() * problem.length
     }
 
     fn memory(&self) -> MemoryRecord {

@@ -10,15 +10,13 @@ use crate::exit::Failure;
 use core::ops::RangeInclusive;
 use std::path::PathBuf;
 use thurible_core::choices::Numbers;
-use thurible_core::problem::{CELLS, MAX_FILTERS, MAX_STEPS};
+use thurible_core::problem::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
 use thurible_core::words::UnknownWord;
 use thurible_core::{Boundary, Method, Named, Problem};
 use toml::Value;
 
 /// Largest viscosity in units of dt and length: it spreads motion over the whole box in one step.
 const MOST_VISCOSITY: f64 = 1.0;
-/// Largest smoothness of the force, in cells: beyond it little is left to steer by.
-const MOST_SMOOTHNESS: f64 = 64.0;
 /// Weights in units of dt and length within which single precision keeps its digits.
 const WEIGHTS: RangeInclusive<f64> = 1e-15..=1e15;
 
@@ -197,21 +195,24 @@ fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {
 /// Smoothness of the force in cells, or `None` for the default.
 fn smoothness(document: &Document, raw: Option<Value>) -> Result<Option<f64>, Failure> {
     let key = "control.smoothness";
-    let cells = match raw {
+    let number = match &raw {
         None => return Ok(None),
         Some(Value::String(word)) if word == "auto" => return Ok(None),
-        Some(Value::Float(cells)) => cells,
-        Some(Value::Integer(cells)) => cells as f64,
-        Some(other) => {
-            let wanted = format_args!("\"auto\" or a number from 0 to {MOST_SMOOTHNESS}");
-            return Err(document.outside(key, shown(&other), wanted));
-        }
+        Some(Value::Float(cells)) => Some(*cells),
+        Some(Value::Integer(cells)) => Some(*cells as f64),
+        Some(_) => None,
     };
-    if !(0.0..=MOST_SMOOTHNESS).contains(&cells) {
-        let wanted = format_args!("\"auto\" or a number from 0 to {MOST_SMOOTHNESS}");
-        return Err(document.outside(key, format!("{cells:?}"), wanted));
+    match (number, raw) {
+        (Some(cells), _) if (0.0..=MAX_SMOOTHNESS).contains(&cells) => Ok(Some(cells)),
+        (_, raw) => {
+            let wanted = format_args!("\"auto\" or a number from 0 to {MAX_SMOOTHNESS}");
+            let found = match (number, raw) {
+                (Some(cells), _) => format!("{cells:?}"),
+                (None, raw) => raw.map_or(String::new(), |value| shown(&value)),
+            };
+            Err(document.outside(key, found, wanted))
+        }
     }
-    Ok(Some(cells))
 }
 
 fn initial_velocity(document: &Document, raw: Option<Value>) -> Result<Option<PathBuf>, Failure> {

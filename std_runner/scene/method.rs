@@ -6,6 +6,7 @@ use super::model::MethodSection;
 use super::raw::{RawAdvection, RawProjection, read};
 use crate::exit::Failure;
 use thurible_core::choices::{self, Choices, Kind, Numbers};
+use thurible_core::method::registry::steers;
 use thurible_core::solver::MAX_ITERATIONS;
 use thurible_core::{Advection, Method, Named, Params, Problem};
 use toml::{Table, Value};
@@ -24,8 +25,13 @@ pub(super) fn advection(document: &Document, raw: RawAdvection) -> Result<Advect
 
 /// The methods that steer, from which a scene chooses: it is simulated by a command of its own.
 pub(crate) fn steering() -> Vec<Method> {
-    let all = Method::ALL.iter().copied();
-    all.filter(|&method| method != Method::Simulate).collect()
+    let steered = |&method: &Method| {
+        steers(&Params {
+            method,
+            ..Params::default()
+        })
+    };
+    Method::ALL.iter().copied().filter(steered).collect()
 }
 
 /// The key of the table in which a scene makes the choices of `method`: within `[method]` where that table has the method's name.
@@ -133,10 +139,11 @@ fn chosen(
             choices::Value::Number(document.number(key, read(document, key, copy())?, numbers)?)
         }
         (Kind::Automatic(_), Value::String(word)) if word == "auto" => choices::Value::Automatic,
-        (Kind::Automatic(most), Value::Integer(count)) => {
-            choices::Value::Count(document.whole(key, *count, 1..=most)?)
+        (Kind::Automatic(most), other) => {
+            let count = other.as_integer().and_then(|count| usize::try_from(count).ok());
+            let allowed = count.filter(|count| (1..=most).contains(count));
+            choices::Value::Count(allowed.ok_or_else(|| document.outside(key, shown(other), kind))?)
         }
-        (Kind::Automatic(_), other) => return Err(document.outside(key, shown(other), kind)),
         (Kind::Count(most), _) => {
             choices::Value::Count(document.whole(key, read(document, key, copy())?, 1..=most)?)
         }

@@ -3,12 +3,12 @@
 use thurible_core::method::choices::{Choices, Kind, NoChoices, Numbers, Value};
 use thurible_core::{Method, Named, Params};
 
-/// A value of `kind` that is allowed and chosen by no default.
-fn another(kind: Kind) -> Value<'static> {
+/// A value of `kind` that is allowed and is not `given`.
+fn another(kind: Kind, given: Value<'static>) -> Value<'static> {
     match kind {
+        Kind::Flag => Value::Flag(given != Value::Flag(true)),
         Kind::Number(_) => Value::Number(0.125),
         Kind::Count(most) | Kind::Automatic(most) => Value::Count(most),
-        Kind::Flag => Value::Flag(true),
         Kind::Word(words) => Value::Word(words.last().copied().unwrap_or_default()),
     }
 }
@@ -19,8 +19,20 @@ fn every_choice_can_be_made_by_its_place() {
         let mut params = Params::default();
         let table = params.choices(method).table();
         for (index, choice) in table.iter().enumerate() {
-            let wanted = another(choice.kind);
+            let before = params;
+            let wanted = another(choice.kind, before.choices(method).get(index).unwrap());
+            assert_ne!(
+                before.choices(method).get(index),
+                Some(wanted),
+                "{}",
+                choice.field
+            );
             assert!(params.choices_mut(method).set(index, wanted), "{}", choice.field);
+            let others = (0..table.len()).filter(|&other| other != index);
+            for other in others {
+                let [was, is] = [&before, &params].map(|params| params.choices(method).get(other));
+                assert_eq!(was, is, "{} changes {}", choice.field, table[other].field);
+            }
             assert_eq!(
                 params.choices(method).get(index),
                 Some(wanted),

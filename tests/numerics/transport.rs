@@ -20,7 +20,7 @@ pub const GRIDS: [(&[usize], &str); 7] = [
     (&[7, 7, 5], "ppp"),
 ];
 
-pub const CENTRED: [Scheme; 3] = [Scheme::Quick, Scheme::Central, Scheme::Limited];
+pub const CONSERVING: [Scheme; 3] = [Scheme::Quick, Scheme::Central, Scheme::Limited];
 
 /// A step by the core and by the second implementation.
 pub fn both<T: Real>(scheme: Scheme, tolerance: f64, seed: u64) {
@@ -80,7 +80,7 @@ fn series_ends_with_the_first_term_below_the_cut() {
 
 fn keeps<T: Real>() {
     let mut random = Random::new(36);
-    for ((cells, ends), scheme) in GRIDS.into_iter().flat_map(|g| CENTRED.map(|s| (g, s))) {
+    for ((cells, ends), scheme) in GRIDS.into_iter().flat_map(|g| CONSERVING.map(|s| (g, s))) {
         let grid = grid(cells, ends);
         let carry = Carry::new(&grid, scheme, T::EPSILON);
         for courant in [0.8, 5.4] {
@@ -128,7 +128,7 @@ fn mass_is_kept_by_flows_with_divergence_too() {
         .faces(&grid, 1)
         .map(|c| c.iter().map(|x: &f64| x / 40.0).collect());
     let rho: Vec<f64> = random.density(&grid);
-    for scheme in CENTRED {
+    for scheme in CONSERVING {
         let after = Carry::new(&grid, scheme, 1e-14).forward(&v, &rho).unwrap();
         assert_close(
             "mass",

@@ -3,7 +3,7 @@
 use crate::fields::carry::Carry;
 use crate::fields::random::Random;
 use crate::fields::{Components, flow, grid, zeros};
-use crate::transport::{CENTRED, GRIDS};
+use crate::transport::{CONSERVING, GRIDS};
 use thurible_core::transport::TooFast;
 use thurible_core::{Real, Scheme};
 
@@ -90,7 +90,7 @@ fn poisoned<T: Real>(scheme: Scheme) {
 
 #[test]
 fn densities_that_are_not_finite_stay_so() {
-    for scheme in CENTRED {
+    for scheme in CONSERVING {
         poisoned::<f64>(scheme);
         poisoned::<f32>(scheme);
     }

@@ -171,6 +171,18 @@ fn two_methods_on_one_page() {
         "the table is not printed"
     );
 
+    assert_eq!(number(&reports[0], "/force_smoothness"), 0.0);
+    assert_eq!(reports[0]["force_smoothness"], reports[1]["force_smoothness"]);
+    let note = "admm cannot price curls, so all methods solve with `control.smoothness` 0, not with the 2.5 that goes with this transport";
+    assert_eq!(facts["note"], note);
+    for text in [&page, &ended.out] {
+        assert!(text.contains(note), "nothing is said of the smoothness: {text}");
+    }
+    assert!(
+        page.contains("smoothness of the force 0, limited transport"),
+        "{page}"
+    );
+
     let html = fs::read_to_string(folder.join("compare.html")).unwrap();
     let text = without_pictures(&html);
     for forbidden in ["http:", "https:", "<script", "<link", "url(", "NaN", "inf,"] {
@@ -217,6 +229,21 @@ fn one_method_in_json_lines() {
         iteration["level"].is_array() && iteration["slope"].is_number() && iteration.get("kkt").is_none()
     );
     assert!(events.last().unwrap()["rows"][0]["seconds_to_best"].is_number());
+    assert!(events.last().unwrap()["note"].is_null());
+    let page = fs::read_to_string(folder.join("compare.md")).unwrap();
+    assert!(
+        page.contains("smoothness of the force 2.5 cells (0.05208), limited transport"),
+        "{page}"
+    );
+    let report = fs::read_to_string(folder.join("direct/report.html")).unwrap();
+    for word in [
+        "<dd>2.5 cells (0.05208)</dd>",
+        "</b>of that without the price of curls</li>",
+        "</b>densities</li>",
+        "<h3>Gradient</h3>",
+    ] {
+        assert!(report.contains(word), "{word} is not in report.html");
+    }
 }
 
 #[test]

@@ -14,6 +14,7 @@ use thurible::plan::{block_bytes, size_in_words};
 use thurible::problem::{OwnedProblem, Precision};
 use thurible::region::Region;
 use thurible::run::inputs::solver_refusal;
+use thurible_core::method::registry;
 use thurible_core::{D2, D3, Event, Method, Named, Observer, Params, Real, Serial, Solver, Space};
 
 /// Sizes of the table, smallest first in each dimension; `--quick` takes the first of each.
@@ -32,7 +33,12 @@ const LONGEST: Duration = Duration::from_millis(700);
 /// Methods of the table: those that steer.
 pub(super) fn methods() -> impl Iterator<Item = Method> {
     let all = Method::ALL.iter().copied();
-    all.filter(|&method| method != Method::Simulate)
+    all.filter(|&method| {
+        registry::steers(&Params {
+            method,
+            ..Params::default()
+        })
+    })
 }
 
 /// What is solved in a row.

@@ -1,7 +1,7 @@
 //! The configuration that a program begins with.
 
-use super::{MOST_BYTES, SIZE, THURIBLE_AUTOMATIC, ThuribleBoundary, ThuribleConfig};
-use super::{ThuribleMethod, ThuriblePrecision, ThuribleScheme};
+use super::{AUTOMATIC_SMOOTHNESS, MOST_BYTES, SIZE, THURIBLE_AUTOMATIC};
+use super::{ThuribleBoundary, ThuribleConfig, ThuriblePrecision};
 use crate::result::ThuribleResult;
 use thurible_core::{Params, Problem};
 
@@ -15,7 +15,7 @@ impl Default for ThuribleConfig {
             dimensions: 2,
             cells: [0; 3],
             boundary: [ThuribleBoundary::Wall as u32; 3],
-            method: ThuribleMethod::Direct as u32,
+            method: params.method as u32,
             length: problem.length,
             dt: problem.dt,
             steps: 0,
@@ -23,10 +23,10 @@ impl Default for ThuribleConfig {
             keyframe_count: 0,
             force_weight: problem.force_weight,
             viscosity: problem.viscosity,
-            smoothness: -1.0,
+            smoothness: AUTOMATIC_SMOOTHNESS,
             filters: THURIBLE_AUTOMATIC,
             match_mass: problem.match_mass.into(),
-            scheme: ThuribleScheme::Limited as u32,
+            scheme: problem.advection.scheme as u32,
             advection_tolerance: problem.advection.tolerance,
             projection_tolerance: problem.projection_tolerance,
             iterations: params.iterations,

@@ -66,7 +66,7 @@ pub struct ThuribleConfig {
     pub force_weight: f64,
     /// Kinematic viscosity, in squared lengths per time; 0 for none.
     pub viscosity: f64,
-    /// Smoothness of the force, in cells: forces finer than that are dear. 0 is the paper's price; -1, the default, stands for 2.5 with limited
+    /// Smoothness of the force, in cells from 0 to 64: forces finer than that are dear. 0 is the paper's price; -1, the default, stands for 2.5 with limited
     /// transport and 0 with the others. ADMM prices no curls, and takes 0 or -1 alone.
     pub smoothness: f64,
     /// Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
@@ -173,6 +173,8 @@ impl ThuribleConfig {
     }
 }
 
+/// The smoothness that stands for the default.
+const AUTOMATIC_SMOOTHNESS: f64 = -1.0;
 /// Bytes of this version, which is the first.
 const SIZE: usize = size_of::<ThuribleConfig>();
 /// No version will have more.

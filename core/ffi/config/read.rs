@@ -1,7 +1,7 @@
 //! From C to the core: what a configuration describes.
 
 use super::choices::{code, flag, wide};
-use super::{ConfigError, MOST_BYTES, SIZE, THURIBLE_AUTOMATIC, ThuribleConfig};
+use super::{AUTOMATIC_SMOOTHNESS, ConfigError, MOST_BYTES, SIZE, THURIBLE_AUTOMATIC, ThuribleConfig};
 use crate::result::ThuribleResult;
 use thurible_core::problem::MAX_STEPS;
 use thurible_core::{Advection, Boundary, Params, Problem};
@@ -64,7 +64,7 @@ impl ThuribleConfig {
             keyframes: unsafe { self.keyframe_steps() }?,
             force_weight: self.force_weight,
             viscosity: self.viscosity,
-            smoothness: (self.smoothness != -1.0).then_some(self.smoothness),
+            smoothness: (self.smoothness != AUTOMATIC_SMOOTHNESS).then_some(self.smoothness),
             filters: (self.filters != THURIBLE_AUTOMATIC).then(|| wide(self.filters)),
             match_mass: flag(self.match_mass).ok_or(ConfigError::Code {
                 field: "match_mass",

@@ -197,7 +197,10 @@ static void configurations(void) {
     WRONG(steps = 3, "keyframe is at step 4");
     WRONG(force_weight = (double)NAN, "force_weight is NaN");
     WRONG(viscosity = -1.0, "viscosity is -1");
-    WRONG(smoothness = -2.0, "smoothness is -2");
+    WRONG(smoothness = -2.0, "smoothness is -2; it must be from 0 to 64");
+    WRONG(smoothness = 65.0, "smoothness is 65");
+    WRONG(smoothness = (double)NAN, "smoothness is NaN");
+    CHECK(good.scheme == THURIBLE_SCHEME_LIMITED && good.smoothness == -1.0);
     WRONG(filters = 13, "filters is 13");
     WRONG(match_mass = 2, "match_mass is 2");
     WRONG(scheme = 4, "scheme is 4");

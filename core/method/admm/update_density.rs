@@ -50,9 +50,9 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
         match solved {
             Ok(info) => {
-                let admm = course;
-                (admm.ao_step, admm.ao_residuals, admm.data_of_star) = (info.step, info.residuals, info.data);
-                admm.density_change = info.density_change / self.setup.ao.flow.sweep.largest;
+                (course.ao_step, course.ao_residuals, course.data_of_star) =
+                    (info.step, info.residuals, info.data);
+                course.density_change = info.density_change / self.setup.ao.flow.sweep.largest;
                 if info.data.is_finite() {
                     Ok(())
                 } else {

@@ -2,8 +2,8 @@
 //! w_k = P[v_k - v_{k-1} + Adv(v_k)], so the objective is a function of the flow alone, without constraints:
 //!
 //! ```text
-//! F(v) = 1/2 <e, C e>(v) + r/2 sum |w_k(v)|^2
-//! g_k  = Q[r (w_k - w_{k+1} + J(v_k)^T w_k) - A_v^T mu_k]
+//! F(v) = 1/2 <e, C e>(v) + r/2 sum <w_k(v), z_k(v)>,   z = (1 + s^2 C^T C) w with the second C the curl
+//! g_k  = Q[r (z_k - z_{k+1} + (J(v_k)^T + nu C^T C) z_k) - A_v^T mu_k]
 //! ```
 //!
 //! Every iterate is a feasible animation and no flow is ever simulated. F is minimised by L-BFGS, whose first inverse Hessian is

@@ -1,9 +1,10 @@
 //! Down to the coarsest grid before the first iteration, up grid by grid, and the end.
 
 use super::Direct;
-use super::level::{LevelMut, NextMut, down};
+use super::level::{NextMut, down};
 use super::setup::{slots_on, stride};
 use crate::exec::{Capped, Exec};
+use crate::field::slot::put_everywhere;
 use crate::field::{reborrow, rows, view};
 use crate::grid::Space;
 use crate::memory::Pool;
@@ -39,7 +40,8 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
                 .for_each(|initial| rows::scale_in_place(initial, T::from_f64(f64::from(coarser / finer))));
             at = next.complete(keyframes, coarser);
         }
-        begin_as_given(&mut at, slots_on(&setup, coarsest), levels.grids[coarsest].n[0]);
+        let slots = slots_on(&setup, coarsest);
+        put_everywhere(exec, &levels.grids[coarsest], view(&at.initial), &mut at.v, slots);
         self.level = Some(coarsest);
         coarsest
     }
@@ -108,15 +110,5 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         work.evaluation.setup.sweep.stepping = stepping;
         work.evaluation
             .finish::<S>(exec, &mut work.v, &mut work.fields[force])
-    }
-}
-
-/// v = v_0 in all `slots`, on a grid with `n` cells a row.
-fn begin_as_given<T: Real>(at: &mut LevelMut<'_, T>, slots: usize, n: usize) {
-    for (v, initial) in at.v.iter_mut().zip(&at.initial) {
-        for (row, initial) in v.chunks_exact_mut(slots * n).zip(initial.chunks_exact(n)) {
-            row.chunks_exact_mut(n)
-                .for_each(|slot| slot.copy_from_slice(initial));
-        }
     }
 }

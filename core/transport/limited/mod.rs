@@ -29,8 +29,8 @@ use crate::grid::Grid;
 
 /// Stages that are kept for the way back: a and b.
 pub const KEPT: usize = 2;
-/// Half the Courant number that a step of Euler's is monotone up to in one dimension with this limiter: the fluxes of all axes go out
-/// of a cell together.
+/// The Courant number up to which a step of Euler's is monotone with this limiter: rho_f is at most 2 rho_L, and what leaves a cell in a
+/// step at most twice that number times what it has.
 pub const COURANT: f64 = 0.5;
 
 /// So many times longer sub-steps may be while a flow is searched: three stages are stable at Courant number 1, if not quite monotone.

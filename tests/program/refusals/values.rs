@@ -153,7 +153,18 @@ pub const VALUES: &[Spoiled] = &[
     spoiled(
         OUTPUT,
         "frames = false\n[method.direct]\nhistory = 9",
-        &["`method.direct.history`", "9", "1 to 8"],
+        &[
+            "`method.direct.history` is 9",
+            "only \"auto\" or a whole number from 1 to 8",
+        ],
+    ),
+    spoiled(
+        OUTPUT,
+        "frames = false\n[method.direct]\nhistory = 2.0",
+        &[
+            "`method.direct.history` is 2.0",
+            "only \"auto\" or a whole number from 1 to 8",
+        ],
     ),
     spoiled(
         OUTPUT,
