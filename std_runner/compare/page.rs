@@ -3,6 +3,7 @@
 use super::columns::{COLUMNS, MEMORY, cells};
 use super::comparison::Comparison;
 use super::figures::{Figures, descends, finest};
+use super::words::listed;
 use crate::report::{
     Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, number, product, seconds,
     smoothness,
@@ -53,15 +54,6 @@ pub(crate) fn page(name: &str, comparison: &Comparison) -> Document {
 /// A note as a sentence on a page.
 pub(crate) fn said(note: &String) -> Block {
     Block::Text(format!("{note}."))
-}
-
-/// "a, b and c"
-pub(crate) fn listed(words: &[&str]) -> String {
-    match words {
-        [] => "no method".into(),
-        [one] => (*one).into(),
-        [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
-    }
 }
 
 /// What was measured, on what.
