@@ -7,6 +7,7 @@ use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
 use crate::operators::blur::{Blur, Metric};
 use crate::real::Real;
+use core::num::NonZeroU32;
 
 /// Targets rho*_i with their steps i.
 #[derive(Clone, Copy, Debug)]
@@ -14,7 +15,7 @@ pub struct Keyframes<'a, T> {
     /// Steps of the scene, ascending.
     steps: &'a [u32],
     /// How many of them are one step here.
-    stride: u32,
+    stride: NonZeroU32,
     /// One field of cells for each.
     densities: &'a [T],
 }
@@ -25,12 +26,12 @@ impl<'a, T> Keyframes<'a, T> {
     pub fn new(steps: &'a [u32], densities: &'a [T]) -> Self {
         Self {
             steps,
-            stride: 1,
+            stride: NonZeroU32::MIN,
             densities,
         }
     }
 
-    /// The same steps with other densities, where `stride` steps of the scene, which divides all of these, are one.
+    /// The same steps with other densities, where `stride` steps of the scene, which divides all of these, are one; 0 counts as 1.
     #[must_use]
     pub fn coarse<'c>(&self, stride: u32, densities: &'c [T]) -> Keyframes<'c, T>
     where
@@ -38,7 +39,7 @@ impl<'a, T> Keyframes<'a, T> {
     {
         Keyframes {
             steps: self.steps,
-            stride,
+            stride: NonZeroU32::new(stride).unwrap_or(NonZeroU32::MIN),
             densities,
         }
     }
@@ -51,15 +52,13 @@ impl<'a, T> Keyframes<'a, T> {
 
     /// Their steps, ascending.
     pub fn steps(&self) -> impl ExactSizeIterator<Item = usize> + use<'_, T> {
-        self.steps.iter().map(|step| (step / self.stride) as usize)
+        self.steps.iter().map(|step| self.here(*step))
     }
 
     /// The keyframe at `step`, if there is one.
     #[must_use]
     pub fn at(&self, step: usize) -> Option<usize> {
-        self.steps
-            .binary_search_by_key(&step, |at| (at / self.stride) as usize)
-            .ok()
+        self.steps.binary_search_by_key(&step, |at| self.here(*at)).ok()
     }
 
     /// The first keyframe not before `step`, or the last one, and how many steps the way to it takes from the keyframe before.
@@ -67,7 +66,7 @@ impl<'a, T> Keyframes<'a, T> {
     /// Keyframes at consecutive steps are one stay, as where a shape is held: of each of them the way is that to the first.
     #[must_use]
     pub fn next(&self, step: usize) -> (usize, usize) {
-        let before = |at: &u32| ((at / self.stride) as usize) < step;
+        let before = |at: &u32| self.here(*at) < step;
         let last = self.count().saturating_sub(1);
         let index = self.steps.partition_point(before).min(last);
         let first = self.stay_begins(index);
@@ -91,7 +90,12 @@ impl<'a, T> Keyframes<'a, T> {
 
     /// The step of keyframe `index`.
     fn step(&self, index: usize) -> usize {
-        self.steps.get(index).map_or(0, |at| (at / self.stride) as usize)
+        self.steps.get(index).map_or(0, |at| self.here(*at))
+    }
+
+    /// Where a step of the scene is here.
+    fn here(&self, step: u32) -> usize {
+        (step / self.stride) as usize
     }
 
     /// The target of keyframe `index`.
