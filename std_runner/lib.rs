@@ -58,6 +58,8 @@ pub mod run;
 #[cfg(feature = "std")]
 pub mod scene;
 #[cfg(feature = "embed")]
+pub mod stay;
+#[cfg(feature = "embed")]
 pub mod threads;
 #[cfg(feature = "embed")]
 pub mod undershoot;

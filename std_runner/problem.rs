@@ -2,7 +2,7 @@
 
 use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
-use crate::scene::Scene;
+use crate::scene::{Keyframe, Scene};
 use thurible_core::{D2, D3, Feature, Params, Plan, PlanError, ProblemError, Real};
 
 /// f32 or f64.
@@ -39,13 +39,17 @@ impl OwnedProblem {
         OwnedProblem {
             cells: scene.grid.cells.clone(),
             boundary: scene.grid.boundary.clone(),
-            keyframes: scene.keyframes.iter().map(|keyframe| keyframe.step).collect(),
-            keyframe_weights: Vec::new(),
-            keyframe_regions: false,
-            emitters: Vec::new(),
-            buoyancy: [0.0; 3],
-            release: None,
-            schedule: Vec::new(),
+            keyframes: scene
+                .keyframes
+                .iter()
+                .flat_map(|keyframe| keyframe.stay().steps())
+                .collect(),
+            keyframe_weights: weights(scene),
+            keyframe_regions: scene.keyframes.iter().any(|keyframe| keyframe.region.is_some()),
+            emitters: scene.emitters.iter().map(|emitter| emitter.emits).collect(),
+            buoyancy: scene.flow.buoyancy,
+            release: scene.release,
+            schedule: scene.control.schedule.clone(),
             steps: scene.time.steps,
             length: scene.grid.length,
             dt: scene.time.dt,
@@ -87,6 +91,22 @@ impl OwnedProblem {
             (_, Precision::F32) => Plan::new::<f32, D3>(&problem, params),
             (_, Precision::F64) => Plan::new::<f64, D3>(&problem, params),
         }
+    }
+}
+
+/// What the data term of each keyframe is multiplied by, at all its steps; none where all are 1.
+fn weights(scene: &Scene) -> Vec<f64> {
+    let weights = |keyframe: &Keyframe| {
+        keyframe.stay().steps().map({
+            let weight = keyframe.weight;
+            move |_| weight
+        })
+    };
+    let weights: Vec<f64> = scene.keyframes.iter().flat_map(weights).collect();
+    if weights.iter().all(|&weight| weight == 1.0) {
+        Vec::new()
+    } else {
+        weights
     }
 }
 

@@ -1,13 +1,14 @@
 //! What is said of a result beside its numbers: how near it came to each keyframe, and what a reader of its status alone would miss.
 
+use crate::stay::Stay;
 use thurible_core::method::registry::{simulates, steers};
 use thurible_core::{Method, Params, Problem, Real, Solver, Space, Status};
 
 /// How far a density is from a keyframe: |rho - rho*| / |rho*|, Euclidean norms over all cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeyframeError {
-    /// Where the keyframe stands.
-    pub step: usize,
+    /// Where the keyframe stands; of several steps, the errors are the largest.
+    pub stay: Stay,
     /// Of the source, as if it had been held still.
     pub before: f64,
     /// Of the result.
@@ -16,12 +17,12 @@ pub struct KeyframeError {
     pub denser: f64,
 }
 
-/// Those of a finished result, whose keyframes stand at `steps`.
+/// Those of a finished result, whose keyframes stand at `steps`, for each step.
 pub fn keyframe_errors<T: Real, S: Space>(solver: &Solver<'_, T, S>, steps: &[usize]) -> Vec<KeyframeError> {
     let error = |(index, &step): (usize, &usize)| {
         let wanted = solver.keyframe(index);
         KeyframeError {
-            step,
+            stay: Stay::at(step),
             before: distance(solver.density(0), wanted),
             after: distance(solver.density(step), wanted),
             denser: densest(wanted) / densest(solver.density(0)),
@@ -121,9 +122,10 @@ pub fn in_words(errors: &[KeyframeError]) -> Option<String> {
     /// Keyframes that fit into a line or two.
     const FEW: usize = 6;
     let one = |error: &KeyframeError| {
+        let most = if error.stay.is_held() { "at most " } else { "" };
         format!(
-            "step {} {} (before {})",
-            error.step,
+            "{} {most}{} (before {})",
+            error.stay,
             percent(error.after),
             percent(error.before)
         )
@@ -215,9 +217,9 @@ fn missed(problem: &Problem<'_>, params: &Params, errors: &[KeyframeError], name
             ""
         };
         return format!(
-            "{found}: {scaled}the keyframe at step {} is {:.1} times as dense as it, and no flow makes smoke denser; try a \
+            "{found}: {scaled}the keyframe at {} is {:.1} times as dense as it, and no flow makes smoke denser; try a \
              smaller source or a larger shape there",
-            error.step, error.denser
+            error.stay, error.denser
         );
     }
     if params.method == Method::Pd {
@@ -256,7 +258,7 @@ mod tests {
             ..Params::default()
         };
         let error = KeyframeError {
-            step: 12,
+            stay: Stay::at(12),
             before,
             after,
             denser: 1.0,
@@ -321,7 +323,7 @@ mod tests {
     #[test]
     fn a_keyframe_denser_than_the_source_is_said_to_be() {
         let error = |denser| KeyframeError {
-            step: 12,
+            stay: Stay::at(12),
             before: 0.7,
             after: 0.3,
             denser,
@@ -344,7 +346,7 @@ mod tests {
     #[test]
     fn errors_of_few_keyframes_are_listed() {
         let error = |step| KeyframeError {
-            step,
+            stay: Stay::at(step),
             before: 0.9,
             after: 0.01 * step as f64,
             denser: 1.0,
@@ -353,6 +355,14 @@ mod tests {
         assert_eq!(
             in_words(&[error(4), error(8)]).as_deref(),
             Some("step 4 4.0 % (before 90.0 %), step 8 8.0 % (before 90.0 %)")
+        );
+        let held = KeyframeError {
+            stay: Stay { first: 4, last: 7 },
+            ..error(4)
+        };
+        assert_eq!(
+            in_words(&[held, error(8)]).as_deref(),
+            Some("steps 4 to 7 at most 4.0 % (before 90.0 %), step 8 8.0 % (before 90.0 %)")
         );
         let many: Vec<_> = (1..=9).map(error).collect();
         assert_eq!(

@@ -9,15 +9,17 @@ use super::params::Params;
 use super::refusal::PlanError;
 use crate::checkpoint::{Damaged, Mix, Record};
 use crate::exec::Exec;
-use crate::field::Vector;
+use crate::field::{Vector, rows, view};
 use crate::grid::Space;
-use crate::memory::{Layout, TooSmall};
+use crate::memory::{Layout, Pool, TooSmall};
 use crate::objective::flow;
 use crate::objective::script::Script;
+use crate::objective::sweep::DensitySweep;
 use crate::observe::Observer;
 use crate::problem::{Feature, Problem};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
+use crate::transport::Flow;
 
 /// A method with its state: how it solves one problem.
 ///
@@ -209,6 +211,32 @@ impl<T: Real> Parts<'_, '_, T> {
     pub fn set_source(self, density: &[T], largest: f64) {
         self.animation.set_source(density);
         self.setup.sweep.largest = largest;
+    }
+
+    /// `out` = what emitters added after `step`; 0 where the flow was too fast to carry anything.
+    pub fn emission(&mut self, exec: &dyn Exec, step: usize, script: &Script<'_, T>, out: &mut [T]) {
+        let Animation {
+            levels,
+            rho,
+            v,
+            initial,
+            sums,
+            ..
+        } = &mut *self.animation;
+        let flow = Flow {
+            initial: view(initial),
+            v: view(v),
+            along: None,
+        };
+        let cells = levels.finest.cells();
+        let density = rows::part(rho, step * cells..(step + 1) * cells);
+        let mut sweep = DensitySweep::carve(levels, 0, &self.setup.sweep, &mut Pool::new(self.region));
+        if sweep
+            .emission(exec, &flow, (step, density), script, sums, out)
+            .is_err()
+        {
+            out.fill(T::ZERO);
+        }
     }
 
     /// Projects v_0; the change relative to max |v_0|.

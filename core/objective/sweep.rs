@@ -179,6 +179,27 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         Stop::heard(observer)
     }
 
+    /// `out` = what is emitted after `step`, whose density is `rho`.
+    ///
+    /// # Errors
+    /// [`TooFast`].
+    pub fn emission(
+        &mut self,
+        exec: &dyn Exec,
+        flow: &Flow<'_, T>,
+        (step, rho): (usize, &[T]),
+        script: &Script<'_, T>,
+        sums: &mut [f64],
+        out: &mut [T],
+    ) -> Result<(), TooFast> {
+        self.transport.load(exec, flow, self.slots, step, sums)?;
+        self.transport.forward(exec, rho, self.mu);
+        out.copy_from_slice(self.mu);
+        script.emit(exec, self.grid, step + 1, out);
+        rows::sub(out, self.mu);
+        Ok(())
+    }
+
     /// The data term of densities that were carried.
     pub fn data(&mut self, exec: &dyn Exec, rho: &[T], script: &Script<'_, T>, sums: &mut [f64]) -> f64 {
         self.data.total(exec, rho, script, sums)

@@ -93,6 +93,13 @@ impl<'m, T: Real, S: Space> Release<'m, T, S> {
         }
     }
 
+    /// What emitters added after `step` of the whole.
+    pub fn emission(&mut self, exec: &dyn Exec, step: usize, script: &Script<'_, T>, out: &mut [T]) {
+        let (before, mut parts) = (self.before, self.tail.parts());
+        let script = script.after(before, parts.animation.grid().cells());
+        parts.emission(exec, step - before, &script, out);
+    }
+
     /// Where step `step` of an output is, of which `controlled` steps are in the controlled part; `None` if that has it, or if a simulation
     /// has no such output.
     pub fn stored(&self, output: &Output, step: usize, controlled: usize) -> Option<Stored<'_, T>> {

@@ -2,8 +2,10 @@
 
 use super::Solver;
 use super::layout::{FileLayout, Strided};
+use crate::exec::Exec;
 use crate::grid::Space;
 use crate::method::output::{DENSITY, FORCE, Output, Place, Stored, Unit, VELOCITY};
+use crate::objective::script::Script;
 use crate::real::Real;
 
 impl<T: Real, S: Space> Solver<'_, T, S> {
@@ -86,6 +88,30 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub fn keyframe(&self, index: usize) -> &[T] {
         let cells = self.grid().cells();
         &self.fields[index * cells..(index + 1) * cells]
+    }
+
+    /// What keyframe `index` has its error multiplied by, cell by cell; empty where keyframes have no regions.
+    #[must_use]
+    pub fn keyframe_region(&self, index: usize) -> &[T] {
+        Script::new(self.lists, self.fields)
+            .wanted(index, self.grid().cells())
+            .region
+    }
+
+    /// What the price of the force u_step is multiplied by.
+    #[must_use]
+    pub fn force_factor(&self, step: usize) -> f64 {
+        Script::new(self.lists, &*self.fields).factor(step)
+    }
+
+    /// What emitters added to the density after `step` (0 .. N-1), one element for each cell; to be asked after [`Self::finish`].
+    pub fn emission(&mut self, exec: &dyn Exec, step: usize, out: &mut [T]) {
+        let script = Script::new(self.lists, &*self.fields);
+        let controlled = self.engine.get().animation().slots + 1;
+        match &mut self.release {
+            Some(release) if step >= controlled => release.emission(exec, step, &script, out),
+            _ => self.engine.get_mut().parts().emission(exec, step, &script, out),
+        }
     }
 
     /// Faces of a component of a velocity or force in the layout of a file.

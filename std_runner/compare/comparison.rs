@@ -1,7 +1,7 @@
 //! One scene by several methods, one after the other in this process.
 
 use super::figures::{Figures, ends};
-use super::page::listed;
+use super::words::listed;
 use crate::console;
 use crate::exit::{DONE, FILE, Failure, NOT_FINITE};
 use crate::interrupt::Interrupt;

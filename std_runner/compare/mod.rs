@@ -5,9 +5,11 @@ mod comparison;
 mod figures;
 mod page;
 pub(crate) mod publish;
+mod words;
 
 pub use figures::{Figures, NEAR};
 
 pub(crate) use columns::{COLUMNS, MEMORY, cells, in_brief};
 pub(crate) use comparison::{Comparison, Lineup, scenes_by_method};
-pub(crate) use page::{by_seconds, last_keyframe, listed, measured, page, said, strip, summary};
+pub(crate) use page::{by_seconds, last_keyframe, measured, page, said, strip, summary};
+pub(crate) use words::listed;

@@ -3,10 +3,12 @@
 use super::columns::{COLUMNS, MEMORY, cells};
 use super::comparison::Comparison;
 use super::figures::{Figures, descends, finest};
+use super::words::listed;
 use crate::report::{
     Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, number, product, seconds,
     smoothness,
 };
+use crate::stay::Stay;
 use thurible_core::Named;
 
 /// The page about one scene.
@@ -54,15 +56,6 @@ pub(crate) fn said(note: &String) -> Block {
     Block::Text(format!("{note}."))
 }
 
-/// "a, b and c"
-pub(crate) fn listed(words: &[&str]) -> String {
-    match words {
-        [] => "no method".into(),
-        [one] => (*one).into(),
-        [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
-    }
-}
-
 /// What was measured, on what.
 fn conditions(record: &RunRecord) -> Vec<Block> {
     let scene = format!(
@@ -75,9 +68,8 @@ fn conditions(record: &RunRecord) -> Vec<Block> {
         record.advection.scheme,
         listed(
             &record
-                .keyframes
-                .iter()
-                .map(|keyframe| keyframe.step.to_string())
+                .worst_of_each()
+                .map(|keyframe| steps(keyframe.stay))
                 .collect::<Vec<_>>()
                 .iter()
                 .map(String::as_str)
@@ -85,6 +77,15 @@ fn conditions(record: &RunRecord) -> Vec<Block> {
         )
     );
     vec![Block::Text(scene), Block::Text(measured(record))]
+}
+
+/// `40`, or `40 to 46`.
+fn steps(stay: Stay) -> String {
+    if stay.is_held() {
+        format!("{} to {}", stay.first, stay.last)
+    } else {
+        stay.first.to_string()
+    }
 }
 
 /// Which program on which machine made the figures, and what the columns mean.
@@ -225,13 +226,21 @@ pub(crate) fn last_keyframe(comparison: &Comparison) -> Vec<Block> {
     let mut shots = Vec::new();
     let mut differences = Vec::new();
     for solved in &comparison.solved {
-        let (Some(pictures), Some(facts)) = (solved.gallery.keyframes.last(), solved.record.keyframes.last())
-        else {
+        let (Some(pictures), Some(facts)) = (
+            solved.gallery.keyframes.last(),
+            solved.record.worst_of_each().last(),
+        ) else {
             continue;
+        };
+        let held = pictures.stay.is_held();
+        let (at_most, at_step) = if held {
+            ("at most ", format!(" at step {}", pictures.step))
+        } else {
+            ("", String::new())
         };
         if shots.is_empty() {
             shots.push(Shot {
-                caption: format!("keyframe, step {}", pictures.step),
+                caption: format!("keyframe, {}", pictures.stay),
                 png: pictures.target.clone(),
             });
         }
@@ -241,7 +250,7 @@ pub(crate) fn last_keyframe(comparison: &Comparison) -> Vec<Block> {
         });
         differences.push(Shot {
             caption: format!(
-                "{}: off by {:.1} %",
+                "{}: off by {at_most}{:.1} %{at_step}",
                 solved.record.method.name(),
                 100.0 * facts.relative_l2
             ),

@@ -27,8 +27,8 @@ impl Destination {
     ///
     /// # Errors
     /// No folder could be written to.
-    pub fn fill(&mut self, write: impl Fn(&Path) -> Result<(), OutputError>) -> Result<(), Failure> {
-        let trouble = match self.attempt(false, &write) {
+    pub fn fill(&mut self, mut write: impl FnMut(&Path) -> Result<(), OutputError>) -> Result<(), Failure> {
+        let trouble = match self.attempt(false, &mut write) {
             Ok(()) => return Ok(()),
             Err(Trouble::Other(error)) => return Err(Failure::File(error.to_string())),
             Err(trouble) => self.told(&trouble),
@@ -41,7 +41,7 @@ impl Destination {
                 written: Written::default(),
                 diverted: None,
             };
-            if other.attempt(false, &write).is_ok() {
+            if other.attempt(false, &mut write).is_ok() {
                 let shown = other.shown.display();
                 other.diverted = Some(format!(
                     "{trouble}, so the result is in {shown}; move it from there"
@@ -59,8 +59,8 @@ impl Destination {
     ///
     /// # Errors
     /// The folder could not be written to, or something of the user's is in the way.
-    pub fn add<R>(&mut self, write: impl Fn(&Path) -> Result<R, OutputError>) -> Result<R, Failure> {
-        self.attempt(true, &write).map_err(|trouble| {
+    pub fn add<R>(&mut self, mut write: impl FnMut(&Path) -> Result<R, OutputError>) -> Result<R, Failure> {
+        self.attempt(true, &mut write).map_err(|trouble| {
             let remedy = match &trouble {
                 Trouble::InTheWay(_) => "; move it away or choose another folder with -o DIR",
                 Trouble::Refused(..) => "; free some space or choose another folder with -o DIR",
@@ -74,7 +74,7 @@ impl Destination {
     fn attempt<R>(
         &mut self,
         keep: bool,
-        write: &dyn Fn(&Path) -> Result<R, OutputError>,
+        write: &mut dyn FnMut(&Path) -> Result<R, OutputError>,
     ) -> Result<R, Trouble> {
         let refused = |error| Trouble::Refused(PathBuf::new(), error);
         let mut staging = Staging::new(&self.folder, "new").map_err(refused)?;

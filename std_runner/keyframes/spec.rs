@@ -45,6 +45,14 @@ pub struct ShapeSpec {
     pub(super) fit: Option<IgnoredAny>,
 }
 
+impl ShapeSpec {
+    /// The names of all keys, as a table that has others beside them needs to know them.
+    pub(crate) const KEYS: &[&str] = &[
+        "circle", "sphere", "box", "torus", "capsule", "text", "image", "file", "mesh", "shapes", "density",
+        "font", "height", "center", "depth", "weight", "ink", "name", "fit",
+    ];
+}
+
 /// `circle`, `sphere`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ center = [x, y], radius = r }")]
@@ -89,4 +97,20 @@ pub(super) struct CapsuleKeys {
     pub from: Vec<f64>,
     pub to: Vec<f64>,
     pub radius: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_keys_are_listed() {
+        let refused = toml::from_str::<ShapeSpec>("no_such_key = 1").err();
+        let refused = refused.map(|error| error.to_string()).unwrap_or_default();
+        let listed = ShapeSpec::KEYS.join("`, `");
+        assert!(
+            refused.contains(&format!("expected one of `{listed}`")),
+            "{refused}"
+        );
+    }
 }

@@ -1,8 +1,9 @@
-//! An animated PNG that loops, and rests at the keyframes.
+//! An animated PNG that loops, and rests at the keyframes, where they begin.
 
 use png::{EncodingError, Writer};
 
 use super::picture::Picture;
+use crate::stay::Stay;
 
 /// A run through all steps takes about this long, in seconds,
 const LASTS: f64 = 4.0;
@@ -14,11 +15,11 @@ const FASTEST: f64 = 25.0;
 pub(super) struct Pace {
     frame: u16,
     steps: usize,
-    keyframes: Vec<usize>,
+    keyframes: Vec<Stay>,
 }
 
 impl Pace {
-    pub fn new(steps: usize, keyframes: &[usize]) -> Self {
+    pub fn new(steps: usize, keyframes: &[Stay]) -> Self {
         let frequency = (steps as f64 / LASTS).clamp(SLOWEST, FASTEST);
         Self {
             frame: (1000.0 / frequency) as u16,
@@ -31,7 +32,7 @@ impl Pace {
         match step {
             0 => self.frame + 400,
             step if step == self.steps => self.frame + 1200,
-            step if self.keyframes.contains(&step) => self.frame + 600,
+            step if self.keyframes.iter().any(|keyframe| keyframe.first == step) => self.frame + 600,
             _ => self.frame,
         }
     }

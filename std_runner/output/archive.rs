@@ -9,12 +9,12 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::file::write_whole;
-use super::{Frames, OutputError, Samples};
+use super::{Frames, GivenValues, OutputError, Samples};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Writes `path`, holding one field in memory at a time.
-pub(crate) fn write_archive(path: &Path, frames: &dyn Frames) -> Result<(), OutputError> {
+pub(crate) fn write_archive(path: &Path, frames: &mut dyn Frames) -> Result<(), OutputError> {
     write_whole(path, |file| {
         let mut archive = Archive {
             zip: ZipWriter::new(file),
@@ -39,13 +39,13 @@ struct Archive<'a, W: Write + Seek> {
 }
 
 impl Archive<'_, &mut BufWriter<File>> {
-    fn write(&mut self, frames: &dyn Frames) -> Result<(), OutputError> {
-        let cells = frames.cells();
+    fn write(&mut self, frames: &mut dyn Frames) -> Result<(), OutputError> {
+        let cells = frames.cells().to_vec();
         for output in frames.outputs() {
             let count = output.count(frames.steps());
             for axis in 0..output.components(cells.len()) {
                 let (name, grid) = (array_name(output, axis), elements(frames, output, axis));
-                self.series(&name, count, &grid, &|step, out| {
+                self.series(&name, count, &grid, &mut |step, out| {
                     frames.read(output, step, axis, out)
                 })?;
             }
@@ -57,9 +57,21 @@ impl Archive<'_, &mut BufWriter<File>> {
             .map(|&step| i64::try_from(step).unwrap_or(i64::MAX))
             .collect();
         push(&mut self.zip, &whole, i64::to_le_bytes).map_err(OutputError::of(self.path))?;
-        self.series("keyframe_density", keyframes.len(), cells, &|index, out| {
+        self.series("keyframe_density", keyframes.len(), &cells, &mut |index, out| {
             frames.keyframe(index, out)
-        })
+        })?;
+        for given in frames.given() {
+            match given.values {
+                GivenValues::Fields(count) => self.series(given.name, count, &cells, &mut |index, out| {
+                    frames.given_field(given.name, index, out)
+                })?,
+                GivenValues::Numbers(values) => {
+                    self.begin(given.name, "<f8", &[values.len()])?;
+                    push(&mut self.zip, &values, f64::to_le_bytes).map_err(OutputError::of(self.path))?;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// `count` fields of `grid` values, each asked for when its turn comes.
@@ -68,7 +80,7 @@ impl Archive<'_, &mut BufWriter<File>> {
         name: &str,
         count: usize,
         grid: &[usize],
-        field: &dyn Fn(usize, &mut Samples),
+        field: &mut dyn FnMut(usize, &mut Samples),
     ) -> Result<(), OutputError> {
         let mut shape = vec![count];
         shape.extend(grid.iter().rev());

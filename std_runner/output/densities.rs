@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use zip::ZipArchive;
 
 use super::{OutputError, Precision};
+use crate::stay::Stay;
 
 /// An archive that [`write_archive`](super::write_archive) wrote.
 pub(crate) struct Densities {
@@ -17,18 +18,28 @@ pub(crate) struct Densities {
     pub cells: Vec<usize>,
     /// N.
     pub steps: usize,
-    /// The steps of the keyframes, ascending.
-    pub keyframes: Vec<usize>,
+    /// The keyframes that are to be shown, ascending.
+    pub keyframes: Vec<Pictured>,
+}
+
+/// A keyframe of the scene, and where the archive has what is shown of it.
+pub(crate) struct Pictured {
+    /// All its steps.
+    pub stay: Stay,
+    /// The one whose density is shown.
+    pub step: usize,
+    /// Place of its target among those of the archive, which has one for each step.
+    pub target: usize,
 }
 
 impl Densities {
-    /// Opens `path`, which holds densities 0 ..= `steps` and a target for each of `keyframes`, of `cells` numbers each.
+    /// Opens `path`, which holds densities 0 ..= `steps` and the targets of `keyframes`, of `cells` numbers each.
     pub fn open(
         path: &Path,
         precision: Precision,
         cells: Vec<usize>,
         steps: usize,
-        keyframes: Vec<usize>,
+        keyframes: Vec<Pictured>,
     ) -> Result<Self, OutputError> {
         let file = File::open(path).map_err(OutputError::unread(path))?;
         let archive = ZipArchive::new(BufReader::new(file)).map_err(OutputError::unread(path))?;
@@ -48,8 +59,8 @@ impl Densities {
             .map_err(OutputError::unread(&self.path))
     }
 
-    /// The target of a keyframe, rounded to 32 bits.
-    pub fn keyframe(&mut self, index: usize) -> Result<Vec<f32>, OutputError> {
+    /// A target, rounded to 32 bits.
+    pub fn target(&mut self, index: usize) -> Result<Vec<f32>, OutputError> {
         self.field("keyframe_density.npy", index)
             .map_err(OutputError::unread(&self.path))
     }

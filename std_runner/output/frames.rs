@@ -71,6 +71,24 @@ macro_rules! sample {
 sample!(f32, F32);
 sample!(f64, F64);
 
+/// An array of a result beside its outputs: what the scene gave for the steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    /// Its name.
+    pub name: &'static str,
+    /// What it holds.
+    pub values: GivenValues,
+}
+
+/// What an array holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GivenValues {
+    /// So many fields of cells.
+    Fields(usize),
+    /// Numbers.
+    Numbers(Vec<f64>),
+}
+
 /// A solved (or stopped) trajectory.
 ///
 /// What it gives is a list of [`Output`]s, as its method names them; whoever writes them goes through the list. Each of the field
@@ -93,4 +111,14 @@ pub trait Frames {
     fn outputs(&self) -> &[Output];
     /// Component `axis` of a step of an output.
     fn read(&self, output: &Output, step: usize, axis: usize, out: &mut Samples);
+
+    /// Arrays beside the outputs and the keyframes.
+    fn given(&self) -> Vec<Given> {
+        Vec::new()
+    }
+
+    /// Field `index` of the array `name` of those.
+    fn given_field(&mut self, name: &str, index: usize, out: &mut Samples) {
+        let _ = (name, index, out);
+    }
 }

@@ -10,8 +10,9 @@ use super::animation::{Animation, Pace};
 use super::file::{create_folder, write_bytes};
 use super::picture::Picture;
 use super::render::Smoke;
-use super::{Densities, OutputError};
+use super::{Densities, OutputError, Pictured};
 use crate::bytes::are_free;
+use crate::stay::Stay;
 
 /// Pictures in the strip of the report, about.
 const STRIP: usize = 8;
@@ -45,8 +46,9 @@ pub(crate) struct Gallery {
     pub animation: Option<Vec<u8>>,
 }
 
-/// One keyframe in three pictures.
+/// One keyframe in three pictures, of one of its steps.
 pub(crate) struct KeyframePictures {
+    pub stay: Stay,
     pub step: usize,
     pub target: Vec<u8>,
     pub reached: Vec<u8>,
@@ -104,11 +106,12 @@ impl<'a> Studio<'a> {
     }
 
     fn keyframe(&mut self, index: usize) -> Result<KeyframePictures, OutputError> {
-        let step = self.densities.keyframes[index];
-        let target = self.densities.keyframe(index)?;
+        let Pictured { stay, step, target } = self.densities.keyframes[index];
+        let target = self.densities.target(target)?;
         let target = Smoke::new(&self.densities.cells, target, self.full);
         let reached = self.smoke(step)?;
         Ok(KeyframePictures {
+            stay,
             step,
             target: self.encode(&target.photograph())?,
             reached: self.encode(&reached.photograph())?,
@@ -122,9 +125,18 @@ impl<'a> Studio<'a> {
             .map_err(OutputError::of(&self.folder.join("report.html")))
     }
 
+    /// The steps of the keyframes.
+    fn stays(&self) -> Vec<Stay> {
+        self.densities
+            .keyframes
+            .iter()
+            .map(|keyframe| keyframe.stay)
+            .collect()
+    }
+
     fn some_steps(&mut self, keyframes: Vec<KeyframePictures>) -> Result<Gallery, OutputError> {
         let mut strip = Vec::new();
-        for step in strip_steps(self.densities.steps, &self.densities.keyframes) {
+        for step in strip_steps(self.densities.steps, &self.stays()) {
             let picture = self.smoke(step)?.photograph();
             strip.push((step, self.encode(&picture)?));
         }
@@ -136,7 +148,7 @@ impl<'a> Studio<'a> {
     }
 
     fn every_step(&mut self, keyframes: Vec<KeyframePictures>) -> Result<Gallery, OutputError> {
-        let (steps, at) = (self.densities.steps, self.densities.keyframes.clone());
+        let (steps, at) = (self.densities.steps, self.stays());
         let (shown, path) = (strip_steps(steps, &at), self.folder.join(ANIMATION));
         let folder = self.folder.join(FRAMES);
         create_folder(&folder)?;
@@ -183,20 +195,25 @@ fn develop(step: usize, smoke: &Smoke, folder: &Path) -> Result<(usize, Picture,
     Ok((step, picture, png))
 }
 
-/// Steps from first to last, evenly, moved to the keyframes that they are closest to.
-fn strip_steps(steps: usize, keyframes: &[usize]) -> BTreeSet<usize> {
+/// Steps from first to last, evenly, moved to the keyframes that they are closest to: of each at least one step, the first if none is
+/// there anyway.
+fn strip_steps(steps: usize, keyframes: &[Stay]) -> BTreeSet<usize> {
     let mut chosen: BTreeSet<usize> = (0..STRIP).map(|index| index * steps / (STRIP - 1)).collect();
+    let is_keyframe = |step: usize| keyframes.iter().any(|keyframe| keyframe.contains(step));
     for keyframe in keyframes {
-        let movable = |step: &&usize| **step != 0 && **step != steps && !keyframes.contains(step);
+        if chosen.range(keyframe.steps()).next().is_some() {
+            continue;
+        }
+        let movable = |step: &&usize| **step != 0 && **step != steps && !is_keyframe(**step);
         let nearest = chosen
             .iter()
             .filter(movable)
-            .min_by_key(|step| step.abs_diff(*keyframe))
+            .min_by_key(|step| step.abs_diff(keyframe.first))
             .copied();
-        if let (Some(nearest), false) = (nearest, chosen.contains(keyframe)) {
+        if let Some(nearest) = nearest {
             chosen.remove(&nearest);
         }
-        chosen.insert(*keyframe);
+        chosen.insert(keyframe.first);
     }
     chosen
 }
@@ -226,11 +243,25 @@ mod tests {
 
     #[test]
     fn the_strip_shows_both_ends_and_every_keyframe() {
-        let steps: Vec<usize> = strip_steps(60, &[20, 40, 60]).into_iter().collect();
+        let steps: Vec<usize> = strip_steps(60, &[20, 40, 60].map(Stay::at)).into_iter().collect();
         assert!(
             [0, 20, 40, 60].iter().all(|step| steps.contains(step)) && steps.len() <= 9,
             "{steps:?}"
         );
-        assert_eq!(strip_steps(3, &[3]).into_iter().collect::<Vec<_>>(), [0, 1, 2, 3]);
+        assert_eq!(
+            strip_steps(3, &[Stay::at(3)]).into_iter().collect::<Vec<_>>(),
+            [0, 1, 2, 3]
+        );
+    }
+
+    #[test]
+    fn a_keyframe_that_is_held_takes_no_more_room_than_others() {
+        let shown = |first, last| strip_steps(1000, &[Stay { first, last }]);
+        let evenly = strip_steps(1000, &[]);
+        assert_eq!(shown(2, 1000), evenly);
+        // Its first step takes the place of the nearest one.
+        let moved = shown(300, 400);
+        assert!(moved.contains(&300) && !moved.contains(&285), "{moved:?}");
+        assert_eq!(moved.len(), evenly.len());
     }
 }

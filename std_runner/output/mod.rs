@@ -14,9 +14,9 @@ mod picture;
 mod render;
 
 pub use error::OutputError;
-pub use frames::{Frames, Precision, Sample, Samples};
+pub use frames::{Frames, Given, GivenValues, Precision, Sample, Samples};
 
 pub(crate) use archive::write_archive;
-pub(crate) use densities::Densities;
+pub(crate) use densities::{Densities, Pictured};
 pub(crate) use file::{create_folder, write_bytes, write_whole};
 pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame};

@@ -127,7 +127,7 @@ impl Solution {
     /// Steps of the keyframes, ascending.
     #[getter]
     fn keyframe_steps(&self) -> Vec<usize> {
-        self.errors.iter().map(|error| error.step).collect()
+        self.errors.iter().map(|error| error.stay.first).collect()
     }
 
     /// How far the densities are from each keyframe: |rho - rho*| / |rho*|.

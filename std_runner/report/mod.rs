@@ -26,8 +26,8 @@ pub(crate) use tables::{product, smoothness};
 pub(crate) use words::{bytes, number, seconds};
 
 use crate::output::{
-    ANIMATION, Densities, Frames, Gallery, OutputError, Precision, create_folder, frame, write_archive,
-    write_bytes, write_whole,
+    ANIMATION, Densities, Frames, Gallery, OutputError, Pictured, Precision, create_folder, frame,
+    write_archive, write_bytes, write_whole,
 };
 
 /// The arrays of a result.
@@ -49,7 +49,7 @@ pub(crate) fn files(steps: usize, images: bool) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// A file that could not be written, by name.
-pub fn write_numbers(folder: &Path, frames: &dyn Frames, record: &RunRecord) -> Result<(), OutputError> {
+pub fn write_numbers(folder: &Path, frames: &mut dyn Frames, record: &RunRecord) -> Result<(), OutputError> {
     create_folder(folder)?;
     write_archive(&folder.join(ARCHIVE), frames)?;
     let path = folder.join("report.json");
@@ -87,7 +87,7 @@ pub(crate) fn draw(
     } else {
         Precision::F32
     };
-    let keyframes = record.keyframes.iter().map(|keyframe| keyframe.step).collect();
+    let keyframes = pictured(record);
     let densities = Densities::open(
         &result.join(ARCHIVE),
         precision,
@@ -104,4 +104,19 @@ pub(crate) fn draw(
     let page = page::page(&title, record, gallery.as_ref().unwrap_or(&Gallery::default()));
     write_bytes(&folder.join("report.html"), page.as_bytes())?;
     Ok(gallery)
+}
+
+/// Each keyframe, to be shown where it is missed most.
+fn pictured(record: &RunRecord) -> Vec<Pictured> {
+    let targets = record.keyframes.iter().map(|keyframe| keyframe.step);
+    let mut targets = targets.enumerate();
+    let pictured = |worst: &KeyframeRecord| {
+        let (target, step) = targets.find(|(_, step)| *step == worst.step)?;
+        Some(Pictured {
+            stay: worst.stay,
+            step,
+            target,
+        })
+    };
+    record.worst_of_each().filter_map(pictured).collect()
 }

@@ -7,6 +7,7 @@ use super::record::{KeyframeRecord, RunRecord};
 use super::words::{count, escape, number, outcome, seconds};
 use super::{charts, tables, words};
 use crate::output::{Gallery, KeyframePictures};
+use crate::stay::Stay;
 
 const STYLE: &str = include_str!("page.css");
 
@@ -104,7 +105,12 @@ fn hero(record: &RunRecord, gallery: &Gallery) -> String {
 }
 
 fn strip(gallery: &Gallery) -> String {
-    let is_keyframe = |step: usize| gallery.keyframes.iter().any(|keyframe| keyframe.step == step);
+    let is_keyframe = |step: usize| {
+        gallery
+            .keyframes
+            .iter()
+            .any(|keyframe| keyframe.stay.contains(step))
+    };
     let frame = |(step, png): &(usize, Vec<u8>)| {
         let (class, mark) = if is_keyframe(*step) {
             (" class=\"key\"", " \u{b7} keyframe")
@@ -134,12 +140,20 @@ fn keyframes(record: &RunRecord, gallery: &Gallery) -> String {
                 } else {
                     String::new()
                 };
-                format!(
-                    "<p>Step {}: off by {} % of the target (relative L2), the source held still by {} %.{scaled}</p>",
-                    facts.step,
-                    number((1000.0 * facts.relative_l2).round() / 10.0),
-                    number((1000.0 * facts.relative_l2_before).round() / 10.0)
-                )
+                let [after, before] = [facts.relative_l2, facts.relative_l2_before]
+                    .map(|error| number((1000.0 * error).round() / 10.0));
+                let Stay { first, last } = facts.stay;
+                if facts.stay.is_held() {
+                    format!(
+                        "<p>Steps {first} to {last}: off by at most {after} % of the target (relative L2), at step {}, which is shown; \
+                         the source held still by {before} %.{scaled}</p>",
+                        facts.step
+                    )
+                } else {
+                    format!(
+                        "<p>Step {first}: off by {after} % of the target (relative L2), the source held still by {before} %.{scaled}</p>"
+                    )
+                }
             });
         let step = pictures.step;
         format!(

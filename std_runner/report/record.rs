@@ -1,5 +1,6 @@
 //! The facts of a run, as `report.json` holds them.
 
+use crate::stay::Stay;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use thurible_core::{Fact, Kind, Method, Named, Objective, Progress, Status};
@@ -21,6 +22,16 @@ pub struct RunRecord {
     pub steps: usize,
     /// Kinematic viscosity nu in the scene's units.
     pub viscosity: f64,
+    /// Acceleration where the density is 1, in the scene's units: along `gravity_axis`, upwards if positive.
+    pub buoyancy: f64,
+    /// The axis of the box that buoyancy acts along, x being 0; `null` where it is none of them.
+    pub gravity_axis: Option<usize>,
+    /// The whole acceleration, a number for each axis.
+    pub acceleration: Vec<f64>,
+    /// Step from which no force acts; `null` without one.
+    pub release: Option<usize>,
+    /// Whether smoke was made on the way: then `result.npz` has `emission`.
+    pub emission: bool,
     /// Weight r of the force.
     pub force_weight: f64,
     /// s of the price r/2 <u, (1 + s^2 C^T C) u>, as a length.
@@ -241,10 +252,10 @@ pub struct SecondsRecord {
     pub nso_average: f64,
 }
 
-/// How well a keyframe was reached.
+/// How well a keyframe was reached at a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct KeyframeRecord {
-    /// The time step of the keyframe.
+    /// The time step; a keyframe that is held has a record for each of its steps.
     pub step: usize,
     /// Euclidean distance from the target, in parts of the target's size.
     pub relative_l2: f64,
@@ -252,4 +263,19 @@ pub struct KeyframeRecord {
     pub relative_l2_before: f64,
     /// What the target was multiplied by.
     pub mass_factor: f64,
+    /// All steps of the keyframe; the page says them, `report.json` lists them anyway.
+    #[serde(skip)]
+    pub stay: Stay,
+}
+
+impl RunRecord {
+    /// Of each keyframe the step where it is missed most.
+    pub(crate) fn worst_of_each(&self) -> impl Iterator<Item = &KeyframeRecord> {
+        let held = |one: &KeyframeRecord, next: &KeyframeRecord| one.stay == next.stay;
+        self.keyframes.chunk_by(held).filter_map(|records| {
+            records
+                .iter()
+                .max_by(|one, other| one.relative_l2.total_cmp(&other.relative_l2))
+        })
+    }
 }

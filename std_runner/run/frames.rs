@@ -1,19 +1,25 @@
 //! A finished solver as the [`Frames`] that the output modules write, one field at a time.
 
-use crate::output::{Frames, Precision, Sample, Samples};
+use crate::output::{Frames, Given, GivenValues, Precision, Sample, Samples};
 use crate::problem::OwnedProblem;
-use thurible_core::{Boundary, Output, Real, Solver, Space};
+use thurible_core::{Boundary, Exec, Output, Real, Solver, Space};
+
+/// What was added after each step.
+const EMISSION: &str = "emission";
+/// Where each keyframe matters.
+const REGION: &str = "keyframe_region";
 
 /// A solver, its problem and its number type.
 pub struct SolverFrames<'a, 'm, T: Real, S: Space> {
-    solver: &'a Solver<'m, T, S>,
+    solver: &'a mut Solver<'m, T, S>,
+    exec: &'a dyn Exec,
     problem: &'a OwnedProblem,
     periodic: Vec<bool>,
 }
 
 impl<'a, 'm, T: Real, S: Space> SolverFrames<'a, 'm, T, S> {
-    /// The frames of `solver`, which solved `problem`.
-    pub fn new(solver: &'a Solver<'m, T, S>, problem: &'a OwnedProblem) -> Self {
+    /// The frames of `solver`, which solved `problem`; emission is computed anew, on the threads of `exec`.
+    pub fn new(solver: &'a mut Solver<'m, T, S>, exec: &'a dyn Exec, problem: &'a OwnedProblem) -> Self {
         let periodic = problem
             .boundary
             .iter()
@@ -21,6 +27,7 @@ impl<'a, 'm, T: Real, S: Space> SolverFrames<'a, 'm, T, S> {
             .collect();
         SolverFrames {
             solver,
+            exec,
             problem,
             periodic,
         }
@@ -61,6 +68,44 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
     fn read(&self, output: &Output, step: usize, axis: usize, out: &mut Samples) {
         let count = self.solver.elements(output, axis);
         self.solver.read(output, step, axis, room::<T>(out, count));
+    }
+
+    fn given(&self) -> Vec<Given> {
+        let OwnedProblem {
+            steps,
+            keyframes,
+            keyframe_weights,
+            keyframe_regions,
+            emitters,
+            schedule,
+            ..
+        } = self.problem;
+        let factors = (0..steps - 1).map(|slot| self.solver.force_factor(slot));
+        let all = [
+            (!emitters.is_empty(), EMISSION, GivenValues::Fields(*steps)),
+            (*keyframe_regions, REGION, GivenValues::Fields(keyframes.len())),
+            (
+                !keyframe_weights.is_empty(),
+                "keyframe_weight",
+                GivenValues::Numbers(keyframe_weights.clone()),
+            ),
+            (
+                !schedule.is_empty(),
+                "force_weight_schedule",
+                GivenValues::Numbers(factors.collect()),
+            ),
+        ];
+        let there = all.into_iter().filter(|(there, ..)| *there);
+        there.map(|(_, name, values)| Given { name, values }).collect()
+    }
+
+    fn given_field(&mut self, name: &str, index: usize, out: &mut Samples) {
+        let out = room::<T>(out, self.problem.cells.iter().product());
+        match name {
+            EMISSION => self.solver.emission(self.exec, index, out),
+            REGION => out.copy_from_slice(self.solver.keyframe_region(index)),
+            _ => {}
+        }
     }
 }
 

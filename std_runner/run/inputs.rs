@@ -2,14 +2,14 @@
 
 use crate::exit::Failure;
 use crate::keyframes::{Note, ShapeError, ShapeSpec, read_last_density, read_last_velocity, read_velocity};
-use crate::scene::{Keyframe, Scene};
+use crate::scene::Scene;
 use std::path::Path;
 use thurible_core::{InputError, Real, Solver, SolverError, Space};
 
 /// What came of the inputs of a solve.
 #[derive(Debug, Default)]
 pub struct Inputs {
-    /// By how much each keyframe was scaled to the mass of the source.
+    /// By how much each keyframe was scaled to the mass of the source, for every step that it stands at.
     pub mass_factors: Vec<f64>,
     /// What the user should hear of the files that were read.
     pub notes: Vec<Note>,
@@ -34,9 +34,16 @@ pub fn set_inputs<T: Real, S: Space>(
                 .refuse(&key, format!("cannot be used: {other}; change it in the scene")),
         }
     };
-    solver
-        .set_source(&drawn(scene, "source", &scene.source, &mut notes)?)
-        .map_err(refuse("source"))?;
+    if let Some(source) = &scene.source {
+        solver
+            .set_source(&drawn(scene, "source", source, &mut notes)?)
+            .map_err(refuse("source"))?;
+    }
+    for (index, emitter) in scene.emitters.iter().enumerate() {
+        solver
+            .set_emitter(index, &drawn(scene, &emitter.key, &emitter.shape, &mut notes)?)
+            .map_err(refuse(&emitter.key))?;
+    }
     if let Some(path) = &scene.control.initial_velocity {
         let velocity =
             read_velocity(path, &scene.canvas()).map_err(|error| refusal(scene, "control", &error))?;
@@ -46,18 +53,26 @@ pub fn set_inputs<T: Real, S: Space>(
                 .map_err(refuse("control.initial_velocity"))?;
         }
     }
-    let target = |(index, keyframe): (usize, &Keyframe)| {
+    let mut mass_factors = Vec::new();
+    for keyframe in &scene.keyframes {
         let density = drawn(scene, &keyframe.key, &keyframe.shape, &mut notes)?;
-        solver
-            .set_keyframe(index, &density)
-            .map_err(refuse(&keyframe.key))
-    };
-    let mass_factors = scene
-        .keyframes
-        .iter()
-        .enumerate()
-        .map(target)
-        .collect::<Result<_, _>>()?;
+        let key = format!("{}.region", keyframe.key);
+        let region = keyframe.region.as_ref();
+        let region: Option<Vec<T>> = region
+            .map(|region| drawn(scene, &key, region, &mut notes))
+            .transpose()?;
+        for _ in keyframe.stay().steps() {
+            if let Some(region) = &region {
+                solver
+                    .set_region(mass_factors.len(), region)
+                    .map_err(refuse(&key))?;
+            }
+            let factor = solver
+                .set_keyframe(mass_factors.len(), &density)
+                .map_err(refuse(&keyframe.key))?;
+            mass_factors.push(factor);
+        }
+    }
     Ok(Inputs { mass_factors, notes })
 }
 
@@ -105,12 +120,7 @@ fn drawn<T: Real>(
     let density = shape
         .rasterise_noting(&scene.canvas(), scene.document.folder(), &mut said)
         .map_err(|error| refusal(scene, key, &error))?;
-    // A keyframe that is held is drawn again for every step, and said once.
-    for note in said.into_iter().map(|note| note.of(key)) {
-        if !notes.contains(&note) {
-            notes.push(note);
-        }
-    }
+    notes.extend(said.into_iter().map(|note| note.of(key)));
     Ok(narrowed(density))
 }
 

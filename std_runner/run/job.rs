@@ -145,7 +145,6 @@ impl Job {
             return Err(not_finite(&self.request.scene));
         }
         watch.clock.finished();
-        let frames = SolverFrames::new(&solver, &self.planned.problem);
         let facts = Facts {
             scene: &self.request.scene,
             planned: &self.planned,
@@ -153,7 +152,8 @@ impl Job {
             mass_factors: &inputs.mass_factors,
         };
         let record = facts.record(&solver, ended, &mut watch);
-        destination.fill(|folder| report::write_numbers(folder, &frames, &record))?;
+        let mut frames = SolverFrames::new(&mut solver, exec, &self.planned.problem);
+        destination.fill(|folder| report::write_numbers(folder, &mut frames, &record))?;
         Ok(Solved {
             destination,
             record,

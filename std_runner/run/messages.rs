@@ -84,16 +84,16 @@ fn summary(watch: &Watch, record: &RunRecord, folder: &Path) {
     ));
 }
 
-/// The keyframe errors of a result in words.
+/// The keyframe errors of a result in words; that of a keyframe that is held is its largest.
 fn keyframe_errors(record: &RunRecord) -> Option<String> {
     let error = |keyframe: &KeyframeRecord| KeyframeError {
-        step: keyframe.step,
+        stay: keyframe.stay,
         before: keyframe.relative_l2_before,
         after: keyframe.relative_l2,
         // The words do not tell it.
         denser: keyframe.mass_factor,
     };
-    remarks::in_words(&record.keyframes.iter().map(error).collect::<Vec<_>>())
+    remarks::in_words(&record.worst_of_each().map(error).collect::<Vec<_>>())
 }
 
 fn in_sentence(status: Status) -> &'static str {

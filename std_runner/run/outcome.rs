@@ -7,7 +7,8 @@ use crate::problem::Precision;
 use crate::progress::{Clock, Watch};
 use crate::remarks::{KeyframeError, OF_SCENES, keyframe_errors, remarks};
 use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
-use crate::scene::Scene;
+use crate::scene::{Keyframe, Scene};
+use crate::stay::Stay;
 use std::path::Path;
 use thurible_core::method::registry::resolved;
 use thurible_core::{Named, Real, Solver, Space, Status};
@@ -42,7 +43,7 @@ pub(super) struct Facts<'a> {
     pub planned: &'a Planned,
     /// Bytes that the block takes from the system.
     pub footprint: usize,
-    /// What each keyframe was multiplied by.
+    /// What each keyframe was multiplied by, for every step that it stands at.
     pub mass_factors: &'a [f64],
 }
 
@@ -57,6 +58,7 @@ impl Facts<'_> {
         let problem = &self.planned.problem;
         let errors = keyframe_errors(solver, &problem.keyframes);
         let [density_min, density_max] = density_range(solver);
+        let (buoyancy, gravity_axis) = buoyancy(&problem.buoyancy, problem.cells.len());
         RunRecord {
             format: 1,
             cells: problem.cells.clone(),
@@ -69,6 +71,11 @@ impl Facts<'_> {
             dt: problem.dt,
             steps: problem.steps,
             viscosity: problem.viscosity,
+            buoyancy,
+            gravity_axis,
+            acceleration: problem.buoyancy[..problem.cells.len()].to_vec(),
+            release: problem.release,
+            emission: !problem.emitters.is_empty(),
             force_weight: problem.force_weight,
             force_smoothness: self.smoothness(),
             filters: problem.problem().filters(),
@@ -123,13 +130,27 @@ impl Facts<'_> {
     }
 
     fn keyframes(&self, errors: &[KeyframeError]) -> Vec<KeyframeRecord> {
-        let record = |(error, &mass_factor): (&KeyframeError, &f64)| KeyframeRecord {
-            step: error.step,
-            relative_l2: error.after,
-            relative_l2_before: error.before,
-            mass_factor,
-        };
-        errors.iter().zip(self.mass_factors).map(record).collect()
+        let stays = self.scene.keyframes.iter().map(Keyframe::stay);
+        let each_step = stays.flat_map(|stay| stay.steps().map(move |step| (step, stay)));
+        let record =
+            |(((step, stay), error), &mass_factor): (((usize, Stay), &KeyframeError), &f64)| KeyframeRecord {
+                step,
+                relative_l2: error.after,
+                relative_l2_before: error.before,
+                mass_factor,
+                stay,
+            };
+        each_step.zip(errors).zip(self.mass_factors).map(record).collect()
+    }
+}
+
+/// Buoyancy along one axis and the axis; its strength and none where it is along several. Without buoyancy the axis is the last.
+fn buoyancy(acceleration: &[f64; 3], dims: usize) -> (f64, Option<usize>) {
+    let mut along = acceleration.iter().enumerate().filter(|&(_, &b)| b != 0.0);
+    match (along.next(), along.next()) {
+        (None, _) => (0.0, Some(dims - 1)),
+        (Some((axis, &b)), None) => (b, Some(axis)),
+        _ => (acceleration.iter().map(|b| b * b).sum::<f64>().sqrt(), None),
     }
 }
 

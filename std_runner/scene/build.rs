@@ -2,6 +2,7 @@
 
 use super::check::shown;
 use super::document::Document;
+use super::effects;
 use super::method::{advection, method};
 use super::model::{Control, Flow, Grid, Output, Scene, Time};
 use super::raw::{RawControl, RawFlow, RawGrid, RawScene, RawTime, read};
@@ -27,13 +28,16 @@ fn standard() -> Problem<'static> {
 
 pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
     let mut raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
-    let tables = raw.keyframe.take();
+    let (keyframes, release) = (raw.keyframe.take(), raw.release.take());
     let mut scene = build(document, raw)?;
-    scene.keyframes = shapes::keyframes(&scene.document, tables, scene.time.steps)?;
+    let (document, steps) = (&scene.document, scene.time.steps);
+    scene.keyframes = shapes::keyframes(document, keyframes, steps)?;
+    let last = scene.keyframes.last().map_or(0, |keyframe| keyframe.stay().last);
+    scene.release = effects::release(document, release, steps, last)?;
     Ok(scene)
 }
 
-/// A scene whose flow is free: without keyframes.
+/// A scene whose flow is free: without keyframes, and all of it after a release.
 pub(super) fn free(document: Document) -> Result<Scene, Failure> {
     let raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
     let mut scene = build(document, raw)?;
@@ -41,12 +45,12 @@ pub(super) fn free(document: Document) -> Result<Scene, Failure> {
     Ok(scene)
 }
 
-/// All but the keyframes.
+/// All but the keyframes and the release.
 fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
     let grid = grid(&document, raw.grid)?;
     let time = time(&document, raw.time)?;
     let flow = flow(&document, raw.flow, &grid, time)?;
-    let control = control(&document, raw.control)?;
+    let control = control(&document, raw.control, time)?;
     let advection = advection(&document, raw.advection)?;
     let method = method(&document, raw.method, raw.simulation)?;
     let unit = grid.length / time.dt;
@@ -62,7 +66,8 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         method.params.admm.penalty,
         unit.powi(2),
     )?;
-    let source = shapes::source(&document, raw.source)?;
+    let emitters = effects::emitters(&document, raw.emitter, time.steps)?;
+    let source = shapes::source(&document, raw.source, &emitters)?;
     let folder = raw.output.folder.unwrap_or_else(|| "out".into());
     if folder.is_empty() {
         return Err(document.refuse("output.folder", "is empty; write the name of a folder"));
@@ -76,7 +81,9 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         grid,
         time,
         source,
+        emitters,
         keyframes: Vec::new(),
+        release: None,
         flow,
         control,
         advection,
@@ -162,10 +169,11 @@ fn flow(document: &Document, raw: RawFlow, grid: &Grid, time: Time) -> Result<Fl
         );
         return Err(document.refuse(key, why));
     }
-    Ok(Flow { viscosity })
+    let buoyancy = effects::buoyancy(document, raw.buoyancy, raw.gravity, grid)?;
+    Ok(Flow { viscosity, buoyancy })
 }
 
-fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {
+fn control(document: &Document, raw: RawControl, time: Time) -> Result<Control, Failure> {
     let key = "control.filters";
     let filters = match raw.filters {
         None => None,
@@ -186,6 +194,7 @@ fn control(document: &Document, raw: RawControl) -> Result<Control, Failure> {
             Numbers::Positive,
         )?,
         smoothness: smoothness(document, raw.smoothness)?,
+        schedule: effects::schedule(document, raw.schedule, time.steps)?,
         filters,
         match_mass: raw.match_mass.unwrap_or(standard().match_mass),
         initial_velocity: initial_velocity(document, raw.initial_velocity)?,

@@ -28,12 +28,27 @@ impl Document {
     ) -> Result<usize, Failure> {
         match usize::try_from(found) {
             Ok(number) if allowed.contains(&number) => Ok(number),
-            _ => Err(self.outside(
-                key,
-                found,
-                format_args!("a whole number from {} to {}", allowed.start(), allowed.end()),
-            )),
+            _ => Err(self.not_whole(key, found, &allowed)),
         }
+    }
+
+    /// As [`Self::whole`], of a value that may be anything.
+    pub(super) fn whole_value(
+        &self,
+        key: &str,
+        found: &Value,
+        allowed: RangeInclusive<usize>,
+    ) -> Result<usize, Failure> {
+        match found {
+            Value::Integer(number) => self.whole(key, *number, allowed),
+            other => Err(self.not_whole(key, shown(other), &allowed)),
+        }
+    }
+
+    /// The refusal of what is no whole number in `allowed`.
+    fn not_whole(&self, key: &str, found: impl Display, allowed: &RangeInclusive<usize>) -> Failure {
+        let (least, most) = (allowed.start(), allowed.end());
+        self.outside(key, found, format_args!("a whole number from {least} to {most}"))
     }
 
     /// A number among those allowed.
@@ -42,6 +57,15 @@ impl Document {
             return Ok(found);
         }
         Err(self.outside(key, format_args!("{found:?}"), allowed))
+    }
+
+    /// A positive number, of a value that may be anything.
+    pub(super) fn positive_value(&self, key: &str, found: &Value) -> Result<f64, Failure> {
+        match found {
+            Value::Float(number) => self.number(key, *number, Numbers::Positive),
+            Value::Integer(number) => self.number(key, *number as f64, Numbers::Positive),
+            other => Err(self.outside(key, shown(other), Numbers::Positive)),
+        }
     }
 
     /// The choice that the word `found` stands for.

@@ -3,6 +3,7 @@
 mod build;
 mod check;
 mod document;
+mod effects;
 mod method;
 mod model;
 mod place;

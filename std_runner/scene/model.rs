@@ -2,8 +2,9 @@
 
 use super::document::Document;
 use crate::keyframes::{Canvas, ShapeSpec};
+use crate::stay::Stay;
 use std::path::PathBuf;
-use thurible_core::{Advection, Boundary, Params};
+use thurible_core::{Advection, Boundary, Emitter, Params};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -14,10 +15,14 @@ pub struct Scene {
     pub grid: Grid,
     /// Steps and their length.
     pub time: Time,
-    /// The shape of rho_0.
-    pub source: ShapeSpec,
-    /// The targets, by ascending step.
+    /// The shape of rho_0; where there is none, emitters make the smoke.
+    pub source: Option<ShapeSpec>,
+    /// Smoke that is made on the way.
+    pub emitters: Vec<Emission>,
+    /// The targets, by ascending step; no two at the same.
     pub keyframes: Vec<Keyframe>,
+    /// Step from which no force acts.
+    pub release: Option<usize>,
     /// What the fluid does by itself.
     pub flow: Flow,
     /// What is minimised.
@@ -55,9 +60,36 @@ pub struct Time {
 pub struct Keyframe {
     /// The step it stands at.
     pub step: usize,
+    /// How many steps more it stands at.
+    pub hold: usize,
     /// What the density should look like there.
     pub shape: ShapeSpec,
+    /// What its data term is multiplied by.
+    pub weight: f64,
+    /// Where it matters; `None` is everywhere.
+    pub region: Option<ShapeSpec>,
     /// Its key in the file, `keyframe[i]`, for errors found later.
+    pub key: String,
+}
+
+impl Keyframe {
+    /// All steps that it stands at.
+    pub fn stay(&self) -> Stay {
+        Stay {
+            first: self.step,
+            last: self.step + self.hold,
+        }
+    }
+}
+
+/// One `[[emitter]]`.
+#[derive(Clone, Debug)]
+pub struct Emission {
+    /// When it makes how much.
+    pub emits: Emitter,
+    /// Where.
+    pub shape: ShapeSpec,
+    /// Its key in the file, `emitter[i]`, for errors found later.
     pub key: String,
 }
 
@@ -66,6 +98,8 @@ pub struct Keyframe {
 pub struct Flow {
     /// nu, in the scene's units.
     pub viscosity: f64,
+    /// Acceleration where the density is 1, in the scene's units.
+    pub buoyancy: [f64; 3],
 }
 
 /// `[control]`
@@ -75,6 +109,8 @@ pub struct Control {
     pub force_weight: f64,
     /// Smoothness of the force in cells; `None` is the default.
     pub smoothness: Option<f64>,
+    /// What the price of force is multiplied by at some steps.
+    pub schedule: Vec<(usize, f64)>,
     /// m, the number of Gaussian filters; `None` is `"auto"`.
     pub filters: Option<usize>,
     /// Whether keyframes are scaled to the mass of the source.

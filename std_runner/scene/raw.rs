@@ -15,6 +15,8 @@ pub(super) struct RawScene {
     pub time: Option<RawTime>,
     pub source: Option<Table>,
     pub keyframe: Option<Vec<Table>>,
+    pub emitter: Option<Vec<Table>>,
+    pub release: Option<Vec<Table>>,
     #[serde(default)]
     pub flow: RawFlow,
     #[serde(default)]
@@ -46,6 +48,8 @@ pub(super) struct RawTime {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawFlow {
     pub viscosity: Option<f64>,
+    pub buoyancy: Option<f64>,
+    pub gravity: Option<Vec<f64>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -53,6 +57,7 @@ pub(super) struct RawFlow {
 pub(super) struct RawControl {
     pub force_weight: Option<f64>,
     pub smoothness: Option<Value>,
+    pub schedule: Option<Value>,
     pub filters: Option<Value>,
     pub match_mass: Option<bool>,
     pub initial_velocity: Option<Value>,
@@ -160,6 +165,8 @@ const PLAIN_WORDS: [(&str, &str); 13] = [
 fn remedy_of(key: &str) -> &'static str {
     match key {
         "keyframe" => "write each keyframe as a table of its own under [[keyframe]]",
+        "emitter" => "write each emitter as a table of its own under [[emitter]]",
+        "release" => "write it as [[release]], with from = 40 under it",
         "source" => "write a shape under [source], as in circle = { center = [0.5, 0.5], radius = 0.2 }",
         _ => "write a value of that kind",
     }

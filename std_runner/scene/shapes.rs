@@ -1,21 +1,24 @@
-//! `[source]` and `[[keyframe]]`: the step is checked here, the shape by [`ShapeSpec`].
+//! `[source]` and `[[keyframe]]`: steps are checked here, the shape by [`ShapeSpec`].
 
 use crate::exit::Failure;
 use crate::keyframes::ShapeSpec;
 use crate::scene::check::shown;
 use crate::scene::document::Document;
-use crate::scene::model::Keyframe;
+use crate::scene::model::{Emission, Keyframe};
 use crate::scene::raw::read;
-use core::ops::RangeInclusive;
 use toml::{Table, Value};
 
-pub(super) fn source(document: &Document, raw: Option<Table>) -> Result<ShapeSpec, Failure> {
-    let table = document.required(
-        "source",
-        raw,
-        "write [source] with a shape, as in circle = { center = [0.5, 0.5], radius = 0.2 }",
-    )?;
-    shape(document, "source", table)
+/// The source, without which something must emit.
+pub(super) fn source(
+    document: &Document,
+    raw: Option<Table>,
+    emitters: &[Emission],
+) -> Result<Option<ShapeSpec>, Failure> {
+    let remedy = "write [source] with a shape, as in circle = { center = [0.5, 0.5], radius = 0.2 }, or an [[emitter]]";
+    match raw {
+        None if !emitters.is_empty() => Ok(None),
+        raw => shape(document, "source", document.required("source", raw, remedy)?).map(Some),
+    }
 }
 
 pub(super) fn keyframes(
@@ -25,31 +28,122 @@ pub(super) fn keyframes(
 ) -> Result<Vec<Keyframe>, Failure> {
     let remedy = "write [[keyframe]] with a step and a shape, as in step = 40 and text = \"F\"";
     let tables = document.required("keyframe", raw.filter(|tables| !tables.is_empty()), remedy)?;
-    let mut keyframes: Vec<Keyframe> = Vec::new();
-    for (index, mut table) in tables.into_iter().enumerate() {
-        let key = format!("keyframe[{index}]");
-        let at = format!("{key}.step");
-        let remedy = "write the step it stands at, as in step = 40";
-        let step = document.required(&at, table.remove("step"), remedy)?;
-        let step = whole(document, &at, step, 2..=steps)?;
-        let hold = match table.remove("hold") {
-            None => 0,
-            Some(hold) => whole(document, &format!("{key}.hold"), hold, 0..=steps - step)?,
-        };
-        let shape = shape(document, &key, table)?;
-        for step in step..=step + hold {
-            if let Some(twin) = keyframes.iter().find(|keyframe| keyframe.step == step) {
-                return Err(document.refuse(&at, twice(step, hold, twin)));
-            }
-            let (shape, key) = (shape.clone(), key.clone());
-            keyframes.push(Keyframe { step, shape, key });
-        }
-    }
+    let mut keyframes = tables
+        .into_iter()
+        .enumerate()
+        .map(|(index, table)| keyframe(document, index, table, steps))
+        .collect::<Result<Vec<_>, _>>()?;
+    refuse_overlaps(document, &keyframes)?;
     keyframes.sort_by_key(|keyframe| keyframe.step);
     Ok(keyframes)
 }
 
-fn shape(document: &Document, key: &str, table: Table) -> Result<ShapeSpec, Failure> {
+/// Number `index` in the file, of a scene with so many steps.
+fn keyframe(document: &Document, index: usize, mut table: Table, steps: usize) -> Result<Keyframe, Failure> {
+    let key = format!("keyframe[{index}]");
+    document.only(
+        &key,
+        &table,
+        &[&["step", "hold", "region"], ShapeSpec::KEYS].concat(),
+    )?;
+    let at = format!("{key}.step");
+    let remedy = "write the step it stands at, as in step = 40";
+    let step = document.required(&at, table.remove("step"), remedy)?;
+    let step = document.whole_value(&at, &step, 2..=steps)?;
+    let hold = match table.remove("hold") {
+        None => 0,
+        Some(found) => hold(document, &format!("{key}.hold"), &found, [step, steps])?,
+    };
+    // Beside a text, `weight` is that of its strokes.
+    let weight = match table.remove("weight") {
+        Some(found) if table.contains_key("text") => {
+            table.insert("weight".into(), found);
+            1.0
+        }
+        Some(found) => document.positive_value(&format!("{key}.weight"), &found)?,
+        None => 1.0,
+    };
+    let region = match table.remove("region") {
+        Some(Value::Table(region)) => Some(shape(document, &format!("{key}.region"), region)?),
+        Some(other) => {
+            let wanted = "a shape, as in { box = { min = [0, 0], max = [1, 0.5] } },";
+            return Err(document.outside(&format!("{key}.region"), shown(&other), wanted));
+        }
+        None => None,
+    };
+    let shape = shape(document, &key, table)?;
+    Ok(Keyframe {
+        weight,
+        region,
+        step,
+        hold,
+        shape,
+        key,
+    })
+}
+
+/// How long a keyframe at `step` is held, at most to the last of all `steps`.
+fn hold(document: &Document, key: &str, found: &Value, [step, steps]: [usize; 2]) -> Result<usize, Failure> {
+    let most = steps - step;
+    match *found {
+        Value::Integer(hold) if usize::try_from(hold).is_ok_and(|hold| hold > most) => {
+            let why = format!(
+                "is {hold} and reaches from step {step} beyond the end, but the scene ends at step {steps}; raise `time.steps`, or lower \
+                 it to at most {most}"
+            );
+            Err(document.refuse(key, why))
+        }
+        _ => document.whole_value(key, found, 0..=most),
+    }
+}
+
+/// Refuses two keyframes, in the order of the file, that stand at the same step; it is the later one in the file that is to give way.
+fn refuse_overlaps(document: &Document, keyframes: &[Keyframe]) -> Result<(), Failure> {
+    let mut order: Vec<usize> = (0..keyframes.len()).collect();
+    order.sort_by_key(|&index| keyframes[index].step);
+    // Stays in a row overlap if any do.
+    for pair in order.windows(2) {
+        let [early, late] = [&keyframes[pair[0]], &keyframes[pair[1]]];
+        if !early.stay().contains(late.step) {
+            continue;
+        }
+        return Err(if pair[0] < pair[1] {
+            document.refuse(&format!("{}.step", late.key), taken(late.step, early))
+        } else {
+            document.refuse(&format!("{}.hold", early.key), in_the_way(early, late))
+        });
+    }
+    Ok(())
+}
+
+/// Why no keyframe can stand at `step`, where `twin` does.
+fn taken(step: usize, twin: &Keyframe) -> String {
+    let (key, last) = (&twin.key, twin.stay().last);
+    let there = if twin.stay().is_held() {
+        format!(
+            "`{key}.hold` keeps `{key}` there, from step {} to step {last}",
+            twin.step
+        )
+    } else {
+        format!("`{key}` stands at that step already")
+    };
+    format!("is {step}, but {there}; give each keyframe steps of its own")
+}
+
+/// Why `keyframe` cannot be held over `other`, which stands later.
+fn in_the_way(keyframe: &Keyframe, other: &Keyframe) -> String {
+    format!(
+        "is {} and reaches from step {} to step {}, but `{}` stands at step {}; lower it to at most {}",
+        keyframe.hold,
+        keyframe.step,
+        keyframe.stay().last,
+        other.key,
+        other.step,
+        other.step - keyframe.step - 1
+    )
+}
+
+pub(super) fn shape(document: &Document, key: &str, table: Table) -> Result<ShapeSpec, Failure> {
     refuse_what_is_to_come(document, key, &table)?;
     read(document, key, Value::Table(table))
 }
@@ -74,29 +168,4 @@ fn refuse_what_is_to_come(document: &Document, key: &str, table: &Table) -> Resu
         }
     }
     Ok(())
-}
-
-/// A whole number in a range.
-fn whole(
-    document: &Document,
-    key: &str,
-    value: Value,
-    allowed: RangeInclusive<usize>,
-) -> Result<usize, Failure> {
-    match value {
-        Value::Integer(number) => document.whole(key, number, allowed),
-        other => {
-            let wanted = format!("a whole number from {} to {}", allowed.start(), allowed.end());
-            Err(document.outside(key, shown(&other), wanted))
-        }
-    }
-}
-
-/// Why a keyframe cannot stand at `step`, where `twin` does.
-fn twice(step: usize, hold: usize, twin: &Keyframe) -> String {
-    let held = if hold > 0 { " with its `hold`" } else { "" };
-    format!(
-        "is {step}{held}, but `{}` stands at that step already; give each keyframe steps of its own",
-        twin.key
-    )
 }

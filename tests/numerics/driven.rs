@@ -4,6 +4,7 @@ use crate::baseline::{at_rest, by};
 use crate::fields::cases::Scene;
 use crate::fields::feasible::{check, check_flow};
 use crate::fields::{assert_close, largest, with_threads};
+use thurible_core::objective::script::{Lists, Script};
 use thurible_core::{D2, D3, Method, Params, Scheme, Silent, Status};
 
 #[test]
@@ -82,4 +83,34 @@ fn targets_that_are_reached_drive_nothing() {
     // rho~ = rho*~, so the force is the gradient of rho*~ and pressure balances it, but for the means at faces.
     let fastest = largest(solved.velocity.iter().flatten().flatten().copied());
     assert!(fastest < 2e-3, "a flow of {fastest}");
+}
+
+/// Keyframes in a row are one stay: on each of them the way is that to the first.
+#[test]
+fn the_way_to_a_keyframe_that_is_held_is_that_to_its_first_step() {
+    let steps = [2, 3, 7, 9, 10, 11, 20];
+    let script = |steps| {
+        let lists = Lists {
+            steps,
+            ..Lists::default()
+        };
+        Script::<f32>::new(lists, &[])
+    };
+    let keyframes = script(&steps);
+    let (mut next, mut way, mut left) = (0, 2, 2);
+    for step in 1..=25 {
+        if step > left && next + 1 < steps.len() {
+            next += 1;
+            let to = steps[next] as usize;
+            way = if to == left + 1 { way } else { to - left };
+            left = to;
+        }
+        assert_eq!(keyframes.next(step), (next, way), "step {step}");
+        let at = steps.iter().position(|&at| at as usize == step);
+        assert_eq!(keyframes.at(step), at, "step {step}");
+    }
+    let halved = [4, 8, 10];
+    let coarse = script(&halved).coarse(2, &[]);
+    assert_eq!([1, 3, 5].map(|step| coarse.next(step)), [(0, 2), (1, 2), (2, 2)]);
+    assert_eq!([4, 5, 6].map(|step| coarse.at(step)), [Some(1), Some(2), None]);
 }

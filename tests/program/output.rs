@@ -11,8 +11,13 @@ use thurible::report::{Facts, RunRecord, write_numbers, write_pictures};
 use thurible_core::Status;
 use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 
-fn write(folder: &Path, frames: &dyn Frames, record: &RunRecord, images: bool) -> Result<(), OutputError> {
-    write_numbers(folder, frames, record)?;
+fn write<T: Number>(
+    folder: &Path,
+    frames: &MadeUp<T>,
+    record: &RunRecord,
+    images: bool,
+) -> Result<(), OutputError> {
+    write_numbers(folder, &mut frames.clone(), record)?;
     assert!(
         write_pictures(folder, folder, record, images)?,
         "no memory for pictures"

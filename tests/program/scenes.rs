@@ -1,8 +1,11 @@
 //! Small scenes of every kind, solved by the program; a second, plain program in `support` checks the results.
 
+use crate::support::field::Field;
 use crate::support::verify::{Outcome, verify};
-use crate::support::{npz, solve_example};
+use crate::support::{fresh_folder, npz, run, solve_example};
+use core::ops::Range;
 use serde_json::Value;
+use std::path::PathBuf;
 
 fn solved(name: &str, precision: &str) -> Outcome {
     let test = format!("{name}_{precision}");
@@ -207,4 +210,67 @@ fn a_keyframe_is_held() {
             .iter()
             .all(|(_, target)| target.data == outcome.targets[0].1.data)
     );
+}
+
+/// A scene of 16 x 16 cells with one keyframe, held from step 2 to its last.
+fn long_hold(test: &str, hold: usize) -> PathBuf {
+    let scene = fresh_folder(test).join("scene.toml");
+    let text = format!(
+        "[grid]\ncells = [16, 16]\n[time]\nsteps = {}\n[source]\ncircle = {{ center = [0.5, 0.5], radius = 0.3 }}\n[[keyframe]]\n\
+         step = 2\nhold = {hold}\ncircle = {{ center = [0.5, 0.55], radius = 0.3 }}\n[method]\nname = \"pd\"\n[output]\nframes = false\n",
+        hold + 2
+    );
+    std::fs::write(&scene, text).unwrap();
+    scene
+}
+
+#[test]
+fn a_long_hold_is_planned() {
+    let scene = long_hold("plan_hold", 99_998);
+    let ended = run(&["plan", scene.to_str().unwrap(), "--json"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let plan: Value = serde_json::from_str(&ended.out).unwrap();
+    let steps = plan["keyframes"].as_array().unwrap();
+    assert_eq!(steps.len(), 99_999);
+    assert_eq!((&steps[0], &steps[99_998]), (&2.into(), &100_000.into()));
+}
+
+#[test]
+fn a_held_keyframe_is_shown_and_said_once() {
+    let scene = long_hold("long_hold", 1000);
+    let folder = scene.with_file_name("out");
+    let ended = run(&["solve", scene.to_str().unwrap(), "-o", folder.to_str().unwrap()]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let said = "keyframe error: steps 2 to 1002 at most ";
+    assert!(ended.out.contains(said), "{}", ended.out);
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.len() < 1 << 20, "a page of {} bytes", page.len());
+    assert_eq!(page.matches("<article>").count(), 1);
+    assert_eq!(page.matches("Steps 2 to 1002: off by at most ").count(), 1);
+    let outcome = Outcome::read(&folder);
+    assert_eq!(outcome.report["keyframes"].as_array().unwrap().len(), 1001);
+    assert_eq!(outcome.targets.len(), 1001);
+}
+
+#[test]
+fn target_driven_smoke_holds_a_keyframe_gently() {
+    let solved = |test: &str, sets: &[&str]| {
+        let mut more = vec!["--method", "pd"];
+        more.extend(sets.iter().flat_map(|set| ["--set", set]));
+        verify(test, &solve_example("small_two_keyframes", test, &more))
+    };
+    let sets = ["time.steps=24", "keyframe[1].step=24"];
+    let once = solved("pd_once", &sets);
+    let held = solved("pd_held", &[sets[0], sets[1], "keyframe[0].hold=6"]);
+    let force = |outcome: &Outcome, steps: Range<usize>| {
+        outcome.force[steps]
+            .iter()
+            .flatten()
+            .map(Field::max_abs)
+            .fold(0.0, f64::max)
+    };
+    // The way to the keyframe is the same, and what holds the smoke there pulls no harder than what brought it.
+    assert_eq!(held.density[..=8], once.density[..=8]);
+    let [way, stay] = [force(&held, 0..8), force(&held, 8..14)];
+    assert!(stay < way, "forces of {stay} where it is held, {way} on the way");
 }

@@ -21,7 +21,7 @@ struct Supply<'a, T> {
 impl<'a, T: Real> Script<'a, T> {
     /// What emitters do when the density has come to `step`.
     fn supplies(&self, step: usize, cells: usize) -> impl Iterator<Item = Supply<'a, T>> + Clone {
-        let (first, stride) = (self.lists.emitters_begin(), self.stride);
+        let (first, stride) = (self.lists.emitters_begin(), self.stride.get());
         let at = |step: usize| self.first + step as u32 * stride;
         let (begin, end) = (at(step.saturating_sub(1)), at(step));
         let fields = self.fields;

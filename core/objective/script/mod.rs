@@ -4,6 +4,7 @@ mod emission;
 mod schedule;
 
 use crate::real::Real;
+use core::num::NonZeroU32;
 
 /// The lists of a scene, whose steps are those of its finest grid in time.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,7 +30,7 @@ pub struct Lists<'a> {
 pub struct Script<'a, T> {
     lists: Lists<'a>,
     /// How many steps of the lists are one step here.
-    stride: u32,
+    stride: NonZeroU32,
     /// Step of the lists that is step 0 here.
     first: u32,
     /// The keyframes' targets, their regions, then the emitters' shapes: see [`Lists::fields`].
@@ -67,13 +68,14 @@ impl<'a, T: Real> Script<'a, T> {
     pub fn new(lists: Lists<'a>, fields: &'a [T]) -> Self {
         Self {
             lists,
-            stride: 1,
+            stride: NonZeroU32::MIN,
             first: 0,
             fields,
         }
     }
 
-    /// The same lists with fields of another grid, where `stride` steps of the scene, which divides those of all keyframes, are one.
+    /// The same lists with fields of another grid, where `stride` steps of the scene, which divides those of all keyframes, are one;
+    /// 0 counts as 1.
     #[must_use]
     pub fn coarse<'c>(&self, stride: u32, fields: &'c [T]) -> Script<'c, T>
     where
@@ -81,7 +83,7 @@ impl<'a, T: Real> Script<'a, T> {
     {
         Script {
             lists: self.lists,
-            stride,
+            stride: NonZeroU32::new(stride).unwrap_or(NonZeroU32::MIN),
             first: self.first,
             fields,
         }
@@ -124,7 +126,7 @@ impl<'a, T: Real> Script<'a, T> {
 
     /// Their steps, ascending.
     pub fn steps(&self) -> impl ExactSizeIterator<Item = usize> + use<'_, T> {
-        self.lists.steps.iter().map(|step| (step / self.stride) as usize)
+        self.lists.steps.iter().map(|step| self.here(*step))
     }
 
     /// The keyframe at `step`, if there is one.
@@ -132,7 +134,7 @@ impl<'a, T: Real> Script<'a, T> {
     pub fn at(&self, step: usize) -> Option<usize> {
         self.lists
             .steps
-            .binary_search_by_key(&step, |at| (at / self.stride) as usize)
+            .binary_search_by_key(&step, |at| self.here(*at))
             .ok()
     }
 
@@ -161,7 +163,7 @@ impl<'a, T: Real> Script<'a, T> {
     /// Keyframes at consecutive steps are one stay, as where a shape is held: of each of them the way is that to the first.
     #[must_use]
     pub fn next(&self, step: usize) -> (usize, usize) {
-        let before = |at: &u32| ((at / self.stride) as usize) < step;
+        let before = |at: &u32| self.here(*at) < step;
         let last = self.keyframes().saturating_sub(1);
         let index = self.lists.steps.partition_point(before).min(last);
         let first = self.stay_begins(index);
@@ -185,9 +187,11 @@ impl<'a, T: Real> Script<'a, T> {
 
     /// The step of keyframe `index`.
     fn step(&self, index: usize) -> usize {
-        self.lists
-            .steps
-            .get(index)
-            .map_or(0, |at| (at / self.stride) as usize)
+        self.lists.steps.get(index).map_or(0, |at| self.here(*at))
+    }
+
+    /// Where a step of the lists is here.
+    fn here(&self, step: u32) -> usize {
+        (step / self.stride) as usize
     }
 }

@@ -8,7 +8,7 @@ impl<T: Real> Script<'_, T> {
     /// that is given the factor is as there, and after the last one too; of a long step it is that of its middle.
     #[must_use]
     pub fn factor(&self, slot: usize) -> f64 {
-        let stride = f64::from(self.stride);
+        let stride = f64::from(self.stride.get());
         let step = stride * slot as f64 + 0.5 * (stride - 1.0);
         let knots = self.lists.knots.iter().map(|&knot| f64::from(knot));
         let mut before: Option<(f64, f64)> = None;

@@ -8,10 +8,12 @@ use thurible::report::{
     AdvectionRecord, Facts, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord,
     RunRecord, SecondsRecord,
 };
+use thurible::stay::Stay;
 use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 use thurible_core::{Fact, Kind, Method, Output, Place, Status, Unit};
 
 /// A trajectory without a solver; values tell which field, step and place they come from.
+#[derive(Clone)]
 pub struct MadeUp<T> {
     cells: Vec<usize>,
     periodic: Vec<bool>,
@@ -216,8 +218,14 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         relative_l2: 0.0832,
         relative_l2_before: 0.913,
         mass_factor: 1.0532,
+        stay: Stay::at(step),
     };
     RunRecord {
+        buoyancy: 0.0,
+        gravity_axis: Some(1),
+        acceleration: vec![0.0; 2],
+        release: None,
+        emission: false,
         format: 1,
         cells: frames.cells().to_vec(),
         boundary: frames

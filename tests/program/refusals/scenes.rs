@@ -99,21 +99,91 @@ const SCENES: &[Spoiled] = &[
         "[[keyframe]]\nstep = 4\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n[method]",
         &["`keyframe[1].step` is 4", "`keyframe[0]`"],
     ),
-    // a hold beyond the end, over another keyframe, and of no number
+    spoiled(
+        "[method]",
+        "[[keyframe]]\nstep = 4\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n[[keyframe]]\nstep = 2\n\
+         circle = { center = [0.5, 0.5], radius = 0.3 }\n[method]",
+        &[
+            "`keyframe[1].step` is 4",
+            "`keyframe[0]` stands at that step already",
+        ],
+    ),
+    // a hold beyond the end
     spoiled(
         STEP,
         "step = 4\nhold = 1\n",
-        &["`keyframe[0].hold` is 1", "from 0 to 0"],
+        &[
+            "scene.toml:9",
+            "`keyframe[0].hold` is 1",
+            "from step 4 beyond the end",
+            "the scene ends at step 4",
+            "raise `time.steps`, or lower it to at most 0",
+        ],
     ),
+    spoiled(
+        STEP,
+        "step = 2\nhold = 9223372036854775807\n",
+        &[
+            "`keyframe[0].hold` is 9223372036854775807",
+            "ends at step 4",
+            "lower it to at most 2",
+        ],
+    ),
+    // a keyframe where another is held, before or after it in the file
     spoiled(
         STEP,
         "step = 3\nhold = 1\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n[[keyframe]]\nstep = 4\n",
-        &["`keyframe[1].step` is 4", "`keyframe[0]`"],
+        &[
+            "scene.toml:12",
+            "`keyframe[1].step` is 4",
+            "`keyframe[0].hold` keeps `keyframe[0]` there, from step 3 to step 4; give",
+        ],
     ),
     spoiled(
         STEP,
+        "step = 3\nhold = 1\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n[[keyframe]]\nstep = 3\n",
+        &["`keyframe[1].step` is 3", "`keyframe[0].hold`"],
+    ),
+    spoiled(
+        "[method]",
+        "[[keyframe]]\nstep = 2\nhold = 2\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n[method]",
+        &[
+            "scene.toml:12",
+            "`keyframe[1].hold` is 2",
+            "from step 2 to step 4",
+            "`keyframe[0]` stands at step 4",
+            "lower it to at most 1",
+        ],
+    ),
+    // a hold that is no whole number from 0 on, or of another name
+    spoiled(
+        STEP,
         "step = 2\nhold = \"long\"\n",
-        &["`keyframe[0].hold` is \"long\"", "whole number"],
+        &[
+            "`keyframe[0].hold` is \"long\"",
+            "whole number from 0 to 2 is allowed",
+        ],
+    ),
+    spoiled(
+        STEP,
+        "step = 2\nhold = 1.0\n",
+        &["`keyframe[0].hold` is 1.0", "whole number from 0 to 2"],
+    ),
+    spoiled(
+        STEP,
+        "step = 2\nhold = -1\n",
+        &["`keyframe[0].hold` is -1", "whole number from 0 to 2"],
+    ),
+    spoiled(
+        STEP,
+        "step = 2\nholds = 1\n",
+        &[
+            "scene.toml:9",
+            "`keyframe[0].holds`",
+            "no key `holds` here",
+            "`step`, `hold`, `circle`",
+            "`fit`",
+        ],
     ),
     // not there yet
     spoiled(
