@@ -58,7 +58,7 @@ impl OwnedProblem {
             force_weight: scene.control.force_weight,
             smoothness: scene.control.smoothness,
             filters: scene.control.filters,
-            match_mass: scene.control.match_mass,
+            match_mass: scene.control.match_mass && !scene.asks_a_free_flow(),
             advection: scene.advection,
             projection_tolerance: scene.method.projection_tolerance,
         }

@@ -2,6 +2,7 @@
 
 use super::frames::SolverFrames;
 use super::inputs::{Inputs, set_inputs, set_inputs_from_result, solver_refusal};
+use super::masses;
 use super::messages::{self, no_memory, not_finite};
 use super::outcome::{Facts, Outcome};
 use super::request::{Request, RunOptions};
@@ -124,10 +125,11 @@ impl Job {
         exec: &dyn Exec,
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
+        let masses = masses::of_a_free_flow::<T, S>(&self.request.scene, &self.planned, exec, block)?;
         let problem = self.planned.problem.problem();
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block)
             .map_err(|error| solver_refusal(&error))?;
-        let inputs = self.set_inputs(&mut solver)?;
+        let inputs = self.set_inputs(&mut solver, masses.as_deref())?;
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
         let mut watch = self.watch()?;
@@ -162,10 +164,14 @@ impl Job {
     }
 
     /// Hands the solver what it starts from.
-    fn set_inputs<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>) -> Result<Inputs, Failure> {
+    fn set_inputs<T: Real, S: Space>(
+        &self,
+        solver: &mut Solver<'_, T, S>,
+        masses: Option<&[f64]>,
+    ) -> Result<Inputs, Failure> {
         match &self.request.from {
             Some(folder) => set_inputs_from_result(&self.request.scene, folder, solver),
-            None => set_inputs(&self.request.scene, solver),
+            None => set_inputs(&self.request.scene, solver, masses),
         }
     }
 

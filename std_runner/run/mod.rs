@@ -6,8 +6,10 @@
 pub mod frames;
 pub mod inputs;
 mod job;
+mod masses;
 mod messages;
 mod outcome;
+mod reach;
 mod request;
 
 pub(crate) use outcome::Outcome;
