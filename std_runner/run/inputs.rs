@@ -21,29 +21,13 @@ pub fn set_inputs<T: Real, S: Space>(
     solver: &mut Solver<'_, T, S>,
 ) -> Result<Inputs, Failure> {
     let mut notes = Vec::new();
-    let refuse = |key: &str| {
-        let key = key.to_string();
-        move |error: InputError| match error {
-            // They were finite when they were drawn.
-            InputError::NotFinite { .. } => scene.document.refuse(
-                &key,
-                "has numbers too large for the precision of the solve; make them smaller",
-            ),
-            other => scene
-                .document
-                .refuse(&key, format!("cannot be used: {other}; change it in the scene")),
-        }
-    };
+    let refuse = |key: &str| refuse(scene, key);
     if let Some(source) = &scene.source {
         solver
             .set_source(&drawn(scene, "source", source, &mut notes)?)
             .map_err(refuse("source"))?;
     }
-    for (index, emitter) in scene.emitters.iter().enumerate() {
-        solver
-            .set_emitter(index, &drawn(scene, &emitter.key, &emitter.shape, &mut notes)?)
-            .map_err(refuse(&emitter.key))?;
-    }
+    set_emitters(scene, solver, &mut notes)?;
     if let Some(path) = &scene.control.initial_velocity {
         let velocity =
             read_velocity(path, &scene.canvas()).map_err(|error| refusal(scene, "control", &error))?;
@@ -76,7 +60,43 @@ pub fn set_inputs<T: Real, S: Space>(
     Ok(Inputs { mass_factors, notes })
 }
 
+/// Draws the shape of every emitter.
+fn set_emitters<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+    notes: &mut Vec<Note>,
+) -> Result<(), Failure> {
+    for (index, emitter) in scene.emitters.iter().enumerate() {
+        solver
+            .set_emitter(index, &drawn(scene, &emitter.key, &emitter.shape, notes)?)
+            .map_err(refuse(scene, &emitter.key))?;
+    }
+    Ok(())
+}
+
+/// The sentence for a field of `key` that the solver refuses.
+fn refuse<'s>(scene: &'s Scene, key: &str) -> impl Fn(InputError) -> Failure + use<'s> {
+    let key = key.to_string();
+    move |error: InputError| {
+        match error {
+        // They were finite when they were drawn.
+        InputError::NotFinite { .. } => scene.document.refuse(
+            &key,
+            "has numbers too large for the precision of the solve; make them smaller",
+        ),
+        InputError::AboveOne { .. } => scene.document.refuse(
+            &key,
+            "has values above 1, but a region says from 0 to 1 how much a cell counts; take out its `density`, or scale its file to that",
+        ),
+        other => scene
+            .document
+            .refuse(&key, format!("cannot be used: {other}; change it in the scene")),
+    }
+    }
+}
+
 /// Hands the last density and velocity of the result in `folder` to `solver`; what little of the density is negative becomes 0.
+/// Emitters are the scene's, and their steps count from there.
 pub fn set_inputs_from_result<T: Real, S: Space>(
     scene: &Scene,
     folder: &Path,
@@ -101,6 +121,7 @@ pub fn set_inputs_from_result<T: Real, S: Space>(
     let mut inputs = Inputs::default();
     let density = read_last_density(&path, &canvas, &mut inputs.notes).map_err(unread)?;
     solver.set_source(&narrowed(density)).map_err(unusable)?;
+    set_emitters(scene, solver, &mut inputs.notes)?;
     for axis in 0..S::DIM {
         let faces = read_last_velocity(&path, axis, &canvas).map_err(unread)?;
         solver

@@ -34,6 +34,7 @@ pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
     scene.keyframes = shapes::keyframes(document, keyframes, steps)?;
     let last = scene.keyframes.last().map_or(0, |keyframe| keyframe.stay().last);
     scene.release = effects::release(document, release, steps, last)?;
+    effects::check_smoke(&scene)?;
     Ok(scene)
 }
 
