@@ -9,6 +9,7 @@ mod job;
 mod messages;
 mod outcome;
 mod request;
+mod settled;
 
 pub(crate) use outcome::Outcome;
 pub(crate) use request::{Outputs, Request, RunOptions};
