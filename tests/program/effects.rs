@@ -184,6 +184,22 @@ fn a_result_is_continued_with_emitters() {
     assert!(outcome.emission[1].sum() > 0.0);
 }
 
+/// Other sizes and lengths of a scene are planned with its emitters, schedule and release at their share of the time.
+#[test]
+fn effects_are_planned_at_other_sizes() {
+    let folder = fresh_folder("effects_plan");
+    let scene = folder.join("scene.toml");
+    fs::write(&scene, ALL).unwrap();
+    let ended = run(&["plan", scene.to_str().unwrap()]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let (_, others) = ended.out.split_once("f64 bytes\n").unwrap();
+    let sizes = others.lines().take_while(|line| !line.is_empty());
+    assert!(
+        sizes.clone().count() > 4 && sizes.clone().all(|line| !line.ends_with('-')),
+        "{others}"
+    );
+}
+
 /// Smoke that is filled up to a density, from nothing.
 const FILLED: &str = "\
 [grid]
