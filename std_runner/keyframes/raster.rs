@@ -8,7 +8,7 @@ use super::{Canvas, Note, ShapeError, ShapeSpec, array, build, image};
 /// A shape whose largest density stays below this puts nothing into the box.
 const FAINTEST: f64 = 0.01;
 /// The largest `density` that a shape may have.
-const DENSEST: f64 = 1e6;
+pub(crate) const DENSEST: f64 = 1e6;
 
 const SHAPES: &str = "circle, sphere, box, torus, capsule, text, image, file, shapes";
 

@@ -5,7 +5,7 @@ use super::document::Document;
 use super::model::{Emission, Grid, Scene};
 use super::shapes;
 use crate::exit::Failure;
-use crate::keyframes::ShapeSpec;
+use crate::keyframes::{DENSEST, ShapeSpec};
 use thurible_core::choices::Numbers;
 use thurible_core::problem::MAX_STEPS;
 use thurible_core::{Emitter, Supply};
@@ -57,7 +57,15 @@ fn supply(
     rate: Option<Value>,
     target: Option<Value>,
 ) -> Result<Supply, Failure> {
-    let read = |name: &str, found: &Value| document.positive_value(&format!("{key}.{name}"), found);
+    let read = |name: &str, found: &Value| {
+        let key = format!("{key}.{name}");
+        let supply = document.positive_value(&key, found)?;
+        if supply > DENSEST {
+            let wanted = format_args!("a number above 0 and at most {DENSEST}");
+            return Err(document.outside(&key, format_args!("{supply:?}"), wanted));
+        }
+        Ok(supply)
+    };
     match (rate, target) {
         (Some(rate), None) => Ok(Supply::Rate(read("rate", &rate)?)),
         (None, Some(target)) => Ok(Supply::Target(read("target", &target)?)),

@@ -160,6 +160,23 @@ fn emitted_smoke_rises_freely() {
     assert!(last.sum() > 1.5 * first.sum(), "nothing was emitted");
 }
 
+/// Gravity along no axis of the box.
+#[test]
+fn smoke_rises_along_any_direction() {
+    let outcome = checked(
+        "effects_slanted",
+        ALL,
+        "solve",
+        &["--set", "flow.gravity=[3, -4]"],
+    );
+    let report = &outcome.report;
+    assert!(report["gravity_axis"].is_null(), "{}", report["gravity_axis"]);
+    for (axis, expected) in [-3e-3, 4e-3].into_iter().enumerate() {
+        let found = report["acceleration"][axis].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+    }
+}
+
 /// A result goes on with the scene's emitters.
 #[test]
 fn a_result_is_continued_with_emitters() {

@@ -83,6 +83,11 @@ pub const EFFECTS: &[Spoiled] = &[
             "to false, or write a `rate`",
         ],
     ),
+    spoiled(
+        SOURCE,
+        "circle = { center = [0.5, 0.5], radius = 0.3 }\n[[emitter]]\nrate = 1e7\ncircle = { center = [0.5, 0.2], radius = 0.2 }",
+        &["`emitter[0].rate` is 10000000.0", "above 0 and at most 1000000"],
+    ),
     // their keys and shapes
     spoiled(
         SOURCE,
@@ -234,6 +239,15 @@ pub const EFFECTS: &[Spoiled] = &[
         "frames = false\n[control]\nschedule = [[0, 1.0], [5, 0.5]]",
         &["`control.schedule[1][0]` is 5", "whole number from 0 to 4"],
     ),
+    spoiled(
+        OUTPUT,
+        "frames = false\n[control]\nschedule = [[0, 1.0], [2, 1e300]]",
+        &[
+            "`control.schedule[1][1]` is 1e300",
+            "only 1e-15 to 1e15",
+            "or `control.force_weight`",
+        ],
+    ),
     // buoyancy
     spoiled(
         METHOD,
@@ -267,6 +281,11 @@ pub const EFFECTS: &[Spoiled] = &[
         STEP,
         "step = 4\nweight = 0\n",
         &["scene.toml:9: `keyframe[0].weight` is 0", "above 0"],
+    ),
+    spoiled(
+        STEP,
+        "step = 4\nweight = 1e16\n",
+        &["`keyframe[0].weight` is 1e16", "from 1e-15 to 1e15"],
     ),
     spoiled(
         STEP,
