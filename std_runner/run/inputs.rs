@@ -29,20 +29,6 @@ pub fn set_inputs<T: Real, S: Space>(
     Ok(Inputs { mass_factors, notes })
 }
 
-/// The failure for what the solver says of the value at `key`.
-fn unusable(scene: &Scene, key: &str) -> impl Fn(InputError) -> Failure {
-    move |error| match error {
-        // They were finite when they were drawn.
-        InputError::NotFinite { .. } => scene.document.refuse(
-            key,
-            "has numbers too large for the precision of the solve; make them smaller",
-        ),
-        other => scene
-            .document
-            .refuse(key, format!("cannot be used: {other}; change it in the scene")),
-    }
-}
-
 /// Sets obstacles, source, emitters and the given velocity; where smoke can come to, if there are obstacles.
 pub(super) fn set_smoke<T: Real, S: Space>(
     scene: &Scene,
@@ -50,30 +36,21 @@ pub(super) fn set_smoke<T: Real, S: Space>(
     notes: &mut Vec<Note>,
 ) -> Result<Option<Reach>, Failure> {
     let mut reach = set_obstacles(scene, solver, notes)?;
-    let mut fill = |density: &[T]| {
-        if let Some(reach) = &mut reach {
-            reach.fill(density.iter().map(|x| x.to_f64()));
-        }
-    };
     if let Some(source) = &scene.source {
         let density = drawn(scene, "source", source, notes)?;
-        fill(&density);
-        solver.set_source(&density).map_err(unusable(scene, "source"))?;
+        if let Some(reach) = &mut reach {
+            reach.fill(density.iter().map(|x: &T| x.to_f64()));
+        }
+        solver.set_source(&density).map_err(refuse(scene, "source"))?;
     }
-    for (index, emitter) in scene.emitters.iter().enumerate() {
-        let shape = drawn(scene, &emitter.key, &emitter.shape, notes)?;
-        fill(&shape);
-        solver
-            .set_emitter(index, &shape)
-            .map_err(unusable(scene, &emitter.key))?;
-    }
+    set_emitters(scene, solver, &mut reach, notes)?;
     if let Some(path) = &scene.control.initial_velocity {
         let velocity =
             read_velocity(path, &scene.canvas()).map_err(|error| refusal(scene, "control", &error))?;
         for (axis, faces) in velocity.into_iter().enumerate() {
             solver
                 .set_initial_velocity(axis, &narrowed(faces))
-                .map_err(unusable(scene, "control.initial_velocity"))?;
+                .map_err(refuse(scene, "control.initial_velocity"))?;
         }
     }
     Ok(reach)
@@ -107,7 +84,7 @@ fn set_keyframes<T: Real, S: Space>(
             if let Some(region) = &region {
                 solver
                     .set_region(mass_factors.len(), region)
-                    .map_err(unusable(scene, &key))?;
+                    .map_err(refuse(scene, &key))?;
             }
             let to_free = masses
                 .and_then(|masses| masses.get(step))
@@ -118,7 +95,7 @@ fn set_keyframes<T: Real, S: Space>(
                 .collect();
             let factor = solver
                 .set_keyframe(mass_factors.len(), &density)
-                .map_err(unusable(scene, &keyframe.key))?;
+                .map_err(refuse(scene, &keyframe.key))?;
             mass_factors.push(factor * to_free);
         }
     }
@@ -153,7 +130,48 @@ fn set_obstacles<T: Real, S: Space>(
     Ok(Some(Reach::new(&scene.canvas(), &solid)))
 }
 
+/// Draws the shape of every emitter, and fills what it reaches with smoke.
+fn set_emitters<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+    reach: &mut Option<Reach>,
+    notes: &mut Vec<Note>,
+) -> Result<(), Failure> {
+    for (index, emitter) in scene.emitters.iter().enumerate() {
+        let shape: Vec<T> = drawn(scene, &emitter.key, &emitter.shape, notes)?;
+        if let Some(reach) = reach {
+            reach.fill(shape.iter().map(|x| x.to_f64()));
+        }
+        solver
+            .set_emitter(index, &shape)
+            .map_err(refuse(scene, &emitter.key))?;
+    }
+    Ok(())
+}
+
+/// The sentence for a field of `key` that the solver refuses.
+fn refuse<'s>(scene: &'s Scene, key: &str) -> impl Fn(InputError) -> Failure + use<'s> {
+    let key = key.to_string();
+    move |error: InputError| {
+        match error {
+        // They were finite when they were drawn.
+        InputError::NotFinite { .. } => scene.document.refuse(
+            &key,
+            "has numbers too large for the precision of the solve; make them smaller",
+        ),
+        InputError::AboveOne { .. } => scene.document.refuse(
+            &key,
+            "has values above 1, but a region says from 0 to 1 how much a cell counts; take out its `density`, or scale its file to that",
+        ),
+        other => scene
+            .document
+            .refuse(&key, format!("cannot be used: {other}; change it in the scene")),
+    }
+    }
+}
+
 /// Hands the last density and velocity of the result in `folder` to `solver`; what little of the density is negative becomes 0.
+/// Emitters are the scene's, and their steps count from there.
 pub fn set_inputs_from_result<T: Real, S: Space>(
     scene: &Scene,
     folder: &Path,
@@ -179,6 +197,7 @@ pub fn set_inputs_from_result<T: Real, S: Space>(
     let mut inputs = Inputs::default();
     let density = read_last_density(&path, &canvas, &mut inputs.notes).map_err(unread)?;
     solver.set_source(&narrowed(density)).map_err(unusable)?;
+    set_emitters(scene, solver, &mut None, &mut inputs.notes)?;
     for axis in 0..S::DIM {
         let faces = read_last_velocity(&path, axis, &canvas).map_err(unread)?;
         solver

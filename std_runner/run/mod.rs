@@ -11,6 +11,7 @@ mod messages;
 mod outcome;
 mod reach;
 mod request;
+mod settled;
 
 pub(crate) use outcome::Outcome;
 pub(crate) use request::{Outputs, Request, RunOptions};
