@@ -4,27 +4,49 @@ use std::path::Path;
 
 use super::error::Fault;
 use super::note::Note;
+use super::npy::Entry;
 use super::npz;
 use super::resample::{Edge, resample, windows_of_box};
-use super::{Canvas, ShapeError};
+use super::{Canvas, ShapeError, ShapeSpec};
 
-/// The array, stretched over the box.
+/// How many steps the array of a shape has along its first axis, of which each is a density.
+///
+/// # Errors
+/// A shape that is no `file`; a file that cannot be read or has no such axis.
+pub fn steps_of_array(shape: &ShapeSpec, base: &Path) -> Result<usize, ShapeError> {
+    let Some(path) = &shape.file else {
+        let remedy =
+            "write files = \"horse_*.png\", or file = \"x.npz\" whose array has time as its first axis";
+        return Err(ShapeError::key(
+            "steps",
+            "asks for a sequence of shapes, and there is one",
+            remedy,
+        ));
+    };
+    let path = base.join(path);
+    npz::steps(&path, shape.name.as_deref()).map_err(|fault| fault.of("file", &path))
+}
+
+/// The array, or a step of it, stretched over the box.
 pub(super) fn draw(
     path: &Path,
-    name: Option<&str>,
+    (name, step): (Option<&str>, Option<usize>),
     canvas: &Canvas,
     notes: &mut Vec<Note>,
 ) -> Result<Vec<f64>, ShapeError> {
-    densities(path, name, canvas, notes).map_err(|fault| fault.of("file", path))
+    densities(path, (name, step), canvas, notes).map_err(|fault| fault.of("file", path))
 }
 
 fn densities(
     path: &Path,
-    name: Option<&str>,
+    (name, step): (Option<&str>, Option<usize>),
     canvas: &Canvas,
     notes: &mut Vec<Note>,
 ) -> Result<Vec<f64>, Fault> {
-    let mut array = npz::read(path, name)?;
+    let mut array = match step {
+        None => npz::read(path, name)?,
+        Some(step) => npz::read_entry(path, name, Entry::At(step))?,
+    };
     if array.shape.len() != canvas.dimensions() || array.values.is_empty() {
         let order = if canvas.dimensions() == 3 {
             "[z, y, x]"

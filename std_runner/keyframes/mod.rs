@@ -23,6 +23,7 @@ mod spec;
 mod text;
 mod velocity;
 
+pub use array::steps_of_array;
 pub use canvas::Canvas;
 pub use error::ShapeError;
 pub use note::Note;

@@ -62,9 +62,22 @@ pub(super) fn read_array(reader: &mut dyn Read) -> Result<Array, Fault> {
     read_values(reader, header)
 }
 
-/// Reads the last entry along the first axis of an array, and no more of the others than it takes to pass them.
-pub(super) fn read_last(reader: &mut dyn Read) -> Result<Array, Fault> {
-    let mut header = Header::parse(&header_text(reader)?)?;
+/// An entry along the first axis of an array.
+#[derive(Clone, Copy)]
+pub(super) enum Entry {
+    /// Number so much, from 0.
+    At(usize),
+    /// The last one.
+    Last,
+}
+
+/// How many entries an array has along its first axis.
+pub(super) fn read_steps(reader: &mut dyn Read) -> Result<usize, Fault> {
+    steps(&mut Header::parse(&header_text(reader)?)?)
+}
+
+/// Takes the first axis off; its length.
+fn steps(header: &mut Header) -> Result<usize, Fault> {
     let steps = if header.shape.is_empty() {
         0
     } else {
@@ -73,15 +86,26 @@ pub(super) fn read_last(reader: &mut dyn Read) -> Result<Array, Fault> {
     if steps == 0 || header.columns_first {
         return Err(Fault::content(
             "has an array without steps, or with its axes reversed",
-            "give a result as thurible writes it",
+            "give an array whose first axis is time, as results of thurible have it",
         ));
     }
+    Ok(steps)
+}
+
+/// Reads one entry along the first axis of an array, and no more of the others than it takes to pass them.
+pub(super) fn read_entry(reader: &mut dyn Read, entry: Entry) -> Result<Array, Fault> {
+    let mut header = Header::parse(&header_text(reader)?)?;
+    let steps = steps(&mut header)?;
+    let entry = match entry {
+        Entry::At(entry) => entry.min(steps - 1),
+        Entry::Last => steps - 1,
+    };
     let step = header
         .shape
         .iter()
         .try_fold(header.kind.bytes, |product, &side| product.checked_mul(side))
         .unwrap_or(usize::MAX);
-    let before = (steps as u64 - 1).saturating_mul(step as u64);
+    let before = (entry as u64).saturating_mul(step as u64);
     std::io::copy(&mut reader.take(before), &mut std::io::sink())?;
     read_values(reader, header)
 }

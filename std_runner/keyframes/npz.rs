@@ -8,10 +8,27 @@ use zip::ZipArchive;
 use zip::result::ZipError;
 
 use super::error::Fault;
-use super::npy::{self, Array, read_array};
+use super::npy::{self, Array, Entry, read_array};
 
 /// Reads a `.npy` file, or the array `name` of a `.npz` file.
 pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Array, Fault> {
+    read_by(path, name, &read_array)
+}
+
+/// Reads entry `entry` along the first axis of such an array.
+pub(super) fn read_entry(path: &Path, name: Option<&str>, entry: Entry) -> Result<Array, Fault> {
+    read_by(path, name, &|reader| npy::read_entry(reader, entry))
+}
+
+/// How many entries such an array has along its first axis.
+pub(super) fn steps(path: &Path, name: Option<&str>) -> Result<usize, Fault> {
+    read_by(path, name, &npy::read_steps)
+}
+
+/// How an array is read.
+type How<'a, R> = &'a dyn Fn(&mut dyn Read) -> Result<R, Fault>;
+
+fn read_by<R>(path: &Path, name: Option<&str>, read: How<'_, R>) -> Result<R, Fault> {
     let mut file = BufReader::new(File::open(path)?);
     let extension = path
         .extension()
@@ -19,12 +36,12 @@ pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Array, Fault> {
         .unwrap_or("")
         .to_ascii_lowercase();
     match (extension.as_str(), name) {
-        ("npy", None) => read_array(&mut file),
+        ("npy", None) => read(&mut file),
         ("npy", Some(_)) => Err(Fault::content(
             "is one array, and `name` is given",
             "remove `name`",
         )),
-        ("npz", Some(name)) => read_member(file, name, read_array),
+        ("npz", Some(name)) => read_member(file, name, read),
         ("npz", None) => {
             let held = names(&archive(file)?);
             Err(Fault::content(
@@ -43,11 +60,6 @@ pub(super) fn read(path: &Path, name: Option<&str>) -> Result<Array, Fault> {
     }
 }
 
-/// Reads the last entry of the array `name` of a `.npz` file.
-pub(super) fn read_last(path: &Path, name: &str) -> Result<Array, Fault> {
-    read_member(BufReader::new(File::open(path)?), name, npy::read_last)
-}
-
 fn archive(file: BufReader<File>) -> Result<ZipArchive<BufReader<File>>, Fault> {
     ZipArchive::new(file)
         .map_err(|error| Fault::content(format!("is no .npz ({error})"), "save it by numpy.savez"))
@@ -63,11 +75,7 @@ fn names(archive: &ZipArchive<BufReader<File>>) -> String {
 }
 
 /// Reads the array `name` by `read`, and the rest of its member for the sake of the checksum.
-fn read_member(
-    file: BufReader<File>,
-    name: &str,
-    read: fn(&mut dyn Read) -> Result<Array, Fault>,
-) -> Result<Array, Fault> {
+fn read_member<R>(file: BufReader<File>, name: &str, read: How<'_, R>) -> Result<R, Fault> {
     let mut archive = archive(file)?;
     let held = names(&archive);
     let Some(index) = archive.index_for_name(&format!("{name}.npy")) else {

@@ -52,7 +52,8 @@ impl ShapeSpec {
             return image::draw(&base.join(path), self.ink.as_deref(), canvas, notes);
         }
         if let Some(path) = &self.file {
-            return array::draw(&base.join(path), self.name.as_deref(), canvas, notes);
+            let which = (self.name.as_deref(), self.step);
+            return array::draw(&base.join(path), which, canvas, notes);
         }
         Ok(fill(canvas, build::solid(self, canvas, base)?.as_ref()))
     }

@@ -43,9 +43,38 @@ pub struct ShapeSpec {
     pub(super) name: Option<String>,
     /// Of `mesh`.
     pub(super) fit: Option<IgnoredAny>,
+    /// Of `file`, in a sequence: the step along its first axis.
+    #[serde(skip)]
+    pub(super) step: Option<usize>,
 }
 
 impl ShapeSpec {
+    /// The same with the file at `path`: an array or a picture, by its extension.
+    pub(crate) fn of_file(&self, path: PathBuf) -> Self {
+        let extension = path
+            .extension()
+            .map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+        let array = extension.is_some_and(|extension| extension == "npy" || extension == "npz");
+        let (file, image) = if array {
+            (Some(path), None)
+        } else {
+            (None, Some(path))
+        };
+        Self {
+            file,
+            image,
+            ..self.clone()
+        }
+    }
+
+    /// The same at a step of its array.
+    pub(crate) fn of_step(&self, step: usize) -> Self {
+        Self {
+            step: Some(step),
+            ..self.clone()
+        }
+    }
+
     /// The names of all keys, as a table that has others beside them needs to know them.
     pub(crate) const KEYS: &[&str] = &[
         "circle", "sphere", "box", "torus", "capsule", "text", "image", "file", "mesh", "shapes", "density",

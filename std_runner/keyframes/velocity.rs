@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::Fault;
 use super::note::Note;
-use super::npy::Array;
+use super::npy::{Array, Entry};
 use super::npz;
 use super::{Canvas, ShapeError};
 
@@ -93,7 +93,7 @@ pub fn read_last_velocity(path: &Path, axis: usize, canvas: &Canvas) -> Result<V
 
 /// The last step of the array `name`, whose steps have the shape `expected`.
 fn last(path: &Path, name: &str, expected: Vec<usize>) -> Result<Array, Fault> {
-    let array = npz::read_last(path, name)?;
+    let array = npz::read_entry(path, Some(name), Entry::Last)?;
     if array.shape != expected {
         let found = format!("has {name} with steps of shape ({})", array.size_in_words());
         return Err(Fault::content(

@@ -8,6 +8,7 @@ mod method;
 mod model;
 mod place;
 mod raw;
+mod sequence;
 mod shapes;
 
 pub use document::Document;

@@ -6,6 +6,7 @@ use crate::scene::check::shown;
 use crate::scene::document::Document;
 use crate::scene::model::{Emission, Keyframe};
 use crate::scene::raw::read;
+use crate::scene::sequence::Steps;
 use toml::{Table, Value};
 
 /// The source, without which something must emit.
@@ -32,28 +33,50 @@ pub(super) fn keyframes(
         .into_iter()
         .enumerate()
         .map(|(index, table)| keyframe(document, index, table, steps))
-        .collect::<Result<Vec<_>, _>>()?;
+        .collect::<Result<Vec<_>, _>>()?
+        .concat();
     refuse_overlaps(document, &keyframes)?;
     keyframes.sort_by_key(|keyframe| keyframe.step);
     Ok(keyframes)
 }
 
-/// Number `index` in the file, of a scene with so many steps.
-fn keyframe(document: &Document, index: usize, mut table: Table, steps: usize) -> Result<Keyframe, Failure> {
+/// Number `index` in the file, of a scene with so many steps: one keyframe, or those of a sequence.
+fn keyframe(
+    document: &Document,
+    index: usize,
+    mut table: Table,
+    steps: usize,
+) -> Result<Vec<Keyframe>, Failure> {
     let key = format!("keyframe[{index}]");
     document.only(
         &key,
         &table,
-        &[&["step", "hold", "region"], ShapeSpec::KEYS].concat(),
+        &[&["step", "steps", "files", "hold", "region"], ShapeSpec::KEYS].concat(),
     )?;
     let at = format!("{key}.step");
-    let remedy = "write the step it stands at, as in step = 40";
-    let step = document.required(&at, table.remove("step"), remedy)?;
-    let step = document.whole_value(&at, &step, 2..=steps)?;
-    let hold = match table.remove("hold") {
-        None => 0,
-        Some(found) => hold(document, &format!("{key}.hold"), &found, [step, steps])?,
+    let sequence = match table.remove("steps") {
+        Some(_) if table.contains_key("step") => {
+            let why =
+                "stands beside `step`; a keyframe has one step, or a sequence of them: take one of them out";
+            return Err(document.refuse(&format!("{key}.steps"), why));
+        }
+        Some(found) => Some(Steps::read(document, &format!("{key}.steps"), found, steps)?),
+        None if table.contains_key("files") => {
+            let remedy = "write where the shapes of `files` stand, as in steps = { from = 10, every = 5 }";
+            return document.required(&format!("{key}.steps"), None, remedy);
+        }
+        None => None,
     };
+    let remedy = "write the step it stands at, as in step = 40";
+    let step = match sequence {
+        Some(_) => 0,
+        None => document.whole_value(
+            &at,
+            &document.required(&at, table.remove("step"), remedy)?,
+            2..=steps,
+        )?,
+    };
+    let held = table.remove("hold");
     // Beside a text, `weight` is that of its strokes.
     let weight = match table.remove("weight") {
         Some(found) if table.contains_key("text") => {
@@ -71,15 +94,31 @@ fn keyframe(document: &Document, index: usize, mut table: Table, steps: usize) -
         }
         None => None,
     };
-    let shape = shape(document, &key, table)?;
-    Ok(Keyframe {
-        weight,
-        region,
-        step,
-        hold,
-        shape,
-        key,
-    })
+    let files = Table::from_iter(table.remove("files").map(|files| ("files".to_string(), files)));
+    let shape = if files.is_empty() {
+        shape(document, &key, table)?
+    } else {
+        read(document, &key, Value::Table(table))?
+    };
+    let shapes = match sequence {
+        None => vec![(step, shape)],
+        Some(sequence) => sequence.shapes(document, &key, &files, &shape, steps)?,
+    };
+    let keyframe = |(step, shape)| {
+        let hold = match &held {
+            None => 0,
+            Some(found) => hold(document, &format!("{key}.hold"), found, [step, steps])?,
+        };
+        Ok(Keyframe {
+            step,
+            hold,
+            shape,
+            weight,
+            region: region.clone(),
+            key: key.clone(),
+        })
+    };
+    shapes.into_iter().map(keyframe).collect()
 }
 
 /// How long a keyframe at `step` is held, at most to the last of all `steps`.

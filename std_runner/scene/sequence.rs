@@ -1,0 +1,134 @@
+//! `steps = { from, every }` of a keyframe: a shape for each of many steps, from many files or one array.
+
+use super::document::Document;
+use crate::exit::Failure;
+use crate::keyframes::{ShapeSpec, steps_of_array};
+use core::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// Where a sequence stands.
+#[derive(Clone, Copy)]
+pub(super) struct Steps {
+    from: usize,
+    every: usize,
+}
+
+impl Steps {
+    /// What stands at `keyframe[i].steps`.
+    pub fn read(document: &Document, key: &str, found: Value, steps: usize) -> Result<Self, Failure> {
+        let Value::Table(mut table) = found else {
+            let wanted = "a table, as in { from = 10, every = 5 },";
+            return Err(document.outside(key, super::check::shown(&found), wanted));
+        };
+        document.only(key, &table, &["from", "every"])?;
+        let mut number = |name: &str, allowed: RangeInclusive<usize>| {
+            let at = format!("{key}.{name}");
+            let remedy =
+                "write the first step and how many steps apart they are, as in { from = 10, every = 5 }";
+            let found = document.required(&at, table.remove(name), remedy)?;
+            document.whole_value(&at, &found, allowed)
+        };
+        Ok(Self {
+            from: number("from", 2..=steps)?,
+            every: number("every", 1..=steps)?,
+        })
+    }
+
+    /// Step and shape of every keyframe of the sequence that the table at `key` names by `files`, or by `file` with a leading axis.
+    pub fn shapes(
+        self,
+        document: &Document,
+        key: &str,
+        table: &Table,
+        shape: &ShapeSpec,
+        steps: usize,
+    ) -> Result<Vec<(usize, ShapeSpec)>, Failure> {
+        let shapes = match table.get("files") {
+            Some(Value::String(pattern)) => by_pattern(document, key, pattern, shape)?,
+            Some(other) => {
+                let wanted = "a pattern with one `*`, as in \"horse_*.png\",";
+                return Err(document.outside(&format!("{key}.files"), super::check::shown(other), wanted));
+            }
+            None => of_array(document, key, shape)?,
+        };
+        let last = self.from + (shapes.len() - 1) * self.every;
+        if last > steps {
+            let why = format!(
+                "put {} shapes at steps up to {last}, but the scene ends at step {steps}; raise `time.steps`, or begin sooner",
+                shapes.len()
+            );
+            return Err(document.refuse(&format!("{key}.steps"), why));
+        }
+        let at = |(index, shape)| (self.from + index * self.every, shape);
+        Ok(shapes.into_iter().enumerate().map(at).collect())
+    }
+}
+
+/// The shapes of all files whose names fit `pattern`, by name.
+fn by_pattern(
+    document: &Document,
+    key: &str,
+    pattern: &str,
+    shape: &ShapeSpec,
+) -> Result<Vec<ShapeSpec>, Failure> {
+    let key = format!("{key}.files");
+    let path = document.folder().join(pattern);
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+    let Some((before, after)) = name.as_deref().and_then(|name| name.split_once('*')) else {
+        let why = format!(
+            "is \"{pattern}\", which has no `*` in its last part; write it where the numbers stand, as in \"horse_*.png\""
+        );
+        return Err(document.refuse(&key, why));
+    };
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(folder).map_err(|error| {
+        let sentence = format!(
+            "names the folder {}, which cannot be read ({error}); correct it",
+            folder.display()
+        );
+        Failure::File(format!("{}: `{key}` {sentence}", document.place(&key)))
+    })?;
+    let fits = |path: &PathBuf| {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+        name.is_some_and(|name| {
+            name.len() >= before.len() + after.len() && name.starts_with(before) && name.ends_with(after)
+        })
+    };
+    let paths = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));
+    let mut paths: Vec<PathBuf> = paths.filter(fits).collect();
+    paths.sort_by_key(|path| number_of(path, before.len(), after.len()));
+    if paths.is_empty() {
+        let why = format!(
+            "is \"{pattern}\", which fits no file in {}; correct it",
+            folder.display()
+        );
+        return Err(document.refuse(&key, why));
+    }
+    Ok(paths.into_iter().map(|path| shape.of_file(path)).collect())
+}
+
+/// What stands in the place of the `*`: by number where it is one, else by its letters.
+fn number_of(path: &Path, before: usize, after: usize) -> (Option<u64>, String) {
+    let name = path
+        .file_name()
+        .map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    let middle = name
+        .get(before..name.len().saturating_sub(after))
+        .unwrap_or(&name)
+        .to_owned();
+    (middle.parse().ok(), middle)
+}
+
+/// The steps of one array.
+fn of_array(document: &Document, key: &str, shape: &ShapeSpec) -> Result<Vec<ShapeSpec>, Failure> {
+    let count = steps_of_array(shape, document.folder()).map_err(|error| {
+        let sentence = format!("{}: in {key}: {error}", document.place(key));
+        if error.is_unreadable() {
+            Failure::File(sentence)
+        } else {
+            Failure::Input(sentence)
+        }
+    })?;
+    Ok((0..count).map(|step| shape.of_step(step)).collect())
+}
