@@ -14,6 +14,8 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let cells = self.grid().cells();
         let mass = mass(density, cells)?;
         let largest = density.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
+        let emitters = 0..self.lists.spans.len() / 2;
+        let largest = emitters.fold(largest, |most, index| most.max(self.emitted(index)));
         self.engine.get_mut().parts().set_source(density, largest);
         self.mass = mass;
         self.finished = false;
@@ -29,12 +31,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if index >= count {
             return Err(InputError::Index { given: index, count });
         }
-        let cells = self.grid().cells();
-        mass(shape, cells)?;
-        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
-        let most = shape.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
-        let added = supply.iter().fold(0.0, |sum, &supply| sum + supply * most);
+        mass(shape, self.grid().cells())?;
         self.put_field(self.lists.emitters_begin() + index, shape);
+        let added = self.emitted(index);
         let largest = &mut self.engine.get_mut().parts().setup.sweep.largest;
         *largest = largest.max(added);
         Ok(())

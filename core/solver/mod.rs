@@ -9,6 +9,7 @@ mod release;
 mod results;
 mod saved;
 mod script;
+mod smoke;
 
 pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
 pub use crate::method::refusal::PlanError;

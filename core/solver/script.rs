@@ -1,7 +1,5 @@
 //! The script of a solve in its block: lists that follow from the problem, and fields that are given.
 
-use super::{InputError, Solver};
-use crate::grid::Space;
 use crate::memory::{Arena, Ledger, TooSmall};
 use crate::objective::script::Lists;
 use crate::problem::{Problem, Supply};
@@ -82,37 +80,4 @@ fn filled<'m, P: crate::memory::Plain>(
         .zip(values)
         .for_each(|(slot, value)| *slot = value);
     Ok(list)
-}
-
-impl<T: Real, S: Space> Solver<'_, T, S> {
-    /// Whether there is smoke to steer: a source or an emitter, and the shape of every emitter.
-    pub(super) fn check_smoke(&self) -> Result<(), InputError> {
-        let emitters = self.lists.spans.len() / 2;
-        if self.mass <= 0.0 && emitters == 0 {
-            return Err(InputError::NoSource);
-        }
-        match (0..emitters).find(|&index| self.emitter_mass(index) <= 0.0) {
-            Some(index) => Err(InputError::NoEmitter { index }),
-            None => Ok(()),
-        }
-    }
-
-    /// The mass of the shape of emitter `index`.
-    fn emitter_mass(&self, index: usize) -> f64 {
-        let cells = self.grid().cells();
-        let first = (self.lists.emitters_begin() + index) * cells;
-        let shape = self.fields.get(first..first + cells).unwrap_or(&[]);
-        shape.iter().map(|x| x.to_f64()).sum()
-    }
-
-    /// The mass of the smoke at `step`: that of the source, and what emitters have added by their rates.
-    #[must_use]
-    pub fn mass_at(&self, step: usize) -> f64 {
-        let spans = self.lists.spans.chunks_exact(2);
-        let supplies = spans.zip(self.lists.supplies.chunks_exact(2)).enumerate();
-        supplies.fold(self.mass, |mass, (index, (span, supply))| {
-            let steps = span[1].min(step as u32).saturating_sub(span[0]);
-            mass + supply[0] * f64::from(steps) * self.emitter_mass(index)
-        })
-    }
 }

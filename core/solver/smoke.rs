@@ -1,0 +1,50 @@
+//! How much smoke there is, by source and emitters.
+
+use super::{InputError, Solver};
+use crate::grid::Space;
+use crate::real::Real;
+
+impl<T: Real, S: Space> Solver<'_, T, S> {
+    /// Whether there is smoke to steer: a source or an emitter, and the shape of every emitter.
+    pub(super) fn check_smoke(&self) -> Result<(), InputError> {
+        let emitters = self.lists.spans.len() / 2;
+        if self.mass <= 0.0 && emitters == 0 {
+            return Err(InputError::NoSource);
+        }
+        match (0..emitters).find(|&index| self.emitter_mass(index) <= 0.0) {
+            Some(index) => Err(InputError::NoEmitter { index }),
+            None => Ok(()),
+        }
+    }
+
+    /// The shape of emitter `index`.
+    fn emitter_shape(&self, index: usize) -> &[T] {
+        let cells = self.grid().cells();
+        let first = (self.lists.emitters_begin() + index) * cells;
+        self.fields.get(first..first + cells).unwrap_or(&[])
+    }
+
+    /// The mass of that shape.
+    fn emitter_mass(&self, index: usize) -> f64 {
+        self.emitter_shape(index).iter().map(|x| x.to_f64()).sum()
+    }
+
+    /// The largest density that emitter `index` adds at a step, or fills up to.
+    pub(super) fn emitted(&self, index: usize) -> f64 {
+        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
+        let shape = self.emitter_shape(index).iter();
+        let most = shape.fold(0.0, |most: f64, &x| most.max(x.to_f64()));
+        supply.iter().fold(0.0, |sum, &supply| sum + supply * most)
+    }
+
+    /// The mass of the smoke at `step`: that of the source, and what emitters have added by their rates.
+    #[must_use]
+    pub fn mass_at(&self, step: usize) -> f64 {
+        let spans = self.lists.spans.chunks_exact(2);
+        let supplies = spans.zip(self.lists.supplies.chunks_exact(2)).enumerate();
+        supplies.fold(self.mass, |mass, (index, (span, supply))| {
+            let steps = span[1].min(step as u32).saturating_sub(span[0]);
+            mass + supply[0] * f64::from(steps) * self.emitter_mass(index)
+        })
+    }
+}
