@@ -79,6 +79,7 @@ fn bench_self_advection<S: Space>(
         grid,
         slots: SLOTS,
         viscosity: 0.0,
+        solids: thurible_core::grid::solids::Solids::default(),
     };
     group.bench_function("self-advection", |bencher| {
         bencher.iter(|| self_advection::apply::<f32, S>(exec, fluid, v, writable(&mut out), &mut scratch));

@@ -17,6 +17,8 @@ pub struct OwnedProblem {
     pub keyframe_regions: bool,
     /// Smoke that is made on the way.
     pub emitters: Vec<Emitter>,
+    /// Whether there are solid cells.
+    pub solids: bool,
     /// Acceleration of the flow where the density is 1.
     pub buoyancy: [f64; 3],
     /// Step from which no force acts.
@@ -70,6 +72,7 @@ impl OwnedProblem {
             keyframe_weights: Vec::new(),
             keyframe_regions: false,
             emitters: Vec::new(),
+            solids: false,
             buoyancy,
             release: None,
             schedule: Vec::new(),
@@ -98,6 +101,7 @@ impl OwnedProblem {
             keyframe_weights: &self.keyframe_weights,
             keyframe_regions: self.keyframe_regions,
             emitters: &self.emitters,
+            solids: self.solids,
             buoyancy: self.buoyancy,
             release: self.release,
             schedule: &self.schedule,

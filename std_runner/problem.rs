@@ -47,6 +47,7 @@ impl OwnedProblem {
             keyframe_weights: weights(scene),
             keyframe_regions: scene.keyframes.iter().any(|keyframe| keyframe.region.is_some()),
             emitters: scene.emitters.iter().map(|emitter| emitter.emits).collect(),
+            solids: !scene.obstacles.is_empty(),
             buoyancy: scene.flow.buoyancy,
             release: scene.release,
             schedule: scene.control.schedule.clone(),
@@ -130,6 +131,7 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
             let (key, otherwise) = match feature {
                 Feature::Smoothness => ("control.smoothness", "set it to 0 or \"auto\""),
                 Feature::Buoyancy => ("flow.buoyancy", "set it to 0"),
+                Feature::Solids => ("obstacle", "leave it out"),
                 Feature::Schedule => ("control.schedule", "leave it out"),
             };
             let why = format!("is more than the method {method} can do; {otherwise}, or take another method");

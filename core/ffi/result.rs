@@ -54,16 +54,18 @@ pub enum ThuribleResult {
     SavedOther = 20,
     /// The saved instance is damaged.
     SavedDamaged = 21,
-    /// A value of a region is above 1.
+    /// A value of a region, or a flag of a solid cell, is above 1.
     AboveOne = 22,
     /// The shape of an emitter must be set first.
     NoEmitter = 23,
+    /// All cells are solid.
+    NoFluid = 24,
     /// The library's fault: a refusal that this interface has no word for.
-    Unknown = 24,
+    Unknown = 25,
 }
 
 impl ThuribleResult {
-    const ALL: [(Self, &'static CStr); 25] = [
+    const ALL: [(Self, &'static CStr); 26] = [
         (Self::Ok, c"done"),
         (Self::Null, c"a pointer that must not be null is"),
         (Self::Misaligned, c"a pointer is not aligned"),
@@ -110,8 +112,12 @@ impl ThuribleResult {
             c"the saved instance is of another scene, precision, method or choice",
         ),
         (Self::SavedDamaged, c"the saved instance is damaged"),
-        (Self::AboveOne, c"a value of a region is above 1"),
+        (
+            Self::AboveOne,
+            c"a value of a region, or a flag of a solid cell, is above 1",
+        ),
         (Self::NoEmitter, c"the shape of an emitter must be set first"),
+        (Self::NoFluid, c"all cells are solid"),
         (Self::Unknown, c"a refusal that this interface has no word for"),
     ];
 }
@@ -136,6 +142,7 @@ impl From<InputError> for ThuribleResult {
             InputError::NoSource => Self::NoSource,
             InputError::AboveOne { .. } => Self::AboveOne,
             InputError::NoEmitter { .. } => Self::NoEmitter,
+            InputError::NoFluid => Self::NoFluid,
             InputError::NoKeyframe { .. } => Self::NoKeyframe,
             _ => Self::Unknown,
         }

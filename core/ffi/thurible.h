@@ -70,12 +70,14 @@ typedef enum {
     THURIBLE_RESULT_SAVED_OTHER = 20,
     // The saved instance is damaged.
     THURIBLE_RESULT_SAVED_DAMAGED = 21,
-    // A value of a region is above 1.
+    // A value of a region, or a flag of a solid cell, is above 1.
     THURIBLE_RESULT_ABOVE_ONE = 22,
     // The shape of an emitter must be set first.
     THURIBLE_RESULT_NO_EMITTER = 23,
+    // All cells are solid.
+    THURIBLE_RESULT_NO_FLUID = 24,
     // The library's fault: a refusal that this interface has no word for.
-    THURIBLE_RESULT_UNKNOWN = 24,
+    THURIBLE_RESULT_UNKNOWN = 25,
 } ThuribleResult;
 
 // What an event is about.
@@ -309,6 +311,11 @@ typedef struct {
     uint32_t scheme;
     // Whether each keyframe has a region that `thurible_set_region` sets: 0, the default, or 1.
     uint32_t keyframe_regions;
+    // Whether there are solid cells, which `thurible_set_solids` sets: 0, the default, or 1. They need limited transport, and at most 256
+    // cells along an axis; ADMM knows none.
+    uint32_t solids;
+    // For later versions; must be 0.
+    uint32_t reserved;
     // The series of a transport step is cut at the first term below this times the largest density.
     double advection_tolerance;
     // Relative tolerance of projections.
@@ -528,6 +535,13 @@ size_t thurible_message(const Thurible *instance, char *buffer, size_t size);
 // Safety: `instance` as in `thurible_close`; `density` is null or points to `bytes` bytes.
 ThuribleResult thurible_set_source(Thurible *instance,
                                    const void *density,
+                                   size_t bytes);
+
+// Sets which cells are solid, before anything else is set: one byte for each cell, x fastest, 1 where it is solid and 0 where it is not. Refused
+// where `solids` of the configuration is 0. Densities are 0 in solid cells, whatever is given.
+// Safety: `instance` as in `thurible_close`; `solid` is null or points to `bytes` bytes.
+ThuribleResult thurible_set_solids(Thurible *instance,
+                                   const uint8_t *solid,
                                    size_t bytes);
 
 // Sets the shape of emitter `index`, as `thurible_set_source`: where it adds smoke, and how much of its rate or target there.

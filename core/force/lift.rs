@@ -1,8 +1,9 @@
 //! Buoyancy in the flow (mathematics section 2): the momentum equation of v_k has b rho_k at the faces on its right-hand side,
-//! rho at a face the mean of its two cells, 0 on walls.
+//! rho at a face the mean of its two cells, 0 on walls and at closed faces.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows};
+use crate::grid::solids::{Solids, closed};
 use crate::grid::{Grid, Side};
 use crate::real::Real;
 use core::ops::Range;
@@ -14,6 +15,8 @@ pub struct Lift<'g> {
     pub grid: &'g Grid,
     /// Slots of the trajectories.
     pub slots: usize,
+    /// The solid cells in it: at closed faces there is no buoyancy.
+    pub solids: Solids<'g>,
     /// b: the acceleration where the density is 1, in scaled numbers.
     pub acceleration: [f64; 3],
 }
@@ -43,6 +46,16 @@ impl Lift<'_> {
                     let rho = &rho[(slot + 1) * cells..][..cells];
                     let row = |row: usize| &rho[row * n..][..n];
                     let (here, out) = (row(task.row), &mut task.fields[axis][slot * n..][..n]);
+                    if self.solids.there() {
+                        let table = self.solids.row(n, task.row).iter();
+                        for (x, (out, &bits)) in out.iter_mut().zip(table).enumerate() {
+                            let low = grid.beside(grid.cell_at(task.row, x), axis, Side::Low);
+                            if let (Some(low), true) = (low, bits & closed(axis) == 0) {
+                                *out += half * (here[x] + rho[grid.index(low)]);
+                            }
+                        }
+                        continue;
+                    }
                     if axis == 0 {
                         rows::add_scaled(&mut out[1..], half, &here[1..]);
                         rows::add_scaled(&mut out[1..], half, &here[..n - 1]);
@@ -58,7 +71,7 @@ impl Lift<'_> {
         });
     }
 
-    /// `mu += s B^T z_k` for the density of step `slot` + 1, by slot `slot` of z, which is 0 on walls.
+    /// `mu += s B^T z_k` for the density of step `slot` + 1, by slot `slot` of z, which is 0 on walls and at closed faces.
     pub fn add_adjoint<T: Real>(&self, exec: &dyn Exec, s: f64, z: Vector<'_, T>, slot: usize, mu: &mut [T]) {
         let (grid, n, slots) = (self.grid, self.grid.n[0], self.slots);
         for_rows(exec, grid.rows(), RowBuffers::fields([mu]), |task| {

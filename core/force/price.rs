@@ -71,6 +71,7 @@ pub fn solve<'a, T: Real, S: Space>(
         grid,
         slots,
         viscosity,
+        ..
     } = fluid;
     let shape = Shape { grid, slots };
     let largest = 1.0 + viscosity * grid.h.iter().take(grid.dims).map(|h| 4.0 / (h * h)).sum::<f64>();

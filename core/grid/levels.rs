@@ -4,6 +4,7 @@
 //! next grid halves exactly. 5 coarsens to 3: two cells would be too few.
 
 use super::Grid;
+use super::solids::{self, Solids};
 use super::spectrum::Spectrum;
 use super::tables::Tables;
 use crate::memory::{Arena, TooSmall};
@@ -49,6 +50,9 @@ pub struct Levels<'m, T> {
     filters: usize,
     /// Whether there are no tables yet, only what workspaces are measured by.
     bare: bool,
+    /// Whether there may be solid cells, and those of all grids: see [`Self::solids`].
+    walled: bool,
+    solids: &'m mut [u16],
 }
 
 impl<'m, T: Real> Levels<'m, T> {
@@ -70,7 +74,15 @@ impl<'m, T: Real> Levels<'m, T> {
             eigenvectors: &[],
             filters,
             bare: true,
+            walled: false,
+            solids: &mut [],
         }
+    }
+
+    /// The same with room for solid cells.
+    #[must_use]
+    pub fn walled(self, walled: bool) -> Self {
+        Self { walled, ..self }
     }
 
     /// Takes its buffers and fills them; `filters` is that of the finest metric.
@@ -78,13 +90,28 @@ impl<'m, T: Real> Levels<'m, T> {
     /// # Errors
     /// [`TooSmall`].
     pub fn carve(arena: &mut Arena<'m>, finest: &Grid, filters: usize) -> Result<Self, TooSmall> {
-        let mut levels = Self::bare(finest, filters);
+        Self::bare(finest, filters).carved(arena)
+    }
+
+    /// Takes the buffers of levels that were bare, and fills them.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn carved(self, arena: &mut Arena<'m>) -> Result<Self, TooSmall> {
+        let filters = self.filters;
+        let mut levels = self;
         let grids = &levels.grids;
         let taps = Self::taps(grids);
         let mut index = arena.take::<u16>("transfer positions", taps)?;
         let mut weight = arena.take::<T>("transfer weights", taps)?;
         let spectra = grids.iter().map(|grid| Spectrum::<T>::len(grid, filters));
         let eigenvectors = arena.take::<T>("eigenvectors", spectra.sum())?;
+        let cells = grids.iter().map(Grid::cells).sum::<usize>();
+        let solids = if levels.walled {
+            arena.take::<u16>("solid cells", cells)?
+        } else {
+            &mut []
+        };
         if arena.ledger().is_some() {
             return Ok(levels);
         }
@@ -104,6 +131,7 @@ impl<'m, T: Real> Levels<'m, T> {
         Ok(Self {
             eigenvectors,
             bare: false,
+            solids,
             ..levels
         })
     }
@@ -112,6 +140,48 @@ impl<'m, T: Real> Levels<'m, T> {
     #[must_use]
     pub fn filters(&self) -> usize {
         self.filters
+    }
+
+    /// The solid cells of grid `level`.
+    #[must_use]
+    pub fn solids(&self, level: usize) -> Solids<'_> {
+        if !self.walled {
+            return Solids::default();
+        }
+        let begin: usize = self.grids.iter().take(level).map(Grid::cells).sum();
+        let end = begin + self.grids.get(level).map_or(0, Grid::cells);
+        Solids::new(self.solids.get(begin..end).unwrap_or(&[]))
+    }
+
+    /// Sets which cells of the finest grid are solid, and what follows for those that it halves to.
+    pub fn set_solids(&mut self, solid: impl Fn(usize) -> bool) {
+        let finest = self.finest.cells();
+        let Some((mut fine, mut rest)) = self.solids.split_at_mut_checked(finest) else {
+            return;
+        };
+        for (cell, bits) in fine.iter_mut().enumerate() {
+            *bits = if solid(cell) { solids::SOLID } else { 0 };
+        }
+        solids::fill(&self.finest, fine);
+        for pair in self.grids.windows(2) {
+            let (from, to) = (&pair[0], &pair[1]);
+            let halves = (0..from.dims).all(|axis| from.n[axis] == 2 * to.n[axis]);
+            let Some((coarse, after)) = rest.split_at_mut_checked(to.cells()).filter(|_| halves) else {
+                return;
+            };
+            solids::coarsen(from, fine, to, coarse);
+            (fine, rest) = (coarse, after);
+        }
+    }
+
+    /// Takes over the solid cells of `fine`, whose grids from `level` on are these.
+    pub fn take_solids(&mut self, fine: &Levels<'_, T>, level: usize) {
+        let above: usize = fine.grids.iter().take(level).map(Grid::cells).sum();
+        let below = fine.solids.get(above..).unwrap_or(&[]);
+        self.solids
+            .iter_mut()
+            .zip(below)
+            .for_each(|(bits, &of_fine)| *bits = of_fine);
     }
 
     /// The eigenvectors of grid `level`, if it has any.

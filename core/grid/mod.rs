@@ -15,6 +15,7 @@ pub mod gaussian;
 pub mod geometry;
 pub mod halo;
 pub mod levels;
+pub mod solids;
 pub mod spectrum;
 pub mod stencil;
 pub mod tables;

@@ -8,7 +8,7 @@ use crate::grid::levels::Levels;
 use crate::memory::{Layout, Ledger, Pool, Sharing, TooSmall};
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::script::Script;
-use crate::objective::sweep::densities;
+use crate::objective::sweep::{self, densities};
 use crate::observe::Silent;
 use crate::poisson::Projection;
 use crate::real::Real;
@@ -32,16 +32,16 @@ pub struct Animation<'m, T> {
 }
 
 impl<'m, T: Real> Animation<'m, T> {
-    /// One without buffers, which [`Self::layout`] counts and carves; `filters` is that of the metric.
+    /// One without buffers, which [`Self::layout`] counts and carves.
     #[must_use]
-    pub fn new(grid: &Grid, slots: usize, filters: usize) -> Self {
+    pub fn new(grid: &Grid, setup: &sweep::Setup) -> Self {
         Self {
-            levels: Levels::bare(grid, filters),
+            levels: Levels::bare(grid, setup.metric.filters).walled(setup.walled),
             rho: &mut [],
             v: Default::default(),
             initial: Default::default(),
             sums: &mut [],
-            slots,
+            slots: setup.slots,
         }
     }
 
@@ -52,14 +52,14 @@ impl<'m, T: Real> Animation<'m, T> {
     pub fn layout(&mut self, layout: &mut Layout<'_, 'm, T>, sums: usize) -> Result<(), TooSmall> {
         let grid = self.levels.finest;
         let cells = grid.cells();
-        let filters = self.levels.filters();
         layout.keep(
             "densities rho_0 .. rho_N",
             &mut self.rho,
             densities(&grid, self.slots),
         )?;
         layout.tables(|arena| {
-            self.levels = Levels::carve(arena, &grid, filters)?;
+            let bare = Levels::bare(&grid, self.levels.filters()).walled(self.levels.solids(0).there());
+            self.levels = bare.carved(arena)?;
             Ok(())
         })?;
         layout.keep_vector("velocity v", &mut self.v, grid.dims, cells * self.slots)?;

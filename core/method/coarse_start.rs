@@ -54,6 +54,7 @@ pub fn solve<'m, T: Real, S: Space>(
         script,
     };
     let animation = method.parts().animation;
+    animation.levels.take_solids(&fine.levels, 1);
     let coarser = coarse::SceneMut {
         source: &mut animation.rho[..cells],
         initial: reborrow(&mut animation.initial),

@@ -117,6 +117,7 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
             grid: &self.levels.finest,
             slots: self.setup.slots,
             viscosity: self.setup.viscosity,
+            solids: Default::default(),
         }
     }
 

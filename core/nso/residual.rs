@@ -11,6 +11,7 @@
 use super::level::{Coefficients, LevelMut, System};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, rows, subtract_next, subtract_previous};
+use crate::grid::solids::Solids;
 use crate::grid::{Grid, Space};
 use crate::operators::divergence::{add_divergence, add_gradient};
 use crate::operators::plaquette::{self, Adjoint, Advection, accumulate};
@@ -101,8 +102,7 @@ pub fn of_block<T: Real, S: Space>(
     // Left-hand sides of the nonlinear parts first, with their sign turned at once.
     out.list().into_iter().for_each(|row| row.fill(T::ZERO));
     accumulate::<T, S, _>(
-        block,
-        row,
+        (block, row, Solids::default()),
         Adjoint(system.viscosity),
         system.v,
         system.w,
@@ -110,8 +110,7 @@ pub fn of_block<T: Real, S: Space>(
         work,
     );
     accumulate::<T, S, _>(
-        block,
-        row,
+        (block, row, Solids::default()),
         Advection(system.viscosity),
         system.v,
         [&[]; 3],

@@ -165,6 +165,7 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
                 grid: level.grid,
                 slots: self.coefficients.slots,
                 viscosity: self.setup.viscosity,
+                solids: Default::default(),
             },
             view(&level.state.v),
             view(&level.v0),

@@ -31,6 +31,7 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
             grid,
             slots,
             viscosity,
+            solids: self.levels.solids(self.level),
         }
     }
 
@@ -40,6 +41,7 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         Lift {
             grid,
             slots,
+            solids: self.levels.solids(self.level),
             acceleration: self.setup.buoyancy,
         }
     }

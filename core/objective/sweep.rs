@@ -29,6 +29,8 @@ pub struct Setup {
     pub largest: f64,
     /// Threads that scratch was planned for.
     pub threads: usize,
+    /// Whether there may be solid cells.
+    pub walled: bool,
     /// Whether there is memory for two threads to do different works where fields are small.
     pub overlap: bool,
 }
@@ -57,6 +59,7 @@ impl Setup {
             stepping: problem.advection.into(),
             largest: 1.0,
             threads,
+            walled: problem.solids,
             overlap: false,
         }
     }
@@ -117,7 +120,10 @@ impl<'a, T: Real> DensitySweep<'a, T> {
             let data = DataTerm::carve(hierarchy, level, setup.metric, setup.threads, pool);
             let grid = data.grid();
             let mu = pool.take("mu", grid.cells());
-            let mut transport = || Transport::carve(grid, setup.stepping, setup.largest, setup.threads, pool);
+            let solids = hierarchy.solids(level);
+            let mut transport = || {
+                Transport::carve(grid, setup.stepping, setup.largest, setup.threads, pool).among(solids, pool)
+            };
             Self {
                 grid,
                 slots: setup.slots,

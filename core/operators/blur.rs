@@ -4,12 +4,14 @@
 //! (half-sample) and wrapped around rings. It is symmetric, so C is its own adjoint. Such a Gaussian has the eigenvectors of the
 //! Poisson problem (Strang 1999, The Discrete Cosine Transform): where a grid keeps its eigenvectors, the sum over j is one
 //! multiplication of coefficients; where an axis is too long for that, every tap is added.
+//! Among solid cells too: with F leaving them out, C = identity F + sum over j of F G_j F G_j F.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{rows, transform};
 use crate::grid::Grid;
 use crate::grid::gaussian::Gaussian;
 use crate::grid::levels::Levels;
+use crate::grid::solids::Solids;
 use crate::grid::spectrum::Spectrum;
 use crate::memory::{Pool, pooled};
 use crate::real::Real;
@@ -28,7 +30,9 @@ pub struct Metric {
 pub struct Blur<'a, T> {
     grid: &'a Grid,
     metric: Metric,
-    /// The grid's eigenvectors, if it keeps them.
+    /// Solid cells, which have no part in it.
+    solids: Solids<'a>,
+    /// The grid's eigenvectors, if it keeps them and there are no solid cells.
     spectrum: Option<Spectrum<'a, T>>,
     /// Two fields of cells if it does not.
     work: [&'a mut [T]; 2],
@@ -36,8 +40,8 @@ pub struct Blur<'a, T> {
 }
 
 impl<'a, T: Real> Blur<'a, T> {
-    fn scratch_len(grid: &Grid, filters: usize, threads: usize) -> usize {
-        if Spectrum::<T>::exists(grid) {
+    fn scratch_len(grid: &Grid, solids: Solids<'_>, filters: usize, threads: usize) -> usize {
+        if Spectrum::<T>::exists(grid) && !solids.there() {
             return pooled(transform::scratch_len(grid));
         }
         let radius = if filters == 0 {
@@ -48,8 +52,8 @@ impl<'a, T: Real> Blur<'a, T> {
         pooled(threads * (grid.n[0] + 3 * radius + 1))
     }
 
-    fn work_len(grid: &Grid) -> usize {
-        if Spectrum::<T>::exists(grid) {
+    fn work_len(grid: &Grid, solids: Solids<'_>) -> usize {
+        if Spectrum::<T>::exists(grid) && !solids.there() {
             0
         } else {
             grid.cells()
@@ -64,13 +68,14 @@ impl<'a, T: Real> Blur<'a, T> {
         threads: usize,
         pool: &mut Pool<'a, T>,
     ) -> Self {
-        let grid = &hierarchy.grids[level];
+        let (grid, solids) = (&hierarchy.grids[level], hierarchy.solids(level));
         pool.line("blurs: panels, or fields and rows", |pool| Self {
             grid,
             metric,
-            spectrum: hierarchy.spectrum(level),
-            work: [(); 2].map(|()| pool.take("field", Self::work_len(grid))),
-            scratch: pool.take("rows", Self::scratch_len(grid, metric.filters, threads)),
+            solids,
+            spectrum: hierarchy.spectrum(level).filter(|_| !solids.there()),
+            work: [(); 2].map(|()| pool.take("field", Self::work_len(grid, solids))),
+            scratch: pool.take("rows", Self::scratch_len(grid, solids, metric.filters, threads)),
         })
     }
 
@@ -85,13 +90,17 @@ impl<'a, T: Real> Blur<'a, T> {
         let Self {
             grid,
             metric: Metric { filters, identity },
+            solids,
             spectrum,
             work,
             scratch,
         } = self;
         let identity = T::from_f64(*identity);
         match spectrum {
-            _ if *filters == 0 => rows::scale(out, identity, e),
+            _ if *filters == 0 => {
+                rows::scale(out, identity, e);
+                solids.clear_cells(grid.n[0], out);
+            }
             Some(spectrum) => {
                 out.copy_from_slice(e);
                 by_eigenvectors(grid, spectrum, *filters, out, scratch);
@@ -99,13 +108,18 @@ impl<'a, T: Real> Blur<'a, T> {
             }
             None => {
                 rows::scale(out, identity, e);
+                solids.clear_cells(grid.n[0], out);
                 let [mut blurred, mut next] = work.each_mut().map(|field| &mut **field);
                 for j in 1..=*filters {
                     blurred.copy_from_slice(e);
-                    for axis in (0..grid.dims).chain(0..grid.dims) {
-                        along(exec, grid, axis, j, blurred, next, scratch);
-                        core::mem::swap(&mut blurred, &mut next);
+                    for _ in 0..2 {
+                        solids.clear_cells(grid.n[0], blurred);
+                        for axis in 0..grid.dims {
+                            along(exec, grid, axis, j, blurred, next, scratch);
+                            core::mem::swap(&mut blurred, &mut next);
+                        }
                     }
+                    solids.clear_cells(grid.n[0], blurred);
                     rows::add(out, blurred);
                 }
             }

@@ -2,10 +2,12 @@
 //!
 //! For the ordered axis pair (a, b) a plaquette is a corner (2D) or edge (3D) with four faces: A-, A+ are the a-faces half
 //! a cell below and above it along b; B-, B+ the b-faces half a cell below and above it along a. Plaquette `i` is at the
-//! low corner of cell `i`, so its A+ and B+ are the faces `i`. Plaquettes on walls do nothing (free slip).
+//! low corner of cell `i`, so its A+ and B+ are the faces `i`. Plaquettes on walls do nothing (free slip), nor those at
+//! closed faces of solid cells.
 
 use crate::field::{Block, Vector, rows};
 use crate::grid::geometry::Beyond;
+use crate::grid::solids::{Solids, dead};
 use crate::grid::{Side, Space};
 use crate::real::Real;
 use crate::simd::multiversion;
@@ -165,17 +167,17 @@ pub const SCRATCH_ROWS: usize = 7;
 ///
 /// `scratch` holds [`SCRATCH_ROWS`] rows of the block.
 pub fn accumulate<T: Real, S: Space, R: Rule<T>>(
-    block: &Block<'_>,
-    row: usize,
+    (block, row, solids): (&Block<'_>, usize, Solids<'_>),
     rule: R,
     v: Vector<'_, T>,
     second: Vector<'_, T>,
     out: &mut [&mut [T]; 3],
     scratch: &mut [T],
 ) {
-    let mut work = Work::new(block, scratch);
-    for &(a, b) in S::PAIRS {
-        if work.evaluate(block, row, (a, b), rule, v, second) {
+    let mut work = Work::new(block, solids, scratch);
+    for (pair, &(a, b)) in S::PAIRS.iter().enumerate() {
+        let pair = (pair, (a, b));
+        if work.evaluate(block, row, pair, rule, v, second) {
             rows::add(out[a], work.out[1]);
             rows::add(out[b], work.out[3]);
             work.add_shifted(block, (a, b), out);
@@ -187,7 +189,7 @@ pub fn accumulate<T: Real, S: Space, R: Rule<T>>(
             else {
                 continue;
             };
-            if work.evaluate(block, next, (a, b), rule, v, second) {
+            if work.evaluate(block, next, pair, rule, v, second) {
                 rows::add(out[other], work.out[minus]);
             }
         }
@@ -198,16 +200,18 @@ pub fn accumulate<T: Real, S: Space, R: Rule<T>>(
 struct Work<'a, T> {
     out: [&'a mut [T]; 4],
     shifted: [&'a mut [T]; 3],
+    solids: Solids<'a>,
 }
 
 impl<'a, T: Real> Work<'a, T> {
-    fn new(block: &Block<'_>, scratch: &'a mut [T]) -> Self {
+    fn new(block: &Block<'_>, solids: Solids<'a>, scratch: &'a mut [T]) -> Self {
         let mut parts = scratch.chunks_exact_mut(block.len());
         debug_assert!(parts.len() >= SCRATCH_ROWS);
         let mut next = || parts.next().unwrap_or(&mut []);
         Self {
             out: core::array::from_fn(|_| next()),
             shifted: core::array::from_fn(|_| next()),
+            solids,
         }
     }
 
@@ -216,7 +220,7 @@ impl<'a, T: Real> Work<'a, T> {
         &mut self,
         block: &Block<'_>,
         row: usize,
-        (a, b): (usize, usize),
+        (pair, (a, b)): (usize, (usize, usize)),
         rule: R,
         v: Vector<'_, T>,
         second: Vector<'_, T>,
@@ -243,6 +247,11 @@ impl<'a, T: Real> Work<'a, T> {
             self.out
                 .iter_mut()
                 .for_each(|values| block.clear_closed(0, row, values));
+        }
+        if self.solids.there() {
+            let solids = self.solids;
+            let all = self.out.iter_mut();
+            all.for_each(|values| solids.clear(grid.n[0], row, dead(pair), values));
         }
         true
     }

@@ -6,6 +6,7 @@
 use super::plaquette::{Adjoint, Advection, Derivative, Rule, SCRATCH_ROWS, accumulate};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, VectorMut, rows};
+use crate::grid::solids::Solids;
 use crate::grid::{Grid, Space};
 use crate::real::Real;
 
@@ -18,6 +19,8 @@ pub struct Fluid<'a> {
     pub slots: usize,
     /// nu in box lengths squared a step, at least 0.
     pub viscosity: f64,
+    /// The solid cells in it.
+    pub solids: Solids<'a>,
 }
 
 impl Fluid<'_> {
@@ -106,7 +109,9 @@ pub(crate) fn for_blocks<
     F: Fn(&Block<'_>, usize, &mut [&mut [T]; 3], &mut [T]) + Sync,
 >(
     exec: &dyn Exec,
-    Fluid { grid, slots, .. }: Fluid<'_>,
+    Fluid {
+        grid, slots, solids, ..
+    }: Fluid<'_>,
     Reads { rule, v, second }: Reads<'_, T, R>,
     start: Start,
     out: VectorMut<'_, T>,
@@ -122,7 +127,8 @@ pub(crate) fn for_blocks<
             if start == Start::Zero {
                 parts.iter_mut().for_each(|part| part.fill(T::ZERO));
             }
-            accumulate::<T, S, R>(&block, task.row, rule, v, second, &mut parts, task.scratch);
+            let place = (&block, task.row, solids);
+            accumulate::<T, S, R>(place, rule, v, second, &mut parts, task.scratch);
             then(&block, task.row, &mut parts, task.scratch);
         }
     });

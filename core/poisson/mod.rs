@@ -3,6 +3,7 @@
 //! The Poisson problem is solved by eigenvectors where no axis is too long for that, else by multigrid.
 
 mod batch;
+mod conjugate;
 pub mod multigrid;
 mod richardson;
 pub mod spectral;
@@ -11,6 +12,7 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, transform, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
+use crate::grid::solids::{Solids, closed};
 use crate::grid::spectrum::Spectrum;
 use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::Observer;
@@ -28,6 +30,7 @@ const PASSES: usize = 4;
 #[derive(Debug)]
 pub struct Projection<'a, T> {
     grid: &'a Grid,
+    solids: Solids<'a>,
     /// Slots of the trajectories.
     slots: usize,
     /// Slots of a batch.
@@ -84,11 +87,15 @@ impl<'a, T: Real> Projection<'a, T> {
         let scratch = scratch_len::<T>(grid, batch, threads);
         pool.group("projection", Sharing::Together, |pool| {
             let solver = match hierarchy.spectrum(level) {
-                Some(spectrum) => Solver::Spectral(Spectral::carve(grid, spectrum, batch, scratch, pool)),
+                Some(spectrum) => {
+                    let of_grid = (spectrum, hierarchy.solids(level));
+                    Solver::Spectral(Spectral::carve(grid, of_grid, batch, scratch, pool))
+                }
                 None => Solver::Multigrid(Multigrid::carve(hierarchy, level, batch, scratch, pool)),
             };
             Self {
                 grid,
+                solids: hierarchy.solids(level),
                 slots,
                 batch,
                 solver,
@@ -146,6 +153,7 @@ impl<'a, T: Real> Projection<'a, T> {
         tolerance: f64,
         sums: &mut [f64],
     ) -> ControlFlow<(), f64> {
+        self.close(exec, v);
         let [v0, v1, v2] = reborrow(v);
         let mut fields = [v0, v1, v2, potential.unwrap_or(&mut [])];
         let mut worst: f64 = 0.0;
@@ -154,6 +162,19 @@ impl<'a, T: Real> Projection<'a, T> {
             worst = rows::largest([worst, divergence]);
         }
         ControlFlow::Continue(worst)
+    }
+
+    /// Sets v to 0 at the closed faces of solid cells.
+    fn close(&self, exec: &dyn Exec, v: &mut VectorMut<'_, T>) {
+        let (grid, solids) = (self.grid, self.solids);
+        if !solids.there() {
+            return;
+        }
+        for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(v)), |task| {
+            for (axis, faces) in task.fields.into_iter().enumerate().take(grid.dims) {
+                solids.clear(grid.n[0], task.row, closed(axis), faces);
+            }
+        });
     }
 
     /// Projects some slots of `fields`, the components of v and p.
@@ -178,10 +199,12 @@ impl<'a, T: Real> Projection<'a, T> {
                 return ControlFlow::Continue(divergence);
             }
             match &mut self.solver {
-                Solver::Spectral(solver) => solver.solve(exec, observer, batch)?,
+                Solver::Spectral(solver) => solver.solve(exec, observer, batch, 0.5 * goal)?,
                 Solver::Multigrid(solver) => solver.solve(exec, observer, batch, divergence, goal, sums)?,
             }
             each!(&mut self.solver, solver => solver.subtract_gradient(exec, batch, fields));
+            let [v0, v1, v2, _] = fields;
+            self.close(exec, &mut [&mut **v0, &mut **v1, &mut **v2]);
         }
         ControlFlow::Continue(f64::NAN)
     }

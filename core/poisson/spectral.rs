@@ -1,9 +1,11 @@
 //! Poisson's problem by eigenvectors: a transform along every axis, a division by the eigenvalues, and back, slot by slot.
 
 use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, subtract_gradient_in_row};
+use super::conjugate;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, transform};
 use crate::grid::Grid;
+use crate::grid::solids::Solids;
 use crate::grid::spectrum::Spectrum;
 use crate::memory::Pool;
 use crate::observe::{Event, Observer};
@@ -18,6 +20,9 @@ pub struct Spectral<'a, T> {
     grid: &'a Grid,
     spectrum: Spectrum<'a, T>,
     q: &'a mut [T],
+    solids: Solids<'a>,
+    /// Fields of conjugate gradients for every slot of a batch, where there are solid cells.
+    work: &'a mut [T],
     pub(super) scratch: &'a mut [T],
 }
 
@@ -25,7 +30,7 @@ impl<'a, T: Real> Spectral<'a, T> {
     /// Takes its numbers.
     pub fn carve(
         grid: &'a Grid,
-        spectrum: Spectrum<'a, T>,
+        (spectrum, solids): (Spectrum<'a, T>, Solids<'a>),
         batch: usize,
         scratch: usize,
         pool: &mut Pool<'a, T>,
@@ -34,6 +39,12 @@ impl<'a, T: Real> Spectral<'a, T> {
             grid,
             spectrum,
             q: pool.take("potentials of a batch of slots", grid.cells() * batch),
+            work: if solids.there() {
+                pool.take("conjugate gradients", conjugate::FIELDS * grid.cells() * batch)
+            } else {
+                &mut []
+            },
+            solids,
             scratch: pool.take("rows and panels", scratch),
         }
     }
@@ -65,10 +76,29 @@ impl<'a, T: Real> Spectral<'a, T> {
         Measured::read(sums)
     }
 
-    /// q with div grad q = the right-hand side.
-    pub fn solve(&mut self, exec: &dyn Exec, observer: &mut dyn Observer, batch: Batch) -> ControlFlow<()> {
-        let (grid, spectrum) = (self.grid, &self.spectrum);
+    /// q with div grad q = the right-hand side; among solid cells until what is left is below `goal`.
+    pub fn solve(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        batch: Batch,
+        goal: f64,
+    ) -> ControlFlow<()> {
+        let (grid, spectrum, solids) = (self.grid, &self.spectrum, self.solids);
         let q = &mut self.q[..grid.cells() * batch.count];
+        if solids.there() {
+            let work = &mut self.work[..conjugate::FIELDS * grid.cells() * batch.count];
+            for_rows(
+                exec,
+                batch.count,
+                RowBuffers::fields([q, work]).with_scratch(&mut *self.scratch),
+                |task| {
+                    let [q, work] = task.fields;
+                    conjugate::solve((grid, spectrum, solids), goal, q, work, task.scratch);
+                },
+            );
+            return observer.on(Event::Work);
+        }
         for_rows(
             exec,
             batch.count,

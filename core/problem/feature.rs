@@ -10,11 +10,13 @@ pub enum Feature {
     Smoothness,
     /// Densities that push the flow: [`Problem::buoyancy`].
     Buoyancy,
+    /// Solid cells: [`Problem::solids`].
+    Solids,
     /// A price of the force that changes: [`Problem::schedule`].
     Schedule,
 }
 
-named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Schedule = "schedule" });
+named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Solids = "solid cells", Schedule = "schedule" });
 
 impl Problem<'_> {
     /// Whether it asks for a feature.
@@ -23,6 +25,7 @@ impl Problem<'_> {
         match feature {
             Feature::Smoothness => self.smoothness.is_some_and(|cells| cells > 0.0),
             Feature::Buoyancy => self.buoyancy != [0.0; 3],
+            Feature::Solids => self.solids,
             Feature::Schedule => !self.schedule.is_empty(),
         }
     }

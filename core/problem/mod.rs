@@ -98,6 +98,8 @@ pub struct Problem<'a> {
     pub keyframe_regions: bool,
     /// Smoke that is made on the way.
     pub emitters: &'a [Emitter],
+    /// Whether there are solid cells, which [`Solver::set_solids`](crate::Solver::set_solids) takes.
+    pub solids: bool,
     /// Acceleration of the flow where the density is 1, in length / time^2: up, where smoke rises.
     pub buoyancy: [f64; 3],
     /// Step from which no force acts: the flow is simulated from there on. All keyframes are at it or before.
@@ -144,6 +146,7 @@ impl<'a> Problem<'a> {
             keyframe_weights: &[],
             keyframe_regions: false,
             emitters: &[],
+            solids: false,
             buoyancy: [0.0; 3],
             release: None,
             schedule: &[],

@@ -69,6 +69,8 @@ pub enum InputError {
         /// Its index.
         index: usize,
     },
+    /// All cells are solid.
+    NoFluid,
     /// The shape of an emitter is not set.
     NoEmitter {
         /// The emitter.
@@ -101,6 +103,7 @@ impl fmt::Display for InputError {
             Self::Empty => write!(f, "it is empty: its mass is zero"),
             Self::Index { given, count } => write!(f, "index {given} is out of range; there are {count}"),
             Self::AboveOne { index } => write!(f, "value {index} is above 1"),
+            Self::NoFluid => write!(f, "all cells are solid"),
             Self::NoEmitter { index } => write!(f, "the shape of emitter {index} must be set first"),
             Self::NoSource => write!(
                 f,

@@ -31,6 +31,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         keyframe_weights,
         keyframe_regions,
         emitters,
+        solids,
         buoyancy,
         release,
         schedule,
@@ -50,6 +51,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     mix.word(keyframes.len() as u64);
     keyframes.iter().for_each(|&step| mix.word(step as u64));
     mix.word(u64::from(*keyframe_regions));
+    mix.word(u64::from(*solids));
     mix.word(keyframe_weights.len() as u64);
     mix.word(emitters.len() as u64);
     for Emitter { from, to, supply } in *emitters {

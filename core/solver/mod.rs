@@ -49,6 +49,8 @@ pub struct Solver<'m, T, S> {
     objective: Objective,
     finished: bool,
     fingerprint: u64,
+    /// What the solid cells add to it.
+    solid_print: u64,
     saved_bytes: usize,
 }
 
@@ -104,6 +106,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             objective: Objective::default(),
             finished: false,
             fingerprint: fingerprint::<T, S>(problem, &plan.params),
+            solid_print: 0,
             saved_bytes: plan.saved_bytes(),
         })
     }

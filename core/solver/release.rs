@@ -71,6 +71,7 @@ impl<'m, T: Real, S: Space> Release<'m, T, S> {
         let (grid, before) = (controlled.grid(), self.before);
         let parts = self.tail.parts();
         parts.setup.sweep.largest = largest;
+        parts.animation.levels.take_solids(&controlled.levels, 0);
         let Animation { rho, initial, .. } = parts.animation;
         rows::part_mut(rho, 0..grid.cells()).copy_from_slice(controlled.density(before).components[0]);
         let last = Slot::at(

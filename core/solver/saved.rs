@@ -24,7 +24,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let mut record = Record::write(bytes.get_mut(..expected).ok_or(short)?);
         self.record(&mut record).map_err(|Damaged| short)?;
         debug_assert_eq!(record.bytes(), expected, "planned and saved bytes differ");
-        record.seal(self.fingerprint);
+        record.seal(self.fingerprint ^ self.solid_print);
         Ok(())
     }
 
@@ -40,7 +40,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         match label {
             Label { magic, .. } if magic != MAGIC => Err(SavedError::NotSaved),
             Label { format, .. } if format != FORMAT => Err(SavedError::Format { given: format }),
-            Label { fingerprint, .. } if fingerprint != self.fingerprint => Err(SavedError::OtherSolve),
+            Label { fingerprint, .. } if fingerprint != self.fingerprint ^ self.solid_print => {
+                Err(SavedError::OtherSolve)
+            }
             Label { bytes: said, .. } if given != expected || said != expected as u64 => Err(length),
             label if !label.fits(bytes) => Err(SavedError::Damaged),
             _ => self

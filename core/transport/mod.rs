@@ -22,6 +22,7 @@ use crate::exec::Exec;
 use crate::field::{VectorMut, reborrow, view};
 use crate::grid::Grid;
 use crate::grid::halo::{self, field_len};
+use crate::grid::solids::{Solids, closed};
 use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::{Event, Observer};
 use crate::problem::{Advection, Scheme};
@@ -119,6 +120,9 @@ pub struct Transport<'a, T> {
     courant: f64,
     /// See [`rows::Velocity`].
     velocity: VectorMut<'a, T>,
+    solids: Solids<'a>,
+    /// 0 at the closed faces of solid cells and 1 elsewhere, as the velocity; empty without any.
+    open: VectorMut<'a, T>,
     substeps: usize,
     /// Where the terms of the last sub-steps are, if they are there.
     held: Option<Held>,
@@ -165,6 +169,8 @@ impl<'a, T: Real> Transport<'a, T> {
                 cut: stepping.tolerance * largest,
                 courant: stepping.courant(),
                 velocity,
+                solids: Solids::default(),
+                open: Default::default(),
                 substeps: 1,
                 held: None,
                 states,
@@ -175,6 +181,51 @@ impl<'a, T: Real> Transport<'a, T> {
                 scratch: pool.take("rows", Self::scratch_len(grid, threads)),
             }
         })
+    }
+
+    /// The same among solid cells, for which it takes more of the pool.
+    #[must_use]
+    pub fn among(self, solids: Solids<'a>, pool: &mut Pool<'a, T>) -> Self {
+        if !solids.there() {
+            return self;
+        }
+        let (grid, len) = (self.grid, self.grid.cells());
+        let open = pool.line("open faces", |pool| {
+            let [x, _] = pool.take_split("along x", halo::OFFSET, [field_len(grid), 0]);
+            let [y, z, _] = pool.take_vector("open faces", grid.dims - 1, len);
+            [x, y, z]
+        });
+        let mut transport = Self { solids, open, ..self };
+        transport.open_faces();
+        transport
+    }
+
+    /// Writes which faces are open.
+    fn open_faces(&mut self) {
+        let (grid, n) = (self.grid, self.grid.n[0]);
+        if self.open[0].is_empty() {
+            return;
+        }
+        for row in 0..grid.rows() {
+            let table = self.solids.row(n, row);
+            for (axis, open) in self.open.iter_mut().enumerate().take(grid.dims) {
+                let stride = if axis == 0 { halo::stride(n) } else { n };
+                let Some(faces) = open.get_mut(row * stride..(row + 1) * stride) else {
+                    continue;
+                };
+                let inner = if axis == 0 {
+                    halo::inner(faces, n)
+                } else {
+                    &mut *faces
+                };
+                for (face, bits) in inner.iter_mut().zip(table) {
+                    *face = if bits & closed(axis) == 0 { T::ONE } else { T::ZERO };
+                }
+                if axis == 0 {
+                    grid.axis(0).surround_faces(faces);
+                }
+            }
+        }
     }
 
     /// Numbers between fields whose rows have their neighbours.

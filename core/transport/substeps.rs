@@ -24,16 +24,24 @@ struct Substep<'a, T> {
     grid: &'a Grid,
     scheme: Scheme,
     velocity: Velocity<'a, T>,
+    open: Velocity<'a, T>,
     tau: f64,
     cut: f64,
 }
 
 impl<'a, T: Real> Substep<'a, T> {
-    fn new(grid: &'a Grid, scheme: Scheme, velocity: &'a VectorMut<'_, T>, count: usize, cut: f64) -> Self {
+    fn new(
+        grid: &'a Grid,
+        scheme: Scheme,
+        [velocity, open]: [&'a VectorMut<'_, T>; 2],
+        count: usize,
+        cut: f64,
+    ) -> Self {
         Self {
             grid,
             scheme,
             velocity: Velocity(view(velocity)),
+            open: Velocity(view(open)),
             tau: 1.0 / count as f64,
             cut,
         }
@@ -54,6 +62,7 @@ impl<'a, T: Real> Substep<'a, T> {
         limited::Substep {
             grid: self.grid,
             velocity: self.velocity,
+            open: self.open,
             tau: self.tau,
             negligible: self.cut * negligible::<T>(),
         }
@@ -84,7 +93,8 @@ impl<T: Real> Transport<'_, T> {
     /// where they find no room.
     fn substep(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T], begin: usize) -> Option<usize> {
         let (grid, stride) = (self.grid, Self::stride(self.grid));
-        let sub = Substep::new(grid, self.scheme, &self.velocity, self.substeps, self.cut);
+        let faces = [&self.velocity, &self.open];
+        let sub = Substep::new(grid, self.scheme, faces, self.substeps, self.cut);
         let terms = Terms {
             fields: &mut self.terms[begin * stride..],
             stride,
@@ -166,7 +176,8 @@ impl<T: Real> Transport<'_, T> {
     /// The adjoint of the sub-step from `rho`: `mu` and the gradient, which begins with the `first`.
     fn substep_backward(&mut self, exec: &dyn Exec, rho: &[T], terms: Place, mu: &mut [T], first: bool) {
         let (grid, stride) = (self.grid, Self::stride(self.grid));
-        let sub = Substep::new(grid, self.scheme, &self.velocity, self.substeps, self.cut);
+        let faces = [&self.velocity, &self.open];
+        let sub = Substep::new(grid, self.scheme, faces, self.substeps, self.cut);
         let kept = Terms {
             fields: &self.terms[terms.begin * stride..],
             stride,

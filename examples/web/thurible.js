@@ -6,7 +6,7 @@ const CONFIG = layout(`
   size_t steps; const size_t *keyframes; size_t keyframe_count; const double *keyframe_weights; const ThuribleEmitter *emitters;
   size_t emitter_count; const ThuribleFactor *schedule; size_t schedule_count; size_t release; double buoyancy[3];
   double force_weight; double viscosity; double smoothness; uint32_t filters;
-  uint32_t match_mass; uint32_t scheme; uint32_t keyframe_regions; double advection_tolerance; double projection_tolerance; size_t iterations;
+  uint32_t match_mass; uint32_t scheme; uint32_t keyframe_regions; uint32_t solids; uint32_t reserved; double advection_tolerance; double projection_tolerance; size_t iterations;
   size_t threads; size_t memory_ceiling; uint32_t direct_history; uint32_t direct_nested; double direct_tolerance; double admm_penalty;
   double admm_relaxation; double admm_ao_momentum; double admm_density_tolerance; uint32_t admm_ao_iterations; uint32_t admm_nested;
   uint32_t nso_solver; uint32_t nso_cycles; double nso_tolerance; uint32_t nso_norm; uint32_t nso_colours; double lbfgs_tolerance;
@@ -100,6 +100,13 @@ export class Solve {
     const memory = this.#take(bytes);
     this.#check(this.library.thurible_init(memory, bytes, config, this.out));
     this.handle = new Uint32Array(this.#buffer, this.out, 1)[0];
+  }
+
+  /** Sets which cells are solid, before anything else: 1 where one is and 0 where it is not. */
+  setSolids(solid) {
+    if (solid.length !== this.cells) throw new Refused(`solid cells have ${solid.length} flags instead of ${this.cells}`);
+    new Uint8Array(this.#buffer, this.field, this.cells).set(solid);
+    this.#enter(this.library.thurible_set_solids(this.handle, this.field, this.cells));
   }
 
   /** Sets the density of step 0. */

@@ -62,6 +62,9 @@ impl Archive<'_, &mut BufWriter<File>> {
         })?;
         for given in frames.given() {
             match given.values {
+                GivenValues::Cells => self.field(given.name, &cells, &mut |out| {
+                    frames.given_field(given.name, 0, out)
+                })?,
                 GivenValues::Fields(count) => self.series(given.name, count, &cells, &mut |index, out| {
                     frames.given_field(given.name, index, out)
                 })?,
@@ -74,6 +77,18 @@ impl Archive<'_, &mut BufWriter<File>> {
         Ok(())
     }
 
+    /// One field of `grid` values.
+    fn field(
+        &mut self,
+        name: &str,
+        grid: &[usize],
+        field: &mut dyn FnMut(&mut Samples),
+    ) -> Result<(), OutputError> {
+        self.array(name, grid.iter().rev().copied().collect(), 1, &mut |_, out| {
+            field(out)
+        })
+    }
+
     /// `count` fields of `grid` values, each asked for when its turn comes.
     fn series(
         &mut self,
@@ -84,12 +99,23 @@ impl Archive<'_, &mut BufWriter<File>> {
     ) -> Result<(), OutputError> {
         let mut shape = vec![count];
         shape.extend(grid.iter().rev());
+        self.array(name, shape, count, field)
+    }
+
+    /// An array of this shape, written as `count` parts.
+    fn array(
+        &mut self,
+        name: &str,
+        shape: Vec<usize>,
+        count: usize,
+        field: &mut dyn FnMut(usize, &mut Samples),
+    ) -> Result<(), OutputError> {
         let kind = match self.samples {
             Samples::F32(_) => "<f4",
             Samples::F64(_) => "<f8",
         };
         self.begin(name, kind, &shape)?;
-        let expected: usize = grid.iter().product();
+        let expected: usize = shape.iter().product::<usize>() / count.max(1);
         for index in 0..count {
             field(index, &mut self.samples);
             if self.samples.len() != expected {

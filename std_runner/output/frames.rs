@@ -83,6 +83,8 @@ pub struct Given {
 /// What an array holds.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GivenValues {
+    /// One field of cells.
+    Cells,
     /// So many fields of cells.
     Fields(usize),
     /// Numbers.

@@ -9,7 +9,7 @@ use thurible_core::choices::{Kind, Value};
 use thurible_core::words::{Alternatives, Named};
 use thurible_core::{Boundary, Params};
 
-const NAMES: [&str; 23] = [
+const NAMES: [&str; 24] = [
     "steps",
     "dt",
     "length",
@@ -17,6 +17,7 @@ const NAMES: [&str; 23] = [
     "viscosity",
     "buoyancy",
     "emitters",
+    "solids",
     "force_weight",
     "smoothness",
     "schedule",
@@ -104,7 +105,9 @@ impl Choices {
             "boundary" => self.scene.boundary = boundary(value, self.scene.cells.len())?,
             "viscosity" => self.scene.viscosity = number(name, value)?,
             "buoyancy" => self.scene.buoyancy = effects::buoyancy(value, self.scene.cells.len())?,
-            "schedule" | "weights" | "regions" if value.is_none() => {}
+            "schedule" | "weights" | "regions" | "solids" if value.is_none() => {}
+            // An array, or True or False where a plan is made.
+            "solids" => self.scene.solids = value.extract().unwrap_or(true),
             "schedule" => self.scene.schedule = effects::schedule(value)?,
             "weights" => self.scene.keyframe_weights = effects::weights(value, &self.scene.keyframes)?,
             "regions" => self.scene.keyframe_regions = effects::has_regions(value, &self.scene.keyframes)?,

@@ -5,7 +5,7 @@ use crate::place::Number;
 use crate::plan::Precision;
 use crate::words::{read, refused};
 use numpy::{
-    PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    Element, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
     PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyUserWarning};
@@ -19,6 +19,8 @@ use thurible_core::{InputError, Solver, Space};
 pub struct Inputs<'py> {
     /// rho_0, or nothing where emitters make all smoke.
     pub source: Option<Bound<'py, PyAny>>,
+    /// Which cells are solid, if any are.
+    pub solids: Option<Bound<'py, PyAny>>,
     /// Shapes of emitters, under their names.
     pub emitters: Vec<(String, Bound<'py, PyAny>)>,
     /// Keyframes by number, and the regions in which they are to be met.
@@ -95,6 +97,11 @@ impl Inputs<'_> {
         common: &Common,
         periodic: &[bool],
     ) -> PyResult<Vec<f64>> {
+        if let Some(solids) = &self.solids {
+            solver
+                .set_solids(&flags("solids", solids, common)?)
+                .map_err(|error| unusable("solids", error))?;
+        }
         if let Some(source) = &self.source {
             let source = array::<T>("source", source, common)?;
             solver
@@ -192,27 +199,42 @@ fn is_masked(value: &Bound<'_, PyAny>) -> PyResult<bool> {
 fn array<'py, T: Number>(
     field: &str,
     value: &Bound<'py, PyAny>,
-    Common { shape, of, .. }: &Common,
+    common: &Common,
 ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     let found = untyped(field, value)?;
     let wanted = numpy::dtype::<T>(value.py());
     let Ok(array) = value.cast::<PyArrayDyn<T>>() else {
-        return Err(refused(
-            field,
-            format!(
-                "has dtype {} where {of} has {wanted}; use .astype(numpy.{wanted})",
-                found.dtype()
-            ),
-        ));
+        let (found, of) = (found.dtype(), &common.of);
+        let why = format!("has dtype {found} where {of} has {wanted}; use .astype(numpy.{wanted})");
+        return Err(refused(field, why));
     };
+    readable(field, array, common)
+}
+
+/// The truth values of an array as all others.
+fn flags(field: &str, value: &Bound<'_, PyAny>, common: &Common) -> PyResult<Vec<bool>> {
+    let found = untyped(field, value)?;
+    let Ok(array) = value.cast::<PyArrayDyn<bool>>() else {
+        let why = format!(
+            "has dtype {}; give an array of truth values, as array > 0.5",
+            found.dtype()
+        );
+        return Err(refused(field, why));
+    };
+    let array = readable(field, array, common)?;
+    copied(array.len(), array.as_array().iter().copied())
+}
+
+/// An array to read, of the shape of all others.
+fn readable<'py, V: Element>(
+    field: &str,
+    array: &Bound<'py, PyArrayDyn<V>>,
+    Common { shape, .. }: &Common,
+) -> PyResult<PyReadonlyArrayDyn<'py, V>> {
     if array.shape() != shape {
-        return Err(refused(
-            field,
-            format!(
-                "has shape {:?} where {shape:?} is needed; give an array of that shape",
-                array.shape()
-            ),
-        ));
+        let found = array.shape();
+        let why = format!("has shape {found:?} where {shape:?} is needed; give an array of that shape");
+        return Err(refused(field, why));
     }
     array
         .try_readonly()

@@ -54,6 +54,7 @@ def solve(
     viscosity: float = 0.0,
     buoyancy: float | Sequence[float] = 0.0,
     emitters: Sequence[Emitter] | None = None,
+    solids: NDArray[np.bool_] | None = None,
     force_weight: float = 1e3,
     smoothness: float | Literal["auto"] | None = None,
     schedule: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
@@ -81,7 +82,8 @@ def solve(
     the machine offers. `memory_limit` is in bytes, of the one block in which it is solved.
 
     `source` may be None where `emitters` make all smoke. `buoyancy` is the acceleration of the flow where the density is 1: a number, up
-    along the last of x, y (and z), or one for each of them; "admm" knows none. `schedule` says by step what the price of the force is
+    along the last of x, y (and z), or one for each of them; "admm" knows none. `solids` is True in cells that no smoke gets into, with
+    limited transport and not for "admm". `schedule` says by step what the price of the force is
     multiplied by (not for "admm"): linear in its logarithm between the steps. `weights` and `regions` belong to keyframes, by their steps:
     what the error of one is multiplied by, as a whole, and in each cell by an array of numbers from 0 to 1; 1 where nothing is said. From
     step `release` on, at or after the last keyframe, no force acts.
@@ -105,6 +107,7 @@ def plan(
     viscosity: float = 0.0,
     buoyancy: float | Sequence[float] = 0.0,
     emitters: Sequence[Emitter] | None = None,
+    solids: NDArray[np.bool_] | bool | None = None,
     force_weight: float = 1e3,
     smoothness: float | Literal["auto"] | None = None,
     schedule: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
@@ -124,7 +127,7 @@ def plan(
 ) -> Plan:
     """The memory of a solve, to the byte; nothing is allocated. `keyframes` are steps, or the dict that `solve` takes.
 
-    Emitters need no shape here, and `regions` may be True."""
+    Emitters need no shape here, and `solids` and `regions` may be True."""
 
 @final
 class Plan:

@@ -104,9 +104,9 @@ pub fn plan_refused(error: PlanError) -> PyErr {
     match error {
         PlanError::TooLarge => PyMemoryError::new_err(error.to_string()),
         // Their words have the remedy.
-        PlanError::Problem(ProblemError::Unfit { .. } | ProblemError::MassUnknown { .. }) => {
-            PyValueError::new_err(error.to_string().replace("= false", "= False"))
-        }
+        PlanError::Problem(
+            ProblemError::Unfit { .. } | ProblemError::MassUnknown { .. } | ProblemError::SolidScheme,
+        ) => PyValueError::new_err(error.to_string().replace("= false", "= False")),
         // The core's words for arguments that Python spells otherwise.
         other => PyValueError::new_err(format!(
             "{}; change it to that",

@@ -30,6 +30,8 @@ pub struct RunRecord {
     pub acceleration: Vec<f64>,
     /// Step from which no force acts; `null` without one.
     pub release: Option<usize>,
+    /// Whether there are solid cells: then `result.npz` has `solid`.
+    pub solid: bool,
     /// Whether smoke was made on the way: then `result.npz` has `emission`.
     pub emission: bool,
     /// Weight r of the force.

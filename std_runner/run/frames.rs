@@ -4,6 +4,8 @@ use crate::output::{Frames, Given, GivenValues, Precision, Sample, Samples};
 use crate::problem::OwnedProblem;
 use thurible_core::{Boundary, Exec, Output, Real, Solver, Space};
 
+/// Which cells are solid, 1 or 0.
+const SOLID: &str = "solid";
 /// What was added after each step.
 const EMISSION: &str = "emission";
 /// Where each keyframe matters.
@@ -77,11 +79,13 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
             keyframe_weights,
             keyframe_regions,
             emitters,
+            solids,
             schedule,
             ..
         } = self.problem;
         let factors = (0..steps - 1).map(|slot| self.solver.force_factor(slot));
         let all = [
+            (*solids, SOLID, GivenValues::Cells),
             (!emitters.is_empty(), EMISSION, GivenValues::Fields(*steps)),
             (*keyframe_regions, REGION, GivenValues::Fields(keyframes.len())),
             (
@@ -102,6 +106,13 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
     fn given_field(&mut self, name: &str, index: usize, out: &mut Samples) {
         let out = room::<T>(out, self.problem.cells.iter().product());
         match name {
+            SOLID => {
+                let solver = &*self.solver;
+                let flag = |cell| T::from_f64(f64::from(u8::from(solver.is_solid(cell))));
+                out.iter_mut()
+                    .enumerate()
+                    .for_each(|(cell, out)| *out = flag(cell));
+            }
             EMISSION => self.solver.emission(self.exec, index, out),
             REGION => out.copy_from_slice(self.solver.keyframe_region(index)),
             _ => {}

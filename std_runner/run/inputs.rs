@@ -34,6 +34,7 @@ pub fn set_inputs<T: Real, S: Space>(
                 .refuse(&key, format!("cannot be used: {other}; change it in the scene")),
         }
     };
+    set_obstacles(scene, solver, &mut notes)?;
     if let Some(source) = &scene.source {
         solver
             .set_source(&drawn(scene, "source", source, &mut notes)?)
@@ -76,6 +77,33 @@ pub fn set_inputs<T: Real, S: Space>(
     Ok(Inputs { mass_factors, notes })
 }
 
+/// Draws the obstacles: a cell of which they cover at least half is solid.
+fn set_obstacles<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+    notes: &mut Vec<Note>,
+) -> Result<(), Failure> {
+    if scene.obstacles.is_empty() {
+        return Ok(());
+    }
+    let mut solid = vec![false; scene.grid.cells.iter().product()];
+    for (key, shape) in &scene.obstacles {
+        let covered: Vec<f64> = drawn(scene, key, shape, notes)?;
+        if !covered.iter().any(|&part| part >= 0.5) {
+            let why = "covers no cell by half, so that nothing would be solid; make it larger, or thicker than a cell";
+            return Err(scene.document.refuse(key, why));
+        }
+        solid
+            .iter_mut()
+            .zip(covered)
+            .for_each(|(solid, part)| *solid |= part >= 0.5);
+    }
+    solver.set_solids(&solid).map_err(|error| {
+        let why = format!("cannot be used: {error}; leave room for the flow");
+        scene.document.refuse("obstacle[0]", why)
+    })
+}
+
 /// Hands the last density and velocity of the result in `folder` to `solver`; what little of the density is negative becomes 0.
 pub fn set_inputs_from_result<T: Real, S: Space>(
     scene: &Scene,
@@ -96,6 +124,7 @@ pub fn set_inputs_from_result<T: Real, S: Space>(
             Failure::Input(sentence)
         }
     };
+    set_obstacles(scene, solver, &mut Vec::new())?;
     let path = folder.join("result.npz");
     let canvas = scene.canvas();
     let mut inputs = Inputs::default();

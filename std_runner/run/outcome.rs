@@ -75,6 +75,7 @@ impl Facts<'_> {
             gravity_axis,
             acceleration: problem.buoyancy[..problem.cells.len()].to_vec(),
             release: problem.release,
+            solid: problem.solids,
             emission: !problem.emitters.is_empty(),
             force_weight: problem.force_weight,
             force_smoothness: self.smoothness(),

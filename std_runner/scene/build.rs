@@ -67,6 +67,7 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         unit.powi(2),
     )?;
     let emitters = effects::emitters(&document, raw.emitter, time.steps)?;
+    let obstacles = effects::obstacles(&document, raw.obstacle)?;
     let source = shapes::source(&document, raw.source, &emitters)?;
     let folder = raw.output.folder.unwrap_or_else(|| "out".into());
     if folder.is_empty() {
@@ -82,6 +83,7 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         time,
         source,
         emitters,
+        obstacles,
         keyframes: Vec::new(),
         release: None,
         flow,

@@ -1,4 +1,4 @@
-//! `[[emitter]]`, `[[release]]`, `control.schedule`, and the buoyancy of `[flow]`.
+//! `[[emitter]]`, `[[obstacle]]`, `[[release]]`, `control.schedule`, and the buoyancy of `[flow]`.
 
 use super::check::shown;
 use super::document::Document;
@@ -69,6 +69,20 @@ fn supply(
             document.required(&format!("{key}.rate"), None, remedy)
         }
     }
+}
+
+/// The shapes of all obstacles, each with its key.
+pub(super) fn obstacles(
+    document: &Document,
+    raw: Option<Vec<Table>>,
+) -> Result<Vec<(String, ShapeSpec)>, Failure> {
+    let tables = raw.unwrap_or_default().into_iter().enumerate();
+    let obstacle = |(index, table): (usize, Table)| {
+        let key = format!("obstacle[{index}]");
+        document.only(&key, &table, ShapeSpec::KEYS)?;
+        Ok((key.clone(), shapes::shape(document, &key, table)?))
+    };
+    tables.map(obstacle).collect()
 }
 
 /// The step of `[[release]]`, of which there is one at most; `last` is that of the last keyframe.

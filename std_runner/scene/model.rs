@@ -21,6 +21,8 @@ pub struct Scene {
     pub emitters: Vec<Emission>,
     /// The targets, by ascending step; no two at the same.
     pub keyframes: Vec<Keyframe>,
+    /// Where nothing flows, each with its key in the file.
+    pub obstacles: Vec<(String, ShapeSpec)>,
     /// Step from which no force acts.
     pub release: Option<usize>,
     /// What the fluid does by itself.

@@ -106,6 +106,7 @@ fn advected<T: Real>(
         grid,
         slots: SLOTS,
         viscosity,
+        solids: thurible_core::grid::solids::Solids::default(),
     };
     if grid.dims == 2 {
         of::<T, D2>(fluid, v, d, transposed)

@@ -1,9 +1,11 @@
 //! Effects: smoke that is made on the way, buoyancy, what matters where and when, and what comes after the release.
 
+use crate::fields::Memory;
 use crate::fields::cases::{Scene, Solved};
 use crate::fields::control::Control;
 use crate::fields::feasible::check;
 use crate::fields::naive::Naive;
+use crate::fields::places;
 use crate::fields::random::Random;
 use crate::fields::{
     Components, add_scaled_all, dot, dot_all, flow, gap, grid, largest_of, view, view_mut, with_threads,
@@ -11,7 +13,11 @@ use crate::fields::{
 };
 use crate::gradients::taylor;
 use thurible_core::force::lift::Lift;
+use thurible_core::grid::Grid;
+use thurible_core::grid::levels::Levels;
+use thurible_core::memory::{Arena, Ledger, Pool};
 use thurible_core::objective::script::Lists;
+use thurible_core::poisson::Projection;
 use thurible_core::{
     Advection, D2, D3, Emitter, Feature, InputError, Method, Params, Plan, PlanError, Problem, ProblemError,
     Real, Scheme, Serial, Silent, Space, Status, Supply,
@@ -33,6 +39,7 @@ fn lift_and_its_adjoint(cells: &[usize], ends: &str) {
     let lift = Lift {
         grid: &grid,
         slots,
+        solids: Default::default(),
         acceleration,
     };
     let rho: Vec<f64> = (0..5).flat_map(|_| random.density(&grid)).collect();
@@ -78,6 +85,7 @@ struct On {
     buoyancy: bool,
     regions: bool,
     schedule: bool,
+    solids: bool,
     smoothing: f64,
 }
 
@@ -87,6 +95,7 @@ const ALL: On = On {
     buoyancy: true,
     regions: true,
     schedule: true,
+    solids: false,
     smoothing: 0.05,
 };
 const NONE: On = On {
@@ -95,15 +104,63 @@ const NONE: On = On {
     buoyancy: false,
     regions: false,
     schedule: false,
+    solids: false,
     smoothing: 0.0,
 };
+
+/// A block in the middle and a plate one cell thick beside it.
+fn block(grid: &Grid) -> Vec<bool> {
+    let inside = |at: [usize; 3]| {
+        let middle = (0..grid.dims).all(|a| (3 * grid.n[a] / 8..grid.n[a] / 2 + 1).contains(&at[a]));
+        middle || (at[0] == grid.n[0] - 3 && at[1] < grid.n[1] / 2)
+    };
+    places(grid).map(inside).collect()
+}
+
+/// A density that is 0 in solid cells.
+fn outside(solid: &[bool], mut rho: Vec<f64>) -> Vec<f64> {
+    rho.iter_mut()
+        .zip(solid)
+        .filter(|(_, solid)| **solid)
+        .for_each(|(x, _)| *x = 0.0);
+    rho
+}
+
+/// A trajectory whose closed faces are 0, projected among the solid cells.
+fn among(grid: &Grid, solid: &[bool], v: Components<f64>) -> Components<f64> {
+    if solid.is_empty() {
+        return v;
+    }
+    let slots = v[0].len() / grid.cells();
+    let mut memory = Memory::new(1 << 20);
+    let bare = Levels::bare(grid, 0).walled(true);
+    let mut levels = bare.carved(&mut Arena::new(memory.block())).unwrap();
+    levels.set_solids(|cell| solid[cell]);
+    let mut ledger = Ledger::new();
+    Projection::<f64>::carve(&levels, 0, slots, 1, &mut Pool::measuring(&mut ledger));
+    let mut elements = vec![f64::NAN; ledger.elements(8)];
+    let mut projection = Projection::carve(&levels, 0, slots, 1, &mut Pool::new(&mut elements));
+    let (mut v, mut sums) = (v, vec![0.0; 2 * grid.rows()]);
+    let left = projection.project(
+        &Serial,
+        &mut Silent,
+        &mut view_mut(&mut v),
+        None,
+        1e-13,
+        &mut sums,
+    );
+    assert!(left.is_continue());
+    v
+}
 
 /// Gradients by the flow and by the forces against differences. Where smoke is filled up to a target, only what transport leaves well below
 /// or above it: at equality the derivative jumps.
 fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, first: f64) {
     let mut random = Random::new(37);
     let grid = grid(cells, ends);
-    let (source, initial) = (random.density(&grid), flow::rough(&mut random, &grid, 1, 0.8));
+    let solid: Vec<bool> = if on.solids { block(&grid) } else { Vec::new() };
+    let source: Vec<f64> = outside(&solid, random.density(&grid));
+    let initial = among(&grid, &solid, flow::rough(&mut random, &grid, 1, 0.8));
     let mut fields = [random.density(&grid), random.density(&grid)].concat();
     if on.regions {
         fields.extend(random.density(&grid).iter().map(|x: &f64| x.min(1.0)));
@@ -140,6 +197,7 @@ fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, firs
         } else {
             [0.0; 3]
         },
+        solid: &solid,
         initial: &initial,
         advection: Advection {
             scheme,
@@ -150,8 +208,8 @@ fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, firs
         viscosity: 0.01,
         smoothing: on.smoothing,
     };
-    let at: Components<f64> = flow::rough(&mut random, &grid, 4, 1.2);
-    let d: Components<f64> = flow::rough(&mut random, &grid, 4, 1.0);
+    let at: Components<f64> = among(&grid, &solid, flow::rough(&mut random, &grid, 4, 1.2));
+    let d: Components<f64> = among(&grid, &solid, flow::rough(&mut random, &grid, 4, 1.0));
     let (found, _) = control.direct::<S>(&at, 1.0);
     let weight = 3.0 * found.data / found.force;
     let (_, gradient) = control.direct::<S>(&at, weight);
@@ -202,6 +260,11 @@ fn gradients_with_each_feature_and_with_all() {
     gradients::<D2>(&[8, 9], "ww", Scheme::Central, ALL, 1e-4);
     gradients::<D2>(&[9, 8], "pw", Scheme::Limited, ALL, 1e-6);
     gradients::<D3>(&[5, 6, 4], "wpw", Scheme::Central, ALL, 1e-4);
+    let among_solids = On { solids: true, ..NONE };
+    gradients::<D2>(&[12, 11], "wp", Scheme::Limited, among_solids, 1e-6);
+    let all = On { solids: true, ..ALL };
+    gradients::<D2>(&[12, 11], "ww", Scheme::Limited, all, 1e-6);
+    gradients::<D3>(&[8, 8, 8], "wpw", Scheme::Limited, all, 1e-6);
 }
 
 /// A solve with everything on is what the second implementation says, and the flow is free after the release.
@@ -262,7 +325,7 @@ fn chimney(method: Method) -> Scene {
 fn an_emitter_alone_fills_a_keyframe() {
     for method in [Method::Direct, Method::Lbfgs] {
         let scene = chimney(method);
-        let mut memory = crate::fields::Memory::new(scene.plan::<f64, D2>().bytes());
+        let mut memory = Memory::new(scene.plan::<f64, D2>().bytes());
         let mut solver =
             thurible_core::Solver::<f64, D2>::new(&scene.problem(), &scene.params, memory.block()).unwrap();
         assert_eq!(
@@ -517,4 +580,107 @@ fn a_release_is_a_simulation_from_there() {
 
 fn largest_of_all(v: &[Vec<f64>]) -> f64 {
     crate::fields::largest(v.iter().flatten().copied())
+}
+
+/// The projection among solid cells: closed faces and divergence are 0, twice is once, and it is symmetric.
+fn projected_among_solids(cells: &[usize], ends: &str) {
+    let mut random = Random::new(41);
+    let grid = grid(cells, ends);
+    let solid = block(&grid);
+    let [x, y]: [Components<f64>; 2] = [0, 1].map(|_| random.faces(&grid, 2));
+    let project = |v: &Components<f64>| among(&grid, &solid, v.clone());
+    let (px, py) = (project(&x), project(&y));
+    let naive = Naive::new(&grid);
+    for slot in 0..2 {
+        let v = crate::fields::slot_of_all(&grid, 2, slot, &px);
+        let left = crate::fields::largest(naive.divergence(&v));
+        assert!(left < 1e-10 / grid.h[0], "divergence {left:e}");
+        for (axis, component) in v.iter().enumerate().take(grid.dims) {
+            for at in places(&grid) {
+                let low = naive.step(at, axis, -1);
+                let closed = solid[naive.id(at)] || low.is_some_and(|low| solid[naive.id(low)]);
+                assert!(
+                    !closed || component[naive.id(at)] == 0.0,
+                    "flow through a closed face"
+                );
+            }
+        }
+    }
+    let again = project(&px);
+    let change = largest_of(&add_scaled_all(&again, -1.0, &px));
+    assert!(change < 1e-10, "a second projection changes {change:e}");
+    let (one, other) = (dot_all(&px, &y), dot_all(&x, &py));
+    assert!(
+        (one - other).abs() < 1e-10 * one.abs().max(1.0),
+        "{one} and {other}"
+    );
+}
+
+#[test]
+fn the_projection_goes_around_solids() {
+    projected_among_solids(&[16, 12], "ww");
+    projected_among_solids(&[13, 16], "pw");
+    projected_among_solids(&[8, 9, 8], "wpw");
+}
+
+/// Smoke that is steered around a plate: none in it, none through it, none lost.
+fn around_a_plate<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str, steps: usize) {
+    let small = Scene::small(cells, ends, steps);
+    let mut scene = Scene {
+        scheme: Scheme::Limited,
+        params: Params {
+            method,
+            iterations: 8,
+            ..small.params
+        },
+        ..small
+    };
+    let grid = scene.problem().grid();
+    scene.effects.solid = block(&grid);
+    if method != Method::Direct && method != Method::Lbfgs {
+        scene.effects.buoyancy[1] = 1e-3;
+    }
+    let solved = scene.solve_alone::<T, S>();
+    assert!(solved.status != Status::NotFinite);
+    let mass = |rho: &[f64]| rho.iter().sum::<f64>();
+    for rho in &solved.density {
+        assert!(
+            rho.iter()
+                .zip(&scene.effects.solid)
+                .all(|(&x, &solid)| !solid || x == 0.0)
+        );
+        assert!((mass(rho) - mass(&solved.density[0])).abs() < 1e-5 * mass(rho));
+    }
+    let naive = Naive::new(&grid);
+    for v in &solved.velocity {
+        let v = crate::fields::feasible::faces(&grid, v);
+        let (left, fastest) = (crate::fields::largest(naive.divergence(&v)), largest_of(&v));
+        assert!(
+            left <= 1e-3 * fastest / grid.h[0],
+            "divergence {left:e} of a flow of {fastest:e}"
+        );
+        for (axis, component) in v.iter().enumerate().take(grid.dims) {
+            for at in places(&grid) {
+                let low = naive.step(at, axis, -1);
+                let here = scene.effects.solid[naive.id(at)];
+                let closed = here || low.is_some_and(|low| scene.effects.solid[naive.id(low)]);
+                assert!(!closed || component[naive.id(at)] == 0.0);
+            }
+        }
+    }
+    scene.params.threads = 3;
+    let threads = with_threads(3, |exec| scene.solve::<T, S>(exec, &mut Silent));
+    assert!(
+        threads.bits() == solved.bits(),
+        "{method:?}: three threads give other bits"
+    );
+}
+
+#[test]
+fn smoke_goes_around_solids() {
+    for method in [Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate] {
+        around_a_plate::<f64, D2>(method, &[32, 32], "ww", 6);
+        around_a_plate::<f32, D2>(method, &[24, 20], "pw", 5);
+        around_a_plate::<f32, D3>(method, &[16, 16, 16], "wpw", 4);
+    }
 }

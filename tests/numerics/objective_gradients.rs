@@ -47,6 +47,7 @@ impl Drawn {
             },
             fields: &self.targets,
             buoyancy: [0.0; 3],
+            solid: &[],
             initial: &self.initial,
             advection: Advection {
                 scheme: self.scheme,
@@ -237,6 +238,7 @@ fn a_gradient_costs_less_than_three_simulations() {
             },
             fields: &target,
             buoyancy: [0.0; 3],
+            solid: &[],
             initial: &initial,
             advection,
             filters: 3,

@@ -22,6 +22,7 @@ impl Prices<'_> {
             grid: self.grid,
             slots: SLOTS,
             viscosity: s * s,
+            solids: thurible_core::grid::solids::Solids::default(),
         }
     }
 

@@ -34,7 +34,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Toy<'m, T, S> {
     fn new(problem: &Problem<'_>, params: &Params) -> Self {
         let setup = flow::Setup::new(problem, params.threads);
         Self {
-            animation: Animation::new(&problem.grid(), problem.slots(), setup.sweep.metric.filters),
+            animation: Animation::new(&problem.grid(), &setup.sweep),
             blend: &mut [],
             region: &mut [],
             setup,

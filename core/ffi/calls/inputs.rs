@@ -2,7 +2,7 @@
 
 use crate::each;
 use crate::instance::{self, Thurible};
-use crate::pointer::{elements, put, writable};
+use crate::pointer::{elements, flags, put, writable};
 use crate::result::ThuribleResult;
 use core::ffi::c_void;
 
@@ -21,6 +21,26 @@ pub unsafe extern "C" fn thurible_set_source(
     unsafe {
         instance::enter(instance, |body| {
             Ok(each!(&mut body.solver, solver => solver.set_source(elements(density, bytes)?))?)
+        })
+    }
+}
+
+/// Sets which cells are solid, before anything else is set: one byte for each cell, x fastest, 1 where it is solid and 0 where it is not. Refused
+/// where `solids` of the configuration is 0. Densities are 0 in solid cells, whatever is given.
+///
+/// # Safety
+/// `instance` as in `thurible_close`; `solid` is null or points to `bytes` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_set_solids(
+    instance: *mut Thurible,
+    solid: *const u8,
+    bytes: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            let solid = flags(solid, bytes)?;
+            Ok(each!(&mut body.solver, solver => solver.set_solids(solid))?)
         })
     }
 }

@@ -71,6 +71,7 @@ impl ThuribleConfig {
             keyframe_weights,
             keyframe_regions: is_on("keyframe_regions", self.keyframe_regions)?,
             emitters: lists.emitters(),
+            solids: is_on("solids", self.solids)?,
             buoyancy: if dims == 2 { [x, y, 0.0] } else { [x, y, z] },
             release: (self.release != 0).then_some(self.release),
             schedule: lists.schedule(),
@@ -108,7 +109,13 @@ impl ThuribleConfig {
         self.held()
             .into_iter()
             .try_for_each(|held| held.read(&mut params))?;
-        Ok(params)
+        match self.reserved {
+            0 => Ok(params),
+            given => Err(ConfigError::Code {
+                field: "reserved",
+                given,
+            }),
+        }
     }
 }
 

@@ -72,7 +72,7 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
     #[inline(never)]
     fn with(setup: &Setup) -> Self {
         let sweep = &setup.ao.flow.sweep;
-        let animation = Animation::new(&setup.grid, sweep.slots, sweep.metric.filters);
+        let animation = Animation::new(&setup.grid, sweep);
         Self {
             bases: Bases::bare(&animation.levels.grids),
             animation,
@@ -124,7 +124,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
     /// Its two problems have closed steps for |u|^2 alone, and the Navier-Stokes problem knows no densities.
     fn takes(feature: Feature) -> bool {
         match feature {
-            Feature::Smoothness | Feature::Buoyancy | Feature::Schedule => false,
+            Feature::Smoothness | Feature::Buoyancy | Feature::Solids | Feature::Schedule => false,
         }
     }
 

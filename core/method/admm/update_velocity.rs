@@ -142,6 +142,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             grid,
             slots,
             viscosity: self.setup.ao.flow.viscosity,
+            solids: Default::default(),
         };
         force::from_velocity::<T, S>(
             exec,

@@ -84,7 +84,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
     fn new(problem: &Problem<'_>, params: &Params) -> Self {
         let setup = Setup::new(problem, params);
         let sweep = &setup.flow.sweep;
-        let animation = Animation::new(&setup.grid, sweep.slots, sweep.metric.filters);
+        let animation = Animation::new(&setup.grid, sweep);
         Self {
             threads: Threads::new(&animation.levels, &setup),
             animation,

@@ -52,6 +52,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             lift: Lift {
                 grid,
                 slots,
+                solids: levels.solids(*level),
                 acceleration: setup.buoyancy,
             },
             together: None,

@@ -173,6 +173,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             let lift = Lift {
                 grid,
                 slots: 1,
+                solids: levels.solids(*level),
                 acceleration: setup.buoyancy,
             };
             lift.add(exec, 1.0, &rho[(k - 1) * grid.cells()..], 0..1, &mut step.given);

@@ -94,7 +94,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
     fn with(setup: &Setup) -> Self {
         let sweep = &setup.flow.sweep;
         Self {
-            animation: Animation::new(&setup.grid, sweep.slots, sweep.metric.filters),
+            animation: Animation::new(&setup.grid, sweep),
             u: Default::default(),
             rest: &mut [],
             setup: *setup,

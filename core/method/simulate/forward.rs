@@ -42,7 +42,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         let setup = Setup::new(problem, params);
         let sweep = &setup.flow.sweep;
         Self {
-            animation: Animation::new(&setup.grid, sweep.slots, sweep.metric.filters),
+            animation: Animation::new(&setup.grid, sweep),
             w: Default::default(),
             region: &mut [],
             setup,

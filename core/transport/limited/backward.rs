@@ -10,7 +10,7 @@
 use super::super::kernel::{Layout, Read};
 use super::super::rows::{Cells, cells, faces};
 use super::super::runs::{Sparse, each_run};
-use super::transposed::{Input, Output, transposed};
+use super::transposed::{Input, Output, transposed, transposed_among_solids};
 use super::{KEEP, Substep};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::rows::{part, part_mut};
@@ -139,6 +139,7 @@ impl<'a, T: Real> Stage<'a, T> {
         scratch: &mut [T],
     ) {
         let grid = self.substep.grid;
+        let among_solids = self.substep.among_solids();
         let (of_z, of_y) = scratch.split_at_mut(grid.n[0] + HALO);
         let input = Input {
             count,
@@ -147,11 +148,16 @@ impl<'a, T: Real> Stage<'a, T> {
                 y: cells(grid, stencil, self.y.cells, of_y),
                 faces: faces(grid, stencil, self.substep.velocity),
             },
+            open: among_solids.then(|| faces(grid, stencil, self.substep.open)),
             scales: part(&self.scales, 0..grid.dims),
             share: self.share,
             of_mu: self.of_mu,
             still,
         };
-        transposed(output, &input);
+        if among_solids {
+            transposed_among_solids(output, &input);
+        } else {
+            transposed(output, &input);
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::super::kernel::{Extremes, Layout, around};
 use super::super::rows::{Cells, Rows, cells, faces};
 use super::super::runs::{Sparse, each_run};
-use super::limiter::Numbers;
+use super::limiter::{Numbers, differences, opening};
 use super::{KEEP, KEPT, Substep};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::rows::{self, part, part_mut};
@@ -138,15 +138,21 @@ impl<'a, T: Real> Stage<'a, T> {
     fn compute_run(&self, stencil: &Stencil, rho: &[T], run: Run<'_, T>, scratch: &mut [T]) {
         let Run { to, sizes, layout } = run;
         let grid = self.substep.grid;
+        let among_solids = self.substep.among_solids();
         let input = Input {
             layout,
             cells: cells(grid, stencil, self.flowing.cells, scratch),
             faces: faces(grid, stencil, self.substep.velocity),
+            open: among_solids.then(|| faces(grid, stencil, self.substep.open)),
             keep: self.keep,
             scales: part(&self.scales, 0..grid.dims),
             negligible: T::from_f64(self.substep.negligible),
         };
-        compute(to, sizes, rho, &input);
+        if among_solids {
+            compute_among_solids(to, sizes, rho, &input);
+        } else {
+            compute(to, sizes, rho, &input);
+        }
         to.chunks_exact_mut(layout.apart.max(1))
             .for_each(|row| self.surround(row, layout.before));
     }
@@ -159,6 +165,8 @@ struct Input<'a, T> {
     /// What flows, in the rows of a run and around them.
     cells: Rows<'a, T>,
     faces: Rows<'a, T>,
+    /// Which faces are open, where there are solid cells.
+    open: Option<Rows<'a, T>>,
     /// What is kept of rho; the rest is of what flows.
     keep: T,
     /// tau / h of the grid's axes.
@@ -170,43 +178,83 @@ vectorised! {
     /// Rows of a run of `to` = p rho + (1 - p) (x + tau L x), what is negligible set to 0. `sizes`, unless empty, receives max |to| of every
     /// row, not finite when any value is not.
     fn compute[T, V](to: &mut [T], sizes: &mut [T], rho: &[T], input: &Input<'_, T>) {
-        let Layout { n, apart, before } = input.layout;
-        let mut sizes = sizes.iter_mut();
-        for (row, (to, rho)) in to.chunks_exact_mut(apart.max(1)).zip(rho.chunks_exact(n.max(1))).enumerate() {
-            let to = part_mut(to, before..before + n);
-            let (mut extremes, mut rest) = (Extremes::<V>::none(), Extremes::<T>::none());
-            let i = compute_from::<T, V>(0, row, to, rho, input, &mut extremes);
-            compute_from::<T, T>(i, row, to, rho, input, &mut rest);
-            if let Some(size) = sizes.next() {
-                let largest = T::from_f64(extremes.with(rest));
-                *size = if input.negligible > largest { T::ZERO } else { largest };
-            }
+        compute_rows::<T, V, false>(to, sizes, rho, input);
+    }
+}
+
+vectorised! {
+    /// As [`compute`], among solid cells.
+    fn compute_among_solids[T, V](to: &mut [T], sizes: &mut [T], rho: &[T], input: &Input<'_, T>) {
+        compute_rows::<T, V, true>(to, sizes, rho, input);
+    }
+}
+
+#[inline(always)]
+fn compute_rows<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
+    to: &mut [T],
+    sizes: &mut [T],
+    rho: &[T],
+    input: &Input<'_, T>,
+) {
+    let Layout { n, apart, before } = input.layout;
+    let mut sizes = sizes.iter_mut();
+    for (row, (to, rho)) in to
+        .chunks_exact_mut(apart.max(1))
+        .zip(rho.chunks_exact(n.max(1)))
+        .enumerate()
+    {
+        let to = part_mut(to, before..before + n);
+        let (mut extremes, mut rest) = (Extremes::<V>::none(), Extremes::<T>::none());
+        let i = compute_from::<T, V, SOLIDS>(0, row, to, rho, input, &mut extremes);
+        compute_from::<T, T, SOLIDS>(i, row, to, rho, input, &mut rest);
+        if let Some(size) = sizes.next() {
+            let largest = T::from_f64(extremes.with(rest));
+            *size = if input.negligible > largest {
+                T::ZERO
+            } else {
+                largest
+            };
         }
     }
 }
 
 /// The inflow to cell c of the cells a b c d e through its faces, low and high.
+/// `open` is read among solid cells alone: 1 or 0 at the faces before, below, above and after c.
 #[inline(always)]
-fn inflow<V: simd::Vector>(numbers: Numbers<V>, [a, b, c, d, e]: [V; 5], [low, high]: [V; 2]) -> V {
-    low * numbers.at_face([a, b, c, d], low) - high * numbers.at_face([b, c, d, e], high)
+fn inflow<V: simd::Vector, const SOLIDS: bool>(
+    numbers: Numbers<V>,
+    cells: [V; 5],
+    [low, high]: [V; 2],
+    open: [V; 4],
+) -> V {
+    let [before, below, above, after] = differences::<V, SOLIDS>(cells, open);
+    let [_, b, c, d, _] = cells;
+    low * numbers.at_face([b, c], [before, below, above], low)
+        - high * numbers.at_face([c, d], [below, above, after], high)
 }
 
 /// The inflow along y or z to cells `c` at `i` of a row, from the rows of cells at -2, -1, 1, 2 and of faces at -1, 0, 1, 2.
 #[inline(always)]
-fn inflow_across<T: Real, V: simd::Vector<Elem = T>>(
+fn inflow_across<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
     numbers: Numbers<V>,
     i: usize,
     c: V,
     cells: &[&[T]; 4],
     faces: &[&[T]; 4],
+    open: &[&[T]; 4],
 ) -> V {
     let through = [V::at(faces[1], i), V::at(faces[2], i)];
-    inflow(numbers, around(cells, i, c), through)
+    inflow::<V, SOLIDS>(
+        numbers,
+        around(cells, i, c),
+        through,
+        opening::<T, V, SOLIDS>(open, i, c),
+    )
 }
 
 /// The kernel of [`compute`] from cell `i` as far as whole vectors go; returns the first cell that is left.
 #[inline(always)]
-fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
+fn compute_from<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
     mut i: usize,
     row: usize,
     to: &mut [T],
@@ -219,6 +267,10 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
     let (x, faces_x) = (input.cells.own(row, n + 4), input.faces.own(row, n + 3));
     let (y, faces_y) = (input.cells.along(1, row, n), input.faces.along(1, row, n));
     let (z, faces_z) = (input.cells.along(last, row, n), input.faces.along(last, row, n));
+    let open = input.open.filter(|_| SOLIDS).unwrap_or(input.faces);
+    let open_x = open.own(row, n + 3);
+    let open_x = [&open_x[..n], &open_x[1..], &open_x[2..], &open_x[3..]];
+    let (open_y, open_z) = (open.along(1, row, n), open.along(last, row, n));
     let numbers = Numbers::<V>::new();
     let (zero, negligible) = (numbers.zero, V::splat(input.negligible));
     let keep = V::splat(input.keep);
@@ -228,10 +280,11 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>>(
         let c = V::at(x, i + 2);
         let along_x = [V::at(x, i), V::at(x, i + 1), c, V::at(x, i + 3), V::at(x, i + 4)];
         let through_x = [V::at(faces_x, i + 1), V::at(faces_x, i + 2)];
-        let mut sum = scale_x * inflow(numbers, along_x, through_x);
-        sum = sum + scale_y * inflow_across(numbers, i, c, &y, &faces_y);
+        let open_here = opening::<T, V, SOLIDS>(&open_x, i, c);
+        let mut sum = scale_x * inflow::<V, SOLIDS>(numbers, along_x, through_x, open_here);
+        sum = sum + scale_y * inflow_across::<T, V, SOLIDS>(numbers, i, c, &y, &faces_y, &open_y);
         if last > 1 {
-            sum = sum + scale_z * inflow_across(numbers, i, c, &z, &faces_z);
+            sum = sum + scale_z * inflow_across::<T, V, SOLIDS>(numbers, i, c, &z, &faces_z, &open_z);
         }
         // p rho + q moved with p + q = 1, so that smoke at rest keeps every bit.
         let moved = c + sum;

@@ -16,6 +16,42 @@ pub struct Numbers<V> {
     four: V,
 }
 
+/// Which of four faces around cells at `i` are open; anything where that is not read.
+#[inline(always)]
+pub fn opening<T: Real, V: Vector<Elem = T>, const SOLIDS: bool>(
+    open: &[&[T]; 4],
+    i: usize,
+    unread: V,
+) -> [V; 4] {
+    if SOLIDS {
+        [
+            V::at(open[0], i),
+            V::at(open[1], i),
+            V::at(open[2], i),
+            V::at(open[3], i),
+        ]
+    } else {
+        [unread; 4]
+    }
+}
+
+/// The differences across the four faces between the cells a b c d e; with 1 or 0 at the faces, none across those that are closed.
+#[inline(always)]
+pub fn differences<V: Vector, const SOLIDS: bool>([a, b, c, d, e]: [V; 5], open: [V; 4]) -> [V; 4] {
+    let across = [b - a, c - b, d - c, e - d];
+    if SOLIDS {
+        let [before, below, above, after] = across;
+        [
+            before * open[0],
+            below * open[1],
+            above * open[2],
+            after * open[3],
+        ]
+    } else {
+        across
+    }
+}
+
 impl<V: Copy> Numbers<V> {
     /// The same numbers in every lane.
     #[inline(always)]
@@ -62,36 +98,37 @@ impl<V: Copy> Numbers<V> {
         [c.select(by_c, self.zero), c.select(by_d, self.zero)]
     }
 
-    /// rho_f at a face with the cells a b | c d around it, through which `v` flows; either side's where nothing flows.
+    /// rho_f at a face with the cells b | c beside it, through which `v` flows; either side's where nothing flows. `differences` are those
+    /// across the face before it, itself and the face after it.
     #[inline(always)]
-    pub fn at_face(self, [a, b, c, d]: [V; 4], v: V) -> V
+    pub fn at_face(self, [b, c]: [V; 2], differences: [V; 3], v: V) -> V
     where
         V: Vector,
     {
-        let across = c - b;
-        let half = self.half * self.limited(v.select(b - a, d - c), across);
+        let [before, across, after] = differences;
+        let half = self.half * self.limited(v.select(before, after), across);
         v.select(b + half, c - half)
     }
 
     /// As [`Self::at_face`], the mean of both sides' where v is exactly 0.
     #[inline(always)]
-    pub fn by_velocity(self, around: [V; 4], v: V) -> V
+    pub fn by_velocity(self, beside: [V; 2], differences: [V; 3], v: V) -> V
     where
         V: Vector,
     {
-        let (upward, downward) = (self.at_face(around, self.one), self.at_face(around, -self.one));
+        let upward = self.at_face(beside, differences, self.one);
+        let downward = self.at_face(beside, differences, -self.one);
         v.select(upward, (-v).select(downward, self.half * (upward + downward)))
     }
 
-    /// The sum over the faces around cell c, among y = a b c d e, of v_f times the derivative of rho_f by c times the change of z
-    /// across the face: L^T z in units of h.
+    /// The sum over the faces around a cell of v_f times the derivative of rho_f by the cell times the change of z across the face: L^T z in
+    /// units of h. `across` are the differences of what flows across the faces before, below, above and after the cell.
     #[inline(always)]
-    pub fn outflow(self, y: [V; 5], z: [V; 5], faces: [V; 4]) -> V
+    pub fn outflow(self, across: [V; 4], z: [V; 5], faces: [V; 4]) -> V
     where
         V: Vector,
     {
         let [before, low, high, after] = faces;
-        let across: [V; 4] = [y[1] - y[0], y[2] - y[1], y[3] - y[2], y[4] - y[3]];
         let [c, d] = self.slopes(low.select(across[0], across[2]), across[1]);
         let as_right = low.select(self.half * d, self.one + self.half * (c - d));
         let [c, d] = self.slopes(high.select(across[1], across[3]), across[2]);

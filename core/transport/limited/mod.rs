@@ -14,7 +14,8 @@
 //! a = rho + tau L rho,   b = 3/4 rho + 1/4 (a + tau L a),   rho' = 1/3 rho + 2/3 (b + tau L b)
 //! ```
 //!
-//! At walls the last cell stands for the missing one upstream of it: lim(0, d) = 0 there, and so are its derivatives.
+//! At walls, and at the closed faces of solid cells, the last cell stands for the missing one upstream of it: lim(0, d) = 0 there, and so are
+//! its derivatives. Differences across closed faces are 0, which comes to the same.
 
 mod backward;
 mod forward;
@@ -46,6 +47,8 @@ pub struct Substep<'a, T> {
     pub grid: &'a Grid,
     /// Velocity at faces.
     pub velocity: Velocity<'a, T>,
+    /// 0 at the closed faces of solid cells, 1 at others; empty without solid cells.
+    pub open: Velocity<'a, T>,
     /// Length of the sub-step.
     pub tau: f64,
     /// Values of a stage below this are set to 0, so that rows far from the smoke stay empty.
@@ -53,6 +56,11 @@ pub struct Substep<'a, T> {
 }
 
 impl<T> Substep<'_, T> {
+    /// Whether there are solid cells.
+    fn among_solids(&self) -> bool {
+        !self.open.0[0].is_empty()
+    }
+
     /// tau / h of the grid's axes.
     fn scales(&self) -> [f64; 3] {
         self.grid.h.map(|h| self.tau / h)

@@ -1,7 +1,8 @@
 //! The kernel of the adjoint: L'(y)^T z, and the gradient by the velocity, at rows of a run.
 
 use super::super::kernel::{Along, Layout, Read, around};
-use super::limiter::Numbers;
+use super::super::rows::Rows;
+use super::limiter::{Numbers, differences, opening};
 use crate::field::VectorMut;
 use crate::field::rows::part_mut;
 use crate::real::Real;
@@ -13,6 +14,8 @@ pub struct Input<'a, T> {
     pub count: usize,
     /// The adjoint of the stage, what flowed, and the velocities.
     pub read: Read<'a, T>,
+    /// Which faces are open, where there are solid cells.
+    pub open: Option<Rows<'a, T>>,
     /// tau / h of the grid's axes.
     pub scales: &'a [T],
     /// What the next z takes of z + tau L'(y)^T z.
@@ -38,19 +41,38 @@ pub struct Output<'t, T> {
 vectorised! {
     /// The next z, mu and `gradient += share tau / h rho_f(y) (z[R] - z[L])` at the cells' low faces, in all rows of a run.
     pub fn transposed[T, V](output: &mut Output<'_, T>, input: &Input<'_, T>) {
-        let Layout { n, apart, before } = output.layout;
-        let [gx, gy, gz] = &mut output.gradient;
-        for row in 0..input.count {
-            let span = row * n..(row + 1) * n;
-            let begin = row * apart + before;
-            let mut rows = OfRow {
-                next: part_mut(output.next, begin..begin + n),
-                mu: part_mut(output.mu, span.clone()),
-                gradient: [part_mut(gx, span.clone()), part_mut(gy, span.clone()), part_mut(gz, span)],
-            };
-            let i = transposed_from::<T, V>(0, n, row, &mut rows, input);
-            transposed_from::<T, T>(i, n, row, &mut rows, input);
-        }
+        transposed_rows::<T, V, false>(output, input);
+    }
+}
+
+vectorised! {
+    /// As [`transposed`], among solid cells.
+    pub fn transposed_among_solids[T, V](output: &mut Output<'_, T>, input: &Input<'_, T>) {
+        transposed_rows::<T, V, true>(output, input);
+    }
+}
+
+#[inline(always)]
+fn transposed_rows<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
+    output: &mut Output<'_, T>,
+    input: &Input<'_, T>,
+) {
+    let Layout { n, apart, before } = output.layout;
+    let [gx, gy, gz] = &mut output.gradient;
+    for row in 0..input.count {
+        let span = row * n..(row + 1) * n;
+        let begin = row * apart + before;
+        let mut rows = OfRow {
+            next: part_mut(output.next, begin..begin + n),
+            mu: part_mut(output.mu, span.clone()),
+            gradient: [
+                part_mut(gx, span.clone()),
+                part_mut(gy, span.clone()),
+                part_mut(gz, span),
+            ],
+        };
+        let i = transposed_from::<T, V, SOLIDS>(0, n, row, &mut rows, input);
+        transposed_from::<T, T, SOLIDS>(i, n, row, &mut rows, input);
     }
 }
 
@@ -64,8 +86,8 @@ struct OfRow<'t, T> {
 /// What an axis brings cells at `i`, and the gradient at their low faces. `here` is z and y there; s = tau / h, and the gradient takes
 /// share times that.
 #[inline(always)]
-fn add<T: Real, V: simd::Vector<Elem = T>>(
-    along: &Along<'_, T>,
+fn add<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
+    (along, open): (&Along<'_, T>, &[&[T]; 4]),
     i: usize,
     here: [V; 2],
     gradient: &mut [T],
@@ -74,14 +96,16 @@ fn add<T: Real, V: simd::Vector<Elem = T>>(
 ) -> V {
     let (z, y) = (around(&along.z, i, here[0]), around(&along.y, i, here[1]));
     let through = along.through(i);
-    let rho_f = numbers.by_velocity([y[0], y[1], y[2], y[3]], through[1]);
+    let open = opening::<T, V, SOLIDS>(open, i, here[0]);
+    let across = differences::<V, SOLIDS>(y, open);
+    let rho_f = numbers.by_velocity([y[1], y[2]], [across[0], across[1], across[2]], through[1]);
     (V::at(gradient, i) + of_gradient * rho_f * (z[2] - z[1])).put(gradient, i);
-    s * numbers.outflow(y, z, through)
+    s * numbers.outflow(across, z, through)
 }
 
 /// The kernel of [`transposed`] from cell `i` of a row of `n` as far as whole vectors go; returns the first cell that is left.
 #[inline(always)]
-fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
+fn transposed_from<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
     mut i: usize,
     n: usize,
     row: usize,
@@ -96,6 +120,10 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
     let (cells, rho) = (read.z.own(row, n + 4), read.y.own(row, n + 4));
     let (x, y) = (Along::x(row, n, read), Along::across(1, row, n, read));
     let z = Along::across(last, row, n, read);
+    let open = input.open.filter(|_| SOLIDS).unwrap_or(read.faces);
+    let open_x = open.own(row, n + 3);
+    let open_x = [&open_x[..n], &open_x[1..], &open_x[2..], &open_x[3..]];
+    let (open_y, open_z) = (open.along(1, row, n), open.along(last, row, n));
     let numbers = Numbers::<V>::new();
     let share = V::splat(input.share);
     let (keep, take) = (V::splat(input.of_mu[0]), V::splat(input.of_mu[1]));
@@ -107,10 +135,10 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>>(
         let here = [V::at(cells, i + 2), V::at(rho, i + 2)];
         let mut sum = here[0];
         if !input.still {
-            sum = sum + add(&x, i, here, gx, scale_x, numbers);
-            sum = sum + add(&y, i, here, gy, scale_y, numbers);
+            sum = sum + add::<T, V, SOLIDS>((&x, &open_x), i, here, gx, scale_x, numbers);
+            sum = sum + add::<T, V, SOLIDS>((&y, &open_y), i, here, gy, scale_y, numbers);
             if last > 1 {
-                sum = sum + add(&z, i, here, gz, scale_z, numbers);
+                sum = sum + add::<T, V, SOLIDS>((&z, &open_z), i, here, gz, scale_z, numbers);
             }
         }
         let taken = if rows.next.is_empty() { sum } else { here[0] };

@@ -132,6 +132,7 @@ impl Scene {
             keyframe_weights: &self.effects.weights,
             keyframe_regions: !self.effects.regions.is_empty(),
             emitters: &self.effects.emitters,
+            solids: !self.effects.solid.is_empty(),
             buoyancy: self.effects.buoyancy,
             release: self.effects.release,
             schedule: &self.effects.schedule,
@@ -160,6 +161,9 @@ impl Scene {
     ) -> R {
         let mut memory = Memory::filled(self.plan::<T, S>().bytes(), fill);
         let mut solver = Solver::<T, S>::new(&self.problem(), &self.params, memory.block()).unwrap();
+        if !self.effects.solid.is_empty() {
+            solver.set_solids(&self.effects.solid).unwrap();
+        }
         solver.set_source(&super::cast(&self.densities[0])).unwrap();
         self.set_rest(&mut solver);
         work(&mut solver)

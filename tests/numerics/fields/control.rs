@@ -26,6 +26,8 @@ pub struct Control<'a, T> {
     pub fields: &'a [T],
     /// Acceleration where the density is 1.
     pub buoyancy: [f64; 3],
+    /// Which cells are solid; none, or one flag each.
+    pub solid: &'a [bool],
     /// Velocity at step 0, v_0.
     pub initial: &'a Components<T>,
     pub advection: Advection,
@@ -58,7 +60,7 @@ impl<T: Real> Control<'_, T> {
         };
         let mut sums = vec![0.0; grid.rows() * slots.max(2)];
         let mut memory = Memory::new(1 << 20);
-        let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
+        let levels = self.levels(memory.block());
         let mut ledger = Ledger::new();
         ao::measure::<T>(&levels, &setup, &mut Pool::measuring(&mut ledger));
         let mut region = vec![T::ZERO; ledger.elements(T::BYTES)];
@@ -89,6 +91,13 @@ impl<T: Real> Control<'_, T> {
         Found { direction, info }
     }
 
+    fn levels<'m>(&self, block: &'m mut [core::mem::MaybeUninit<u8>]) -> Levels<'m, T> {
+        let bare = Levels::bare(self.grid, self.filters).walled(!self.solid.is_empty());
+        let mut levels = bare.carved(&mut Arena::new(block)).unwrap();
+        levels.set_solids(|cell| self.solid.get(cell).copied().unwrap_or(false));
+        levels
+    }
+
     fn sweep(&self) -> sweep::Setup {
         let metric = Metric {
             filters: self.filters,
@@ -100,6 +109,7 @@ impl<T: Real> Control<'_, T> {
             stepping: self.advection.into(),
             largest: 1.0,
             threads: 1,
+            walled: !self.solid.is_empty(),
             overlap: false,
         }
     }
@@ -120,7 +130,7 @@ impl<T: Real> Control<'_, T> {
     pub fn direct<S: Space>(&self, v: &Components<T>, force_weight: f64) -> (Objective, Components<T>) {
         let (grid, slots) = (self.grid, self.steps - 1);
         let mut memory = Memory::new(1 << 20);
-        let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
+        let levels = self.levels(memory.block());
         let mut ledger = Ledger::new();
         Evaluation::<T>::measure(&levels, 0, &self.sweep(), &mut Pool::measuring(&mut ledger));
         let mut priced = zeros(grid, slots);
@@ -166,7 +176,7 @@ impl<T: Real> Control<'_, T> {
     ) -> (Objective, Components<T>, [usize; 2]) {
         let (grid, slots) = (self.grid, self.steps - 1);
         let mut memory = Memory::new(1 << 20);
-        let levels = Levels::carve(&mut Arena::new(memory.block()), grid, self.filters).unwrap();
+        let levels = self.levels(memory.block());
         let mut ledger = Ledger::new();
         Simulated::<T>::measure(&levels, &self.flow(1.0), &mut Pool::measuring(&mut ledger));
         let mut priced = zeros(grid, slots);

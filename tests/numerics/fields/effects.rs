@@ -15,6 +15,8 @@ pub struct Effects {
     pub emitters: Vec<Emitter>,
     /// The emitters' shapes.
     pub shapes: Vec<Vec<f64>>,
+    /// Which cells are solid; none, or one flag each.
+    pub solid: Vec<bool>,
     /// Acceleration where the density is 1.
     pub buoyancy: [f64; 3],
     pub release: Option<usize>,
@@ -56,6 +58,7 @@ impl Scene {
                     },
                 ],
                 shapes: vec![ball(0.3, 0.3), ball(0.6, 0.3)],
+                solid: Vec::new(),
                 buoyancy: [1e-4, -2e-4, if grid.dims == 3 { 3e-4 } else { 0.0 }],
                 release: Some(steps),
                 schedule: vec![(0, 2.0), (steps - 1, 0.5)],

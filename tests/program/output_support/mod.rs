@@ -225,6 +225,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         gravity_axis: Some(1),
         acceleration: vec![0.0; 2],
         release: None,
+        solid: false,
         emission: false,
         format: 1,
         cells: frames.cells().to_vec(),

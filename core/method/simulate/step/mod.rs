@@ -11,6 +11,7 @@ use crate::field::slot::{self, Slot};
 use crate::field::trajectory::{Shape, add, dot};
 use crate::field::{Vector, VectorMut, sums, view};
 use crate::grid::levels::Levels;
+use crate::grid::solids::Solids;
 use crate::grid::{Grid, Space};
 use crate::memory::{Pool, Sharing};
 use crate::observe::Observer;
@@ -48,6 +49,7 @@ pub struct Setup {
 /// The workspace of a step.
 pub struct Step<'a, T> {
     grid: &'a Grid,
+    solids: Solids<'a>,
     setup: Setup,
     projection: Projection<'a, T>,
     /// The right-hand side: a of a step, b of its adjoint.
@@ -76,6 +78,7 @@ impl<'a, T: Real> Step<'a, T> {
             let rows = setup.threads * self_advection::scratch_per_thread(grid, 1);
             Self {
                 grid,
+                solids: levels.solids(level),
                 setup,
                 projection,
                 given,
@@ -104,6 +107,7 @@ impl<'a, T: Real> Step<'a, T> {
             grid: self.grid,
             slots: 1,
             viscosity: self.setup.viscosity,
+            solids: self.solids,
         }
     }
 
