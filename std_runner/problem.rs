@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
 use crate::scene::{Keyframe, Scene};
-use thurible_core::{D2, D3, Feature, Params, Plan, PlanError, ProblemError, Real};
+use thurible_core::{D2, D3, Emitter, Feature, Params, Plan, PlanError, ProblemError, Real};
 
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -58,26 +58,40 @@ impl OwnedProblem {
             force_weight: scene.control.force_weight,
             smoothness: scene.control.smoothness,
             filters: scene.control.filters,
-            match_mass: scene.control.match_mass,
+            match_mass: scene.control.match_mass && !scene.asks_a_free_flow(),
             advection: scene.advection,
             projection_tolerance: scene.method.projection_tolerance,
         }
     }
 
-    /// The same problem on other cells, with `steps` steps; the keyframes keep their share of the time.
+    /// The same problem on other cells, with `steps` steps; keyframes, emitters, schedule and release keep their share of the time.
     pub fn resized(&self, cells: Vec<usize>, steps: usize) -> Self {
         let count = self.keyframes.len();
-        let mut keyframes: Vec<usize> = self
-            .keyframes
-            .iter()
-            .map(|step| step * steps / self.steps)
-            .collect();
+        let shared = |step: usize| step * steps / self.steps;
+        let mut keyframes: Vec<usize> = self.keyframes.iter().map(|&step| shared(step)).collect();
         for (index, step) in keyframes.iter_mut().enumerate() {
             *step = (*step).clamp(2 + index, steps.saturating_sub(count - 1 - index).max(2 + index));
         }
+        let emitters = self.emitters.iter().map(|emitter| {
+            let from = shared(emitter.from);
+            Emitter {
+                from,
+                to: shared(emitter.to).max(from + 1),
+                ..*emitter
+            }
+        });
+        let mut schedule: Vec<(usize, f64)> = Vec::new();
+        for &(step, factor) in &self.schedule {
+            let at = schedule.last().map_or(0, |&(before, _)| before + 1);
+            schedule.push((shared(step).max(at), factor));
+        }
+        let last = keyframes.last().copied().unwrap_or(2);
         OwnedProblem {
             cells,
             steps,
+            emitters: emitters.collect(),
+            schedule,
+            release: self.release.map(|step| shared(step).max(last)),
             keyframes,
             ..self.clone()
         }

@@ -80,7 +80,7 @@ const MOVED: f64 = 0.05;
 /// Errors below this need no control.
 const THERE: f64 = 1e-3;
 /// A keyframe that is missed by more than this is not reached, whatever the status says.
-const MISSED: f64 = 0.2;
+pub const MISSED: f64 = 0.2;
 /// A keyframe so many times as dense as the source cannot be met: an incompressible flow makes no smoke denser.
 const DENSER: f64 = 1.2;
 /// Weight of the force and penalty of ADMM, in units of box and step, of all scenes in examples/.

@@ -78,7 +78,7 @@ impl PreparedScene {
         in_block(bytes, |block| {
             let mut solver =
                 Solver::<T, S>::new(&problem, &self.params, block).map_err(|error| solver_refusal(&error))?;
-            set_inputs(&self.scene, &mut solver)?;
+            set_inputs(&self.scene, &mut solver, None)?;
             solver.prepare(exec).map_err(|error| {
                 self.scene.document.refuse(
                     "source",

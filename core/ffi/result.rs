@@ -36,7 +36,7 @@ pub enum ThuribleResult {
     NotFinite = 11,
     /// A density is negative.
     Negative = 12,
-    /// A density has no mass.
+    /// A density has no mass outside of solid cells.
     Empty = 13,
     /// There is no smoke yet: the source must be set first, or an emitter that has begun.
     NoSource = 14,
@@ -88,7 +88,7 @@ impl ThuribleResult {
         ),
         (Self::NotFinite, c"a value is not finite"),
         (Self::Negative, c"a density is negative"),
-        (Self::Empty, c"a density has no mass"),
+        (Self::Empty, c"a density has no mass outside of solid cells"),
         (
             Self::NoSource,
             c"there is no smoke yet: the source must be set first, or an emitter that has begun",
@@ -137,7 +137,7 @@ impl From<InputError> for ThuribleResult {
             InputError::Length { .. } => Self::Length,
             InputError::NotFinite { .. } => Self::NotFinite,
             InputError::Negative { .. } => Self::Negative,
-            InputError::Empty => Self::Empty,
+            InputError::Empty | InputError::Buried => Self::Empty,
             InputError::Index { .. } => Self::Index,
             InputError::NoSource => Self::NoSource,
             InputError::AboveOne { .. } => Self::AboveOne,

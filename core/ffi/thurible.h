@@ -52,7 +52,7 @@ typedef enum {
     THURIBLE_RESULT_NOT_FINITE = 11,
     // A density is negative.
     THURIBLE_RESULT_NEGATIVE = 12,
-    // A density has no mass.
+    // A density has no mass outside of solid cells.
     THURIBLE_RESULT_EMPTY = 13,
     // There is no smoke yet: the source must be set first, or an emitter that has begun.
     THURIBLE_RESULT_NO_SOURCE = 14,

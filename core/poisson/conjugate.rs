@@ -3,7 +3,7 @@
 //! A = -div grad with closed faces left out is symmetric and positive but for constants, one for each part of the fluid. The box without its
 //! solids has nearly the same long waves: M = F S F, with S its inverse and F leaving solid cells out, is symmetric too.
 
-use super::spectral;
+use super::eigen;
 use crate::field::rows;
 use crate::grid::solids::{Solids, closed};
 use crate::grid::spectrum::Spectrum;
@@ -34,7 +34,7 @@ pub fn solve<T: Real>(
     field.fill(T::ZERO);
     let precondition = |residual: &[T], out: &mut [T], scratch: &mut [T]| {
         out.copy_from_slice(residual);
-        spectral::solve(grid, spectrum, out, scratch);
+        eigen::solve(grid, spectrum, out, scratch);
         rows::scale_in_place(out, -T::ONE);
         solids.clear_cells(grid.n[0], out);
     };

@@ -4,6 +4,7 @@
 
 mod batch;
 mod conjugate;
+mod eigen;
 pub mod multigrid;
 mod richardson;
 pub mod spectral;

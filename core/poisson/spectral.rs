@@ -1,9 +1,9 @@
 //! Poisson's problem by eigenvectors: a transform along every axis, a division by the eigenvalues, and back, slot by slot.
 
 use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, subtract_gradient_in_row};
-use super::conjugate;
+use super::{conjugate, eigen};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, Vector, transform};
+use crate::field::{Block, Vector};
 use crate::grid::Grid;
 use crate::grid::solids::Solids;
 use crate::grid::spectrum::Spectrum;
@@ -11,7 +11,6 @@ use crate::memory::Pool;
 use crate::observe::{Event, Observer};
 use crate::operators::divergence::divergence;
 use crate::real::Real;
-use crate::simd::multiversion;
 use core::ops::ControlFlow;
 
 /// The workspace: potentials slot by slot, each with the cells of a slot side by side.
@@ -105,7 +104,7 @@ impl<'a, T: Real> Spectral<'a, T> {
             RowBuffers::fields([q]).with_scratch(&mut *self.scratch),
             |task| {
                 let [q] = task.fields;
-                solve(grid, spectrum, q, task.scratch);
+                eigen::solve(grid, spectrum, q, task.scratch);
             },
         );
         observer.on(Event::Work)
@@ -140,26 +139,5 @@ impl<'a, T: Real> Spectral<'a, T> {
                 }
             },
         );
-    }
-}
-
-/// `field`, a right-hand side at the cells of one slot, becomes the q of mean 0 with div grad q = right-hand side less its mean.
-pub fn solve<T: Real>(grid: &Grid, spectrum: &Spectrum<'_, T>, field: &mut [T], scratch: &mut [T]) {
-    transform::multiply(grid, spectrum, field, scratch, |row, span, coefficients, out| {
-        let at = grid.row_at(row);
-        let across = (1..grid.dims).fold(T::ZERO, |sum, axis| {
-            sum + spectrum.axes[axis].eigenvalues[at[axis - 1]]
-        });
-        divide(coefficients, &spectrum.axes[0].eigenvalues[span], across, out);
-    });
-}
-
-multiversion! {
-    /// Coefficients over minus their eigenvalues, `along` the row and `across`; 0 for the mean.
-    fn divide[T: Real](coefficients: &[T], along: &[T], across: T, out: &mut [T]) {
-        for ((out, &coefficient), &along) in out.iter_mut().zip(coefficients).zip(along) {
-            let eigenvalue = along + across;
-            *out = if eigenvalue > T::ZERO { -(coefficient / eigenvalue) } else { coefficient * T::ZERO };
-        }
     }
 }

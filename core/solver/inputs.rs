@@ -133,6 +133,8 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         });
         if mass > 0.0 {
             Ok(mass)
+        } else if density.iter().any(|&x| x > T::ZERO) {
+            Err(InputError::Buried)
         } else {
             Err(InputError::Empty)
         }

@@ -1,4 +1,4 @@
-//! How much smoke there is, by source and emitters.
+//! The smoke that there is: a source, and what emitters make.
 
 use super::{InputError, Solver};
 use crate::grid::Space;

@@ -83,7 +83,7 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
         page.pictures = !arguments.no_pictures;
         publish::write(&mut folder, STEM, &page, &facts(&solved, arguments.scale))?;
     }
-    let table = paper::table(&solved).markdown();
+    let table = format!("{}\n{}\n", paper::table(&solved).markdown(), paper::verdict::RULE);
     let facts = facts(&solved, arguments.scale);
     publish::announce(options.mode, &folder, STEM, &table, facts);
     Ok(if folder.diverted().is_some() {
@@ -116,6 +116,13 @@ fn facts(solved: &[SolvedScene], scale: Scale) -> Value {
     let scene = |scene: &SolvedScene| {
         let mut facts = scene.comparison.facts();
         facts["name"] = scene.entry.name.into();
+        let verdicts = scene.comparison.figures().into_iter();
+        let verdicts = verdicts.map(|figures| paper::verdict::failed(scene.entry, Some(&figures)));
+        if let Some(rows) = facts["rows"].as_array_mut() {
+            rows.iter_mut()
+                .zip(verdicts)
+                .for_each(|(row, why)| row["failed"] = why.into());
+        }
         facts
     };
     json!({ "format": 1, "scale": scale.name(), "scenes": solved.iter().map(scene).collect::<Vec<_>>() })

@@ -80,7 +80,8 @@ fn seconds_alone(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-fn status(status: Status) -> &'static str {
+/// How a solve ended, in a word or three.
+pub(crate) fn status(status: Status) -> &'static str {
     match status {
         Status::MaxIterations => "at its limit",
         Status::Cancelled => "interrupted",

@@ -12,9 +12,8 @@ use crate::run::{Outcome, Request, RunOptions};
 use crate::scene::{Document, Scene};
 use serde_json::{Value, json};
 use std::path::Path;
-use thurible_core::Feature;
-use thurible_core::Named;
 use thurible_core::method::registry::takes;
+use thurible_core::{Feature, Method, Named};
 
 /// A scene once for each method that solves it.
 pub(crate) struct Lineup {
@@ -22,11 +21,13 @@ pub(crate) struct Lineup {
     pub scenes: Vec<Scene>,
     /// What was changed so that all solve the same problem.
     pub note: Option<String>,
+    /// A method that ends where no density changes by more than this part of the largest between two iterations.
+    pub settled: Option<(Method, f64)>,
 }
 
-/// The same scene once for each method. Each is checked and planned here, so that nothing is refused after hours of solving.
+/// The same scene, as `document` has it for each method. Each is checked and planned here, so that nothing is refused after hours of solving.
 pub(crate) fn scenes_by_method(
-    document: &Document,
+    document: impl Fn(&str) -> Result<Document, Failure>,
     methods: &[String],
     options: &RunOptions,
 ) -> Result<Lineup, Failure> {
@@ -42,7 +43,7 @@ pub(crate) fn scenes_by_method(
         )));
     }
     let scene = |name: &String| {
-        let mut document = document.clone();
+        let mut document = document(name)?;
         document.replace(format!("--methods {name}"), "method.name", name.as_str().into())?;
         Scene::of(document)
     };
@@ -51,7 +52,11 @@ pub(crate) fn scenes_by_method(
     for scene in &scenes {
         plan::choose(scene, &options.plan)?;
     }
-    Ok(Lineup { scenes, note })
+    Ok(Lineup {
+        scenes,
+        note,
+        settled: None,
+    })
 }
 
 /// Where some of the methods cannot price curls and the smoothness is automatic, it becomes 0 for all: an objective with a price of curls
@@ -111,8 +116,10 @@ impl Comparison {
             if interrupt.asked() {
                 break;
             }
+            let rule = lineup.settled.filter(|(of, _)| *of == scene.method.params.method);
             let request = Request {
                 interrupt: Some(interrupt.clone()),
+                settled: rule.map(|(_, part)| part),
                 ..Request::new(scene, folder.join(method), Clock::start())
             };
             match options.solve(request) {

@@ -26,5 +26,6 @@ mod velocity;
 pub use canvas::Canvas;
 pub use error::ShapeError;
 pub use note::Note;
+pub(crate) use raster::DENSEST;
 pub use spec::ShapeSpec;
 pub use velocity::{read_last_density, read_last_velocity, read_velocity};

@@ -5,10 +5,10 @@ use std::path::Path;
 use super::solid::Solid;
 use super::{Canvas, Note, ShapeError, ShapeSpec, array, build, image};
 
-/// A shape whose largest density stays below this puts no smoke into the box.
+/// A shape whose largest density stays below this puts nothing into the box.
 const FAINTEST: f64 = 0.01;
 /// The largest `density` that a shape may have.
-const DENSEST: f64 = 1e6;
+pub(crate) const DENSEST: f64 = 1e6;
 
 const SHAPES: &str = "circle, sphere, box, torus, capsule, text, image, file, shapes";
 
@@ -38,7 +38,7 @@ impl ShapeSpec {
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest < FAINTEST {
             let remedy = "move it into the box or make it larger; in a picture, `ink` says what is smoke";
-            return Err(ShapeError::key(name, "puts no smoke into the box", remedy));
+            return Err(ShapeError::key(name, "puts nothing into the box", remedy));
         }
         cells.iter_mut().for_each(|cell| *cell *= density);
         Ok(cells)

@@ -64,11 +64,15 @@ pub(crate) const QUOTED: [&str; 7] = [
     "paper: LBFGS in all",
 ];
 
+/// How many of them are of ADMM; the others are of LBFGS.
+pub(crate) const QUOTED_OF_ADMM: usize = 5;
+
 /// Where the figures of [`Quoted`] come from.
 pub(crate) const QUOTED_FROM: &str = "The columns \"paper\" quote Table 2 of Z. Pan and D. Manocha, \"Efficient Optimal Control of Smoke using \
      Spacetime Multigrid\" (arXiv 1608.01102), and its text for the iterations of LBFGS: measured by its authors with their own program on an \
-     i7-4790 with 12 GB. All but the last two are of ADMM, seconds are averages for one ADMM iteration; LBFGS keeps 8 pairs and stops by the same \
-     rule. \"N/A\" is the paper's own word, a dash is a figure that the paper does not give. Its bounds for memory, in numbers, are \
+     i7-4790 with 12 GB. All but the last two are of ADMM and stand in its row, seconds are averages for one ADMM iteration; the last two stand in the \
+     row of lbfgs. A scene that was not solved by one of the two has its figures in the first row. The paper's LBFGS keeps 8 pairs and stops as its \
+     ADMM does, where no density changes by more than a hundredth of the largest from one iteration to the next; so does lbfgs here. \"N/A\" is the paper's own word, a dash is a figure that the paper does not give. Its bounds for memory, in numbers, are \
      M = 4 (1 + d) N prod(n) / (1 - 2^-d) for ADMM and L (1 + d) N prod(n) with L from 5 to 10 for LBFGS.";
 
 const FLUID: &str = include_str!("fluid.toml");

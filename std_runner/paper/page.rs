@@ -1,19 +1,13 @@
 //! The page of the paper's scenes.
 
-use super::catalogue::{Entry, NOT_GIVEN, QUOTED, QUOTED_FROM};
+use super::catalogue::Entry;
 use super::scale::Scale;
 use super::sections::{Content, GROUPS, SECTIONS, Section};
-use crate::compare::{self, COLUMNS, Comparison, Figures};
-use crate::report::{Block, Chart, Curve, Document, RunRecord, Table, product};
+use super::tables::{SolvedScene, beside, quoted_from, table};
+use super::verdict;
+use crate::compare;
+use crate::report::{Block, Chart, Curve, Document, RunRecord};
 use thurible_core::Named;
-
-/// A scene that has been solved.
-pub(crate) struct SolvedScene {
-    /// Which scene of the catalogue it is.
-    pub entry: &'static Entry,
-    /// What the methods made of it.
-    pub comparison: Comparison,
-}
 
 /// The page about what has been solved so far.
 pub(crate) fn page(sections: &[&Section], solved: &[SolvedScene], scale: Scale) -> Document {
@@ -25,7 +19,11 @@ pub(crate) fn page(sections: &[&Section], solved: &[SolvedScene], scale: Scale) 
     // All scenes have the transport that --set gave, or none was changed.
     let mut notes = solved.iter().filter_map(|scene| scene.comparison.note.as_ref());
     blocks.extend(notes.next().map(compare::said));
-    blocks.extend([Block::Table(table(solved)), Block::Text(compare::MEMORY.into())]);
+    blocks.extend([
+        Block::Table(table(solved)),
+        Block::Text(verdict::RULE.into()),
+        Block::Text(compare::MEMORY.into()),
+    ]);
     let rows: Vec<&SolvedScene> = solved.iter().filter(|scene| in_table(scene.entry)).collect();
     if !rows.is_empty() {
         blocks.extend([
@@ -70,109 +68,12 @@ fn absent(section: &Section) -> String {
     }
 }
 
-/// One row a scene and method.
-pub(crate) fn table(solved: &[SolvedScene]) -> Table {
-    let mut head = vec!["scene", "size", "method"];
-    head.extend(COLUMNS);
-    let rows = solved.iter().flat_map(|scene| {
-        scene
-            .comparison
-            .figures()
-            .into_iter()
-            .enumerate()
-            .map(|(index, figures)| {
-                let mut row = names(scene, index, &figures);
-                row.extend(compare::cells(&figures));
-                row
-            })
-    });
-    Table {
-        rows: rows.collect(),
-        names: 3,
-        ours: head.len(),
-        head,
-    }
-}
-
 /// Whether a row of the paper's Table 2 is about the scene.
 fn in_table(entry: &Entry) -> bool {
     let table = GROUPS[0].1;
     SECTIONS
         .iter()
         .any(|section| table.contains(&section.name) && section.entries.contains(&entry.name))
-}
-
-/// The same columns from this run and from the paper.
-fn beside(solved: &[&SolvedScene]) -> Table {
-    let mut head = vec![
-        "scene",
-        "size",
-        "method",
-        "iterations",
-        "s per AO",
-        "s per NSO",
-        "s in all",
-        "memory",
-    ];
-    let ours = head.len();
-    head.extend(QUOTED);
-    let rows = solved.iter().flat_map(|scene| {
-        scene
-            .comparison
-            .figures()
-            .into_iter()
-            .enumerate()
-            .map(|(index, figures)| {
-                let mut row = names(scene, index, &figures);
-                row.extend(compare::in_brief(&figures));
-                row.extend(quoted(scene.entry, index));
-                row
-            })
-    });
-    Table {
-        rows: rows.collect(),
-        names: 3,
-        ours,
-        head,
-    }
-}
-
-/// Scene and size once for each scene, and the method.
-fn names(scene: &SolvedScene, index: usize, figures: &Figures) -> Vec<String> {
-    let (scene, size) = if index == 0 {
-        (scene.entry.about.to_owned(), size(&scene.comparison))
-    } else {
-        Default::default()
-    };
-    vec![scene, size, figures.method.name().to_owned()]
-}
-
-fn size(comparison: &Comparison) -> String {
-    comparison
-        .records()
-        .next()
-        .map(|record| format!("{}, {} steps", product(&record.cells), record.steps))
-        .unwrap_or_default()
-}
-
-/// The paper's figures, once for each scene.
-fn quoted(entry: &Entry, index: usize) -> [String; QUOTED.len()] {
-    match (entry.quoted, index) {
-        (Some(row), 0) => row.cells().map(str::to_owned),
-        (None, 0) => QUOTED.map(|_| NOT_GIVEN.to_owned()),
-        _ => QUOTED.map(|_| String::new()),
-    }
-}
-
-fn quoted_from(scale: Scale) -> String {
-    if scale.name() == "1" {
-        QUOTED_FROM.into()
-    } else {
-        format!(
-            "{QUOTED_FROM} The paper's figures are for the full size, not for the {} of this run.",
-            scale.name()
-        )
-    }
 }
 
 fn blocks_of(section: &Section, solved: &[&SolvedScene]) -> Vec<Block> {

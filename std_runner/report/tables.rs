@@ -16,7 +16,7 @@ fn list(rows: &[(&str, String)]) -> String {
 pub(super) fn parameters(record: &RunRecord) -> String {
     let mut boundary = record.boundary.clone();
     boundary.dedup();
-    list(&[
+    let mut rows = vec![
         ("Grid", product(&record.cells)),
         (
             "Boundary",
@@ -47,7 +47,26 @@ pub(super) fn parameters(record: &RunRecord) -> String {
         ("Precision", escape(&record.precision)),
         ("Threads", record.threads.to_string()),
         ("Version", escape(&record.version)),
-    ])
+    ];
+    rows.extend(effects(record));
+    list(&rows)
+}
+
+/// What a scene has beside its keyframes, where it has it.
+fn effects(record: &RunRecord) -> impl Iterator<Item = (&'static str, String)> {
+    let lifted = record.acceleration.iter().any(|&b| b != 0.0);
+    let lift = record.acceleration.iter().map(|&b| number(b));
+    let lift = lifted.then(|| {
+        (
+            "Acceleration where the density is 1",
+            lift.collect::<Vec<_>>().join(", "),
+        )
+    });
+    let release = record
+        .release
+        .map(|step| ("Released from step", step.to_string()));
+    let emission = record.emission.then(|| ("Emitters", "yes".into()));
+    [lift, emission, release].into_iter().flatten()
 }
 
 /// The smoothness of the force in cells of the finest grid, and as a length: "2.5 cells (0.0195)".

@@ -1,5 +1,6 @@
 //! What a solve starts from: drawn from the scene, or read from an earlier result, one field at a time.
 
+use super::reach::Reach;
 use crate::exit::Failure;
 use crate::keyframes::{Note, ShapeError, ShapeSpec, read_last_density, read_last_velocity, read_velocity};
 use crate::scene::Scene;
@@ -15,76 +16,100 @@ pub struct Inputs {
     pub notes: Vec<Note>,
 }
 
-/// Draws every shape of `scene`, reads the files that it names, and sets source, velocity and keyframes of `solver`.
+/// Draws every shape of `scene`, reads the files that it names, and sets all that `solver` is given. Keyframes take `masses`, that of each
+/// step, where they are there.
 pub fn set_inputs<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
+    masses: Option<&[f64]>,
 ) -> Result<Inputs, Failure> {
     let mut notes = Vec::new();
-    let refuse = |key: &str| {
-        let key = key.to_string();
-        move |error: InputError| match error {
-            // They were finite when they were drawn.
-            InputError::NotFinite { .. } => scene.document.refuse(
-                &key,
-                "has numbers too large for the precision of the solve; make them smaller",
-            ),
-            other => scene
-                .document
-                .refuse(&key, format!("cannot be used: {other}; change it in the scene")),
-        }
-    };
-    set_obstacles(scene, solver, &mut notes)?;
+    let reach = set_smoke(scene, solver, &mut notes)?;
+    let mass_factors = set_keyframes(scene, solver, (masses, reach), &mut notes)?;
+    Ok(Inputs { mass_factors, notes })
+}
+
+/// Sets obstacles, source, emitters and the given velocity; where smoke can come to, if there are obstacles.
+pub(super) fn set_smoke<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+    notes: &mut Vec<Note>,
+) -> Result<Option<Reach>, Failure> {
+    let mut reach = set_obstacles(scene, solver, notes)?;
     if let Some(source) = &scene.source {
-        solver
-            .set_source(&drawn(scene, "source", source, &mut notes)?)
-            .map_err(refuse("source"))?;
+        let density = drawn(scene, "source", source, notes)?;
+        if let Some(reach) = &mut reach {
+            reach.fill(density.iter().map(|x: &T| x.to_f64()));
+        }
+        solver.set_source(&density).map_err(refuse(scene, "source"))?;
     }
-    for (index, emitter) in scene.emitters.iter().enumerate() {
-        solver
-            .set_emitter(index, &drawn(scene, &emitter.key, &emitter.shape, &mut notes)?)
-            .map_err(refuse(&emitter.key))?;
-    }
+    set_emitters(scene, solver, &mut reach, notes)?;
     if let Some(path) = &scene.control.initial_velocity {
         let velocity =
             read_velocity(path, &scene.canvas()).map_err(|error| refusal(scene, "control", &error))?;
         for (axis, faces) in velocity.into_iter().enumerate() {
             solver
                 .set_initial_velocity(axis, &narrowed(faces))
-                .map_err(refuse("control.initial_velocity"))?;
+                .map_err(refuse(scene, "control.initial_velocity"))?;
         }
     }
+    Ok(reach)
+}
+
+/// Sets all keyframes; what each was multiplied by.
+fn set_keyframes<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+    (masses, reach): (Option<&[f64]>, Option<Reach>),
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, Failure> {
     let mut mass_factors = Vec::new();
     for keyframe in &scene.keyframes {
-        let density = drawn(scene, &keyframe.key, &keyframe.shape, &mut notes)?;
+        let density: Vec<T> = drawn(scene, &keyframe.key, &keyframe.shape, notes)?;
+        let numbers = || density.iter().map(|x| x.to_f64());
+        let mass: f64 = numbers().sum();
+        if let Some(part) = reach.as_ref().and_then(|reach| reach.cut_off(numbers())) {
+            let why = format!(
+                "cannot be reached: {:.0} % of it lies where obstacles let no smoke come; open a way, or put an emitter there",
+                100.0 * part
+            );
+            return Err(scene.document.refuse(&keyframe.key, why));
+        }
         let key = format!("{}.region", keyframe.key);
         let region = keyframe.region.as_ref();
         let region: Option<Vec<T>> = region
-            .map(|region| drawn(scene, &key, region, &mut notes))
+            .map(|region| drawn(scene, &key, region, notes))
             .transpose()?;
-        for _ in keyframe.stay().steps() {
+        for step in keyframe.stay().steps() {
             if let Some(region) = &region {
                 solver
                     .set_region(mass_factors.len(), region)
-                    .map_err(refuse(&key))?;
+                    .map_err(refuse(scene, &key))?;
             }
+            let to_free = masses
+                .and_then(|masses| masses.get(step))
+                .map_or(1.0, |free| free / mass);
+            let density: Vec<T> = density
+                .iter()
+                .map(|x| T::from_f64(x.to_f64() * to_free))
+                .collect();
             let factor = solver
                 .set_keyframe(mass_factors.len(), &density)
-                .map_err(refuse(&keyframe.key))?;
-            mass_factors.push(factor);
+                .map_err(refuse(scene, &keyframe.key))?;
+            mass_factors.push(factor * to_free);
         }
     }
-    Ok(Inputs { mass_factors, notes })
+    Ok(mass_factors)
 }
 
-/// Draws the obstacles: a cell of which they cover at least half is solid.
+/// Draws the obstacles: a cell of which they cover at least half is solid. What they cut off from what.
 fn set_obstacles<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
     notes: &mut Vec<Note>,
-) -> Result<(), Failure> {
+) -> Result<Option<Reach>, Failure> {
     if scene.obstacles.is_empty() {
-        return Ok(());
+        return Ok(None);
     }
     let mut solid = vec![false; scene.grid.cells.iter().product()];
     for (key, shape) in &scene.obstacles {
@@ -101,10 +126,52 @@ fn set_obstacles<T: Real, S: Space>(
     solver.set_solids(&solid).map_err(|error| {
         let why = format!("cannot be used: {error}; leave room for the flow");
         scene.document.refuse("obstacle[0]", why)
-    })
+    })?;
+    Ok(Some(Reach::new(&scene.canvas(), &solid)))
+}
+
+/// Draws the shape of every emitter, and fills what it reaches with smoke.
+fn set_emitters<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+    reach: &mut Option<Reach>,
+    notes: &mut Vec<Note>,
+) -> Result<(), Failure> {
+    for (index, emitter) in scene.emitters.iter().enumerate() {
+        let shape: Vec<T> = drawn(scene, &emitter.key, &emitter.shape, notes)?;
+        if let Some(reach) = reach {
+            reach.fill(shape.iter().map(|x| x.to_f64()));
+        }
+        solver
+            .set_emitter(index, &shape)
+            .map_err(refuse(scene, &emitter.key))?;
+    }
+    Ok(())
+}
+
+/// The sentence for a field of `key` that the solver refuses.
+fn refuse<'s>(scene: &'s Scene, key: &str) -> impl Fn(InputError) -> Failure + use<'s> {
+    let key = key.to_string();
+    move |error: InputError| {
+        match error {
+        // They were finite when they were drawn.
+        InputError::NotFinite { .. } => scene.document.refuse(
+            &key,
+            "has numbers too large for the precision of the solve; make them smaller",
+        ),
+        InputError::AboveOne { .. } => scene.document.refuse(
+            &key,
+            "has values above 1, but a region says from 0 to 1 how much a cell counts; take out its `density`, or scale its file to that",
+        ),
+        other => scene
+            .document
+            .refuse(&key, format!("cannot be used: {other}; change it in the scene")),
+    }
+    }
 }
 
 /// Hands the last density and velocity of the result in `folder` to `solver`; what little of the density is negative becomes 0.
+/// Emitters are the scene's, and their steps count from there.
 pub fn set_inputs_from_result<T: Real, S: Space>(
     scene: &Scene,
     folder: &Path,
@@ -130,6 +197,7 @@ pub fn set_inputs_from_result<T: Real, S: Space>(
     let mut inputs = Inputs::default();
     let density = read_last_density(&path, &canvas, &mut inputs.notes).map_err(unread)?;
     solver.set_source(&narrowed(density)).map_err(unusable)?;
+    set_emitters(scene, solver, &mut None, &mut inputs.notes)?;
     for axis in 0..S::DIM {
         let faces = read_last_velocity(&path, axis, &canvas).map_err(unread)?;
         solver

@@ -2,9 +2,11 @@
 
 use super::frames::SolverFrames;
 use super::inputs::{Inputs, set_inputs, set_inputs_from_result, solver_refusal};
+use super::masses;
 use super::messages::{self, no_memory, not_finite};
 use super::outcome::{Facts, Outcome};
 use super::request::{Request, RunOptions};
+use super::settled::Settled;
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
@@ -26,6 +28,15 @@ const DIVERGENT: f64 = 1e-6;
 const BESIDE: usize = 256 << 10;
 /// Fields in double precision that exist while a shape is drawn.
 const FIELDS: usize = 2;
+
+/// Bytes of the densities of all steps.
+fn densities_bytes(planned: &Planned) -> usize {
+    let number = match planned.precision {
+        Precision::F32 => size_of::<f32>(),
+        Precision::F64 => size_of::<f64>(),
+    };
+    number * (planned.problem.steps + 1) * planned.problem.cells.iter().product::<usize>()
+}
 
 /// A solve that is ready to run.
 pub(super) struct Job {
@@ -49,7 +60,8 @@ impl Job {
         let bytes = planned.plan.bytes();
         let beside = BESIDE
             + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>()
-            + history_bytes(planned.most_iterations());
+            + history_bytes(planned.most_iterations())
+            + request.settled.map_or(0, |_| densities_bytes(&planned));
         let region = Region::new(bytes)
             .filter(|_| bytes::are_free(beside))
             .ok_or_else(|| no_memory(bytes))?;
@@ -124,10 +136,11 @@ impl Job {
         exec: &dyn Exec,
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
+        let masses = masses::of_a_free_flow::<T, S>(&self.request.scene, &self.planned, exec, block)?;
         let problem = self.planned.problem.problem();
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block)
             .map_err(|error| solver_refusal(&error))?;
-        let inputs = self.set_inputs(&mut solver)?;
+        let inputs = self.set_inputs(&mut solver, masses.as_deref())?;
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
         let mut watch = self.watch()?;
@@ -135,7 +148,8 @@ impl Job {
         inputs.notes.iter().for_each(|note| watch.display.file_note(note));
         self.prepare(&mut solver, exec, &watch)?;
         watch.clock.begin();
-        let ended = iterate(&mut solver, exec, &mut watch);
+        let mut settled = self.request.settled.map(Settled::new);
+        let ended = iterate(&mut solver, exec, &mut watch, settled.as_mut());
         watch.clock.solved();
         watch
             .display
@@ -162,10 +176,14 @@ impl Job {
     }
 
     /// Hands the solver what it starts from.
-    fn set_inputs<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>) -> Result<Inputs, Failure> {
+    fn set_inputs<T: Real, S: Space>(
+        &self,
+        solver: &mut Solver<'_, T, S>,
+        masses: Option<&[f64]>,
+    ) -> Result<Inputs, Failure> {
         match &self.request.from {
             Some(folder) => set_inputs_from_result(&self.request.scene, folder, solver),
-            None => set_inputs(&self.request.scene, solver),
+            None => set_inputs(&self.request.scene, solver, masses),
         }
     }
 
@@ -203,7 +221,12 @@ impl Job {
     }
 }
 
-fn iterate<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, watch: &mut Watch) -> Status {
+fn iterate<T: Real, S: Space>(
+    solver: &mut Solver<'_, T, S>,
+    exec: &dyn Exec,
+    watch: &mut Watch,
+    mut settled: Option<&mut Settled<T>>,
+) -> Status {
     loop {
         let progress = solver.step(exec, watch);
         // An iteration that was interrupted, or left the finite numbers, has no objective.
@@ -212,6 +235,9 @@ fn iterate<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, exec: &dyn Exec, wa
         }
         if let Some(status) = progress.status {
             return status;
+        }
+        if settled.as_mut().is_some_and(|rule| rule.after_iteration(solver)) {
+            return Status::Converged;
         }
     }
 }

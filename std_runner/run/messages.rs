@@ -119,7 +119,7 @@ pub(super) fn no_memory(bytes: usize) -> Failure {
 /// The failure of a solve without a result that could be written.
 pub(super) fn not_finite(scene: &Scene) -> Failure {
     Failure::NotFinite(format!(
-        "{}: the solve left the finite numbers, or a flow was too fast to follow from the start, and nothing was written; try --precision f64, more `time.steps` or a slower initial velocity",
+        "{}: the solve left the finite numbers, or a flow was too fast to follow from the start, and nothing was written; try --precision f64, more `time.steps`, a slower initial velocity or a weaker buoyancy",
         scene.document.path().display()
     ))
 }

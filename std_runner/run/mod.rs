@@ -6,9 +6,12 @@
 pub mod frames;
 pub mod inputs;
 mod job;
+mod masses;
 mod messages;
 mod outcome;
+mod reach;
 mod request;
+mod settled;
 
 pub(crate) use outcome::Outcome;
 pub(crate) use request::{Outputs, Request, RunOptions};

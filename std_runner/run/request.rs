@@ -38,6 +38,8 @@ pub(crate) struct Request {
     pub from: Option<PathBuf>,
     /// Listens for Ctrl-C; if there is none, the solve listens itself.
     pub interrupt: Option<Interrupt>,
+    /// Ends the solve as converged where no density changes by more than this part of the largest at the start between two iterations.
+    pub settled: Option<f64>,
 }
 
 impl Request {
@@ -49,6 +51,7 @@ impl Request {
             clock,
             from: None,
             interrupt: None,
+            settled: None,
         }
     }
 }

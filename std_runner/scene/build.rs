@@ -1,6 +1,6 @@
 //! From the raw sections to a checked [`Scene`].
 
-use super::check::shown;
+use super::check::{WEIGHTS, shown};
 use super::document::Document;
 use super::effects;
 use super::method::{advection, method};
@@ -8,7 +8,6 @@ use super::model::{Control, Flow, Grid, Output, Scene, Time};
 use super::raw::{RawControl, RawFlow, RawGrid, RawScene, RawTime, read};
 use super::shapes;
 use crate::exit::Failure;
-use core::ops::RangeInclusive;
 use std::path::PathBuf;
 use thurible_core::choices::Numbers;
 use thurible_core::problem::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
@@ -18,8 +17,6 @@ use toml::Value;
 
 /// Largest viscosity in units of dt and length: it spreads motion over the whole box in one step.
 const MOST_VISCOSITY: f64 = 1.0;
-/// Weights in units of dt and length within which single precision keeps its digits.
-const WEIGHTS: RangeInclusive<f64> = 1e-15..=1e15;
 
 /// What a scene leaves out.
 fn standard() -> Problem<'static> {
@@ -34,6 +31,7 @@ pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
     scene.keyframes = shapes::keyframes(document, keyframes, steps)?;
     let last = scene.keyframes.last().map_or(0, |keyframe| keyframe.stay().last);
     scene.release = effects::release(document, release, steps, last)?;
+    effects::check_smoke(&scene)?;
     Ok(scene)
 }
 
@@ -60,6 +58,7 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         control.force_weight,
         (unit / time.dt).powi(2),
     )?;
+    check_schedule(&document, &control, (unit / time.dt).powi(2))?;
     check_weight(
         &document,
         "method.admm.penalty",
@@ -238,6 +237,24 @@ fn initial_velocity(document: &Document, raw: Option<Value>) -> Result<Option<Pa
         Some(other) => shown(&other),
     };
     Err(document.outside(key, found, "\"rest\" or { file = \"v0.npz\" }"))
+}
+
+/// Refuses a factor of the schedule with which the weight of the force is out of range in units of dt and length.
+fn check_schedule(document: &Document, control: &Control, scale: f64) -> Result<(), Failure> {
+    let priced = |&(_, factor): &(usize, f64)| control.force_weight * factor * scale;
+    let outside = |pair: &(usize, f64)| !WEIGHTS.contains(&priced(pair));
+    let mut pairs = control.schedule.iter().enumerate();
+    pairs.find(|(_, pair)| outside(pair)).map_or(Ok(()), |(index, pair)| {
+        let why = format!(
+            "is {:?}, with which the weight of the force in units of dt and length is {:e}, but only {:e} to {:e} is allowed there; change it \
+             or `control.force_weight`",
+            pair.1,
+            priced(pair),
+            WEIGHTS.start(),
+            WEIGHTS.end()
+        );
+        Err(document.refuse(&format!("control.schedule[{index}][1]"), why))
+    })
 }
 
 /// Refuses a weight that is out of range in units of dt and length.

@@ -8,6 +8,9 @@ use thurible_core::choices::Numbers;
 use thurible_core::words::{Named, one_of};
 use toml::Value;
 
+/// Weights, of forces in units of dt and length, within which single precision keeps its digits.
+pub(super) const WEIGHTS: RangeInclusive<f64> = 1e-15..=1e15;
+
 impl Document {
     /// What stands at `key`, or the sentence for a key that is needed and missing.
     pub(super) fn required<T>(&self, key: &str, value: Option<T>, remedy: &str) -> Result<T, Failure> {
@@ -66,6 +69,17 @@ impl Document {
             Value::Integer(number) => self.number(key, *number as f64, Numbers::Positive),
             other => Err(self.outside(key, shown(other), Numbers::Positive)),
         }
+    }
+
+    /// A positive number that multiplies a part of the objective, of a value that may be anything.
+    pub(super) fn weight_value(&self, key: &str, found: &Value) -> Result<f64, Failure> {
+        let weight = self.positive_value(key, found)?;
+        if WEIGHTS.contains(&weight) {
+            return Ok(weight);
+        }
+        let (least, most) = (WEIGHTS.start(), WEIGHTS.end());
+        let wanted = format_args!("a number from {least:e} to {most:e}");
+        Err(self.outside(key, format_args!("{weight:?}"), wanted))
     }
 
     /// The choice that the word `found` stands for.

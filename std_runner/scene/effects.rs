@@ -2,11 +2,12 @@
 
 use super::check::shown;
 use super::document::Document;
-use super::model::{Emission, Grid};
+use super::model::{Emission, Grid, Scene};
 use super::shapes;
 use crate::exit::Failure;
-use crate::keyframes::ShapeSpec;
+use crate::keyframes::{DENSEST, ShapeSpec};
 use thurible_core::choices::Numbers;
+use thurible_core::problem::MAX_STEPS;
 use thurible_core::{Emitter, Supply};
 use toml::{Table, Value};
 
@@ -56,7 +57,15 @@ fn supply(
     rate: Option<Value>,
     target: Option<Value>,
 ) -> Result<Supply, Failure> {
-    let read = |name: &str, found: &Value| document.positive_value(&format!("{key}.{name}"), found);
+    let read = |name: &str, found: &Value| {
+        let key = format!("{key}.{name}");
+        let supply = document.positive_value(&key, found)?;
+        if supply > DENSEST {
+            let wanted = format_args!("a number above 0 and at most {DENSEST}");
+            return Err(document.outside(&key, format_args!("{supply:?}"), wanted));
+        }
+        Ok(supply)
+    };
     match (rate, target) {
         (Some(rate), None) => Ok(Supply::Rate(read("rate", &rate)?)),
         (None, Some(target)) => Ok(Supply::Target(read("target", &target)?)),
@@ -85,6 +94,23 @@ pub(super) fn obstacles(
     tables.map(obstacle).collect()
 }
 
+/// Refuses keyframes before there is any smoke.
+pub(super) fn check_smoke(scene: &Scene) -> Result<(), Failure> {
+    let (document, emitters) = (&scene.document, &scene.emitters);
+    let begins = emitters.iter().map(|emitter| emitter.emits.from).min();
+    if let (None, Some(begins)) = (&scene.source, begins)
+        && let Some(early) = scene.keyframes.iter().find(|keyframe| keyframe.step <= begins)
+    {
+        let why = format!(
+            "is {}, but there is no [source], and the first emitter begins at step {begins}, so there is no smoke yet; let it begin sooner, move \
+             the keyframe later, or write a [source]",
+            early.step
+        );
+        return Err(document.refuse(&format!("{}.step", early.key), why));
+    }
+    Ok(())
+}
+
 /// The step of `[[release]]`, of which there is one at most; `last` is that of the last keyframe.
 pub(super) fn release(
     document: &Document,
@@ -104,7 +130,15 @@ pub(super) fn release(
     let key = "release[0].from";
     let remedy = "write the step from which no force acts, as in from = 40";
     let from = document.required(key, table.remove("from"), remedy)?;
-    let from = document.whole_value(key, &from, 2..=steps - 1)?;
+    // Beyond the end there is more to say than which numbers are allowed.
+    let from = document.whole_value(key, &from, 2..=MAX_STEPS)?;
+    if from >= steps {
+        let why = format!(
+            "is {from}, but the scene ends at step {steps}, and nothing would be left to blow away; raise `time.steps`, or release the smoke \
+             sooner"
+        );
+        return Err(document.refuse(key, why));
+    }
     if from < last {
         let why = format!(
             "is {from}, but a keyframe stands at step {last}, to which no force would lead; release the smoke there or later"
@@ -130,7 +164,7 @@ pub(super) fn schedule(
     let mut pairs: Vec<(usize, f64)> = Vec::new();
     for (index, item) in items.iter().enumerate() {
         let key = format!("{key}[{index}]");
-        let Some([step, factor]) = item.as_array().and_then(|pair| pair.first_chunk()) else {
+        let Some([step, factor]) = item.as_array().map(Vec::as_slice) else {
             return Err(document.outside(&key, shown(item), "a pair of step and factor, as in [40, 0.1],"));
         };
         let step = document.whole_value(&format!("{key}[0]"), step, 0..=steps)?;
@@ -164,7 +198,7 @@ pub(super) fn buoyancy(
             let length = gravity.iter().map(|x| x * x).sum::<f64>().sqrt();
             if gravity.len() != dims || !(length > 0.0 && length.is_finite()) {
                 let wanted = format!(
-                    "a direction of {dims} numbers, as in {},",
+                    "a direction of {dims} numbers, not all 0, as in {},",
                     if dims == 2 { "[0, -1]" } else { "[0, 0, -1]" }
                 );
                 return Err(document.outside(key, format_args!("{gravity:?}"), wanted));
@@ -172,5 +206,6 @@ pub(super) fn buoyancy(
             up.iter_mut().zip(&gravity).for_each(|(up, x)| *up = -x / length);
         }
     }
-    Ok(up.map(|part| strength * part))
+    // The sum is 0, not -0, along the other axes.
+    Ok(up.map(|part| strength * part + 0.0))
 }

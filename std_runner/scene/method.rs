@@ -100,6 +100,15 @@ fn table(document: &Document, key: &str, given: Option<Value>) -> Result<Table, 
     given.map_or(Ok(Table::new()), |given| read(document, key, given))
 }
 
+/// Says of a key that had its place here in earlier versions where it is now.
+fn refuse_what_moved(document: &Document, key: &str, table: &Table) -> Result<(), Failure> {
+    if key == "simulation" && table.contains_key("buoyancy") {
+        let why = "is not there any more: its place is `flow.buoyancy`, where it serves every method but admm; write it under [flow]";
+        return Err(document.refuse("simulation.buoyancy", why));
+    }
+    Ok(())
+}
+
 /// Makes the choices of the table at `key`.
 fn choose(
     document: &Document,
@@ -108,6 +117,7 @@ fn choose(
     choices: &mut dyn Choices,
 ) -> Result<(), Failure> {
     let table = table(document, key, given)?;
+    refuse_what_moved(document, key, &table)?;
     let all = choices.table();
     document.only(
         key,

@@ -4,7 +4,7 @@ use super::document::Document;
 use crate::keyframes::{Canvas, ShapeSpec};
 use crate::stay::Stay;
 use std::path::PathBuf;
-use thurible_core::{Advection, Boundary, Emitter, Params};
+use thurible_core::{Advection, Boundary, Emitter, Params, Supply};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -140,6 +140,12 @@ pub struct Output {
 }
 
 impl Scene {
+    /// Whether keyframes take the mass of a free flow: where emitters fill up to a target, it is not known before.
+    pub fn asks_a_free_flow(&self) -> bool {
+        let fills = |emitter: &Emission| matches!(emitter.emits.supply, Supply::Target(_));
+        self.control.match_mass && !self.keyframes.is_empty() && self.emitters.iter().any(fills)
+    }
+
     /// The grid as the shapes see it.
     pub fn canvas(&self) -> Canvas {
         Canvas {

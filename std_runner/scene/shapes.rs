@@ -60,7 +60,7 @@ fn keyframe(document: &Document, index: usize, mut table: Table, steps: usize) -
             table.insert("weight".into(), found);
             1.0
         }
-        Some(found) => document.positive_value(&format!("{key}.weight"), &found)?,
+        Some(found) => document.weight_value(&format!("{key}.weight"), &found)?,
         None => 1.0,
     };
     let region = match table.remove("region") {

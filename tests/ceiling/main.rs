@@ -205,7 +205,7 @@ fn drawing_takes_what_is_promised() {
     let solve = ["solve", "scene.toml", "--threads", "1", "--quiet", "-o", "out"];
     let promised = bytes + BESIDE + DRAWING * 1024 * 1024;
     assert!(
-        words(&run(&folder, promised, &solve)).contains("puts no smoke into the box"),
+        words(&run(&folder, promised, &solve)).contains("puts nothing into the box"),
         "with {promised} bytes of addresses"
     );
     let (code, peak) = ended(limited(&folder, promised, &solve));

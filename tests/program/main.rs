@@ -12,6 +12,7 @@ mod support;
 
 mod compare;
 mod damaged;
+mod effects;
 mod files;
 #[cfg(unix)]
 mod interrupts;

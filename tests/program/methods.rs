@@ -138,12 +138,7 @@ fn a_result_is_continued_freely() {
 fn smoke_rises_without_control() {
     let folder = simulated(
         "buoyant",
-        &[
-            "--set",
-            "simulation.buoyancy=1e-3",
-            "--set",
-            "flow.viscosity=1e-3",
-        ],
+        &["--set", "flow.buoyancy=1e-3", "--set", "flow.viscosity=1e-3"],
     );
     let outcome = verify("buoyant", &folder);
     let page = fs::read_to_string(folder.join("report.html")).unwrap();
@@ -175,7 +170,7 @@ fn admm_prices_no_curls() {
         "control.smoothness=1.5",
     ];
     let words = [
-        "--set control.smoothness=1.5: `control.smoothness` is 1.5",
+        "--set control.smoothness=1.5: `control.smoothness` is more than",
         "the method admm",
         "0 or \"auto\"",
         "another method",

@@ -77,6 +77,25 @@ fn a_page_of_the_papers_scenes() {
     }
     let table = table(&page);
     assert_eq!(table.len(), 1 + 5);
+    let rows = scenes.iter().flat_map(|scene| scene["rows"].as_array().unwrap());
+    for (index, row) in rows.enumerate() {
+        let said = cell(&table, index, "ended").strip_prefix("failed: ");
+        assert_eq!(said, row["failed"].as_str());
+        let missed = row["keyframe_error"].as_f64().unwrap() > 0.2;
+        assert_eq!(
+            said.is_some_and(|why| why.contains("missed by")),
+            missed,
+            "{said:?}"
+        );
+    }
+    assert!(
+        scenes[0]["rows"][1]["failed"]
+            .as_str()
+            .unwrap()
+            .ends_with("at its limit"),
+        "three iterations are no convergence of admm"
+    );
+    assert!(page.contains("A row has failed where"));
     assert_eq!(cell(&table, 0, "size"), "16 \u{d7} 16, 60 steps");
     assert!(
         page.contains("not for the 1/8 of this run") && page.contains("0.67 GB"),
@@ -106,4 +125,39 @@ fn a_page_of_the_papers_scenes() {
     ]);
     assert_eq!(again.code, 0, "{}", again.err);
     verify("abc", &folder.join("abc/direct"));
+}
+
+/// LBFGS ends by the paper's rule, and the iterations that it took stand beside those of the paper, whose figures stand by their methods.
+#[test]
+fn lbfgs_ends_as_in_the_paper() {
+    let folder = fresh_folder("paper_lbfgs").join("out");
+    let ended = run(&[
+        "paper",
+        "fluid",
+        "--scale",
+        "1/8",
+        "--methods",
+        "lbfgs,admm",
+        "--quiet",
+        "--no-pictures",
+        "-o",
+        folder.to_str().unwrap(),
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let facts = json(&folder.join("paper.json"));
+    let page = fs::read_to_string(folder.join("paper.md")).unwrap();
+    let beside = page.split_once("Beside the paper's Table 2").unwrap().1;
+    let beside = table(beside);
+    for (index, scene) in facts["scenes"].as_array().unwrap().iter().enumerate() {
+        let row = &scene["rows"][0];
+        let iterations = row["iterations"].as_u64().unwrap();
+        assert_eq!(row["status"], "converged");
+        assert!((2..500).contains(&iterations), "{iterations}");
+        let [lbfgs, admm] = [2 * index, 2 * index + 1];
+        assert_eq!(cell(&beside, lbfgs, "iterations"), iterations.to_string());
+        assert_eq!(cell(&beside, lbfgs, "paper: iterations of LBFGS"), "71");
+        assert_eq!(cell(&beside, lbfgs, "paper: iterations"), "");
+        assert_eq!(cell(&beside, admm, "paper: iterations"), "13");
+        assert_eq!(cell(&beside, admm, "paper: iterations of LBFGS"), "");
+    }
 }

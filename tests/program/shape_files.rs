@@ -46,7 +46,7 @@ fn wrong_files_are_refused_by_name() {
         ("file = \"smoke.vdb\"", 2, "cannot be read"),
         ("file = \"nan.npy\"", 2, "holds NaN at [0, 1]"),
         ("file = \"negative.npy\"", 2, "holds -2 at [0, 1]"),
-        ("file = \"zero.npy\"", 2, "puts no smoke"),
+        ("file = \"zero.npy\"", 2, "puts nothing"),
         ("file = \"short.npy\"", 2, "promises 16"),
         ("file = \"flat.npy\"", 2, "has the shape (4)"),
         ("file = \"none.npy\"", 2, "has the shape (0 x 2)"),

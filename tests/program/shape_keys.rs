@@ -69,7 +69,7 @@ const WRONG_KEYS: [(&str, usize, &str); 26] = [
     (
         "circle = { center = [5, 5], radius = 0.1 }",
         2,
-        "`circle` puts no smoke into the box",
+        "`circle` puts nothing into the box",
     ),
     (
         "box = { min = [0.5, 0.5], max = [0.4, 0.6] }",

@@ -1,6 +1,7 @@
 //! Every kind of bad input gets its sentence and its exit code; nothing panics and nothing is written.
 
 mod commands;
+mod effects;
 mod scenes;
 mod values;
 

@@ -1,5 +1,6 @@
 //! Scenes that are refused: their keys, types, shapes and files.
 
+use super::effects::EFFECTS;
 use super::values::VALUES;
 use super::{
     CELLS, GOOD, METHOD, OUTPUT, SOURCE, STEP, STEPS, Spoiled, TARGET, complaint, spoiled, unreadable,
@@ -181,7 +182,7 @@ const SCENES: &[Spoiled] = &[
             "scene.toml:9",
             "`keyframe[0].holds`",
             "no key `holds` here",
-            "`step`, `hold`, `circle`",
+            "`step`, `hold`, `region`, `circle`",
             "`fit`",
         ],
     ),
@@ -218,8 +219,12 @@ const SCENES: &[Spoiled] = &[
     ),
     spoiled(
         METHOD,
-        "[simulation]\nbuoyancy = inf",
-        &["`simulation.buoyancy` is inf", "finite"],
+        "[simulation]\nbuoyancy = 1e-3",
+        &[
+            "scene.toml:12: `simulation.buoyancy`",
+            "its place is `flow.buoyancy`",
+            "write it under [flow]",
+        ],
     ),
     spoiled(
         METHOD,
@@ -270,7 +275,7 @@ const SCENES: &[Spoiled] = &[
     spoiled(
         SOURCE,
         "circle = { center = [7.0, 7.0], radius = 0.3 }",
-        &["in source", "no smoke"],
+        &["in source", "puts nothing into the box"],
     ),
     spoiled(
         SOURCE,
@@ -345,7 +350,7 @@ fn wrong_scenes_are_refused_with_their_place() {
     fs::write(folder.join("nan.npy"), nan_file()).unwrap();
     let (scene, out) = (folder.join("scene.toml"), folder.join("out"));
     let mut complaints = String::new();
-    for case in SCENES.iter().chain(VALUES) {
+    for case in SCENES.iter().chain(VALUES).chain(EFFECTS) {
         assert!(GOOD.contains(case.from), "{}", case.from);
         fs::write(&scene, GOOD.replacen(case.from, case.to, 1)).unwrap();
         let ended = run(&["solve", scene.to_str().unwrap()]);

@@ -69,6 +69,19 @@ impl Grid {
         }) as usize
     }
 
+    /// The density at the faces of an axis: the mean of its two cells, 0 on walls.
+    pub fn at_faces(&self, rho: &Field, axis: usize) -> Field {
+        let mut out = Field::zeros(self.faces(axis));
+        for at in indices(out.size) {
+            let wall = !self.periodic[axis] && [0, self.cells[axis]].contains(&at[axis]);
+            let cell = |step| rho.at(with(at, axis, self.cell(axis, at[axis], step)));
+            if !wall {
+                out.add(at, 0.5 * (cell(-1) + cell(0)));
+            }
+        }
+        out
+    }
+
     /// The rate of change of the density, L(v) rho.
     pub fn transport(&self, rho: &Field, v: &[Field], scheme: &str) -> Field {
         let mut out = Field::zeros(self.cells);

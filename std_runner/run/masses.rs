@@ -1,0 +1,51 @@
+//! The mass that keyframes are scaled to where emitters fill up to a target: nobody knows it before, so a free flow is asked.
+
+use super::inputs::set_smoke;
+use crate::exit::Failure;
+use crate::plan::Planned;
+use crate::problem::OwnedProblem;
+use crate::scene::Scene;
+use core::mem::MaybeUninit;
+use thurible_core::{Exec, Method, Params, Real, Silent, Solver, Space};
+
+/// The mass of the smoke at every step of a flow that nothing steers, simulated in the block of the solve; `None` where no keyframe asks.
+///
+/// # Errors
+/// The block is too small for a simulation, or the flow too fast.
+pub(super) fn of_a_free_flow<T: Real, S: Space>(
+    scene: &Scene,
+    planned: &Planned,
+    exec: &dyn Exec,
+    block: &mut [MaybeUninit<u8>],
+) -> Result<Option<Vec<f64>>, Failure> {
+    if !scene.asks_a_free_flow() {
+        return Ok(None);
+    }
+    let free = OwnedProblem {
+        keyframes: Vec::new(),
+        keyframe_weights: Vec::new(),
+        keyframe_regions: false,
+        release: None,
+        schedule: Vec::new(),
+        ..planned.problem.clone()
+    };
+    let params = Params {
+        method: Method::Simulate,
+        ..planned.params
+    };
+    let unknown = |why: &str| {
+        let why = format!("cannot be true here: {why}; set it to false, or let the emitters add by a rate");
+        scene.document.refuse("control.match_mass", why)
+    };
+    let mut solver = Solver::<T, S>::new(&free.problem(), &params, block)
+        .map_err(|error| unknown(&format!("the mass is that of a free flow, and {error}")))?;
+    set_smoke(scene, &mut solver, &mut Vec::new())?;
+    solver.solve(exec, &mut Silent, &mut |_| {});
+    if !solver.is_finished() {
+        return Err(unknown(
+            "the mass is that of a free flow, which becomes too fast to follow",
+        ));
+    }
+    let mass = |step| solver.density(step).iter().map(|x| x.to_f64()).sum();
+    Ok(Some((0..=solver.steps()).map(mass).collect()))
+}

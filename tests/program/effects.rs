@@ -1,0 +1,311 @@
+//! Scenes that make smoke on the way, let it rise, weigh and hold their keyframes, and let go of it: solved by the program, and checked.
+
+use crate::small::refused;
+use crate::support::verify::{Outcome, verify};
+use crate::support::{fresh_folder, run};
+use std::fs;
+
+/// Everything at once in 2D, but for what a test sets otherwise.
+const ALL: &str = "\
+[grid]
+cells = [24, 20]
+[time]
+steps = 14
+[source]
+circle = { center = [0.5, 0.25], radius = 0.12 }
+[[emitter]]
+from = 1
+to = 7
+rate = 0.2
+box = { min = [0.3, 0.05], max = [0.6, 0.2] }
+[[keyframe]]
+step = 5
+weight = 2.5
+circle = { center = [0.4, 0.4], radius = 0.2 }
+region = { box = { min = [0, 0], max = [0.5, 1] } }
+[[keyframe]]
+step = 9
+hold = 2
+circle = { center = [0.55, 0.5], radius = 0.22 }
+[[release]]
+from = 11
+[control]
+schedule = [[2, 1.0], [9, 0.2]]
+[flow]
+buoyancy = 5e-3
+viscosity = 1e-4
+[method]
+iterations = 4
+[output]
+frames = false
+";
+
+/// Writes `scene`, runs `command` on it with `more` arguments into a fresh folder, demands that it ends well, and checks what came of it.
+fn checked(test: &str, scene: &str, command: &str, more: &[&str]) -> Outcome {
+    let folder = fresh_folder(test);
+    let (path, out) = (folder.join("scene.toml"), folder.join("out"));
+    fs::write(&path, scene).unwrap();
+    let mut arguments = vec![
+        command,
+        path.to_str().unwrap(),
+        "--quiet",
+        "-o",
+        out.to_str().unwrap(),
+    ];
+    arguments.extend(more);
+    let ended = run(&arguments);
+    assert!(
+        ended.code == 0 || ended.code == 5,
+        "{test}: exit code {}, {}",
+        ended.code,
+        ended.err
+    );
+    verify(test, &out)
+}
+
+/// That an outcome of [`ALL`] is said to have what it has.
+fn has_all(outcome: &Outcome) {
+    let report = &outcome.report;
+    assert_eq!(report["emission"], true);
+    assert_eq!(report["release"], 11);
+    assert_eq!(
+        outcome.weights,
+        [2.5, 1.0, 1.0, 1.0],
+        "one for each step of a keyframe"
+    );
+    assert_eq!((outcome.regions.len(), outcome.targets.len()), (4, 4));
+    let factors = &outcome.schedule;
+    assert_eq!(factors.len(), outcome.force.len());
+    assert!(
+        factors[..=2]
+            .iter()
+            .chain(&factors[9..])
+            .all(|factor| [1.0, 0.2].contains(factor))
+            && factors[2..=9].windows(2).all(|pair| pair[0] > pair[1]),
+        "{factors:?}"
+    );
+    let emits = |step: usize| outcome.emission[step].sum() > 0.0;
+    assert_eq!(outcome.emission.len(), outcome.velocity.len());
+    assert!((0..outcome.emission.len()).all(|step| emits(step) == (1..7).contains(&step)));
+    // Force in slot k turns v_k into v_{k+1}, so from slot 10 on there is none.
+    let acts = |slot: &Vec<_>| {
+        slot.iter()
+            .any(|field: &crate::support::field::Field| field.max_abs() > 0.0)
+    };
+    assert!(acts(&outcome.force[9]) && outcome.force[10..].iter().all(|slot| !acts(slot)));
+}
+
+#[test]
+fn everything_at_once_by_direct() {
+    has_all(&checked("effects_direct", ALL, "solve", &[]));
+}
+
+/// In double precision, with a ring along x and gravity along it.
+#[test]
+fn everything_at_once_on_a_ring() {
+    let ring = [
+        "--precision",
+        "f64",
+        "--set",
+        "grid.boundary=[\"periodic\", \"wall\"]",
+        "--set",
+        "flow.gravity=[1, 0]",
+    ];
+    let outcome = checked("effects_ring", ALL, "solve", &ring);
+    has_all(&outcome);
+    assert_eq!(
+        (
+            &outcome.report["gravity_axis"],
+            outcome.report["buoyancy"].as_f64()
+        ),
+        (&0.into(), Some(-5e-3))
+    );
+}
+
+#[test]
+fn everything_at_once_in_3d() {
+    let solid = ALL
+        .replace("[24, 20]", "[12, 9, 10]")
+        .replace(
+            "min = [0.3, 0.05], max = [0.6, 0.2]",
+            "min = [0.3, 0.2, 0.05], max = [0.6, 0.5, 0.2]",
+        )
+        .replace(
+            "min = [0, 0], max = [0.5, 1]",
+            "min = [0, 0, 0], max = [0.5, 1, 1]",
+        )
+        .replace("circle", "sphere")
+        .replace("iterations = 4", "iterations = 2");
+    let outcome = checked("effects_3d", &solid, "solve", &[]);
+    has_all(&outcome);
+    assert_eq!(outcome.report["gravity_axis"], 2, "buoyancy is along z");
+}
+
+#[test]
+fn everything_at_once_by_lbfgs() {
+    has_all(&checked("effects_lbfgs", ALL, "solve", &["--method", "lbfgs"]));
+}
+
+#[test]
+fn everything_at_once_by_pd() {
+    has_all(&checked("effects_pd", ALL, "solve", &["--method", "pd"]));
+}
+
+/// A free flow has emitters and buoyancy; keyframes and what belongs to them are left out.
+#[test]
+fn emitted_smoke_rises_freely() {
+    let outcome = checked("effects_simulate", ALL, "simulate", &[]);
+    assert!(outcome.targets.is_empty() && outcome.report["release"].is_null());
+    let (first, last) = (&outcome.density[0], outcome.density.last().unwrap());
+    assert!(last.sum() > 1.5 * first.sum(), "nothing was emitted");
+}
+
+/// Gravity along no axis of the box.
+#[test]
+fn smoke_rises_along_any_direction() {
+    let outcome = checked(
+        "effects_slanted",
+        ALL,
+        "solve",
+        &["--set", "flow.gravity=[3, -4]"],
+    );
+    let report = &outcome.report;
+    assert!(report["gravity_axis"].is_null(), "{}", report["gravity_axis"]);
+    for (axis, expected) in [-3e-3, 4e-3].into_iter().enumerate() {
+        let found = report["acceleration"][axis].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+    }
+}
+
+/// A result goes on with the scene's emitters.
+#[test]
+fn a_result_is_continued_with_emitters() {
+    let folder = fresh_folder("effects_continued");
+    let scene = folder.join("scene.toml");
+    fs::write(&scene, ALL).unwrap();
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (scene, before, after) = (path("scene.toml"), path("before"), path("after"));
+    let ended = run(&[
+        "solve",
+        &scene,
+        "--quiet",
+        "--set",
+        "method.iterations=1",
+        "-o",
+        &before,
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let ended = run(&["simulate", &scene, "--quiet", "--from", &before, "-o", &after]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let outcome = verify("continued with emitters", after.as_ref());
+    assert!(outcome.emission[1].sum() > 0.0);
+}
+
+/// Other sizes and lengths of a scene are planned with its emitters, schedule and release at their share of the time.
+#[test]
+fn effects_are_planned_at_other_sizes() {
+    let folder = fresh_folder("effects_plan");
+    let scene = folder.join("scene.toml");
+    fs::write(&scene, ALL).unwrap();
+    let ended = run(&["plan", scene.to_str().unwrap()]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let (_, others) = ended.out.split_once("f64 bytes\n").unwrap();
+    let sizes = others.lines().take_while(|line| !line.is_empty());
+    assert!(
+        sizes.clone().count() > 4 && sizes.clone().all(|line| !line.ends_with('-')),
+        "{others}"
+    );
+}
+
+/// Smoke that is filled up to a density, from nothing.
+const FILLED: &str = "\
+[grid]
+cells = [20, 24]
+[time]
+steps = 10
+[[emitter]]
+to = 6
+target = 0.8
+circle = { center = [0.4, 0.2], radius = 0.1 }
+[[keyframe]]
+step = 10
+circle = { center = [0.4, 0.5], radius = 0.12 }
+[control]
+match_mass = false
+[flow]
+buoyancy = 1e-2
+[method]
+iterations = 4
+[output]
+frames = false
+";
+
+#[test]
+fn smoke_is_filled_up_to_a_target() {
+    for method in ["direct", "lbfgs", "pd"] {
+        let outcome = checked(
+            &format!("effects_filled_{method}"),
+            FILLED,
+            "solve",
+            &["--method", method],
+        );
+        assert_eq!(outcome.density[0].max_abs(), 0.0, "there is no source");
+        // In the middle of the emitter the shape is 1, and its density is kept there.
+        for step in 1..=6 {
+            let kept = outcome.density[step].at([8, 4, 0]);
+            assert!((0.7..0.85).contains(&kept), "{method}, step {step}: {kept}");
+        }
+        assert!(outcome.emission[5].sum() > 0.0 && outcome.emission[6].sum() == 0.0);
+    }
+}
+
+/// What ADMM can do of it: emitters, weights, regions, holds and a release.
+#[test]
+fn admm_knows_emitters_weights_and_regions() {
+    let scene = ALL
+        .replace("schedule = [[2, 1.0], [9, 0.2]]\n", "")
+        .replace("buoyancy = 5e-3\n", "");
+    for precision in ["f32", "f64"] {
+        let test = format!("effects_admm_{precision}");
+        let outcome = checked(
+            &test,
+            &scene,
+            "solve",
+            &["--method", "admm", "--precision", precision],
+        );
+        assert_eq!(outcome.weights, [2.5, 1.0, 1.0, 1.0]);
+        assert!(!outcome.emission.is_empty() && outcome.regions.len() == 4 && outcome.schedule.is_empty());
+    }
+}
+
+#[test]
+fn admm_refuses_what_it_cannot() {
+    let folder = fresh_folder("effects_admm_refuses");
+    let path = folder.join("scene.toml");
+    let alone = |without: &str| ALL.replace(without, "");
+    let cases = [
+        (
+            alone("schedule = [[2, 1.0], [9, 0.2]]\n"),
+            [
+                "scene.toml:25: `flow.buoyancy`",
+                "method admm",
+                "set it to 0, or take another method",
+            ],
+        ),
+        (
+            alone("buoyancy = 5e-3\n"),
+            [
+                "scene.toml:24: `control.schedule`",
+                "method admm",
+                "leave it out, or take another method",
+            ],
+        ),
+    ];
+    for (scene, words) in cases {
+        fs::write(&path, scene).unwrap();
+        refused(
+            &run(&["solve", path.to_str().unwrap(), "--method", "admm"]),
+            &words,
+        );
+    }
+}
