@@ -1,4 +1,4 @@
-//! Fields of the result by a code: densities, targets, velocities and forces.
+//! Fields of the result by a code: densities, targets and regions, velocities, forces, and what emitters added.
 
 use crate::each;
 use crate::instance::{self, Body, Thurible};
@@ -8,7 +8,7 @@ use crate::result::ThuribleResult;
 use core::ffi::c_void;
 use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 use thurible_core::solver::Strided;
-use thurible_core::{Output, Real, Solver, Space};
+use thurible_core::{Output, Real, Serial, Solver, Space};
 
 /// A field of the result.
 #[repr(C)]
@@ -22,20 +22,44 @@ pub enum ThuribleField {
     Velocity = 2,
     /// A component of the force at step 0 .. N-2, which turns the velocity of that step into the next one.
     Force = 3,
+    /// The region of keyframe 0 .., in place of a step, where keyframes have regions.
+    Region = 4,
+    /// What emitters added to the density after step 0 .. N-1, where there are emitters. It lies nowhere, so that it cannot be viewed.
+    Emission = 5,
 }
 
-/// The output that a code stands for, if the method gives it; `None` stands for the targets of keyframes.
-fn output_of(body: &Body, field: u32) -> Result<Option<Output>, ThuribleResult> {
+/// What a code stands for.
+#[derive(Clone, Copy)]
+enum What {
+    /// An output of the method.
+    Output(Output),
+    /// The targets of keyframes.
+    Targets,
+    /// Their regions.
+    Regions,
+    /// What emitters added.
+    Emission,
+}
+
+/// What a code stands for, if the instance has it.
+fn what(body: &Body, field: u32) -> Result<What, ThuribleResult> {
     let codes = [
-        (ThuribleField::Density, Some(DENSITY)),
-        (ThuribleField::Keyframe, None),
-        (ThuribleField::Velocity, Some(VELOCITY)),
-        (ThuribleField::Force, Some(FORCE)),
+        (ThuribleField::Density, What::Output(DENSITY)),
+        (ThuribleField::Keyframe, What::Targets),
+        (ThuribleField::Velocity, What::Output(VELOCITY)),
+        (ThuribleField::Force, What::Output(FORCE)),
+        (ThuribleField::Region, What::Regions),
+        (ThuribleField::Emission, What::Emission),
     ];
     let found = codes.into_iter().find(|&(code, _)| code as u32 == field);
     found
-        .map(|(_, output)| output)
-        .filter(|output| output.is_none_or(|output| all(body).contains(&output)))
+        .map(|(_, what)| what)
+        .filter(|what| match what {
+            What::Output(output) => all(body).contains(output),
+            What::Targets => true,
+            What::Regions => body.sizes.regions > 0,
+            What::Emission => body.sizes.emitters > 0,
+        })
         .ok_or(ThuribleResult::Index)
 }
 
@@ -44,26 +68,44 @@ fn output_of(body: &Body, field: u32) -> Result<Option<Output>, ThuribleResult> 
 enum Place {
     /// The target of a keyframe.
     Target(usize),
+    /// The region of a keyframe.
+    Region(usize),
     /// A component of an output.
     Part(Part),
+    /// What was added after a step.
+    Emission(usize),
 }
 
 impl Place {
     fn new(body: &Body, field: u32, step: usize, axis: usize) -> Result<Self, ThuribleResult> {
-        match output_of(body, field)? {
-            Some(output) => Part::new(body, output, step, axis).map(Self::Part),
-            None if step < body.sizes.keyframes && axis == 0 => Ok(Self::Target(step)),
-            None => Err(ThuribleResult::Index),
+        let sizes = body.sizes;
+        match what(body, field)? {
+            What::Output(output) => Part::new(body, output, step, axis).map(Self::Part),
+            What::Targets if step < sizes.keyframes && axis == 0 => Ok(Self::Target(step)),
+            What::Regions if step < sizes.regions && axis == 0 => Ok(Self::Region(step)),
+            What::Emission if step < sizes.steps && axis == 0 => {
+                if each!(&body.solver, solver => solver.is_finished()) {
+                    Ok(Self::Emission(step))
+                } else {
+                    Err(ThuribleResult::NoResult)
+                }
+            }
+            _ => Err(ThuribleResult::Index),
         }
     }
 
-    fn view<T: Real, S: Space>(self, solver: &Solver<'_, T, S>) -> ThuribleView {
-        match self {
-            Self::Target(index) => ThuribleView::of(Strided {
-                numbers: solver.keyframe(index),
+    fn view<T: Real, S: Space>(self, solver: &Solver<'_, T, S>) -> Result<ThuribleView, ThuribleResult> {
+        let cells = |numbers| {
+            ThuribleView::of(Strided {
+                numbers,
                 ..solver.in_place(&DENSITY, 0, 0)
-            }),
-            Self::Part(part) => part.view(solver),
+            })
+        };
+        match self {
+            Self::Target(index) => Ok(cells(solver.keyframe(index))),
+            Self::Region(index) => Ok(cells(solver.keyframe_region(index))),
+            Self::Part(part) => Ok(part.view(solver)),
+            Self::Emission(_) => Err(ThuribleResult::Index),
         }
     }
 
@@ -71,29 +113,34 @@ impl Place {
     /// `out` is null or points to `bytes` bytes to write.
     unsafe fn copy<T: Real, S: Space>(
         self,
-        solver: &Solver<'_, T, S>,
+        solver: &mut Solver<'_, T, S>,
         out: *mut c_void,
         bytes: usize,
     ) -> Result<(), ThuribleResult> {
-        match self {
-            Self::Target(index) => {
-                let target = solver.keyframe(index);
-                // SAFETY: the caller's promise.
-                let out = unsafe { array::<T>(out, bytes, target.len()) }?;
-                out.iter_mut()
-                    .zip(target)
-                    .for_each(|(out, &density)| *out = density);
-                Ok(())
-            }
+        let given = match self {
+            Self::Target(index) => solver.keyframe(index),
+            Self::Region(index) => solver.keyframe_region(index),
             // SAFETY: the caller's promise.
-            Self::Part(part) => unsafe { part.copy(solver, out, bytes) },
-        }
+            Self::Part(part) => return unsafe { part.copy(solver, out, bytes) },
+            Self::Emission(step) => {
+                // SAFETY: the caller's promise.
+                let out = unsafe { array::<T>(out, bytes, solver.elements(&DENSITY, 0)) }?;
+                solver.emission(&Serial, step, out);
+                return Ok(());
+            }
+        };
+        // SAFETY: the caller's promise.
+        let out = unsafe { array::<T>(out, bytes, given.len()) }?;
+        out.iter_mut()
+            .zip(given)
+            .for_each(|(out, &density)| *out = density);
+        Ok(())
     }
 }
 
 /// Where a `ThuribleField` of the result lies, without copying: after `thurible_finish` or `thurible_solve`, and until the next call
-/// that changes the instance; what was given, step 0 of densities and velocities and the keyframes, at any time. `axis` is 0 for
-/// densities and keyframes. A field that the method does not give is refused; `thurible_output` says which it gives.
+/// that changes the instance; what was given, step 0 of densities and velocities, the keyframes and their regions, at any time. `axis` is 0 for
+/// all but velocities and forces. A field that the method does not give is refused; `thurible_output` says which it gives.
 ///
 /// # Safety
 /// `instance` as in `thurible_close`; `view` is null or may be written.
@@ -110,7 +157,7 @@ pub unsafe extern "C" fn thurible_view(
         instance::enter(instance, |body| {
             required(view)?;
             let place = Place::new(body, field, step, axis)?;
-            view.write(each!(&body.solver, solver => place.view(solver)));
+            view.write(each!(&body.solver, solver => place.view(solver))?);
             Ok(())
         })
     }
@@ -131,8 +178,11 @@ pub unsafe extern "C" fn thurible_copy_bytes(
     unsafe {
         instance::enter(instance, |body| {
             required(bytes)?;
-            // The target of a keyframe is a density.
-            let output = output_of(body, field)?.unwrap_or(DENSITY);
+            let output = match what(body, field)? {
+                What::Output(output) => output,
+                // One element for each cell, as a density.
+                What::Targets | What::Regions | What::Emission => DENSITY,
+            };
             bytes.write(bytes_of(body, &output, axis)?);
             Ok(())
         })
@@ -158,7 +208,7 @@ pub unsafe extern "C" fn thurible_copy(
     unsafe {
         instance::enter(instance, |body| {
             let place = Place::new(body, field, step, axis)?;
-            Ok(each!(&body.solver, solver => place.copy(solver, out, bytes))?)
+            Ok(each!(&mut body.solver, solver => place.copy(solver, out, bytes))?)
         })
     }
 }

@@ -23,6 +23,26 @@ pub unsafe fn elements<'a, T: Real>(values: *const c_void, bytes: usize) -> Resu
     Ok(unsafe { core::slice::from_raw_parts(values, bytes / T::BYTES) })
 }
 
+/// Flags of the caller, as a slice.
+///
+/// # Safety
+/// `flags` is null or points to `bytes` bytes that live as long as the call.
+pub unsafe fn flags<'a>(flags: *const u8, bytes: usize) -> Result<&'a [bool], ThuribleResult> {
+    if flags.is_null() {
+        return Err(ThuribleResult::Null);
+    }
+    if bytes > isize::MAX as usize {
+        return Err(ThuribleResult::Length);
+    }
+    // SAFETY: not null, and the caller promises the bytes.
+    let given = unsafe { core::slice::from_raw_parts(flags, bytes) };
+    if given.iter().any(|&flag| flag > 1) {
+        return Err(ThuribleResult::AboveOne);
+    }
+    // SAFETY: as above, and all bytes are 0 or 1, which are the two of `bool`.
+    Ok(unsafe { core::slice::from_raw_parts(flags.cast(), bytes) })
+}
+
 /// An array of the caller to write, of exactly `count` elements. They are zero: a slice must not hold what was never written.
 ///
 /// # Safety

@@ -30,15 +30,15 @@ pub enum ThuribleResult {
     TooSmall = 8,
     /// An array has the wrong number of bytes.
     Length = 9,
-    /// There is no such keyframe, axis, step, field, output or fact.
+    /// There is no such keyframe, emitter, axis, step, field, output or fact.
     Index = 10,
     /// A value is NaN or infinite.
     NotFinite = 11,
     /// A density is negative.
     Negative = 12,
-    /// A density has no mass.
+    /// A density has no mass outside of solid cells.
     Empty = 13,
-    /// The source must be set first.
+    /// There is no smoke yet: the source must be set first, or an emitter that has begun.
     NoSource = 14,
     /// A keyframe was not set.
     NoKeyframe = 15,
@@ -54,12 +54,18 @@ pub enum ThuribleResult {
     SavedOther = 20,
     /// The saved instance is damaged.
     SavedDamaged = 21,
+    /// A value of a region, or a flag of a solid cell, is above 1.
+    AboveOne = 22,
+    /// The shape of an emitter must be set first.
+    NoEmitter = 23,
+    /// All cells are solid.
+    NoFluid = 24,
     /// The library's fault: a refusal that this interface has no word for.
-    Unknown = 22,
+    Unknown = 25,
 }
 
 impl ThuribleResult {
-    const ALL: [(Self, &'static CStr); 23] = [
+    const ALL: [(Self, &'static CStr); 26] = [
         (Self::Ok, c"done"),
         (Self::Null, c"a pointer that must not be null is"),
         (Self::Misaligned, c"a pointer is not aligned"),
@@ -78,12 +84,15 @@ impl ThuribleResult {
         (Self::Length, c"an array has the wrong number of bytes"),
         (
             Self::Index,
-            c"there is no such keyframe, axis, step, field, output or fact",
+            c"there is no such keyframe, emitter, axis, step, field, output or fact",
         ),
         (Self::NotFinite, c"a value is not finite"),
         (Self::Negative, c"a density is negative"),
-        (Self::Empty, c"a density has no mass"),
-        (Self::NoSource, c"the source must be set first"),
+        (Self::Empty, c"a density has no mass outside of solid cells"),
+        (
+            Self::NoSource,
+            c"there is no smoke yet: the source must be set first, or an emitter that has begun",
+        ),
         (Self::NoKeyframe, c"a keyframe was not set"),
         (
             Self::NoResult,
@@ -103,6 +112,12 @@ impl ThuribleResult {
             c"the saved instance is of another scene, precision, method or choice",
         ),
         (Self::SavedDamaged, c"the saved instance is damaged"),
+        (
+            Self::AboveOne,
+            c"a value of a region, or a flag of a solid cell, is above 1",
+        ),
+        (Self::NoEmitter, c"the shape of an emitter must be set first"),
+        (Self::NoFluid, c"all cells are solid"),
         (Self::Unknown, c"a refusal that this interface has no word for"),
     ];
 }
@@ -122,9 +137,12 @@ impl From<InputError> for ThuribleResult {
             InputError::Length { .. } => Self::Length,
             InputError::NotFinite { .. } => Self::NotFinite,
             InputError::Negative { .. } => Self::Negative,
-            InputError::Empty => Self::Empty,
+            InputError::Empty | InputError::Buried => Self::Empty,
             InputError::Index { .. } => Self::Index,
             InputError::NoSource => Self::NoSource,
+            InputError::AboveOne { .. } => Self::AboveOne,
+            InputError::NoEmitter { .. } => Self::NoEmitter,
+            InputError::NoFluid => Self::NoFluid,
             InputError::NoKeyframe { .. } => Self::NoKeyframe,
             _ => Self::Unknown,
         }
@@ -182,7 +200,7 @@ pub enum ThuribleStatus {
     NotFinite = 4,
     /// The observer said stop.
     Cancelled = 5,
-    /// The source or a keyframe is missing.
+    /// The source, a keyframe or the shape of an emitter is missing.
     NotReady = 6,
 }
 

@@ -9,6 +9,12 @@
 // The version of this library: major * 65536 + minor * 256 + patch.
 #define THURIBLE_VERSION 256
 
+// Emitters at most.
+#define THURIBLE_MOST_EMITTERS 32
+
+// Factors of a schedule at most.
+#define THURIBLE_MOST_FACTORS 64
+
 // What a number of the configuration holds to leave the choice to the library.
 #define THURIBLE_AUTOMATIC UINT32_MAX
 
@@ -40,15 +46,15 @@ typedef enum {
     THURIBLE_RESULT_TOO_SMALL = 8,
     // An array has the wrong number of bytes.
     THURIBLE_RESULT_LENGTH = 9,
-    // There is no such keyframe, axis, step, field, output or fact.
+    // There is no such keyframe, emitter, axis, step, field, output or fact.
     THURIBLE_RESULT_INDEX = 10,
     // A value is NaN or infinite.
     THURIBLE_RESULT_NOT_FINITE = 11,
     // A density is negative.
     THURIBLE_RESULT_NEGATIVE = 12,
-    // A density has no mass.
+    // A density has no mass outside of solid cells.
     THURIBLE_RESULT_EMPTY = 13,
-    // The source must be set first.
+    // There is no smoke yet: the source must be set first, or an emitter that has begun.
     THURIBLE_RESULT_NO_SOURCE = 14,
     // A keyframe was not set.
     THURIBLE_RESULT_NO_KEYFRAME = 15,
@@ -64,8 +70,14 @@ typedef enum {
     THURIBLE_RESULT_SAVED_OTHER = 20,
     // The saved instance is damaged.
     THURIBLE_RESULT_SAVED_DAMAGED = 21,
+    // A value of a region, or a flag of a solid cell, is above 1.
+    THURIBLE_RESULT_ABOVE_ONE = 22,
+    // The shape of an emitter must be set first.
+    THURIBLE_RESULT_NO_EMITTER = 23,
+    // All cells are solid.
+    THURIBLE_RESULT_NO_FLUID = 24,
     // The library's fault: a refusal that this interface has no word for.
-    THURIBLE_RESULT_UNKNOWN = 22,
+    THURIBLE_RESULT_UNKNOWN = 25,
 } ThuribleResult;
 
 // What an event is about.
@@ -103,7 +115,7 @@ typedef enum {
     THURIBLE_STATUS_NOT_FINITE = 4,
     // The observer said stop.
     THURIBLE_STATUS_CANCELLED = 5,
-    // The source or a keyframe is missing.
+    // The source, a keyframe or the shape of an emitter is missing.
     THURIBLE_STATUS_NOT_READY = 6,
 } ThuribleStatus;
 
@@ -213,10 +225,34 @@ typedef enum {
     THURIBLE_FIELD_VELOCITY = 2,
     // A component of the force at step 0 .. N-2, which turns the velocity of that step into the next one.
     THURIBLE_FIELD_FORCE = 3,
+    // The region of keyframe 0 .., in place of a step, where keyframes have regions.
+    THURIBLE_FIELD_REGION = 4,
+    // What emitters added to the density after step 0 .. N-1, where there are emitters. It lies nowhere, so that it cannot be viewed.
+    THURIBLE_FIELD_EMISSION = 5,
 } ThuribleField;
 
 // A solve in memory of the caller: a handle, whose inside is the library's.
 typedef struct Thurible Thurible;
+
+// Smoke that is made on the way from one step to another.
+typedef struct {
+    // The last step without it.
+    size_t from;
+    // The last step that it adds to, above `from` and at most N.
+    size_t to;
+    // Density that it adds at every step where its shape is 1, above 0; 0 where it has a target.
+    double rate;
+    // Density that it fills up to at every step where its shape is 1, above 0; 0 where it has a rate.
+    double target;
+} ThuribleEmitter;
+
+// What the price of the force is multiplied by at a step.
+typedef struct {
+    // The step.
+    size_t step;
+    // The factor, above 0.
+    double factor;
+} ThuribleFactor;
 
 // A scene without its densities, and the choices of the solve: begin with `thurible_defaults`, then set what is to differ. Fields
 // that hold one of several codes are `uint32_t`, so that any number may arrive and be refused.
@@ -245,6 +281,21 @@ typedef struct {
     const size_t *keyframes;
     // How many steps `keyframes` points to.
     size_t keyframe_count;
+    // What the data term of each keyframe is multiplied by, above 0: `keyframe_count` numbers, or null where all are 1. Read as `keyframes`.
+    const double *keyframe_weights;
+    // Smoke that is made on the way, where `thurible_set_emitter` says. Read as `keyframes`.
+    const ThuribleEmitter *emitters;
+    // How many emitters `emitters` points to, at most `THURIBLE_MOST_EMITTERS`.
+    size_t emitter_count;
+    // What the price of the force is multiplied by at some steps, ascending: linear in its logarithm between them, as the nearest before the
+    // first and after the last. Read as `keyframes`.
+    const ThuribleFactor *schedule;
+    // How many factors `schedule` points to, at most `THURIBLE_MOST_FACTORS`.
+    size_t schedule_count;
+    // Step from which no force acts, from 2 to N - 1 and not before the last keyframe; 0, the default, for none.
+    size_t release;
+    // Acceleration of the flow where the density is 1, along x, y and z, in lengths per squared time; z is ignored in 2D. None by default.
+    double buoyancy[3];
     // Weight r of the force.
     double force_weight;
     // Kinematic viscosity, in squared lengths per time; 0 for none.
@@ -254,12 +305,17 @@ typedef struct {
     double smoothness;
     // Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
     uint32_t filters;
-    // Whether keyframes are scaled to the mass of the source: 0 or 1.
+    // Whether keyframes are scaled to the mass of the smoke at their steps: 0 or 1.
     uint32_t match_mass;
     // A `ThuribleScheme`; limited by default.
     uint32_t scheme;
-    // The smoother's colours, of ADMM: a `ThuribleColours`.
-    uint32_t nso_colours;
+    // Whether each keyframe has a region that `thurible_set_region` sets: 0, the default, or 1.
+    uint32_t keyframe_regions;
+    // Whether there are solid cells, which `thurible_set_solids` sets: 0, the default, or 1. They need limited transport, and at most 256
+    // cells along an axis; ADMM knows none.
+    uint32_t solids;
+    // For later versions; must be 0.
+    uint32_t reserved;
     // The series of a transport step is cut at the first term below this times the largest density.
     double advection_tolerance;
     // Relative tolerance of projections.
@@ -296,22 +352,20 @@ typedef struct {
     double nso_tolerance;
     // ADMM: a `ThuribleNorm`; scaled by default.
     uint32_t nso_norm;
-    // L-BFGS over forces: pairs from 1 to 8, or `THURIBLE_AUTOMATIC`.
-    uint32_t lbfgs_history;
+    // ADMM: the smoother's colours: a `ThuribleColours`.
+    uint32_t nso_colours;
     // L-BFGS over forces: stop as `direct_tolerance`.
     double lbfgs_tolerance;
+    // L-BFGS over forces: pairs from 1 to 8, or `THURIBLE_AUTOMATIC`.
+    uint32_t lbfgs_history;
     // L-BFGS over forces: whether to begin on a coarser grid: 0 or 1.
     uint32_t lbfgs_nested;
-    // For later versions; must be 0.
-    uint32_t reserved;
     // Target-driven smoke: weight of the driving force.
     double pd_drive;
     // Target-driven smoke: rate at which momentum is lost.
     double pd_attenuation;
     // Target-driven smoke: weight of the gathering term.
     double pd_gathering;
-    // Simulations: upward acceleration where the density is 1.
-    double simulation_buoyancy;
     // Simulations, L-BFGS over forces and target-driven smoke: relative residual of an implicit step.
     double simulation_tolerance;
 } ThuribleConfig;
@@ -452,12 +506,12 @@ ThuribleResult thurible_defaults(ThuribleConfig *config, size_t size);
 
 // Writes why a configuration is refused, or nothing where it is not, into `buffer` of `size` bytes, cut where it does not fit and
 // always ended by a zero byte; bytes of the whole text. A null `buffer` only counts.
-// Safety: `config` is null or points to a configuration whose `keyframes` are there; `buffer` is null or points to `size` bytes.
+// Safety: `config` is null or points to a configuration whose lists are there; `buffer` is null or points to `size` bytes.
 size_t thurible_explain(const ThuribleConfig *config, char *buffer, size_t size);
 
 // How many bytes an instance takes, on which multiple of bytes they must begin, and how many bytes a saved one has. Nothing is
 // allocated or kept. Each pointer but `config` may be null.
-// Safety: `config` is null or points to a configuration whose `keyframes` are there; the others are null or may be written.
+// Safety: `config` is null or points to a configuration whose lists are there; the others are null or may be written.
 ThuribleResult thurible_plan(const ThuribleConfig *config, size_t *bytes, size_t *alignment, size_t *saved_bytes);
 
 // Makes an instance in `memory` of `bytes` bytes, as many as `thurible_plan` says or more, and writes its handle to `out`. The
@@ -476,12 +530,34 @@ ThuribleResult thurible_close(Thurible *instance);
 // Safety: `instance` as in `thurible_close`; `buffer` is null or points to `size` bytes.
 size_t thurible_message(const Thurible *instance, char *buffer, size_t size);
 
-// Sets the density of step 0: one element of the instance's precision for each cell, x fastest; `bytes` of all.
+// Sets the density of step 0: one element of the instance's precision for each cell, x fastest; `bytes` of all. It may be left out where
+// there are emitters.
 // Safety: `instance` as in `thurible_close`; `density` is null or points to `bytes` bytes.
-ThuribleResult thurible_set_source(Thurible *instance, const void *density, size_t bytes);
+ThuribleResult thurible_set_source(Thurible *instance,
+                                   const void *density,
+                                   size_t bytes);
 
-// Sets the target of keyframe `index`, as `thurible_set_source`, which comes first. Where keyframes are scaled to the source's mass,
-// `factor` is by how much; it may be null.
+// Sets which cells are solid, before anything else is set: one byte for each cell, x fastest, 1 where it is solid and 0 where it is not. Refused
+// where `solids` of the configuration is 0. Densities are 0 in solid cells, whatever is given.
+// Safety: `instance` as in `thurible_close`; `solid` is null or points to `bytes` bytes.
+ThuribleResult thurible_set_solids(Thurible *instance,
+                                   const uint8_t *solid,
+                                   size_t bytes);
+
+// Sets the shape of emitter `index`, as `thurible_set_source`: where it adds smoke, and how much of its rate or target there.
+// Safety: As `thurible_set_source`.
+ThuribleResult thurible_set_emitter(Thurible *instance, size_t index, const void *shape, size_t bytes);
+
+// Sets the region of keyframe `index`, as `thurible_set_source`: what its error is multiplied by in each cell, from 0 to 1. Refused where
+// `keyframe_regions` of the configuration is 0; 1 everywhere where it is not set.
+// Safety: As `thurible_set_source`.
+ThuribleResult thurible_set_region(Thurible *instance,
+                                   size_t index,
+                                   const void *region,
+                                   size_t bytes);
+
+// Sets the target of keyframe `index`, as `thurible_set_source`; the source, where there is one, and the shapes of all emitters come
+// first. Where keyframes are scaled to the mass of the smoke at their steps, `factor` is by how much; it may be null.
 // Safety: As `thurible_set_source`; `factor` is null or may be written.
 ThuribleResult thurible_set_keyframe(Thurible *instance,
                                      size_t index,
@@ -554,8 +630,8 @@ ThuribleResult thurible_view_output(const Thurible *instance, size_t index, size
 ThuribleResult thurible_read_output(const Thurible *instance, size_t index, size_t step, size_t axis, void *out, size_t bytes);
 
 // Where a `ThuribleField` of the result lies, without copying: after `thurible_finish` or `thurible_solve`, and until the next call
-// that changes the instance; what was given, step 0 of densities and velocities and the keyframes, at any time. `axis` is 0 for
-// densities and keyframes. A field that the method does not give is refused; `thurible_output` says which it gives.
+// that changes the instance; what was given, step 0 of densities and velocities, the keyframes and their regions, at any time. `axis` is 0 for
+// all but velocities and forces. A field that the method does not give is refused; `thurible_output` says which it gives.
 // Safety: `instance` as in `thurible_close`; `view` is null or may be written.
 ThuribleResult thurible_view(const Thurible *instance,
                              uint32_t field,

@@ -88,6 +88,11 @@ pub trait Contract<'m, T: Real, S: Space> {
     /// The same, to write, with the scaled numbers of the problem and the elements that everything uses in turn.
     fn parts(&mut self) -> Parts<'_, 'm, T>;
 
+    /// The same, where the elements are only those that hold nothing of the result, after [`Self::finish`].
+    fn idle_parts(&mut self) -> Parts<'_, 'm, T> {
+        self.parts()
+    }
+
     /// Goes over every buffer, in the order of the block: name, place and length, and whether a checkpoint keeps it.
     ///
     /// # Errors

@@ -50,6 +50,8 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub fn set_source(&mut self, density: &[T]) -> Result<(), InputError> {
         let mass = self.mass_of(density)?;
         let largest = density.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
+        let emitters = 0..self.lists.spans.len() / 2;
+        let largest = emitters.fold(largest, |most, index| most.max(self.emitted(index)));
         self.engine.get_mut().parts().set_source(density, largest);
         let parts = self.engine.get_mut().parts();
         let solids = parts.animation.levels.solids(0);
@@ -69,10 +71,8 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             return Err(InputError::Index { given: index, count });
         }
         self.mass_of(shape)?;
-        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
-        let most = shape.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
-        let added = supply.iter().fold(0.0, |sum, &supply| sum + supply * most);
         self.put_field(self.lists.emitters_begin() + index, shape);
+        let added = self.emitted(index);
         let largest = &mut self.engine.get_mut().parts().setup.sweep.largest;
         *largest = largest.max(added);
         Ok(())

@@ -110,7 +110,11 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let controlled = self.engine.get().animation().slots + 1;
         match &mut self.release {
             Some(release) if step >= controlled => release.emission(exec, step, &script, out),
-            _ => self.engine.get_mut().parts().emission(exec, step, &script, out),
+            _ => self
+                .engine
+                .get_mut()
+                .idle_parts()
+                .emission(exec, step, &script, out),
         }
     }
 

@@ -17,12 +17,24 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         }
     }
 
-    /// The mass of the shape of emitter `index`.
-    fn emitter_mass(&self, index: usize) -> f64 {
+    /// The shape of emitter `index`.
+    fn emitter_shape(&self, index: usize) -> &[T] {
         let cells = self.grid().cells();
         let first = (self.lists.emitters_begin() + index) * cells;
-        let shape = self.fields.get(first..first + cells).unwrap_or(&[]);
-        shape.iter().map(|x| x.to_f64()).sum()
+        self.fields.get(first..first + cells).unwrap_or(&[])
+    }
+
+    /// The mass of that shape.
+    fn emitter_mass(&self, index: usize) -> f64 {
+        self.emitter_shape(index).iter().map(|x| x.to_f64()).sum()
+    }
+
+    /// The largest density that emitter `index` adds at a step, or fills up to.
+    pub(super) fn emitted(&self, index: usize) -> f64 {
+        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
+        let shape = self.emitter_shape(index).iter();
+        let most = shape.fold(0.0, |most: f64, &x| most.max(x.to_f64()));
+        supply.iter().fold(0.0, |sum, &supply| sum + supply * most)
     }
 
     /// The mass of the smoke at `step`: that of the source, and what emitters have added by their rates.

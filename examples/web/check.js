@@ -24,6 +24,7 @@ function tell(outcome) {
 
 async function run() {
   await sameBits();
+  await emits();
   await solves();
   await plays();
   await stops();
@@ -42,6 +43,30 @@ async function sameBits() {
   solver.finish();
   const hash = new Uint32Array(solver.densities(6).buffer).reduce((hash, word) => Math.imul(hash ^ word, 0x01000193), 0x811c9dc5) >>> 0;
   holds(hash === BITS, `other bits: 0x${hash.toString(16)}`);
+}
+
+async function emits() {
+  const module = await WebAssembly.compileStreaming(fetch('thurible.wasm'));
+  const shape = Float32Array.from({ length: 256 }, (_, i) => Number(i % 16 >= 6 && i % 16 < 10 && i >> 4 < 3));
+  const mass = (density) => density.reduce((sum, value) => sum + value, 0);
+  const scene = { cells: [16, 16], steps: 6, method: 4, emitters: [{ from: 1, to: 4, rate: 0.5 }], buoyancy: [0, 0.01, 0] };
+  const solver = new Solve(module, scene);
+  solver.setEmitter(0, shape);
+  while (solver.step().status === 0);
+  solver.finish();
+  const densities = solver.densities(6);
+  const grown = Array.from({ length: 7 }, (_, step) => mass(densities.slice(256 * step, 256 * (step + 1))) / mass(shape));
+  const wanted = [0, 0, 0.5, 1, 1.5, 1.5, 1.5];
+  holds(distance(grown, wanted) < 1e-3, `the emitter made ${grown}`);
+  const height = (step) => mass(densities.slice(256 * step, 256 * (step + 1)).map((value, i) => value * (i >> 4)));
+  holds(height(6) > height(4), 'the smoke does not rise');
+  let refusal = '';
+  try {
+    new Solve(module, { ...scene, emitters: [{ from: 1, to: 4 }] });
+  } catch (error) {
+    refusal = error.message;
+  }
+  holds(refusal.includes('emitters[0]'), `an emitter without rate and target: ${refusal}`);
 }
 
 async function solves() {

@@ -3,14 +3,20 @@
 // The structures, word for word as the header declares them.
 const CONFIG = layout(`
   size_t size; uint32_t precision; uint32_t dimensions; size_t cells[3]; uint32_t boundary[3]; uint32_t method; double length; double dt;
-  size_t steps; const size_t *keyframes; size_t keyframe_count; double force_weight; double viscosity; double smoothness;
-  uint32_t filters;
-  uint32_t match_mass; uint32_t scheme; uint32_t nso_colours; double advection_tolerance; double projection_tolerance; size_t iterations;
+  size_t steps; const size_t *keyframes; size_t keyframe_count; const double *keyframe_weights; const ThuribleEmitter *emitters;
+  size_t emitter_count; const ThuribleFactor *schedule; size_t schedule_count; size_t release; double buoyancy[3];
+  double force_weight; double viscosity; double smoothness; uint32_t filters;
+  uint32_t match_mass; uint32_t scheme; uint32_t keyframe_regions; uint32_t solids; uint32_t reserved; double advection_tolerance; double projection_tolerance; size_t iterations;
   size_t threads; size_t memory_ceiling; uint32_t direct_history; uint32_t direct_nested; double direct_tolerance; double admm_penalty;
   double admm_relaxation; double admm_ao_momentum; double admm_density_tolerance; uint32_t admm_ao_iterations; uint32_t admm_nested;
-  uint32_t nso_solver; uint32_t nso_cycles; double nso_tolerance; uint32_t nso_norm; uint32_t lbfgs_history; double lbfgs_tolerance;
-  uint32_t lbfgs_nested; uint32_t reserved; double pd_drive; double pd_attenuation; double pd_gathering; double simulation_buoyancy;
-  double simulation_tolerance;
+  uint32_t nso_solver; uint32_t nso_cycles; double nso_tolerance; uint32_t nso_norm; uint32_t nso_colours; double lbfgs_tolerance;
+  uint32_t lbfgs_history; uint32_t lbfgs_nested; double pd_drive; double pd_attenuation; double pd_gathering; double simulation_tolerance;
+`);
+const EMITTER = layout(`
+  size_t from; size_t to; double rate; double target;
+`);
+const FACTOR = layout(`
+  size_t step; double factor;
 `);
 const PROGRESS = layout(`
   ThuribleStatus status; size_t iteration; double data; double force; size_t cells[3]; size_t level; size_t level_iteration; double step;
@@ -53,23 +59,36 @@ function up(bytes, multiple) {
  */
 export class Solve {
   /**
-   * `module` is the compiled module. `scene` holds fields of `ThuribleConfig` by name, `keyframes` as an array of steps. Throws
-   * `Refused`.
+   * `module` is the compiled module. `scene` holds fields of `ThuribleConfig` by name: `keyframes` as an array of steps, `keyframe_weights` of
+   * numbers, `emitters` of objects with the fields of `ThuribleEmitter`, `schedule` with those of `ThuribleFactor`. Throws `Refused`.
    */
   constructor(module, scene, { preview = false } = {}) {
     this.library = new WebAssembly.Instance(module).exports;
     this.end = this.library.__heap_base.value;
     this.cells = scene.cells.reduce((product, cells) => product * cells, 1);
-    const { keyframes, ...fields } = scene;
+    const { keyframes = [], keyframe_weights: weights, emitters = [], schedule = [], ...fields } = scene;
     const config = this.#take(CONFIG.bytes);
     const steps = this.#take(4 * keyframes.length);
+    const factors = weights ? this.#take(8 * weights.length) : 0;
+    const makers = this.#list(EMITTER, emitters);
+    const knots = this.#list(FACTOR, schedule);
     this.words = this.#take(1024);
     this.out = this.#take(PROGRESS.bytes);
     this.field = this.#take(4 * this.cells);
 
     this.#check(this.library.thurible_defaults(config, CONFIG.bytes));
     new Uint32Array(this.#buffer, steps, keyframes.length).set(keyframes);
-    this.#write(config, { ...fields, keyframes: steps, keyframe_count: keyframes.length });
+    if (weights) new Float64Array(this.#buffer, factors, weights.length).set(weights);
+    this.#write(CONFIG, config, {
+      ...fields,
+      keyframes: steps,
+      keyframe_count: keyframes.length,
+      keyframe_weights: factors,
+      emitters: makers,
+      emitter_count: emitters.length,
+      schedule: knots,
+      schedule_count: schedule.length,
+    });
     const wrong = this.library.thurible_explain(config, this.words, 1024);
     if (wrong > 0) throw new Refused(this.#text(this.words));
 
@@ -83,13 +102,32 @@ export class Solve {
     this.handle = new Uint32Array(this.#buffer, this.out, 1)[0];
   }
 
+  /** Sets which cells are solid, before anything else: 1 where one is and 0 where it is not. */
+  setSolids(solid) {
+    if (solid.length !== this.cells) throw new Refused(`solid cells have ${solid.length} flags instead of ${this.cells}`);
+    new Uint8Array(this.#buffer, this.field, this.cells).set(solid);
+    this.#enter(this.library.thurible_set_solids(this.handle, this.field, this.cells));
+  }
+
   /** Sets the density of step 0. */
   setSource(density) {
     this.#fill(density);
     this.#enter(this.library.thurible_set_source(this.handle, this.field, density.byteLength));
   }
 
-  /** Sets the target of a keyframe. */
+  /** Sets the shape of an emitter: where it adds smoke. */
+  setEmitter(index, shape) {
+    this.#fill(shape);
+    this.#enter(this.library.thurible_set_emitter(this.handle, index, this.field, shape.byteLength));
+  }
+
+  /** Sets where a keyframe matters, from 0 to 1. */
+  setRegion(index, region) {
+    this.#fill(region);
+    this.#enter(this.library.thurible_set_region(this.handle, index, this.field, region.byteLength));
+  }
+
+  /** Sets the target of a keyframe, after the source and all emitters. */
   setKeyframe(index, density) {
     this.#fill(density);
     this.#enter(this.library.thurible_set_keyframe(this.handle, index, this.field, density.byteLength, 0));
@@ -156,10 +194,18 @@ export class Solve {
     new Float32Array(this.#buffer, this.field, this.cells).set(density);
   }
 
-  #write(config, fields) {
-    const view = new DataView(this.#buffer, config, CONFIG.bytes);
+  /** Structures one after the other; what is not said of one is 0. */
+  #list(structure, list) {
+    const at = this.#take(structure.bytes * list.length);
+    new Uint8Array(this.#buffer, at, structure.bytes * list.length).fill(0);
+    list.forEach((fields, index) => this.#write(structure, at + structure.bytes * index, fields));
+    return at;
+  }
+
+  #write(structure, address, fields) {
+    const view = new DataView(this.#buffer, address, structure.bytes);
     for (const [name, value] of Object.entries(fields)) {
-      const { at, width } = CONFIG.fields[name];
+      const { at, width } = structure.fields[name];
       const put = (number, offset) => (width === 8 ? view.setFloat64(offset, number, true) : view.setUint32(offset, number, true));
       [value].flat().forEach((number, index) => put(number, at + width * index));
     }

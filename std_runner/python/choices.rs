@@ -1,5 +1,6 @@
 //! What is solved and how: the arguments that `solve` and `plan` share.
 
+use crate::effects::{self, Given};
 use crate::words::{automatic, flag, is_automatic, number, one_of, read, refused, unknown, whole, word};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -8,14 +9,21 @@ use thurible_core::choices::{Kind, Value};
 use thurible_core::words::{Alternatives, Named};
 use thurible_core::{Boundary, Params};
 
-const NAMES: [&str; 17] = [
+const NAMES: [&str; 24] = [
     "steps",
     "dt",
     "length",
     "boundary",
     "viscosity",
+    "buoyancy",
+    "emitters",
+    "solids",
     "force_weight",
     "smoothness",
+    "schedule",
+    "weights",
+    "regions",
+    "release",
     "filters",
     "match_mass",
     "advection",
@@ -42,11 +50,12 @@ pub struct Choices {
 }
 
 impl Choices {
-    /// The defaults for arrays of `shape`, whose last axis is x, with the arguments of `given`; the answer is also those among
-    /// `others` that were given.
+    /// The defaults for arrays of `shape`, whose last axis is x, with `emitters` and the arguments of `given`; the answer is also those
+    /// among `others` that were given.
     pub fn read<'py, const N: usize>(
         shape: &[usize],
         keyframes: Vec<usize>,
+        emitters: &[Given<'py>],
         given: Option<&Bound<'py, PyDict>>,
         others: [&str; N],
     ) -> PyResult<(Self, [Option<Bound<'py, PyAny>>; N])> {
@@ -75,6 +84,9 @@ impl Choices {
                 "is missing, and there is no keyframe to take it from; say how many there are",
             ));
         }
+        let steps = choices.scene.steps;
+        let emitters = emitters.iter().map(|emitter| emitter.emitter(steps));
+        choices.scene.emitters = emitters.collect::<PyResult<_>>()?;
         Ok((choices, rest))
     }
 
@@ -92,6 +104,16 @@ impl Choices {
             "length" => self.scene.length = number(name, value)?,
             "boundary" => self.scene.boundary = boundary(value, self.scene.cells.len())?,
             "viscosity" => self.scene.viscosity = number(name, value)?,
+            "buoyancy" => self.scene.buoyancy = effects::buoyancy(value, self.scene.cells.len())?,
+            "schedule" | "weights" | "regions" | "solids" if value.is_none() => {}
+            // An array, or True or False where a plan is made.
+            "solids" => self.scene.solids = value.extract().unwrap_or(true),
+            "schedule" => self.scene.schedule = effects::schedule(value)?,
+            "weights" => self.scene.keyframe_weights = effects::weights(value, &self.scene.keyframes)?,
+            "regions" => self.scene.keyframe_regions = effects::has_regions(value, &self.scene.keyframes)?,
+            "release" => self.scene.release = chosen(whole)?,
+            // Read before, where the shape of the grid is asked for.
+            "emitters" => {}
             "force_weight" => self.scene.force_weight = number(name, value)?,
             "smoothness" if is_automatic(value) => self.scene.smoothness = None,
             "smoothness" => self.scene.smoothness = Some(number(name, value)?),

@@ -1,15 +1,15 @@
 //! NumPy's arrays as densities and velocities, checked and handed to the solver.
 
+use crate::effects::{Given, by_step};
 use crate::place::Number;
 use crate::plan::Precision;
 use crate::words::{read, refused};
 use numpy::{
-    PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    Element, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
     PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::borrow::Cow;
 use std::ffi::CString;
 use thurible::undershoot::{Undershoot, clip};
@@ -17,52 +17,76 @@ use thurible_core::{InputError, Solver, Space};
 
 /// What is given as arrays.
 pub struct Inputs<'py> {
-    /// rho_0.
-    pub source: Bound<'py, PyAny>,
+    /// rho_0, or nothing where emitters make all smoke.
+    pub source: Option<Bound<'py, PyAny>>,
+    /// Which cells are solid, if any are.
+    pub solids: Option<Bound<'py, PyAny>>,
+    /// Shapes of emitters, under their names.
+    pub emitters: Vec<(String, Bound<'py, PyAny>)>,
+    /// Keyframes by number, and the regions in which they are to be met.
+    pub regions: Vec<(usize, Bound<'py, PyAny>)>,
     /// Steps and targets, by ascending step.
     pub keyframes: Vec<(usize, Bound<'py, PyAny>)>,
     /// v_0, or rest.
     pub velocity: Option<Bound<'py, PyAny>>,
 }
 
-/// Shape and precision of the source.
-pub fn kind(source: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Precision)> {
-    let source = untyped("source", source)?;
-    let dtype = source.dtype();
-    let precision = if dtype.is_equiv_to(&numpy::dtype::<f32>(source.py())) {
+/// What all arrays have in common.
+pub struct Common {
+    /// Their shape.
+    pub shape: Vec<usize>,
+    /// Their precision.
+    pub precision: Precision,
+    /// Where that was found: words for the source, or for the emitter that is first where there is no source.
+    pub of: String,
+}
+
+/// Shape and precision of the source, or of the first emitter where that is None.
+pub fn common(source: &Bound<'_, PyAny>, emitters: &[Given<'_>]) -> PyResult<Common> {
+    let (field, array) = match (source.is_none(), emitters.first()) {
+        (false, _) => ("source".to_owned(), source.clone()),
+        (true, Some(emitter)) => emitter.shape()?,
+        (true, None) => {
+            let why = "is None, and there are no emitters; give an array, or emitters that make the smoke";
+            return Err(refused("source", why));
+        }
+    };
+    let array = untyped(&field, &array)?;
+    let dtype = array.dtype();
+    let precision = if dtype.is_equiv_to(&numpy::dtype::<f32>(array.py())) {
         Precision::Single
-    } else if dtype.is_equiv_to(&numpy::dtype::<f64>(source.py())) {
+    } else if dtype.is_equiv_to(&numpy::dtype::<f64>(array.py())) {
         Precision::Double
     } else {
-        return Err(refused(
-            "source",
-            format!(
-                "has dtype {dtype}; its dtype is the precision of the solve: use .astype(numpy.float32) or numpy.float64"
-            ),
-        ));
+        let remedy = "its dtype is the precision of the solve: use .astype(numpy.float32) or numpy.float64";
+        return Err(refused(&field, format!("has dtype {dtype}; {remedy}")));
     };
-    if !(2..=3).contains(&source.ndim()) {
-        return Err(refused(
-            "source",
-            format!(
-                "has {} axes; give an array of shape (ny, nx) or (nz, ny, nx)",
-                source.ndim()
-            ),
-        ));
+    if !(2..=3).contains(&array.ndim()) {
+        let why = format!(
+            "has {} axes; give an array of shape (ny, nx) or (nz, ny, nx)",
+            array.ndim()
+        );
+        return Err(refused(&field, why));
     }
-    Ok((source.shape().to_vec(), precision))
+    let of = if source.is_none() {
+        field
+    } else {
+        "the source".into()
+    };
+    Ok(Common {
+        shape: array.shape().to_vec(),
+        precision,
+        of,
+    })
 }
 
 /// Steps and arrays of a dict, or of pairs, by ascending step.
 pub fn keyframes<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<(usize, Bound<'py, PyAny>)>> {
-    let pairs = match given.cast::<PyDict>() {
-        Ok(dict) => dict.items().into_any(),
-        Err(_) => given.clone(),
-    };
-    let wanted = "a dict {step: array} or a list of pairs (step, array)";
-    let mut pairs: Vec<(usize, Bound<'py, PyAny>)> = read("keyframes", &pairs, wanted)?;
-    pairs.sort_by_key(|(step, _)| *step);
-    Ok(pairs)
+    by_step(
+        "keyframes",
+        given,
+        "a dict {step: array} or a list of pairs (step, array)",
+    )
 }
 
 impl Inputs<'_> {
@@ -70,46 +94,82 @@ impl Inputs<'_> {
     pub fn set_inputs<T: Number, S: Space>(
         &self,
         solver: &mut Solver<'_, T, S>,
-        shape: &[usize],
+        common: &Common,
         periodic: &[bool],
     ) -> PyResult<Vec<f64>> {
-        let unusable =
-            |field: &str, error: InputError| refused(field, format!("cannot be used: {error}; change it"));
-        let source = array::<T>("source", &self.source, shape)?;
-        solver
-            .set_source(&density("source", &source)?)
-            .map_err(|error| unusable("source", error))?;
+        if let Some(solids) = &self.solids {
+            solver
+                .set_solids(&flags("solids", solids, common)?)
+                .map_err(|error| unusable("solids", error))?;
+        }
+        if let Some(source) = &self.source {
+            let source = array::<T>("source", source, common)?;
+            solver
+                .set_source(&density("source", &source)?)
+                .map_err(|error| unusable("source", error))?;
+        }
+        for (index, (field, shape)) in self.emitters.iter().enumerate() {
+            let shape = array::<T>(field, shape, common)?;
+            solver
+                .set_emitter(index, &density(field, &shape)?)
+                .map_err(|error| unusable(field, error))?;
+        }
         if let Some(velocity) = &self.velocity {
-            let wanted = format!(
-                "a sequence of {} arrays: the components along x, y and so on",
-                S::DIM
-            );
-            let components: Vec<Bound<'_, PyAny>> = read("initial_velocity", velocity, &wanted)?;
-            if components.len() != S::DIM {
-                return Err(refused(
-                    "initial_velocity",
-                    format!("has {} entries, but must be {wanted}", components.len()),
-                ));
-            }
-            for (axis, component) in components.iter().enumerate() {
-                let field = format!("initial_velocity[{axis}]");
-                let mut faces = shape.to_vec();
-                faces[S::DIM - 1 - axis] += usize::from(!periodic[axis]);
-                let component = array::<T>(&field, component, &faces)?;
-                solver
-                    .set_initial_velocity(axis, &numbers(&component)?)
-                    .map_err(|error| unusable(&field, error))?;
-            }
+            set_velocity(solver, velocity, common, periodic)?;
+        }
+        for (index, region) in &self.regions {
+            let field = format!("regions[{}]", self.keyframes[*index].0);
+            let region = array::<T>(&field, region, common)?;
+            solver
+                .set_region(*index, &numbers(&region)?)
+                .map_err(|error| unusable(&field, error))?;
         }
         let target = |(index, (step, target)): (usize, &(usize, Bound<'_, PyAny>))| {
             let field = format!("keyframes[{step}]");
-            let target = array::<T>(&field, target, shape)?;
+            let target = array::<T>(&field, target, common)?;
             solver
                 .set_keyframe(index, &density(&field, &target)?)
                 .map_err(|error| unusable(&field, error))
         };
         self.keyframes.iter().enumerate().map(target).collect()
     }
+}
+
+fn unusable(field: &str, error: InputError) -> PyErr {
+    refused(field, format!("cannot be used: {error}; change it"))
+}
+
+/// Sets v_0 to `velocity`, its components along x, y and so on.
+fn set_velocity<T: Number, S: Space>(
+    solver: &mut Solver<'_, T, S>,
+    velocity: &Bound<'_, PyAny>,
+    common: &Common,
+    periodic: &[bool],
+) -> PyResult<()> {
+    let wanted = format!(
+        "a sequence of {} arrays: the components along x, y and so on",
+        S::DIM
+    );
+    let components: Vec<Bound<'_, PyAny>> = read("initial_velocity", velocity, &wanted)?;
+    if components.len() != S::DIM {
+        let why = format!("has {} entries, but must be {wanted}", components.len());
+        return Err(refused("initial_velocity", why));
+    }
+    for (axis, component) in components.iter().enumerate() {
+        let field = format!("initial_velocity[{axis}]");
+        let mut shape = common.shape.clone();
+        shape[S::DIM - 1 - axis] += usize::from(!periodic[axis]);
+        let faces = Common {
+            shape,
+            precision: common.precision,
+            of: common.of.clone(),
+        };
+        let component = array::<T>(&field, component, &faces)?;
+        solver
+            .set_initial_velocity(axis, &numbers(&component)?)
+            .map_err(|error| unusable(&field, error))?;
+    }
+    Ok(())
 }
 
 fn untyped<'a, 'py>(field: &str, value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyUntypedArray>> {
@@ -135,31 +195,46 @@ fn is_masked(value: &Bound<'_, PyAny>) -> PyResult<bool> {
     value.is_instance(&masked)
 }
 
-/// An array of numbers `T` with `shape`.
+/// An array of numbers `T` as all others.
 fn array<'py, T: Number>(
     field: &str,
     value: &Bound<'py, PyAny>,
-    shape: &[usize],
+    common: &Common,
 ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     let found = untyped(field, value)?;
     let wanted = numpy::dtype::<T>(value.py());
     let Ok(array) = value.cast::<PyArrayDyn<T>>() else {
-        return Err(refused(
-            field,
-            format!(
-                "has dtype {} where the source has {wanted}; use .astype(numpy.{wanted})",
-                found.dtype()
-            ),
-        ));
+        let (found, of) = (found.dtype(), &common.of);
+        let why = format!("has dtype {found} where {of} has {wanted}; use .astype(numpy.{wanted})");
+        return Err(refused(field, why));
     };
+    readable(field, array, common)
+}
+
+/// The truth values of an array as all others.
+fn flags(field: &str, value: &Bound<'_, PyAny>, common: &Common) -> PyResult<Vec<bool>> {
+    let found = untyped(field, value)?;
+    let Ok(array) = value.cast::<PyArrayDyn<bool>>() else {
+        let why = format!(
+            "has dtype {}; give an array of truth values, as array > 0.5",
+            found.dtype()
+        );
+        return Err(refused(field, why));
+    };
+    let array = readable(field, array, common)?;
+    copied(array.len(), array.as_array().iter().copied())
+}
+
+/// An array to read, of the shape of all others.
+fn readable<'py, V: Element>(
+    field: &str,
+    array: &Bound<'py, PyArrayDyn<V>>,
+    Common { shape, .. }: &Common,
+) -> PyResult<PyReadonlyArrayDyn<'py, V>> {
     if array.shape() != shape {
-        return Err(refused(
-            field,
-            format!(
-                "has shape {:?} where {shape:?} is needed; give an array of that shape",
-                array.shape()
-            ),
-        ));
+        let found = array.shape();
+        let why = format!("has shape {found:?} where {shape:?} is needed; give an array of that shape");
+        return Err(refused(field, why));
     }
     array
         .try_readonly()

@@ -1,10 +1,11 @@
 //! Thurible in Python: `thurible.solve` and `thurible.plan` on NumPy's arrays.
 //!
-//! The arguments ([`choices`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
+//! The arguments ([`choices`], [`effects`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
 //! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block.
 
 pub mod block;
 pub mod choices;
+pub mod effects;
 pub mod inputs;
 pub mod place;
 pub mod plan;

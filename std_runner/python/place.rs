@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use std::sync::OnceLock;
 use thurible_core::memory::{Arena, footprint};
 use thurible_core::solver::Strided;
-use thurible_core::{Output, Real, Solver, Space};
+use thurible_core::{Exec, Output, Real, Solver, Space};
 
 /// A number of the core that NumPy knows too.
 pub trait Number: Real + Element {}
@@ -201,6 +201,25 @@ impl Place {
                 .for_each(|(out, &number)| *out = number * unit);
         }
     }
+}
+
+/// What emitters added after each step, as files have it, in a block of its own; `shape` is that of a density. `None` if the system has
+/// not the memory.
+pub fn emission<T: Number, S: Space>(
+    solver: &mut Solver<'_, T, S>,
+    shape: &[usize],
+    exec: &dyn Exec,
+) -> Option<(Block, Place)> {
+    let (steps, cells) = (solver.steps(), shape.iter().product::<usize>());
+    let mut block = Block::new(footprint(steps.checked_mul(cells)?, T::BYTES)?)?;
+    let added = Arena::new(block.bytes_mut())
+        .take::<T>("array", steps * cells)
+        .ok()?;
+    for (step, added) in added.chunks_exact_mut(cells).enumerate() {
+        solver.emission(exec, step, added);
+    }
+    let shape = [steps].into_iter().chain(shape.iter().copied());
+    Some((block, Place::dense(shape.collect())))
 }
 
 /// Where an output lies in the block of a solver.

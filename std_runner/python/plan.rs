@@ -1,6 +1,7 @@
 //! How many bytes a solve takes.
 
 use crate::choices::Choices;
+use crate::effects;
 use crate::words::{plan_refused, read, refused};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
@@ -112,9 +113,9 @@ fn too_large(choices: &Choices, precision: Precision, needed: usize, limit: usiz
 }
 
 /// The memory that a solve of arrays of `shape` with keyframes at the steps `keyframes` takes; nothing is allocated. Takes the
-/// arguments of `solve`, and dtype: "float32" or "float64".
+/// arguments of `solve`, and dtype: "float32" or "float64"; emitters need no shape, and solids and regions may be True.
 #[pyfunction]
-#[pyo3(signature = (shape, keyframes, **choices), text_signature = "(shape, keyframes, *, dtype='float32', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, force_weight=1000.0, smoothness=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, method='direct', options=None, iterations=60, threads=None, memory_limit=None)")]
+#[pyo3(signature = (shape, keyframes, **choices), text_signature = "(shape, keyframes, *, dtype='float32', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, method='direct', options=None, iterations=60, threads=None, memory_limit=None)")]
 pub fn plan(
     shape: &Bound<'_, PyAny>,
     keyframes: &Bound<'_, PyAny>,
@@ -143,7 +144,8 @@ pub fn plan(
         steps.push(read("keyframes", &step, "steps: whole numbers")?);
     }
     steps.sort_unstable();
-    let (choices, [dtype]) = Choices::read(&shape, steps, choices, ["dtype"])?;
+    let emitters = effects::emitters(choices)?;
+    let (choices, [dtype]) = Choices::read(&shape, steps, &emitters, choices, ["dtype"])?;
     let precision = match dtype {
         None => Precision::Single,
         Some(dtype) => precision(&dtype)?,

@@ -17,6 +17,7 @@ use thurible_core::{Named, Objective, Output};
 pub struct Solution {
     pub(crate) block: Block,
     pub(crate) fields: Vec<Field>,
+    pub(crate) emission: Option<(Block, Place)>,
     pub(crate) precision: Precision,
     pub(crate) objective: Objective,
     pub(crate) ended: Ended,
@@ -67,6 +68,13 @@ impl Solution {
     #[getter]
     fn force<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         filed(this, this.get().components(&FORCE))
+    }
+
+    /// What emitters added to the density after each step, of shape (steps, (nz,) ny, nx); None where there are none.
+    #[getter]
+    fn emission<'py>(this: &Bound<'py, Self>) -> Option<Bound<'py, PyAny>> {
+        let (block, place) = this.get().emission.as_ref()?;
+        Some(typed!(this.get().precision, view(this, block, place)))
     }
 
     /// Velocities 1 .. steps - 1 as they lie in the solver's memory: nothing is copied. Each cell has its low face, so that the last
@@ -148,7 +156,7 @@ impl Solution {
         self.remarks.clone()
     }
 
-    /// By how much each keyframe was scaled to the mass of the source.
+    /// By how much each keyframe was scaled to the mass of the smoke at its step.
     #[getter]
     fn mass_factors(&self) -> Vec<f64> {
         self.mass_factors.clone()

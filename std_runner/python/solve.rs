@@ -2,8 +2,9 @@
 
 use crate::block::Block;
 use crate::choices::Choices;
-use crate::inputs::{self, Inputs};
-use crate::place::{Number, fields};
+use crate::effects;
+use crate::inputs::{self, Common, Inputs};
+use crate::place::{self, Number, Place, fields};
 use crate::plan::{self, Planned, Precision};
 use crate::solution::Solution;
 use crate::watch;
@@ -17,51 +18,70 @@ use thurible_core::{D2, D3, Solver, SolverError, Space, Status};
 
 /// Finds the smallest force that carries the smoke of `source` to `keyframes`, a dict {step: array} or pairs (step, array).
 ///
-/// The dtype of `source`, float32 or float64, is the precision of the solve; its shape, (ny, nx) or (nz, ny, nx), is the grid.
+/// The dtype of `source`, float32 or float64, is the precision of the solve; its shape, (ny, nx) or (nz, ny, nx), is the grid. It may be
+/// None where `emitters`, dicts with a shape each, make all smoke.
 /// `progress` is called after every iteration with a Progress; it stops the solve by returning False, or by raising. Other Python
 /// threads run meanwhile. Raises ValueError or TypeError for what cannot be used, MemoryError for what does not fit in memory_limit
 /// bytes, FloatingPointError when the flow leaves the finite numbers.
 #[pyfunction]
-#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, force_weight=1000.0, smoothness=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method='direct', options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
+#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method='direct', options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
 pub fn solve<'py>(
     source: &Bound<'py, PyAny>,
     keyframes: &Bound<'py, PyAny>,
     choices: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Solution> {
-    let (shape, precision) = inputs::kind(source)?;
+    let emitters = effects::emitters(choices)?;
+    let common = inputs::common(source, &emitters)?;
     let keyframes = inputs::keyframes(keyframes)?;
-    let steps = keyframes.iter().map(|(step, _)| *step).collect();
-    let (choices, [velocity, progress]) =
-        Choices::read(&shape, steps, choices, ["initial_velocity", "progress"])?;
+    let steps: Vec<usize> = keyframes.iter().map(|(step, _)| *step).collect();
+    let regions = effects::argument(choices, "regions")?;
+    let solids = effects::argument(choices, "solids")?;
+    let (choices, [velocity, progress]) = Choices::read(
+        &common.shape,
+        steps.clone(),
+        &emitters,
+        choices,
+        ["initial_velocity", "progress"],
+    )?;
     if progress.as_ref().is_some_and(|progress| !progress.is_callable()) {
         return Err(refused(
             "progress",
             "cannot be called; give a function of one argument",
         ));
     }
-    let planned = plan::choose(&choices, precision)?;
+    let planned = plan::choose(&choices, common.precision)?;
     let job = Job {
-        shape,
-        choices,
-        planned,
         inputs: Inputs {
-            source: source.clone(),
+            source: (!source.is_none()).then(|| source.clone()),
+            solids,
+            emitters: emitters
+                .iter()
+                .map(effects::Given::shape)
+                .collect::<PyResult<_>>()?,
+            regions: match regions {
+                Some(regions) => effects::regions(&regions, &steps)?,
+                None => Vec::new(),
+            },
             keyframes,
             velocity,
         },
+        common,
+        choices,
+        planned,
         progress,
     };
-    match (job.shape.len(), precision) {
-        (2, Precision::Single) => job.solve::<f32, D2>(precision),
-        (2, Precision::Double) => job.solve::<f64, D2>(precision),
-        (_, Precision::Single) => job.solve::<f32, D3>(precision),
-        (_, Precision::Double) => job.solve::<f64, D3>(precision),
+    let py = source.py();
+    match (job.common.shape.len(), job.common.precision) {
+        (2, Precision::Single) => job.solve::<f32, D2>(py),
+        (2, Precision::Double) => job.solve::<f64, D2>(py),
+        (_, Precision::Single) => job.solve::<f32, D3>(py),
+        (_, Precision::Double) => job.solve::<f64, D3>(py),
     }
 }
 
 /// A solve that is ready to run.
 struct Job<'py> {
-    shape: Vec<usize>,
+    common: Common,
     choices: Choices,
     planned: Planned,
     inputs: Inputs<'py>,
@@ -69,9 +89,9 @@ struct Job<'py> {
 }
 
 impl Job<'_> {
-    fn solve<T: Number, S: Space>(self, precision: Precision) -> PyResult<Solution> {
+    fn solve<T: Number, S: Space>(self, py: Python<'_>) -> PyResult<Solution> {
         let Self {
-            shape,
+            common,
             choices,
             planned: Planned { plan, params },
             inputs,
@@ -83,18 +103,18 @@ impl Job<'_> {
         let mut solver = Solver::<T, S>::new(&choices.scene.problem(), &params, block.bytes_mut())
             .map_err(solver_refused)?;
         let periodic = choices.periodic();
-        let mass_factors = inputs.set_inputs(&mut solver, &shape, &periodic)?;
-        let ended = watch::solve(
-            inputs.source.py(),
-            &mut solver,
-            params.threads,
-            progress.map(Bound::unbind),
-        )?;
+        let mass_factors = inputs.set_inputs(&mut solver, &common, &periodic)?;
+        let ended = watch::solve(py, &mut solver, params.threads, progress.map(Bound::unbind))?;
         if matches!(ended.status, Status::NotFinite | Status::NotReady) {
             return Err(PyFloatingPointError::new_err(
                 "the solve left the finite numbers, or a flow was too fast to follow from the start; use float64, more steps or a slower initial_velocity",
             ));
         }
+        let emission = if choices.scene.emitters.is_empty() {
+            None
+        } else {
+            Some(emission(py, &mut solver, &common.shape, params.threads)?)
+        };
         let fields = fields(&solver, start, &periodic);
         let objective = solver.objective();
         let errors = keyframe_errors(&solver, &choices.scene.keyframes);
@@ -109,7 +129,8 @@ impl Job<'_> {
         drop(solver);
         Ok(Solution {
             fields,
-            precision,
+            emission,
+            precision: common.precision,
             objective,
             ended,
             mass_factors,
@@ -120,6 +141,18 @@ impl Job<'_> {
             block,
         })
     }
+}
+
+/// What emitters added, computed with the interpreter released.
+fn emission<T: Number, S: Space>(
+    py: Python<'_>,
+    solver: &mut Solver<'_, T, S>,
+    shape: &[usize],
+    threads: usize,
+) -> PyResult<(Block, Place)> {
+    let bytes = solver.steps() * shape.iter().product::<usize>() * T::BYTES;
+    let added = py.detach(|| watch::on_threads(threads, |exec| place::emission(solver, shape, exec)))?;
+    added.ok_or_else(|| no_memory(bytes))
 }
 
 fn no_memory(bytes: usize) -> PyErr {

@@ -38,10 +38,13 @@ class Options(TypedDict, total=False):
     drive: float
     attenuation: float
     gathering: float
-    buoyancy: float
+
+Emitter = TypedDict("Emitter", {"shape": Numbers, "from": int, "to": int, "rate": float, "target": float}, total=False)
+"""Smoke that is made on the way from step `from` (0 unless given) to step `to` (the last): where `shape` is 1, `rate` is added to the
+density at every step, or what is missing of `target`. One of the two is given."""
 
 def solve(
-    source: Numbers,
+    source: Numbers | None,
     keyframes: Mapping[int, Numbers] | Iterable[tuple[int, Numbers]],
     *,
     steps: int | None = None,
@@ -49,8 +52,15 @@ def solve(
     length: float = 1.0,
     boundary: Boundary | Sequence[Boundary] = "wall",
     viscosity: float = 0.0,
+    buoyancy: float | Sequence[float] = 0.0,
+    emitters: Sequence[Emitter] | None = None,
+    solids: NDArray[np.bool_] | None = None,
     force_weight: float = 1e3,
     smoothness: float | Literal["auto"] | None = None,
+    schedule: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
+    weights: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
+    regions: Mapping[int, Numbers] | Iterable[tuple[int, Numbers]] | None = None,
+    release: int | None = None,
     filters: int | Literal["auto"] | None = None,
     match_mass: bool = True,
     advection: Advection = "limited",
@@ -71,6 +81,13 @@ def solve(
     takes 0 alone. `initial_velocity` are components along x, y (and z), with shapes as those of `Solution.velocity`. `threads` are as many as
     the machine offers. `memory_limit` is in bytes, of the one block in which it is solved.
 
+    `source` may be None where `emitters` make all smoke. `buoyancy` is the acceleration of the flow where the density is 1: a number, up
+    along the last of x, y (and z), or one for each of them; "admm" knows none. `solids` is True in cells that no smoke gets into, with
+    limited transport and not for "admm". `schedule` says by step what the price of the force is
+    multiplied by (not for "admm"): linear in its logarithm between the steps. `weights` and `regions` belong to keyframes, by their steps:
+    what the error of one is multiplied by, as a whole, and in each cell by an array of numbers from 0 to 1; 1 where nothing is said. From
+    step `release` on, at or after the last keyframe, no force acts.
+
     `progress` is called after every iteration; it stops the solve by returning False, or by raising. Other Python threads run
     meanwhile.
 
@@ -88,8 +105,15 @@ def plan(
     length: float = 1.0,
     boundary: Boundary | Sequence[Boundary] = "wall",
     viscosity: float = 0.0,
+    buoyancy: float | Sequence[float] = 0.0,
+    emitters: Sequence[Emitter] | None = None,
+    solids: NDArray[np.bool_] | bool | None = None,
     force_weight: float = 1e3,
     smoothness: float | Literal["auto"] | None = None,
+    schedule: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
+    weights: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
+    regions: Mapping[int, Numbers] | Iterable[tuple[int, Numbers]] | bool | None = None,
+    release: int | None = None,
     filters: int | Literal["auto"] | None = None,
     match_mass: bool = True,
     advection: Advection = "limited",
@@ -101,7 +125,9 @@ def plan(
     threads: int | None = None,
     memory_limit: int | None = None,
 ) -> Plan:
-    """The memory of a solve, to the byte; nothing is allocated. `keyframes` are steps, or the dict that `solve` takes."""
+    """The memory of a solve, to the byte; nothing is allocated. `keyframes` are steps, or the dict that `solve` takes.
+
+    Emitters need no shape here, and `solids` and `regions` may be True."""
 
 @final
 class Plan:
@@ -205,6 +231,9 @@ class Solution:
     def force(self) -> tuple[NDArray[Any], ...]:
         """Forces, as `velocity`, of steps - 1 entries: entry k turns velocity k into velocity k + 1."""
     @property
+    def emission(self) -> NDArray[Any] | None:
+        """What emitters added to the density after each step, of shape (steps, (nz,) ny, nx); None where there are none."""
+    @property
     def velocity_in_place(self) -> tuple[NDArray[Any], ...]:
         """Velocities 1 .. steps - 1 as they lie in the solver's memory: nothing is copied.
 
@@ -247,7 +276,7 @@ class Solution:
         """Sentences about what the status alone does not say, as that nothing moved; mostly none."""
     @property
     def mass_factors(self) -> list[float]:
-        """By how much each keyframe was scaled to the mass of the source."""
+        """By how much each keyframe was scaled to the mass of the smoke at its step."""
     @property
     def planned_bytes(self) -> int:
         """Bytes of the one block in which it was solved, which the solution holds on to."""

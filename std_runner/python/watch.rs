@@ -191,7 +191,7 @@ pub fn solve<T: Real, S: Space>(
 }
 
 /// Calls `work` with an [`Exec`] of `count` threads.
-fn on_threads<R: Send>(count: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -> PyResult<R> {
+pub fn on_threads<R: Send>(count: usize, work: impl FnOnce(&dyn Exec) -> R + Send) -> PyResult<R> {
     if count == 1 {
         return Ok(work(&Serial));
     }

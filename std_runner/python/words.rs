@@ -3,8 +3,8 @@
 use core::fmt::Display;
 use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use thurible_core::PlanError;
 use thurible_core::words::{Alternatives, Named};
+use thurible_core::{PlanError, ProblemError};
 
 /// The refusal of an argument's value.
 pub fn refused(field: &str, why: impl Display) -> PyErr {
@@ -39,6 +39,19 @@ pub fn whole(field: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
 /// A number.
 pub fn number(field: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     read(field, value, "a number")
+}
+
+/// A number that is positive and finite.
+pub fn positive(field: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let given = number(field, value)?;
+    if given > 0.0 && given.is_finite() {
+        Ok(given)
+    } else {
+        Err(refused(
+            field,
+            format!("is {given}; it must be positive and finite; change it to that"),
+        ))
+    }
 }
 
 /// A truth value.
@@ -90,6 +103,10 @@ pub fn unknown(what: &str, given: &str, known: &[&str]) -> PyErr {
 pub fn plan_refused(error: PlanError) -> PyErr {
     match error {
         PlanError::TooLarge => PyMemoryError::new_err(error.to_string()),
+        // Their words have the remedy.
+        PlanError::Problem(
+            ProblemError::Unfit { .. } | ProblemError::MassUnknown { .. } | ProblemError::SolidScheme,
+        ) => PyValueError::new_err(error.to_string().replace("= false", "= False")),
         // The core's words for arguments that Python spells otherwise.
         other => PyValueError::new_err(format!(
             "{}; change it to that",

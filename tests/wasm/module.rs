@@ -109,7 +109,12 @@ fn the_same_bits_in_every_precision_and_dimension() {
 #[test]
 fn the_page_declares_what_the_header_does() {
     let script = web("thurible.js");
-    for (constant, name) in [("CONFIG", "ThuribleConfig"), ("PROGRESS", "ThuribleProgress")] {
+    for (constant, name) in [
+        ("CONFIG", "ThuribleConfig"),
+        ("EMITTER", "ThuribleEmitter"),
+        ("FACTOR", "ThuribleFactor"),
+        ("PROGRESS", "ThuribleProgress"),
+    ] {
         let declared = script
             .split(&format!("const {constant} = layout(`"))
             .nth(1)

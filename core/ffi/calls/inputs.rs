@@ -2,11 +2,12 @@
 
 use crate::each;
 use crate::instance::{self, Thurible};
-use crate::pointer::{elements, put, writable};
+use crate::pointer::{elements, flags, put, writable};
 use crate::result::ThuribleResult;
 use core::ffi::c_void;
 
-/// Sets the density of step 0: one element of the instance's precision for each cell, x fastest; `bytes` of all.
+/// Sets the density of step 0: one element of the instance's precision for each cell, x fastest; `bytes` of all. It may be left out where
+/// there are emitters.
 ///
 /// # Safety
 /// `instance` as in `thurible_close`; `density` is null or points to `bytes` bytes.
@@ -24,8 +25,67 @@ pub unsafe extern "C" fn thurible_set_source(
     }
 }
 
-/// Sets the target of keyframe `index`, as `thurible_set_source`, which comes first. Where keyframes are scaled to the source's mass,
-/// `factor` is by how much; it may be null.
+/// Sets which cells are solid, before anything else is set: one byte for each cell, x fastest, 1 where it is solid and 0 where it is not. Refused
+/// where `solids` of the configuration is 0. Densities are 0 in solid cells, whatever is given.
+///
+/// # Safety
+/// `instance` as in `thurible_close`; `solid` is null or points to `bytes` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_set_solids(
+    instance: *mut Thurible,
+    solid: *const u8,
+    bytes: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            let solid = flags(solid, bytes)?;
+            Ok(each!(&mut body.solver, solver => solver.set_solids(solid))?)
+        })
+    }
+}
+
+/// Sets the shape of emitter `index`, as `thurible_set_source`: where it adds smoke, and how much of its rate or target there.
+///
+/// # Safety
+/// As `thurible_set_source`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_set_emitter(
+    instance: *mut Thurible,
+    index: usize,
+    shape: *const c_void,
+    bytes: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            Ok(each!(&mut body.solver, solver => solver.set_emitter(index, elements(shape, bytes)?))?)
+        })
+    }
+}
+
+/// Sets the region of keyframe `index`, as `thurible_set_source`: what its error is multiplied by in each cell, from 0 to 1. Refused where
+/// `keyframe_regions` of the configuration is 0; 1 everywhere where it is not set.
+///
+/// # Safety
+/// As `thurible_set_source`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_set_region(
+    instance: *mut Thurible,
+    index: usize,
+    region: *const c_void,
+    bytes: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            Ok(each!(&mut body.solver, solver => solver.set_region(index, elements(region, bytes)?))?)
+        })
+    }
+}
+
+/// Sets the target of keyframe `index`, as `thurible_set_source`; the source, where there is one, and the shapes of all emitters come
+/// first. Where keyframes are scaled to the mass of the smoke at their steps, `factor` is by how much; it may be null.
 ///
 /// # Safety
 /// As `thurible_set_source`; `factor` is null or may be written.

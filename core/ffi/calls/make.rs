@@ -11,7 +11,7 @@ use core::ffi::{c_char, c_void};
 /// always ended by a zero byte; bytes of the whole text. A null `buffer` only counts.
 ///
 /// # Safety
-/// `config` is null or points to a configuration whose `keyframes` are there; `buffer` is null or points to `size` bytes.
+/// `config` is null or points to a configuration whose lists are there; `buffer` is null or points to `size` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn thurible_explain(
     config: *const ThuribleConfig,
@@ -32,7 +32,7 @@ pub unsafe extern "C" fn thurible_explain(
 /// allocated or kept. Each pointer but `config` may be null.
 ///
 /// # Safety
-/// `config` is null or points to a configuration whose `keyframes` are there; the others are null or may be written.
+/// `config` is null or points to a configuration whose lists are there; the others are null or may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn thurible_plan(
     config: *const ThuribleConfig,

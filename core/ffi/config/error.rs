@@ -3,7 +3,17 @@
 use crate::result::ThuribleResult;
 use core::fmt;
 use thurible_core::PlanError;
-use thurible_core::problem::MAX_STEPS;
+
+/// Names of a list and of its length, and the most that it may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ListNames {
+    /// The field that points to it.
+    pub list: &'static str,
+    /// The field that counts it.
+    pub count: &'static str,
+    /// Entries at most.
+    pub most: usize,
+}
 
 /// Why a configuration is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,13 +27,23 @@ pub enum ConfigError {
         /// The code that it holds.
         given: u32,
     },
-    /// There are more keyframes than steps.
-    Keyframes {
-        /// The value of `keyframe_count`.
+    /// A list has too many entries.
+    Count {
+        /// The list.
+        names: &'static ListNames,
+        /// How many it has.
         given: usize,
     },
-    /// `keyframes` is null or misaligned.
-    KeyframePointer,
+    /// A list is null or misaligned.
+    Pointer {
+        /// The list.
+        names: &'static ListNames,
+    },
+    /// An emitter has not the one or the other of rate and target.
+    Supply {
+        /// The emitter.
+        index: usize,
+    },
     /// The core refuses it.
     Plan(PlanError),
 }
@@ -56,11 +76,22 @@ impl fmt::Display for ConfigError {
                 "the size of the configuration is that of no known version; call thurible_defaults first"
             ),
             Self::Code { field, given } => write!(f, "{field} is {given}, which stands for nothing"),
-            Self::Keyframes { given } => {
-                write!(f, "keyframe_count is {given}; it must be at most {MAX_STEPS}")
+            Self::Count {
+                names: ListNames { count, most, .. },
+                given,
+            } => {
+                write!(f, "{count} is {given}; it must be at most {most}")
             }
-            Self::KeyframePointer => {
-                write!(f, "keyframes is null or misaligned, but keyframe_count is not 0")
+            Self::Pointer {
+                names: ListNames { list, count, .. },
+            } => {
+                write!(f, "{list} is null or misaligned, but {count} is not 0")
+            }
+            Self::Supply { index } => {
+                write!(
+                    f,
+                    "emitters[{index}] must have either a rate or a target above 0, and the other 0"
+                )
             }
             Self::Plan(error) => error.fmt(f),
         }

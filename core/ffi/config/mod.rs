@@ -2,6 +2,7 @@
 
 mod choices;
 mod default;
+mod effects;
 mod error;
 mod read;
 mod slot;
@@ -9,6 +10,7 @@ mod slot;
 pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleNorm, ThuribleNsoSolver};
 pub use choices::{ThuriblePrecision, ThuribleScheme};
 pub use default::thurible_defaults;
+pub use effects::{THURIBLE_MOST_EMITTERS, THURIBLE_MOST_FACTORS, ThuribleEmitter, ThuribleFactor};
 pub use error::ConfigError;
 pub use slot::THURIBLE_AUTOMATIC;
 
@@ -62,6 +64,21 @@ pub struct ThuribleConfig {
     pub keyframes: *const usize,
     /// How many steps `keyframes` points to.
     pub keyframe_count: usize,
+    /// What the data term of each keyframe is multiplied by, above 0: `keyframe_count` numbers, or null where all are 1. Read as `keyframes`.
+    pub keyframe_weights: *const f64,
+    /// Smoke that is made on the way, where `thurible_set_emitter` says. Read as `keyframes`.
+    pub emitters: *const ThuribleEmitter,
+    /// How many emitters `emitters` points to, at most `THURIBLE_MOST_EMITTERS`.
+    pub emitter_count: usize,
+    /// What the price of the force is multiplied by at some steps, ascending: linear in its logarithm between them, as the nearest before the
+    /// first and after the last. Read as `keyframes`.
+    pub schedule: *const ThuribleFactor,
+    /// How many factors `schedule` points to, at most `THURIBLE_MOST_FACTORS`.
+    pub schedule_count: usize,
+    /// Step from which no force acts, from 2 to N - 1 and not before the last keyframe; 0, the default, for none.
+    pub release: usize,
+    /// Acceleration of the flow where the density is 1, along x, y and z, in lengths per squared time; z is ignored in 2D. None by default.
+    pub buoyancy: [f64; 3],
     /// Weight r of the force.
     pub force_weight: f64,
     /// Kinematic viscosity, in squared lengths per time; 0 for none.
@@ -71,12 +88,17 @@ pub struct ThuribleConfig {
     pub smoothness: f64,
     /// Filters of the metric, at most 12, or `THURIBLE_AUTOMATIC`.
     pub filters: u32,
-    /// Whether keyframes are scaled to the mass of the source: 0 or 1.
+    /// Whether keyframes are scaled to the mass of the smoke at their steps: 0 or 1.
     pub match_mass: u32,
     /// A `ThuribleScheme`; limited by default.
     pub scheme: u32,
-    /// The smoother's colours, of ADMM: a `ThuribleColours`.
-    pub nso_colours: u32,
+    /// Whether each keyframe has a region that `thurible_set_region` sets: 0, the default, or 1.
+    pub keyframe_regions: u32,
+    /// Whether there are solid cells, which `thurible_set_solids` sets: 0, the default, or 1. They need limited transport, and at most 256
+    /// cells along an axis; ADMM knows none.
+    pub solids: u32,
+    /// For later versions; must be 0.
+    pub reserved: u32,
     /// The series of a transport step is cut at the first term below this times the largest density.
     pub advection_tolerance: f64,
     /// Relative tolerance of projections.
@@ -113,22 +135,20 @@ pub struct ThuribleConfig {
     pub nso_tolerance: f64,
     /// ADMM: a `ThuribleNorm`; scaled by default.
     pub nso_norm: u32,
-    /// L-BFGS over forces: pairs from 1 to 8, or `THURIBLE_AUTOMATIC`.
-    pub lbfgs_history: u32,
+    /// ADMM: the smoother's colours: a `ThuribleColours`.
+    pub nso_colours: u32,
     /// L-BFGS over forces: stop as `direct_tolerance`.
     pub lbfgs_tolerance: f64,
+    /// L-BFGS over forces: pairs from 1 to 8, or `THURIBLE_AUTOMATIC`.
+    pub lbfgs_history: u32,
     /// L-BFGS over forces: whether to begin on a coarser grid: 0 or 1.
     pub lbfgs_nested: u32,
-    /// For later versions; must be 0.
-    pub reserved: u32,
     /// Target-driven smoke: weight of the driving force.
     pub pd_drive: f64,
     /// Target-driven smoke: rate at which momentum is lost.
     pub pd_attenuation: f64,
     /// Target-driven smoke: weight of the gathering term.
     pub pd_gathering: f64,
-    /// Simulations: upward acceleration where the density is 1.
-    pub simulation_buoyancy: f64,
     /// Simulations, L-BFGS over forces and target-driven smoke: relative residual of an implicit step.
     pub simulation_tolerance: f64,
 }
@@ -145,7 +165,7 @@ macro_rules! held {
 
 impl ThuribleConfig {
     /// Every field that holds a choice of a method, and what the core calls it.
-    fn held(&mut self) -> [Held<'_>; 22] {
+    fn held(&mut self) -> [Held<'_>; 21] {
         held! { self:
             direct_history "direct.history",
             direct_nested "direct.nested",
@@ -167,7 +187,6 @@ impl ThuribleConfig {
             pd_drive "pd.drive",
             pd_attenuation "pd.attenuation",
             pd_gathering "pd.gathering",
-            simulation_buoyancy "simulation.buoyancy",
             simulation_tolerance "simulation.tolerance",
         }
     }

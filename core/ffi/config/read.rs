@@ -1,9 +1,9 @@
 //! From C to the core: what a configuration describes.
 
 use super::choices::{code, flag, wide};
+use super::effects::Lists;
 use super::{AUTOMATIC_SMOOTHNESS, ConfigError, MOST_BYTES, SIZE, THURIBLE_AUTOMATIC, ThuribleConfig};
 use crate::result::ThuribleResult;
-use thurible_core::problem::MAX_STEPS;
 use thurible_core::{Advection, Boundary, Params, Problem};
 
 impl ThuribleConfig {
@@ -42,7 +42,7 @@ impl ThuribleConfig {
     /// [`ConfigError`].
     ///
     /// # Safety
-    /// `keyframes` points to `keyframe_count` steps.
+    /// The lists of the configuration have as many entries as it says.
     pub unsafe fn with<R>(&self, work: impl FnOnce(&Problem<'_>, &Params) -> R) -> Result<R, ConfigError> {
         let dims = match self.dimensions {
             2 => 2,
@@ -54,22 +54,32 @@ impl ThuribleConfig {
         };
         let boundary = self.ends(dims)?;
         let params = self.params()?;
+        let mut lists = Lists::new();
+        // SAFETY: the caller's promise.
+        let (keyframes, keyframe_weights) = unsafe {
+            lists.read(self)?;
+            self.keyframe_lists()?
+        };
+        let [x, y, z] = self.buoyancy;
         let problem = Problem {
             cells: first(&self.cells, dims),
             boundary: first(&boundary, dims),
             length: self.length,
             dt: self.dt,
             steps: self.steps,
-            // SAFETY: the caller's promise.
-            keyframes: unsafe { self.keyframe_steps() }?,
+            keyframes,
+            keyframe_weights,
+            keyframe_regions: is_on("keyframe_regions", self.keyframe_regions)?,
+            emitters: lists.emitters(),
+            solids: is_on("solids", self.solids)?,
+            buoyancy: if dims == 2 { [x, y, 0.0] } else { [x, y, z] },
+            release: (self.release != 0).then_some(self.release),
+            schedule: lists.schedule(),
             force_weight: self.force_weight,
             viscosity: self.viscosity,
             smoothness: (self.smoothness != AUTOMATIC_SMOOTHNESS).then_some(self.smoothness),
             filters: (self.filters != THURIBLE_AUTOMATIC).then(|| wide(self.filters)),
-            match_mass: flag(self.match_mass).ok_or(ConfigError::Code {
-                field: "match_mass",
-                given: self.match_mass,
-            })?,
+            match_mass: is_on("match_mass", self.match_mass)?,
             advection: Advection {
                 scheme: code("scheme", self.scheme)?,
                 tolerance: self.advection_tolerance,
@@ -86,22 +96,6 @@ impl ThuribleConfig {
             *end = code("boundary", given)?;
         }
         Ok(ends)
-    }
-
-    /// The steps of the keyframes.
-    ///
-    /// # Safety
-    /// `keyframes` points to `keyframe_count` steps.
-    unsafe fn keyframe_steps(&self) -> Result<&[usize], ConfigError> {
-        match self.keyframe_count {
-            0 => Ok(&[]),
-            given if given > MAX_STEPS => Err(ConfigError::Keyframes { given }),
-            _ if self.keyframes.is_null() || !self.keyframes.is_aligned() => {
-                Err(ConfigError::KeyframePointer)
-            }
-            // SAFETY: not null, aligned, and the caller promises the steps.
-            count => Ok(unsafe { core::slice::from_raw_parts(self.keyframes, count) }),
-        }
     }
 
     fn params(mut self) -> Result<Params, ConfigError> {
@@ -123,6 +117,11 @@ impl ThuribleConfig {
             }),
         }
     }
+}
+
+/// Whether a field that is 0 or 1 is 1.
+fn is_on(field: &'static str, given: u32) -> Result<bool, ConfigError> {
+    flag(given).ok_or(ConfigError::Code { field, given })
 }
 
 /// The first `dims` of three values, where `dims` is 2 or 3.

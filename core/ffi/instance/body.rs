@@ -41,6 +41,10 @@ pub struct Sizes {
     pub dims: usize,
     /// How many keyframes there are.
     pub keyframes: usize,
+    /// How many regions of keyframes there are.
+    pub regions: usize,
+    /// How many emitters there are.
+    pub emitters: usize,
     /// Cells of the finest grid.
     pub cells: usize,
     /// Bytes of an element of a field: 4 or 8.
@@ -56,6 +60,12 @@ impl Sizes {
             steps: config.steps,
             dims,
             keyframes: config.keyframe_count,
+            regions: if config.keyframe_regions == 0 {
+                0
+            } else {
+                config.keyframe_count
+            },
+            emitters: config.emitter_count,
             cells: config.cells.iter().take(dims).product(),
             precision: if config.precision == 4 { 4 } else { 8 },
             threads: config.threads,

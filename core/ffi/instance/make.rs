@@ -17,8 +17,8 @@ use thurible_core::{Params, Problem, Real, Report, Solver, Space};
 /// [`ThuribleResult`].
 ///
 /// # Safety
-/// `memory` is null or points to `bytes` bytes that nobody else uses while the instance lives; `config.keyframes` points to
-/// `keyframe_count` steps.
+/// `memory` is null or points to `bytes` bytes that nobody else uses while the instance lives; the lists of `config` have as
+/// many entries as it says.
 pub unsafe fn make(
     memory: *mut u8,
     bytes: usize,

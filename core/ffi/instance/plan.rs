@@ -20,7 +20,7 @@ pub struct Planned {
 /// [`ConfigError`].
 ///
 /// # Safety
-/// `config.keyframes` points to `keyframe_count` steps.
+/// The lists of `config` have as many entries as it says.
 pub unsafe fn plan(config: &ThuribleConfig) -> Result<Planned, ConfigError> {
     // SAFETY: the caller's promise.
     let planned = unsafe {

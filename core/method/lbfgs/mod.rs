@@ -183,6 +183,15 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
         }
     }
 
+    fn idle_parts(&mut self) -> Parts<'_, 'm, T> {
+        let (slots, pairs) = (self.animation.slots, self.setup.history);
+        Parts {
+            region: quasi_newton::fields::behind(&self.setup.grid, slots, pairs, self.rest),
+            animation: &mut self.animation,
+            setup: &mut self.setup.flow,
+        }
+    }
+
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let setup = self.setup;
         let sums = quasi_newton::fields::sums_per_row(setup.history) * setup.grid.rows();

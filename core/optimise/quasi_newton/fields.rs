@@ -49,6 +49,13 @@ pub fn view<'a, T>(grid: &Grid, slots: usize, which: usize, elements: &'a [T]) -
     })
 }
 
+/// What lies behind the fields that [`take`] took from the front of `elements`.
+#[must_use]
+pub fn behind<'a, T>(grid: &Grid, slots: usize, pairs: usize, elements: &'a mut [T]) -> &'a mut [T] {
+    let taken = fields_of(pairs) * grid.dims * pooled(grid.cells() * slots);
+    elements.get_mut(taken..).unwrap_or_default()
+}
+
 /// Lets `map` write the field of the image from that of the gradient, and passes on whether it did.
 pub fn prepare<'a, T>(
     fields: &mut Fields<'a, T>,

@@ -236,6 +236,162 @@ class Results(unittest.TestCase):
                     self.assertEqual(array.tobytes(), file[key].tobytes(), key)
 
 
+class Effects(unittest.TestCase):
+    """Emitters, buoyancy, weights, regions, a schedule and a release."""
+
+    def setUp(self):
+        self.shape = (20, 16)
+        self.below = blob(self.shape, [0.2, 0.5], 0.12, np.float64)
+        self.above = blob(self.shape, [0.6, 0.5], 0.12, np.float64)
+
+    def test_mass_grows_by_what_is_emitted(self):
+        emitters = [{"shape": self.below, "to": 5, "rate": 0.25}, {"shape": self.above, "from": 6, "to": 9, "target": 1.5}]
+        for method in ("direct", "lbfgs", "pd", "simulate", "admm"):
+            with self.subTest(method=method):
+                choices = {"buoyancy": 1e-3} if method != "admm" else {}
+                found = thurible.solve(None, {6: self.above}, steps=10, emitters=emitters, match_mass=False, method=method, iterations=4, **choices)
+                self.assertEqual((found.emission.shape, found.emission.dtype), ((10, *self.shape), np.float64))
+                self.assertIs(found.emission.base, found)
+                grown, emitted = np.diff(found.density.sum(axis=(1, 2))), found.emission.sum(axis=(1, 2))
+                np.testing.assert_allclose(grown, emitted, atol=1e-8)
+                np.testing.assert_allclose(emitted[:6], [0.25 * self.below.sum()] * 5 + [0], atol=1e-8)
+                self.assertTrue((emitted[6:9] > 0).all() and emitted[9] == 0)
+                self.assertTrue((found.emission >= -1e-12).all())
+                self.assertEqual(found.emission[:, self.below + self.above == 0].max(initial=0), 0)
+                self.assertEqual(found.density[0].max(), 0)
+
+    def test_emission_leaves_the_forces_alone(self):
+        """The momentum that they give is that of the velocities, also where the solver's work is short."""
+        for method in ("direct", "lbfgs"):
+            found = thurible.solve(
+                self.below, {3: self.above}, emitters=[{"shape": self.below, "rate": 0.1}], match_mass=False, force_weight=1.0, method=method, iterations=6
+            )
+            plain = thurible.solve(self.below, {3: self.above}, match_mass=False, force_weight=1.0, smoothness=0.0, method=method, iterations=6)
+            for solution in (found, plain):
+                self.assertLess(np.abs(divergence(solution.force)).max(), 1e-3 * max(np.abs(component).max() for component in solution.force))
+            self.assertIsNone(plain.emission)
+
+    def test_keyframes_take_the_mass_of_the_smoke(self):
+        found = thurible.solve(None, {4: self.above, 8: self.above}, emitters=[{"shape": self.below, "from": 1, "to": 6, "rate": 0.5}], iterations=3)
+        ratio = self.below.sum() / self.above.sum()
+        np.testing.assert_allclose(found.mass_factors, [1.5 * ratio, 2.5 * ratio])
+
+    def test_smoke_rises(self):
+        def height(density):
+            return (density.sum(axis=1) * np.arange(self.shape[0])).sum() / density.sum()
+
+        rising, falling, aside = (
+            thurible.solve(self.above, {}, steps=8, method="simulate", buoyancy=buoyancy) for buoyancy in (5e-3, -5e-3, [5e-3, 0.0])
+        )
+        self.assertGreater(height(rising.density[-1]), height(self.above) + 0.1)
+        self.assertLess(height(falling.density[-1]), height(self.above) - 0.1)
+        self.assertAlmostEqual(height(aside.density[-1]), height(self.above), delta=0.05)
+        # A flow that is steered knows of it too: less force lifts it.
+        heavy, light = (thurible.solve(self.below, {8: self.above}, buoyancy=buoyancy, force_weight=30.0) for buoyancy in (0.0, 5e-3))
+        self.assertLess(light.force_term, heavy.force_term)
+
+    def test_no_force_after_the_release(self):
+        found = thurible.solve(self.below, {5: self.above}, steps=9, release=6, force_weight=1.0, iterations=5)
+        force = np.array([np.abs(component).max(axis=(1, 2)) for component in found.force]).max(axis=0)
+        self.assertTrue((force[:4] > 0).all())
+        self.assertEqual(force[5:].max(), 0)
+        self.assertGreater(np.abs(found.velocity[1][-1]).max(), 0)
+        alone = thurible.solve(self.below, {5: self.above}, steps=6, force_weight=1.0, iterations=5)
+        self.assertEqual(found.density[:7].tobytes(), alone.density.tobytes())
+
+    def test_no_smoke_gets_into_solid_cells(self):
+        solids = np.zeros(self.shape, bool)
+        solids[9:11, 4:] = True
+        for method in ("direct", "lbfgs", "pd", "simulate"):
+            with self.subTest(method=method):
+                found = thurible.solve(self.below, {8: self.above}, solids=solids, buoyancy=2e-3, method=method, iterations=4)
+                self.assertEqual(np.abs(found.density[:, solids]).max(), 0)
+                across = found.velocity[1][:, :-1][:, solids]
+                self.assertEqual(np.abs(across).max(), 0)
+                self.assertGreater(np.abs(found.velocity[1]).max(), 0)
+        with self.assertRaisesRegex(ValueError, "solids cannot be used: all cells are solid"):
+            thurible.solve(self.below, {8: self.above}, solids=np.ones(self.shape, bool))
+        with self.assertRaisesRegex(ValueError, "solids has dtype float64; give an array of truth values"):
+            thurible.solve(self.below, {8: self.above}, solids=self.below)
+        with self.assertRaisesRegex(ValueError, "the method admm knows no solid cells"):
+            thurible.solve(self.below, {8: self.above}, solids=solids, method="admm")
+        with self.assertRaisesRegex(ValueError, "only limited transport goes around solid cells; take that$"):
+            thurible.solve(self.below, {8: self.above}, solids=solids, advection="quick")
+        needed = [thurible.plan(self.shape, [8], solids=given).bytes for given in (solids, True, False, None)]
+        self.assertEqual((needed[0], needed[2]), (needed[1], needed[3]))
+        self.assertGreater(needed[0], needed[2])
+
+    def test_weights_regions_and_schedule(self):
+        def solve(**choices):
+            return thurible.solve(self.below, {4: self.above, 8: self.below}, force_weight=30.0, iterations=25, **choices)
+
+        plain = solve()
+        self.assertEqual(solve(weights={4: 1.0}, schedule=None).density.tobytes(), plain.density.tobytes())
+        self.assertLess(solve(weights={4: 20.0}).keyframe_errors[0], plain.keyframe_errors[0])
+        self.assertLess(solve(schedule={0: 0.05}).keyframe_errors[0], plain.keyframe_errors[0])
+        self.assertGreater(solve(regions={4: np.full(self.shape, 0.1)}).keyframe_errors[0], plain.keyframe_errors[0])
+        everywhere = solve(regions={4: np.ones(self.shape)})
+        np.testing.assert_allclose(everywhere.objective, plain.objective, rtol=1e-6)
+
+    def test_plan(self):
+        emitters = [{"shape": self.below, "rate": 0.5}]
+        found = thurible.solve(None, {4: self.above}, steps=6, release=5, emitters=emitters, regions=[(4, self.below)], schedule={1: 2.0}, iterations=1, threads=1)
+        shared = {"dtype": "float64", "steps": 6, "release": 5, "schedule": {1: 2.0}, "iterations": 1, "threads": 1}
+        for regions in (True, {4: None}):
+            plan = thurible.plan(self.shape, [4], emitters=[{"rate": 0.5}], regions=regions, **shared)
+            self.assertEqual(plan.bytes, found.planned_bytes)
+        self.assertLess(thurible.plan(self.shape, [4], emitters=None, regions=False, **shared).bytes, found.planned_bytes)
+
+    @unittest.skipUnless("THURIBLE_PROGRAM" in os.environ, "THURIBLE_PROGRAM is not set")
+    def test_same_bits_as_the_program(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            arrays = {"below": self.below, "above": self.above, "region": np.clip(2 * self.above, 0, 1)}
+            for key, array in arrays.items():
+                np.save(folder / f"{key}.npy", array)
+            scene = """
+                [grid]
+                cells = [16, 20]
+                [time]
+                steps = 9
+                [[emitter]]
+                file = "below.npy"
+                to = 4
+                rate = 0.5
+                [[emitter]]
+                file = "above.npy"
+                from = 6
+                target = 0.75
+                [[keyframe]]
+                step = 6
+                file = "above.npy"
+                weight = 3.0
+                region = { file = "region.npy" }
+                [control]
+                force_weight = 2.0
+                schedule = [[0, 1.0], [6, 0.1]]
+                match_mass = false
+                [flow]
+                buoyancy = 0.004
+                [[release]]
+                from = 7
+                [method]
+                iterations = 4
+            """
+            (folder / "scene.toml").write_text("\n".join(line.strip() for line in scene.splitlines()))
+            command = [os.environ["THURIBLE_PROGRAM"], "solve", "scene.toml", "--precision", "f64", "--quiet", "-o", "out", "--threads", "2"]
+            subprocess.run([*command, "--set", "output.frames=false"], cwd=folder, check=True)
+            file = np.load(folder / "out" / "result.npz")
+            found = thurible.solve(
+                None, {6: self.above}, steps=9, buoyancy=0.004, force_weight=2.0, schedule=[(0, 1.0), (6, 0.1)], match_mass=False, release=7, iterations=4,
+                emitters=[{"shape": self.below, "to": 4, "rate": 0.5}, {"shape": self.above, "from": 6, "target": 0.75}],
+                weights={6: 3.0}, regions={6: arrays["region"]},
+            )
+            ours = {"density": found.density, "emission": found.emission, "velocity_y": found.velocity[1], "force_x": found.force[0]}
+            for key, array in ours.items():
+                self.assertEqual((key, array.shape, array.tobytes()), (key, file[key].shape, file[key].tobytes()))
+
+
 class Memory(unittest.TestCase):
     def test_arrays_borrow_the_solution(self):
         _, _, found = move((24, 20), np.float32, 6, iterations=2)
@@ -433,6 +589,52 @@ class Refusals(unittest.TestCase):
         ]:
             with self.subTest(choices=choices):
                 self.refuse(ValueError, words, **choices)
+
+    def test_effects(self):
+        plume = {"shape": self.source, "to": 4, "rate": 0.5}
+        with self.assertRaisesRegex(ValueError, "source is None, and there are no emitters; give an array, or emitters"):
+            thurible.solve(None, {6: self.target})
+        for emitter, words in [
+            ({"rate": None}, r"emitters\[0\] has neither a rate nor a target; give"),
+            ({"target": 1.0}, r"emitters\[0\] has a rate and a target; .*take one of them out"),
+            ({"rate": 0.0}, r"emitters\[0\]..rate.\] is 0; it must be positive and finite"),
+            ({"from": 4}, r"emitters\[0\] emits from step 4 to step 4; it must be to a later one, at most steps = 6"),
+            ({"to": 7}, r"emitters\[0\] emits from step 0 to step 7; .*at most steps = 6"),
+            ({"shape": None}, r"emitters\[0\] has no shape; give an array"),
+            ({"shape": 0 * self.source}, r"emitters\[0\]..shape.\] cannot be used: it is empty"),
+            ({"shape": self.source[1:]}, r"emitters\[0\]..shape.\] has shape \[11, 12\] where \[12, 12\] is needed"),
+            ({"shape": self.source.astype(np.float64)}, r"emitters\[0\]..shape.\] has dtype float64 where the source has float32"),
+            ({"rate": None, "target": 1.0}, "the mass of the smoke is not known before; take match_mass = False, or a rate$"),
+        ]:
+            with self.subTest(emitter=emitter):
+                self.refuse(ValueError, words, emitters=[{**plume, **emitter}])
+        with self.assertRaisesRegex(ValueError, r"keyframes\[6\] has dtype float32 where emitters\[0\]..shape.\] has float64"):
+            thurible.solve(None, {6: self.target}, emitters=[{**plume, "shape": self.source.astype(np.float64)}])
+        with self.assertRaisesRegex(ValueError, r"keyframes\[2\] cannot be used: there is no smoke yet"):
+            thurible.solve(None, {2: self.target, 6: self.target}, emitters=[{**plume, "from": 2}])
+        for choices, words in [
+            ({"buoyancy": [0.1]}, "buoyancy has 1 entries, but must be a number, or a sequence of 2"),
+            ({"buoyancy": float("nan")}, "buoyancy is NaN; it must be finite"),
+            ({"buoyancy": 0.1, "method": "admm"}, "the method admm knows no buoyancy; take another method, or leave it out$"),
+            ({"schedule": {1: 0.5}, "method": "admm"}, "the method admm knows no schedule"),
+            ({"schedule": {1: 0.0}}, r"schedule\[1\] is 0; it must be positive"),
+            ({"schedule": [(1, 1.0), (1, 2.0)]}, "the schedule's step 1 is not after the one before it"),
+            ({"weights": {6: -1.0}}, r"weights\[6\] is -1; it must be positive"),
+            ({"weights": {5: 1.0}}, "weights has step 5, where no keyframe stands; give a step of keyframes"),
+            ({"regions": {5: self.target}}, "regions has step 5, where no keyframe stands"),
+            ({"regions": {6: self.target[1:]}}, r"regions\[6\] has shape"),
+            ({"regions": {6: self.target + 1}}, r"regions\[6\] cannot be used: value \d+ is above 1"),
+            ({"release": 6}, "release is 6; it must be from 2 to a step before the end at 6"),
+            ({"release": 4, "steps": 8}, "a keyframe is at step 6, after the release at step 4"),
+        ]:
+            with self.subTest(choices=choices):
+                self.refuse(ValueError, words, **choices)
+        self.refuse(TypeError, r"emitters is 3, but must be a list of dicts", emitters=3)
+        self.refuse(ValueError, r"emitters\[0\] is no dict; give a dict of shape, from, to", emitters=[3])
+        self.refuse(TypeError, r"there is no key of emitters\[0\] begin; there are shape, from", emitters=[{**plume, "begin": 1}])
+        self.refuse(TypeError, r"emitters\[0\]..from.\] is 'soon', but must be a whole number from 0", emitters=[{**plume, "from": "soon"}])
+        self.refuse(TypeError, "buoyancy is 'up', but must be a number, or a sequence of 2", buoyancy="up")
+        self.refuse(TypeError, "regions is True, but must be a dict", regions=True)
 
     def test_types(self):
         self.refuse(TypeError, "dt is 'soon', but must be a number", dt="soon")

@@ -1,0 +1,175 @@
+//! Lists of the configuration besides the keyframes' steps, as C gives them and as the core takes them.
+
+use super::ThuribleConfig;
+use super::error::{ConfigError, ListNames};
+use thurible_core::problem::MAX_STEPS;
+use thurible_core::{Emitter, Supply};
+
+/// Emitters at most.
+pub const THURIBLE_MOST_EMITTERS: usize = 32;
+/// Factors of a schedule at most.
+pub const THURIBLE_MOST_FACTORS: usize = 64;
+
+/// Smoke that is made on the way from one step to another.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct ThuribleEmitter {
+    /// The last step without it.
+    pub from: usize,
+    /// The last step that it adds to, above `from` and at most N.
+    pub to: usize,
+    /// Density that it adds at every step where its shape is 1, above 0; 0 where it has a target.
+    pub rate: f64,
+    /// Density that it fills up to at every step where its shape is 1, above 0; 0 where it has a rate.
+    pub target: f64,
+}
+
+/// What the price of the force is multiplied by at a step.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct ThuribleFactor {
+    /// The step.
+    pub step: usize,
+    /// The factor, above 0.
+    pub factor: f64,
+}
+
+impl ThuribleEmitter {
+    /// What the core calls it; nothing where it has not the one or the other of rate and target.
+    fn read(self) -> Option<Emitter> {
+        let supply = match (self.rate == 0.0, self.target == 0.0) {
+            (false, true) => Supply::Rate(self.rate),
+            (true, false) => Supply::Target(self.target),
+            _ => return None,
+        };
+        let Self { from, to, .. } = self;
+        Some(Emitter { from, to, supply })
+    }
+}
+
+/// Values of the core's in a place of their own, since the caller's are laid out otherwise.
+struct List<V, const MOST: usize> {
+    values: [V; MOST],
+    count: usize,
+}
+
+impl<V: Copy, const MOST: usize> List<V, MOST> {
+    fn new(empty: V) -> Self {
+        let (values, count) = ([empty; MOST], 0);
+        Self { values, count }
+    }
+
+    /// Adds a value, if there is room.
+    fn push(&mut self, value: V) {
+        if let Some(place) = self.values.get_mut(self.count) {
+            *place = value;
+            self.count += 1;
+        }
+    }
+
+    fn as_slice(&self) -> &[V] {
+        self.values.get(..self.count).unwrap_or(&self.values)
+    }
+}
+
+/// Lists of a configuration that the core takes in another layout. They take much of a stack, so that there is one and it is not moved.
+pub(super) struct Lists {
+    emitters: List<Emitter, THURIBLE_MOST_EMITTERS>,
+    schedule: List<(usize, f64), THURIBLE_MOST_FACTORS>,
+}
+
+impl Lists {
+    /// Without entries.
+    pub fn new() -> Self {
+        let nothing = Supply::Rate(0.0);
+        Self {
+            emitters: List::new(Emitter {
+                from: 0,
+                to: 0,
+                supply: nothing,
+            }),
+            schedule: List::new((0, 0.0)),
+        }
+    }
+
+    /// Takes the lists of `config`.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    ///
+    /// # Safety
+    /// The lists of `config` have as many entries as it says.
+    pub unsafe fn read(&mut self, config: &ThuribleConfig) -> Result<(), ConfigError> {
+        // SAFETY: the caller's promise.
+        let emitters = unsafe { entries(config.emitters, config.emitter_count, &EMITTERS) }?;
+        for (index, emitter) in emitters.iter().enumerate() {
+            self.emitters
+                .push(emitter.read().ok_or(ConfigError::Supply { index })?);
+        }
+        // SAFETY: the caller's promise.
+        let schedule = unsafe { entries(config.schedule, config.schedule_count, &SCHEDULE) }?;
+        for &ThuribleFactor { step, factor } in schedule {
+            self.schedule.push((step, factor));
+        }
+        Ok(())
+    }
+
+    /// The emitters.
+    pub fn emitters(&self) -> &[Emitter] {
+        self.emitters.as_slice()
+    }
+
+    /// The factors of the force's price.
+    pub fn schedule(&self) -> &[(usize, f64)] {
+        self.schedule.as_slice()
+    }
+}
+
+impl ThuribleConfig {
+    /// The steps of the keyframes, and their weights.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    ///
+    /// # Safety
+    /// As [`Lists::read`].
+    pub(super) unsafe fn keyframe_lists(&self) -> Result<(&[usize], &[f64]), ConfigError> {
+        let weights = if self.keyframe_weights.is_null() {
+            0
+        } else {
+            self.keyframe_count
+        };
+        // SAFETY: the caller's promise.
+        unsafe {
+            let steps = entries(self.keyframes, self.keyframe_count, &KEYFRAMES)?;
+            Ok((steps, entries(self.keyframe_weights, weights, &WEIGHTS)?))
+        }
+    }
+}
+
+const fn names(list: &'static str, count: &'static str, most: usize) -> ListNames {
+    ListNames { list, count, most }
+}
+
+const KEYFRAMES: ListNames = names("keyframes", "keyframe_count", MAX_STEPS);
+const WEIGHTS: ListNames = names("keyframe_weights", "keyframe_count", MAX_STEPS);
+const EMITTERS: ListNames = names("emitters", "emitter_count", THURIBLE_MOST_EMITTERS);
+const SCHEDULE: ListNames = names("schedule", "schedule_count", THURIBLE_MOST_FACTORS);
+
+/// A list of the caller.
+///
+/// # Safety
+/// `list` points to `count` entries, where it is neither null nor misaligned; every pattern of bits is a `V`.
+unsafe fn entries<'a, V>(
+    list: *const V,
+    count: usize,
+    names: &'static ListNames,
+) -> Result<&'a [V], ConfigError> {
+    match count {
+        0 => Ok(&[]),
+        given if given > names.most => Err(ConfigError::Count { names, given }),
+        _ if list.is_null() || !list.is_aligned() => Err(ConfigError::Pointer { names }),
+        // SAFETY: not null, aligned, and the caller promises the entries.
+        count => Ok(unsafe { core::slice::from_raw_parts(list, count) }),
+    }
+}
