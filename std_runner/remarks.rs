@@ -13,19 +13,31 @@ pub struct KeyframeError {
     pub before: f64,
     /// Of the result.
     pub after: f64,
-    /// How many times as dense as the source the keyframe is, where each is densest.
+    /// How many times as dense the keyframe is, where it is densest, as the smoke that there is: the source, or with emitters the densest of
+    /// all steps.
     pub denser: f64,
 }
 
-/// Those of a finished result, whose keyframes stand at `steps`, for each step.
-pub fn keyframe_errors<T: Real, S: Space>(solver: &Solver<'_, T, S>, steps: &[usize]) -> Vec<KeyframeError> {
+/// Those of a finished result of `problem`, for each step at which a keyframe stands.
+pub fn keyframe_errors<T: Real, S: Space>(
+    solver: &Solver<'_, T, S>,
+    problem: &Problem<'_>,
+) -> Vec<KeyframeError> {
+    let steps = problem.keyframes;
+    let last = if problem.emitters.is_empty() {
+        0
+    } else {
+        solver.steps()
+    };
+    let there = (0..=last).map(|step| densest(solver.density(step)));
+    let there = there.fold(0.0, f64::max);
     let error = |(index, &step): (usize, &usize)| {
         let wanted = solver.keyframe(index);
         KeyframeError {
             stay: Stay::at(step),
             before: distance(solver.density(0), wanted),
             after: distance(solver.density(step), wanted),
-            denser: densest(wanted) / densest(solver.density(0)),
+            denser: densest(wanted) / there,
         }
     };
     steps.iter().enumerate().map(error).collect()

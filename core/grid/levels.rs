@@ -90,32 +90,33 @@ impl<'m, T: Real> Levels<'m, T> {
     /// # Errors
     /// [`TooSmall`].
     pub fn carve(arena: &mut Arena<'m>, finest: &Grid, filters: usize) -> Result<Self, TooSmall> {
-        Self::bare(finest, filters).carved(arena)
+        let mut levels = Self::bare(finest, filters);
+        levels.fill(arena)?;
+        Ok(levels)
     }
 
-    /// Takes the buffers of levels that were bare, and fills them.
+    /// Takes the buffers of levels that are bare, and fills them. In place, since they take much of a stack.
     ///
     /// # Errors
     /// [`TooSmall`].
-    pub fn carved(self, arena: &mut Arena<'m>) -> Result<Self, TooSmall> {
+    pub fn fill(&mut self, arena: &mut Arena<'m>) -> Result<(), TooSmall> {
         let filters = self.filters;
-        let mut levels = self;
-        let grids = &levels.grids;
+        let grids = &self.grids;
         let taps = Self::taps(grids);
         let mut index = arena.take::<u16>("transfer positions", taps)?;
         let mut weight = arena.take::<T>("transfer weights", taps)?;
         let spectra = grids.iter().map(|grid| Spectrum::<T>::len(grid, filters));
         let eigenvectors = arena.take::<T>("eigenvectors", spectra.sum())?;
         let cells = grids.iter().map(Grid::cells).sum::<usize>();
-        let solids = if levels.walled {
+        let solids = if self.walled {
             arena.take::<u16>("solid cells", cells)?
         } else {
             &mut []
         };
         if arena.ledger().is_some() {
-            return Ok(levels);
+            return Ok(());
         }
-        for (pair, tables) in grids.windows(2).zip(&mut levels.tables) {
+        for (pair, tables) in grids.windows(2).zip(&mut self.tables) {
             let len = Tables::<T>::len(&pair[0], &pair[1]);
             let (these_index, rest_index) = core::mem::take(&mut index).split_at_mut(len);
             let (these_weight, rest_weight) = core::mem::take(&mut weight).split_at_mut(len);
@@ -128,12 +129,8 @@ impl<'m, T: Real> Levels<'m, T> {
             Spectrum::fill(grid, filters, these);
             rest = after;
         }
-        Ok(Self {
-            eigenvectors,
-            bare: false,
-            solids,
-            ..levels
-        })
+        (self.eigenvectors, self.solids, self.bare) = (eigenvectors, solids, false);
+        Ok(())
     }
 
     /// Gaussians of the finest metric.

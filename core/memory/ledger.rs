@@ -4,7 +4,7 @@ use super::footprint::footprint;
 use heapless::Vec;
 
 /// Most lines of a [`Ledger`].
-pub const MAX_LINES: usize = 160;
+pub const MAX_LINES: usize = 128;
 
 /// How the children of a line share its bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -57,11 +57,7 @@ impl<'m, T: Real> Animation<'m, T> {
             &mut self.rho,
             densities(&grid, self.slots),
         )?;
-        layout.tables(|arena| {
-            let bare = Levels::bare(&grid, self.levels.filters()).walled(self.levels.solids(0).there());
-            self.levels = bare.carved(arena)?;
-            Ok(())
-        })?;
+        layout.tables(|arena| self.levels.fill(arena))?;
         layout.keep_vector("velocity v", &mut self.v, grid.dims, cells * self.slots)?;
         layout.keep_vector("given velocity v_0", &mut self.initial, grid.dims, cells)?;
         layout.work("sums of rows", &mut self.sums, sums)

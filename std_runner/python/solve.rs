@@ -117,7 +117,7 @@ impl Job<'_> {
         };
         let fields = fields(&solver, start, &periodic);
         let objective = solver.objective();
-        let errors = keyframe_errors(&solver, &choices.scene.keyframes);
+        let errors = keyframe_errors(&solver, &choices.scene.problem());
         let remarks = remarks(
             &choices.scene.problem(),
             &params,

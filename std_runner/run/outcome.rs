@@ -56,7 +56,7 @@ impl Facts<'_> {
         watch: &mut Watch,
     ) -> RunRecord {
         let problem = &self.planned.problem;
-        let errors = keyframe_errors(solver, &problem.keyframes);
+        let errors = keyframe_errors(solver, &problem.problem());
         let [density_min, density_max] = density_range(solver);
         let (buoyancy, gravity_axis) = buoyancy(&problem.buoyancy, problem.cells.len());
         RunRecord {

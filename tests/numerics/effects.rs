@@ -133,8 +133,8 @@ fn among(grid: &Grid, solid: &[bool], v: Components<f64>) -> Components<f64> {
     }
     let slots = v[0].len() / grid.cells();
     let mut memory = Memory::new(1 << 20);
-    let bare = Levels::bare(grid, 0).walled(true);
-    let mut levels = bare.carved(&mut Arena::new(memory.block())).unwrap();
+    let mut levels = Levels::bare(grid, 0).walled(true);
+    levels.fill(&mut Arena::new(memory.block())).unwrap();
     levels.set_solids(|cell| solid[cell]);
     let mut ledger = Ledger::new();
     Projection::<f64>::carve(&levels, 0, slots, 1, &mut Pool::measuring(&mut ledger));

@@ -92,8 +92,8 @@ impl<T: Real> Control<'_, T> {
     }
 
     fn levels<'m>(&self, block: &'m mut [core::mem::MaybeUninit<u8>]) -> Levels<'m, T> {
-        let bare = Levels::bare(self.grid, self.filters).walled(!self.solid.is_empty());
-        let mut levels = bare.carved(&mut Arena::new(block)).unwrap();
+        let mut levels = Levels::bare(self.grid, self.filters).walled(!self.solid.is_empty());
+        levels.fill(&mut Arena::new(block)).unwrap();
         levels.set_solids(|cell| self.solid.get(cell).copied().unwrap_or(false));
         levels
     }
