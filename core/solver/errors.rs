@@ -64,7 +64,7 @@ pub enum InputError {
     },
     /// The density has no mass.
     Empty,
-    /// All of the density's mass is in solid cells.
+    /// All but a hundredth of the density's mass is in solid cells.
     Buried,
     /// A region's value is above 1.
     AboveOne {
@@ -102,7 +102,7 @@ impl fmt::Display for InputError {
             }
             Self::NotFinite { index } => write!(f, "value {index} is not finite"),
             Self::Negative { index } => write!(f, "value {index} is negative"),
-            Self::Buried => write!(f, "all of it is inside solid cells"),
+            Self::Buried => write!(f, "all of it, or nearly, is inside solid cells"),
             Self::Empty => write!(f, "it is empty: its mass is zero"),
             Self::Index { given, count } => write!(f, "index {given} is out of range; there are {count}"),
             Self::AboveOne { index } => write!(f, "value {index} is above 1"),

@@ -7,6 +7,9 @@ use crate::grid::Space;
 use crate::grid::solids::SOLID;
 use crate::real::Real;
 
+/// A density of whose mass no more than this part is outside solid cells is refused.
+const BURIED: f64 = 1e-2;
+
 impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Sets which cells are solid, before any density: one flag for each cell, x fastest. Densities are 0 there, whatever is given.
     ///
@@ -131,12 +134,11 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
                 .filter(in_fluid)
                 .fold(sum, |sum, (_, x)| sum + x.to_f64())
         });
-        if mass > 0.0 {
-            Ok(mass)
-        } else if density.iter().any(|&x| x > T::ZERO) {
-            Err(InputError::Buried)
-        } else {
-            Err(InputError::Empty)
+        let whole: f64 = density.iter().map(|x| x.to_f64()).sum();
+        match mass > BURIED * whole {
+            true => Ok(mass),
+            false if whole > 0.0 => Err(InputError::Buried),
+            false => Err(InputError::Empty),
         }
     }
 

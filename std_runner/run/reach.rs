@@ -2,7 +2,7 @@
 
 use crate::keyframes::Canvas;
 
-/// A keyframe of which more than this part can never be reached is refused.
+/// What is no more than this part of a shape does not count: a keyframe of which more can never be reached is refused.
 const MOST_CUT_OFF: f64 = 0.01;
 
 /// The connected parts of the fluid.
@@ -40,18 +40,17 @@ impl Reach {
         }
     }
 
-    /// Smoke is, or is made, where `density` is not 0.
+    /// Smoke is, or is made, in all parts that have more than a little of `density`.
     pub fn fill(&mut self, density: impl Iterator<Item = f64>) {
-        for (part, _) in self
-            .part
-            .iter()
-            .zip(density)
-            .filter(|&(_, density)| density > 0.0)
-        {
-            if let Some(smoke) = part.and_then(|part| self.smoke.get_mut(part)) {
-                *smoke = true;
+        let mut masses = vec![0.0; self.smoke.len()];
+        for (part, density) in self.part.iter().zip(density) {
+            if let Some(mass) = part.and_then(|part| masses.get_mut(part)) {
+                *mass += density;
             }
         }
+        let least = MOST_CUT_OFF * masses.iter().sum::<f64>();
+        let smoke = self.smoke.iter_mut().zip(masses);
+        smoke.for_each(|(smoke, mass)| *smoke |= mass > least);
     }
 
     /// The part of a keyframe's mass in fluid that no smoke can come to, if that is too much.

@@ -309,3 +309,112 @@ fn admm_refuses_what_it_cannot() {
         );
     }
 }
+
+/// Keyframes take the mass that the emitter makes where nobody steers.
+#[test]
+fn keyframes_take_the_mass_of_a_free_flow() {
+    let scene = FILLED.replace("match_mass = false", "match_mass = true");
+    let free = checked("effects_mass_free", &scene, "simulate", &[]);
+    let steered = checked("effects_mass_steered", &scene, "solve", &[]);
+    let (made, wanted) = (free.density[10].sum(), steered.targets[0].1.sum());
+    assert!(
+        (made - wanted).abs() < 1e-4 * made,
+        "{wanted} is wanted where {made} is made"
+    );
+    let factor = steered.report["keyframes"][0]["mass_factor"].as_f64().unwrap();
+    assert!(
+        factor > 0.0 && (factor - 1.0).abs() > 1e-3,
+        "a factor of {factor}"
+    );
+}
+
+/// The steps of an earlier result as keyframes: the same smoke, at half its pace.
+#[test]
+fn an_array_over_time_is_a_sequence_of_keyframes() {
+    let folder = fresh_folder("effects_sequence");
+    let (first, second) = (folder.join("first.toml"), folder.join("second.toml"));
+    let scene = "[grid]\ncells = [16, 16]\n[time]\nsteps = 5\n[source]\ncircle = { center = [0.4, 0.5], radius = 0.2 }\n\
+                 [[keyframe]]\nstep = 5\ncircle = { center = [0.6, 0.5], radius = 0.2 }\n[output]\nframes = false\nfolder = \"one\"\n";
+    fs::write(&first, scene).unwrap();
+    let ended = run(&["solve", first.to_str().unwrap(), "--quiet"]);
+    assert!(ended.code == 0 || ended.code == 5, "{}", ended.err);
+    let sequence =
+        "steps = { from = 2, every = 2 }\nfile = \"one/result.npz\"\nname = \"density\"\nweight = 2.0";
+    let scene = scene
+        .replace("steps = 5", "steps = 12")
+        .replace(
+            "step = 5\ncircle = { center = [0.6, 0.5], radius = 0.2 }",
+            sequence,
+        )
+        .replace("\"one\"", "\"two\"");
+    fs::write(&second, &scene).unwrap();
+    let ended = run(&["solve", second.to_str().unwrap(), "--quiet"]);
+    assert!(ended.code == 0 || ended.code == 5, "{}", ended.err);
+    let [one, two] = ["one", "two"].map(|name| verify(name, folder.join(name).as_ref()));
+    assert_eq!(two.targets.len(), 6);
+    for (step, (_, target)) in two.targets.iter().enumerate() {
+        let gap = (target.sum() - one.density[step].sum()).abs();
+        assert!(gap < 1e-4 * target.sum(), "keyframe {step} has another mass");
+        let at = [8, 8, 0];
+        assert!(
+            (target.at(at) - one.density[step].at(at)).abs() < 1e-3,
+            "keyframe {step} is another"
+        );
+    }
+    fs::write(&second, scene.replace("steps = 12", "steps = 11")).unwrap();
+    let ended = run(&["solve", second.to_str().unwrap(), "--quiet"]);
+    assert_eq!(ended.code, 2);
+    assert!(
+        ended.err.contains("put 6 shapes at steps up to 12"),
+        "{}",
+        ended.err
+    );
+}
+
+/// Obstacles are in the result; nothing is in them.
+#[test]
+fn obstacles_are_in_the_result() {
+    let folder = fresh_folder("effects_obstacle");
+    let scene = folder.join("scene.toml");
+    let text = "[grid]\ncells = [24, 24]\n[time]\nsteps = 8\n[source]\ncircle = { center = [0.3, 0.5], radius = 0.15 }\n\
+                [[obstacle]]\nbox = { min = [0.45, 0.3], max = [0.55, 0.8] }\n\
+                [[keyframe]]\nstep = 8\ncircle = { center = [0.72, 0.5], radius = 0.15 }\n[method]\niterations = 4\n[output]\nfolder = \"out\"\n";
+    fs::write(&scene, text).unwrap();
+    for method in ["direct", "lbfgs", "pd"] {
+        let ended = run(&["solve", scene.to_str().unwrap(), "--quiet", "--method", method]);
+        assert!(ended.code == 0 || ended.code == 5, "{}", ended.err);
+        let out = folder.join("out");
+        let report = fs::read_to_string(out.join("report.json")).unwrap();
+        assert!(report.contains("\"solid\": true"), "{report}");
+        let mut archive = zip::ZipArchive::new(fs::File::open(out.join("result.npz")).unwrap()).unwrap();
+        let mut floats = |name: &str| {
+            let mut bytes = Vec::new();
+            std::io::Read::read_to_end(&mut archive.by_name(name).unwrap(), &mut bytes).unwrap();
+            let head = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+            let values = bytes[head..].chunks_exact(4);
+            values
+                .map(|x| f32::from_le_bytes(x.try_into().unwrap()))
+                .collect::<Vec<_>>()
+        };
+        let (solid, density) = (floats("solid.npy"), floats("density.npy"));
+        assert_eq!(
+            (solid.len(), solid.iter().filter(|&&x| x == 1.0).count()),
+            (24 * 24, 24)
+        );
+        let inside = density
+            .chunks_exact(24 * 24)
+            .flat_map(|rho| rho.iter().zip(&solid));
+        assert!(
+            inside
+                .filter(|&(_, &solid)| solid == 1.0)
+                .all(|(&rho, _)| rho == 0.0)
+        );
+    }
+    let ended = run(&["solve", scene.to_str().unwrap(), "--quiet", "--method", "admm"]);
+    assert_eq!(ended.code, 2);
+    assert!(
+        ended.err.contains("`obstacle`") && ended.err.contains("admm"),
+        "{}",
+        ended.err
+    );
+}

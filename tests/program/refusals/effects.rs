@@ -74,10 +74,54 @@ pub const EFFECTS: &[Spoiled] = &[
         "circle = { center = [0.5, 0.5], radius = 0.3 }\n[[emitter]]\nrate = inf\ncircle = { center = [0.5, 0.2], radius = 0.2 }",
         &["`emitter[0].rate` is inf", "above 0"],
     ),
+    // sequences
+    spoiled(
+        STEP,
+        "step = 4\nsteps = { from = 2, every = 1 }\n",
+        &["`keyframe[0].steps` stands beside `step`"],
+    ),
+    spoiled(
+        STEP,
+        "steps = { from = 2, every = 1 }\n",
+        &[
+            "in keyframe[0]: `steps` asks for a sequence of shapes",
+            "files = \"horse_*.png\"",
+        ],
+    ),
+    spoiled(
+        STEP,
+        "steps = 4\n",
+        &["`keyframe[0].steps` is 4", "{ from = 10, every = 5 }"],
+    ),
+    spoiled(
+        STEP,
+        "steps = { from = 2 }\n",
+        &["`keyframe[0].steps.every` is missing"],
+    ),
+    spoiled(
+        "step = 4\ncircle = { center = [0.5, 0.6], radius = 0.3 }",
+        "step = 4\nfiles = \"horse_*.png\"",
+        &["`keyframe[0].steps` is missing"],
+    ),
+    spoiled(
+        "step = 4\ncircle = { center = [0.5, 0.6], radius = 0.3 }",
+        "steps = { from = 2, every = 1 }\nfiles = \"horse.png\"",
+        &["`keyframe[0].files` is \"horse.png\"", "no `*`"],
+    ),
+    spoiled(
+        "step = 4\ncircle = { center = [0.5, 0.6], radius = 0.3 }",
+        "steps = { from = 2, every = 1 }\nfiles = \"no_such_*.png\"",
+        &["`keyframe[0].files` is \"no_such_*.png\"", "fits no file"],
+    ),
+    spoiled(
+        "step = 4\ncircle = { center = [0.5, 0.6], radius = 0.3 }",
+        "steps = { from = 2, every = 1 }\nfiles = 4",
+        &["`keyframe[0].files` is 4", "pattern with one `*`"],
+    ),
     // obstacles
     spoiled(
         SOURCE,
-        "circle = { center = [0.5, 0.5], radius = 0.3 }\n[[obstacle]]\nbox = { min = [0.1, 0.1], max = [0.9, 0.9] }",
+        "circle = { center = [0.25, 0.25], radius = 0.1 }\n[[obstacle]]\nbox = { min = [0, 0], max = [0.75, 0.75] }",
         &["`source` cannot be used", "inside solid cells"],
     ),
     spoiled(
@@ -91,7 +135,7 @@ pub const EFFECTS: &[Spoiled] = &[
     ),
     spoiled(
         SOURCE,
-        "circle = { center = [0.2, 0.5], radius = 0.1 }\n[[obstacle]]\nbox = { min = [0.35, -1], max = [0.45, 2] }",
+        "box = { min = [0.0, 0.0], max = [0.125, 1.0] }\n[[obstacle]]\nbox = { min = [0.375, -1], max = [0.625, 2] }",
         &["`keyframe[0]` cannot be reached", "obstacles let no smoke come"],
     ),
     spoiled(

@@ -182,7 +182,7 @@ const SCENES: &[Spoiled] = &[
             "scene.toml:9",
             "`keyframe[0].holds`",
             "no key `holds` here",
-            "`step`, `hold`, `region`, `circle`",
+            "`step`, `steps`, `files`, `hold`, `region`, `circle`",
             "`fit`",
         ],
     ),
