@@ -2,7 +2,8 @@
 //! rho at a face the mean of its two cells, 0 on walls and at closed faces.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Vector, VectorMut, reborrow, rows};
+use crate::field::rows::{self, part, part_mut};
+use crate::field::{Vector, VectorMut, reborrow};
 use crate::grid::solids::{Solids, closed};
 use crate::grid::{Grid, Side};
 use crate::real::Real;
@@ -22,12 +23,10 @@ pub struct Lift<'g> {
 }
 
 impl Lift<'_> {
-    /// Axis and half the acceleration along it, for all axes along which there is any.
-    fn halves<T: Real>(&self, s: f64) -> impl Iterator<Item = (usize, T)> {
-        let along = self.acceleration.into_iter().enumerate().take(self.grid.dims);
-        along
-            .filter(|&(_, b)| b != 0.0)
-            .map(move |(axis, b)| (axis, T::from_f64(0.5 * s * b)))
+    /// Half of `s` times the acceleration along an axis, if there is any.
+    fn half<T: Real>(&self, axis: usize, s: f64) -> Option<T> {
+        let along = self.acceleration.get(axis).filter(|_| axis < self.grid.dims);
+        along.filter(|&&b| b != 0.0).map(|b| T::from_f64(0.5 * s * b))
     }
 
     /// `out += s B rho` in the slots `range`: in slot k, which is step k + 1, by field k + 1 of `rho`.
@@ -41,30 +40,27 @@ impl Lift<'_> {
     ) {
         let (grid, cells, n) = (self.grid, self.grid.cells(), self.grid.n[0]);
         for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
-            for (axis, half) in self.halves::<T>(s) {
+            for (axis, out) in task.fields.into_iter().enumerate() {
+                let Some(half) = self.half::<T>(axis, s) else {
+                    continue;
+                };
+                let low = match axis {
+                    0 => Some(task.row),
+                    _ => grid.neighbour(task.row, axis, Side::Low),
+                };
+                let Some(low) = low else { continue };
                 for slot in range.clone() {
-                    let rho = &rho[(slot + 1) * cells..][..cells];
-                    let row = |row: usize| &rho[row * n..][..n];
-                    let (here, out) = (row(task.row), &mut task.fields[axis][slot * n..][..n]);
-                    if self.solids.there() {
-                        let table = self.solids.row(n, task.row).iter();
-                        for (x, (out, &bits)) in out.iter_mut().zip(table).enumerate() {
-                            let low = grid.beside(grid.cell_at(task.row, x), axis, Side::Low);
-                            if let (Some(low), true) = (low, bits & closed(axis) == 0) {
-                                *out += half * (here[x] + rho[grid.index(low)]);
-                            }
-                        }
-                        continue;
-                    }
+                    let rho = part(rho, (slot + 1) * cells..(slot + 2) * cells);
+                    let [here, low] = [task.row, low].map(|row| part(rho, row * n..(row + 1) * n));
+                    let out = part_mut(out, slot * n..(slot + 1) * n);
+                    let open = self.solids.row(n, task.row);
                     if axis == 0 {
-                        rows::add_scaled(&mut out[1..], half, &here[1..]);
-                        rows::add_scaled(&mut out[1..], half, &here[..n - 1]);
-                        if grid.axis(0).is_ring() {
-                            out[0] += half * here[0] + half * here[n - 1];
-                        }
-                    } else if let Some(low) = grid.neighbour(task.row, axis, Side::Low) {
-                        rows::add_scaled(out, half, here);
-                        rows::add_scaled(out, half, row(low));
+                        let ring = grid.axis(0).is_ring();
+                        let before = here.last().copied().filter(|_| ring);
+                        let low = core::iter::once(before).chain(here.iter().copied().map(Some));
+                        add_open(out, half, here, low, open, axis);
+                    } else {
+                        add_open(out, half, here, low.iter().copied().map(Some), open, axis);
                     }
                 }
             }
@@ -76,19 +72,41 @@ impl Lift<'_> {
         let (grid, n, slots) = (self.grid, self.grid.n[0], self.slots);
         for_rows(exec, grid.rows(), RowBuffers::fields([mu]), |task| {
             let [mu] = task.fields;
-            for (axis, half) in self.halves::<T>(s) {
-                let row = |row: usize| &z[axis][(row * slots + slot) * n..][..n];
+            for (axis, z) in z.into_iter().enumerate() {
+                let Some(half) = self.half::<T>(axis, s) else {
+                    continue;
+                };
+                let row = |row: usize| part(z, (row * slots + slot) * n..(row * slots + slot + 1) * n);
                 let here = row(task.row);
                 rows::add_scaled(mu, half, here);
                 if axis == 0 {
-                    rows::add_scaled(&mut mu[..n - 1], half, &here[1..]);
-                    if grid.axis(0).is_ring() {
-                        mu[n - 1] += half * here[0];
+                    rows::add_scaled(mu, half, here.get(1..).unwrap_or(&[]));
+                    if let (true, Some(last), Some(&first)) =
+                        (grid.axis(0).is_ring(), mu.last_mut(), here.first())
+                    {
+                        *last += half * first;
                     }
                 } else if let Some(high) = grid.neighbour(task.row, axis, Side::High) {
                     rows::add_scaled(mu, half, row(high));
                 }
             }
         });
+    }
+}
+
+/// `out += half (here + low)` at the open faces of a row: those with a cell below them that no solid cell closes.
+fn add_open<T: Real>(
+    out: &mut [T],
+    half: T,
+    here: &[T],
+    low: impl Iterator<Item = Option<T>>,
+    solids: &[u16],
+    axis: usize,
+) {
+    let bits = solids.iter().copied().chain(core::iter::repeat(0));
+    for (((out, &here), low), bits) in out.iter_mut().zip(here).zip(low).zip(bits) {
+        if let (Some(low), 0) = (low, bits & closed(axis)) {
+            *out += half * (here + low);
+        }
     }
 }

@@ -4,7 +4,7 @@
 //! solids has nearly the same long waves: M = F S F, with S its inverse and F leaving solid cells out, is symmetric too.
 
 use super::eigen;
-use crate::field::rows;
+use crate::field::rows::{self, part, part_mut};
 use crate::grid::solids::{Solids, closed};
 use crate::grid::spectrum::Spectrum;
 use crate::grid::{Grid, Side};
@@ -58,39 +58,59 @@ pub fn solve<T: Real>(
 /// `out = -div grad x` through open faces.
 fn apply<T: Real>(grid: &Grid, solids: Solids<'_>, x: &[T], out: &mut [T]) {
     let n = grid.n[0];
-    out.fill(T::ZERO);
     for row in 0..grid.rows() {
-        let here = &x[row * n..(row + 1) * n];
-        let table = solids.row(n, row);
-        let weight = |axis: usize| T::from_f64(1.0 / (grid.h[axis] * grid.h[axis]));
-        for axis in 1..grid.dims {
-            let Some(low) = grid.neighbour(row, axis, Side::Low) else {
+        let here = part(x, row * n..(row + 1) * n);
+        let own = solids.row(n, row);
+        let out = part_mut(out, row * n..(row + 1) * n);
+        out.fill(T::ZERO);
+        for (axis, h) in grid.h.iter().enumerate().take(grid.dims) {
+            let (weight, closed) = (T::from_f64(1.0 / (h * h)), closed(axis));
+            if axis == 0 {
+                along_row(out, here, own, weight, grid.axis(0).is_ring());
                 continue;
-            };
-            for i in 0..n {
-                let flux = flux(
-                    table[i] & closed(axis) == 0,
-                    weight(axis),
-                    here[i],
-                    x[low * n + i],
-                );
-                out[row * n + i] += flux;
-                out[low * n + i] -= flux;
             }
-        }
-        let out = &mut out[row * n..(row + 1) * n];
-        for i in 0..n {
-            if let Some(low) = grid.axis(0).cell(i as isize - 1) {
-                let flux = flux(table[i] & closed(0) == 0, weight(0), here[i], here[low]);
-                out[i] += flux;
-                out[low] -= flux;
+            // Through the low faces of this row, and through those of the row above.
+            if let Some(low) = grid.neighbour(row, axis, Side::Low) {
+                let faces = here.iter().zip(part(x, low * n..(low + 1) * n)).zip(own);
+                for (out, ((&here, &low), bits)) in out.iter_mut().zip(faces) {
+                    *out += flux(bits & closed == 0, weight, here, low);
+                }
+            }
+            if let Some(high) = grid.neighbour(row, axis, Side::High) {
+                let faces = here
+                    .iter()
+                    .zip(part(x, high * n..(high + 1) * n))
+                    .zip(solids.row(n, high));
+                for (out, ((&here, &high), bits)) in out.iter_mut().zip(faces) {
+                    *out += flux(bits & closed == 0, weight, here, high);
+                }
             }
         }
     }
 }
 
-/// What a face between two cells brings the higher one.
+/// What the faces along a row bring its cells.
+fn along_row<T: Real>(out: &mut [T], here: &[T], solids: &[u16], weight: T, ring: bool) {
+    let open = |bits: &u16| bits & closed(0) == 0;
+    let pairs = here.windows(2).zip(solids.get(1..).unwrap_or(&[]));
+    for (cell, (pair, bits)) in pairs.enumerate() {
+        if let ([low, high], Some([of_low, of_high])) = (pair, out.get_mut(cell..cell + 2)) {
+            let flux = flux(open(bits), weight, *high, *low);
+            *of_low -= flux;
+            *of_high += flux;
+        }
+    }
+    if let (true, [first, .., last], Some(bits)) = (ring, here, solids.first()) {
+        let flux = flux(open(bits), weight, *first, *last);
+        if let [of_first, .., of_last] = out {
+            *of_first += flux;
+            *of_last -= flux;
+        }
+    }
+}
+
+/// What a face between two cells brings the first.
 #[inline(always)]
-fn flux<T: Real>(open: bool, weight: T, high: T, low: T) -> T {
-    if open { weight * (high - low) } else { T::ZERO }
+fn flux<T: Real>(open: bool, weight: T, here: T, other: T) -> T {
+    if open { weight * (here - other) } else { T::ZERO }
 }

@@ -40,11 +40,11 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// The mass of the smoke at `step`: that of the source, and what emitters have added by their rates.
     #[must_use]
     pub fn mass_at(&self, step: usize) -> f64 {
-        let spans = self.lists.spans.chunks_exact(2);
-        let supplies = spans.zip(self.lists.supplies.chunks_exact(2)).enumerate();
-        supplies.fold(self.mass, |mass, (index, (span, supply))| {
-            let steps = span[1].min(step as u32).saturating_sub(span[0]);
-            mass + supply[0] * f64::from(steps) * self.emitter_mass(index)
+        let spans = self.lists.spans.as_chunks().0;
+        let supplies = spans.iter().zip(self.lists.supplies.as_chunks().0).enumerate();
+        supplies.fold(self.mass, |mass, (index, (&[from, to], &[rate, _]))| {
+            let steps = to.min(step as u32).saturating_sub(from);
+            mass + rate * f64::from(steps) * self.emitter_mass(index)
         })
     }
 }

@@ -5,7 +5,7 @@
 
 use super::Script;
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::rows;
+use crate::field::rows::{self, part};
 use crate::grid::Grid;
 use crate::real::Real;
 
@@ -25,15 +25,15 @@ impl<'a, T: Real> Script<'a, T> {
         let at = |step: usize| self.first + step as u32 * stride;
         let (begin, end) = (at(step.saturating_sub(1)), at(step));
         let fields = self.fields;
-        let spans = self.lists.spans.chunks_exact(2);
-        let supplies = spans.zip(self.lists.supplies.chunks_exact(2)).enumerate();
-        supplies.filter_map(move |(index, (span, supply))| {
-            let steps = span[1].min(end).saturating_sub(span[0].max(begin));
+        let spans = self.lists.spans.as_chunks().0;
+        let supplies = spans.iter().zip(self.lists.supplies.as_chunks().0).enumerate();
+        supplies.filter_map(move |(index, (&[from, to], &[rate, target]))| {
+            let steps = to.min(end).saturating_sub(from.max(begin));
             let at = (first + index) * cells;
             (steps > 0).then(|| Supply {
-                shape: &fields[at..at + cells],
-                added: supply[0] * f64::from(steps),
-                target: supply[1],
+                shape: part(fields, at..at + cells),
+                added: rate * f64::from(steps),
+                target,
             })
         })
     }
@@ -47,11 +47,11 @@ impl<'a, T: Real> Script<'a, T> {
         for_rows(exec, grid.rows(), RowBuffers::fields([rho]), |task| {
             let ([rho], span) = (task.fields, task.row * n..(task.row + 1) * n);
             for supply in supplies.clone().filter(|supply| supply.added > 0.0) {
-                rows::add_scaled(rho, T::from_f64(supply.added), &supply.shape[span.clone()]);
+                rows::add_scaled(rho, T::from_f64(supply.added), part(supply.shape, span.clone()));
             }
             for supply in supplies.clone().filter(|supply| supply.target > 0.0) {
                 let target = T::from_f64(supply.target);
-                for (rho, &shape) in rho.iter_mut().zip(&supply.shape[span.clone()]) {
+                for (rho, &shape) in rho.iter_mut().zip(part(supply.shape, span.clone())) {
                     if shape > T::ZERO {
                         *rho = rho.max(target * shape);
                     }
@@ -73,7 +73,9 @@ impl<'a, T: Real> Script<'a, T> {
             let ([mu], span) = (task.fields, task.row * n..(task.row + 1) * n);
             for supply in filled.clone() {
                 let target = T::from_f64(supply.target);
-                let cells = rho[span.clone()].iter().zip(&supply.shape[span.clone()]);
+                let cells = part(rho, span.clone())
+                    .iter()
+                    .zip(part(supply.shape, span.clone()));
                 for (mu, (&rho, &shape)) in mu.iter_mut().zip(cells) {
                     if shape > T::ZERO && rho <= target * shape {
                         *mu = T::ZERO;
