@@ -32,6 +32,9 @@ const DIFFERENCE: [(f32, Colour); 7] = [
     (1.000, [255, 220, 150]),
 ];
 
+/// A body.
+pub(super) const BODY: Colour = [112, 113, 116];
+
 impl Palette {
     /// One colour a level.
     pub fn colours(self) -> [Colour; 256] {
