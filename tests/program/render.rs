@@ -43,7 +43,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn a_plane_is_drawn_cell_by_cell_with_its_bodies() {
-    let result = solved("render_flat", FLAT);
+    let result = solved("render_flat", &FLAT.replace("frames = false", ""));
     let ended = run(&["render", text(&result)]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     assert!(
@@ -58,27 +58,21 @@ fn a_plane_is_drawn_cell_by_cell_with_its_bodies() {
         .chain(["manifest.json".into(), "render.json".into()])
         .collect();
     assert_eq!(names(&folder), expected);
-    let (width, height, bytes) = png(&folder.join("frame_0000.png"));
-    assert_eq!((width, height), (1032, 688));
-    // Places in the unit of the scene, whose longest side is 1: a body is grey, smoke is bright and warm, and the rest is dark.
-    let at = |x: f64, y: f64| {
-        let column = (x * width as f64) as usize;
-        let pixel = (height - 1 - (y * width as f64) as usize) * width + column;
-        [bytes[3 * pixel], bytes[3 * pixel + 1], bytes[3 * pixel + 2]]
-    };
-    assert_eq!(at(0.55, 0.35), [112, 113, 116]);
-    assert!(
-        at(0.25, 0.35)[0] > 200 && at(0.25, 0.35)[0] > at(0.25, 0.35)[2],
-        "{:?}",
-        at(0.25, 0.35)
-    );
-    assert_eq!(at(0.9, 0.6), [13, 14, 19]);
-    // The frames of a solve show them too.
-    assert!(
-        fs::read_to_string(result.join("report.html"))
-            .unwrap()
-            .contains("data:image/png")
-    );
+    // Places in the unit of the scene, whose longest side is 1: a body is grey, smoke is bright and warm, and the rest is dark. The
+    // frames of the solve show the same.
+    for (path, size) in [(folder.clone(), (1032, 688)), (result.join("frames"), (384, 256))] {
+        let (width, height, bytes) = png(&path.join("frame_0000.png"));
+        assert_eq!((width, height), size);
+        let at = |x: f64, y: f64| {
+            let column = (x * width as f64) as usize;
+            let pixel = (height - 1 - (y * width as f64) as usize) * width + column;
+            [bytes[3 * pixel], bytes[3 * pixel + 1], bytes[3 * pixel + 2]]
+        };
+        assert_eq!(at(0.55, 0.35), [112, 113, 116]);
+        let smoke = at(0.25, 0.35);
+        assert!(smoke[0] > 200 && smoke[0] > smoke[2], "{smoke:?}");
+        assert_eq!(at(0.9, 0.6), [13, 14, 19]);
+    }
     // Another size: whole cells on the ground.
     let ended = run(&[
         "render",

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::camera::{Angles, Camera};
 use super::march::look;
+use super::palette::{Palette, signed};
 use super::smoke::Smoke;
 use super::stage::Stage;
 use super::tone::{developed, scatter};
@@ -105,24 +106,41 @@ pub(super) fn photograph(smoke: &Smoke) -> Picture {
     }
 }
 
-/// Width, height and value -1 ..= 1 of each pixel, from the top.
-pub(super) fn chart(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
+/// The picture of a difference, which is summed along each ray as far as a body.
+pub(super) fn chart(smoke: &Smoke) -> Picture {
     let camera = Camera::fitting(smoke.cells, Angles::default(), ACROSS, DOWN);
     let values = Volume::refined(&smoke.values, smoke.cells, 1);
-    let sum = |sample: usize| {
+    let body = smoke.body.as_ref();
+    let body = body.map(|body| Volume::refined(&body.0, smoke.cells, 1));
+    let is_body = |point| body.as_ref().is_some_and(|body| body.at(point) > 0.5);
+    let difference = |sample: usize| {
         let (column, row) = (sample % camera.width, sample / camera.width);
         let ray = camera.ray(column as f32 + 0.5, row as f32 + 0.5);
         let steps = ((ray.far - ray.near) / STRIDE) as usize;
-        let at = |step: usize| values.at(ray.along(ray.near + (step as f32 + 0.5) * STRIDE));
-        let total: f32 = (0..steps).map(at).sum::<f32>() * STRIDE / smoke.longest();
-        total.signum() * (1.0 - (-total.abs() / DIFFERENCE).exp())
+        let mut points = (0..steps).map(|step| ray.along(ray.near + (step as f32 + 0.5) * STRIDE));
+        let mut sum = 0.0;
+        let ended = points.find(|&point| {
+            sum += values.at(point) * STRIDE / smoke.longest();
+            is_body(point)
+        });
+        let value = f32::signum(sum) * (1.0 - (-sum.abs() / DIFFERENCE).exp());
+        (value, ended.map_or(0.0, |_| 1.0 - value.abs()))
     };
-    let small: Vec<f32> = (0..camera.width * camera.height).map(sum).collect();
-    (
-        camera.width * FACTOR,
-        camera.height * FACTOR,
-        enlarge(&small, camera.width, FACTOR),
-    )
+    let (small, covered): (Vec<f32>, Vec<f32>) = (0..camera.width * camera.height).map(difference).unzip();
+    let levels = enlarge(&small, camera.width, FACTOR).into_iter().map(signed);
+    let (bytes, colours) = if body.is_some() {
+        let parts = enlarge(&covered, camera.width, FACTOR).into_iter();
+        let parts = parts.map(|part| part.clamp(0.0, 1.0));
+        (Palette::Difference.behind(levels, parts), Colours::Each)
+    } else {
+        (levels.collect(), Colours::Of(Palette::Difference))
+    };
+    Picture {
+        width: camera.width * FACTOR,
+        height: camera.height * FACTOR,
+        bytes,
+        colours,
+    }
 }
 
 /// Pixels of a picture of a result of `cells`.

@@ -2,7 +2,7 @@
 
 use super::deep::Shot;
 use super::lamp::shade;
-use super::palette::{BODY, Palette};
+use super::palette::{Palette, signed};
 use super::smoke::Smoke;
 use super::tone::linear;
 use super::upscale::enlarge;
@@ -29,7 +29,7 @@ pub(super) fn photograph(smoke: &Smoke) -> Picture {
 
 /// A picture in which a cell is `factor` pixels wide and high.
 pub(super) fn enlarged(smoke: &Smoke, factor: usize) -> Picture {
-    let [nx, _, ny] = smoke.cells;
+    let [nx, _, _] = smoke.cells;
     let strength = SHADE / smoke.longest();
     let light = shade(smoke.cells, 1, &smoke.values, None, LAMP)
         .into_iter()
@@ -43,11 +43,19 @@ pub(super) fn enlarged(smoke: &Smoke, factor: usize) -> Picture {
     };
     let level = |value: f32| (value * 255.0).round().clamp(0.0, 255.0) as u8;
     let levels = density.into_iter().zip(light).map(|pixel| level(glow(pixel)));
+    shown(smoke, factor, levels, Palette::Smoke)
+}
+
+/// Levels of pixels, with the body before them if there is one.
+fn shown(smoke: &Smoke, factor: usize, levels: impl Iterator<Item = u8>, palette: Palette) -> Picture {
+    let [nx, _, ny] = smoke.cells;
     let (bytes, colours) = match &smoke.body {
-        None => (levels.collect(), Colours::Of(Palette::Smoke)),
+        None => (levels.collect(), Colours::Of(palette)),
         Some(body) => {
-            let body = from_the_top(nx, factor, &body.0);
-            (before(levels, &body, factor), Colours::Each)
+            // The edge is where it is 1/2 and about a pixel wide: from cell to cell it changes by some 1/3.
+            let body = from_the_top(nx, factor, &body.0).into_iter();
+            let parts = body.map(|body| ((body - 0.5) * 3.0 * factor as f32 + 0.5).clamp(0.0, 1.0));
+            (palette.behind(levels, parts), Colours::Each)
         }
     };
     Picture {
@@ -91,31 +99,12 @@ pub(super) fn expose(smoke: &Smoke, shot: &Shot) -> Vec<[f32; 3]> {
     film
 }
 
-/// Levels of smoke as colours, with a body before it whose edge is where `body` is 1/2.
-fn before(levels: impl Iterator<Item = u8>, body: &[f32], factor: usize) -> Vec<u8> {
-    let palette = Palette::Smoke.colours();
-    let colour = |(level, body): (u8, &f32)| {
-        // About a pixel wide: from cell to cell `body` changes by some 1/3.
-        let part = ((body - 0.5) * 3.0 * factor as f32 + 0.5).clamp(0.0, 1.0);
-        let smoke = palette.get(usize::from(level)).copied().unwrap_or_default();
-        core::array::from_fn::<u8, 3, _>(|channel| {
-            let (from, to) = (f32::from(smoke[channel]), f32::from(BODY[channel]));
-            (from + part * (to - from)).round() as u8
-        })
-    };
-    levels.zip(body).flat_map(colour).collect()
-}
-
-/// Width, height and value -1 ..= 1 of each pixel, from the top.
-pub(super) fn chart(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
+/// The picture of a difference.
+pub(super) fn chart(smoke: &Smoke) -> Picture {
     let [nx, _, ny] = smoke.cells;
     let factor = factor(nx, ny);
-    let values = from_the_top(nx, factor, &smoke.values);
-    (
-        nx * factor,
-        ny * factor,
-        values.into_iter().map(|value| value.clamp(-1.0, 1.0)).collect(),
-    )
+    let levels = from_the_top(nx, factor, &smoke.values).into_iter().map(signed);
+    shown(smoke, factor, levels, Palette::Difference)
 }
 
 /// Pixels of a picture of `nx` by `ny` cells.

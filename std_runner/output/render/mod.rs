@@ -27,7 +27,6 @@ pub(crate) use smoke::{Body, Smoke};
 use rayon::prelude::*;
 
 use super::picture::{Colours, Picture};
-use palette::Palette;
 
 /// A picture before it becomes bytes: linear red, green and blue from the top, as a film would be lit.
 pub(crate) struct Film {
@@ -104,20 +103,10 @@ impl Smoke {
 
     /// The signed values themselves, for differences.
     pub fn chart(&self) -> Picture {
-        let (width, height, values) = if self.flat {
+        if self.flat {
             flat::chart(self)
         } else {
             deep::chart(self)
-        };
-        let levels = values
-            .into_iter()
-            .map(|value| (128.0 + value * 127.0).round().clamp(0.0, 255.0) as u8)
-            .collect();
-        Picture {
-            width,
-            height,
-            bytes: levels,
-            colours: Colours::Of(Palette::Difference),
         }
     }
 }
