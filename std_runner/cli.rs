@@ -4,6 +4,7 @@ use crate::commands::compare::CompareArguments;
 use crate::commands::new::NewArguments;
 use crate::commands::options::SceneArguments;
 use crate::commands::paper::PaperArguments;
+use crate::commands::render::RenderArguments;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
 use clap::{Parser, Subcommand};
@@ -27,6 +28,8 @@ pub enum Command {
     Solve(SolveArguments),
     /// Simulate the flow of a scene without control; its keyframes and method are left out.
     Simulate(SimulateArguments),
+    /// Draw the steps of a result as large pictures, or as a film.
+    Render(RenderArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.
     Plan(SceneArguments),
     /// Solve a scene by several methods, one after the other, and compare them on one page.

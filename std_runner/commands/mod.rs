@@ -5,5 +5,7 @@ pub mod new;
 pub mod options;
 pub mod paper;
 pub mod plan;
+pub mod render;
 pub mod simulate;
 pub mod solve;
+mod studio;

@@ -62,7 +62,7 @@ impl<'a> Animation<'a> {
     pub fn push(&mut self, picture: &Picture) -> Result<(), EncodingError> {
         self.writer
             .set_frame_delay(self.pace.milliseconds(self.step), 1000)?;
-        self.writer.write_image_data(&picture.levels)?;
+        self.writer.write_image_data(&picture.bytes)?;
         self.step += 1;
         Ok(())
     }

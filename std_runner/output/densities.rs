@@ -6,8 +6,12 @@ use std::path::{Path, PathBuf};
 
 use zip::ZipArchive;
 
+use super::render::Body;
 use super::{OutputError, Precision};
 use crate::stay::Stay;
+
+/// The array of the solid cells, of results that have any.
+const SOLID: &str = "solid.npy";
 
 /// An archive that [`write_archive`](super::write_archive) wrote.
 pub(crate) struct Densities {
@@ -65,8 +69,48 @@ impl Densities {
             .map_err(OutputError::unread(&self.path))
     }
 
+    /// The solid cells, if there are any.
+    pub fn body(&mut self) -> Result<Option<Body>, OutputError> {
+        if !self.archive.file_names().flatten().any(|name| name == SOLID) {
+            return Ok(None);
+        }
+        let solid = self.field(SOLID, 0).map_err(OutputError::unread(&self.path))?;
+        Ok(Body::new(&self.cells, &solid))
+    }
+
+    /// The density that is drawn as 1: the largest of the source; of a source without smoke, that of the targets, and where there are
+    /// none, that of the last step.
+    pub fn full(&mut self) -> Result<f32, OutputError> {
+        let largest = |field: Vec<f32>| field.into_iter().fold(0.0, f32::max);
+        let mut full = largest(self.density(0)?);
+        if full <= 0.0 {
+            for index in 0..self.keyframes.len() {
+                let Some(target) = self.keyframes.get(index).map(|keyframe| keyframe.target) else {
+                    continue;
+                };
+                full = full.max(largest(self.target(target)?));
+            }
+        }
+        if full <= 0.0 {
+            full = largest(self.density(self.steps)?);
+        }
+        Ok(full)
+    }
+
+    /// Component `axis` of the flow from `step` to the next one, on `count` faces.
+    pub fn velocity(&mut self, axis: usize, step: usize, count: usize) -> Result<Vec<f32>, OutputError> {
+        let name = ["velocity_x.npy", "velocity_y.npy", "velocity_z.npy"];
+        let name = name.get(axis).copied().unwrap_or_default();
+        self.numbers(name, step, count)
+            .map_err(OutputError::unread(&self.path))
+    }
+
     fn field(&mut self, name: &str, index: usize) -> io::Result<Vec<f32>> {
-        let count: usize = self.cells.iter().product();
+        self.numbers(name, index, self.cells.iter().product())
+    }
+
+    /// Entry `index` of an array whose entries are `count` numbers.
+    fn numbers(&mut self, name: &str, index: usize, count: usize) -> io::Result<Vec<f32>> {
         let mut member = self.archive.by_name_seek(name)?;
         let mut start = [0; 10];
         member.read_exact(&mut start)?;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::animation::{Animation, Pace};
 use super::file::{create_folder, write_bytes};
 use super::picture::Picture;
-use super::render::Smoke;
+use super::render::{Body, Smoke};
 use super::{Densities, OutputError, Pictured};
 use crate::bytes::are_free;
 use crate::stay::Stay;
@@ -17,11 +17,12 @@ use crate::stay::Stay;
 /// Pictures in the strip of the report, about.
 const STRIP: usize = 8;
 
-/// Bytes for each pixel and cell of a picture in the making, and for its encoder, about.
-const MAKING: usize = 24;
+/// Bytes for each pixel and each cell of a picture in the making, and for its encoder, about.
+const PIXEL: usize = 40;
+const CELL: usize = 112;
 const ENCODER: usize = 1 << 20;
 /// Pixels to a byte of a PNG file, at least; and how often the page holds a file while it is put together, about.
-const PACKED: usize = 4;
+const PACKED: usize = 2;
 const COPIES: usize = 5;
 
 /// The file of the animation.
@@ -62,7 +63,7 @@ impl Gallery {
             densities.cells.iter().product::<usize>(),
             Smoke::pixels(&densities.cells),
         );
-        let making = rayon::current_num_threads().max(1) * (MAKING * (cells + pixels) + ENCODER);
+        let making = rayon::current_num_threads().max(1) * (CELL * cells + PIXEL * pixels + ENCODER);
         let files = STRIP + 4 * densities.keyframes.len() + if images { densities.steps + 1 } else { 0 };
         are_free(making + files * (pixels / PACKED) * COPIES)
     }
@@ -86,29 +87,35 @@ impl Gallery {
 struct Studio<'a> {
     folder: &'a Path,
     densities: Densities,
-    /// The density that is drawn brightest: the source's largest.
+    /// The density that is drawn brightest.
     full: f32,
+    body: Option<Body>,
 }
 
 impl<'a> Studio<'a> {
     fn new(folder: &'a Path, mut densities: Densities) -> Result<Self, OutputError> {
-        let full = densities.density(0)?.into_iter().fold(0.0, f32::max);
+        let (full, body) = (densities.full()?, densities.body()?);
         Ok(Self {
             folder,
             densities,
             full,
+            body,
         })
     }
 
     fn smoke(&mut self, step: usize) -> Result<Smoke, OutputError> {
         let density = self.densities.density(step)?;
-        Ok(Smoke::new(&self.densities.cells, density, self.full))
+        Ok(self.about_the_body(density))
+    }
+
+    fn about_the_body(&self, density: Vec<f32>) -> Smoke {
+        Smoke::new(&self.densities.cells, density, self.full, self.body.clone())
     }
 
     fn keyframe(&mut self, index: usize) -> Result<KeyframePictures, OutputError> {
         let Pictured { stay, step, target } = self.densities.keyframes[index];
         let target = self.densities.target(target)?;
-        let target = Smoke::new(&self.densities.cells, target, self.full);
+        let target = self.about_the_body(target);
         let reached = self.smoke(step)?;
         Ok(KeyframePictures {
             stay,

@@ -48,6 +48,16 @@ impl Display {
         }
     }
 
+    /// How progress is shown.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// How many iterations, or pieces of work, there are at most.
+    pub fn limit(&self) -> usize {
+        self.limit
+    }
+
     /// Prints a sentence between the lines of progress.
     pub fn note(&self, text: &str) {
         match (self.mode, &self.bar) {
@@ -123,6 +133,18 @@ impl Display {
             None => console::error(&format!("{done:>4}/{} {text}", self.limit)),
         }
         self.summary = text + ", ";
+    }
+
+    /// Shows that `done` pieces of work are over, and `text`.
+    pub fn piece(&self, done: usize, text: &str) {
+        match (self.mode, &self.bar) {
+            (_, Some(bar)) => {
+                bar.set_position(u64::try_from(done).unwrap_or(u64::MAX));
+                bar.set_message(text.to_owned());
+            }
+            (Mode::Human, None) => console::error(&format!("{done:>4}/{} {text}", self.limit)),
+            _ => {}
+        }
     }
 
     /// Removes the bar from the screen.

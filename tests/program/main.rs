@@ -22,6 +22,7 @@ mod paper;
 mod pictures;
 mod plans;
 mod refusals;
+mod render;
 #[cfg(unix)]
 mod result_folder;
 mod said;

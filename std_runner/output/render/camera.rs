@@ -1,167 +1,166 @@
-//! A camera without perspective, in front of the box, a little to the right and above; z is up.
+//! A camera with perspective that has the whole box in its picture; z is up.
 
-/// Turned from the front to the right, in radians.
-const TURN: f32 = 0.42;
-/// Raised above the floor, in radians.
-const RAISE: f32 = 0.36;
-/// Samples across the picture.
-const ACROSS: usize = 256;
-/// Samples from top to bottom, at most.
-const DOWN: usize = 512;
-/// Margin about the box, in parts of its width.
-const MARGIN: f32 = 0.05;
+/// Distance from the middle of the box, in parts of its diagonal.
+const DISTANCE: f32 = 1.9;
+/// Margin about the box, in parts of the picture.
+const MARGIN: f32 = 0.035;
 
 pub(super) type Vector = [f32; 3];
 
-/// Parallel rays through a box of cells; positions are in cells.
+/// From where the box is seen, in degrees: turned from the front (small y) to the right, and raised above the floor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Angles {
+    /// 0 in front, 90 at the right.
+    pub azimuth: f32,
+    /// 0 level with the box, 90 above it.
+    pub elevation: f32,
+}
+
+impl Default for Angles {
+    fn default() -> Self {
+        Self {
+            azimuth: 24.0,
+            elevation: 14.0,
+        }
+    }
+}
+
+/// Rays through a box of cells; positions are in cells.
 pub(super) struct Camera {
     pub width: usize,
     pub height: usize,
     cells: Vector,
+    eye: Vector,
     right: Vector,
     up: Vector,
     forward: Vector,
-    /// Cells a sample.
-    pitch: f32,
-    /// Upper left corner on the picture plane.
+    /// Upper left corner on the plane at distance 1, and a pixel there.
     corner: [f32; 2],
-    /// The edges of the box that show, on the picture plane.
-    edges: Vec<[[f32; 2]; 2]>,
+    pitch: f32,
 }
 
-/// The part of a ray within the box.
+/// A ray and the part of it within the box, empty where it misses it.
 pub(super) struct Ray {
     pub origin: Vector,
+    /// Of length 1.
+    pub direction: Vector,
     pub near: f32,
     pub far: f32,
 }
 
 impl Camera {
-    pub fn new(cells: [usize; 3]) -> Self {
-        let cells = cells.map(|count| count as f32);
-        let (turn, raise) = ((TURN.sin(), TURN.cos()), (RAISE.sin(), RAISE.cos()));
-        let right = [turn.1, turn.0, 0.0];
-        let forward = [-turn.0 * raise.1, turn.1 * raise.1, -raise.0];
-        let up = [-turn.0 * raise.0, turn.1 * raise.0, raise.1];
-        let mut camera = Self {
-            width: ACROSS,
-            height: 1,
-            cells,
-            right,
-            up,
-            forward,
-            pitch: 1.0,
-            corner: [0.0; 2],
-            edges: Vec::new(),
-        };
-        let corners = camera.corners().map(|corner| camera.project(corner));
-        let bound = |axis: usize, pick: fn(f32, f32) -> f32| {
-            corners
-                .iter()
-                .map(|corner| corner[axis])
-                .reduce(pick)
-                .unwrap_or(0.0)
-        };
-        let (left, right) = (bound(0, f32::min), bound(0, f32::max));
-        let (bottom, top) = (bound(1, f32::min), bound(1, f32::max));
-        let margin = MARGIN * (right - left).max(top - bottom);
-        let size = [right - left + 2.0 * margin, top - bottom + 2.0 * margin];
-        camera.pitch = (size[0] / ACROSS as f32).max(size[1] / DOWN as f32);
-        camera.width = (size[0] / camera.pitch).round().max(1.0) as usize;
-        camera.height = (size[1] / camera.pitch).round().max(1.0) as usize;
-        camera.corner = [left - margin, top + margin];
-        camera.edges = camera.visible_edges();
+    /// A picture of `width` by `height`.
+    pub fn new(cells: [usize; 3], angles: Angles, width: usize, height: usize) -> Self {
+        let mut camera = Self::at(cells, angles);
+        let [left, right, bottom, top] = camera.window();
+        camera.pitch = ((right - left) / width as f32).max((top - bottom) / height as f32);
+        (camera.width, camera.height) = (width, height);
+        camera.corner = [
+            0.5 * (left + right - camera.pitch * width as f32),
+            0.5 * (top + bottom + camera.pitch * height as f32),
+        ];
         camera
     }
 
-    /// The ray through a pixel, if it meets the box.
-    pub fn ray(&self, column: usize, row: usize) -> Option<Ray> {
-        let [across, above] = self.place(column, row);
-        let origin: Vector = core::array::from_fn(|axis| {
-            0.5 * self.cells[axis] + across * self.right[axis] + above * self.up[axis]
-        });
-        let (mut near, mut far) = (f32::NEG_INFINITY, f32::INFINITY);
-        for ((origin, forward), cells) in origin.iter().zip(self.forward).zip(self.cells) {
-            let ends = [0.0, cells].map(|side| (side - origin) / forward);
-            near = near.max(ends[0].min(ends[1]));
-            far = far.min(ends[0].max(ends[1]));
+    /// A picture that fits the box, `width` wide and at most `height` high.
+    pub fn fitting(cells: [usize; 3], angles: Angles, width: usize, height: usize) -> Self {
+        let [left, right, bottom, top] = Self::at(cells, angles).window();
+        let pitch = ((right - left) / width as f32).max((top - bottom) / height as f32);
+        let size = [right - left, top - bottom].map(|side| (side / pitch).round().max(1.0) as usize);
+        Self::new(cells, angles, size[0], size[1])
+    }
+
+    fn at(cells: [usize; 3], angles: Angles) -> Self {
+        let cells = cells.map(|count| count as f32);
+        let (turn, raise) = (
+            angles.azimuth.to_radians().sin_cos(),
+            angles.elevation.to_radians().sin_cos(),
+        );
+        let forward = [-turn.0 * raise.1, turn.1 * raise.1, -raise.0];
+        let away = DISTANCE * dot(cells, cells).sqrt();
+        Self {
+            width: 1,
+            height: 1,
+            cells,
+            eye: core::array::from_fn(|axis| 0.5 * cells[axis] - away * forward[axis]),
+            right: [turn.1, turn.0, 0.0],
+            up: [-turn.0 * raise.0, turn.1 * raise.0, raise.1],
+            forward,
+            corner: [0.0; 2],
+            pitch: 1.0,
         }
-        (near < far).then_some(Ray { origin, near, far })
     }
 
-    /// The point of a ray at a distance.
-    pub fn along(&self, ray: &Ray, distance: f32) -> Vector {
-        core::array::from_fn(|axis| ray.origin[axis] + distance * self.forward[axis])
-    }
-
-    /// Where the rays leave the box: is it the floor?
-    pub fn floor(&self, ray: &Ray) -> Option<Vector> {
-        let end = self.along(ray, ray.far);
-        (end[2].abs() < 1e-2).then_some(end)
-    }
-
-    /// How close a pixel is to an edge of the box, in pixels; the three edges at the nearest corner do not count.
-    pub fn edge_distance(&self, column: usize, row: usize) -> f32 {
-        let place = self.place(column, row);
-        self.edges
-            .iter()
-            .map(|&[from, to]| distance(place, from, to))
-            .fold(f32::INFINITY, f32::min)
-            / self.pitch
-    }
-
-    fn place(&self, column: usize, row: usize) -> [f32; 2] {
-        [
-            self.corner[0] + (column as f32 + 0.5) * self.pitch,
-            self.corner[1] - (row as f32 + 0.5) * self.pitch,
-        ]
-    }
-
-    fn corners(&self) -> [Vector; 8] {
-        core::array::from_fn(|corner| {
-            core::array::from_fn(|axis| {
-                if (corner >> axis) & 1 == 1 {
+    /// Left, right, bottom and top of the box on the plane at distance 1, with a margin.
+    fn window(&self) -> [f32; 4] {
+        let mut window = [f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NEG_INFINITY];
+        for corner in 0..8 {
+            let offset: Vector = core::array::from_fn(|axis| {
+                let side = if (corner >> axis) & 1 == 1 {
                     self.cells[axis]
                 } else {
                     0.0
-                }
-            })
-        })
-    }
-
-    fn project(&self, point: Vector) -> [f32; 2] {
-        let offset: Vector = core::array::from_fn(|axis| point[axis] - 0.5 * self.cells[axis]);
-        [dot(offset, self.right), dot(offset, self.up)]
-    }
-
-    fn visible_edges(&self) -> Vec<[[f32; 2]; 2]> {
-        let corners = self.corners();
-        let nearest = (0..3)
-            .filter(|&axis| self.forward[axis] < 0.0)
-            .map(|axis| 1 << axis)
-            .sum::<usize>();
-        let mut edges = Vec::new();
-        for corner in 0..8_usize {
-            for other in [1, 2, 4].map(|bit| corner | bit) {
-                if other != corner && other != nearest && corner != nearest {
-                    edges.push([self.project(corners[corner]), self.project(corners[other])]);
-                }
+                };
+                side - self.eye[axis]
+            });
+            let away = dot(offset, self.forward);
+            for (axis, place) in [dot(offset, self.right) / away, dot(offset, self.up) / away]
+                .into_iter()
+                .enumerate()
+            {
+                window[2 * axis] = window[2 * axis].min(place);
+                window[2 * axis + 1] = window[2 * axis + 1].max(place);
             }
         }
-        edges
+        let margin = MARGIN * (window[1] - window[0]).max(window[3] - window[2]);
+        [
+            window[0] - margin,
+            window[1] + margin,
+            window[2] - margin,
+            window[3] + margin,
+        ]
+    }
+
+    /// The ray through a place of the picture, in pixels.
+    pub fn ray(&self, column: f32, row: f32) -> Ray {
+        let across = self.corner[0] + column * self.pitch;
+        let above = self.corner[1] - row * self.pitch;
+        let way: Vector = core::array::from_fn(|axis| {
+            self.forward[axis] + across * self.right[axis] + above * self.up[axis]
+        });
+        let direction = way.map(|part| part / dot(way, way).sqrt());
+        let (mut near, mut far) = (0.0_f32, f32::INFINITY);
+        for axis in 0..3 {
+            let ends = [0.0, self.cells[axis]].map(|side| (side - self.eye[axis]) / direction[axis]);
+            near = near.max(ends[0].min(ends[1]));
+            far = far.min(ends[0].max(ends[1]));
+        }
+        // A direction along a side divides 0 by 0 there, which `min` and `max` pass over.
+        Ray {
+            origin: self.eye,
+            direction,
+            near,
+            far: far.max(near),
+        }
+    }
+
+    /// The way from a point to the eye, of length 1.
+    pub fn toward_eye(&self, point: Vector) -> Vector {
+        let way: Vector = core::array::from_fn(|axis| self.eye[axis] - point[axis]);
+        let length = dot(way, way).sqrt().max(1e-6);
+        way.map(|part| part / length)
     }
 }
 
-fn dot(left: Vector, right: Vector) -> f32 {
-    left[0] * right[0] + left[1] * right[1] + left[2] * right[2]
+impl Ray {
+    /// The point at a distance.
+    #[inline]
+    pub fn along(&self, distance: f32) -> Vector {
+        core::array::from_fn(|axis| self.origin[axis] + distance * self.direction[axis])
+    }
 }
 
-fn distance(point: [f32; 2], from: [f32; 2], to: [f32; 2]) -> f32 {
-    let (side, offset) = (
-        [to[0] - from[0], to[1] - from[1]],
-        [point[0] - from[0], point[1] - from[1]],
-    );
-    let square = (side[0] * side[0] + side[1] * side[1]).max(1e-12);
-    let part = ((offset[0] * side[0] + offset[1] * side[1]) / square).clamp(0.0, 1.0);
-    (offset[0] - part * side[0]).hypot(offset[1] - part * side[1])
+#[inline]
+pub(super) fn dot(left: Vector, right: Vector) -> f32 {
+    left[0] * right[0] + left[1] * right[1] + left[2] * right[2]
 }

@@ -1,129 +1,150 @@
-//! A box of smoke: absorption and scattered light along parallel rays, over a floor that catches the shadow.
+//! A box of smoke: pictures by rays from a camera.
 
-use super::camera::{Camera, Ray, Vector};
-use super::light::arriving;
+use rayon::prelude::*;
+
+use super::camera::{Angles, Camera};
+use super::march::look;
+use super::palette::{Palette, signed};
 use super::smoke::Smoke;
+use super::stage::Stage;
+use super::tone::{developed, scatter};
 use super::upscale::enlarge;
+use super::volume::Volume;
+use crate::output::picture::{Colours, Picture};
 
-/// Pixels a sample.
+/// Samples across the pictures of a result, and from top to bottom at most.
+const ACROSS: usize = 256;
+const DOWN: usize = 512;
+/// Pixels a sample of them.
 const FACTOR: usize = 2;
-/// Cells a step along a ray.
+/// Cells are cut so often for pictures of a result, and for others, at most.
+const CUTS: [usize; 2] = [2, 4];
+/// Cells a step along a ray through a difference.
 const STRIDE: f32 = 0.7;
-/// Absorption of density 1 over the longest side, towards the eye.
-const OPACITY: f32 = 16.0;
-/// Absorption of the lamp's light over the longest side.
-const SHADE: f32 = 9.0;
-/// What is seen where no light of the lamp arrives.
-const AMBIENT: f32 = 0.20;
-/// The brightness of smoke in full light.
-const LIT: f32 = 1.05;
-/// The brightness of the floor, and of the edges of the box.
-const FLOOR: f32 = 0.15;
-const EDGE: f32 = 0.13;
 /// Difference of density along a ray that counts as much, in parts of the longest side.
 const DIFFERENCE: f32 = 0.15;
+/// Where in a pixel rays go at the edge of a body, in parts of it; elsewhere one goes through its middle.
+const SPREAD: [[f32; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
 
-/// Width, height and brightness 0 ..= 1 of each pixel, from the top.
-pub(super) fn photograph(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
-    let light = arriving(smoke, SHADE);
-    picture(smoke, |camera, ray| {
-        let mut brightness = 0.0;
-        let mut clear = 1.0_f32;
-        let mut distance = ray.near + 0.5 * STRIDE;
-        while distance < ray.far && clear > 0.01 {
-            let (density, lit) = sample(smoke, &light, camera.along(ray, distance));
-            if density > 1e-3 {
-                let opacity = 1.0 - (-OPACITY * density * STRIDE / smoke.longest()).exp();
-                brightness += clear * opacity * (AMBIENT + (LIT - AMBIENT) * lit);
-                clear *= 1.0 - opacity;
-            }
-            distance += STRIDE;
+/// How a picture is taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shot {
+    pub width: usize,
+    pub height: usize,
+    pub angles: Angles,
+    /// By what light is multiplied.
+    pub gain: f32,
+    /// In 3D, how much detail finer than the cells is made up, 0 ..= 1.
+    pub detail: f32,
+}
+
+/// The light of every pixel; with `even` all rays step in line, which leaves no grain.
+pub(super) fn expose(smoke: &Smoke, camera: &Camera, gain: f32, even: bool) -> Vec<[f32; 3]> {
+    let [few, many] = CUTS;
+    let cuts = if even { few } else { many };
+    let stage = Stage::new(smoke, camera, camera.width.min(camera.height), cuts);
+    let width = camera.width;
+    let at = |pixel: usize, [x, y]: [f32; 2], begin: f32| {
+        let (column, row) = (pixel % width, pixel / width);
+        let ray = camera.ray(column as f32 + x, row as f32 + y);
+        let jitter = if even { 0.5 } else { scatter(column, row) };
+        look(&stage, &ray, (jitter + begin).fract())
+    };
+    let middle = |pixel| at(pixel, [0.5; 2], 0.0);
+    let seen: Vec<_> = (0..width * camera.height).into_par_iter().map(middle).collect();
+    let smooth = |pixel: usize| {
+        let (light, distance) = seen[pixel];
+        if stage.body.is_none() || !is_edge(&seen, width, pixel, distance) {
+            return light.map(|light| gain * light);
         }
-        let floor = camera.floor(ray).map_or(0.0, |point| {
-            let (_, lit) = sample(smoke, &light, point);
-            FLOOR * (0.25 + 0.75 * lit)
-        });
-        (brightness, clear, floor)
-    })
+        let mut sum = [0.0; 3];
+        for (index, place) in SPREAD.into_iter().enumerate() {
+            let (light, _) = at(pixel, place, 0.25 * index as f32);
+            (0..3).for_each(|channel| sum[channel] += 0.25 * gain * light[channel]);
+        }
+        sum
+    };
+    (0..seen.len()).into_par_iter().map(smooth).collect()
 }
 
-/// Width, height and value -1 ..= 1 of each pixel, from the top.
-pub(super) fn chart(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
-    let camera = Camera::new(smoke.cells);
-    let sum = |column: usize, row: usize| {
-        let Some(ray) = camera.ray(column, row) else {
-            return 0.0;
-        };
+/// Whether a body ends at a pixel: a neighbour's ray ends at least some cells nearer or further.
+fn is_edge(seen: &[([f32; 3], f32)], width: usize, pixel: usize, distance: f32) -> bool {
+    const STEP: f32 = 2.0;
+    let column = pixel % width;
+    let left = (column > 0).then(|| pixel - 1);
+    let right = (column + 1 < width).then_some(pixel + 1);
+    let neighbours = [left, right, pixel.checked_sub(width), Some(pixel + width)];
+    let apart = |other: &([f32; 3], f32)| distance != other.1 && !((distance - other.1).abs() < STEP);
+    neighbours
+        .into_iter()
+        .flatten()
+        .filter_map(|other| seen.get(other))
+        .any(apart)
+}
+
+/// The picture of a result.
+pub(super) fn photograph(smoke: &Smoke) -> Picture {
+    let camera = Camera::fitting(smoke.cells, Angles::default(), ACROSS, DOWN);
+    let colours: Vec<[f32; 3]> = expose(smoke, &camera, 1.0, true)
+        .into_iter()
+        .map(developed)
+        .collect();
+    let channels = [0, 1, 2].map(|channel| {
+        let small: Vec<f32> = colours.iter().map(|colour| colour[channel]).collect();
+        enlarge(&small, camera.width, FACTOR)
+    });
+    let byte = |value: f32| (value * 255.0).round().clamp(0.0, 255.0) as u8;
+    let [red, green, blue] = channels;
+    let pixels = red.into_iter().zip(green).zip(blue);
+    Picture {
+        width: camera.width * FACTOR,
+        height: camera.height * FACTOR,
+        bytes: pixels
+            .flat_map(|((red, green), blue)| [red, green, blue].map(byte))
+            .collect(),
+        colours: Colours::Each,
+    }
+}
+
+/// The picture of a difference, which is summed along each ray as far as a body.
+pub(super) fn chart(smoke: &Smoke) -> Picture {
+    let camera = Camera::fitting(smoke.cells, Angles::default(), ACROSS, DOWN);
+    let values = Volume::refined(&smoke.values, smoke.cells, 1);
+    let body = smoke.body.as_ref();
+    let body = body.map(|body| Volume::refined(&body.0, smoke.cells, 1));
+    let is_body = |point| body.as_ref().is_some_and(|body| body.at(point) > 0.5);
+    let difference = |sample: usize| {
+        let (column, row) = (sample % camera.width, sample / camera.width);
+        let ray = camera.ray(column as f32 + 0.5, row as f32 + 0.5);
         let steps = ((ray.far - ray.near) / STRIDE) as usize;
-        let at = |step: usize| {
-            sample(
-                smoke,
-                &smoke.values,
-                camera.along(&ray, ray.near + (step as f32 + 0.5) * STRIDE),
-            )
-            .0
-        };
-        let total: f32 = (0..steps).map(at).sum::<f32>() * STRIDE / smoke.longest();
-        total.signum() * (1.0 - (-total.abs() / DIFFERENCE).exp())
+        let mut points = (0..steps).map(|step| ray.along(ray.near + (step as f32 + 0.5) * STRIDE));
+        let mut sum = 0.0;
+        let ended = points.find(|&point| {
+            sum += values.at(point) * STRIDE / smoke.longest();
+            is_body(point)
+        });
+        let value = f32::signum(sum) * (1.0 - (-sum.abs() / DIFFERENCE).exp());
+        (value, ended.map_or(0.0, |_| 1.0 - value.abs()))
     };
-    enlarged(&camera, sum)
+    let (small, covered): (Vec<f32>, Vec<f32>) = (0..camera.width * camera.height).map(difference).unzip();
+    let levels = enlarge(&small, camera.width, FACTOR).into_iter().map(signed);
+    let (bytes, colours) = if body.is_some() {
+        let parts = enlarge(&covered, camera.width, FACTOR).into_iter();
+        let parts = parts.map(|part| part.clamp(0.0, 1.0));
+        (Palette::Difference.behind(levels, parts), Colours::Each)
+    } else {
+        (levels.collect(), Colours::Of(Palette::Difference))
+    };
+    Picture {
+        width: camera.width * FACTOR,
+        height: camera.height * FACTOR,
+        bytes,
+        colours,
+    }
 }
 
-/// Smoke before the floor and the edges of the box; `look` gives brightness, clearness and the floor behind.
-fn picture(smoke: &Smoke, look: impl Fn(&Camera, &Ray) -> (f32, f32, f32)) -> (usize, usize, Vec<f32>) {
-    let camera = Camera::new(smoke.cells);
-    let pixel = |column: usize, row: usize| {
-        let edge = EDGE * (1.5 - camera.edge_distance(column, row)).clamp(0.0, 1.0);
-        let (brightness, clear, floor) = camera
-            .ray(column, row)
-            .map_or((0.0, 1.0, 0.0), |ray| look(&camera, &ray));
-        brightness + clear * (floor + edge)
-    };
-    enlarged(&camera, pixel)
-}
-
-/// Pixels of a picture of a box of `cells`.
+/// Pixels of a picture of a result of `cells`.
 pub(super) fn pixels(cells: [usize; 3]) -> usize {
-    let camera = Camera::new(cells);
+    let camera = Camera::fitting(cells, Angles::default(), ACROSS, DOWN);
     camera.width * FACTOR * camera.height * FACTOR
-}
-
-fn enlarged(camera: &Camera, pixel: impl Fn(usize, usize) -> f32) -> (usize, usize, Vec<f32>) {
-    let places = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
-    let small: Vec<f32> = places.map(|(column, row)| pixel(column, row)).collect();
-    (
-        camera.width * FACTOR,
-        camera.height * FACTOR,
-        enlarge(&small, camera.width, FACTOR),
-    )
-}
-
-/// Density and `light` at a point, trilinear between cell centres; there is no smoke beyond the walls' cells.
-fn sample(smoke: &Smoke, light: &[f32], point: Vector) -> (f32, f32) {
-    let mut low = [0_usize; 3];
-    let mut high = [0_usize; 3];
-    let mut part = [0.0_f32; 3];
-    for axis in 0..3 {
-        let last = smoke.cells[axis] - 1;
-        let place = (point[axis] - 0.5).clamp(0.0, last as f32);
-        low[axis] = place as usize;
-        high[axis] = (low[axis] + 1).min(last);
-        part[axis] = place - low[axis] as f32;
-    }
-    let [nx, ny, _] = smoke.cells;
-    let (mut density, mut lit) = (0.0, 0.0);
-    for corner in 0..8 {
-        let pick = |axis: usize| {
-            if (corner >> axis) & 1 == 1 {
-                (high[axis], part[axis])
-            } else {
-                (low[axis], 1.0 - part[axis])
-            }
-        };
-        let [(x, wx), (y, wy), (z, wz)] = [pick(0), pick(1), pick(2)];
-        let (cell, weight) = ((z * ny + y) * nx + x, wx * wy * wz);
-        density += weight * smoke.values[cell];
-        lit += weight * light[cell];
-    }
-    (density, lit)
 }

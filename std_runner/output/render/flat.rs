@@ -1,8 +1,12 @@
 //! A plane of smoke, seen face on, y up.
 
-use super::light::arriving;
+use super::deep::Shot;
+use super::lamp::shade;
+use super::palette::{Palette, signed};
 use super::smoke::Smoke;
+use super::tone::linear;
 use super::upscale::enlarge;
+use crate::output::picture::{Colours, Picture};
 
 /// Pictures are at least about this wide, in pixels,
 const WIDTH: usize = 384;
@@ -14,28 +18,93 @@ const OPACITY: f32 = 2.6;
 const SHADE: f32 = 5.0;
 /// What is seen where no light of the lamp arrives.
 const AMBIENT: f32 = 0.34;
+/// The way to the lamp, to the left and above.
+const LAMP: [f32; 3] = [-0.4819, 0.0, 0.8762];
 
-/// Width, height and brightness 0 ..= 1 of each pixel, from the top.
-pub(super) fn photograph(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
-    let light = arriving(smoke, SHADE);
-    let (width, height, density) = from_the_top(smoke, &smoke.values);
-    let (_, _, light) = from_the_top(smoke, &light);
+/// The picture of a result.
+pub(super) fn photograph(smoke: &Smoke) -> Picture {
+    let [nx, _, ny] = smoke.cells;
+    enlarged(smoke, factor(nx, ny))
+}
+
+/// A picture in which a cell is `factor` pixels wide and high.
+pub(super) fn enlarged(smoke: &Smoke, factor: usize) -> Picture {
+    let [nx, _, _] = smoke.cells;
+    let strength = SHADE / smoke.longest();
+    let light = shade(smoke.cells, 1, &smoke.values, None, LAMP)
+        .into_iter()
+        .map(|way| (-strength * way).exp());
+    let light = from_the_top(nx, factor, &light.collect::<Vec<f32>>());
+    let density = from_the_top(nx, factor, &smoke.values);
     let whole = 1.0 - (-OPACITY).exp();
     let glow = |(density, light): (f32, f32)| {
         let opacity = (1.0 - (-OPACITY * density.max(0.0)).exp()) / whole;
         opacity * (AMBIENT + (1.0 - AMBIENT) * light.clamp(0.0, 1.0))
     };
-    (width, height, density.into_iter().zip(light).map(glow).collect())
+    let level = |value: f32| (value * 255.0).round().clamp(0.0, 255.0) as u8;
+    let levels = density.into_iter().zip(light).map(|pixel| level(glow(pixel)));
+    shown(smoke, factor, levels, Palette::Smoke)
 }
 
-/// Width, height and value -1 ..= 1 of each pixel, from the top.
-pub(super) fn chart(smoke: &Smoke) -> (usize, usize, Vec<f32>) {
-    let (width, height, values) = from_the_top(smoke, &smoke.values);
-    (
-        width,
-        height,
-        values.into_iter().map(|value| value.clamp(-1.0, 1.0)).collect(),
-    )
+/// Levels of pixels, with the body before them if there is one.
+fn shown(smoke: &Smoke, factor: usize, levels: impl Iterator<Item = u8>, palette: Palette) -> Picture {
+    let [nx, _, ny] = smoke.cells;
+    let (bytes, colours) = match &smoke.body {
+        None => (levels.collect(), Colours::Of(palette)),
+        Some(body) => {
+            // The edge is where it is 1/2 and about a pixel wide: from cell to cell it changes by some 1/3.
+            let body = from_the_top(nx, factor, &body.0).into_iter();
+            let parts = body.map(|body| ((body - 0.5) * 3.0 * factor as f32 + 0.5).clamp(0.0, 1.0));
+            (palette.behind(levels, parts), Colours::Each)
+        }
+    };
+    Picture {
+        width: nx * factor,
+        height: ny * factor,
+        bytes,
+        colours,
+    }
+}
+
+/// The light of a picture whose cells are as large as they can be by a whole factor, on the ground of the palette.
+pub(super) fn expose(smoke: &Smoke, shot: &Shot) -> Vec<[f32; 3]> {
+    let [nx, _, ny] = smoke.cells;
+    let factor = (shot.width / nx).min(shot.height / ny).max(1);
+    let picture = enlarged(smoke, factor);
+    let light = |colour: [u8; 3]| colour.map(|code| shot.gain * linear(f32::from(code) / 255.0));
+    let palette = Palette::Smoke.colours();
+    let ground = light(palette[0]);
+    let pixel = |index: usize| match picture.colours {
+        Colours::Of(_) => picture.bytes.get(index).map(|&level| palette[usize::from(level)]),
+        Colours::Each => picture
+            .bytes
+            .get(3 * index..3 * index + 3)
+            .and_then(|colour| colour.try_into().ok()),
+    };
+    let (left, above) = (
+        shot.width.saturating_sub(picture.width) / 2,
+        shot.height.saturating_sub(picture.height) / 2,
+    );
+    let mut film = vec![ground; shot.width * shot.height];
+    for (row, film) in film
+        .chunks_exact_mut(shot.width)
+        .skip(above)
+        .take(picture.height)
+        .enumerate()
+    {
+        for (column, film) in film.iter_mut().skip(left).take(picture.width).enumerate() {
+            *film = pixel(row * picture.width + column).map_or(ground, light);
+        }
+    }
+    film
+}
+
+/// The picture of a difference.
+pub(super) fn chart(smoke: &Smoke) -> Picture {
+    let [nx, _, ny] = smoke.cells;
+    let factor = factor(nx, ny);
+    let levels = from_the_top(nx, factor, &smoke.values).into_iter().map(signed);
+    shown(smoke, factor, levels, Palette::Difference)
 }
 
 /// Pixels of a picture of `nx` by `ny` cells.
@@ -48,9 +117,7 @@ fn factor(nx: usize, ny: usize) -> usize {
     WIDTH.div_ceil(nx.max(1)).min((HEIGHT / ny.max(1)).max(1))
 }
 
-fn from_the_top(smoke: &Smoke, values: &[f32]) -> (usize, usize, Vec<f32>) {
-    let [nx, _, ny] = smoke.cells;
-    let factor = factor(nx, ny);
+fn from_the_top(nx: usize, factor: usize, values: &[f32]) -> Vec<f32> {
     let turned: Vec<f32> = values.chunks_exact(nx.max(1)).rev().flatten().copied().collect();
-    (nx * factor, ny * factor, enlarge(&turned, nx, factor))
+    enlarge(&turned, nx, factor)
 }

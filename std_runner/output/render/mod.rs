@@ -1,20 +1,70 @@
-//! Smoke as a photographer would light it: from density to levels of light.
+//! Smoke as a photographer would light it: from density to colours.
 //!
-//! A plane and a box of smoke take the same path: light falls from above and is absorbed on its way
-//! ([`light`]), then the eye sees what each cell scatters, attenuated by the smoke before it ([`flat`], [`deep`]).
+//! In a box of smoke, light of two lamps is absorbed on its way ([`lamp`]), each place scatters what arrives towards the eye
+//! ([`stage`]), and rays gather it through the smoke before them ([`march`], [`deep`]). A plane is seen face on ([`flat`]).
 
+mod blocks;
 mod camera;
 mod deep;
 mod flat;
-mod light;
+mod grain;
+mod lamp;
+mod march;
 pub(super) mod palette;
 mod smoke;
+mod stage;
+#[cfg(test)]
+mod tests;
+mod tone;
 mod upscale;
+mod volume;
 
-pub(super) use smoke::Smoke;
+pub(crate) use camera::Angles;
+pub(crate) use deep::Shot;
+pub(crate) use grain::Drift;
+pub(crate) use smoke::{Body, Smoke};
 
-use super::picture::Picture;
-use palette::Palette;
+use rayon::prelude::*;
+
+use super::picture::{Colours, Picture};
+
+/// A picture before it becomes bytes: linear red, green and blue from the top, as a film would be lit.
+pub(crate) struct Film {
+    pub width: usize,
+    pub height: usize,
+    pub light: Vec<[f32; 3]>,
+    /// Whether its colours are those of a map, which a screen shows as they are.
+    flat: bool,
+}
+
+impl Film {
+    /// What a screen shows.
+    pub fn develop(&self) -> Picture {
+        let mut bytes = vec![0; 3 * self.light.len()];
+        let rows = bytes.par_chunks_mut(3 * self.width);
+        let rows = rows.zip(self.light.par_chunks(self.width)).enumerate();
+        rows.for_each(|(row, (bytes, light))| {
+            let pixels = bytes.chunks_exact_mut(3).zip(light).enumerate();
+            for (column, (bytes, light)) in pixels {
+                // Rounding that differs from pixel to pixel shows no steps in the dark.
+                let (shown, round) = if self.flat {
+                    (light.map(tone::coded), 0.5)
+                } else {
+                    (tone::developed(*light), tone::scatter(column, row))
+                };
+                for (byte, shown) in bytes.iter_mut().zip(shown) {
+                    *byte = (255.0 * shown + round).clamp(0.0, 255.0) as u8;
+                }
+            }
+        });
+        Picture {
+            width: self.width,
+            height: self.height,
+            bytes,
+            colours: Colours::Each,
+        }
+    }
+}
 
 impl Smoke {
     /// Pixels of a picture of a grid of `cells`.
@@ -26,41 +76,37 @@ impl Smoke {
         }
     }
 
-    /// The smoke in its light.
+    /// The smoke in its light, as a result shows it.
     pub fn photograph(&self) -> Picture {
-        let (width, height, brightness) = if self.flat {
+        if self.flat {
             flat::photograph(self)
         } else {
             deep::photograph(self)
+        }
+    }
+
+    /// The light of a picture as `shot` asks for it.
+    pub fn expose(&self, shot: &Shot) -> Film {
+        let light = if self.flat {
+            flat::expose(self, shot)
+        } else {
+            let camera = camera::Camera::new(self.cells, shot.angles, shot.width, shot.height);
+            deep::expose(self, &camera, shot.gain, false)
         };
-        let levels = brightness
-            .into_iter()
-            .map(|value| (value * 255.0).round().clamp(0.0, 255.0) as u8)
-            .collect();
-        Picture {
-            width,
-            height,
-            levels,
-            palette: Palette::Smoke,
+        Film {
+            width: shot.width,
+            height: shot.height,
+            flat: self.flat,
+            light,
         }
     }
 
     /// The signed values themselves, for differences.
     pub fn chart(&self) -> Picture {
-        let (width, height, values) = if self.flat {
+        if self.flat {
             flat::chart(self)
         } else {
             deep::chart(self)
-        };
-        let levels = values
-            .into_iter()
-            .map(|value| (128.0 + value * 127.0).round().clamp(0.0, 255.0) as u8)
-            .collect();
-        Picture {
-            width,
-            height,
-            levels,
-            palette: Palette::Difference,
         }
     }
 }

@@ -32,6 +32,9 @@ const DIFFERENCE: [(f32, Colour); 7] = [
     (1.000, [255, 220, 150]),
 ];
 
+/// A body.
+const BODY: Colour = [112, 113, 116];
+
 impl Palette {
     /// One colour a level.
     pub fn colours(self) -> [Colour; 256] {
@@ -41,6 +44,30 @@ impl Palette {
         };
         core::array::from_fn(|level| colour(stops, level as f32 / 255.0))
     }
+
+    /// Red, green and blue of `levels` of which a body covers `parts`, 0 ..= 1.
+    pub(super) fn behind(
+        self,
+        levels: impl Iterator<Item = u8>,
+        parts: impl Iterator<Item = f32>,
+    ) -> Vec<u8> {
+        let colours = self.colours();
+        let mixed = |(level, part): (u8, f32)| {
+            let behind = colours.get(usize::from(level)).copied().unwrap_or_default();
+            let mut colour = [0; 3];
+            for ((colour, from), to) in colour.iter_mut().zip(behind).zip(BODY) {
+                let (from, to) = (f32::from(from), f32::from(to));
+                *colour = (from + part * (to - from)).round() as u8;
+            }
+            colour
+        };
+        levels.zip(parts).flat_map(mixed).collect()
+    }
+}
+
+/// The level of a value -1 ..= 1.
+pub(super) fn signed(value: f32) -> u8 {
+    (128.0 + value.clamp(-1.0, 1.0) * 127.0).round() as u8
 }
 
 fn colour(stops: &[(f32, Colour)], place: f32) -> Colour {

@@ -1,0 +1,203 @@
+//! `thurible render DIR`: the steps of a result as large pictures, or as a film.
+
+use super::studio::{Format, Studio};
+use crate::address_space;
+use crate::bytes::{are_free, rounded};
+use crate::exit::Failure;
+use crate::output::{Angles, Movie, Reel, Shot};
+use crate::progress::{Display, Mode};
+use crate::threads;
+use clap::Args;
+use core::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+/// The size of a picture in 3D, and about that of one in 2D along its longer side.
+const SIZE: (usize, usize) = (1280, 720);
+const FLAT: usize = 1024;
+/// Pixels along a side, at most.
+const MOST: usize = 16384;
+/// The exposure is at most so many stops more or less.
+const STOPS: f32 = 16.0;
+/// Detail, where nothing is said.
+const DETAIL: f32 = 0.5;
+
+/// Arguments of `render`.
+#[derive(Args, Debug)]
+pub struct RenderArguments {
+    /// The result folder.
+    #[arg(value_name = "DIR")]
+    pub result: PathBuf,
+    /// Where the pictures go [default: DIR/render].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Width and height in pixels [default: 1280x720; in 2D the cells by a whole factor, near 1024].
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(usize, usize)>,
+    /// Steps from the first to the last, or one [default: all].
+    #[arg(long, value_name = "FROM..TO", value_parser = steps)]
+    pub steps: Option<RangeInclusive<usize>>,
+    /// What is written: a PNG or OpenEXR (linear light) file for each step, or a film by ffmpeg.
+    #[arg(long, value_enum, default_value_t = Format::Png)]
+    pub format: Format,
+    /// In 3D, from where: turned from the front to the right, and raised, in degrees [default: 24,14].
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = angles, allow_hyphen_values = true)]
+    pub camera: Option<Angles>,
+    /// Stops of light more, or less.
+    #[arg(long, value_name = "STOPS", value_parser = stops, default_value = "0", allow_hyphen_values = true)]
+    pub exposure: f32,
+    /// In 3D, detail finer than the cells, 0 to 1: noise that goes with the flow; 0 is the smoke of the result alone [default: 0.5].
+    #[arg(long, value_name = "AMOUNT", value_parser = detail)]
+    pub detail: Option<f32>,
+    /// Threads [default: as many as the machine offers].
+    #[arg(long, value_name = "N", value_parser = threads::parse)]
+    pub threads: Option<usize>,
+    /// Print nothing but errors.
+    #[arg(long, conflicts_with = "json")]
+    pub quiet: bool,
+    /// Print JSON lines.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Draws the pictures; the answer is the exit code.
+pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
+    if arguments.format == Format::Mp4 && !Movie::can_be_made() {
+        return Err(Failure::Input("--format mp4: there is no ffmpeg on the PATH, which makes films; install it, or write pictures by --format png".into()));
+    }
+    let reel = open(&arguments.result)?;
+    let shot = shot(arguments, &reel)?;
+    let steps = arguments.steps.clone().unwrap_or(0..=reel.steps());
+    if *steps.end() > reel.steps() {
+        return Err(Failure::Input(format!(
+            "--steps {}..{}: the result has the steps 0 to {}; name some of those",
+            steps.start(),
+            steps.end(),
+            reel.steps()
+        )));
+    }
+    let bytes = reel.bytes(&shot);
+    if !are_free(bytes) {
+        return Err(Failure::Memory(format!(
+            "a picture of {} x {} takes some {}, which the system has not; ask for a smaller one with --size",
+            shot.width,
+            shot.height,
+            rounded(bytes)
+        )));
+    }
+    let folder = arguments.output.clone();
+    let folder = folder.unwrap_or_else(|| arguments.result.join("render"));
+    let display = Display::new(mode(arguments), steps.end() - steps.start() + 1);
+    let studio = Studio::new(&folder, arguments.format, shot, display)?;
+    let count = arguments.threads.unwrap_or_else(threads::available);
+    address_space::check(count)?;
+    threads::with(count, || studio.render(reel, steps))?
+}
+
+fn mode(arguments: &RenderArguments) -> Mode {
+    match (arguments.quiet, arguments.json) {
+        (true, _) => Mode::Quiet,
+        (_, true) => Mode::Json,
+        _ => Mode::Human,
+    }
+}
+
+fn open(folder: &Path) -> Result<Reel, Failure> {
+    let opened = Reel::open(folder).map_err(|error| Failure::File(error.to_string()))?;
+    opened.ok_or_else(|| {
+        Failure::Input(format!(
+            "{} is no result folder: it has not both report.json and result.npz as thurible writes them; name a folder that `thurible solve` or `simulate` wrote",
+            folder.display()
+        ))
+    })
+}
+
+/// How pictures of a result are taken.
+fn shot(arguments: &RenderArguments, reel: &Reel) -> Result<Shot, Failure> {
+    let (width, height) = match (reel.cells(), arguments.size) {
+        (&[nx, ny], Some((width, height))) if width < nx || height < ny => {
+            return Err(Failure::Input(format!(
+                "--size {width}x{height}: the result has {nx} x {ny} cells, each of which takes a pixel at least; ask for a larger size"
+            )));
+        }
+        (_, Some(size)) => size,
+        (&[nx, ny], None) => {
+            let factor = ((FLAT + nx.max(ny) / 2) / nx.max(ny)).max(1);
+            (nx * factor, ny * factor)
+        }
+        (_, None) => SIZE,
+    };
+    let deep = [
+        ("--camera", arguments.camera.is_some()),
+        ("--detail", arguments.detail.is_some()),
+    ];
+    if let Some((name, _)) = deep.iter().find(|(_, given)| *given && reel.cells().len() == 2) {
+        return Err(Failure::Input(format!(
+            "{name}: a result in 2D is drawn face on as it is; leave it out"
+        )));
+    }
+    Ok(Shot {
+        width,
+        height,
+        angles: arguments.camera.unwrap_or_default(),
+        gain: arguments.exposure.exp2(),
+        detail: arguments.detail.unwrap_or(DETAIL),
+    })
+}
+
+/// Reads `1280x720`; the error says what is allowed.
+fn size(text: &str) -> Result<(usize, usize), String> {
+    let side = |text: &str| text.trim().parse().ok().filter(|side| (1..=MOST).contains(side));
+    text.split_once(['x', 'X'])
+        .and_then(|(width, height)| Some((side(width)?, side(height)?)))
+        .ok_or_else(|| {
+            format!(
+                "found \"{text}\", allowed are width and height in pixels, 1 to {MOST} each, as in 1280x720"
+            )
+        })
+}
+
+/// Reads `10..40` or `10`; the error says what is allowed.
+fn steps(text: &str) -> Result<RangeInclusive<usize>, String> {
+    let step = |text: &str| text.trim().parse::<usize>().ok();
+    let (first, last) = text.split_once("..").unwrap_or((text, text));
+    match (step(first), step(last)) {
+        (Some(first), Some(last)) if first <= last => Ok(first..=last),
+        _ => Err(format!(
+            "found \"{text}\", allowed are the first and the last step, as in 10..40, or one step"
+        )),
+    }
+}
+
+/// Reads `24,14`; the error says what is allowed.
+fn angles(text: &str) -> Result<Angles, String> {
+    let number = |text: &str, low: f32, high: f32| {
+        let number = text.trim().parse::<f32>().ok();
+        number.filter(|number| (low..=high).contains(number))
+    };
+    text.split_once(',')
+        .and_then(|(azimuth, elevation)| {
+            Some(Angles {
+                azimuth: number(azimuth, -360.0, 360.0)?,
+                elevation: number(elevation, 0.0, 90.0)?,
+            })
+        })
+        .ok_or_else(|| {
+            format!("found \"{text}\", allowed are an azimuth from -360 to 360 and an elevation from 0 to 90, in degrees, as in 24,14")
+        })
+}
+
+/// Reads a number of stops; the error says what is allowed.
+fn stops(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok();
+    number
+        .filter(|number| (-STOPS..=STOPS).contains(number))
+        .ok_or_else(|| format!("found \"{text}\", allowed is a number from -{STOPS} to {STOPS}"))
+}
+
+/// Reads an amount of detail; the error says what is allowed.
+fn detail(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok();
+    number
+        .filter(|number| (0.0..=1.0).contains(number))
+        .ok_or_else(|| format!("found \"{text}\", allowed is a number from 0 to 1"))
+}

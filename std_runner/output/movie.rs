@@ -1,0 +1,71 @@
+//! Films, made by ffmpeg where there is one.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use super::OutputError;
+use super::picture::Picture;
+
+const PROGRAM: &str = "ffmpeg";
+/// Pictures a second.
+const PACE: &str = "24";
+
+/// A film that is being written.
+pub(crate) struct Movie {
+    encoder: Child,
+    path: PathBuf,
+}
+
+impl Movie {
+    /// Whether there is an ffmpeg on the PATH.
+    pub fn can_be_made() -> bool {
+        let mut asked = Command::new(PROGRAM);
+        asked.arg("-version").stdin(Stdio::null());
+        let asked = asked.stdout(Stdio::null()).stderr(Stdio::null()).status();
+        asked.is_ok_and(|ended| ended.success())
+    }
+
+    /// A film of pictures of `width` by `height`; H.264 has even sides, so a line or column more may be black.
+    pub fn begin(path: &Path, width: usize, height: usize) -> Result<Self, OutputError> {
+        let size = format!("{width}x{height}");
+        let mut encoder = Command::new(PROGRAM);
+        encoder
+            .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
+            .args(["-s", &size, "-r", PACE, "-i", "-", "-an"])
+            .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264"])
+            .args(["-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart"])
+            .arg(path)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null());
+        // Ctrl-C is for this program, which ends the film with the pictures so far.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut encoder, 0);
+        let encoder = encoder.spawn().map_err(OutputError::of(path))?;
+        Ok(Self {
+            encoder,
+            path: path.to_owned(),
+        })
+    }
+
+    /// Appends a picture in colours.
+    pub fn push(&mut self, picture: &Picture) -> Result<(), OutputError> {
+        let pipe = self.encoder.stdin.as_mut();
+        let pipe = pipe.ok_or_else(|| io::Error::other("ffmpeg takes no pictures"));
+        pipe.and_then(|pipe| pipe.write_all(&picture.bytes))
+            .map_err(OutputError::of(&self.path))
+    }
+
+    /// Ends the film.
+    pub fn finish(mut self) -> Result<(), OutputError> {
+        drop(self.encoder.stdin.take());
+        let ended = self.encoder.wait().and_then(|ended| {
+            if ended.success() {
+                Ok(())
+            } else {
+                Err(io::Error::other(format!("ffmpeg ended with {ended}")))
+            }
+        });
+        ended.map_err(OutputError::of(&self.path))
+    }
+}

@@ -1,0 +1,178 @@
+//! The steps of a written result, exposed one at a time: the memory of one field and one picture, whatever the number of steps.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::exr::exr;
+use super::render::{Body, Drift, Film, Shot, Smoke};
+use super::{Densities, OutputError, Pictured, Precision};
+use crate::stay::Stay;
+
+/// Bytes for each pixel of a picture: its light, its colours and its file.
+const PIXEL: usize = 24;
+/// Bytes for each cell of a step, and for each cell of the volumes that are refined from it.
+const CELL: usize = 128;
+const REFINED: usize = 64 << 20;
+
+/// A result folder whose steps can be drawn.
+pub(crate) struct Reel {
+    densities: Densities,
+    full: f32,
+    body: Option<Body>,
+    flow: Flow,
+    drift: Option<Drift>,
+}
+
+/// What tells how far the flow moves smoke in a step.
+struct Flow {
+    /// Faces more than cells, by axis.
+    beyond: Vec<usize>,
+    /// Cells a step that a velocity of 1 is.
+    scale: f32,
+}
+
+/// What `report.json` says of a result.
+struct Facts {
+    precision: Precision,
+    cells: Vec<usize>,
+    steps: usize,
+    keyframes: usize,
+    flow: Flow,
+}
+
+impl Facts {
+    /// Those of a folder, if it has a report of ours.
+    fn of(folder: &Path) -> Option<Self> {
+        let text = fs::read_to_string(folder.join("report.json")).ok()?;
+        let report: Value = serde_json::from_str(&text).ok()?;
+        let number = |value: &Value| value.as_u64().and_then(|value| usize::try_from(value).ok());
+        let cells: Option<Vec<usize>> = report.get("cells")?.as_array()?.iter().map(number).collect();
+        let cells = cells.filter(|cells| matches!(cells.len(), 2 | 3) && !cells.contains(&0))?;
+        let sides = report.get("boundary")?.as_array()?.iter();
+        let beyond: Vec<usize> = sides.map(|side| usize::from(side != "periodic")).collect();
+        let real = |key: &str| report.get(key).and_then(Value::as_f64);
+        let side = real("length")? / cells.iter().copied().max()? as f64;
+        Some(Self {
+            flow: Flow {
+                beyond: Some(beyond).filter(|beyond| beyond.len() == cells.len())?,
+                scale: (real("dt")? / side) as f32,
+            },
+            precision: match report.get("precision")?.as_str()? {
+                "f64" => Precision::F64,
+                _ => Precision::F32,
+            },
+            cells,
+            steps: number(report.get("steps")?)?,
+            keyframes: report.get("keyframes")?.as_array()?.len(),
+        })
+    }
+}
+
+impl Reel {
+    /// Opens a result folder; `None` if it is none.
+    pub fn open(folder: &Path) -> Result<Option<Self>, OutputError> {
+        let archive = folder.join("result.npz");
+        let Some(facts) = Facts::of(folder).filter(|_| archive.is_file()) else {
+            return Ok(None);
+        };
+        let keyframes = (0..facts.keyframes).map(|target| Pictured {
+            stay: Stay::at(0),
+            step: 0,
+            target,
+        });
+        let mut densities = Densities::open(
+            &archive,
+            facts.precision,
+            facts.cells,
+            facts.steps,
+            keyframes.collect(),
+        )?;
+        let (full, body) = (densities.full()?, densities.body()?);
+        Ok(Some(Self {
+            densities,
+            full,
+            body,
+            flow: facts.flow,
+            drift: None,
+        }))
+    }
+
+    /// Cells along x, y (and z).
+    pub fn cells(&self) -> &[usize] {
+        &self.densities.cells
+    }
+
+    /// The last step.
+    pub fn steps(&self) -> usize {
+        self.densities.steps
+    }
+
+    /// Bytes that drawing a picture takes, about.
+    pub fn bytes(&self, shot: &Shot) -> usize {
+        let cells = self.densities.cells.iter().product::<usize>();
+        PIXEL * shot.width * shot.height + CELL * cells + REFINED
+    }
+
+    /// The light of a step.
+    pub fn expose(&mut self, step: usize, shot: &Shot) -> Result<Film, OutputError> {
+        let density = self.densities.density(step)?;
+        let smoke = Smoke::new(&self.densities.cells, density, self.full, self.body.clone());
+        let smoke = match self.drifted(step, shot.detail)? {
+            Some(drift) => smoke.with_detail(drift, shot.detail),
+            None => smoke,
+        };
+        Ok(smoke.expose(shot))
+    }
+
+    /// Where the detail of a step came from, if there is any: the flow is followed from where that was last asked for, or from
+    /// where it does not matter any more.
+    fn drifted(&mut self, step: usize, amount: f32) -> Result<Option<Drift>, OutputError> {
+        let &[nx, ny, nz] = self.densities.cells.as_slice() else {
+            return Ok(None);
+        };
+        if amount <= 0.0 {
+            return Ok(None);
+        }
+        let mut drift = self.drift.take().filter(|drift| drift.step() <= step);
+        let mut now = drift.take().unwrap_or_else(|| Drift::new([nx, ny, nz]));
+        now.begin_at(now.step().max(Drift::begins(step)));
+        while now.step() < step {
+            let flow = self.flow_at(now.step(), [nx, ny, nz])?;
+            now.follow(&flow);
+        }
+        self.drift = Some(now.clone());
+        Ok(Some(now))
+    }
+
+    /// The flow of a step at the centres of the cells, in cells.
+    fn flow_at(&mut self, step: usize, cells: [usize; 3]) -> Result<Vec<[f32; 3]>, OutputError> {
+        let mut flow = vec![[0.0; 3]; cells.iter().product()];
+        for axis in 0..3 {
+            let mut faces = cells;
+            faces[axis] += self.flow.beyond.get(axis).copied().unwrap_or_default();
+            let velocity = self.densities.velocity(axis, step, faces.iter().product())?;
+            for (cell, flow) in flow.iter_mut().enumerate() {
+                let low = [
+                    cell % cells[0],
+                    cell / cells[0] % cells[1],
+                    cell / (cells[0] * cells[1]),
+                ];
+                let mut high = low;
+                high[axis] = (high[axis] + 1) % faces[axis];
+                let at = |[x, y, z]: [usize; 3]| velocity.get((z * faces[1] + y) * faces[0] + x);
+                let sum: f32 = at(low).into_iter().chain(at(high)).sum();
+                flow[axis] = 0.5 * self.flow.scale * sum;
+            }
+        }
+        Ok(flow)
+    }
+}
+
+impl Film {
+    /// The bytes of an OpenEXR file.
+    pub fn to_exr(&self) -> Vec<u8> {
+        exr(self)
+    }
+}

@@ -1,0 +1,209 @@
+//! `thurible render`: pictures of a result, and what it refuses.
+
+use crate::support::{fresh_folder, run};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const FLAT: &str = "[grid]\ncells = [24, 16]\n[time]\nsteps = 3\n[source]\ncircle = { center = [0.25, 0.3], radius = 0.15 }\n[[obstacle]]\nbox = { min = [0.5, 0.2], max = [0.6, 0.5] }\n[[keyframe]]\nstep = 3\ncircle = { center = [0.3, 0.35], radius = 0.15 }\n[method]\niterations = 2\n[output]\nframes = false\n";
+const DEEP: &str = "[grid]\ncells = [10, 8, 9]\n[time]\nsteps = 3\n[source]\nsphere = { center = [0.5, 0.4, 0.4], radius = 0.2 }\n[[keyframe]]\nstep = 3\nsphere = { center = [0.5, 0.4, 0.6], radius = 0.2 }\n[method]\niterations = 2\n[output]\nframes = false\n";
+
+/// The result of a scene.
+fn solved(test: &str, scene: &str) -> PathBuf {
+    let folder = fresh_folder(test);
+    let path = folder.join("scene.toml");
+    fs::write(&path, scene).unwrap();
+    let out = folder.join("out");
+    let ended = run(&["solve", text(&path), "--quiet", "-o", text(&out)]);
+    assert!(ended.code == 0 || ended.code == 5, "{}", ended.err);
+    out
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Width, height and the bytes of the pixels of a PNG file.
+fn png(path: &Path) -> (usize, usize, Vec<u8>) {
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    assert_eq!(info.color_type, png::ColorType::Rgb);
+    (info.width as usize, info.height as usize, bytes)
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_plane_is_drawn_cell_by_cell_with_its_bodies() {
+    let result = solved("render_flat", &FLAT.replace("frames = false", ""));
+    let ended = run(&["render", text(&result)]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(
+        ended.out.contains("steps 0 to 3 of 1032 x 688 pixels"),
+        "{}",
+        ended.out
+    );
+    assert!(ended.err.contains("   4/4 step 3, 0.0 s left"), "{}", ended.err);
+    let folder = result.join("render");
+    let frames = (0..4).map(|step| format!("frame_{step:04}.png"));
+    let expected: Vec<String> = frames
+        .chain(["manifest.json".into(), "render.json".into()])
+        .collect();
+    assert_eq!(names(&folder), expected);
+    // Places in the unit of the scene, whose longest side is 1: a body is grey, smoke is bright and warm, and the rest is dark. The
+    // frames of the solve show the same.
+    for (path, size) in [(folder.clone(), (1032, 688)), (result.join("frames"), (384, 256))] {
+        let (width, height, bytes) = png(&path.join("frame_0000.png"));
+        assert_eq!((width, height), size);
+        let at = |x: f64, y: f64| {
+            let column = (x * width as f64) as usize;
+            let pixel = (height - 1 - (y * width as f64) as usize) * width + column;
+            [bytes[3 * pixel], bytes[3 * pixel + 1], bytes[3 * pixel + 2]]
+        };
+        assert_eq!(at(0.55, 0.35), [112, 113, 116]);
+        let smoke = at(0.25, 0.35);
+        assert!(smoke[0] > 200 && smoke[0] > smoke[2], "{smoke:?}");
+        assert_eq!(at(0.9, 0.6), [13, 14, 19]);
+    }
+    // Another size: whole cells on the ground.
+    let ended = run(&[
+        "render",
+        text(&result),
+        "--size",
+        "100x40",
+        "--steps",
+        "2",
+        "--quiet",
+    ]);
+    assert_eq!((ended.code, ended.out.as_str()), (0, ""));
+    let (width, height, bytes) = png(&folder.join("frame_0002.png"));
+    assert_eq!((width, height, &bytes[..3]), (100, 40, &[13, 14, 19][..]));
+    assert_eq!(names(&folder), expected, "the other steps stay");
+}
+
+#[test]
+fn a_box_is_the_same_for_any_threads_and_steps() {
+    let result = solved("render_deep", DEEP);
+    let folder = |name: &str| result.with_file_name(name);
+    let render = |name: &str, more: &[&str]| {
+        let out = folder(name);
+        let mut arguments = vec![
+            "render",
+            text(&result),
+            "--size",
+            "96x54",
+            "--json",
+            "-o",
+            text(&out),
+        ];
+        arguments.extend(more);
+        let ended = run(&arguments);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        ended.out
+    };
+    let said = render("one", &["--threads", "1"]);
+    assert!(
+        said.contains("\"event\":\"frame\"") && said.contains("\"event\":\"render\""),
+        "{said}"
+    );
+    render("three", &["--threads", "3"]);
+    render("last", &["--steps", "3..3"]);
+    let read = |name: &str, step: usize| fs::read(folder(name).join(format!("frame_{step:04}.png"))).unwrap();
+    for step in 0..4 {
+        assert_eq!(read("one", step), read("three", step), "step {step}");
+    }
+    assert_eq!(read("one", 3), read("last", 3));
+    let (width, height, bytes) = png(&folder("one").join("frame_0003.png"));
+    assert_eq!((width, height), (96, 54));
+    assert!(bytes.iter().any(|&byte| byte > 120) && bytes.iter().any(|&byte| byte < 40));
+    // What may be asked for changes the picture.
+    for (name, more) in [
+        ("camera", ["--camera", "-60,40"]),
+        ("exposure", ["--exposure", "-1.5"]),
+        ("detail", ["--detail", "0"]),
+    ] {
+        render(name, &[more[0], more[1], "--steps", "3"]);
+        assert_ne!(read("one", 3), read(name, 3), "{name}");
+    }
+    render("light", &["--format", "exr", "--steps", "1"]);
+    let exr = fs::read(folder("light").join("frame_0001.exr")).unwrap();
+    assert!(exr.starts_with(&[0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0]));
+    assert_eq!(exr.len() % 2, (exr.len() - 54 * (8 + 8 + 96 * 6)) % 2);
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_with_a_sentence() {
+    let result = solved("render_refused", FLAT);
+    let nothing = result.with_file_name("nothing");
+    fs::create_dir_all(&nothing).unwrap();
+    fs::write(nothing.join("mine.txt"), "mine").unwrap();
+    let (result, nothing) = (text(&result), text(&nothing));
+    for (arguments, code, words) in [
+        (vec![nothing], 2, "is no result folder"),
+        (
+            vec![result, "--size", "0x10"],
+            2,
+            "allowed are width and height in pixels",
+        ),
+        (vec![result, "--size", "20x20"], 2, "the result has 24 x 16 cells"),
+        (
+            vec![result, "--steps", "2..4"],
+            2,
+            "the result has the steps 0 to 3",
+        ),
+        (
+            vec![result, "--steps", "3..2"],
+            2,
+            "allowed are the first and the last step",
+        ),
+        (vec![result, "--camera", "10,10"], 2, "--camera: a result in 2D"),
+        (vec![result, "--detail", "1"], 2, "--detail: a result in 2D"),
+        (vec![result, "--camera", "10,100"], 2, "an elevation from 0 to 90"),
+        (vec![result, "--exposure", "much"], 2, "allowed is a number"),
+        (vec![result, "-o", nothing], 4, "holds no result of thurible"),
+    ] {
+        let ended = run(&[&["render"], arguments.as_slice()].concat());
+        assert_eq!(ended.code, code, "{arguments:?}: {}", ended.err);
+        assert!(ended.err.contains(words), "{arguments:?}: {}", ended.err);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn films_are_made_where_ffmpeg_is() {
+    use crate::support::{Ended, thurible};
+    use std::os::unix::fs::PermissionsExt;
+
+    let result = solved("render_film", DEEP);
+    let place = result.with_file_name("bin");
+    fs::create_dir_all(&place).unwrap();
+    let render = |path: &str| -> Ended {
+        let mut command = thurible();
+        let arguments = ["render", text(&result), "--size", "33x21", "--format", "mp4"];
+        command.args(arguments).env("PATH", path).output().unwrap().into()
+    };
+    let ended = render(text(&place));
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(ended.err.contains("no ffmpeg on the PATH"), "{}", ended.err);
+    // One that keeps what it is given.
+    let ffmpeg = place.join("ffmpeg");
+    let script = "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\nfor last; do :; done\nexec cat > \"$last\"\n";
+    fs::write(&ffmpeg, script).unwrap();
+    fs::set_permissions(&ffmpeg, fs::Permissions::from_mode(0o755)).unwrap();
+    let ended = render(&format!("{}:/bin:/usr/bin", text(&place)));
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let film = fs::read(result.join("render/render.mp4")).unwrap();
+    assert_eq!(film.len(), 4 * 3 * 33 * 21);
+    fs::write(&ffmpeg, "#!/bin/sh\n[ \"$1\" = -version ]\n").unwrap();
+    let ended = render(&format!("{}:/bin:/usr/bin", text(&place)));
+    assert_eq!(ended.code, 4, "{}", ended.err);
+    assert!(ended.err.contains("render.mp4"), "{}", ended.err);
+}
