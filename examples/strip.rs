@@ -109,7 +109,9 @@ impl Picture {
 /// The frame of a step, however many digits its name has.
 fn frame(folder: &Path, step: &str) -> Result<PathBuf, Failure> {
     let number: usize = step.parse()?;
-    let names = std::fs::read_dir(folder.join("frames"))?
+    // The frames of a result, or of `thurible render`.
+    let frames = folder.join("frames");
+    let names = std::fs::read_dir(if frames.is_dir() { frames } else { folder.into() })?
         .map(|entry| entry.map(|entry| entry.path()))
         .collect::<Result<Vec<_>, _>>()?;
     let is_it = |path: &PathBuf| {
