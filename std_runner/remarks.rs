@@ -93,6 +93,8 @@ const MOVED: f64 = 0.05;
 const THERE: f64 = 1e-3;
 /// A keyframe that is missed by more than this is not reached, whatever the status says.
 pub const MISSED: f64 = 0.2;
+/// A gradient above this part of the largest is worth a sentence.
+const GRADIENT: f64 = 0.01;
 /// A keyframe so many times as dense as the source cannot be met: an incompressible flow makes no smoke denser.
 const DENSER: f64 = 1.2;
 /// Weight of the force and penalty of ADMM, in units of box and step, of all scenes in examples/.
@@ -121,6 +123,29 @@ pub fn remarks(
         remarks.push(missed(problem, params, errors, names));
     }
     remarks
+}
+
+/// That a solve of which nothing else is to be said ended by its tolerance well before its gradient is 0, whose norms on the finest grid are
+/// `gradients`; none where they are not known.
+pub fn still_falls(ended: Status, mut gradients: impl Iterator<Item = f64>) -> Option<String> {
+    let first = gradients.next()?;
+    let (largest, last) = gradients.fold((first, first), |(largest, _), norm| (norm.max(largest), norm));
+    let left = last / largest;
+    (ended == Status::Converged && left > GRADIENT).then(|| {
+        format!(
+            "it converged by its tolerance, but the gradient is still {} of what it was at most on this grid; a smaller `tolerance` of the \
+             method goes on",
+            percent(left)
+        )
+    })
+}
+
+/// `said`, or where nothing is said `otherwise`.
+pub fn or_else(mut said: Vec<String>, otherwise: Option<String>) -> Vec<String> {
+    if said.is_empty() {
+        said.extend(otherwise);
+    }
+    said
 }
 
 /// The largest error of the source held still and of the result.
@@ -330,6 +355,16 @@ mod tests {
             ]
         );
         assert!(said_of(Status::MaxIterations).is_empty());
+    }
+
+    #[test]
+    fn a_gradient_that_is_left_is_said() {
+        let said = |ended, gradients: &[f64]| still_falls(ended, gradients.iter().copied());
+        assert_eq!(said(Status::Converged, &[3.0, 4.0, 0.04]), None);
+        assert_eq!(said(Status::MaxIterations, &[4.0, 2.0]), None);
+        assert_eq!(said(Status::Converged, &[]), None);
+        let left = said(Status::Converged, &[3.0, 4.0, 0.1]).unwrap_or_default();
+        assert!(left.contains("is still 2.5 % of what it was at most"), "{left}");
     }
 
     #[test]

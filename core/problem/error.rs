@@ -5,7 +5,7 @@ use crate::grid::spectrum::LONGEST;
 use crate::words::Named;
 use core::fmt;
 
-/// Why a [`Problem`] is refused.
+/// Why a [`Problem`](super::Problem) is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ProblemError {

@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use thurible::bytes::grouped;
-use thurible::remarks::{OF_PYTHON, keyframe_errors, remarks};
+use thurible::remarks::{OF_PYTHON, keyframe_errors, or_else, remarks, still_falls};
 use thurible_core::{D2, D3, Solver, SolverError, Space, Status};
 
 /// Finds the smallest force that carries the smoke of `source` to `keyframes`, a dict {step: array} or pairs (step, array).
@@ -118,7 +118,9 @@ impl Job<'_> {
         let fields = fields(&solver, start, &periodic);
         let objective = solver.objective();
         let errors = keyframe_errors(&solver, &choices.scene.problem());
-        let remarks = remarks(
+        let gradients = ended.history.iter().filter(|iteration| iteration.is_on(&choices.scene.cells));
+        let falls = still_falls(ended.last, gradients.filter_map(|iteration| iteration.fact("gradient_norm")));
+        let said = remarks(
             &choices.scene.problem(),
             &params,
             ended.last,
@@ -135,7 +137,7 @@ impl Job<'_> {
             ended,
             mass_factors,
             errors,
-            remarks,
+            remarks: or_else(said, falls),
             planned_bytes,
             threads: params.threads,
             block,

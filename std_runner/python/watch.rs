@@ -77,6 +77,19 @@ impl Iteration {
     }
 }
 
+impl Iteration {
+    /// Whether it worked on the grid of these cells, where it says.
+    pub fn is_on(&self, cells: &[usize]) -> bool {
+        self.cells.as_deref().is_none_or(|own| own == cells)
+    }
+
+    /// The last value of a fact.
+    pub fn fact(&self, name: &str) -> Option<f64> {
+        let found = self.facts.iter().find(|(fact, _)| fact.name == name);
+        found.and_then(|(_, values)| values.last().copied())
+    }
+}
+
 #[pymethods]
 impl Iteration {
     /// What the method reported, by name: a number, a count, a truth value, or a list of numbers.

@@ -5,8 +5,10 @@ use crate::output::Gallery;
 use crate::plan::Planned;
 use crate::problem::Precision;
 use crate::progress::{Clock, Watch};
-use crate::remarks::{KeyframeError, OF_SCENES, keyframe_errors, remarks};
-use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
+use crate::remarks::{KeyframeError, OF_SCENES, keyframe_errors, or_else, remarks, still_falls};
+use crate::report::{
+    AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord,
+};
 use crate::scene::{Keyframe, Scene};
 use crate::stay::Stay;
 use std::path::Path;
@@ -57,6 +59,11 @@ impl Facts<'_> {
     ) -> RunRecord {
         let problem = &self.planned.problem;
         let errors = keyframe_errors(solver, &problem.problem());
+        let of_finest =
+            |record: &&IterationRecord| record.level.as_ref().is_none_or(|cells| *cells == problem.cells);
+        let gradients = watch.history.iter().filter(of_finest);
+        let gradients = gradients.filter_map(|record| record.facts.get("gradient_norm"));
+        let falls = still_falls(ended, gradients);
         let [density_min, density_max] = density_range(solver);
         let (buoyancy, gravity_axis) = buoyancy(&problem.buoyancy, problem.cells.len());
         RunRecord {
@@ -98,13 +105,16 @@ impl Facts<'_> {
             scene: self.scene.document.text().into(),
             command: command_line(),
             keyframes: self.keyframes(&errors),
-            remarks: remarks(
-                &problem.problem(),
-                &self.planned.params,
-                ended,
-                &errors,
-                self.planned.precision == Precision::F64,
-                &OF_SCENES,
+            remarks: or_else(
+                remarks(
+                    &problem.problem(),
+                    &self.planned.params,
+                    ended,
+                    &errors,
+                    self.planned.precision == Precision::F64,
+                    &OF_SCENES,
+                ),
+                falls,
             ),
         }
     }

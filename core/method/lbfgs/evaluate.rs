@@ -6,7 +6,7 @@
 //! gradient    r f (1 + s^2 C^T C) u_{k-1} + z_k
 //! ```
 //!
-//! Buoyancy B pulls mu_k down by B^T z_k, so that both go back together where there is any (see [`backward`](super::backward)).
+//! Buoyancy B pulls mu_k down by B^T z_k, so that both go back together where there is any (`backward.rs`).
 
 use crate::exec::Exec;
 use crate::field::slot::{Slot, put};
