@@ -118,8 +118,14 @@ impl Job<'_> {
         let fields = fields(&solver, start, &periodic);
         let objective = solver.objective();
         let errors = keyframe_errors(&solver, &choices.scene.problem());
-        let gradients = ended.history.iter().filter(|iteration| iteration.is_on(&choices.scene.cells));
-        let falls = still_falls(ended.last, gradients.filter_map(|iteration| iteration.fact("gradient_norm")));
+        let gradients = ended
+            .history
+            .iter()
+            .filter(|iteration| iteration.is_on(&choices.scene.cells));
+        let falls = still_falls(
+            ended.last,
+            gradients.filter_map(|iteration| iteration.fact("gradient_norm")),
+        );
         let said = remarks(
             &choices.scene.problem(),
             &params,
