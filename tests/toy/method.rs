@@ -82,7 +82,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Toy<'m, T, S> {
         progress.begin(self.iteration + 1, observer)?;
         let (cells, rho) = (self.animation.grid().cells(), &mut *self.animation.rho);
         if self.iteration == 0 {
-            let target = script.density(script.count() - 1, cells);
+            let target = script.target(script.keyframes() - 1, cells);
             for at in cells..rho.len() {
                 let (cell, part) = (at % cells, (at / cells) as f64 / (rho.len() / cells - 1) as f64);
                 rho[at] = rho[cell] + (target[cell] - rho[cell]) * T::from_f64(part * part);
