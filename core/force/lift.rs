@@ -23,6 +23,11 @@ pub struct Lift<'g> {
 }
 
 impl Lift<'_> {
+    /// Whether nothing is pushed.
+    fn is_none(&self) -> bool {
+        self.acceleration == [0.0; 3]
+    }
+
     /// Half of `s` times the acceleration along an axis, if there is any.
     fn half<T: Real>(&self, axis: usize, s: f64) -> Option<T> {
         let along = self.acceleration.get(axis).filter(|_| axis < self.grid.dims);
@@ -38,6 +43,9 @@ impl Lift<'_> {
         range: Range<usize>,
         out: &mut VectorMut<'_, T>,
     ) {
+        if self.is_none() {
+            return;
+        }
         let (grid, cells, n) = (self.grid, self.grid.cells(), self.grid.n[0]);
         for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
             for (axis, out) in task.fields.into_iter().enumerate() {
@@ -69,6 +77,9 @@ impl Lift<'_> {
 
     /// `mu += s B^T z_k` for the density of step `slot` + 1, by slot `slot` of z, which is 0 on walls and at closed faces.
     pub fn add_adjoint<T: Real>(&self, exec: &dyn Exec, s: f64, z: Vector<'_, T>, slot: usize, mu: &mut [T]) {
+        if self.is_none() {
+            return;
+        }
         let (grid, n, slots) = (self.grid, self.grid.n[0], self.slots);
         for_rows(exec, grid.rows(), RowBuffers::fields([mu]), |task| {
             let [mu] = task.fields;

@@ -1,21 +1,19 @@
-//! The objective as a function of the flow, and its gradient (mathematics section 6): one sweep forward, one back, two projections.
+//! The objective as a function of the flow (mathematics section 6): one sweep forward, one projection. Its gradient is in `gradient.rs`.
 
-use crate::exec::{Exec, RowBuffers, RowTask, Serial, for_rows, join};
-use crate::field::{Vector, VectorMut, reborrow, rows, view};
+use crate::exec::{Exec, Serial, join};
+use crate::field::{Vector, VectorMut, reborrow};
 use crate::force;
-use crate::force::lift::Lift;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::memory::{Pool, Sharing};
 use crate::objective::script::Script;
-use crate::objective::sweep::{self, Companion, DensitySweep};
+use crate::objective::sweep::{self, DensitySweep};
 use crate::observe::{Event, Observer, Silent};
 use crate::poisson::Projection;
 use crate::problem::Problem;
 use crate::progress::Objective;
 use crate::real::Real;
-use crate::simd::{Cache, prefetch};
-use crate::transport::{Flow, ROWS_AHEAD, Stop};
+use crate::transport::{Flow, Stop};
 
 /// What does not change from flow to flow.
 #[derive(Clone, Copy, Debug)]
@@ -229,115 +227,5 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let mut pool = Pool::new(&mut *self.region);
         let mut sweep = DensitySweep::carve(self.levels, self.level, &self.setup.sweep, &mut pool);
         sweep.data(exec, self.rho, &self.script, self.sums)
-    }
-
-    /// The gradient at v, Q[r (z_k - z_{k+1} + (J(v_k)^T + nu C^T C) z_k) - A_v^T mu_k] with z = f (1 + s^2 C^T C) w, from the densities and
-    /// the force of [`Self::value`].
-    ///
-    /// # Errors
-    /// [`Stop`]: [`Stop::TooFast`] where it is not finite.
-    pub fn gradient<S: Space>(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        v: Vector<'_, T>,
-        w: Vector<'_, T>,
-        out: &mut VectorMut<'_, T>,
-    ) -> Result<(), Stop> {
-        let (fluid, scratch) = (self.fluid(self.setup.viscosity), self.force_scratch());
-        let scratch = rows::part_mut(self.region, scratch);
-        let weighs = self.setup.weighs();
-        let z = if weighs { view(&self.priced) } else { w };
-        force::apply_adjoint::<T, S>(exec, fluid, v, z, reborrow(out), scratch);
-        self.subtract_data_gradient(exec, observer, v, w, out)?;
-        let divergence = self.project(exec, observer, out, self.setup.projection_tolerance)?;
-        if divergence.is_finite() {
-            Ok(())
-        } else {
-            Err(Stop::TooFast)
-        }
-    }
-
-    /// `out` = r `out` - A_v^T mu, by a sweep back through the flow; with buoyancy mu has r B^T z too, z being what `w` is priced as.
-    fn subtract_data_gradient(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        v: Vector<'_, T>,
-        w: Vector<'_, T>,
-        out: &mut VectorMut<'_, T>,
-    ) -> Result<(), Stop> {
-        let mut companion = Descent {
-            lift: self.lift(),
-            weight: self.setup.force_weight,
-            z: if self.setup.weighs() {
-                view(&self.priced)
-            } else {
-                w
-            },
-            out: reborrow(out),
-        };
-        let flow = Flow {
-            initial: self.initial,
-            v,
-            along: None,
-        };
-        let mut sweep = DensitySweep::carve(
-            self.levels,
-            self.level,
-            &self.setup.sweep,
-            &mut Pool::new(&mut *self.region),
-        );
-        sweep.sweep_back(
-            exec,
-            observer,
-            &flow,
-            self.rho,
-            &self.script,
-            self.sums,
-            &mut companion,
-        )
-    }
-}
-
-/// Makes the gradient of a flow out of that of its force.
-struct Descent<'a, T> {
-    lift: Lift<'a>,
-    /// r.
-    weight: f64,
-    z: Vector<'a, T>,
-    out: VectorMut<'a, T>,
-}
-
-impl<T: Real> Companion<T> for Descent<'_, T> {
-    fn at_density(&mut self, exec: &dyn Exec, step: usize, mu: &mut [T]) {
-        if step <= self.lift.slots {
-            self.lift.add_adjoint(exec, self.weight, self.z, step - 1, mu);
-        }
-    }
-
-    fn at_flow(&mut self, exec: &dyn Exec, slot: usize, gradient: Vector<'_, T>) {
-        let (grid, weight) = (self.lift.grid, T::from_f64(self.weight));
-        let buffers = RowBuffers::fields(reborrow(&mut self.out));
-        for_rows(exec, grid.rows(), buffers, move |task| {
-            subtract_in_row(task, grid, slot, weight, gradient);
-        });
-    }
-}
-
-/// A row of a slot of a trajectory becomes `weight` times itself minus that of a field.
-#[inline(always)]
-fn subtract_in_row<T: Real>(
-    task: RowTask<'_, T, 3>,
-    grid: &Grid,
-    slot: usize,
-    weight: T,
-    of_data: Vector<'_, T>,
-) {
-    let n = grid.n[0];
-    for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-        prefetch(Cache::First, out, ROWS_AHEAD * out.len() + slot * n, n);
-        let of_data = &of_data[axis][task.row * n..][..n];
-        rows::scale_and_sub(&mut out[slot * n..][..n], weight, of_data);
     }
 }

@@ -77,10 +77,8 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         let (fluid, scratch) = (self.fluid(self.setup.viscosity), self.force_scratch());
         let scratch = rows::part_mut(self.region, scratch);
         force::from_velocity::<T, S>(exec, fluid, v, self.initial, &[], reborrow(w), scratch);
-        if self.setup.lifts() {
-            let lift = self.lift();
-            lift.add(exec, -1.0, self.rho, 0..lift.slots, w);
-        }
+        let lift = self.lift();
+        lift.add(exec, -1.0, self.rho, 0..lift.slots, w);
     }
 
     /// Projects a force; its part of the objective, with no data term.

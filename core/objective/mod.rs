@@ -6,5 +6,6 @@ pub mod data_term;
 mod feasible;
 pub mod flow;
 mod force_term;
+mod gradient;
 pub mod script;
 pub mod sweep;

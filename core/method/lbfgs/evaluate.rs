@@ -169,15 +169,13 @@ impl<T: Real> Simulated<'_, '_, T> {
         let (change, s) = warm.change;
         let known = Slot::at(k - 1, *initial, warm.v, slots);
         step.give(exec, [(1.0, before), (1.0, slot(u))]);
-        if setup.lifts() {
-            let lift = Lift {
-                grid,
-                slots: 1,
-                solids: levels.solids(*level),
-                acceleration: setup.buoyancy,
-            };
-            lift.add(exec, 1.0, &rho[(k - 1) * grid.cells()..], 0..1, &mut step.given);
-        }
+        let lift = Lift {
+            grid,
+            slots: 1,
+            solids: levels.solids(*level),
+            acceleration: setup.buoyancy,
+        };
+        lift.add(exec, 1.0, &rho[(k - 1) * grid.cells()..], 0..1, &mut step.given);
         let terms = [
             (1.0, slot(warm.v)),
             (1.0, before),

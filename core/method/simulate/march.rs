@@ -131,15 +131,13 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
                 kept
             }
         };
-        if setup.flow.lifts() {
-            let lift = Lift {
-                grid,
-                slots: animation.slots,
-                solids: levels.solids(0),
-                acceleration: setup.flow.buoyancy,
-            };
-            lift.add(exec, 1.0, rho, k - 1..k, w);
-        }
+        let lift = Lift {
+            grid,
+            slots: animation.slots,
+            solids: levels.solids(0),
+            acceleration: setup.flow.buoyancy,
+        };
+        lift.add(exec, 1.0, rho, k - 1..k, w);
         Ok(kept)
     }
 
