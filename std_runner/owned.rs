@@ -25,6 +25,8 @@ pub struct OwnedProblem {
     pub release: Option<usize>,
     /// What the force's price is multiplied by at some steps.
     pub schedule: Vec<(usize, f64)>,
+    /// Whether force may act only here and there.
+    pub mask: bool,
     /// Number of time steps N.
     pub steps: usize,
     /// The longest side of the box.
@@ -76,6 +78,7 @@ impl OwnedProblem {
             buoyancy,
             release: None,
             schedule: Vec::new(),
+            mask: false,
             steps,
             length,
             dt,
@@ -105,6 +108,7 @@ impl OwnedProblem {
             buoyancy: self.buoyancy,
             release: self.release,
             schedule: &self.schedule,
+            mask: self.mask,
             viscosity: self.viscosity,
             force_weight: self.force_weight,
             smoothness: self.smoothness,

@@ -51,6 +51,7 @@ impl OwnedProblem {
             buoyancy: scene.flow.buoyancy,
             release: scene.release,
             schedule: scene.control.schedule.clone(),
+            mask: scene.control.mask.is_some(),
             steps: scene.time.steps,
             length: scene.grid.length,
             dt: scene.time.dt,
@@ -147,6 +148,7 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
                 Feature::Buoyancy => ("flow.buoyancy", "set it to 0"),
                 Feature::Solids => ("obstacle", "leave it out"),
                 Feature::Schedule => ("control.schedule", "leave it out"),
+                Feature::Mask => ("control.mask", "leave it out"),
             };
             let why = format!("is more than the method {method} can do; {otherwise}, or take another method");
             scene.document.refuse(key, why)

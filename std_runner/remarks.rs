@@ -122,6 +122,11 @@ pub fn remarks(
     } else if after > MISSED && ended == Status::Converged && steers(params) {
         remarks.push(missed(problem, params, errors, names));
     }
+    if after > MISSED && problem.mask && params.method == Method::Direct {
+        remarks.push(
+            "the direct method is slow to find flows that a mask leaves alone; try the method lbfgs".into(),
+        );
+    }
     remarks
 }
 
@@ -321,6 +326,19 @@ mod tests {
             sentence,
             "nothing moved: the largest keyframe error is 71.6 %, and 71.7 % with the source held still; in units of box and step \
              `control.force_weight` is 3.3e10, and 1000 in the examples: try 3.01e-5"
+        );
+    }
+
+    #[test]
+    fn a_mask_is_better_met_over_forces() {
+        let problem = Problem {
+            mask: true,
+            ..Problem::new(&[24, 24], &WALLS, &[12])
+        };
+        let said = said(&problem, Method::Direct, Status::MaxIterations, [1.4, 0.5]);
+        assert!(
+            said.len() == 1 && said[0].contains("try the method lbfgs"),
+            "{said:?}"
         );
     }
 

@@ -8,6 +8,7 @@
 //! J(v) below is the derivative of Adv(v) + nu C^T C v.
 
 pub mod lift;
+pub mod mask;
 pub mod price;
 pub mod time_line;
 

@@ -117,6 +117,7 @@ impl<'m, T: Real> Animation<'m, T> {
         let (script, mut pool) = (*script, Pool::new(region));
         let evaluation = Evaluation {
             priced: flow::priced(&self.levels.finest, &setup, &mut pool),
+            divided: flow::divided(&self.levels.finest, &setup, &mut pool),
             levels: &self.levels,
             level: 0,
             setup,

@@ -28,6 +28,8 @@ pub struct Setup {
     pub smoothing: f64,
     /// Whether the price of the force changes from step to step.
     pub scheduled: bool,
+    /// Whether force may act only here and there.
+    pub masked: bool,
     /// b in scaled numbers: the acceleration of buoyancy where the density is 1.
     pub buoyancy: [f64; 3],
     /// Relative tolerance of projections.
@@ -48,8 +50,10 @@ pub struct Evaluation<'a, 'm, T> {
     pub rho: &'a mut [T],
     /// What is given for the steps.
     pub script: Script<'a, T>,
-    /// z = f (1 + s^2 C^T C) w for the force of [`Self::value`], or empty where that is w: from [`priced`].
+    /// z = f D (1 + s^2 C^T C) D w for the force of [`Self::value`], or empty where that is w: from [`priced`].
     pub priced: VectorMut<'a, T>,
+    /// D w, or empty where there is no mask: from [`divided`].
+    pub divided: VectorMut<'a, T>,
     /// What the parts of an evaluation use in turn.
     pub region: &'a mut [T],
     /// See [`sums_per_row`](crate::optimise::quasi_newton::fields::sums_per_row).
@@ -66,6 +70,7 @@ impl Setup {
             force_weight: problem.scaled_force_weight(),
             smoothing: problem.scaled_smoothing(),
             scheduled: !problem.schedule.is_empty(),
+            masked: problem.mask,
             buoyancy: problem.scaled_buoyancy(),
             projection_tolerance: problem.projection_tolerance,
         }
@@ -76,7 +81,7 @@ impl Setup {
     /// Whether the price of a force is another than r/2 |w|^2.
     #[must_use]
     pub fn weighs(&self) -> bool {
-        self.smoothing > 0.0 || self.scheduled
+        self.smoothing > 0.0 || self.scheduled || self.masked
     }
 
     /// Whether the densities push the flow.
@@ -99,8 +104,18 @@ pub fn priced<'a, T: Real>(grid: &Grid, setup: &Setup, pool: &mut Pool<'a, T>) -
     }
 }
 
+/// Takes what [`Evaluation::divided`] needs.
+pub fn divided<'a, T: Real>(grid: &Grid, setup: &Setup, pool: &mut Pool<'a, T>) -> VectorMut<'a, T> {
+    if setup.masked {
+        let len = grid.cells() * setup.sweep.slots;
+        pool.take_vector("force divided by its mask", grid.dims, len)
+    } else {
+        Default::default()
+    }
+}
+
 impl<T: Real> Evaluation<'_, '_, T> {
-    /// What an evaluation on grid `level` takes of a region beside [`priced`], for a pool that measures.
+    /// What an evaluation on grid `level` takes of a region beside [`priced`] and [`divided`], for a pool that measures.
     pub fn measure<'l>(
         levels: &'l Levels<'_, T>,
         level: usize,
@@ -187,6 +202,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
             script,
             ref mut sums,
             ref mut priced,
+            ref mut divided,
             ..
         } = *self;
         let (of_data, of_force) = sums
@@ -200,6 +216,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
             rho: &mut [],
             script,
             priced: reborrow(priced),
+            divided: reborrow(divided),
             region: pool.into_rest(),
             sums: of_force,
         };

@@ -4,10 +4,11 @@ use crate::exec::Exec;
 use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force::lift::Lift;
+use crate::force::mask::{By, Mask};
 use crate::force::{self, price};
 use crate::grid::Space;
 use crate::objective::flow::Evaluation;
-use crate::observe::Observer;
+use crate::observe::{Observer, Silent};
 use crate::operators::self_advection::Fluid;
 use crate::progress::Objective;
 use crate::real::Real;
@@ -43,6 +44,16 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
             slots,
             solids: self.levels.solids(self.level),
             acceleration: self.setup.buoyancy,
+        }
+    }
+
+    /// Where force may act on this grid.
+    fn mask(&self) -> Mask<'a, T> {
+        let Shape { grid, slots } = self.shape();
+        Mask {
+            grid,
+            slots,
+            cells: self.script.mask(grid.cells()),
         }
     }
 
@@ -95,44 +106,85 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         Ok(self.price::<S>(exec, view(w)))
     }
 
-    /// `out` = q(1 + s^2 C^T C) `gradient`, roughly what the price is divided by, for a first inverse Hessian that knows it; false, and
-    /// nothing done, where s is 0. What [`Self::priced`] held is lost.
+    /// `out` = what the price is divided by roughly, times `gradient`: q(1 + s^2 C^T C), and with a mask m the projection of m q m; false,
+    /// and nothing done, where that is 1. m is at least `least` here. What [`Self::priced`] held is lost.
     pub fn divide_by_price<S: Space>(
         &mut self,
         exec: &dyn Exec,
         gradient: Vector<'_, T>,
+        least: f64,
         out: &mut VectorMut<'_, T>,
     ) -> bool {
-        if self.setup.smoothing == 0.0 {
+        let (mask, shape) = (self.mask(), self.shape());
+        if self.setup.smoothing == 0.0 && !mask.there() {
             return false;
         }
-        let (fluid, scratch) = (self.fluid(self.setup.smoothing), self.force_scratch());
-        let scratch = rows::part_mut(self.region, scratch);
-        let work = reborrow(&mut self.priced);
-        price::solve::<T, S>(exec, fluid, gradient, reborrow(out), work, scratch);
+        let slots = 0..shape.slots;
+        let mut source = gradient;
+        if mask.there() {
+            trajectory::add(exec, shape, &mut self.divided, 0.0, 1.0, gradient);
+            mask.weigh(exec, By::Factor(least), slots.clone(), &mut self.divided);
+            source = view(&self.divided);
+        }
+        if self.setup.smoothing > 0.0 {
+            let (fluid, scratch) = (self.fluid(self.setup.smoothing), self.force_scratch());
+            let scratch = rows::part_mut(self.region, scratch);
+            let work = reborrow(&mut self.priced);
+            price::solve::<T, S>(exec, fluid, source, reborrow(out), work, scratch);
+        } else {
+            trajectory::add(exec, shape, out, 0.0, 1.0, source);
+        }
+        if mask.there() {
+            mask.weigh(exec, By::Factor(least), slots, out);
+            // Nobody is asked, since nothing is cut short.
+            let _ = self.project(exec, &mut Silent, out, self.setup.projection_tolerance);
+        }
         true
     }
 
-    /// The force's part of the objective, r/2 sum <w_k, z_k> with z_k = f_k (1 + s^2 C^T C) w_k, which [`Self::priced`] becomes.
+    /// The force's part of the objective, r/2 sum <w_k, z_k> with z_k = f_k D (1 + s^2 C^T C) D w_k, which [`Self::priced`] becomes; D is 1
+    /// without a mask.
     pub fn price<S: Space>(&mut self, exec: &dyn Exec, w: Vector<'_, T>) -> Objective {
-        let shape = self.shape();
+        let (shape, mask) = (self.shape(), self.mask());
         let weight = 0.5 * self.setup.force_weight;
         let plain = weight * sums::sum_squares(exec, shape.grid, shape.slots, w, self.sums);
         if !self.setup.weighs() {
             return Objective::of_force(plain, plain);
         }
+        let mut source = w;
+        if mask.there() {
+            trajectory::add(exec, shape, &mut self.divided, 0.0, 1.0, w);
+            mask.weigh(exec, By::Divisor, 0..shape.slots, &mut self.divided);
+            source = view(&self.divided);
+        }
         if self.setup.smoothing > 0.0 {
             let (fluid, scratch) = (self.fluid(self.setup.smoothing), self.force_scratch());
             let scratch = rows::part_mut(self.region, scratch);
-            price::apply::<T, S>(exec, fluid, w, reborrow(&mut self.priced), scratch);
+            price::apply::<T, S>(exec, fluid, source, reborrow(&mut self.priced), scratch);
         } else {
-            trajectory::add(exec, shape, &mut self.priced, 0.0, 1.0, w);
+            trajectory::add(exec, shape, &mut self.priced, 0.0, 1.0, source);
         }
+        mask.weigh(exec, By::Divisor, 0..shape.slots, &mut self.priced);
         if self.setup.scheduled {
             let script = self.script;
             trajectory::scale_slots(exec, shape, &mut self.priced, &|slot| script.factor(slot));
         }
         let price = weight * trajectory::dot(exec, shape, w, view(&self.priced), self.sums);
         Objective::of_force(price, plain)
+    }
+
+    /// Makes [`Self::priced`], of the force of the last [`Self::price`], the derivative along fields free of divergence: with a mask it has
+    /// to be projected for that.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn prepare_gradient(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Stop> {
+        if !self.setup.masked {
+            return Ok(());
+        }
+        let mut priced = core::mem::take(&mut self.priced);
+        let done = self.project(exec, observer, &mut priced, self.setup.projection_tolerance);
+        self.priced = priced;
+        done.map(drop)
     }
 }

@@ -14,7 +14,7 @@ use crate::simd::{Cache, prefetch};
 use crate::transport::{Flow, ROWS_AHEAD, Stop};
 
 impl<T: Real> Evaluation<'_, '_, T> {
-    /// The gradient at v, Q[r (z_k - z_{k+1} + (J(v_k)^T + nu C^T C) z_k) - A_v^T mu_k] with z = f (1 + s^2 C^T C) w, from the densities and
+    /// The gradient at v, Q[r (z_k - z_{k+1} + (J(v_k)^T + nu C^T C) z_k) - A_v^T mu_k] with z of [`Self::price`], from the densities and
     /// the force of [`Self::value`].
     ///
     /// # Errors
@@ -27,6 +27,7 @@ impl<T: Real> Evaluation<'_, '_, T> {
         w: Vector<'_, T>,
         out: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
+        self.prepare_gradient(exec, observer)?;
         let (fluid, scratch) = (self.fluid(self.setup.viscosity), self.force_scratch());
         let scratch = rows::part_mut(self.region, scratch);
         let weighs = self.setup.weighs();

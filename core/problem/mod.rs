@@ -106,6 +106,8 @@ pub struct Problem<'a> {
     pub release: Option<usize>,
     /// What the force's price is multiplied by at some steps, ascending; linear in its logarithm between them.
     pub schedule: &'a [(usize, f64)],
+    /// Whether force may act only here and there, by a mask that [`Solver::set_mask`](crate::Solver::set_mask) takes.
+    pub mask: bool,
     /// Viscosity nu of the flow, 0 or more, in length^2 / time: a term nu C^T C v of the momentum equation.
     pub viscosity: f64,
     /// Weight r of the force.
@@ -150,6 +152,7 @@ impl<'a> Problem<'a> {
             buoyancy: [0.0; 3],
             release: None,
             schedule: &[],
+            mask: false,
             viscosity: 0.0,
             force_weight: 1e3,
             smoothness: None,
@@ -181,10 +184,12 @@ impl Problem<'_> {
         self.steps - 1
     }
 
-    /// Fields of cells that a solve is given beside the source: keyframes, their regions, shapes of emitters.
+    /// Fields of cells that a solve is given beside the source: keyframes, their regions, shapes of emitters, the mask.
     #[must_use]
     pub fn fields(&self) -> usize {
-        self.keyframes.len() * (1 + usize::from(self.keyframe_regions)) + self.emitters.len()
+        self.keyframes.len() * (1 + usize::from(self.keyframe_regions))
+            + self.emitters.len()
+            + usize::from(self.mask)
     }
 
     /// The part that is controlled: up to the release, if there is one.

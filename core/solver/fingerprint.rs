@@ -35,6 +35,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         buoyancy,
         release,
         schedule,
+        mask,
         force_weight,
         viscosity,
         smoothness,
@@ -52,6 +53,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     keyframes.iter().for_each(|&step| mix.word(step as u64));
     mix.word(u64::from(*keyframe_regions));
     mix.word(u64::from(*solids));
+    mix.word(u64::from(*mask));
     mix.word(keyframe_weights.len() as u64);
     mix.word(emitters.len() as u64);
     for Emitter { from, to, supply } in *emitters {

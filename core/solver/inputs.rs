@@ -91,11 +91,27 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if index >= count {
             return Err(InputError::Index { given: index, count });
         }
-        self.mass_of(region)?;
-        if let Some(index) = region.iter().position(|&x| x > T::ONE) {
+        self.set_part(keyframes + index, region)
+    }
+
+    /// Sets where force may act, cell by cell: 1 everywhere, 0 nowhere, and between at 1 / mask^2 times the price.
+    ///
+    /// # Errors
+    /// As [`Self::set_source`], or [`InputError::Index`] where the problem has no mask, [`InputError::AboveOne`].
+    pub fn set_mask(&mut self, mask: &[T]) -> Result<(), InputError> {
+        if !self.lists.mask {
+            return Err(InputError::Index { given: 0, count: 0 });
+        }
+        self.set_part(self.lists.mask_begins(), mask)
+    }
+
+    /// Writes field `index` of the script, of values from 0 to 1 that are not 0 everywhere.
+    fn set_part(&mut self, index: usize, part: &[T]) -> Result<(), InputError> {
+        self.mass_of(part)?;
+        if let Some(index) = part.iter().position(|&x| x > T::ONE) {
             return Err(InputError::AboveOne { index });
         }
-        self.put_field(keyframes + index, region);
+        self.put_field(index, part);
         Ok(())
     }
 

@@ -36,6 +36,7 @@ impl<'m, T: Real, S: Space> Release<'m, T, S> {
             keyframe_weights: &[],
             release: None,
             schedule: &[],
+            mask: false,
             smoothness: Some(0.0),
             ..*problem
         };

@@ -98,6 +98,12 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             .region
     }
 
+    /// Where force may act, cell by cell; empty where it may everywhere.
+    #[must_use]
+    pub fn mask(&self) -> &[T] {
+        Script::new(self.lists, &*self.fields).mask(self.grid().cells())
+    }
+
     /// What the price of the force u_step is multiplied by.
     #[must_use]
     pub fn force_factor(&self, step: usize) -> f64 {

@@ -15,12 +15,12 @@ pub(super) fn measure<T: Real>(problem: &Problem<'_>, ledger: &mut Ledger) {
     }
 }
 
-/// The lists of `problem`, and its fields: regions are 1 everywhere, what has to be given is 0.
+/// The lists of `problem`, and its fields: regions and the mask are 1 everywhere, what has to be given is 0.
 pub(super) fn carve<'m, T: Real>(
     problem: &Problem<'_>,
     arena: &mut Arena<'m>,
 ) -> Result<(Lists<'m>, &'m mut [T]), TooSmall> {
-    let (keyframes, emitters) = (problem.keyframes.len(), problem.emitters.len());
+    let keyframes = problem.keyframes.len();
     let steps = filled(
         arena,
         "keyframe steps",
@@ -53,14 +53,20 @@ pub(super) fn carve<'m, T: Real>(
         supplies,
         knots,
         factors,
+        mask: problem.mask,
     };
     let cells = problem.grid().cells();
     let targets = "given densities";
     let fields: &mut [T] = arena.take(targets, problem.fields() * cells)?;
     if problem.keyframe_regions
-        && let Some(regions) = fields.get_mut(keyframes * cells..(problem.fields() - emitters) * cells)
+        && let Some(regions) = fields.get_mut(keyframes * cells..2 * keyframes * cells)
     {
         regions.fill(T::ONE);
+    }
+    if problem.mask
+        && let Some(mask) = fields.get_mut(lists.mask_begins() * cells..)
+    {
+        mask.fill(T::ONE);
     }
     Ok((lists, fields))
 }

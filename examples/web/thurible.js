@@ -6,7 +6,7 @@ const CONFIG = layout(`
   size_t steps; const size_t *keyframes; size_t keyframe_count; const double *keyframe_weights; const ThuribleEmitter *emitters;
   size_t emitter_count; const ThuribleFactor *schedule; size_t schedule_count; size_t release; double buoyancy[3];
   double force_weight; double viscosity; double smoothness; uint32_t filters;
-  uint32_t match_mass; uint32_t scheme; uint32_t keyframe_regions; uint32_t solids; uint32_t reserved; double advection_tolerance; double projection_tolerance; size_t iterations;
+  uint32_t match_mass; uint32_t scheme; uint32_t keyframe_regions; uint32_t solids; uint32_t mask; double advection_tolerance; double projection_tolerance; size_t iterations;
   size_t threads; size_t memory_ceiling; uint32_t direct_history; uint32_t direct_nested; double direct_tolerance; double admm_penalty;
   double admm_relaxation; double admm_ao_momentum; double admm_density_tolerance; uint32_t admm_ao_iterations; uint32_t admm_nested;
   uint32_t nso_solver; uint32_t nso_cycles; double nso_tolerance; uint32_t nso_norm; uint32_t nso_colours; double lbfgs_tolerance;
@@ -125,6 +125,12 @@ export class Solve {
   setRegion(index, region) {
     this.#fill(region);
     this.#enter(this.library.thurible_set_region(this.handle, index, this.field, region.byteLength));
+  }
+
+  /** Sets where force may act, from 0 to 1. */
+  setMask(mask) {
+    this.#fill(mask);
+    this.#enter(this.library.thurible_set_mask(this.handle, this.field, mask.byteLength));
   }
 
   /** Sets the target of a keyframe, after the source and all emitters. */

@@ -9,7 +9,7 @@ use thurible_core::choices::{Kind, Value};
 use thurible_core::words::{Alternatives, Named};
 use thurible_core::{Boundary, Params};
 
-const NAMES: [&str; 24] = [
+const NAMES: [&str; 25] = [
     "steps",
     "dt",
     "length",
@@ -21,6 +21,7 @@ const NAMES: [&str; 24] = [
     "force_weight",
     "smoothness",
     "schedule",
+    "mask",
     "weights",
     "regions",
     "release",
@@ -105,9 +106,10 @@ impl Choices {
             "boundary" => self.scene.boundary = boundary(value, self.scene.cells.len())?,
             "viscosity" => self.scene.viscosity = number(name, value)?,
             "buoyancy" => self.scene.buoyancy = effects::buoyancy(value, self.scene.cells.len())?,
-            "schedule" | "weights" | "regions" | "solids" if value.is_none() => {}
+            "schedule" | "weights" | "regions" | "solids" | "mask" if value.is_none() => {}
             // An array, or True or False where a plan is made.
             "solids" => self.scene.solids = value.extract().unwrap_or(true),
+            "mask" => self.scene.mask = value.extract().unwrap_or(true),
             "schedule" => self.scene.schedule = effects::schedule(value)?,
             "weights" => self.scene.keyframe_weights = effects::weights(value, &self.scene.keyframes)?,
             "regions" => self.scene.keyframe_regions = effects::has_regions(value, &self.scene.keyframes)?,

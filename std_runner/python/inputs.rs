@@ -21,6 +21,8 @@ pub struct Inputs<'py> {
     pub source: Option<Bound<'py, PyAny>>,
     /// Which cells are solid, if any are.
     pub solids: Option<Bound<'py, PyAny>>,
+    /// Where force may act, from 0 to 1.
+    pub mask: Option<Bound<'py, PyAny>>,
     /// Shapes of emitters, under their names.
     pub emitters: Vec<(String, Bound<'py, PyAny>)>,
     /// Keyframes by number, and the regions in which they are to be met.
@@ -101,6 +103,12 @@ impl Inputs<'_> {
             solver
                 .set_solids(&flags("solids", solids, common)?)
                 .map_err(|error| unusable("solids", error))?;
+        }
+        if let Some(mask) = &self.mask {
+            let mask = array::<T>("mask", mask, common)?;
+            solver
+                .set_mask(&numbers(&mask)?)
+                .map_err(|error| unusable("mask", error))?;
         }
         if let Some(source) = &self.source {
             let source = array::<T>("source", source, common)?;

@@ -24,7 +24,7 @@ use thurible_core::{D2, D3, Solver, SolverError, Space, Status};
 /// threads run meanwhile. Raises ValueError or TypeError for what cannot be used, MemoryError for what does not fit in memory_limit
 /// bytes, FloatingPointError when the flow leaves the finite numbers.
 #[pyfunction]
-#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method='direct', options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
+#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, mask=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method='direct', options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
 pub fn solve<'py>(
     source: &Bound<'py, PyAny>,
     keyframes: &Bound<'py, PyAny>,
@@ -36,6 +36,7 @@ pub fn solve<'py>(
     let steps: Vec<usize> = keyframes.iter().map(|(step, _)| *step).collect();
     let regions = effects::argument(choices, "regions")?;
     let solids = effects::argument(choices, "solids")?;
+    let mask = effects::argument(choices, "mask")?;
     let (choices, [velocity, progress]) = Choices::read(
         &common.shape,
         steps.clone(),
@@ -54,6 +55,7 @@ pub fn solve<'py>(
         inputs: Inputs {
             source: (!source.is_none()).then(|| source.clone()),
             solids,
+            mask,
             emitters: emitters
                 .iter()
                 .map(effects::Given::shape)

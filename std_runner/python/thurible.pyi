@@ -58,6 +58,7 @@ def solve(
     force_weight: float = 1e3,
     smoothness: float | Literal["auto"] | None = None,
     schedule: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
+    mask: Numbers | None = None,
     weights: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
     regions: Mapping[int, Numbers] | Iterable[tuple[int, Numbers]] | None = None,
     release: int | None = None,
@@ -84,7 +85,8 @@ def solve(
     `source` may be None where `emitters` make all smoke. `buoyancy` is the acceleration of the flow where the density is 1: a number, up
     along the last of x, y (and z), or one for each of them; "admm" knows none. `solids` is True in cells that no smoke gets into, with
     limited transport and not for "admm". `schedule` says by step what the price of the force is
-    multiplied by (not for "admm"): linear in its logarithm between the steps. `weights` and `regions` belong to keyframes, by their steps:
+    multiplied by (not for "admm"): linear in its logarithm between the steps. `mask` says where force
+    may act, in each cell from 0 (as good as nowhere) to 1, in between at 1 / mask^2 times the price (not for "admm"). `weights` and `regions` belong to keyframes, by their steps:
     what the error of one is multiplied by, as a whole, and in each cell by an array of numbers from 0 to 1; 1 where nothing is said. From
     step `release` on, at or after the last keyframe, no force acts.
 
@@ -111,6 +113,7 @@ def plan(
     force_weight: float = 1e3,
     smoothness: float | Literal["auto"] | None = None,
     schedule: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
+    mask: Numbers | bool | None = None,
     weights: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
     regions: Mapping[int, Numbers] | Iterable[tuple[int, Numbers]] | bool | None = None,
     release: int | None = None,
@@ -127,7 +130,7 @@ def plan(
 ) -> Plan:
     """The memory of a solve, to the byte; nothing is allocated. `keyframes` are steps, or the dict that `solve` takes.
 
-    Emitters need no shape here, and `solids` and `regions` may be True."""
+    Emitters need no shape here, and `solids`, `mask` and `regions` may be True."""
 
 @final
 class Plan:

@@ -8,6 +8,8 @@ use thurible_core::{Boundary, Exec, Output, Real, Solver, Space};
 const SOLID: &str = "solid";
 /// What was added after each step.
 const EMISSION: &str = "emission";
+/// Where force may act.
+const MASK: &str = "mask";
 /// Where each keyframe matters.
 const REGION: &str = "keyframe_region";
 
@@ -81,11 +83,13 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
             emitters,
             solids,
             schedule,
+            mask,
             ..
         } = self.problem;
         let factors = (0..steps - 1).map(|slot| self.solver.force_factor(slot));
         let all = [
             (*solids, SOLID, GivenValues::Cells),
+            (*mask, MASK, GivenValues::Cells),
             (!emitters.is_empty(), EMISSION, GivenValues::Fields(*steps)),
             (*keyframe_regions, REGION, GivenValues::Fields(keyframes.len())),
             (
@@ -113,6 +117,7 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
                     .enumerate()
                     .for_each(|(cell, out)| *out = flag(cell));
             }
+            MASK => out.copy_from_slice(self.solver.mask()),
             EMISSION => self.solver.emission(self.exec, index, out),
             REGION => out.copy_from_slice(self.solver.keyframe_region(index)),
             _ => {}

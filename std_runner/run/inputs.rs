@@ -25,6 +25,7 @@ pub fn set_inputs<T: Real, S: Space>(
 ) -> Result<Inputs, Failure> {
     let mut notes = Vec::new();
     let reach = set_smoke(scene, solver, &mut notes)?;
+    set_mask(scene, solver, &mut notes)?;
     let mass_factors = set_keyframes(scene, solver, (masses, reach), &mut notes)?;
     Ok(Inputs { mass_factors, notes })
 }
@@ -102,6 +103,26 @@ fn set_keyframes<T: Real, S: Space>(
     Ok(mass_factors)
 }
 
+/// Draws where force may act.
+fn set_mask<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+    notes: &mut Vec<Note>,
+) -> Result<(), Failure> {
+    let key = "control.mask";
+    let Some(mask) = &scene.control.mask else {
+        return Ok(());
+    };
+    let mask: Vec<T> = drawn(scene, key, mask, notes)?;
+    solver.set_mask(&mask).map_err(|error| match error {
+        InputError::Empty | InputError::Buried => {
+            let why = "allows force nowhere; make it larger, or leave it out where force may act everywhere";
+            scene.document.refuse(key, why)
+        }
+        other => refuse(scene, key)(other),
+    })
+}
+
 /// Draws the obstacles: a cell of which they cover at least half is solid. What they cut off from what.
 fn set_obstacles<T: Real, S: Space>(
     scene: &Scene,
@@ -161,7 +182,7 @@ fn refuse<'s>(scene: &'s Scene, key: &str) -> impl Fn(InputError) -> Failure + u
         ),
         InputError::AboveOne { .. } => scene.document.refuse(
             &key,
-            "has values above 1, but a region says from 0 to 1 how much a cell counts; take out its `density`, or scale its file to that",
+            "has values above 1, but here a cell counts from 0 to 1; take out its `density`, or scale its file to that",
         ),
         other => scene
             .document

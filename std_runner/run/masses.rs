@@ -27,6 +27,7 @@ pub(super) fn of_a_free_flow<T: Real, S: Space>(
         keyframe_regions: false,
         release: None,
         schedule: Vec::new(),
+        mask: false,
         ..planned.problem.clone()
     };
     let params = Params {

@@ -40,6 +40,7 @@ pub(super) fn free(document: Document) -> Result<Scene, Failure> {
     let raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
     let mut scene = build(document, raw)?;
     scene.method.params.method = Method::Simulate;
+    scene.control.mask = None;
     Ok(scene)
 }
 
@@ -196,6 +197,7 @@ fn control(document: &Document, raw: RawControl, time: Time) -> Result<Control, 
         )?,
         smoothness: smoothness(document, raw.smoothness)?,
         schedule: effects::schedule(document, raw.schedule, time.steps)?,
+        mask: shapes::part(document, "control.mask", raw.mask)?,
         filters,
         match_mass: raw.match_mass.unwrap_or(standard().match_mass),
         initial_velocity: initial_velocity(document, raw.initial_velocity)?,

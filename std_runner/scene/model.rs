@@ -113,6 +113,8 @@ pub struct Control {
     pub smoothness: Option<f64>,
     /// What the price of force is multiplied by at some steps.
     pub schedule: Vec<(usize, f64)>,
+    /// Where force may act; `None` is everywhere.
+    pub mask: Option<ShapeSpec>,
     /// m, the number of Gaussian filters; `None` is `"auto"`.
     pub filters: Option<usize>,
     /// Whether keyframes are scaled to the mass of the source.

@@ -59,6 +59,7 @@ pub(super) struct RawControl {
     pub force_weight: Option<f64>,
     pub smoothness: Option<Value>,
     pub schedule: Option<Value>,
+    pub mask: Option<Value>,
     pub filters: Option<Value>,
     pub match_mass: Option<bool>,
     pub initial_velocity: Option<Value>,

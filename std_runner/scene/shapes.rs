@@ -86,14 +86,7 @@ fn keyframe(
         Some(found) => document.weight_value(&format!("{key}.weight"), &found)?,
         None => 1.0,
     };
-    let region = match table.remove("region") {
-        Some(Value::Table(region)) => Some(shape(document, &format!("{key}.region"), region)?),
-        Some(other) => {
-            let wanted = "a shape, as in { box = { min = [0, 0], max = [1, 0.5] } },";
-            return Err(document.outside(&format!("{key}.region"), shown(&other), wanted));
-        }
-        None => None,
-    };
+    let region = part(document, &format!("{key}.region"), table.remove("region"))?;
     let files = Table::from_iter(table.remove("files").map(|files| ("files".to_string(), files)));
     let shape = if files.is_empty() {
         shape(document, &key, table)?
@@ -119,6 +112,18 @@ fn keyframe(
         })
     };
     shapes.into_iter().map(keyframe).collect()
+}
+
+/// A shape that says of which cells something holds, if there is one.
+pub(super) fn part(document: &Document, key: &str, raw: Option<Value>) -> Result<Option<ShapeSpec>, Failure> {
+    match raw {
+        None => Ok(None),
+        Some(Value::Table(part)) => shape(document, key, part).map(Some),
+        Some(other) => {
+            let wanted = "a shape, as in { box = { min = [0, 0], max = [1, 0.5] } },";
+            Err(document.outside(key, shown(&other), wanted))
+        }
+    }
 }
 
 /// How long a keyframe at `step` is held, at most to the last of all `steps`.

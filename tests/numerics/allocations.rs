@@ -47,6 +47,7 @@ fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
     let densities: Vec<Vec<T>> = scene.densities.iter().map(|density| cast(density)).collect();
     let [shapes, regions] = [&scene.effects.shapes, &scene.effects.regions]
         .map(|list| list.iter().map(|field| cast(field)).collect::<Vec<Vec<T>>>());
+    let mask: Vec<T> = cast(&scene.effects.mask);
     let problem = scene.problem();
     let block = memory.block();
     let mut saved = vec![0; scene.plan::<T, S>().saved_bytes()];
@@ -57,6 +58,9 @@ fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
         solver.set_emitter(index, shape).unwrap();
     }
     solver.set_region(0, &regions[0]).unwrap();
+    if problem.mask {
+        solver.set_mask(&mask).unwrap();
+    }
     solver.set_keyframe(0, &densities[1]).unwrap();
     solver.save(&mut saved).unwrap();
     solver.restore(&saved).unwrap();

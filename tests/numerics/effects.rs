@@ -86,6 +86,7 @@ struct On {
     regions: bool,
     schedule: bool,
     solids: bool,
+    mask: bool,
     smoothing: f64,
 }
 
@@ -96,6 +97,7 @@ const ALL: On = On {
     regions: true,
     schedule: true,
     solids: false,
+    mask: true,
     smoothing: 0.05,
 };
 const NONE: On = On {
@@ -105,6 +107,7 @@ const NONE: On = On {
     regions: false,
     schedule: false,
     solids: false,
+    mask: false,
     smoothing: 0.0,
 };
 
@@ -177,6 +180,9 @@ fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, firs
         supplies.extend([0.0, 3.0]);
         fields.extend((0..grid.cells()).map(|at| if at % 5 == 0 { 1.0 } else { 0.0 }));
     }
+    if on.mask {
+        fields.extend(random.density(&grid).iter().map(|x: &f64| x.clamp(0.2, 1.0)));
+    }
     let lists = Lists {
         steps: &[2, 5],
         weights: if on.regions { &[2.0, 0.5] } else { &[] },
@@ -185,6 +191,7 @@ fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, firs
         supplies: &supplies,
         knots: if on.schedule { &[1, 3] } else { &[] },
         factors: if on.schedule { &[4.0, 0.5] } else { &[] },
+        mask: on.mask,
     };
     let control = Control {
         grid: &grid,
@@ -257,9 +264,11 @@ fn gradients_with_each_feature_and_with_all() {
     for on in one {
         gradients::<D2>(&[8, 9], "wp", Scheme::Central, on, 1e-4);
     }
-    gradients::<D2>(&[8, 9], "ww", Scheme::Central, ALL, 1e-4);
+    // A mask down to 0.2 bends the objective up to 25 times as much.
+    gradients::<D2>(&[8, 9], "wp", Scheme::Central, On { mask: true, ..NONE }, 1e-5);
+    gradients::<D2>(&[8, 9], "ww", Scheme::Central, ALL, 1e-5);
     gradients::<D2>(&[9, 8], "pw", Scheme::Limited, ALL, 1e-6);
-    gradients::<D3>(&[5, 6, 4], "wpw", Scheme::Central, ALL, 1e-4);
+    gradients::<D3>(&[5, 6, 4], "wpw", Scheme::Central, ALL, 1e-5);
     let among_solids = On { solids: true, ..NONE };
     gradients::<D2>(&[12, 11], "wp", Scheme::Limited, among_solids, 1e-6);
     let all = On { solids: true, ..ALL };
@@ -486,6 +495,7 @@ fn what_a_method_cannot_is_refused_by_name() {
                 ..base
             },
         ),
+        (Feature::Mask, Problem { mask: true, ..base }),
     ];
     for (feature, problem) in asks {
         let refused = PlanError::Problem(ProblemError::Unfit {

@@ -31,6 +31,7 @@ circle = { center = [0.55, 0.5], radius = 0.22 }
 from = 11
 [control]
 schedule = [[2, 1.0], [9, 0.2]]
+mask = { box = { min = [0.1, 0], max = [0.9, 1] } }
 [flow]
 buoyancy = 5e-3
 viscosity = 1e-4
@@ -39,6 +40,9 @@ iterations = 4
 [output]
 frames = false
 ";
+
+/// The mask in [`ALL`].
+const MASK: &str = "mask = { box = { min = [0.1, 0], max = [0.9, 1] } }\n";
 
 /// Writes `scene`, runs `command` on it with `more` arguments into a fresh folder, demands that it ends well, and checks what came of it.
 fn checked(test: &str, scene: &str, command: &str, more: &[&str]) -> Outcome {
@@ -74,6 +78,8 @@ fn has_all(outcome: &Outcome) {
         "one for each step of a keyframe"
     );
     assert_eq!((outcome.regions.len(), outcome.targets.len()), (4, 4));
+    let mask = outcome.mask.as_ref();
+    assert!(mask.is_some_and(|mask| mask.max_abs() > 0.9 && mask.data.iter().any(|&x| x < 0.3)));
     let factors = &outcome.schedule;
     assert_eq!(factors.len(), outcome.force.len());
     assert!(
@@ -133,6 +139,10 @@ fn everything_at_once_in_3d() {
         .replace(
             "min = [0, 0], max = [0.5, 1]",
             "min = [0, 0, 0], max = [0.5, 1, 1]",
+        )
+        .replace(
+            "min = [0.1, 0], max = [0.9, 1]",
+            "min = [0.1, 0, 0], max = [0.9, 1, 1]",
         )
         .replace("circle", "sphere")
         .replace("iterations = 4", "iterations = 2");
@@ -264,6 +274,7 @@ fn smoke_is_filled_up_to_a_target() {
 fn admm_knows_emitters_weights_and_regions() {
     let scene = ALL
         .replace("schedule = [[2, 1.0], [9, 0.2]]\n", "")
+        .replace(MASK, "")
         .replace("buoyancy = 5e-3\n", "");
     for precision in ["f32", "f64"] {
         let test = format!("effects_admm_{precision}");
@@ -282,7 +293,9 @@ fn admm_knows_emitters_weights_and_regions() {
 fn admm_refuses_what_it_cannot() {
     let folder = fresh_folder("effects_admm_refuses");
     let path = folder.join("scene.toml");
-    let alone = |without: &str| ALL.replace(without, "");
+    let alone = |without: &str| ALL.replace(without, "").replace(MASK, "");
+    let masked =
+        alone("schedule = [[2, 1.0], [9, 0.2]]\n").replace("[control]\n", &format!("[control]\n{MASK}"));
     let cases = [
         (
             alone("schedule = [[2, 1.0], [9, 0.2]]\n"),
@@ -301,6 +314,14 @@ fn admm_refuses_what_it_cannot() {
             ],
         ),
     ];
+    let cases = cases.into_iter().chain([(
+        masked.replace("buoyancy = 5e-3\n", ""),
+        [
+            "scene.toml:24: `control.mask`",
+            "method admm",
+            "leave it out, or take another method",
+        ],
+    )]);
     for (scene, words) in cases {
         fs::write(&path, scene).unwrap();
         refused(

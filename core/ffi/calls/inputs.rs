@@ -84,6 +84,25 @@ pub unsafe extern "C" fn thurible_set_region(
     }
 }
 
+/// Sets where force may act, as `thurible_set_source`: in each cell 1 everywhere and 0 as good as nowhere, in between at 1 / mask^2 times the
+/// price. Refused where `mask` of the configuration is 0; 1 everywhere where it is not set.
+///
+/// # Safety
+/// As `thurible_set_source`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_set_mask(
+    instance: *mut Thurible,
+    mask: *const c_void,
+    bytes: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            Ok(each!(&mut body.solver, solver => solver.set_mask(elements(mask, bytes)?))?)
+        })
+    }
+}
+
 /// Sets the target of keyframe `index`, as `thurible_set_source`; the source, where there is one, and the shapes of all emitters come
 /// first. Where keyframes are scaled to the mass of the smoke at their steps, `factor` is by how much; it may be null.
 ///

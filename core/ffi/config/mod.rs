@@ -97,8 +97,8 @@ pub struct ThuribleConfig {
     /// Whether there are solid cells, which `thurible_set_solids` sets: 0, the default, or 1. They need limited transport, and at most 256
     /// cells along an axis; ADMM knows none.
     pub solids: u32,
-    /// For later versions; must be 0.
-    pub reserved: u32,
+    /// Whether force may act only where `thurible_set_mask` says: 0, the default, or 1. ADMM knows no mask.
+    pub mask: u32,
     /// The series of a transport step is cut at the first term below this times the largest density.
     pub advection_tolerance: f64,
     /// Relative tolerance of projections.

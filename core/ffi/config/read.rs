@@ -75,6 +75,7 @@ impl ThuribleConfig {
             buoyancy: if dims == 2 { [x, y, 0.0] } else { [x, y, z] },
             release: (self.release != 0).then_some(self.release),
             schedule: lists.schedule(),
+            mask: is_on("mask", self.mask)?,
             force_weight: self.force_weight,
             viscosity: self.viscosity,
             smoothness: (self.smoothness != AUTOMATIC_SMOOTHNESS).then_some(self.smoothness),
@@ -109,13 +110,7 @@ impl ThuribleConfig {
         self.held()
             .into_iter()
             .try_for_each(|held| held.read(&mut params))?;
-        match self.reserved {
-            0 => Ok(params),
-            given => Err(ConfigError::Code {
-                field: "reserved",
-                given,
-            }),
-        }
+        Ok(params)
     }
 }
 

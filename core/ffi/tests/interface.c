@@ -232,7 +232,7 @@ static void configurations(void) {
     WRONG(buoyancy[1] = (double)NAN, "buoyancy is NaN");
     WRONG(keyframe_regions = 2, "keyframe_regions is 2");
     WRONG(solids = 2, "solids is 2");
-    WRONG(reserved = 1, "reserved is 1");
+    WRONG(mask = 2, "mask is 2");
     config = good;
     config.solids = 1;
     OK(thurible_plan(&config, NULL, NULL, NULL));

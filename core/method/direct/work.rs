@@ -101,6 +101,7 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             level,
             setup: flow,
             priced: flow::priced(grid, &flow, &mut pool),
+            divided: flow::divided(grid, &flow, &mut pool),
             initial: [&*x, &*y, &*z],
             rho,
             script,

@@ -30,6 +30,7 @@ impl<T: Real> Simulated<'_, '_, T> {
         out: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
         let step_setup = self.step_setup();
+        self.evaluation.prepare_gradient(exec, observer)?;
         let Evaluation {
             levels,
             level,

@@ -8,6 +8,7 @@ use crate::exec::Exec;
 use crate::field::slot::{Slot, clear, put, put_everywhere};
 use crate::field::view;
 use crate::force::lift::Lift;
+use crate::force::mask::{By, Mask};
 use crate::grid::Space;
 use crate::memory::Pool;
 use crate::method::animation::Animation;
@@ -128,6 +129,12 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
                 drive.load(exec, rho, script.target(next, grid.cells()));
                 let [kept, impulse] = pd.step(steps);
                 drive.force(exec, impulse, w, k - 1, sums);
+                let mask = Mask {
+                    grid,
+                    slots: animation.slots,
+                    cells: script.mask(grid.cells()),
+                };
+                mask.weigh(exec, By::Factor(0.0), k - 1..k, w);
                 kept
             }
         };

@@ -23,6 +23,8 @@ pub struct Lists<'a> {
     pub knots: &'a [u32],
     /// Those factors.
     pub factors: &'a [f64],
+    /// Whether force may act only here and there.
+    pub mask: bool,
 }
 
 /// What is given for each step: [`Lists`], and fields of cells on one grid.
@@ -33,7 +35,7 @@ pub struct Script<'a, T> {
     stride: NonZeroU32,
     /// Step of the lists that is step 0 here.
     first: u32,
-    /// The keyframes' targets, their regions, then the emitters' shapes: see [`Lists::fields`].
+    /// The keyframes' targets, their regions, the emitters' shapes, the mask: see [`Lists::fields`].
     fields: &'a [T],
 }
 
@@ -52,6 +54,12 @@ impl Lists<'_> {
     /// Fields of cells that go with them.
     #[must_use]
     pub fn fields(&self) -> usize {
+        self.mask_begins() + usize::from(self.mask)
+    }
+
+    /// Number of the mask's field, which comes last.
+    #[must_use]
+    pub fn mask_begins(&self) -> usize {
         self.emitters_begin() + self.spans.len() / 2
     }
 
@@ -155,6 +163,16 @@ impl<'a, T: Real> Script<'a, T> {
                 &[]
             },
             weight: self.lists.weights.get(index).copied().unwrap_or(1.0),
+        }
+    }
+
+    /// Where force may act, cell by cell from 0 to 1; empty where it may everywhere.
+    #[must_use]
+    pub fn mask(&self, cells: usize) -> &'a [T] {
+        if self.lists.mask {
+            self.field(self.lists.mask_begins(), cells)
+        } else {
+            &[]
         }
     }
 

@@ -136,6 +136,7 @@ impl Scene {
             buoyancy: self.effects.buoyancy,
             release: self.effects.release,
             schedule: &self.effects.schedule,
+            mask: !self.effects.mask.is_empty(),
             viscosity: self.viscosity,
             force_weight: self.force_weight,
             smoothness: None,
@@ -176,6 +177,9 @@ impl Scene {
         }
         for (index, region) in self.effects.regions.iter().enumerate() {
             solver.set_region(index, &super::cast(region)).unwrap();
+        }
+        if !self.effects.mask.is_empty() {
+            solver.set_mask(&super::cast(&self.effects.mask)).unwrap();
         }
         for (index, target) in self.densities[1..].iter().enumerate() {
             solver.set_keyframe(index, &super::cast(target)).unwrap();

@@ -121,6 +121,7 @@ impl<T: Real> Control<'_, T> {
             force_weight,
             smoothing: self.smoothing,
             scheduled: !self.lists.knots.is_empty(),
+            masked: self.lists.mask,
             buoyancy: self.buoyancy,
             projection_tolerance: 1e-13,
         }
@@ -133,9 +134,10 @@ impl<T: Real> Control<'_, T> {
         let levels = self.levels(memory.block());
         let mut ledger = Ledger::new();
         Evaluation::<T>::measure(&levels, 0, &self.sweep(), &mut Pool::measuring(&mut ledger));
-        let mut priced = zeros(grid, slots);
+        let (mut priced, mut divided) = (zeros(grid, slots), zeros(grid, slots));
         let mut evaluation = Evaluation {
             priced: view_mut(&mut priced),
+            divided: view_mut(&mut divided),
             levels: &levels,
             level: 0,
             setup: self.flow(force_weight),
@@ -179,9 +181,10 @@ impl<T: Real> Control<'_, T> {
         let levels = self.levels(memory.block());
         let mut ledger = Ledger::new();
         Simulated::<T>::measure(&levels, &self.flow(1.0), &mut Pool::measuring(&mut ledger));
-        let mut priced = zeros(grid, slots);
+        let (mut priced, mut divided) = (zeros(grid, slots), zeros(grid, slots));
         let evaluation = Evaluation {
             priced: view_mut(&mut priced),
+            divided: view_mut(&mut divided),
             levels: &levels,
             level: 0,
             setup: self.flow(force_weight),

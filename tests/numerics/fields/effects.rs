@@ -22,6 +22,8 @@ pub struct Effects {
     pub release: Option<usize>,
     /// Step and factor of the force's price.
     pub schedule: Vec<(usize, f64)>,
+    /// Where force may act, cell by cell; none where it may everywhere.
+    pub mask: Vec<f64>,
     /// Whether keyframes keep the mass that they are given.
     pub keep_mass: bool,
 }
@@ -62,17 +64,21 @@ impl Scene {
                 buoyancy: [1e-4, -2e-4, if grid.dims == 3 { 3e-4 } else { 0.0 }],
                 release: Some(steps),
                 schedule: vec![(0, 2.0), (steps - 1, 0.5)],
+                mask: (0..grid.cells()).map(|at| region(at + 1)).collect(),
                 keep_mass: true,
             },
             ..self
         };
         let takes = |feature| thurible_core::method::registry::takes(&scene.params, feature);
-        let (lifts, schedules) = (takes(Feature::Buoyancy), takes(Feature::Schedule));
+        let [lifts, schedules, masks] = [Feature::Buoyancy, Feature::Schedule, Feature::Mask].map(takes);
         if !lifts {
             scene.effects.buoyancy = [0.0; 3];
         }
         if !schedules {
             scene.effects.schedule.clear();
+        }
+        if !masks {
+            scene.effects.mask.clear();
         }
         scene
     }
@@ -116,6 +122,16 @@ impl Effects {
         naive.at_faces(|axis, at| {
             let low = naive.step(at, axis, -1).map(|low| rho[naive.id(low)]);
             low.map_or(0.0, |low| 0.5 * self.buoyancy[axis] * (low + rho[naive.id(at)]))
+        })
+    }
+
+    /// `u` divided by the mask of its faces.
+    pub fn divided(&self, naive: &Naive, u: &Components<f64>) -> Components<f64> {
+        naive.at_faces(|axis, at| {
+            let here = naive.id(at);
+            let low = naive.step(at, axis, -1).map_or(here, |low| naive.id(low));
+            let mask = |cell: usize| self.mask.get(cell).copied().unwrap_or(1.0);
+            u[axis][here] / (0.5 * (mask(here) + mask(low))).max(1e-3)
         })
     }
 

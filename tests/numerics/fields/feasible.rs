@@ -84,11 +84,11 @@ pub fn check_flow(scene: &Scene, solved: &Solved, epsilon: f64) -> Vec<Component
         let unit = 60.0
             * epsilon
             * (strongest + fastest + (fastest + naive.viscosity / grid.h[0]) * fastest / grid.h[0]);
-        // After the release the force is 0, and what an implicit step leaves is left.
+        // After the release the force is 0, and what an implicit step leaves is left; a curl takes it of four faces.
         let released = scene.effects.release.is_some_and(|release| k + 1 >= release);
         let unit = unit
             + if released {
-                2.0 * scene.params.simulation.tolerance * fastest
+                4.0 * scene.params.simulation.tolerance * fastest
             } else {
                 0.0
             };
@@ -162,7 +162,10 @@ fn check_objective(scene: &Scene, solved: &Solved, naive: &Naive, epsilon: f64) 
         let weight = effects.weights.get(index).copied().unwrap_or(1.0);
         data += 0.5 * weight * dot(&e, &naive.metric(filters, &e));
     }
-    let square = |u: &Vec<Vec<f64>>| faces(&naive.grid, u).iter().map(|c| dot(c, c)).sum::<f64>();
+    let square = |u: &Vec<Vec<f64>>| {
+        let u = effects.divided(naive, &faces(&naive.grid, u));
+        u.iter().map(|c| dot(c, c)).sum::<f64>()
+    };
     let sum: f64 = solved
         .force
         .iter()

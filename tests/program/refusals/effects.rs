@@ -313,6 +313,22 @@ pub const EFFECTS: &[Spoiled] = &[
             "or `control.force_weight`",
         ],
     ),
+    // the mask
+    spoiled(
+        OUTPUT,
+        "frames = false\n[control]\nmask = 0.5",
+        &["scene.toml:15: `control.mask` is 0.5", "a shape, as in"],
+    ),
+    spoiled(
+        OUTPUT,
+        "frames = false\n[control]\nmask = { circle = { center = [4.0, 0.5], radius = 0.3 } }",
+        &["in control.mask", "box"],
+    ),
+    spoiled(
+        OUTPUT,
+        "frames = false\n[control]\nmask = { density = 2.0, circle = { center = [0.5, 0.5], radius = 0.3 } }",
+        &["`control.mask` has values above 1", "take out its `density`"],
+    ),
     // buoyancy
     spoiled(
         METHOD,

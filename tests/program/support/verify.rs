@@ -1,6 +1,6 @@
 //! The facts that `tools/verify.py` checks, with the same tolerances, in Rust.
 
-use super::field::{Field, with};
+use super::field::{Field, indices, with};
 use super::npz::{self, Array};
 use super::physics::Grid;
 use serde_json::Value;
@@ -20,6 +20,8 @@ pub struct Outcome {
     pub emission: Vec<Field>,
     /// What the error at each keyframe is multiplied by; none where all is.
     pub regions: Vec<Field>,
+    /// Where force may act; none where it may everywhere.
+    pub mask: Option<Field>,
     /// What each keyframe's data term is multiplied by; none where all by 1.
     pub weights: Vec<f64>,
     /// What the price of each force is multiplied by; none where all by 1.
@@ -99,6 +101,10 @@ impl Outcome {
                 .collect(),
             emission: fields("emission"),
             regions: fields("keyframe_region"),
+            mask: arrays.get("mask").map(|array| Field {
+                size: grid.cells,
+                data: array.data.clone(),
+            }),
             weights: numbers("keyframe_weight"),
             schedule: numbers("force_weight_schedule"),
             report,
@@ -189,7 +195,7 @@ fn incompressible(outcome: &Outcome, check: Check<'_>) {
             .flat_map(|field| field.iter().enumerate())
             .filter(|(axis, _)| !grid.periodic[*axis])
         {
-            let walls = super::field::indices(with(field.size, axis, 1));
+            let walls = indices(with(field.size, axis, 1));
             through_walls = walls.fold(through_walls, |max, at| {
                 max.max(field.at(at).abs())
                     .max(field.at(with(at, axis, grid.cells[axis])).abs())
@@ -269,6 +275,32 @@ fn transported(outcome: &Outcome, check: Check<'_>) {
     check("mass drift", drift / heaviest, 1e-3);
 }
 
+/// A force divided by the mask of its faces, which is the mean of two cells' and at least 1e-3.
+fn divided(outcome: &Outcome, u: &[Field]) -> Vec<Field> {
+    let mut divided = u.to_vec();
+    let Some(mask) = &outcome.mask else {
+        return divided;
+    };
+    let grid = &outcome.grid;
+    for (axis, component) in divided.iter_mut().enumerate() {
+        let n = grid.cells[axis];
+        let places: Vec<_> = indices(component.size).collect();
+        for (at, value) in places.into_iter().zip(&mut component.data) {
+            let face = at[axis];
+            let low = if face > 0 {
+                face - 1
+            } else if grid.periodic[axis] {
+                n - 1
+            } else {
+                0
+            };
+            let [low, high]: [f64; 2] = [low, face.min(n - 1)].map(|cell| mask.at(with(at, axis, cell)));
+            *value /= (0.5 * (low + high)).max(1e-3);
+        }
+    }
+    divided
+}
+
 fn objective(outcome: &Outcome, check: Check<'_>) {
     let filters = outcome.report["filters"].as_u64().unwrap() as usize;
     let mut data = 0.0;
@@ -291,14 +323,15 @@ fn objective(outcome: &Outcome, check: Check<'_>) {
     }
     let [mut plain, mut squares, mut curls] = [0.0; 3];
     for (slot, u) in outcome.force.iter().enumerate() {
+        let of_slot: f64 = u.iter().map(Field::sum_of_squares).sum();
+        plain += of_slot;
+        let u = &divided(outcome, u);
         let images = outcome.grid.curl_curl(u);
         let of_component = |(u, image): (&Field, &Field)| -> f64 {
             u.data.iter().zip(&image.data).map(|(u, image)| u * image).sum()
         };
         let factor = outcome.schedule.get(slot).unwrap_or(&1.0);
-        let of_slot: f64 = u.iter().map(Field::sum_of_squares).sum();
-        plain += of_slot;
-        squares += factor * of_slot;
+        squares += factor * u.iter().map(Field::sum_of_squares).sum::<f64>();
         curls += factor * u.iter().zip(&images).map(of_component).sum::<f64>();
     }
     let (weight, smoothness) = (
