@@ -149,6 +149,7 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
                 Feature::Solids => ("obstacle", "leave it out"),
                 Feature::Schedule => ("control.schedule", "leave it out"),
                 Feature::Mask => ("control.mask", "leave it out"),
+                Feature::Open => ("grid.boundary", "close the box by walls"),
             };
             let why = format!("is more than the method {method} can do; {otherwise}, or take another method");
             scene.document.refuse(key, why)

@@ -95,12 +95,7 @@ impl Place {
     }
 
     fn view<T: Real, S: Space>(self, solver: &Solver<'_, T, S>) -> Result<ThuribleView, ThuribleResult> {
-        let cells = |numbers| {
-            ThuribleView::of(Strided {
-                numbers,
-                ..solver.in_place(&DENSITY, 0, 0)
-            })
-        };
+        let cells = |stored| ThuribleView::of(solver.cells_in_place(stored));
         match self {
             Self::Target(index) => Ok(cells(solver.keyframe(index))),
             Self::Region(index) => Ok(cells(solver.keyframe_region(index))),
@@ -130,10 +125,8 @@ impl Place {
             }
         };
         // SAFETY: the caller's promise.
-        let out = unsafe { array::<T>(out, bytes, given.len()) }?;
-        out.iter_mut()
-            .zip(given)
-            .for_each(|(out, &density)| *out = density);
+        let out = unsafe { array::<T>(out, bytes, solver.cells()) }?;
+        solver.read_cells(given, out);
         Ok(())
     }
 }

@@ -77,9 +77,10 @@ fn along_columns<T: Real>(
                 count,
             };
             let (from, to) = (&mut from[..panel.len()], &mut to[..panel.len()]);
-            panel.read(slab, direction, from);
+            let folds = modes.folds;
+            panel.read(slab, direction, folds, from);
             panel.transform(modes, direction, from, to);
-            panel.write(to, direction, slab);
+            panel.write(to, direction, folds, slab);
         }
     }
 }
@@ -120,9 +121,9 @@ impl Panel {
     }
 
     /// Copies the columns: values to be analysed as the sums and differences of both halves of the axis, coefficients as they are.
-    fn read<T: Real>(self, slab: &[T], direction: Direction, to: &mut [T]) {
+    fn read<T: Real>(self, slab: &[T], direction: Direction, folds: bool, to: &mut [T]) {
         let n = self.n;
-        if direction == Direction::Synthesis {
+        if direction == Direction::Synthesis || !folds {
             return (0..n).for_each(|i| to[self.in_scratch(i)].copy_from_slice(&slab[self.in_slab(i)]));
         }
         for i in 0..n / 2 {
@@ -144,7 +145,7 @@ impl Panel {
         let columns = self.columns();
         let mut before = 0;
         for parity in PARITIES {
-            let part = parity.count(self.n);
+            let part = modes.count(parity);
             let matrix = match direction {
                 Direction::Analysis => modes.analysis(parity),
                 Direction::Synthesis => modes.synthesis(parity),
@@ -156,9 +157,9 @@ impl Panel {
     }
 
     /// The inverse of [`Self::read`].
-    fn write<T: Real>(self, from: &[T], direction: Direction, slab: &mut [T]) {
+    fn write<T: Real>(self, from: &[T], direction: Direction, folds: bool, slab: &mut [T]) {
         let n = self.n;
-        if direction == Direction::Analysis {
+        if direction == Direction::Analysis || !folds {
             return (0..n).for_each(|i| slab[self.in_slab(i)].copy_from_slice(&from[self.in_scratch(i)]));
         }
         let (even, odd) = from.split_at(Parity::Even.count(n) * self.columns());
@@ -189,16 +190,23 @@ fn along_rows<T: Real>(
     let products = &mut products[..TOGETHER * padded(n)];
     for (group, rows) in field.chunks_mut(TOGETHER * n).enumerate() {
         let count = rows.len() / n;
-        let (even, odd) = halves.split_at_mut(TOGETHER * Parity::Even.count(n));
-        let parts = even
-            .chunks_exact_mut(n.div_ceil(2))
-            .zip(odd.chunks_exact_mut(n / 2));
-        for (row, (even, odd)) in rows.chunks_exact(n).zip(parts) {
-            fold_row(row, even, odd);
+        let (even, odd) = halves.split_at_mut(TOGETHER * modes.count(Parity::Even));
+        if modes.folds {
+            let parts = even
+                .chunks_exact_mut(n.div_ceil(2))
+                .zip(odd.chunks_exact_mut(n / 2));
+            for (row, (even, odd)) in rows.chunks_exact(n).zip(parts) {
+                fold_row(row, even, odd);
+            }
+        } else {
+            even.iter_mut().zip(&*rows).for_each(|(to, &from)| *to = from);
         }
         let (mut first, mut column) = (0, 0);
         for parity in PARITIES {
-            let part = parity.count(n);
+            let part = modes.count(parity);
+            if part == 0 {
+                continue;
+            }
             let columns = part.next_multiple_of(COLUMNS);
             let halves = &mut halves[TOGETHER * first..][..TOGETHER * part];
             let products = &mut products[column..][..TOGETHER * columns];
@@ -211,7 +219,12 @@ fn along_rows<T: Real>(
             product(halves, part, modes.synthesis(parity), columns, products);
             (first, column) = (first + part, column + TOGETHER * columns);
         }
-        let [even, odd] = PARITIES.map(|parity| parity.count(n).next_multiple_of(COLUMNS));
+        let [even, odd] = PARITIES.map(|parity| modes.count(parity).next_multiple_of(COLUMNS));
+        if !modes.folds {
+            let whole = rows.chunks_exact_mut(n).zip(products.chunks_exact(even));
+            whole.for_each(|(row, values)| row.iter_mut().zip(values).for_each(|(to, &from)| *to = from));
+            continue;
+        }
         let (evens, odds) = products.split_at(TOGETHER * even);
         let parts = evens.chunks_exact(even).zip(odds.chunks_exact(odd));
         for (row, (even, odd)) in rows.chunks_exact_mut(n).zip(parts) {

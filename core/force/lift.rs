@@ -4,7 +4,7 @@
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows::{self, part, part_mut};
 use crate::field::{Vector, VectorMut, reborrow};
-use crate::grid::solids::{Solids, closed};
+use crate::grid::solids::{Solids, closed, exit};
 use crate::grid::{Grid, Side};
 use crate::real::Real;
 use core::ops::Range;
@@ -16,7 +16,7 @@ pub struct Lift<'g> {
     pub grid: &'g Grid,
     /// Slots of the trajectories.
     pub slots: usize,
-    /// The solid cells in it: at closed faces there is no buoyancy.
+    /// The solid cells in it: at closed faces and exits there is no buoyancy.
     pub solids: Solids<'g>,
     /// b: the acceleration where the density is 1, in scaled numbers.
     pub acceleration: [f64; 3],
@@ -75,7 +75,7 @@ impl Lift<'_> {
         });
     }
 
-    /// `mu += s B^T z_k` for the density of step `slot` + 1, by slot `slot` of z, which is 0 on walls and at closed faces.
+    /// `mu += s B^T z_k` for the density of step `slot` + 1, by slot `slot` of z, which is 0 on walls and at closed faces, but not at exits.
     pub fn add_adjoint<T: Real>(&self, exec: &dyn Exec, s: f64, z: Vector<'_, T>, slot: usize, mu: &mut [T]) {
         if self.is_none() {
             return;
@@ -89,23 +89,40 @@ impl Lift<'_> {
                 };
                 let row = |row: usize| part(z, (row * slots + slot) * n..(row * slots + slot + 1) * n);
                 let here = row(task.row);
-                rows::add_scaled(mu, half, here);
+                let add = |mu: &mut [T], faces: &[T], bits: &[u16]| {
+                    if grid.is_open() {
+                        add_inside(mu, half, faces, bits, axis);
+                    } else {
+                        rows::add_scaled(mu, half, faces);
+                    }
+                };
+                let bits = self.solids.row(n, task.row);
+                add(mu, here, bits);
                 if axis == 0 {
-                    rows::add_scaled(mu, half, here.get(1..).unwrap_or(&[]));
+                    add(mu, here.get(1..).unwrap_or(&[]), bits.get(1..).unwrap_or(&[]));
                     if let (true, Some(last), Some(&first)) =
                         (grid.axis(0).is_ring(), mu.last_mut(), here.first())
                     {
                         *last += half * first;
                     }
                 } else if let Some(high) = grid.neighbour(task.row, axis, Side::High) {
-                    rows::add_scaled(mu, half, row(high));
+                    add(mu, row(high), self.solids.row(n, high));
                 }
             }
         });
     }
 }
 
-/// `out += half (here + low)` at the open faces of a row: those with a cell below them that no solid cell closes.
+/// `mu += half z` for faces that are no exits.
+fn add_inside<T: Real>(mu: &mut [T], half: T, faces: &[T], solids: &[u16], axis: usize) {
+    for ((mu, &face), bits) in mu.iter_mut().zip(faces).zip(solids) {
+        if bits & exit(axis) == 0 {
+            *mu += half * face;
+        }
+    }
+}
+
+/// `out += half (here + low)` at the open faces of a row: those with a cell below them that no solid cell closes, and no exits.
 fn add_open<T: Real>(
     out: &mut [T],
     half: T,
@@ -116,7 +133,7 @@ fn add_open<T: Real>(
 ) {
     let bits = solids.iter().copied().chain(core::iter::repeat(0));
     for (((out, &here), low), bits) in out.iter_mut().zip(here).zip(low).zip(bits) {
-        if let (Some(low), 0) = (low, bits & closed(axis)) {
+        if let (Some(low), 0) = (low, bits & (closed(axis) | exit(axis))) {
             *out += half * (here + low);
         }
     }

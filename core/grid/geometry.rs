@@ -1,4 +1,4 @@
-//! What lies beyond a cell: walls, where nothing flows, and rings, where an axis closes on itself.
+//! What lies beyond a cell: walls, where nothing flows, rings, where an axis closes on itself, and open sides, with a layer of cells outside.
 //!
 //! This is the only file that knows how an axis ends. Everything else asks: for the cell, face or row at an index that may
 //! be outside ([`Axis`]), for what is beside a row or a cell ([`Grid::neighbour`], [`Grid::beside`]), for the faces of a cell
@@ -13,8 +13,12 @@
 //! | velocity at faces | 0 on the wall | nothing flows through |
 //! | potential, density read by two points | the cell itself ([`Beyond::Own`]) | no gradient across |
 //! | density read further upstream | the last cell before the wall ([`Axis::nearest`]) | constant continuation |
+//!
+//! Behind the layer of cells outside an open side stands a wall. What is closed, open or dead there, the table of
+//! [`solids`](super::solids) says, as among solid cells.
 
 use super::{Boundary, Grid, Side};
+use core::ops::Range;
 
 /// One axis of a grid: its cells and how it ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,10 +55,18 @@ impl Axis {
     #[inline(always)]
     #[must_use]
     pub const fn faces(self) -> usize {
-        match self.ends {
-            Boundary::Wall => self.cells + 1,
-            Boundary::Periodic => self.cells,
+        if self.is_ring() {
+            self.cells
+        } else {
+            self.cells + 1
         }
+    }
+
+    /// The cells inside the box.
+    #[inline(always)]
+    #[must_use]
+    pub const fn inside(self) -> Range<usize> {
+        self.ends.opens(Side::Low) as usize..self.cells - self.ends.opens(Side::High) as usize
     }
 
     /// Whether the first cell and the last are neighbours.
@@ -89,16 +101,17 @@ impl Axis {
         self.cell(i).unwrap_or(if i < 0 { 0 } else { self.cells - 1 })
     }
 
-    /// The cell at index `i`; behind a wall its mirror image, about the wall and as often as it takes (half-sample symmetry).
+    /// The cell at index `i`; behind a wall or an open side its mirror image, about that and as often as it takes (half-sample symmetry).
     #[inline(always)]
     #[must_use]
     pub fn mirrored(self, i: isize) -> usize {
         if self.is_ring() {
             return self.wrapped(i);
         }
-        let n = self.cells as isize;
-        let i = i.rem_euclid(2 * n);
-        (if i >= n { 2 * n - 1 - i } else { i }) as usize
+        let Range { start, end } = self.inside();
+        let n = (end - start) as isize;
+        let i = (i - start as isize).rem_euclid(2 * n);
+        start + (if i >= n { 2 * n - 1 - i } else { i }) as usize
     }
 
     /// The point `x`, counted in cells from the centre of cell 0, moved to the outermost centre where it lies between that
@@ -126,6 +139,36 @@ impl Grid {
     #[must_use]
     pub const fn axis(&self, axis: usize) -> Axis {
         Axis::new(self.n[axis], self.ends[axis])
+    }
+
+    /// Layers of cells outside the box beyond a side of an axis: 1 where that is open, else 0.
+    #[inline(always)]
+    #[must_use]
+    pub const fn layers(&self, axis: usize, side: Side) -> usize {
+        self.ends[axis].opens(side) as usize
+    }
+
+    /// Whether a side of the box is open.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        let axes = self.ends.iter().take(self.dims);
+        axes.copied()
+            .any(|end| end.opens(Side::Low) || end.opens(Side::High))
+    }
+
+    /// The cells inside the box along each axis.
+    #[must_use]
+    pub fn inside(&self) -> [Range<usize>; 3] {
+        core::array::from_fn(|axis| self.axis(axis).inside())
+    }
+
+    /// Whether a cell is outside the box.
+    #[must_use]
+    pub fn is_outside(&self, at: [usize; 3]) -> bool {
+        self.inside()
+            .iter()
+            .zip(at)
+            .any(|(inside, at)| !inside.contains(&at))
     }
 
     /// The row beside `row` along y (axis 1) or z (axis 2), or `None` behind a wall.

@@ -16,15 +16,16 @@ pub const MAX_LEVELS: usize = 12;
 /// The next coarser grid, or `None` when no axis has more than two cells.
 #[must_use]
 pub fn coarsen(grid: &Grid) -> Option<Grid> {
-    let n = grid.n.map(|n| {
+    let inside = grid.inside().map(|inside| inside.len());
+    let n = inside.map(|n| {
         if n > 2 {
             n.div_ceil(2) - usize::from(n % 4 == 1 && n > 5)
         } else {
             n
         }
     });
-    let h = core::array::from_fn(|a| grid.h[a] * grid.n[a] as f64 / n[a] as f64);
-    (n != grid.n).then_some(Grid { n, h, ..*grid })
+    let h = core::array::from_fn(|a| grid.h[a] * inside[a] as f64 / n[a] as f64);
+    (n != inside).then_some(Grid { h, ..*grid }.with_inside(n))
 }
 
 /// The grids of a hierarchy, finest first.
@@ -50,8 +51,8 @@ pub struct Levels<'m, T> {
     filters: usize,
     /// Whether there are no tables yet, only what workspaces are measured by.
     bare: bool,
-    /// Whether there may be solid cells, and those of all grids: see [`Self::solids`].
-    walled: bool,
+    /// Whether there may be obstacles, and the table of all grids: see [`Self::solids`].
+    obstacles: bool,
     solids: &'m mut [u16],
 }
 
@@ -74,15 +75,20 @@ impl<'m, T: Real> Levels<'m, T> {
             eigenvectors: &[],
             filters,
             bare: true,
-            walled: false,
+            obstacles: false,
             solids: &mut [],
         }
     }
 
-    /// The same with room for solid cells.
+    /// The same with room for obstacles.
     #[must_use]
-    pub fn walled(self, walled: bool) -> Self {
-        Self { walled, ..self }
+    pub fn with_obstacles(self, obstacles: bool) -> Self {
+        Self { obstacles, ..self }
+    }
+
+    /// Whether cells have a table: where there are obstacles or open sides.
+    fn has_table(&self) -> bool {
+        self.obstacles || self.finest.is_open()
     }
 
     /// Takes its buffers and fills them; `filters` is that of the finest metric.
@@ -108,7 +114,7 @@ impl<'m, T: Real> Levels<'m, T> {
         let spectra = grids.iter().map(|grid| Spectrum::<T>::len(grid, filters));
         let eigenvectors = arena.take::<T>("eigenvectors", spectra.sum())?;
         let cells = grids.iter().map(Grid::cells).sum::<usize>();
-        let solids = if self.walled {
+        let solids = if self.has_table() {
             arena.take::<u16>("solid cells", cells)?
         } else {
             &mut []
@@ -130,6 +136,7 @@ impl<'m, T: Real> Levels<'m, T> {
             rest = after;
         }
         (self.eigenvectors, self.solids, self.bare) = (eigenvectors, solids, false);
+        self.set_solids(|_| false);
         Ok(())
     }
 
@@ -142,12 +149,12 @@ impl<'m, T: Real> Levels<'m, T> {
     /// The solid cells of grid `level`.
     #[must_use]
     pub fn solids(&self, level: usize) -> Solids<'_> {
-        if !self.walled {
+        if !self.has_table() {
             return Solids::default();
         }
         let begin: usize = self.grids.iter().take(level).map(Grid::cells).sum();
         let end = begin + self.grids.get(level).map_or(0, Grid::cells);
-        Solids::new(self.solids.get(begin..end).unwrap_or(&[]))
+        Solids::new(self.solids.get(begin..end).unwrap_or(&[]), self.obstacles)
     }
 
     /// Sets which cells of the finest grid are solid, and what follows for those that it halves to.
@@ -162,7 +169,8 @@ impl<'m, T: Real> Levels<'m, T> {
         solids::fill(&self.finest, fine);
         for pair in self.grids.windows(2) {
             let (from, to) = (&pair[0], &pair[1]);
-            let halves = (0..from.dims).all(|axis| from.n[axis] == 2 * to.n[axis]);
+            let [fine_cells, coarse_cells] = [from, to].map(|grid| grid.inside().map(|inside| inside.len()));
+            let halves = (0..from.dims).all(|axis| fine_cells[axis] == 2 * coarse_cells[axis]);
             let Some((coarse, after)) = rest.split_at_mut_checked(to.cells()).filter(|_| halves) else {
                 return;
             };

@@ -69,9 +69,27 @@ pub enum Boundary {
     Wall,
     /// Wraps around.
     Periodic,
+    /// Open on both sides: the pressure outside is 0, and smoke leaves.
+    Open,
+    /// Open on the low side, a wall on the high one.
+    OpenLow,
+    /// Open on the high side, a wall on the low one.
+    OpenHigh,
 }
 
-named!(Boundary { Wall = "wall", Periodic = "periodic" });
+named!(Boundary { Wall = "wall", Periodic = "periodic", Open = "open", OpenLow = "open_low", OpenHigh = "open_high" });
+
+impl Boundary {
+    /// Whether a side is open.
+    #[inline(always)]
+    #[must_use]
+    pub const fn opens(self, side: Side) -> bool {
+        match side {
+            Side::Low => matches!(self, Self::Open | Self::OpenLow),
+            Side::High => matches!(self, Self::Open | Self::OpenHigh),
+        }
+    }
+}
 
 /// Which side of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,11 +101,14 @@ pub enum Side {
 }
 
 /// A box of `n[0] x n[1] (x n[2])` equal cells of size `h[0] x h[1] (x h[2])`; the finest grid has square cells.
+///
+/// Beyond an open side lies one more layer of cells, outside the box: the pressure and the density are 0 there, and the faces between it and
+/// the box belong to the flow. It counts among `n`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// 2 or 3.
     pub dims: usize,
-    /// Cells along x, y, z; 1 along z in 2D.
+    /// Cells along x, y, z, layers outside the box counted; 1 along z in 2D.
     pub n: [usize; 3],
     /// Size of a cell along each axis, in box lengths.
     pub h: [f64; 3],
@@ -96,17 +117,21 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The finest grid of a box, square cells of size 1 / max n.
+    /// The finest grid of a box of so many cells inside, square cells of size 1 / max n.
     #[must_use]
     pub fn new(cells: &[usize], boundary: &[Boundary]) -> Self {
         let largest = cells.iter().copied().max().unwrap_or(1);
         let n = core::array::from_fn(|a| cells.get(a).copied().unwrap_or(1));
-        Self {
-            dims: cells.len(),
-            n,
-            h: [1.0 / largest as f64; 3],
-            ends: core::array::from_fn(|a| boundary.get(a).copied().unwrap_or_default()),
-        }
+        let ends = core::array::from_fn(|a| boundary.get(a).copied().unwrap_or_default());
+        let h = [1.0 / largest as f64; 3];
+        let dims = cells.len();
+        Self { dims, n, h, ends }.with_inside(n)
+    }
+
+    /// The same with so many cells inside along each axis.
+    pub(super) fn with_inside(self, inside: [usize; 3]) -> Self {
+        let n = core::array::from_fn(|a| inside[a] + self.layers(a, Side::Low) + self.layers(a, Side::High));
+        Self { n, ..self }
     }
 
     /// The number of cells.

@@ -1,5 +1,8 @@
 //! The eigenvectors of the second difference along an axis: cosines between walls, cosines and sines on a ring.
 //!
+//! With open sides they are 0 outside the box: sin(pi k (i + 1) / (n + 1)), k >= 1, between two, cos(pi (k + 1/2) (i + 1/2) / (n + 1/2)) between a
+//! wall and one; these are kept whole, and 0 stands in the cells outside.
+//!
 //! -div grad of the potentials phi_k = cos(pi k (i + 1/2) / n) between walls, or cos and sin of 2 pi m (i + 1/2) / n on a ring, is
 //! lambda phi with lambda = 4 sin^2(pi k / 2 n) / h^2 or 4 sin^2(pi m / n) / h^2 (Strang 1999, The Discrete Cosine Transform).
 //! Any symmetric filter that is the same everywhere and is mirrored at walls has them too, such as the Gaussians of the metric.
@@ -13,6 +16,8 @@ use crate::real::Real;
 
 /// The longest axis whose eigenvectors are kept.
 pub const LONGEST: usize = 256;
+/// The most cells inside along an axis with an open side, of which the layers outside are among those of [`LONGEST`].
+pub const MOST_OPEN: usize = LONGEST - 2;
 /// The rows of the left matrix that a product of matrices takes at a time.
 pub const TOGETHER: usize = 4;
 /// The columns of the right matrix are a multiple of this: two of the widest vectors.
@@ -41,6 +46,53 @@ impl Parity {
     }
 }
 
+/// Whether the eigenvectors of an axis are even and odd about its middle: with open sides all of them count as even, and are kept whole.
+#[must_use]
+pub fn folds(axis: Axis) -> bool {
+    axis.inside().len() == axis.cells()
+}
+
+/// The eigenvectors of a parity along an axis, or of either by their coefficients; those of the cells outside are 0.
+fn count_of(axis: Axis, parity: Parity) -> usize {
+    match (folds(axis), parity) {
+        (true, _) => parity.count(axis.cells()),
+        (false, Parity::Even) => axis.cells(),
+        (false, Parity::Odd) => 0,
+    }
+}
+
+/// Value `i` of eigenvector `k` along an axis with open sides, and its eigenvalue times h^2; there are as many as cells, and the last belong to
+/// the cells outside and are 0.
+fn open_eigenvector(axis: Axis, k: usize, i: usize) -> (f64, f64) {
+    let inside = axis.inside();
+    let n = inside.len();
+    let both = axis.cells() - n == 2;
+    if k >= n || !inside.contains(&i) {
+        return (0.0, if k >= n { 1.0 } else { open_eigenvalue(n, both, k) });
+    }
+    let i = i - inside.start;
+    let value = if both {
+        let angle = core::f64::consts::PI / (n + 1) as f64;
+        libm::sqrt(2.0 / (n + 1) as f64) * libm::sin(angle * ((k + 1) * (i + 1)) as f64)
+    } else {
+        // From the wall.
+        let i = if inside.start > 0 { n - 1 - i } else { i };
+        let angle = core::f64::consts::PI / (2 * (2 * n + 1)) as f64;
+        2.0 / libm::sqrt((2 * n + 1) as f64) * libm::cos(angle * ((2 * k + 1) * (2 * i + 1)) as f64)
+    };
+    (value, open_eigenvalue(n, both, k))
+}
+
+fn open_eigenvalue(n: usize, both: bool, k: usize) -> f64 {
+    let half = if both {
+        core::f64::consts::PI * (k + 1) as f64 / (2 * (n + 1)) as f64
+    } else {
+        core::f64::consts::PI * (2 * k + 1) as f64 / (2 * (2 * n + 1)) as f64
+    };
+    let half = libm::sin(half);
+    4.0 * half * half
+}
+
 /// The half waves of eigenvector `k` of a parity along an axis.
 fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
     match parity {
@@ -52,6 +104,9 @@ fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
 
 /// Value `i` of eigenvector `k` of a parity, scaled to length 1, and its eigenvalue times h^2.
 fn eigenvector(axis: Axis, parity: Parity, k: usize, i: usize) -> (f64, f64) {
+    if !folds(axis) {
+        return open_eigenvector(axis, k, i);
+    }
     let n = axis.cells();
     let waves = half_waves(axis, parity, k);
     let angle = core::f64::consts::PI * waves as f64;
@@ -99,6 +154,8 @@ fn fill_blur<T: Real>(axis: Axis, j: usize, factors: &mut [T]) {
 pub struct Modes<'m, T> {
     n: usize,
     first: bool,
+    /// Whether each is even or odd about the middle: see [`folds`].
+    pub folds: bool,
     matrices: &'m [T],
     /// Eigenvalues of -div grad, of even eigenvectors first.
     pub eigenvalues: &'m [T],
@@ -116,10 +173,10 @@ const fn matrix_len(count: usize, first: bool) -> usize {
 }
 
 /// The length of all matrices of an axis: analysis and synthesis of either parity.
-fn matrices_len(n: usize, first: bool) -> usize {
+fn matrices_len(axis: Axis, first: bool) -> usize {
     PARITIES
         .iter()
-        .map(|parity| 2 * matrix_len(parity.count(n), first))
+        .map(|&parity| 2 * matrix_len(count_of(axis, parity), first))
         .sum()
 }
 
@@ -127,12 +184,12 @@ fn matrices_len(n: usize, first: bool) -> usize {
 fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, values: &mut [T]) {
     let n = grid.n[axis];
     let first = axis == 0;
-    let (matrices, rest) = values.split_at_mut(matrices_len(n, first));
+    let (matrices, rest) = values.split_at_mut(matrices_len(grid.axis(axis), first));
     let (eigenvalues, blurs) = rest.split_at_mut(n);
     matrices.fill(T::ZERO);
     let (mut matrix, mut before) = (0, 0);
     for parity in PARITIES {
-        let count = parity.count(n);
+        let count = count_of(grid.axis(axis), parity);
         let len = matrix_len(count, first);
         let columns = if first {
             count.next_multiple_of(COLUMNS)
@@ -156,6 +213,8 @@ fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, values: &mut [T]
         }
         (matrix, before) = (matrix + 2 * len, before + count);
     }
+    // Between open sides the Gaussians have other eigenvectors: every tap is added.
+    let filters = if folds(grid.axis(axis)) { filters } else { 0 };
     for (j, factors) in (1..=filters).zip(blurs.chunks_exact_mut(n)) {
         fill_blur(grid.axis(axis), j, factors);
     }
@@ -181,10 +240,20 @@ impl<T: Real> Modes<'_, T> {
         &self.blurs[(j - 1) * self.n..][..self.n]
     }
 
+    /// The eigenvectors of a parity.
+    #[must_use]
+    pub fn count(&self, parity: Parity) -> usize {
+        match parity {
+            _ if self.folds => parity.count(self.n),
+            Parity::Even => self.n,
+            Parity::Odd => 0,
+        }
+    }
+
     fn matrix(&self, parity: Parity, which: usize) -> &[T] {
-        let len = matrix_len(parity.count(self.n), self.first);
+        let len = matrix_len(self.count(parity), self.first);
         let before = if parity == Parity::Odd {
-            2 * matrix_len(Parity::Even.count(self.n), self.first)
+            2 * matrix_len(self.count(Parity::Even), self.first)
         } else {
             0
         };
@@ -234,11 +303,12 @@ impl<'m, T: Real> Spectrum<'m, T> {
             let (these, after) = numbers.split_at(Self::len_of(grid, filters, axis));
             let n = grid.n[axis];
             let first = axis == 0;
-            let (matrices, rest) = these.split_at(matrices_len(n, first));
+            let (matrices, rest) = these.split_at(matrices_len(grid.axis(axis), first));
             let (eigenvalues, blurs) = rest.split_at(n);
             *known = Modes {
                 n,
                 first,
+                folds: folds(grid.axis(axis)),
                 matrices,
                 eigenvalues,
                 blurs,
@@ -249,6 +319,6 @@ impl<'m, T: Real> Spectrum<'m, T> {
     }
 
     fn len_of(grid: &Grid, filters: usize, axis: usize) -> usize {
-        matrices_len(grid.n[axis], axis == 0) + (1 + filters) * grid.n[axis]
+        matrices_len(grid.axis(axis), axis == 0) + (1 + filters) * grid.n[axis]
     }
 }

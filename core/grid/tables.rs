@@ -51,7 +51,7 @@ impl<'m, T: Real> Tables<'m, T> {
             source,
             weight,
             lines: Default::default(),
-            halves: fine.n[0] == 2 * coarse.n[0] && !fine.axis(0).is_ring(),
+            halves: fine.n[0] == 2 * coarse.n[0] && !fine.axis(0).is_ring() && !fine.is_open(),
         };
         let mut start = 0;
         for axis in 0..fine.dims {

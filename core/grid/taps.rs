@@ -6,7 +6,8 @@
 //! not end where fine ones do, and the weights come from the same piecewise linear functions. Behind a wall stands the last
 //! cell before it. Faces on walls, where nothing flows, have no taps and are no sources.
 
-use super::Axis;
+use super::{Axis, Boundary};
+use core::ops::Range;
 
 /// Which values of one grid make a value of the other along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,22 +74,84 @@ impl Transfer {
 /// The taps of one value: positions of sources and their weights.
 pub type Taps = heapless::Vec<(usize, f64), TAPS>;
 
-/// The taps of value `i` that `transfer` makes between an axis of the finer grid and that of the coarser.
+/// The part of an axis inside the box, between walls or as a ring, and which of its ends are faces that belong to the flow.
+#[derive(Clone, Copy)]
+struct Line {
+    axis: Axis,
+    /// Number of its first cell on the axis.
+    first: usize,
+    open: [bool; 2],
+}
+
+impl Line {
+    fn new(axis: Axis) -> Self {
+        let Range { start, end } = axis.inside();
+        let ends = if axis.is_ring() {
+            Boundary::Periodic
+        } else {
+            Boundary::Wall
+        };
+        Self {
+            axis: Axis::new(end - start, ends),
+            first: start,
+            open: [start > 0, end < axis.cells()],
+        }
+    }
+
+    fn cells(self) -> usize {
+        self.axis.cells()
+    }
+
+    /// The face at index `i`, or `None` where nothing flows.
+    fn face(self, i: isize) -> Option<usize> {
+        let [low, high] = self.open;
+        match usize::try_from(i) {
+            Ok(0) if low => Some(0),
+            Ok(end) if high && end == self.cells() => Some(end),
+            _ => self.axis.open_face(i),
+        }
+    }
+}
+
+/// The taps of value `i` that `transfer` makes between an axis of the finer grid and that of the coarser. A cell outside an open side
+/// becomes the one outside the coarser grid, and nothing else comes of it.
 #[must_use]
 pub fn taps(transfer: Transfer, i: usize, fine: Axis, coarse: Axis) -> Taps {
-    let ratio = fine.cells() as f64 / coarse.cells() as f64;
+    let (from, to) = if transfer.to_finer() {
+        (coarse, fine)
+    } else {
+        (fine, coarse)
+    };
+    let [of_fine, of_coarse] = [fine, coarse].map(Line::new);
+    let [source, target] = [from, to].map(Line::new);
+    let is_face = matches!(
+        transfer,
+        Transfer::RestrictFace | Transfer::ProlongFace | Transfer::CollectFace
+    );
+    let ends = target.first + target.cells() + usize::from(is_face && target.open[1]);
     let mut list = Taps::new();
-    let cell = |axis: Axis| move |at: isize| Some(axis.nearest(at));
-    let face = |axis: Axis| move |at: isize| axis.open_face(at);
-    match transfer {
-        Transfer::RestrictCell => mean(i, fine, ratio, &mut list),
-        Transfer::RestrictFace => linear(i as f64 * ratio, face(fine), &mut list),
-        Transfer::ProlongCell => linear((i as f64 + 0.5) / ratio - 0.5, cell(coarse), &mut list),
-        Transfer::ProlongFace => linear(i as f64 / ratio, face(coarse), &mut list),
-        Transfer::CollectCell => collect(Transfer::ProlongCell, i, fine, coarse, &mut list),
-        Transfer::CollectFace => collect(Transfer::ProlongFace, i, fine, coarse, &mut list),
+    if (target.first..ends).contains(&i) {
+        inside(transfer, i - target.first, of_fine, of_coarse, &mut list);
+        list.iter_mut().for_each(|(at, _)| *at += source.first);
+    } else if transfer == Transfer::RestrictCell {
+        put(&mut list, Some(if i == 0 { 0 } else { from.cells() - 1 }), 1.0);
     }
     list
+}
+
+/// [`taps`] in numbers of cells and faces inside.
+fn inside(transfer: Transfer, i: usize, fine: Line, coarse: Line, list: &mut Taps) {
+    let ratio = fine.cells() as f64 / coarse.cells() as f64;
+    let cell = |line: Line| move |at: isize| Some(line.axis.nearest(at));
+    let face = |line: Line| move |at: isize| line.face(at);
+    match transfer {
+        Transfer::RestrictCell => mean(i, fine.axis, ratio, list),
+        Transfer::RestrictFace => linear(i as f64 * ratio, face(fine), list),
+        Transfer::ProlongCell => linear((i as f64 + 0.5) / ratio - 0.5, cell(coarse), list),
+        Transfer::ProlongFace => linear(i as f64 / ratio, face(coarse), list),
+        Transfer::CollectCell => collect(Transfer::ProlongCell, i, fine, coarse, list),
+        Transfer::CollectFace => collect(Transfer::ProlongFace, i, fine, coarse, list),
+    }
 }
 
 /// Adds a tap, unless its weight is rounding error; taps of one source are joined.
@@ -123,15 +186,20 @@ fn linear(place: f64, source: impl Fn(isize) -> Option<usize>, list: &mut Taps) 
 }
 
 /// Row `i` of the transpose of `transfer`, times coarse / fine.
-fn collect(transfer: Transfer, i: usize, fine: Axis, coarse: Axis, list: &mut Taps) {
+fn collect(transfer: Transfer, i: usize, fine: Line, coarse: Line, list: &mut Taps) {
     let centre = i * fine.cells() / coarse.cells();
     let mut seen: heapless::Vec<usize, 16> = heapless::Vec::new();
     for offset in -4..=5isize {
-        let Some(f) = fine.cell(centre as isize + offset).filter(|f| !seen.contains(f)) else {
+        let Some(f) = fine
+            .axis
+            .cell(centre as isize + offset)
+            .filter(|f| !seen.contains(f))
+        else {
             continue;
         };
         let _ = seen.push(f);
-        let taps = taps(transfer, f, fine, coarse);
+        let mut taps = Taps::new();
+        inside(transfer, f, fine, coarse, &mut taps);
         let weight: f64 = taps.iter().filter(|(c, _)| *c == i).map(|(_, w)| w).sum();
         if weight != 0.0 {
             let pushed = list.push((f, weight * coarse.cells() as f64 / fine.cells() as f64));

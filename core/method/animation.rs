@@ -36,7 +36,7 @@ impl<'m, T: Real> Animation<'m, T> {
     #[must_use]
     pub fn new(grid: &Grid, setup: &sweep::Setup) -> Self {
         Self {
-            levels: Levels::bare(grid, setup.metric.filters).walled(setup.walled),
+            levels: Levels::bare(grid, setup.metric.filters).with_obstacles(setup.obstacles),
             rho: &mut [],
             v: Default::default(),
             initial: Default::default(),
@@ -100,11 +100,6 @@ impl<'m, T: Real> Animation<'m, T> {
                 slot,
             },
         }
-    }
-
-    /// Sets rho_0.
-    pub fn set_source(&mut self, density: &[T]) {
-        self.rho[..density.len()].copy_from_slice(density);
     }
 
     /// The objective as a function of a flow on the finest grid, with `region` to work in, and v beside it.

@@ -10,7 +10,7 @@ use super::refusal::PlanError;
 use crate::checkpoint::{Damaged, Mix, Record};
 use crate::exec::Exec;
 use crate::field::{Vector, rows, view};
-use crate::grid::Space;
+use crate::grid::{Grid, Space};
 use crate::memory::{Layout, Pool, TooSmall};
 use crate::objective::flow;
 use crate::objective::script::Script;
@@ -212,14 +212,14 @@ pub struct Parts<'a, 'm, T> {
 }
 
 impl<T: Real> Parts<'_, '_, T> {
-    /// Sets rho_0 and its maximum.
-    pub fn set_source(self, density: &[T], largest: f64) {
-        self.animation.set_source(density);
-        self.setup.sweep.largest = largest;
-    }
-
-    /// `out` = what emitters added after `step`; 0 where the flow was too fast to carry anything.
-    pub fn emission(&mut self, exec: &dyn Exec, step: usize, script: &Script<'_, T>, out: &mut [T]) {
+    /// Calls `take` with what emitters added after `step`, unless the flow was too fast to carry anything.
+    pub fn emission(
+        &mut self,
+        exec: &dyn Exec,
+        step: usize,
+        script: &Script<'_, T>,
+        take: &mut dyn FnMut(&Grid, &[T]),
+    ) {
         let Animation {
             levels,
             rho,
@@ -236,11 +236,8 @@ impl<T: Real> Parts<'_, '_, T> {
         let cells = levels.finest.cells();
         let density = rows::part(rho, step * cells..(step + 1) * cells);
         let mut sweep = DensitySweep::carve(levels, 0, &self.setup.sweep, &mut Pool::new(self.region));
-        if sweep
-            .emission(exec, &flow, (step, density), script, sums, out)
-            .is_err()
-        {
-            out.fill(T::ZERO);
+        if let Ok(added) = sweep.emission(exec, &flow, (step, density), script, sums) {
+            take(&levels.finest, added);
         }
     }
 

@@ -28,8 +28,9 @@ fn smallest(dims: usize) -> usize {
 #[must_use]
 pub fn begins_on(fine: &Grid, coarse: &Grid) -> bool {
     let least = smallest(fine.dims);
-    let halves = (0..fine.dims).all(|axis| fine.n[axis] == 2 * coarse.n[axis] && coarse.n[axis] >= least / 2);
-    halves && coarse.n.iter().any(|&n| n >= least)
+    let [fine_cells, cells] = [fine, coarse].map(|grid| grid.inside().map(|inside| inside.len()));
+    let halves = (0..fine.dims).all(|axis| fine_cells[axis] == 2 * cells[axis] && cells[axis] >= least / 2);
+    halves && cells.iter().any(|&n| n >= least)
 }
 
 /// The data of a scene on one grid.

@@ -37,6 +37,11 @@ impl<'a, T: Real> DataTerm<'a, T> {
         })
     }
 
+    /// A field to work in until the next [`Self::evaluate`].
+    pub fn field(&mut self) -> &mut [T] {
+        self.error
+    }
+
     /// The grid.
     #[must_use]
     pub fn grid(&self) -> &'a Grid {

@@ -29,8 +29,8 @@ pub struct Setup {
     pub largest: f64,
     /// Threads that scratch was planned for.
     pub threads: usize,
-    /// Whether there may be solid cells.
-    pub walled: bool,
+    /// Whether there may be obstacles.
+    pub obstacles: bool,
     /// Whether there is memory for two threads to do different works where fields are small.
     pub overlap: bool,
 }
@@ -59,7 +59,7 @@ impl Setup {
             stepping: problem.advection.into(),
             largest: 1.0,
             threads,
-            walled: problem.solids,
+            obstacles: problem.solids,
             overlap: false,
         }
     }
@@ -185,7 +185,7 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         Stop::heard(observer)
     }
 
-    /// `out` = what is emitted after `step`, whose density is `rho`.
+    /// What is emitted after `step`, whose density is `rho`.
     ///
     /// # Errors
     /// [`TooFast`].
@@ -196,14 +196,14 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         (step, rho): (usize, &[T]),
         script: &Script<'_, T>,
         sums: &mut [f64],
-        out: &mut [T],
-    ) -> Result<(), TooFast> {
+    ) -> Result<&[T], TooFast> {
         self.transport.load(exec, flow, self.slots, step, sums)?;
         self.transport.forward(exec, rho, self.mu);
+        let out = self.data.field();
         out.copy_from_slice(self.mu);
         script.emit(exec, self.grid, step + 1, out);
         rows::sub(out, self.mu);
-        Ok(())
+        Ok(out)
     }
 
     /// The data term of densities that were carried.

@@ -1,6 +1,7 @@
 //! Batches of slots that are projected together, and what is done to each row of them.
 
 use crate::field::{Block, Vector, rows};
+use crate::grid::solids::{OUTSIDE, Solids};
 use crate::grid::{Grid, Side};
 use crate::operators::divergence::{RowFaces, add_gradient};
 use crate::real::Real;
@@ -123,6 +124,28 @@ pub fn divergence_in_row<T: Real>(
         measured.add(Measured { divergence, speed });
     }
     measured
+}
+
+/// Sets the divergence of a row to 0 outside the box, where the flow that passes exits ends; max |div v| and max |v| of the rest, of which
+/// `found` are those of all.
+pub fn inside<T: Real>(
+    grid: &Grid,
+    solids: Solids<'_>,
+    row: usize,
+    found: [f64; 2],
+    divergence: &mut [T],
+) -> [f64; 2] {
+    if !grid.is_open() {
+        return found;
+    }
+    solids.clear(grid.n[0], row, OUTSIDE, divergence);
+    // Where the flow is not finite both say so.
+    let largest = if found[1].is_finite() {
+        rows::max_abs(divergence)
+    } else {
+        found[0]
+    };
+    [largest, found[1]]
 }
 
 /// v -= grad q and, unless p is empty, p -= q in a row. `fields` are that row of the components of v and of p, `span` the slots in them,

@@ -45,6 +45,10 @@ pub fn solve<T: Real>(
             return;
         }
         apply(grid, solids, direction, image);
+        if grid.is_open() {
+            // What passes exits ends outside, where there is no equation.
+            solids.clear_cells(grid.n[0], image);
+        }
         let length = T::from_f64(slope / rows::dot(direction, image));
         rows::add_scaled(field, length, direction);
         rows::add_scaled(residual, -length, image);

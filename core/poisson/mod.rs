@@ -19,7 +19,7 @@ use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::Observer;
 use crate::operators::divergence::divergence;
 use crate::real::Real;
-use batch::{Batch, MAX_BATCH, Measured, divergence_in_row};
+use batch::{Batch, MAX_BATCH, Measured, divergence_in_row, inside};
 use core::ops::ControlFlow;
 use multigrid::Multigrid;
 use spectral::Spectral;
@@ -112,7 +112,7 @@ impl<'a, T: Real> Projection<'a, T> {
         v: &VectorMut<'_, T>,
         sums: &mut [f64],
     ) -> [f64; 2] {
-        let grid = self.grid;
+        let (grid, solids) = (self.grid, self.solids);
         let v = view(v);
         let mut fastest: f64 = 0.0;
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
@@ -125,7 +125,8 @@ impl<'a, T: Real> Projection<'a, T> {
                 |task| {
                     let out = rows::part_mut(task.scratch, 0..grid.n[0]);
                     divergence_in_row(grid, batch, task.row, v, |faces, scales| {
-                        divergence(faces, scales, out)
+                        let found = divergence(faces, scales, out);
+                        inside(grid, solids, task.row, found, out)
                     })
                     .write(task.sums);
                 },

@@ -1,6 +1,6 @@
 //! Poisson's problem by eigenvectors: a transform along every axis, a division by the eigenvalues, and back, slot by slot.
 
-use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, subtract_gradient_in_row};
+use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, inside, subtract_gradient_in_row};
 use super::{conjugate, eigen};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector};
@@ -38,7 +38,7 @@ impl<'a, T: Real> Spectral<'a, T> {
             grid,
             spectrum,
             q: pool.take("potentials of a batch of slots", grid.cells() * batch),
-            work: if solids.there() {
+            work: if solids.obstacles() {
                 pool.take("conjugate gradients", conjugate::FIELDS * grid.cells() * batch)
             } else {
                 &mut []
@@ -56,7 +56,7 @@ impl<'a, T: Real> Spectral<'a, T> {
         v: Vector<'_, T>,
         sums: &mut [f64],
     ) -> Measured {
-        let grid = self.grid;
+        let (grid, solids) = (self.grid, self.solids);
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let mut slots = self.q.chunks_exact_mut(grid.cells()).take(batch.count);
         let fields: [_; MAX_BATCH] = core::array::from_fn(|_| slots.next().unwrap_or(&mut []));
@@ -67,7 +67,9 @@ impl<'a, T: Real> Spectral<'a, T> {
             |task| {
                 let mut slots = task.fields.into_iter();
                 divergence_in_row(grid, batch, task.row, v, |faces, scales| {
-                    divergence(faces, scales, slots.next().unwrap_or(&mut []))
+                    let out = slots.next().unwrap_or(&mut []);
+                    let found = divergence(faces, scales, out);
+                    inside(grid, solids, task.row, found, out)
                 })
                 .write(task.sums);
             },
@@ -85,7 +87,7 @@ impl<'a, T: Real> Spectral<'a, T> {
     ) -> ControlFlow<()> {
         let (grid, spectrum, solids) = (self.grid, &self.spectrum, self.solids);
         let q = &mut self.q[..grid.cells() * batch.count];
-        if solids.there() {
+        if solids.obstacles() {
             let work = &mut self.work[..conjugate::FIELDS * grid.cells() * batch.count];
             for_rows(
                 exec,

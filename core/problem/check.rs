@@ -1,7 +1,8 @@
 //! Which problems are refused.
 
 use super::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Scheme, Supply};
-use crate::grid::spectrum::LONGEST;
+use crate::grid::Side;
+use crate::grid::spectrum::{LONGEST, MOST_OPEN};
 
 impl Problem<'_> {
     /// Checks every field but the number of axes and whether there are keyframes.
@@ -49,6 +50,20 @@ impl Problem<'_> {
         }
         for &weight in self.keyframe_weights {
             positive("keyframe.weight", weight)?;
+        }
+        if self.is_open() {
+            if self.advection.scheme != Scheme::Limited {
+                return Err(ProblemError::OpenScheme);
+            }
+            let grid = self.grid();
+            let open = |axis: usize| grid.layers(axis, Side::Low) + grid.layers(axis, Side::High) > 0;
+            let mut cells = self.cells.iter().enumerate();
+            if let Some((axis, &given)) = cells.find(|&(axis, &n)| open(axis) && n > MOST_OPEN) {
+                return Err(ProblemError::OpenCells { axis, given });
+            }
+            if self.match_mass && !self.keyframes.is_empty() {
+                return Err(ProblemError::MassLeaves);
+            }
         }
         if self.solids {
             if self.advection.scheme != Scheme::Limited {

@@ -1,7 +1,7 @@
 //! Why a problem is refused, in words.
 
 use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
-use crate::grid::spectrum::LONGEST;
+use crate::grid::spectrum::{LONGEST, MOST_OPEN};
 use crate::words::Named;
 use core::fmt;
 
@@ -89,6 +89,17 @@ pub enum ProblemError {
     },
     /// Only limited transport goes around solid cells.
     SolidScheme,
+    /// Only limited transport lets smoke out of open sides.
+    OpenScheme,
+    /// An axis with an open side is too long.
+    OpenCells {
+        /// The axis.
+        axis: usize,
+        /// Its cells.
+        given: usize,
+    },
+    /// Smoke leaves by open sides, so that keyframes cannot be scaled to its mass.
+    MassLeaves,
     /// Solid cells on an axis that is too long for eigenvectors.
     SolidCells {
         /// The axis.
@@ -180,6 +191,18 @@ impl fmt::Display for ProblemError {
                 )
             }
             Self::SolidScheme => write!(f, "only limited transport goes around solid cells; take that"),
+            Self::OpenScheme => write!(
+                f,
+                "only limited transport lets smoke out of open sides; take that"
+            ),
+            Self::OpenCells { axis, given } => write!(
+                f,
+                "cells[{axis}] is {given}; along an axis with open sides at most {MOST_OPEN} are possible"
+            ),
+            Self::MassLeaves => write!(
+                f,
+                "smoke leaves by open sides, so the mass of a keyframe is not known before; take match_mass = false"
+            ),
             Self::SolidCells { axis, given } => write!(
                 f,
                 "cells[{axis}] is {given}; among solid cells at most {LONGEST} are possible"

@@ -16,9 +16,11 @@ pub enum Feature {
     Schedule,
     /// A price of the force that differs from place to place: [`Problem::mask`].
     Mask,
+    /// Open sides of the box: [`Problem::boundary`].
+    Open,
 }
 
-named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Solids = "solid cells", Schedule = "schedule", Mask = "mask" });
+named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Solids = "solid cells", Schedule = "schedule", Mask = "mask", Open = "open sides" });
 
 impl Problem<'_> {
     /// Whether it asks for a feature.
@@ -30,6 +32,7 @@ impl Problem<'_> {
             Feature::Solids => self.solids,
             Feature::Schedule => !self.schedule.is_empty(),
             Feature::Mask => self.mask,
+            Feature::Open => self.is_open(),
         }
     }
 }

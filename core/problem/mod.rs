@@ -8,7 +8,7 @@ pub use check::{not_negative, positive};
 pub use error::ProblemError;
 pub use feature::Feature;
 
-use crate::grid::{Boundary, Grid};
+use crate::grid::{Boundary, Grid, Side};
 use crate::words::named;
 
 /// How density is carried (mathematics section 3).
@@ -169,6 +169,13 @@ impl Problem<'_> {
     #[must_use]
     pub fn grid(&self) -> Grid {
         Grid::new(self.cells, self.boundary)
+    }
+
+    /// Whether a side of the box is open.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        let opens = |end: &Boundary| end.opens(Side::Low) || end.opens(Side::High);
+        self.boundary.iter().any(opens)
     }
 
     /// Filters m of the metric.

@@ -1,7 +1,7 @@
 //! What tells one solve from another.
 
 use crate::checkpoint::Mix;
-use crate::grid::{Boundary, Space};
+use crate::grid::Space;
 use crate::method::params::Params;
 use crate::method::registry;
 use crate::problem::{Advection, Emitter, Problem, Supply};
@@ -45,9 +45,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         projection_tolerance,
     } = problem;
     cells.iter().for_each(|&n| mix.word(n as u64));
-    boundary
-        .iter()
-        .for_each(|&end| mix.word(u64::from(end == Boundary::Periodic)));
+    boundary.iter().for_each(|&end| mix.word(end as u64));
     mix.word(*steps as u64);
     mix.word(keyframes.len() as u64);
     keyframes.iter().for_each(|&step| mix.word(step as u64));

@@ -1,10 +1,12 @@
 //! What a solve is given: densities and v_0.
 
-use super::layout::FileLayout;
+use super::layout::{FileLayout, Run};
 use super::{InputError, Solver};
 use crate::checkpoint::Mix;
+use crate::field::rows;
 use crate::grid::Space;
 use crate::grid::solids::SOLID;
+use crate::method::animation::Animation;
 use crate::real::Real;
 
 /// A density of whose mass no more than this part is outside solid cells is refused.
@@ -16,8 +18,8 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// # Errors
     /// [`InputError::Length`]; [`InputError::NoFluid`] where all cells are solid; [`InputError::Index`] where the problem has no solid cells.
     pub fn set_solids(&mut self, solid: &[bool]) -> Result<(), InputError> {
-        let expected = self.grid().cells();
-        if !self.animation().levels.solids(0).there() {
+        let expected = self.cells();
+        if !self.animation().levels.solids(0).obstacles() {
             return Err(InputError::Index { given: 0, count: 0 });
         }
         if solid.len() != expected {
@@ -30,7 +32,19 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             return Err(InputError::NoFluid);
         }
         let levels = &mut self.engine.get_mut().parts().animation.levels;
-        levels.set_solids(|cell| solid.get(cell).copied().unwrap_or(false));
+        let (grid, inside) = (levels.finest, levels.finest.inside());
+        let [nx, ny, _] = inside.clone().map(|inside| inside.len());
+        levels.set_solids(|cell| {
+            let [x, y, z] = grid.cell_at(cell / grid.n[0], cell % grid.n[0]);
+            let here = |axis: usize, at: usize| at.wrapping_sub(inside[axis].start);
+            let index = (here(2, z).wrapping_mul(ny).wrapping_add(here(1, y))).wrapping_mul(nx);
+            let there = !grid.is_outside([x, y, z]);
+            there
+                && solid
+                    .get(index.wrapping_add(here(0, x)))
+                    .copied()
+                    .unwrap_or(false)
+        });
         let mut mix = Mix::new();
         solid.iter().for_each(|&solid| mix.word(u64::from(solid)));
         self.solid_print = mix.finish();
@@ -38,12 +52,19 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         Ok(())
     }
 
-    /// Whether cell `cell` is solid.
+    /// Whether the cell at (x, y, z) is solid.
     #[must_use]
-    pub fn is_solid(&self, cell: usize) -> bool {
-        let n = self.grid().n[0];
-        let row = self.animation().levels.solids(0).row(n, cell / n);
-        row.get(cell % n).is_some_and(|bits| bits & SOLID != 0)
+    pub fn is_solid(&self, at: [usize; 3]) -> bool {
+        let (grid, inside) = (self.grid(), self.grid().inside());
+        let [x, y, z] = core::array::from_fn(|axis| inside[axis].start + at[axis]);
+        let row = self.animation().levels.solids(0).row(grid.n[0], grid.row(y, z));
+        row.get(x).is_some_and(|bits| bits & SOLID != 0)
+    }
+
+    /// Cells of a density that is given: those inside the box.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        FileLayout::of_cells(self.grid()).len()
     }
 
     /// Sets rho_0: one density for each cell, x fastest.
@@ -55,10 +76,13 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let largest = density.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
         let emitters = 0..self.lists.spans.len() / 2;
         let largest = emitters.fold(largest, |most, index| most.max(self.emitted(index)));
-        self.engine.get_mut().parts().set_source(density, largest);
         let parts = self.engine.get_mut().parts();
-        let solids = parts.animation.levels.solids(0);
-        solids.clear_cells(parts.animation.levels.finest.n[0], &mut *parts.animation.rho);
+        parts.setup.sweep.largest = largest;
+        let Animation { levels, rho, .. } = parts.animation;
+        let grid = &levels.finest;
+        let rho = rows::part_mut(rho, 0..grid.cells());
+        FileLayout::of_cells(grid).write(density, T::ONE, rho);
+        levels.solids(0).clear_cells(grid.n[0], rho);
         self.mass = mass;
         self.finished = false;
         Ok(())
@@ -102,7 +126,19 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if !self.lists.mask {
             return Err(InputError::Index { given: 0, count: 0 });
         }
-        self.set_part(self.lists.mask_begins(), mask)
+        let index = self.lists.mask_begins();
+        self.set_part(index, mask)?;
+        // An exit has the mask of the cell inside.
+        let (grid, cells) = (*self.grid(), self.grid().cells());
+        let inside = grid.inside();
+        if let Some(field) = self.fields.get_mut(index * cells..(index + 1) * cells) {
+            for cell in 0..cells {
+                let at = grid.cell_at(cell / grid.n[0], cell % grid.n[0]);
+                let nearest = core::array::from_fn(|a| at[a].clamp(inside[a].start, inside[a].end - 1));
+                field[cell] = field[grid.index(nearest)];
+            }
+        }
+        Ok(())
     }
 
     /// Writes field `index` of the script, of values from 0 to 1 that are not 0 everywhere.
@@ -117,9 +153,12 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// Writes field `index` of the script.
     fn put_field(&mut self, index: usize, values: &[T]) {
-        let cells = self.grid().cells();
+        let (layout, cells) = (
+            FileLayout::of_cells(self.engine.get().animation().grid()),
+            self.grid().cells(),
+        );
         if let Some(field) = self.fields.get_mut(index * cells..(index + 1) * cells) {
-            field.copy_from_slice(values);
+            layout.write(values, T::ONE, field);
         }
         self.clear_field(index);
         self.finished = false;
@@ -139,12 +178,12 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     fn mass_of(&self, density: &[T]) -> Result<f64, InputError> {
         let (grid, solids) = (self.grid(), self.animation().levels.solids(0));
         let n = grid.n[0];
-        check(density, grid.cells())?;
-        let rows = density.chunks_exact(n).enumerate();
-        let mass = rows.fold(0.0, |sum, (row, values)| {
+        let layout = FileLayout::of_cells(grid);
+        check(density, layout.len())?;
+        let mass = layout.runs().fold(0.0, |sum, Run { row, x, file, count }| {
             let table = solids.row(n, row);
-            let in_fluid = |&(x, _): &(usize, &T)| table.get(x).is_none_or(|bits| bits & SOLID == 0);
-            values
+            let in_fluid = |&(at, _): &(usize, &T)| table.get(x + at).is_none_or(|bits| bits & SOLID == 0);
+            rows::part(density, file..file + count)
                 .iter()
                 .enumerate()
                 .filter(in_fluid)
@@ -185,10 +224,10 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             .missing
             .saturating_sub(usize::from(target.iter().all(|&x| x == T::ZERO)));
         self.finished = false;
+        FileLayout::of_cells(self.engine.get().animation().grid()).write(density, T::ONE, target);
         target
             .iter_mut()
-            .zip(density)
-            .for_each(|(target, &x)| *target = T::from_f64(x.to_f64() * factor));
+            .for_each(|target| *target = T::from_f64(target.to_f64() * factor));
         self.clear_field(index);
         Ok(factor)
     }
@@ -217,16 +256,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         }
         let scale = T::from_f64(1.0 / self.units.velocity);
         let field = &mut self.engine.get_mut().parts().animation.initial[axis];
-        layout.each_row(|row, file, wall| {
-            let at = &mut field[row * grid.n[0]..(row + 1) * grid.n[0]];
-            for (x, value) in at.iter_mut().enumerate() {
-                *value = if wall || layout.wall_face(x) {
-                    T::ZERO
-                } else {
-                    faces[file + x] * scale
-                };
-            }
-        });
+        layout.write(faces, scale, field);
         (self.prepared, self.finished) = (None, false);
         Ok(())
     }

@@ -1,59 +1,108 @@
 //! The layout of a component in memory and in a file.
 
-use crate::grid::Grid;
+use crate::grid::{Grid, Side};
+use crate::real::Real;
+use core::ops::Range;
 
-/// Elements of one component in a file: z, y, x with x fastest, of faces one more along their own axis when that ends in walls.
-pub(super) struct FileLayout {
-    n: [usize; 3],
-    axis: usize,
-    walls: bool,
+/// Elements of one component in a file: z, y, x with x fastest, of faces one more along their own axis unless that is a ring. Cells outside
+/// open sides are in memory alone.
+pub(super) struct FileLayout<'g> {
+    grid: &'g Grid,
+    inside: [Range<usize>; 3],
+    /// The axis of faces; `None` of cells.
+    axis: Option<usize>,
 }
 
-impl FileLayout {
-    pub fn new(grid: &Grid, axis: usize) -> Self {
+/// Elements that lie side by side in memory and in a file.
+pub(super) struct Run {
+    /// The row in memory.
+    pub row: usize,
+    /// The first of them in that row.
+    pub x: usize,
+    /// The first of them in the file.
+    pub file: usize,
+    /// How many.
+    pub count: usize,
+}
+
+impl<'g> FileLayout<'g> {
+    /// That of the faces of an axis.
+    pub fn new(grid: &'g Grid, axis: usize) -> Self {
         Self {
-            n: grid.n,
-            axis,
-            walls: grid.axis(axis).open_face(0).is_none(),
+            axis: Some(axis),
+            ..Self::of_cells(grid)
         }
     }
 
     /// That of a field of cells.
-    pub fn of_cells(grid: &Grid) -> Self {
+    pub fn of_cells(grid: &'g Grid) -> Self {
         Self {
-            n: grid.n,
-            axis: 0,
-            walls: false,
+            grid,
+            inside: grid.inside(),
+            axis: None,
         }
     }
 
     pub fn extent(&self, axis: usize) -> usize {
-        self.n[axis] + usize::from(self.walls && axis == self.axis)
+        let ends = self.axis == Some(axis) && !self.grid.axis(axis).is_ring();
+        self.inside[axis].len() + usize::from(ends)
     }
 
     pub fn len(&self) -> usize {
         (0..3).map(|axis| self.extent(axis)).product()
     }
 
-    /// Whether face `x` of a row is on a wall.
-    pub fn wall_face(&self, x: usize) -> bool {
-        self.walls && self.axis == 0 && x == 0
+    /// Positions in a file along an axis that are in memory: all but faces on walls.
+    fn stored(&self, axis: usize) -> Range<usize> {
+        let extent = self.extent(axis);
+        if extent == self.inside[axis].len() {
+            return 0..extent;
+        }
+        let wall = |side: Side| 1 - self.grid.layers(axis, side);
+        wall(Side::Low)..extent - wall(Side::High)
     }
 
-    /// Calls `visit` with every stored row, where it begins in the file, and whether all of it is on a wall.
-    pub fn each_row(&self, mut visit: impl FnMut(usize, usize, bool)) {
-        for z in 0..self.n[2] {
-            for y in 0..self.n[1] {
-                let wall = self.walls && (self.axis == 1 && y == 0 || self.axis == 2 && z == 0);
-                visit(z * self.n[1] + y, (z * self.extent(1) + y) * self.extent(0), wall);
-            }
+    /// Everything but faces on walls, where nothing flows.
+    pub fn runs(&self) -> impl Iterator<Item = Run> + use<'_> {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.stored(axis));
+        let rows = z.flat_map(move |z| y.clone().map(move |y| [y, z]));
+        rows.map(move |[y, z]| Run {
+            row: self.grid.row(self.inside[1].start + y, self.inside[2].start + z),
+            x: self.inside[0].start + x.start,
+            file: (z * self.extent(1) + y) * self.extent(0) + x.start,
+            count: x.len(),
+        })
+    }
+
+    /// `out` in the layout of a file from time level `slot` of a trajectory of `slots`, times `unit`.
+    pub fn read<T: Real>(&self, field: &[T], [slots, slot]: [usize; 2], unit: T, out: &mut [T]) {
+        out.fill(T::ZERO);
+        let n = self.grid.n[0];
+        for Run { row, x, file, count } in self.runs() {
+            let begin = (row * slots + slot) * n + x;
+            let from = field.get(begin..begin + count).unwrap_or(&[]);
+            let out = out.get_mut(file..file + count).unwrap_or(&mut []);
+            out.iter_mut().zip(from).for_each(|(out, &x)| *out = x * unit);
+        }
+    }
+
+    /// A field of one time level in memory from one in the layout of a file, times `unit`; 0 on walls and outside the box.
+    pub fn write<T: Real>(&self, given: &[T], unit: T, field: &mut [T]) {
+        field.fill(T::ZERO);
+        let n = self.grid.n[0];
+        for Run { row, x, file, count } in self.runs() {
+            let from = given.get(file..file + count).unwrap_or(&[]);
+            let begin = row * n + x;
+            let to = field.get_mut(begin..begin + count).unwrap_or(&mut []);
+            to.iter_mut().zip(from).for_each(|(to, &x)| *to = x * unit);
         }
     }
 }
 
 /// A field as it lies in memory, to be read without copying. Number (x, y, z) is `numbers[x + y strides[1] + z strides[2]]` times
 /// `unit` in the scene's units. Of a component of a velocity or force it is the one on the low face of cell (x, y, z) along the
-/// component's axis; the last faces of a wall axis are not stored, since nothing flows there.
+/// component's axis; the last faces of a wall axis are not stored, since nothing flows there, and those of an open side follow as one more
+/// along that axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Strided<'a, T> {
     /// The numbers from the first on.
@@ -69,10 +118,13 @@ pub struct Strided<'a, T> {
 impl<'a, T> Strided<'a, T> {
     /// Slot `slot` of a trajectory of `slots`.
     pub(super) fn slot(grid: &Grid, field: &'a [T], slots: usize, slot: usize, unit: f64) -> Self {
-        let n = grid.n;
+        let (n, inside) = (grid.n, grid.inside());
+        let row = grid.row(inside[1].start, inside[2].start);
         Self {
-            numbers: field.get(slot * n[0]..).unwrap_or(&[]),
-            extent: n,
+            numbers: field
+                .get((row * slots + slot) * n[0] + inside[0].start..)
+                .unwrap_or(&[]),
+            extent: inside.map(|inside| inside.len()),
             strides: [1, slots * n[0], slots * n[0] * n[1]],
             unit,
         }

@@ -4,7 +4,7 @@ use crate::exec::Exec;
 use crate::field::rows;
 use crate::field::slot::{self, Slot};
 use crate::field::view;
-use crate::grid::Space;
+use crate::grid::{Grid, Space};
 use crate::memory::{Layout, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::contract::Contract;
@@ -96,10 +96,16 @@ impl<'m, T: Real, S: Space> Release<'m, T, S> {
     }
 
     /// What emitters added after `step` of the whole.
-    pub fn emission(&mut self, exec: &dyn Exec, step: usize, script: &Script<'_, T>, out: &mut [T]) {
+    pub fn emission(
+        &mut self,
+        exec: &dyn Exec,
+        step: usize,
+        script: &Script<'_, T>,
+        take: &mut dyn FnMut(&Grid, &[T]),
+    ) {
         let (before, mut parts) = (self.before, self.tail.parts());
         let script = script.after(before, parts.animation.grid().cells());
-        parts.emission(exec, step - before, &script, out);
+        parts.emission(exec, step - before, &script, take);
     }
 
     /// Where step `step` of an output is, of which `controlled` steps are in the controlled part; `None` if that has it, or if a simulation

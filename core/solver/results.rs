@@ -3,7 +3,7 @@
 use super::Solver;
 use super::layout::{FileLayout, Strided};
 use crate::exec::Exec;
-use crate::grid::Space;
+use crate::grid::{Grid, Space};
 use crate::method::output::{DENSITY, FORCE, Output, Place, Stored, Unit, VELOCITY};
 use crate::objective::script::Script;
 use crate::real::Real;
@@ -48,7 +48,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     }
 
     /// How a component of an output lies in a file.
-    fn layout(&self, output: &Output, axis: usize) -> FileLayout {
+    fn layout(&self, output: &Output, axis: usize) -> FileLayout<'_> {
         match output.place {
             Place::Cells => FileLayout::of_cells(self.grid()),
             Place::Faces => FileLayout::new(self.grid(), axis),
@@ -66,31 +66,36 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub fn read(&self, output: &Output, step: usize, axis: usize, out: &mut [T]) {
         let stored = self.stored(output, step);
         let field = stored.components[axis];
-        let (n, unit) = (self.grid().n[0], T::from_f64(self.unit(output)));
-        out.fill(T::ZERO);
-        self.layout(output, axis).each_row(|row, file, wall| {
-            if !wall {
-                let from = &field[(row * stored.slots + stored.slot) * n..][..n];
-                let out = out[file..file + n].iter_mut();
-                out.zip(from).for_each(|(out, &x)| *out = x * unit);
-            }
-        });
+        let unit = T::from_f64(self.unit(output));
+        self.layout(output, axis)
+            .read(field, [stored.slots, stored.slot], unit, out);
     }
 
-    /// rho_step, one element for each cell.
+    /// Copies a field of cells as it is stored, such as [`Self::density`], to `out` of [`Self::cells`](Solver::cells) elements.
+    pub fn read_cells(&self, stored: &[T], out: &mut [T]) {
+        FileLayout::of_cells(self.grid()).read(stored, [1, 0], T::ONE, out);
+    }
+
+    /// The same without copying.
+    #[must_use]
+    pub fn cells_in_place<'s>(&self, stored: &'s [T]) -> Strided<'s, T> {
+        Strided::slot(self.grid(), stored, 1, 0, 1.0)
+    }
+
+    /// rho_step as it is stored: one element for each cell, those outside open sides, where it is 0, among them.
     #[must_use]
     pub fn density(&self, step: usize) -> &[T] {
         self.stored(&DENSITY, step).components[0]
     }
 
-    /// The target of keyframe `index`, after any scaling of its mass.
+    /// The target of keyframe `index`, after any scaling of its mass, stored as a density.
     #[must_use]
     pub fn keyframe(&self, index: usize) -> &[T] {
         let cells = self.grid().cells();
         &self.fields[index * cells..(index + 1) * cells]
     }
 
-    /// What keyframe `index` has its error multiplied by, cell by cell; empty where keyframes have no regions.
+    /// What keyframe `index` has its error multiplied by, stored as a density; empty where keyframes have no regions.
     #[must_use]
     pub fn keyframe_region(&self, index: usize) -> &[T] {
         Script::new(self.lists, self.fields)
@@ -98,7 +103,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             .region
     }
 
-    /// Where force may act, cell by cell; empty where it may everywhere.
+    /// Where force may act, stored as a density; empty where it may everywhere.
     #[must_use]
     pub fn mask(&self) -> &[T] {
         Script::new(self.lists, &*self.fields).mask(self.grid().cells())
@@ -110,17 +115,19 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         Script::new(self.lists, &*self.fields).factor(step)
     }
 
-    /// What emitters added to the density after `step` (0 .. N-1), one element for each cell; to be asked after [`Self::finish`].
+    /// What emitters added to the density after `step` (0 .. N-1), one element for each cell inside; to be asked after [`Self::finish`].
     pub fn emission(&mut self, exec: &dyn Exec, step: usize, out: &mut [T]) {
         let script = Script::new(self.lists, &*self.fields);
         let controlled = self.engine.get().animation().slots + 1;
+        out.fill(T::ZERO);
+        let mut take = |grid: &Grid, added: &[T]| FileLayout::of_cells(grid).read(added, [1, 0], T::ONE, out);
         match &mut self.release {
-            Some(release) if step >= controlled => release.emission(exec, step, &script, out),
+            Some(release) if step >= controlled => release.emission(exec, step, &script, &mut take),
             _ => self
                 .engine
                 .get_mut()
                 .idle_parts()
-                .emission(exec, step, &script, out),
+                .emission(exec, step, &script, &mut take),
         }
     }
 

@@ -22,7 +22,7 @@ use crate::exec::Exec;
 use crate::field::{VectorMut, reborrow, view};
 use crate::grid::Grid;
 use crate::grid::halo::{self, field_len};
-use crate::grid::solids::{Solids, closed};
+use crate::grid::solids::{Solids, closed, exit};
 use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::{Event, Observer};
 use crate::problem::{Advection, Scheme};
@@ -121,7 +121,7 @@ pub struct Transport<'a, T> {
     /// See [`rows::Velocity`].
     velocity: VectorMut<'a, T>,
     solids: Solids<'a>,
-    /// 0 at the closed faces of solid cells and 1 elsewhere, as the velocity; empty without any.
+    /// 0 at closed faces and exits, across which nothing differs, and 1 elsewhere, as the velocity; empty without any.
     open: VectorMut<'a, T>,
     substeps: usize,
     /// Where the terms of the last sub-steps are, if they are there.
@@ -200,7 +200,7 @@ impl<'a, T: Real> Transport<'a, T> {
         transport
     }
 
-    /// Writes which faces are open.
+    /// Writes which faces are open: through an exit smoke goes as if what is outside were like what is inside.
     fn open_faces(&mut self) {
         let (grid, n) = (self.grid, self.grid.n[0]);
         if self.open[0].is_empty() {
@@ -219,7 +219,11 @@ impl<'a, T: Real> Transport<'a, T> {
                     &mut *faces
                 };
                 for (face, bits) in inner.iter_mut().zip(table) {
-                    *face = if bits & closed(axis) == 0 { T::ONE } else { T::ZERO };
+                    *face = if bits & (closed(axis) | exit(axis)) == 0 {
+                        T::ONE
+                    } else {
+                        T::ZERO
+                    };
                 }
                 if axis == 0 {
                     grid.axis(0).surround_faces(faces);

@@ -7,6 +7,7 @@ use super::{Transport, limited, semi_lagrangian, series};
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut, reborrow, view};
 use crate::grid::Grid;
+use crate::grid::solids::OUTSIDE;
 use crate::memory::pooled;
 use crate::problem::Scheme;
 use crate::real::Real;
@@ -73,8 +74,9 @@ impl<T: Real> Transport<'_, T> {
     /// `to = A[from, v]` with the velocity that was loaded; fields of cells.
     pub fn forward(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T]) {
         let states = core::mem::take(&mut self.states);
-        self.carry(exec, self.substeps, from, [to, &mut states[..from.len()]]);
+        self.carry(exec, self.substeps, from, [&mut *to, &mut states[..from.len()]]);
         self.states = states;
+        self.forget_outside(to);
     }
 
     /// `count` sub-steps, at least one, from `from` to `to`, by way of a field of work.
@@ -147,9 +149,19 @@ impl<T: Real> Transport<'_, T> {
         held
     }
 
+    /// Sets a field of cells to 0 outside the box: smoke that has left it in a step is gone.
+    fn forget_outside(&self, field: &mut [T]) {
+        if self.grid.is_open() {
+            let (n, solids) = (self.grid.n[0], self.solids);
+            let rows = field.chunks_exact_mut(n).enumerate();
+            rows.for_each(|(row, values)| solids.clear(n, row, OUTSIDE, values));
+        }
+    }
+
     /// The adjoint of the step from `rho`: `mu` <- A_rho^T mu where there is smoke (elsewhere it may stay as it is, which no gradient
     /// depends on), and [`Self::gradient`] = A_v^T mu.
     pub fn backward(&mut self, exec: &dyn Exec, rho: &[T], mu: &mut [T]) {
+        self.forget_outside(mu);
         let (len, stride) = (rho.len(), pooled(rho.len()));
         for first in (0..self.substeps).step_by(STATES).rev() {
             let held = match self.held.take() {

@@ -12,7 +12,7 @@ from numpy.typing import DTypeLike, NDArray
 __version__: str
 
 Numbers: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
-Boundary: TypeAlias = Literal["wall", "periodic"]
+Boundary: TypeAlias = Literal["wall", "periodic", "open", "open_low", "open_high"]
 Method: TypeAlias = Literal["direct", "admm", "lbfgs", "pd", "simulate"]
 Advection: TypeAlias = Literal["quick", "central", "semi_lagrangian", "limited"]
 

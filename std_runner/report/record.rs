@@ -3,7 +3,8 @@
 use crate::stay::Stay;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
-use thurible_core::{Fact, Kind, Method, Named, Objective, Progress, Status};
+use thurible_core::grid::Side;
+use thurible_core::{Boundary, Fact, Kind, Method, Named, Objective, Progress, Status};
 
 /// Everything that a program needs to check a result without its scene; values that are not finite become `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -12,8 +13,9 @@ pub struct RunRecord {
     pub format: u32,
     /// Cells along x, y (and z).
     pub cells: Vec<usize>,
-    /// "wall" or "periodic" per axis.
-    pub boundary: Vec<String>,
+    /// How each axis ends: in the file its word, or those of its low and its high side where they differ.
+    #[serde(serialize_with = "by_side")]
+    pub boundary: Vec<Boundary>,
     /// The longest side of the box.
     pub length: f64,
     /// Length of a time step.
@@ -32,6 +34,8 @@ pub struct RunRecord {
     pub release: Option<usize>,
     /// Whether there are solid cells: then `result.npz` has `solid`.
     pub solid: bool,
+    /// Mass that left by open sides; `null` without any, or where emitters that fill up to a target make it unknown.
+    pub outflow: Option<f64>,
     /// Whether smoke was made on the way: then `result.npz` has `emission`.
     pub emission: bool,
     /// Weight r of the force.
@@ -79,6 +83,18 @@ pub struct RunRecord {
 /// Writes a choice as the word that stands for it.
 pub(crate) fn by_name<T: Named, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(choice.name())
+}
+
+/// Writes how axes end, each as a word, or as one for either side where they differ.
+fn by_side<S: Serializer>(ends: &[Boundary], serializer: S) -> Result<S::Ok, S::Error> {
+    let side = |end: &Boundary, side: Side| if end.opens(side) { "open" } else { "wall" };
+    let one = |end: &Boundary| match end {
+        Boundary::OpenLow | Boundary::OpenHigh => {
+            serde_json::json!([side(end, Side::Low), side(end, Side::High)])
+        }
+        whole => serde_json::json!(whole.name()),
+    };
+    serializer.collect_seq(ends.iter().map(one))
 }
 
 /// The section `advection` of `report.json`.

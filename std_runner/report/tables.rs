@@ -26,6 +26,9 @@ pub(super) fn parameters(record: &RunRecord) -> String {
                 } else {
                     &record.boundary
                 }
+                .iter()
+                .map(|end| end.name().replace('_', " "))
+                .collect::<Vec<_>>()
                 .join(", "),
             ),
         ),

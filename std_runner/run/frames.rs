@@ -60,9 +60,8 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
     }
 
     fn keyframe(&self, index: usize, out: &mut Samples) {
-        let list = T::list(out);
-        list.clear();
-        list.extend_from_slice(self.solver.keyframe(index));
+        let out = room::<T>(out, self.solver.cells());
+        self.solver.read_cells(self.solver.keyframe(index), out);
     }
 
     fn outputs(&self) -> &[Output] {
@@ -112,14 +111,18 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
         match name {
             SOLID => {
                 let solver = &*self.solver;
-                let flag = |cell| T::from_f64(f64::from(u8::from(solver.is_solid(cell))));
+                let [nx, ny] = [0, 1].map(|axis| self.problem.cells[axis]);
+                let flag = |cell: usize| {
+                    let at = [cell % nx, cell / nx % ny, cell / (nx * ny)];
+                    T::from_f64(f64::from(u8::from(solver.is_solid(at))))
+                };
                 out.iter_mut()
                     .enumerate()
                     .for_each(|(cell, out)| *out = flag(cell));
             }
-            MASK => out.copy_from_slice(self.solver.mask()),
+            MASK => self.solver.read_cells(self.solver.mask(), out),
             EMISSION => self.solver.emission(self.exec, index, out),
-            REGION => out.copy_from_slice(self.solver.keyframe_region(index)),
+            REGION => self.solver.read_cells(self.solver.keyframe_region(index), out),
             _ => {}
         }
     }

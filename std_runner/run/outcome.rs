@@ -2,6 +2,7 @@
 
 use crate::exit::{FILE, code_of};
 use crate::output::Gallery;
+use crate::owned::OwnedProblem;
 use crate::plan::Planned;
 use crate::problem::Precision;
 use crate::progress::{Clock, Watch};
@@ -13,7 +14,7 @@ use crate::scene::{Keyframe, Scene};
 use crate::stay::Stay;
 use std::path::Path;
 use thurible_core::method::registry::resolved;
-use thurible_core::{Named, Real, Solver, Space, Status};
+use thurible_core::{Emitter, Named, Real, Solver, Space, Status, Supply};
 
 /// The outcome of a solve, as a comparison needs it.
 pub(crate) struct Outcome {
@@ -69,11 +70,7 @@ impl Facts<'_> {
         RunRecord {
             format: 1,
             cells: problem.cells.clone(),
-            boundary: problem
-                .boundary
-                .iter()
-                .map(|&boundary| boundary.name().into())
-                .collect(),
+            boundary: problem.boundary.clone(),
             length: problem.length,
             dt: problem.dt,
             steps: problem.steps,
@@ -83,6 +80,7 @@ impl Facts<'_> {
             acceleration: problem.buoyancy[..problem.cells.len()].to_vec(),
             release: problem.release,
             solid: problem.solids,
+            outflow: outflow(solver, problem),
             emission: !problem.emitters.is_empty(),
             force_weight: problem.force_weight,
             force_smoothness: self.smoothness(),
@@ -211,6 +209,14 @@ fn quoted(text: &str) -> String {
     } else {
         format!("'{}'", text.replace('\'', r"'\''"))
     }
+}
+
+/// The mass that left by open sides, if it is known.
+fn outflow<T: Real, S: Space>(solver: &Solver<'_, T, S>, problem: &OwnedProblem) -> Option<f64> {
+    let fills = |emitter: &Emitter| matches!(emitter.supply, Supply::Target(_));
+    let known = problem.problem().is_open() && !problem.emitters.iter().any(fills);
+    let left: f64 = solver.density(solver.steps()).iter().map(|x| x.to_f64()).sum();
+    known.then(|| solver.mass_at(solver.steps()) - left)
 }
 
 /// The smallest and the largest density of all steps.

@@ -132,15 +132,36 @@ fn boundary(document: &Document, raw: Option<Value>, axes: usize) -> Result<Vec<
     match raw {
         None => Ok(vec![Boundary::Wall; axes]),
         Some(Value::String(word)) => Ok(vec![document.word(key, &word)?; axes]),
-        Some(Value::Array(words)) if words.len() == axes => words
+        Some(Value::Array(ends)) if ends.len() == axes => ends
             .iter()
             .enumerate()
-            .map(|(axis, word)| match word {
-                Value::String(word) => document.word(&format!("{key}[{axis}]"), word),
-                other => Err(document.outside(&format!("{key}[{axis}]"), shown(other), known)),
-            })
+            .map(|(axis, ends)| axis_ends(document, &format!("{key}[{axis}]"), ends))
             .collect(),
         Some(other) => Err(document.outside(key, shown(&other), wanted)),
+    }
+}
+
+/// How one axis ends: a word, or one for each of its sides.
+fn axis_ends(document: &Document, key: &str, ends: &Value) -> Result<Boundary, Failure> {
+    let known = UnknownWord {
+        allowed: Boundary::ALL,
+    };
+    let wanted = format!("{known}, or a pair of \"wall\" and \"open\" for its low and its high side");
+    match ends {
+        Value::String(word) => document.word(key, word),
+        Value::Array(sides) => match sides
+            .iter()
+            .map(Value::as_str)
+            .collect::<Option<Vec<_>>>()
+            .as_deref()
+        {
+            Some(["wall", "wall"]) => Ok(Boundary::Wall),
+            Some(["open", "open"]) => Ok(Boundary::Open),
+            Some(["open", "wall"]) => Ok(Boundary::OpenLow),
+            Some(["wall", "open"]) => Ok(Boundary::OpenHigh),
+            _ => Err(document.outside(key, shown(ends), wanted)),
+        },
+        other => Err(document.outside(key, shown(other), wanted)),
     }
 }
 

@@ -4,6 +4,7 @@ use super::document::Document;
 use crate::keyframes::{Canvas, ShapeSpec};
 use crate::stay::Stay;
 use std::path::PathBuf;
+use thurible_core::grid::Side;
 use thurible_core::{Advection, Boundary, Emitter, Params, Supply};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
@@ -142,10 +143,13 @@ pub struct Output {
 }
 
 impl Scene {
-    /// Whether keyframes take the mass of a free flow: where emitters fill up to a target, it is not known before.
+    /// Whether keyframes take the mass of a free flow: where emitters fill up to a target, or smoke leaves by open sides, it is not known
+    /// before.
     pub fn asks_a_free_flow(&self) -> bool {
         let fills = |emitter: &Emission| matches!(emitter.emits.supply, Supply::Target(_));
-        self.control.match_mass && !self.keyframes.is_empty() && self.emitters.iter().any(fills)
+        let opens = |end: &Boundary| end.opens(Side::Low) || end.opens(Side::High);
+        let unknown = self.emitters.iter().any(fills) || self.grid.boundary.iter().any(opens);
+        self.control.match_mass && !self.keyframes.is_empty() && unknown
     }
 
     /// The grid as the shapes see it.

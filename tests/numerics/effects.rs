@@ -79,18 +79,18 @@ fn buoyancy_and_its_adjoint() {
 
 /// Which features of a control are on.
 #[derive(Clone, Copy, Debug)]
-struct On {
-    rate: bool,
-    target: bool,
-    buoyancy: bool,
-    regions: bool,
-    schedule: bool,
-    solids: bool,
-    mask: bool,
-    smoothing: f64,
+pub struct On {
+    pub rate: bool,
+    pub target: bool,
+    pub buoyancy: bool,
+    pub regions: bool,
+    pub schedule: bool,
+    pub solids: bool,
+    pub mask: bool,
+    pub smoothing: f64,
 }
 
-const ALL: On = On {
+pub const ALL: On = On {
     rate: true,
     target: true,
     buoyancy: true,
@@ -100,7 +100,7 @@ const ALL: On = On {
     mask: true,
     smoothing: 0.05,
 };
-const NONE: On = On {
+pub const NONE: On = On {
     rate: false,
     target: false,
     buoyancy: false,
@@ -120,25 +120,26 @@ fn block(grid: &Grid) -> Vec<bool> {
     places(grid).map(inside).collect()
 }
 
-/// A density that is 0 in solid cells.
-fn outside(solid: &[bool], mut rho: Vec<f64>) -> Vec<f64> {
-    rho.iter_mut()
-        .zip(solid)
-        .filter(|(_, solid)| **solid)
-        .for_each(|(x, _)| *x = 0.0);
+/// A density that is 0 in solid cells and outside the box.
+fn outside(grid: &Grid, solid: &[bool], mut rho: Vec<f64>) -> Vec<f64> {
+    for (cell, (at, x)) in places(grid).zip(&mut rho).enumerate() {
+        if grid.is_outside(at) || solid.get(cell).is_some_and(|&solid| solid) {
+            *x = 0.0;
+        }
+    }
     rho
 }
 
-/// A trajectory whose closed faces are 0, projected among the solid cells.
-fn among(grid: &Grid, solid: &[bool], v: Components<f64>) -> Components<f64> {
-    if solid.is_empty() {
+/// A trajectory whose closed faces are 0, projected among the solid cells, or in a box with open sides.
+pub fn among(grid: &Grid, solid: &[bool], v: Components<f64>) -> Components<f64> {
+    if solid.is_empty() && !grid.is_open() {
         return v;
     }
     let slots = v[0].len() / grid.cells();
     let mut memory = Memory::new(1 << 20);
-    let mut levels = Levels::bare(grid, 0).walled(true);
+    let mut levels = Levels::bare(grid, 0).with_obstacles(!solid.is_empty());
     levels.fill(&mut Arena::new(memory.block())).unwrap();
-    levels.set_solids(|cell| solid[cell]);
+    levels.set_solids(|cell| solid.get(cell).is_some_and(|&solid| solid));
     let mut ledger = Ledger::new();
     Projection::<f64>::carve(&levels, 0, slots, 1, &mut Pool::measuring(&mut ledger));
     let mut elements = vec![f64::NAN; ledger.elements(8)];
@@ -158,27 +159,29 @@ fn among(grid: &Grid, solid: &[bool], v: Components<f64>) -> Components<f64> {
 
 /// Gradients by the flow and by the forces against differences. Where smoke is filled up to a target, only what transport leaves well below
 /// or above it: at equality the derivative jumps.
-fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, first: f64) {
+pub fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, first: f64) {
     let mut random = Random::new(37);
     let grid = grid(cells, ends);
     let solid: Vec<bool> = if on.solids { block(&grid) } else { Vec::new() };
-    let source: Vec<f64> = outside(&solid, random.density(&grid));
+    let density = |random: &mut Random| outside(&grid, &solid, random.density(&grid));
+    let source: Vec<f64> = density(&mut random);
     let initial = among(&grid, &solid, flow::rough(&mut random, &grid, 1, 0.8));
-    let mut fields = [random.density(&grid), random.density(&grid)].concat();
+    let mut fields = [density(&mut random), density(&mut random)].concat();
     if on.regions {
-        fields.extend(random.density(&grid).iter().map(|x: &f64| x.min(1.0)));
-        fields.extend(random.density(&grid).iter().map(|x: &f64| x.min(1.0)));
+        fields.extend(density(&mut random).iter().map(|x: &f64| x.min(1.0)));
+        fields.extend(density(&mut random).iter().map(|x: &f64| x.min(1.0)));
     }
     let (mut spans, mut supplies) = (Vec::new(), Vec::new());
     if on.rate {
         spans.extend([0, 3]);
         supplies.extend([0.4, 0.0]);
-        fields.extend(random.density::<f64>(&grid));
+        fields.extend(density(&mut random));
     }
     if on.target {
         spans.extend([1, 4]);
         supplies.extend([0.0, 3.0]);
-        fields.extend((0..grid.cells()).map(|at| if at % 5 == 0 { 1.0 } else { 0.0 }));
+        let shape = (0..grid.cells()).map(|at| if at % 5 == 0 { 1.0 } else { 0.0 });
+        fields.extend(outside(&grid, &solid, shape.collect()));
     }
     if on.mask {
         fields.extend(random.density(&grid).iter().map(|x: &f64| x.clamp(0.2, 1.0)));

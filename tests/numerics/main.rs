@@ -37,6 +37,7 @@ mod not_finite;
 mod nso_cases;
 mod nso_residual;
 mod objective_gradients;
+mod open;
 mod paper_bound;
 mod price;
 mod projection;

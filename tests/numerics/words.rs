@@ -27,10 +27,13 @@ fn words_and_values_belong_together() {
 
 #[test]
 fn an_unknown_word_is_answered_with_the_known_ones() {
-    let listed = Boundary::from_name("open").map_err(|unknown| unknown.to_string());
-    assert_eq!(listed, Err("\"wall\" or \"periodic\"".into()));
+    let listed = Boundary::from_name("closed").map_err(|unknown| unknown.to_string());
+    assert_eq!(
+        listed,
+        Err("\"wall\" or \"periodic\" or \"open\" or \"open_low\" or \"open_high\"".into())
+    );
     assert_eq!(
         Alternatives(Boundary::WORDS).to_string(),
-        "\"wall\" or \"periodic\""
+        "\"wall\" or \"periodic\" or \"open\" or \"open_low\" or \"open_high\""
     );
 }

@@ -21,6 +21,12 @@ pub enum ThuribleBoundary {
     Wall = 0,
     /// Both ends are the same place: what leaves at one enters at the other.
     Periodic = 1,
+    /// Both ends are open: the pressure outside is 0, smoke leaves, and none comes in.
+    Open = 2,
+    /// The low end is open, the high one a wall.
+    OpenLow = 3,
+    /// The high end is open, the low one a wall.
+    OpenHigh = 4,
 }
 
 /// How density is carried.
@@ -78,7 +84,7 @@ macro_rules! codes {
 
 pub(super) use codes;
 
-codes!(ThuribleBoundary of Boundary: Wall, Periodic);
+codes!(ThuribleBoundary of Boundary: Wall, Periodic, Open, OpenLow, OpenHigh);
 codes!(ThuribleScheme of Scheme: Quick, Central, SemiLagrangian, Limited);
 codes!(ThuribleNsoSolver of NsoSolver: Stfas, NewtonCg);
 codes!(ThuribleColours of Colours: RedBlack, PowerOfTwo);

@@ -113,14 +113,19 @@ impl<'a, T: Real> Drive<'a, T> {
                 at.max(0.0) * around * ((from[high] - goal[high]) - (from[low] - goal[low])).to_f64()
                     / grid.h[axis]
             };
+            // Through exits nothing is gathered.
+            let beside = |at: [usize; 3], axis: usize, side: Side| {
+                let beside = grid.beside(at, axis, side);
+                beside.filter(|&beside| !grid.is_outside(beside) && !grid.is_outside(at))
+            };
             for_rows(exec, grid.rows(), RowBuffers::fields([&mut *next]), |task| {
                 let [next] = task.fields;
                 for (x, next) in next.iter_mut().enumerate() {
                     let (at, here) = (grid.cell_at(task.row, x), task.row * n + x);
                     let along = |axis: usize| {
-                        let low = grid.beside(at, axis, Side::Low);
+                        let low = beside(at, axis, Side::Low);
                         let low = low.map_or(0.0, |low| flux(axis, grid.index(low), here));
-                        let high = grid.beside(at, axis, Side::High);
+                        let high = beside(at, axis, Side::High);
                         let high = high.map_or(0.0, |high| flux(axis, here, grid.index(high)));
                         (high - low) / grid.h[axis]
                     };
@@ -133,7 +138,7 @@ impl<'a, T: Real> Drive<'a, T> {
     }
 }
 
-/// Writes `value(axis, low cell, high cell)` to every face of slot `slot`, 0 on walls.
+/// Writes `value(axis, low cell, high cell)` to every face of slot `slot`, 0 on walls and at exits.
 fn at_faces<T: Real>(
     exec: &dyn Exec,
     grid: &Grid,
@@ -146,7 +151,9 @@ fn at_faces<T: Real>(
         for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
             for (x, out) in out[slot * n..(slot + 1) * n].iter_mut().enumerate() {
                 let high = grid.cell_at(task.row, x);
-                let low = grid.beside(high, axis, Side::Low).map(|low| grid.index(low));
+                let low = grid.beside(high, axis, Side::Low);
+                let low = low.filter(|&low| !grid.is_outside(low) && !grid.is_outside(high));
+                let low = low.map(|low| grid.index(low));
                 *out = low.map_or(T::ZERO, |low| T::from_f64(value(axis, low, task.row * n + x)));
             }
         }

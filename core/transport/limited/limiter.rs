@@ -122,16 +122,20 @@ impl<V: Copy> Numbers<V> {
     }
 
     /// The sum over the faces around a cell of v_f times the derivative of rho_f by the cell times the change of z across the face: L^T z in
-    /// units of h. `across` are the differences of what flows across the faces before, below, above and after the cell.
+    /// units of h. `across` are the differences of what flows across the faces before, below, above and after the cell. Among solid cells
+    /// `open` is 0 at faces across which nothing differs, whatever the cells are: an exit has a flow all the same.
     #[inline(always)]
-    pub fn outflow(self, across: [V; 4], z: [V; 5], faces: [V; 4]) -> V
+    pub fn outflow<const SOLIDS: bool>(self, across: [V; 4], z: [V; 5], faces: [V; 4], open: [V; 4]) -> V
     where
         V: Vector,
     {
+        let own = |d: V, open: V| if SOLIDS { d * open } else { d };
         let [before, low, high, after] = faces;
         let [c, d] = self.slopes(low.select(across[0], across[2]), across[1]);
+        let d = own(d, open[1]);
         let as_right = low.select(self.half * d, self.one + self.half * (c - d));
         let [c, d] = self.slopes(high.select(across[1], across[3]), across[2]);
+        let d = own(d, open[2]);
         let as_left = high.select(self.one + self.half * (c - d), self.half * d);
         let [far_left, _] = self.slopes(across[2], across[3]);
         let [far_right, _] = self.slopes(across[1], across[0]);

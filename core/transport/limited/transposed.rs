@@ -100,7 +100,7 @@ fn add<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
     let across = differences::<V, SOLIDS>(y, open);
     let rho_f = numbers.by_velocity([y[1], y[2]], [across[0], across[1], across[2]], through[1]);
     (V::at(gradient, i) + of_gradient * rho_f * (z[2] - z[1])).put(gradient, i);
-    s * numbers.outflow(across, z, through)
+    s * numbers.outflow::<SOLIDS>(across, z, through, open)
 }
 
 /// The kernel of [`transposed`] from cell `i` of a row of `n` as far as whole vectors go; returns the first cell that is left.

@@ -67,7 +67,8 @@ pub fn balls(grid: &Grid, centres: &[[f64; 3]], radius: f64) -> Vec<f64> {
 impl Scene {
     /// A ball that should be elsewhere at the end: a small problem of any shape.
     pub fn small(cells: &[usize], ends: &str, steps: usize) -> Self {
-        let grid = grid(cells, ends);
+        // Shapes have no cells outside.
+        let grid = grid(cells, "www");
         let side = |a: usize| {
             if a < cells.len() {
                 cells[a] as f64 * grid.h[0]

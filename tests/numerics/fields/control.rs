@@ -92,7 +92,7 @@ impl<T: Real> Control<'_, T> {
     }
 
     fn levels<'m>(&self, block: &'m mut [core::mem::MaybeUninit<u8>]) -> Levels<'m, T> {
-        let mut levels = Levels::bare(self.grid, self.filters).walled(!self.solid.is_empty());
+        let mut levels = Levels::bare(self.grid, self.filters).with_obstacles(!self.solid.is_empty());
         levels.fill(&mut Arena::new(block)).unwrap();
         levels.set_solids(|cell| self.solid.get(cell).copied().unwrap_or(false));
         levels
@@ -109,7 +109,7 @@ impl<T: Real> Control<'_, T> {
             stepping: self.advection.into(),
             largest: 1.0,
             threads: 1,
-            walled: !self.solid.is_empty(),
+            obstacles: !self.solid.is_empty(),
             overlap: false,
         }
     }

@@ -83,11 +83,14 @@ impl Scene {
         scene
     }
 
-    /// A letter for each axis: w or p.
+    /// A letter for each axis.
     fn ends(&self) -> String {
         let letter = |&end: &thurible_core::Boundary| match end {
             thurible_core::Boundary::Wall => 'w',
             thurible_core::Boundary::Periodic => 'p',
+            thurible_core::Boundary::Open => 'o',
+            thurible_core::Boundary::OpenLow => 'l',
+            thurible_core::Boundary::OpenHigh => 'h',
         };
         self.boundary.iter().map(letter).collect()
     }

@@ -80,15 +80,15 @@ pub fn grid(cells: &[usize], ends: &str) -> Grid {
     Grid::new(cells, &boundaries(ends))
 }
 
-/// `w` for walls, `p` for periodic.
+/// `w` for walls, `p` for periodic, `o`, `l` and `h` for open on both sides, the low and the high one.
 pub fn boundaries(ends: &str) -> Vec<Boundary> {
     ends.chars()
-        .map(|end| {
-            if end == 'p' {
-                Boundary::Periodic
-            } else {
-                Boundary::Wall
-            }
+        .map(|end| match end {
+            'p' => Boundary::Periodic,
+            'o' => Boundary::Open,
+            'l' => Boundary::OpenLow,
+            'h' => Boundary::OpenHigh,
+            _ => Boundary::Wall,
         })
         .collect()
 }

@@ -10,7 +10,7 @@ use thurible::report::{
 };
 use thurible::stay::Stay;
 use thurible_core::output::{DENSITY, FORCE, VELOCITY};
-use thurible_core::{Fact, Kind, Method, Output, Place, Status, Unit};
+use thurible_core::{Boundary, Fact, Kind, Method, Output, Place, Status, Unit};
 
 /// A trajectory without a solver; values tell which field, step and place they come from.
 #[derive(Clone)]
@@ -226,13 +226,20 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         acceleration: vec![0.0; 2],
         release: None,
         solid: false,
+        outflow: None,
         emission: false,
         format: 1,
         cells: frames.cells().to_vec(),
         boundary: frames
             .periodic()
             .iter()
-            .map(|&periodic| if periodic { "periodic" } else { "wall" }.into())
+            .map(|&periodic| {
+                if periodic {
+                    Boundary::Periodic
+                } else {
+                    Boundary::Wall
+                }
+            })
             .collect(),
         length: 1.0,
         dt: 1.0,

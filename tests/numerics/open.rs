@@ -1,0 +1,203 @@
+//! Open sides: the pressure outside is 0, the flow passes, smoke leaves and none comes in.
+
+use crate::effects::{ALL, NONE, On, among, gradients};
+use crate::fields::cases::Scene;
+use crate::fields::naive::Naive;
+use crate::fields::random::Random;
+use crate::fields::{
+    Components, add_scaled_all, dot_all, grid, largest_of, places, slot_of_all, with_threads,
+};
+use thurible_core::grid::Grid;
+use thurible_core::{
+    D2, D3, Feature, Method, Params, Plan, PlanError, Problem, ProblemError, Real, Scheme, Silent, Space,
+    Status,
+};
+
+/// The largest divergence of a flow inside the box, and what flows out of all of it in a unit of time and area of a face.
+fn divergence_and_outflow(grid: &Grid, v: &Components<f64>) -> [f64; 2] {
+    let all = Naive::new(grid).divergence(v);
+    let (mut largest, mut out) = (0.0_f64, 0.0);
+    for (at, div) in places(grid).zip(all) {
+        if grid.is_outside(at) {
+            out += div * grid.h[0];
+        } else {
+            largest = largest.max(div.abs());
+        }
+    }
+    [largest, out]
+}
+
+fn projection(cells: &[usize], ends: &str) {
+    let mut random = Random::new(43);
+    let grid = grid(cells, ends);
+    let [x, y]: [Components<f64>; 2] = [0, 1].map(|_| among(&grid, &[], random.faces(&grid, 2)));
+    let rough: Components<f64> = random.faces(&grid, 2);
+    let project = |v: &Components<f64>| among(&grid, &[], v.clone());
+    for slot in 0..2 {
+        let [left, out] = divergence_and_outflow(&grid, &slot_of_all(&grid, 2, slot, &x));
+        assert!(left < 1e-11 / grid.h[0], "divergence {left:e}");
+        assert!(out.abs() < 1e-11, "what flows in does not flow out: {out:e}");
+    }
+    let change = largest_of(&add_scaled_all(&project(&x), -1.0, &x));
+    assert!(change < 1e-12, "a second projection changes {change:e}");
+    // <P a, y> = <a, y> for y free of divergence.
+    let (one, two) = (dot_all(&project(&rough), &y), dot_all(&rough, &y));
+    assert!(
+        (one - two).abs() < 1e-11 * dot_all(&rough, &rough),
+        "{one} and {two}"
+    );
+}
+
+#[test]
+fn the_projection_lets_the_flow_out() {
+    projection(&[16, 12], "ow");
+    projection(&[13, 16], "ho");
+    projection(&[12, 9], "lp");
+    projection(&[8, 9, 8], "owh");
+    projection(&[8, 7, 6], "pol");
+}
+
+#[test]
+fn gradients_with_open_sides() {
+    gradients::<D2>(&[8, 9], "ow", Scheme::Limited, NONE, 1e-6);
+    gradients::<D2>(&[9, 8], "lh", Scheme::Limited, ALL, 1e-6);
+    gradients::<D2>(&[8, 9], "po", Scheme::Limited, ALL, 1e-6);
+    gradients::<D3>(&[5, 6, 4], "wph", Scheme::Limited, ALL, 1e-6);
+    let all = On { solids: true, ..ALL };
+    gradients::<D2>(&[12, 11], "oh", Scheme::Limited, all, 1e-6);
+    gradients::<D3>(&[8, 8, 8], "wpo", Scheme::Limited, all, 1e-6);
+}
+
+/// A uniform wind through a channel stays as it is, and carries the smoke out.
+#[test]
+fn wind_blows_smoke_out_of_a_channel() {
+    for (ends, speed) in [("ow", 1.0 / 16.0), ("ow", -1.0 / 16.0)] {
+        let mut scene = Scene::small(&[16, 12], ends, 24);
+        scene.scheme = Scheme::Limited;
+        scene.params.method = Method::Simulate;
+        scene.effects.keep_mass = true;
+        let masses = scene.with::<f64, D2, _>(|solver| {
+            let faces = vec![speed; solver.faces(0)];
+            solver.set_initial_velocity(0, &faces).unwrap();
+            assert_eq!(
+                solver.solve(&thurible_core::Serial, &mut Silent, &mut |_| {}),
+                Status::Converged
+            );
+            let mut v = vec![0.0; solver.faces(0)];
+            solver.velocity(20, 0, &mut v);
+            assert!(v.iter().all(|v| (v - speed).abs() < 1e-5), "the wind changes");
+            let mass = |step| solver.density(step).iter().sum::<f64>();
+            (0..=24).map(mass).collect::<Vec<f64>>()
+        });
+        assert!(
+            masses.windows(2).all(|pair| pair[1] <= pair[0] + 1e-12),
+            "{masses:?}"
+        );
+        assert!(masses[24] < 1e-3 * masses[0], "smoke stays: {masses:?}");
+    }
+}
+
+/// Smoke that is steered in a box with open sides: nothing comes in, no density leaves 0 .. max, and the bits are those of any threads.
+fn steered<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str, steps: usize) {
+    let small = Scene::small(cells, ends, steps);
+    let mut scene = Scene {
+        scheme: Scheme::Limited,
+        params: Params {
+            method,
+            iterations: 8,
+            ..small.params
+        },
+        ..small
+    };
+    scene.effects.keep_mass = true;
+    scene.effects.buoyancy[1] = 2e-3;
+    let solved = scene.solve_alone::<T, S>();
+    assert!(solved.status != Status::NotFinite);
+    let grid = scene.problem().grid();
+    let mass = |rho: &[f64]| rho.iter().sum::<f64>();
+    let top = solved.density[0].iter().fold(0.0_f64, |most, &x| most.max(x));
+    for pair in solved.density.windows(2) {
+        assert!(mass(&pair[1]) <= mass(&pair[0]) * (1.0 + 1e-6), "mass comes in");
+    }
+    for rho in &solved.density {
+        assert!(rho.iter().all(|&x| (-1e-6..=top * (1.0 + 1e-5)).contains(&x)));
+        assert!(
+            places(&grid)
+                .zip(rho)
+                .all(|(at, &x)| !grid.is_outside(at) || x == 0.0)
+        );
+    }
+    scene.params.threads = 3;
+    let threads = with_threads(3, |exec| scene.solve::<T, S>(exec, &mut Silent));
+    assert!(
+        threads.bits() == solved.bits(),
+        "{method:?}: three threads give other bits"
+    );
+}
+
+#[test]
+fn smoke_is_steered_in_open_boxes() {
+    for method in [Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate] {
+        steered::<f64, D2>(method, &[32, 32], "wh", 6);
+        steered::<f32, D2>(method, &[24, 20], "po", 5);
+        steered::<f32, D3>(method, &[16, 16, 16], "wpo", 4);
+    }
+}
+
+/// The coarser grid has one layer outside too.
+#[test]
+fn coarse_grids_have_their_layer_outside() {
+    let fine = grid(&[16, 12], "ho");
+    let coarse = thurible_core::grid::levels::coarsen(&fine).unwrap();
+    assert_eq!((fine.n, coarse.n), ([17, 14, 1], [9, 8, 1]));
+    assert!((coarse.h[0] - 2.0 * fine.h[0]).abs() < 1e-15);
+    let inside = |grid: &Grid| places(grid).filter(|&at| !grid.is_outside(at)).count();
+    assert_eq!((inside(&fine), inside(&coarse)), (16 * 12, 8 * 6));
+}
+
+#[test]
+fn what_open_sides_cannot_is_refused() {
+    let cells = [8, 8];
+    let boundary = [thurible_core::Boundary::OpenHigh, Default::default()];
+    let base = Problem {
+        smoothness: Some(0.0),
+        match_mass: false,
+        ..Problem::new(&cells, &boundary, &[4])
+    };
+    let plan = |problem: &Problem<'_>, method| {
+        let params = Params {
+            method,
+            ..Params::default()
+        };
+        Plan::new::<f32, D2>(problem, &params).map(|_| ())
+    };
+    assert_eq!(plan(&base, Method::Direct), Ok(()));
+    let unfit = ProblemError::Unfit {
+        method: "admm",
+        feature: Feature::Open,
+    };
+    assert_eq!(plan(&base, Method::Admm), Err(PlanError::Problem(unfit)));
+    let mut quick = base;
+    quick.advection.scheme = Scheme::Quick;
+    assert_eq!(
+        plan(&quick, Method::Direct),
+        Err(PlanError::Problem(ProblemError::OpenScheme))
+    );
+    let matched = Problem {
+        match_mass: true,
+        ..base
+    };
+    assert_eq!(
+        plan(&matched, Method::Direct),
+        Err(PlanError::Problem(ProblemError::MassLeaves))
+    );
+    let long = [300, 8];
+    let long = Problem { cells: &long, ..base };
+    assert_eq!(
+        plan(&long, Method::Direct),
+        Err(PlanError::Problem(ProblemError::OpenCells {
+            axis: 0,
+            given: 300
+        }))
+    );
+}
