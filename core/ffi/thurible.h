@@ -163,6 +163,12 @@ typedef enum {
     THURIBLE_BOUNDARY_WALL = 0,
     // Both ends are the same place: what leaves at one enters at the other.
     THURIBLE_BOUNDARY_PERIODIC = 1,
+    // Both ends are open: the pressure outside is 0, smoke leaves, and none comes in.
+    THURIBLE_BOUNDARY_OPEN = 2,
+    // The low end is open, the high one a wall.
+    THURIBLE_BOUNDARY_OPEN_LOW = 3,
+    // The high end is open, the low one a wall.
+    THURIBLE_BOUNDARY_OPEN_HIGH = 4,
 } ThuribleBoundary;
 
 // How density is carried.
@@ -314,8 +320,8 @@ typedef struct {
     // Whether there are solid cells, which `thurible_set_solids` sets: 0, the default, or 1. They need limited transport, and at most 256
     // cells along an axis; ADMM knows none.
     uint32_t solids;
-    // For later versions; must be 0.
-    uint32_t reserved;
+    // Whether force may act only where `thurible_set_mask` says: 0, the default, or 1. ADMM knows no mask.
+    uint32_t mask;
     // The series of a transport step is cut at the first term below this times the largest density.
     double advection_tolerance;
     // Relative tolerance of projections.
@@ -555,6 +561,13 @@ ThuribleResult thurible_set_region(Thurible *instance,
                                    size_t index,
                                    const void *region,
                                    size_t bytes);
+
+// Sets where force may act, as `thurible_set_source`: in each cell 1 everywhere and 0 as good as nowhere, in between at 1 / mask^2 times the
+// price. Refused where `mask` of the configuration is 0; 1 everywhere where it is not set.
+// Safety: As `thurible_set_source`.
+ThuribleResult thurible_set_mask(Thurible *instance,
+                                 const void *mask,
+                                 size_t bytes);
 
 // Sets the target of keyframe `index`, as `thurible_set_source`; the source, where there is one, and the shapes of all emitters come
 // first. Where keyframes are scaled to the mass of the smoke at their steps, `factor` is by how much; it may be null.

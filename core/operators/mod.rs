@@ -2,5 +2,6 @@
 
 pub mod blur;
 pub mod divergence;
+pub mod exits;
 pub mod plaquette;
 pub mod self_advection;

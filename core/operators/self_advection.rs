@@ -3,6 +3,7 @@
 //! Adv preserves energy, <v, Adv(v)> = 0, and is quadratic, Adv(v + t d) = Adv(v) + t J(v) d + t^2 Adv(d), both exactly. C v is the
 //! vorticity at the plaquettes; C^T C is symmetric, and minus the Laplacian of a flow without divergence.
 
+use super::exits::{self, AtExits};
 use super::plaquette::{Adjoint, Advection, Derivative, Rule, SCRATCH_ROWS, accumulate};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, VectorMut, rows};
@@ -105,7 +106,7 @@ pub(crate) enum Start {
 pub(crate) fn for_blocks<
     T: Real,
     S: Space,
-    R: Rule<T> + Sync,
+    R: Rule<T> + AtExits<T> + Sync,
     F: Fn(&Block<'_>, usize, &mut [&mut [T]; 3], &mut [T]) + Sync,
 >(
     exec: &dyn Exec,
@@ -129,6 +130,7 @@ pub(crate) fn for_blocks<
             }
             let place = (&block, task.row, solids);
             accumulate::<T, S, R>(place, rule, v, second, &mut parts, task.scratch);
+            exits::add(place, rule, v, second, &mut parts);
             then(&block, task.row, &mut parts, task.scratch);
         }
     });

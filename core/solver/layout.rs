@@ -101,8 +101,8 @@ impl<'g> FileLayout<'g> {
 
 /// A field as it lies in memory, to be read without copying. Number (x, y, z) is `numbers[x + y strides[1] + z strides[2]]` times
 /// `unit` in the scene's units. Of a component of a velocity or force it is the one on the low face of cell (x, y, z) along the
-/// component's axis; the last faces of a wall axis are not stored, since nothing flows there, and those of an open side follow as one more
-/// along that axis.
+/// component's axis; the last faces along an axis that ends in a wall are not stored, since nothing flows there, but those on an open side are: one
+/// more along that axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Strided<'a, T> {
     /// The numbers from the first on.
@@ -116,15 +116,28 @@ pub struct Strided<'a, T> {
 }
 
 impl<'a, T> Strided<'a, T> {
-    /// Slot `slot` of a trajectory of `slots`.
-    pub(super) fn slot(grid: &Grid, field: &'a [T], slots: usize, slot: usize, unit: f64) -> Self {
+    /// Slot `slot` of a trajectory of `slots`, of faces along an axis or of cells.
+    pub(super) fn slot(
+        grid: &Grid,
+        field: &'a [T],
+        [slots, slot]: [usize; 2],
+        unit: f64,
+        faces: Option<usize>,
+    ) -> Self {
         let (n, inside) = (grid.n, grid.inside());
+        let more = |axis: usize| {
+            if faces == Some(axis) {
+                grid.layers(axis, Side::High)
+            } else {
+                0
+            }
+        };
         let row = grid.row(inside[1].start, inside[2].start);
         Self {
             numbers: field
                 .get((row * slots + slot) * n[0] + inside[0].start..)
                 .unwrap_or(&[]),
-            extent: inside.map(|inside| inside.len()),
+            extent: core::array::from_fn(|axis| inside[axis].len() + more(axis)),
             strides: [1, slots * n[0], slots * n[0] * n[1]],
             unit,
         }

@@ -44,7 +44,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub fn in_place(&self, output: &Output, step: usize, axis: usize) -> Strided<'_, T> {
         let stored = self.stored(output, step);
         let field = stored.components[axis];
-        Strided::slot(self.grid(), field, stored.slots, stored.slot, self.unit(output))
+        let faces = (output.place == Place::Faces).then_some(axis);
+        let [slots, slot] = [stored.slots, stored.slot];
+        Strided::slot(self.grid(), field, [slots, slot], self.unit(output), faces)
     }
 
     /// How a component of an output lies in a file.
@@ -79,7 +81,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// The same without copying.
     #[must_use]
     pub fn cells_in_place<'s>(&self, stored: &'s [T]) -> Strided<'s, T> {
-        Strided::slot(self.grid(), stored, 1, 0, 1.0)
+        Strided::slot(self.grid(), stored, [1, 0], 1.0, None)
     }
 
     /// rho_step as it is stored: one element for each cell, those outside open sides, where it is 0, among them.

@@ -6,9 +6,10 @@ use numpy::ndarray::{ArrayView, IxDyn, ShapeBuilder};
 use numpy::{Element, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use std::sync::OnceLock;
+use thurible_core::grid::Side;
 use thurible_core::memory::{Arena, footprint};
 use thurible_core::solver::Strided;
-use thurible_core::{Exec, Output, Real, Solver, Space};
+use thurible_core::{Boundary, Exec, Output, Real, Solver, Space};
 
 /// A number of the core that NumPy knows too.
 pub trait Number: Real + Element {}
@@ -230,9 +231,13 @@ pub struct Field {
     pub components: Vec<Component>,
 }
 
-/// All outputs of `solver`, which lives in a block that begins at address `start`; `periodic` says which axes wrap around.
-pub fn fields<T: Real, S: Space>(solver: &Solver<'_, T, S>, start: usize, periodic: &[bool]) -> Vec<Field> {
-    let dims = periodic.len();
+/// All outputs of `solver`, which lives in a block that begins at address `start`; `boundary` says how each axis ends.
+pub fn fields<T: Real, S: Space>(
+    solver: &Solver<'_, T, S>,
+    start: usize,
+    boundary: &[Boundary],
+) -> Vec<Field> {
+    let dims = boundary.len();
     let component = |output: &Output, axis: usize| {
         let mut runs: Vec<Place> = Vec::new();
         for step in 0..output.count(solver.steps()) {
@@ -241,7 +246,9 @@ pub fn fields<T: Real, S: Space>(solver: &Solver<'_, T, S>, start: usize, period
                 runs.push(next);
             }
         }
-        let walls = output.place == thurible_core::Place::Faces && !periodic[axis];
+        let ends = boundary[axis];
+        let stored = ends == Boundary::Periodic || ends.opens(Side::High);
+        let walls = output.place == thurible_core::Place::Faces && !stored;
         Component {
             runs,
             given: output.given,

@@ -117,7 +117,7 @@ impl Job<'_> {
         } else {
             Some(emission(py, &mut solver, &common.shape, params.threads)?)
         };
-        let fields = fields(&solver, start, &periodic);
+        let fields = fields(&solver, start, &choices.scene.boundary);
         let objective = solver.objective();
         let errors = keyframe_errors(&solver, &choices.scene.problem());
         let gradients = ended

@@ -5,12 +5,16 @@ use crate::fields::cases::Scene;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
 use crate::fields::{
-    Components, add_scaled_all, dot_all, grid, largest_of, places, slot_of_all, with_threads,
+    Components, Memory, add_scaled_all, dot_all, grid, largest_of, places, slot_of_all, view, view_mut,
+    with_threads, zeros,
 };
-use thurible_core::grid::Grid;
+use thurible_core::grid::levels::Levels;
+use thurible_core::grid::{Grid, Side};
+use thurible_core::memory::Arena;
+use thurible_core::operators::self_advection::{Fluid, apply, scratch_per_thread};
 use thurible_core::{
-    D2, D3, Feature, Method, Params, Plan, PlanError, Problem, ProblemError, Real, Scheme, Silent, Space,
-    Status,
+    D2, D3, Feature, Method, Params, Plan, PlanError, Problem, ProblemError, Real, Scheme, Serial, Silent,
+    Space, Status,
 };
 
 /// The largest divergence of a flow inside the box, and what flows out of all of it in a unit of time and area of a face.
@@ -68,6 +72,78 @@ fn gradients_with_open_sides() {
     gradients::<D3>(&[8, 8, 8], "wpo", Scheme::Limited, all, 1e-6);
 }
 
+/// The energy that self-advection takes is that of what leaves.
+#[test]
+fn energy_leaves_with_the_flow() {
+    let mut random = Random::new(47);
+    for (cells, ends) in [(&[9, 8][..], "oh"), (&[6, 5, 7], "lpo")] {
+        let grid = grid(cells, ends);
+        let v: Components<f64> = among(&grid, &[], random.faces(&grid, 1));
+        let taken = dot_all(&v, &advection(&grid, &v));
+        let mut left = 0.0;
+        for at in places(&grid) {
+            for axis in 0..grid.dims {
+                let Some(low) = grid.beside(at, axis, Side::Low) else {
+                    continue;
+                };
+                let out = v[axis][grid.index(at)]
+                    * f64::from(i8::from(grid.is_outside(at)) - i8::from(grid.is_outside(low)));
+                left += out.max(0.0).powi(3) / (2.0 * grid.h[axis]);
+            }
+        }
+        assert!(
+            (taken - left).abs() < 1e-11 * left.abs().max(1.0),
+            "{taken} is taken, {left} leaves"
+        );
+    }
+}
+
+/// Adv(v) of the core.
+fn advection(grid: &Grid, v: &Components<f64>) -> Components<f64> {
+    let mut memory = Memory::new(1 << 20);
+    let mut levels = Levels::<f64>::bare(grid, 0);
+    levels.fill(&mut Arena::new(memory.block())).unwrap();
+    let fluid = Fluid {
+        grid,
+        slots: 1,
+        viscosity: 0.0,
+        solids: levels.solids(0),
+    };
+    let mut out = zeros(grid, 1);
+    let mut scratch = vec![0.0; scratch_per_thread(grid, 1)];
+    if grid.dims == 2 {
+        apply::<f64, D2>(&Serial, fluid, view(v), view_mut(&mut out), &mut scratch);
+    } else {
+        apply::<f64, D3>(&Serial, fluid, view(v), view_mut(&mut out), &mut scratch);
+    }
+    out
+}
+
+/// A plume that rises to an open top leaves the box, at a speed of several cells a step.
+#[test]
+fn a_plume_leaves_by_the_top() {
+    let mut scene = Scene::small(&[24, 32], "oh", 60);
+    scene.scheme = Scheme::Limited;
+    scene.params.method = Method::Simulate;
+    scene.effects.keep_mass = true;
+    scene.effects.buoyancy[1] = 3e-3;
+    let solved = scene.solve_alone::<f64, D2>();
+    assert_eq!(solved.status, Status::Converged);
+    let mass = |rho: &[f64]| rho.iter().sum::<f64>();
+    assert!(
+        mass(&solved.density[60]) < 0.3 * mass(&solved.density[0]),
+        "{}",
+        mass(&solved.density[60])
+    );
+    let fastest = solved
+        .velocity
+        .iter()
+        .flatten()
+        .flatten()
+        .fold(0.0_f64, |most, v| most.max(v.abs()));
+    assert!(fastest * 32.0 > 2.0, "{fastest}");
+}
+
 /// A uniform wind through a channel stays as it is, and carries the smoke out.
 #[test]
 fn wind_blows_smoke_out_of_a_channel() {
@@ -79,10 +155,7 @@ fn wind_blows_smoke_out_of_a_channel() {
         let masses = scene.with::<f64, D2, _>(|solver| {
             let faces = vec![speed; solver.faces(0)];
             solver.set_initial_velocity(0, &faces).unwrap();
-            assert_eq!(
-                solver.solve(&thurible_core::Serial, &mut Silent, &mut |_| {}),
-                Status::Converged
-            );
+            assert_eq!(solver.solve(&Serial, &mut Silent, &mut |_| {}), Status::Converged);
             let mut v = vec![0.0; solver.faces(0)];
             solver.velocity(20, 0, &mut v);
             assert!(v.iter().all(|v| (v - speed).abs() < 1e-5), "the wind changes");

@@ -838,6 +838,7 @@ static void add_effects(Scene *scene, uint32_t method, ThuribleEmitter emitters[
         config->buoyancy[1] = 0.02;
         config->schedule = factors;
         config->schedule_count = 2;
+        config->mask = 1;
     }
     OK(thurible_plan(config, &scene->bytes, NULL, &scene->saved));
 }
@@ -854,7 +855,45 @@ static Thurible *with_effects(const Scene *scene) {
     OK(thurible_set_emitter(solver, 1, scene->target, bytes));
     OK(thurible_set_keyframe(solver, 0, scene->target, bytes, NULL));
     OK(thurible_set_region(solver, 0, scene->target, bytes));
+    if (scene->config.mask) OK(thurible_set_mask(solver, scene->target, bytes));
+    else IS(thurible_set_mask(solver, scene->target, bytes), INDEX);
     return solver;
+}
+
+/* In a box that is open at the top of y no smoke is made, and the densities have the cells inside. */
+static void leaves(uint32_t precision, uint32_t dimensions) {
+    Scene scene;
+    make_scene(&scene, precision, dimensions, 8, 8, THURIBLE_METHOD_DIRECT);
+    scene.config.boundary[1] = THURIBLE_BOUNDARY_OPEN_HIGH;
+    refused(&scene.config, THURIBLE_RESULT_CONFIG, "take match_mass = false");
+    scene.config.match_mass = 0;
+    OK(thurible_plan(&scene.config, &scene.bytes, NULL, &scene.saved));
+    Thurible *solver = empty(&scene);
+    size_t bytes = scene.cells * scene.number, faces = 0;
+    OK(thurible_set_source(solver, scene.source, bytes));
+    OK(thurible_set_keyframe(solver, 0, scene.target, bytes, NULL));
+    OK(thurible_set_keyframe(solver, 1, scene.target, bytes, NULL));
+    OK(thurible_step(solver, NULL, NULL, NULL));
+    OK(thurible_finish(solver, NULL, NULL));
+    double before = mass_of(&scene, scene.source);
+    for (size_t step = 0; step < 8; step++) {
+        double after = mass_at(&scene, solver, THURIBLE_FIELD_DENSITY, step + 1);
+        CHECK(after < before * (1.0 + 1e-6));
+        before = after;
+    }
+    ThuribleView view;
+    OK(thurible_view(solver, THURIBLE_FIELD_VELOCITY, 1, 1, &view));
+    CHECK(view.extent[1] == 9 && view.extent[0] == 10);
+    OK(thurible_view(solver, THURIBLE_FIELD_DENSITY, 1, 0, &view));
+    CHECK(view.extent[1] == 8);
+    OK(thurible_copy_bytes(solver, THURIBLE_FIELD_VELOCITY, 1, &faces));
+    CHECK(faces == scene.number * 10 * 9 * (dimensions == 3 ? 8 : 1));
+    void *field = aligned(bytes);
+    OK(thurible_copy(solver, THURIBLE_FIELD_KEYFRAME, 0, 0, field, bytes));
+    CHECK(memcmp(field, scene.target, bytes) == 0);
+    free(field);
+    drop(solver);
+    drop_scene(&scene);
 }
 
 /* The mass grows by what is emitted, no force acts after the release, and looking at what was emitted changes nothing. */
@@ -1040,6 +1079,8 @@ int main(void) {
     views();
     facts();
     side_by_side();
+    leaves(THURIBLE_PRECISION_F64, 2);
+    leaves(THURIBLE_PRECISION_F32, 3);
     for (uint32_t method = THURIBLE_METHOD_DIRECT; method <= THURIBLE_METHOD_SIMULATE; method++) {
         outputs(THURIBLE_PRECISION_F32, 2, method);
         outputs(THURIBLE_PRECISION_F64, 3, method);

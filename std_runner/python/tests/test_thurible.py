@@ -322,6 +322,45 @@ class Effects(unittest.TestCase):
         self.assertEqual((needed[0], needed[2]), (needed[1], needed[3]))
         self.assertGreater(needed[0], needed[2])
 
+    def test_force_acts_where_the_mask_lets_it(self):
+        mask = np.zeros(self.shape)
+        mask[:, :8] = 1.0
+        found = thurible.solve(self.below, {8: self.above}, mask=mask, method="lbfgs", iterations=4)
+        force = np.abs(found.force[0])
+        self.assertLess(force[:, :, 10:].max(), 1e-2 * force.max())
+        with self.assertRaisesRegex(ValueError, "mask cannot be used"):
+            thurible.solve(self.below, {8: self.above}, mask=np.zeros(self.shape))
+        with self.assertRaisesRegex(ValueError, "mask cannot be used: value 0 is above 1"):
+            thurible.solve(self.below, {8: self.above}, mask=mask + 1)
+        with self.assertRaisesRegex(ValueError, "the method admm knows no mask"):
+            thurible.solve(self.below, {8: self.above}, mask=mask, method="admm")
+        needed = [thurible.plan(self.shape, [8], mask=given).bytes for given in (mask, True, None)]
+        self.assertEqual(needed[0], needed[1])
+        self.assertGreater(needed[0], needed[2])
+
+    def test_smoke_leaves_by_open_sides(self):
+        wind = [np.zeros((20, 17)), np.full((21, 16), 1.5 / 20)]
+        for method in ("direct", "lbfgs", "pd", "simulate"):
+            with self.subTest(method=method):
+                found = thurible.solve(
+                    self.below, {16: self.above}, boundary=["wall", "open"], initial_velocity=wind, match_mass=False, method=method, iterations=3
+                )
+                mass = found.density.sum(axis=(1, 2))
+                self.assertEqual(found.density.shape, (17, *self.shape))
+                self.assertTrue((np.diff(mass) < 1e-9).all())
+                self.assertLess(mass[-1], 0.5 * mass[0])
+                self.assertEqual(found.velocity[1].shape, (16, 21, 16))
+                self.assertGreater(np.abs(found.velocity[1][:, [0, -1]]).min(axis=(1, 2)).max(), 0.01)
+                self.assertLess(np.abs(divergence(found.velocity)).max(), 1e-4)
+        closed = [(boundary, thurible.solve(self.below, {4: self.above}, boundary=["wall", boundary], match_mass=False, iterations=1)) for boundary in ("open_low", "open_high")]
+        for boundary, found in closed:
+            walls = found.velocity[1][:, -1 if boundary == "open_low" else 0]
+            self.assertEqual(np.abs(walls).max(), 0)
+        with self.assertRaisesRegex(ValueError, "match_mass = false"):
+            thurible.solve(self.below, {8: self.above}, boundary="open")
+        with self.assertRaisesRegex(ValueError, "the method admm knows no open sides"):
+            thurible.solve(self.below, {8: self.above}, boundary="open", match_mass=False, method="admm")
+
     def test_weights_regions_and_schedule(self):
         def solve(**choices):
             return thurible.solve(self.below, {4: self.above, 8: self.below}, force_weight=30.0, iterations=25, **choices)
