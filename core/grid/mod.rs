@@ -11,6 +11,7 @@
 //! `(y, z)` is at `((z ny + y) slots + k) nx + x`. The unknowns of a face in time lie close together for the smoother, operators
 //! that treat all slots alike run over long contiguous stretches, and the rows of a thread are one chunk.
 
+pub mod fourier;
 pub mod gaussian;
 pub mod geometry;
 pub mod halo;

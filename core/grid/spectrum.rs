@@ -5,13 +5,15 @@
 //! Any symmetric filter that is the same everywhere and is mirrored at walls has them too, such as the Gaussians of the metric.
 //!
 //! Each eigenvector is even or odd about the middle of the axis, so a transform is two products with matrices of half the size.
-//! For axes as long as those of grids these matrices stay in the caches and are as fast as a fast transform, for any length.
+//! Up to [`LONGEST`] cells these matrices stay in the caches and are as fast as a fast transform, for any length. Longer axes have a
+//! [fast transform](super::fourier) to the same coefficients.
 
-use super::gaussian::Gaussian;
+use super::fourier::Fourier;
+use super::gaussian::{ANGLES, Gaussian};
 use super::{Axis, Grid};
 use crate::real::Real;
 
-/// The longest axis whose eigenvectors are kept.
+/// The longest axis that is transformed by matrices.
 pub const LONGEST: usize = 256;
 /// The rows of the left matrix that a product of matrices takes at a time.
 pub const TOGETHER: usize = 4;
@@ -94,11 +96,30 @@ fn fill_blur<T: Real>(axis: Axis, j: usize, factors: &mut [T]) {
     }
 }
 
+/// The same along an axis that is longer than [`LONGEST`].
+fn fill_long_blur<T: Real>(axis: Axis, j: usize, factors: &mut [T]) {
+    let n = axis.cells();
+    let mut waves = PARITIES
+        .into_iter()
+        .flat_map(|parity| (0..parity.count(n)).map(move |k| half_waves(axis, parity, k)));
+    for factors in factors.chunks_mut(ANGLES) {
+        let angles = core::array::from_fn(|_| {
+            let waves = waves.next().unwrap_or(0);
+            core::f64::consts::PI * waves as f64 / n as f64
+        });
+        for (factor, response) in factors.iter_mut().zip(Gaussian::new(j).responses(&angles)) {
+            *factor = T::from_f64(response * response);
+        }
+    }
+}
+
 /// The eigenvectors of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Modes<'m, T> {
     n: usize,
     first: bool,
+    /// The tables of a long axis, which has no matrices.
+    pub fourier: Option<Fourier<'m, T>>,
     matrices: &'m [T],
     /// Eigenvalues of -div grad, of even eigenvectors first.
     pub eigenvalues: &'m [T],
@@ -123,12 +144,41 @@ fn matrices_len(n: usize, first: bool) -> usize {
         .sum()
 }
 
-/// Fills what is kept of an axis: its matrices, its eigenvalues, and those of the squares of `filters` Gaussians.
+/// The length of the matrices or the tables of an axis.
+fn own_len<T: Real>(n: usize, first: bool) -> usize {
+    if n <= LONGEST {
+        matrices_len(n, first)
+    } else {
+        Fourier::<T>::len(n)
+    }
+}
+
+/// Fills what is kept of an axis: its matrices or tables, its eigenvalues, and those of the squares of `filters` Gaussians.
 fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, values: &mut [T]) {
     let n = grid.n[axis];
-    let first = axis == 0;
-    let (matrices, rest) = values.split_at_mut(matrices_len(n, first));
+    let (own, rest) = values.split_at_mut(own_len::<T>(n, axis == 0));
     let (eigenvalues, blurs) = rest.split_at_mut(n);
+    let blurs = (1..=filters).zip(blurs.chunks_exact_mut(n));
+    if n <= LONGEST {
+        fill_matrices(grid, axis, own, eigenvalues);
+        return blurs.for_each(|(j, factors)| fill_blur(grid.axis(axis), j, factors));
+    }
+    Fourier::fill(grid.axis(axis), own);
+    let squared = grid.h[axis] * grid.h[axis];
+    let all = PARITIES
+        .into_iter()
+        .flat_map(|parity| (0..parity.count(n)).map(move |k| (parity, k)));
+    for (eigenvalue, (parity, k)) in eigenvalues.iter_mut().zip(all) {
+        let (_, times_squared) = eigenvector(grid.axis(axis), parity, k, 0);
+        *eigenvalue = T::from_f64(times_squared / squared);
+    }
+    blurs.for_each(|(j, factors)| fill_long_blur(grid.axis(axis), j, factors));
+}
+
+/// Fills the matrices of an axis and its eigenvalues.
+fn fill_matrices<T: Real>(grid: &Grid, axis: usize, matrices: &mut [T], eigenvalues: &mut [T]) {
+    let n = grid.n[axis];
+    let first = axis == 0;
     matrices.fill(T::ZERO);
     let (mut matrix, mut before) = (0, 0);
     for parity in PARITIES {
@@ -155,9 +205,6 @@ fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, values: &mut [T]
             }
         }
         (matrix, before) = (matrix + 2 * len, before + count);
-    }
-    for (j, factors) in (1..=filters).zip(blurs.chunks_exact_mut(n)) {
-        fill_blur(grid.axis(axis), j, factors);
     }
 }
 
@@ -200,26 +247,16 @@ pub struct Spectrum<'m, T> {
 }
 
 impl<'m, T: Real> Spectrum<'m, T> {
-    /// Whether a grid has one.
-    #[must_use]
-    pub fn exists(grid: &Grid) -> bool {
-        grid.n.iter().all(|&n| n <= LONGEST)
-    }
-
-    /// Its length in values with `filters` Gaussians, 0 if there is none.
+    /// Its length in values with `filters` Gaussians.
     #[must_use]
     pub fn len(grid: &Grid, filters: usize) -> usize {
-        if Self::exists(grid) {
-            (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum()
-        } else {
-            0
-        }
+        (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum()
     }
 
     /// Fills [`Self::len`] values for [`Self::view`].
     pub fn fill(grid: &Grid, filters: usize, numbers: &mut [T]) {
         let mut rest = numbers;
-        for axis in 0..if Self::exists(grid) { grid.dims } else { 0 } {
+        for axis in 0..grid.dims {
             let (these, after) = rest.split_at_mut(Self::len_of(grid, filters, axis));
             fill_axis(grid, filters, axis, these);
             rest = after;
@@ -234,12 +271,14 @@ impl<'m, T: Real> Spectrum<'m, T> {
             let (these, after) = numbers.split_at(Self::len_of(grid, filters, axis));
             let n = grid.n[axis];
             let first = axis == 0;
-            let (matrices, rest) = these.split_at(matrices_len(n, first));
+            let (own, rest) = these.split_at(own_len::<T>(n, first));
             let (eigenvalues, blurs) = rest.split_at(n);
+            let long = n > LONGEST;
             *known = Modes {
                 n,
                 first,
-                matrices,
+                fourier: long.then(|| Fourier::view(grid.axis(axis), own)),
+                matrices: if long { &[] } else { own },
                 eigenvalues,
                 blurs,
             };
@@ -249,6 +288,6 @@ impl<'m, T: Real> Spectrum<'m, T> {
     }
 
     fn len_of(grid: &Grid, filters: usize, axis: usize) -> usize {
-        matrices_len(grid.n[axis], axis == 0) + (1 + filters) * grid.n[axis]
+        own_len::<T>(grid.n[axis], axis == 0) + (1 + filters) * grid.n[axis]
     }
 }

@@ -1,7 +1,6 @@
 //! Why a problem is refused, in words.
 
 use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
-use crate::grid::spectrum::LONGEST;
 use crate::words::Named;
 use core::fmt;
 
@@ -89,13 +88,6 @@ pub enum ProblemError {
     },
     /// Only limited transport goes around solid cells.
     SolidScheme,
-    /// Solid cells on an axis that is too long for eigenvectors.
-    SolidCells {
-        /// The axis.
-        axis: usize,
-        /// Its cells.
-        given: usize,
-    },
     /// A list has more entries than there are keyframes.
     Weights {
         /// Its entries.
@@ -180,10 +172,6 @@ impl fmt::Display for ProblemError {
                 )
             }
             Self::SolidScheme => write!(f, "only limited transport goes around solid cells; take that"),
-            Self::SolidCells { axis, given } => write!(
-                f,
-                "cells[{axis}] is {given}; among solid cells at most {LONGEST} are possible"
-            ),
             Self::Weights { given } => write!(f, "there are {given} weights, more than keyframes"),
             Self::EmitterSteps { index, steps } => write!(
                 f,

@@ -40,13 +40,14 @@ mod objective_gradients;
 mod paper_bound;
 mod price;
 mod projection;
-mod projection_solvers;
+
 mod quasi_newton;
 mod recursion;
 mod smoother;
 mod steps;
 mod stfas;
 mod stfas_solves;
+mod transforms;
 mod transport;
 mod transport_refusals;
 mod words;
