@@ -33,7 +33,7 @@
 //! | | [`problem`] | box, time, weights; checked once |
 //! | | [`field`] | views of trajectories, their algebra, loops over rows, sums in a fixed order |
 //! | pieces | [`operators`] | divergence, gradient, self-advection and its adjoint, blur |
-//! | | [`poisson`] | the projection onto div v = 0, by eigenvectors or multigrid |
+//! | | [`poisson`] | the projection onto div v = 0, by eigenvectors |
 //! | | [`transport`] | A\[rho, v\] and its exact adjoint |
 //! | | [`force`] | the force that a given flow needs |
 //! | | [`objective`] | keyframes and data term, the density's sweep forward and back, J as a function of the flow, coarser scenes |

@@ -1,6 +1,9 @@
 //! Views of fields: vector fields by component, blocks of a trajectory, and elementwise loops over rows.
 
 pub mod beside;
+mod folds;
+mod fourier;
+mod long_axis;
 pub mod means;
 pub mod rows;
 pub mod slot;

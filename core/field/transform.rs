@@ -3,10 +3,12 @@
 //! Axes but the first are transformed in panels of columns, the first in groups of rows. Both are products of small matrices that
 //! stay in the nearest cache.
 
+use super::folds::{fold, fold_row, unfold_row};
+use super::long_axis;
 use crate::grid::Grid;
-use crate::grid::spectrum::{COLUMNS, Modes, PARITIES, Parity, Spectrum, TOGETHER};
+use crate::grid::spectrum::{COLUMNS, LONGEST, Modes, PARITIES, Parity, Spectrum, TOGETHER};
 use crate::real::Real;
-use crate::simd::{Vector, multiversion, vectorised};
+use crate::simd::{Vector, vectorised};
 use core::ops::Range;
 
 /// The columns of a panel, at most.
@@ -15,8 +17,12 @@ const PANEL: usize = 2 * COLUMNS;
 /// The scratch of one transform on `grid`, in elements.
 #[must_use]
 pub fn scratch_len(grid: &Grid) -> usize {
-    let longest = (1..grid.dims).fold(0, |longest, axis| grid.n[axis].max(longest));
-    (2 * longest * PANEL).max(TOGETHER * (grid.n[0] + padded(grid.n[0])))
+    let of_axis = |axis: usize| match (grid.n[axis], axis) {
+        (n, _) if n > LONGEST => long_axis::scratch_len(n),
+        (n, 0) => TOGETHER * (n + padded(n)),
+        (n, _) => 2 * n * PANEL,
+    };
+    (0..grid.dims).map(of_axis).max().unwrap_or(0)
 }
 
 /// The columns of both parities along a first axis of `n` cells.
@@ -40,7 +46,10 @@ pub fn multiply<T: Real>(
     for axis in (1..grid.dims).rev() {
         along_columns(grid, axis, &axes[axis], Direction::Analysis, field, scratch);
     }
-    along_rows(grid.n[0], &axes[0], field, scratch, symbol);
+    match &axes[0].fourier {
+        Some(fourier) => long_axis::along_rows(fourier, field, scratch, symbol),
+        None => along_rows(grid.n[0], &axes[0], field, scratch, symbol),
+    }
     for axis in 1..grid.dims {
         along_columns(grid, axis, &axes[axis], Direction::Synthesis, field, scratch);
     }
@@ -66,6 +75,13 @@ fn along_columns<T: Real>(
 ) {
     let n = grid.n[axis];
     let width: usize = grid.n[..axis].iter().product();
+    if let Some(fourier) = &modes.fourier {
+        let slabs = field.chunks_exact_mut(n * width);
+        return slabs.for_each(|slab| match direction {
+            Direction::Analysis => long_axis::analyse_columns(fourier, width, slab, scratch),
+            Direction::Synthesis => long_axis::synthesise_columns(fourier, width, slab, scratch),
+        });
+    }
     let (from, to) = scratch.split_at_mut(n * PANEL);
     for slab in field.chunks_exact_mut(n * width) {
         for start in (0..width).step_by(PANEL) {
@@ -229,50 +245,6 @@ fn along_rows<T: Real>(
         let parts = evens.chunks_exact(even).zip(odds.chunks_exact(odd));
         for (row, (even, odd)) in rows.chunks_exact_mut(n).zip(parts) {
             unfold_row(even, odd, row);
-        }
-    }
-}
-
-multiversion! {
-    /// Both halves of a row, the second backwards, summed and subtracted.
-    fn fold_row[T: Real](row: &[T], even: &mut [T], odd: &mut [T]) {
-        let (low, high) = row.split_at(row.len() - row.len() / 2);
-        for (((even, odd), &low), &high) in even.iter_mut().zip(odd.iter_mut()).zip(low).zip(high.iter().rev()) {
-            (*even, *odd) = (low + high, low - high);
-        }
-        if let (Some(middle), Some(&row)) = (even.get_mut(odd.len()), low.get(odd.len())) {
-            *middle = row;
-        }
-    }
-}
-
-multiversion! {
-    /// A row from its even and odd parts.
-    fn unfold_row[T: Real](even: &[T], odd: &[T], row: &mut [T]) {
-        let half = row.len() / 2;
-        let (low, high) = row.split_at_mut(row.len() - half);
-        for (((low, high), &even), &odd) in low.iter_mut().zip(high.iter_mut().rev()).zip(even).zip(odd) {
-            (*low, *high) = (even + odd, even - odd);
-        }
-        if let (Some(row), Some(&middle)) = (low.get_mut(half), even.get(half)) {
-            *row = middle;
-        }
-    }
-}
-
-vectorised! {
-    /// `sum = low + high`, `difference = low - high`.
-    fn fold[T, V](low: &[T], high: &[T], sum: &mut [T], difference: &mut [T]) {
-        let n = low.len();
-        let (high, sum, difference) = (&high[..n], &mut sum[..n], &mut difference[..n]);
-        let whole = n - n % <V as Vector>::LANES;
-        for i in (0..whole).step_by(<V as Vector>::LANES) {
-            let (l, h): (V, V) = (V::load(&low[i..]), V::load(&high[i..]));
-            (l + h).store(&mut sum[i..]);
-            (l - h).store(&mut difference[i..]);
-        }
-        for i in whole..n {
-            (sum[i], difference[i]) = (low[i] + high[i], low[i] - high[i]);
         }
     }
 }

@@ -45,8 +45,8 @@ pub struct Levels<'m, T> {
     pub grids: heapless::Vec<Grid, MAX_LEVELS>,
     /// The weights between grid l and grid l + 1.
     pub tables: heapless::Vec<Tables<'m, T>, MAX_LEVELS>,
-    /// The eigenvectors of every grid that has them, see [`Self::spectrum`].
-    pub eigenvectors: &'m [T],
+    /// The eigenvectors of every grid, see [`Self::spectrum`].
+    eigenvectors: &'m [T],
     /// Gaussians that are known in their terms.
     filters: usize,
     /// Whether there are no tables yet, only what workspaces are measured by.
@@ -189,18 +189,18 @@ impl<'m, T: Real> Levels<'m, T> {
             .for_each(|(bits, &of_fine)| *bits = of_fine);
     }
 
-    /// The eigenvectors of grid `level`, if it has any.
+    /// The eigenvectors of grid `level`.
     #[must_use]
-    pub fn spectrum(&self, level: usize) -> Option<Spectrum<'_, T>> {
-        let grid = self.grids.get(level).filter(|grid| Spectrum::<T>::exists(grid))?;
+    pub fn spectrum(&self, level: usize) -> Spectrum<'_, T> {
         if self.bare {
-            return Some(Spectrum::default());
+            return Spectrum::default();
         }
-        let start = self.grids[..level]
-            .iter()
-            .map(|grid| Spectrum::<T>::len(grid, self.filters))
-            .sum();
-        let elements = self.eigenvectors.get(start..).filter(|rest| !rest.is_empty())?;
-        Some(Spectrum::view(grid, self.filters, elements))
+        let before = self.grids.iter().take(level);
+        let start = before.map(|grid| Spectrum::<T>::len(grid, self.filters)).sum();
+        Spectrum::view(
+            &self.grids[level],
+            self.filters,
+            self.eigenvectors.get(start..).unwrap_or(&[]),
+        )
     }
 }

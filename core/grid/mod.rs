@@ -11,10 +11,13 @@
 //! `(y, z)` is at `((z ny + y) slots + k) nx + x`. The unknowns of a face in time lie close together for the smoother, operators
 //! that treat all slots alike run over long contiguous stretches, and the rows of a thread are one chunk.
 
+pub mod fourier;
 pub mod gaussian;
 pub mod geometry;
 pub mod halo;
 pub mod levels;
+pub mod open_modes;
+pub mod parity;
 pub mod solids;
 pub mod spectrum;
 pub mod stencil;

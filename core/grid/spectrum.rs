@@ -1,20 +1,20 @@
 //! The eigenvectors of the second difference along an axis: cosines between walls, cosines and sines on a ring.
 //!
-//! With open sides they are 0 outside the box: sin(pi k (i + 1) / (n + 1)), k >= 1, between two, cos(pi (k + 1/2) (i + 1/2) / (n + 1/2)) between a
-//! wall and one; these are kept whole, and 0 stands in the cells outside.
-//!
 //! -div grad of the potentials phi_k = cos(pi k (i + 1/2) / n) between walls, or cos and sin of 2 pi m (i + 1/2) / n on a ring, is
 //! lambda phi with lambda = 4 sin^2(pi k / 2 n) / h^2 or 4 sin^2(pi m / n) / h^2 (Strang 1999, The Discrete Cosine Transform).
 //! Any symmetric filter that is the same everywhere and is mirrored at walls has them too, such as the Gaussians of the metric.
 //!
 //! Each eigenvector is even or odd about the middle of the axis, so a transform is two products with matrices of half the size.
-//! For axes as long as those of grids these matrices stay in the caches and are as fast as a fast transform, for any length.
+//! Up to [`LONGEST`] cells these matrices stay in the caches and are as fast as a fast transform, for any length. Longer axes have a
+//! [fast transform](super::fourier) to the same coefficients. Those of axes with open sides have no such symmetry: [`open_modes`].
 
-use super::gaussian::Gaussian;
-use super::{Axis, Grid};
+use super::fourier::Fourier;
+use super::gaussian::{ANGLES, Gaussian};
+pub use super::parity::{PARITIES, Parity};
+use super::{Axis, Grid, open_modes};
 use crate::real::Real;
 
-/// The longest axis whose eigenvectors are kept.
+/// The longest axis that is transformed by matrices.
 pub const LONGEST: usize = 256;
 /// The most cells inside along an axis with an open side, of which the layers outside are among those of [`LONGEST`].
 pub const MOST_OPEN: usize = LONGEST - 2;
@@ -22,76 +22,6 @@ pub const MOST_OPEN: usize = LONGEST - 2;
 pub const TOGETHER: usize = 4;
 /// The columns of the right matrix are a multiple of this: two of the widest vectors.
 pub const COLUMNS: usize = 32;
-
-/// The symmetry of an eigenvector about the middle of its axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Parity {
-    /// The same values on both sides.
-    Even,
-    /// Opposite values on both sides.
-    Odd,
-}
-
-/// Both parities, in the order in which a transform stores their coefficients.
-pub const PARITIES: [Parity; 2] = [Parity::Even, Parity::Odd];
-
-impl Parity {
-    /// The eigenvectors of this parity along an axis of `n` cells, each given by as many values, those of one half of the axis.
-    #[must_use]
-    pub const fn count(self, n: usize) -> usize {
-        match self {
-            Self::Even => n.div_ceil(2),
-            Self::Odd => n / 2,
-        }
-    }
-}
-
-/// Whether the eigenvectors of an axis are even and odd about its middle: with open sides all of them count as even, and are kept whole.
-#[must_use]
-pub fn folds(axis: Axis) -> bool {
-    axis.inside().len() == axis.cells()
-}
-
-/// The eigenvectors of a parity along an axis, or of either by their coefficients; those of the cells outside are 0.
-fn count_of(axis: Axis, parity: Parity) -> usize {
-    match (folds(axis), parity) {
-        (true, _) => parity.count(axis.cells()),
-        (false, Parity::Even) => axis.cells(),
-        (false, Parity::Odd) => 0,
-    }
-}
-
-/// Value `i` of eigenvector `k` along an axis with open sides, and its eigenvalue times h^2; there are as many as cells, and the last belong to
-/// the cells outside and are 0.
-fn open_eigenvector(axis: Axis, k: usize, i: usize) -> (f64, f64) {
-    let inside = axis.inside();
-    let n = inside.len();
-    let both = axis.cells() - n == 2;
-    if k >= n || !inside.contains(&i) {
-        return (0.0, if k >= n { 1.0 } else { open_eigenvalue(n, both, k) });
-    }
-    let i = i - inside.start;
-    let value = if both {
-        let angle = core::f64::consts::PI / (n + 1) as f64;
-        libm::sqrt(2.0 / (n + 1) as f64) * libm::sin(angle * ((k + 1) * (i + 1)) as f64)
-    } else {
-        // From the wall.
-        let i = if inside.start > 0 { n - 1 - i } else { i };
-        let angle = core::f64::consts::PI / (2 * (2 * n + 1)) as f64;
-        2.0 / libm::sqrt((2 * n + 1) as f64) * libm::cos(angle * ((2 * k + 1) * (2 * i + 1)) as f64)
-    };
-    (value, open_eigenvalue(n, both, k))
-}
-
-fn open_eigenvalue(n: usize, both: bool, k: usize) -> f64 {
-    let half = if both {
-        core::f64::consts::PI * (k + 1) as f64 / (2 * (n + 1)) as f64
-    } else {
-        core::f64::consts::PI * (2 * k + 1) as f64 / (2 * (2 * n + 1)) as f64
-    };
-    let half = libm::sin(half);
-    4.0 * half * half
-}
 
 /// The half waves of eigenvector `k` of a parity along an axis.
 fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
@@ -104,8 +34,8 @@ fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
 
 /// Value `i` of eigenvector `k` of a parity, scaled to length 1, and its eigenvalue times h^2.
 fn eigenvector(axis: Axis, parity: Parity, k: usize, i: usize) -> (f64, f64) {
-    if !folds(axis) {
-        return open_eigenvector(axis, k, i);
+    if !open_modes::folds(axis) {
+        return open_modes::eigenvector(axis, k, i);
     }
     let n = axis.cells();
     let waves = half_waves(axis, parity, k);
@@ -149,13 +79,32 @@ fn fill_blur<T: Real>(axis: Axis, j: usize, factors: &mut [T]) {
     }
 }
 
+/// The same along an axis that is longer than [`LONGEST`].
+fn fill_long_blur<T: Real>(axis: Axis, j: usize, factors: &mut [T]) {
+    let n = axis.cells();
+    let mut waves = PARITIES
+        .into_iter()
+        .flat_map(|parity| (0..parity.count(n)).map(move |k| half_waves(axis, parity, k)));
+    for factors in factors.chunks_mut(ANGLES) {
+        let angles = core::array::from_fn(|_| {
+            let waves = waves.next().unwrap_or(0);
+            core::f64::consts::PI * waves as f64 / n as f64
+        });
+        for (factor, response) in factors.iter_mut().zip(Gaussian::new(j).responses(&angles)) {
+            *factor = T::from_f64(response * response);
+        }
+    }
+}
+
 /// The eigenvectors of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Modes<'m, T> {
     n: usize,
     first: bool,
-    /// Whether each is even or odd about the middle: see [`folds`].
+    /// Whether each is even or odd about the middle: see [`open_modes::folds`].
     pub folds: bool,
+    /// The tables of a long axis, which has no matrices.
+    pub fourier: Option<Fourier<'m, T>>,
     matrices: &'m [T],
     /// Eigenvalues of -div grad, of even eigenvectors first.
     pub eigenvalues: &'m [T],
@@ -176,20 +125,56 @@ const fn matrix_len(count: usize, first: bool) -> usize {
 fn matrices_len(axis: Axis, first: bool) -> usize {
     PARITIES
         .iter()
-        .map(|&parity| 2 * matrix_len(count_of(axis, parity), first))
+        .map(|&parity| 2 * matrix_len(open_modes::count(axis, parity), first))
         .sum()
 }
 
-/// Fills what is kept of an axis: its matrices, its eigenvalues, and those of the squares of `filters` Gaussians.
+/// The length of the matrices or the tables of an axis.
+fn own_len<T: Real>(axis: Axis, first: bool) -> usize {
+    if axis.cells() <= LONGEST {
+        matrices_len(axis, first)
+    } else {
+        Fourier::<T>::len(axis.cells())
+    }
+}
+
+/// Fills what is kept of an axis: its matrices or tables, its eigenvalues, and those of the squares of `filters` Gaussians.
 fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, values: &mut [T]) {
     let n = grid.n[axis];
-    let first = axis == 0;
-    let (matrices, rest) = values.split_at_mut(matrices_len(grid.axis(axis), first));
+    let (own, rest) = values.split_at_mut(own_len::<T>(grid.axis(axis), axis == 0));
     let (eigenvalues, blurs) = rest.split_at_mut(n);
+    let blurs = (1..=filters).zip(blurs.chunks_exact_mut(n));
+    if n <= LONGEST {
+        fill_matrices(grid, axis, own, eigenvalues);
+        // Between open sides the Gaussians have other eigenvectors: every tap is added.
+        let known = if open_modes::folds(grid.axis(axis)) {
+            filters
+        } else {
+            0
+        };
+        return blurs
+            .take(known)
+            .for_each(|(j, factors)| fill_blur(grid.axis(axis), j, factors));
+    }
+    Fourier::fill(grid.axis(axis), own);
+    let squared = grid.h[axis] * grid.h[axis];
+    let all = PARITIES
+        .into_iter()
+        .flat_map(|parity| (0..parity.count(n)).map(move |k| (parity, k)));
+    for (eigenvalue, (parity, k)) in eigenvalues.iter_mut().zip(all) {
+        let (_, times_squared) = eigenvector(grid.axis(axis), parity, k, 0);
+        *eigenvalue = T::from_f64(times_squared / squared);
+    }
+    blurs.for_each(|(j, factors)| fill_long_blur(grid.axis(axis), j, factors));
+}
+
+/// Fills the matrices of an axis and its eigenvalues.
+fn fill_matrices<T: Real>(grid: &Grid, axis: usize, matrices: &mut [T], eigenvalues: &mut [T]) {
+    let first = axis == 0;
     matrices.fill(T::ZERO);
     let (mut matrix, mut before) = (0, 0);
     for parity in PARITIES {
-        let count = count_of(grid.axis(axis), parity);
+        let count = open_modes::count(grid.axis(axis), parity);
         let len = matrix_len(count, first);
         let columns = if first {
             count.next_multiple_of(COLUMNS)
@@ -212,11 +197,6 @@ fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, values: &mut [T]
             }
         }
         (matrix, before) = (matrix + 2 * len, before + count);
-    }
-    // Between open sides the Gaussians have other eigenvectors: every tap is added.
-    let filters = if folds(grid.axis(axis)) { filters } else { 0 };
-    for (j, factors) in (1..=filters).zip(blurs.chunks_exact_mut(n)) {
-        fill_blur(grid.axis(axis), j, factors);
     }
 }
 
@@ -269,26 +249,16 @@ pub struct Spectrum<'m, T> {
 }
 
 impl<'m, T: Real> Spectrum<'m, T> {
-    /// Whether a grid has one.
-    #[must_use]
-    pub fn exists(grid: &Grid) -> bool {
-        grid.n.iter().all(|&n| n <= LONGEST)
-    }
-
-    /// Its length in values with `filters` Gaussians, 0 if there is none.
+    /// Its length in values with `filters` Gaussians.
     #[must_use]
     pub fn len(grid: &Grid, filters: usize) -> usize {
-        if Self::exists(grid) {
-            (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum()
-        } else {
-            0
-        }
+        (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum()
     }
 
     /// Fills [`Self::len`] values for [`Self::view`].
     pub fn fill(grid: &Grid, filters: usize, numbers: &mut [T]) {
         let mut rest = numbers;
-        for axis in 0..if Self::exists(grid) { grid.dims } else { 0 } {
+        for axis in 0..grid.dims {
             let (these, after) = rest.split_at_mut(Self::len_of(grid, filters, axis));
             fill_axis(grid, filters, axis, these);
             rest = after;
@@ -303,13 +273,15 @@ impl<'m, T: Real> Spectrum<'m, T> {
             let (these, after) = numbers.split_at(Self::len_of(grid, filters, axis));
             let n = grid.n[axis];
             let first = axis == 0;
-            let (matrices, rest) = these.split_at(matrices_len(grid.axis(axis), first));
+            let (own, rest) = these.split_at(own_len::<T>(grid.axis(axis), first));
             let (eigenvalues, blurs) = rest.split_at(n);
+            let long = n > LONGEST;
             *known = Modes {
                 n,
                 first,
-                folds: folds(grid.axis(axis)),
-                matrices,
+                folds: open_modes::folds(grid.axis(axis)),
+                fourier: long.then(|| Fourier::view(grid.axis(axis), own)),
+                matrices: if long { &[] } else { own },
                 eigenvalues,
                 blurs,
             };
@@ -319,6 +291,6 @@ impl<'m, T: Real> Spectrum<'m, T> {
     }
 
     fn len_of(grid: &Grid, filters: usize, axis: usize) -> usize {
-        matrices_len(grid.axis(axis), axis == 0) + (1 + filters) * grid.n[axis]
+        own_len::<T>(grid.axis(axis), axis == 0) + (1 + filters) * grid.n[axis]
     }
 }

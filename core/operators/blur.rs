@@ -2,9 +2,8 @@
 //!
 //! G_j is a separable Gaussian of sigma = 2^(j-1) cells, its taps cut at ceil(3 sigma) and normalised, mirrored at walls
 //! (half-sample) and wrapped around rings. It is symmetric, so C is its own adjoint. Such a Gaussian has the eigenvectors of the
-//! Poisson problem (Strang 1999, The Discrete Cosine Transform): where a grid keeps its eigenvectors, the sum over j is one
-//! multiplication of coefficients; where an axis is too long for that, every tap is added.
-//! Among solid cells too: with F leaving them out, C = identity F + sum over j of F G_j F G_j F.
+//! Poisson problem (Strang 1999, The Discrete Cosine Transform), so the sum over j is one multiplication of coefficients. Among
+//! solid cells every tap is added: with F leaving them out, C = identity F + sum over j of F G_j F G_j F.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{rows, transform};
@@ -32,16 +31,16 @@ pub struct Blur<'a, T> {
     metric: Metric,
     /// Solid cells, which have no part in it.
     solids: Solids<'a>,
-    /// The grid's eigenvectors, if it keeps them and there are no solid cells.
+    /// The grid's eigenvectors, if there are no solid cells.
     spectrum: Option<Spectrum<'a, T>>,
-    /// Two fields of cells if it does not.
+    /// Two fields of cells if there are.
     work: [&'a mut [T]; 2],
     scratch: &'a mut [T],
 }
 
 impl<'a, T: Real> Blur<'a, T> {
     fn scratch_len(grid: &Grid, solids: Solids<'_>, filters: usize, threads: usize) -> usize {
-        if Spectrum::<T>::exists(grid) && !solids.there() {
+        if !solids.there() {
             return pooled(transform::scratch_len(grid));
         }
         let radius = if filters == 0 {
@@ -53,11 +52,7 @@ impl<'a, T: Real> Blur<'a, T> {
     }
 
     fn work_len(grid: &Grid, solids: Solids<'_>) -> usize {
-        if Spectrum::<T>::exists(grid) && !solids.there() {
-            0
-        } else {
-            grid.cells()
-        }
+        if solids.there() { grid.cells() } else { 0 }
     }
 
     /// Takes its workspace from a pool. The grid is number `level` of the hierarchy.
@@ -73,7 +68,7 @@ impl<'a, T: Real> Blur<'a, T> {
             grid,
             metric,
             solids,
-            spectrum: hierarchy.spectrum(level).filter(|_| !solids.there()),
+            spectrum: (!solids.there()).then(|| hierarchy.spectrum(level)),
             work: [(); 2].map(|()| pool.take("field", Self::work_len(grid, solids))),
             scratch: pool.take("rows", Self::scratch_len(grid, solids, metric.filters, threads)),
         })

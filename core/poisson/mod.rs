@@ -1,12 +1,10 @@
 //! The projection Q onto div v = 0 (mathematics section 1): v - grad q with div grad q = div v, for many slots at once.
 //!
-//! The Poisson problem is solved by eigenvectors where no axis is too long for that, else by multigrid.
+//! The Poisson problem is solved by eigenvectors, among solid cells by conjugate gradients on top of that.
 
 mod batch;
 mod conjugate;
 mod eigen;
-pub mod multigrid;
-mod richardson;
 pub mod spectral;
 
 use crate::exec::{Exec, RowBuffers, for_rows};
@@ -14,14 +12,12 @@ use crate::field::{VectorMut, reborrow, rows, transform, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::solids::{Solids, closed};
-use crate::grid::spectrum::Spectrum;
 use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::Observer;
 use crate::operators::divergence::divergence;
 use crate::real::Real;
 use batch::{Batch, MAX_BATCH, Measured, divergence_in_row, inside};
 use core::ops::ControlFlow;
-use multigrid::Multigrid;
 use spectral::Spectral;
 
 /// The most defect corrections. Each starts from the divergence of the result, so that single precision reaches its rounding floor.
@@ -36,42 +32,12 @@ pub struct Projection<'a, T> {
     slots: usize,
     /// Slots of a batch.
     batch: usize,
-    solver: Solver<'a, T>,
-}
-
-/// The solver of Poisson's problem.
-#[derive(Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is no allocator, and one of it lives at a time"
-)]
-enum Solver<'a, T> {
-    Spectral(Spectral<'a, T>),
-    Multigrid(Multigrid<'a, T>),
-}
-
-/// Calls a method that both solvers have.
-macro_rules! each {
-    ($solver:expr, $inner:ident => $call:expr) => {
-        match $solver {
-            Solver::Spectral($inner) => $call,
-            Solver::Multigrid($inner) => $call,
-        }
-    };
+    solver: Spectral<'a, T>,
 }
 
 /// The slots of a batch: about as many in each, at most [`MAX_BATCH`] and no more than there are rows.
 fn batch_of(grid: &Grid, slots: usize) -> usize {
     slots.div_ceil(slots.div_ceil(MAX_BATCH.min(grid.rows())))
-}
-
-fn scratch_len<T: Real>(finest: &Grid, batch: usize, threads: usize) -> usize {
-    let a_thread = if Spectrum::<T>::exists(finest) {
-        transform::scratch_len(finest)
-    } else {
-        multigrid::scratch_per_thread(finest, batch)
-    };
-    pooled(threads * a_thread)
 }
 
 impl<'a, T: Real> Projection<'a, T> {
@@ -85,15 +51,10 @@ impl<'a, T: Real> Projection<'a, T> {
     ) -> Self {
         let grid = &hierarchy.grids[level];
         let batch = batch_of(grid, slots);
-        let scratch = scratch_len::<T>(grid, batch, threads);
+        let scratch = pooled(threads * transform::scratch_len(grid));
         pool.group("projection", Sharing::Together, |pool| {
-            let solver = match hierarchy.spectrum(level) {
-                Some(spectrum) => {
-                    let of_grid = (spectrum, hierarchy.solids(level));
-                    Solver::Spectral(Spectral::carve(grid, of_grid, batch, scratch, pool))
-                }
-                None => Solver::Multigrid(Multigrid::carve(hierarchy, level, batch, scratch, pool)),
-            };
+            let of_grid = (hierarchy.spectrum(level), hierarchy.solids(level));
+            let solver = Spectral::carve(grid, of_grid, batch, scratch, pool);
             Self {
                 grid,
                 solids: hierarchy.solids(level),
@@ -117,7 +78,7 @@ impl<'a, T: Real> Projection<'a, T> {
         let mut fastest: f64 = 0.0;
         let sums = &mut sums[..Measured::SUMS * grid.rows()];
         let relative = rows::largest(Batch::all(self.slots, self.batch).map(|batch| {
-            let scratch = each!(&mut self.solver, solver => &mut *solver.scratch);
+            let scratch = &mut *self.solver.scratch;
             for_rows(
                 exec,
                 grid.rows(),
@@ -192,19 +153,15 @@ impl<'a, T: Real> Projection<'a, T> {
         let mut goal = None;
         for pass in 0.. {
             let v = [&*fields[0], &*fields[1], &*fields[2]];
-            let Measured { divergence, speed } =
-                each!(&mut self.solver, solver => solver.divergence(exec, batch, v, sums));
+            let Measured { divergence, speed } = self.solver.divergence(exec, batch, v, sums);
             let goal = *goal.get_or_insert_with(|| {
                 (tolerance * divergence).max(4.0 * T::EPSILON * speed / self.grid.h[0])
             });
             if pass == PASSES || !(divergence > goal) {
                 return ControlFlow::Continue(divergence);
             }
-            match &mut self.solver {
-                Solver::Spectral(solver) => solver.solve(exec, observer, batch, 0.5 * goal)?,
-                Solver::Multigrid(solver) => solver.solve(exec, observer, batch, divergence, goal, sums)?,
-            }
-            each!(&mut self.solver, solver => solver.subtract_gradient(exec, batch, fields));
+            self.solver.solve(exec, observer, batch, 0.5 * goal)?;
+            self.solver.subtract_gradient(exec, batch, fields);
             let [v0, v1, v2, _] = fields;
             self.close(exec, &mut [&mut **v0, &mut **v1, &mut **v2]);
         }

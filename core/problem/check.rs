@@ -2,7 +2,7 @@
 
 use super::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Scheme, Supply};
 use crate::grid::Side;
-use crate::grid::spectrum::{LONGEST, MOST_OPEN};
+use crate::grid::spectrum::MOST_OPEN;
 
 impl Problem<'_> {
     /// Checks every field but the number of axes and whether there are keyframes.
@@ -65,14 +65,8 @@ impl Problem<'_> {
                 return Err(ProblemError::MassLeaves);
             }
         }
-        if self.solids {
-            if self.advection.scheme != Scheme::Limited {
-                return Err(ProblemError::SolidScheme);
-            }
-            let long = self.cells.iter().enumerate().find(|&(_, &n)| n > LONGEST);
-            if let Some((axis, &given)) = long {
-                return Err(ProblemError::SolidCells { axis, given });
-            }
+        if self.solids && self.advection.scheme != Scheme::Limited {
+            return Err(ProblemError::SolidScheme);
         }
         if let Some(&given) = self.buoyancy.iter().find(|b| !b.is_finite()) {
             return Err(ProblemError::NotFinite {

@@ -1,7 +1,7 @@
 //! Why a problem is refused, in words.
 
 use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
-use crate::grid::spectrum::{LONGEST, MOST_OPEN};
+use crate::grid::spectrum::MOST_OPEN;
 use crate::words::Named;
 use core::fmt;
 
@@ -100,13 +100,6 @@ pub enum ProblemError {
     },
     /// Smoke leaves by open sides, so that keyframes cannot be scaled to its mass.
     MassLeaves,
-    /// Solid cells on an axis that is too long for eigenvectors.
-    SolidCells {
-        /// The axis.
-        axis: usize,
-        /// Its cells.
-        given: usize,
-    },
     /// A list has more entries than there are keyframes.
     Weights {
         /// Its entries.
@@ -202,10 +195,6 @@ impl fmt::Display for ProblemError {
             Self::MassLeaves => write!(
                 f,
                 "smoke leaves by open sides, so the mass of a keyframe is not known before; take match_mass = false"
-            ),
-            Self::SolidCells { axis, given } => write!(
-                f,
-                "cells[{axis}] is {given}; among solid cells at most {LONGEST} are possible"
             ),
             Self::Weights { given } => write!(f, "there are {given} weights, more than keyframes"),
             Self::EmitterSteps { index, steps } => write!(

@@ -1,4 +1,4 @@
-//! Runs of rows that are computed together, and rows around which there is no smoke, which are passed over.
+//! Runs of rows that are computed together, and rows around which there is no smoke, which are passed over, as are the ends of long rows.
 
 use super::rows::Cells;
 use crate::grid::Grid;
@@ -35,6 +35,14 @@ pub fn each_run(
     }
 }
 
+/// Rows of more cells than this are looked at in parts of so many.
+const PART: usize = 256;
+
+/// Whether rows are too long to be computed as a whole where there is smoke anywhere near them.
+pub fn long_rows(grid: &Grid) -> bool {
+    grid.n[0] > PART
+}
+
 /// A field of cells that may be 0 in many rows.
 #[derive(Clone, Copy, Debug)]
 pub struct Sparse<'a, T> {
@@ -67,6 +75,32 @@ impl<T: Real> Sparse<'_, T> {
         all_zero(values, &[begin(stencil.row)], n)
             && all_zero(values, &y, n)
             && (grid.dims == 2 || all_zero(values, &z, n))
+    }
+
+    /// The cells of the stencil's row to which there may be a flux: all of them if it is not [`long`](long_rows), else those from the first to
+    /// the last part in which the field is not 0 in this row or in one around it, and two more on either side.
+    pub fn extent(&self, grid: &Grid, stencil: &Stencil) -> Range<usize> {
+        let n = grid.n[0];
+        if !long_rows(grid) {
+            return 0..n;
+        }
+        let (values, stride, before) = self.cells.layout(n);
+        let begin = |row: usize| row * stride + before;
+        let [y, z] = stencil.cells.map(|rows| rows.map(begin));
+        let smoky = |&start: &usize| {
+            let len = PART.min(n - start);
+            let zero = |begins: [usize; 4]| all_zero(values, &begins.map(|begin| begin + start), len);
+            !(all_zero(values, &[begin(stencil.row) + start], len) && zero(y) && (grid.dims == 2 || zero(z)))
+        };
+        let mut parts = (0..n).step_by(PART).filter(smoky);
+        let Some(first) = parts.next() else { return 0..0 };
+        let last = parts.last().unwrap_or(first);
+        let (start, end) = (first.saturating_sub(2), (last + PART + 2).min(n));
+        // Around a ring the ends are neighbours.
+        if grid.axis(0).is_ring() && (start < 2 || end + 2 > n) {
+            return 0..n;
+        }
+        start..end
     }
 }
 

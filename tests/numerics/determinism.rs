@@ -11,14 +11,15 @@ use thurible_core::{D2, D3, Method, Params, Real, Scheme, Silent, Space};
 /// The level is one for the whole process, so only one test at a time may change it.
 static LEVEL: Mutex<()> = Mutex::new(());
 
-fn in_2d() -> [Scene; 3] {
+fn in_2d() -> [Scene; 4] {
+    let long = Scene::small(&[300, 9], "pw", 4);
     let wide = Scene::small(&[37, 18], "wp", 6);
     let mut papers = Scene {
         scheme: Scheme::Central,
         ..Scene::small(&[11, 13], "pp", 5)
     };
     papers.params.admm.nso.colours = Colours::PowerOfTwo;
-    [Scene::small(&[20, 16], "ww", 5), wide, papers]
+    [Scene::small(&[20, 16], "ww", 5), wide, papers, long]
 }
 
 fn in_3d() -> [Scene; 2] {

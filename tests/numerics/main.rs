@@ -41,13 +41,14 @@ mod open;
 mod paper_bound;
 mod price;
 mod projection;
-mod projection_solvers;
+
 mod quasi_newton;
 mod recursion;
 mod smoother;
 mod steps;
 mod stfas;
 mod stfas_solves;
+mod transforms;
 mod transport;
 mod transport_refusals;
 mod words;

@@ -22,7 +22,12 @@ const METHODS: [Method; 5] = [
 /// A random scene that needs at most a few megabytes.
 fn random_scene(random: &mut Random, dims: usize) -> Scene {
     let most = if dims == 2 { 40 } else { 13 };
-    let cells: Vec<usize> = (0..dims).map(|_| random.between(4, most)).collect();
+    let mut cells: Vec<usize> = (0..dims).map(|_| random.between(4, most)).collect();
+    // Now and then an axis that is transformed by Fourier.
+    if random.between(0, 7) == 0 {
+        cells = vec![4; dims];
+        cells[random.between(0, dims - 1)] = random.between(257, 300);
+    }
     let ends: String = (0..dims).map(|_| random.pick(&['w', 'p'])).collect();
     let steps = random.between(2, 14);
     let mut scene = Scene::small(&cells, &ends, steps);
@@ -218,6 +223,7 @@ fn what_the_memory_held_before_does_not_matter() {
         };
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[12, 9], "wp", 5)));
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[32, 20], "wp", 5)));
+        rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[290, 7], "wp", 4)));
         rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[6, 5, 7], "pww", 4)));
     }
 }

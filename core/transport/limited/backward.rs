@@ -9,7 +9,7 @@
 
 use super::super::kernel::{Layout, Read};
 use super::super::rows::{Cells, cells, faces};
-use super::super::runs::{Sparse, each_run};
+use super::super::runs::{Sparse, each_run, long_rows};
 use super::transposed::{Input, Output, transposed, transposed_among_solids};
 use super::{KEEP, Substep};
 use crate::exec::{Exec, RunTask, for_runs};
@@ -109,7 +109,7 @@ impl<'a, T: Real> Stage<'a, T> {
         let layout = Layout::new(n, next.len(), task.rows.len());
         let apart = layout.apart;
         let plain = |cells: Cells<'_, T>| matches!(cells, Cells::Plain(_));
-        let single = plain(self.z) || plain(self.y.cells);
+        let single = long_rows(grid) || plain(self.z) || plain(self.y.cells);
         let empty =
             |stencil: &Stencil, behind: usize| self.y.is_empty(grid, stencil, behind, |size| size == T::ZERO);
         let scratch = task.scratch;
@@ -141,7 +141,9 @@ impl<'a, T: Real> Stage<'a, T> {
         let grid = self.substep.grid;
         let among_solids = self.substep.among_solids();
         let (of_z, of_y) = scratch.split_at_mut(grid.n[0] + HALO);
-        let input = Input {
+        let n = grid.n[0];
+        let flowing = if still { 0..n } else { self.y.extent(grid, stencil) };
+        let mut input = Input {
             count,
             read: Read {
                 z: cells(grid, stencil, self.z, of_z),
@@ -153,11 +155,23 @@ impl<'a, T: Real> Stage<'a, T> {
             share: self.share,
             of_mu: self.of_mu,
             still,
+            span: flowing.clone(),
         };
-        if among_solids {
-            transposed_among_solids(output, &input);
-        } else {
-            transposed(output, &input);
+        let mut run = |input: &Input<'_, T>| {
+            if among_solids {
+                transposed_among_solids(output, input);
+            } else {
+                transposed(output, input);
+            }
+        };
+        run(&input);
+        // The ends of a long row.
+        input.still = true;
+        for outside in [0..flowing.start, flowing.end..n] {
+            if !outside.is_empty() {
+                input.span = outside;
+                run(&input);
+            }
         }
     }
 }

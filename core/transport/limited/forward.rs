@@ -1,9 +1,9 @@
 //! The three stages of a sub-step.
 
-use super::super::kernel::{Extremes, Layout, around};
+use super::super::kernel::{Extremes, Layout};
 use super::super::rows::{Cells, Rows, cells, faces};
-use super::super::runs::{Sparse, each_run};
-use super::limiter::{Numbers, differences, opening};
+use super::super::runs::{Sparse, each_run, long_rows};
+use super::limiter::{Numbers, inflow, inflow_across, opening};
 use super::{KEEP, KEPT, Substep};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::rows::{self, part, part_mut};
@@ -12,6 +12,7 @@ use crate::grid::stencil::Stencil;
 use crate::real::Real;
 use crate::simd::{self, vectorised};
 use crate::transport::terms::Terms;
+use core::ops::Range;
 
 /// rho' from rho = `from`; `to` may be empty. Stages a and b go to `stages`, whose rows have halos, with max |x| of each row. Returns
 /// how many stages there are, or `None` where `stages` has no room for them.
@@ -95,7 +96,8 @@ impl<'a, T: Real> Stage<'a, T> {
             self.flowing
                 .is_empty(grid, stencil, behind, |size| size == T::ZERO)
         };
-        let (single, scratch) = (matches!(self.flowing.cells, Cells::Plain(_)), task.scratch);
+        let single = long_rows(grid) || matches!(self.flowing.cells, Cells::Plain(_));
+        let scratch = task.scratch;
         each_run(grid, task.rows, single, empty, |stencil, count, empty| {
             let (begin, end) = (stencil.row - first, stencil.row - first + count);
             let run = Run {
@@ -144,6 +146,7 @@ impl<'a, T: Real> Stage<'a, T> {
             cells: cells(grid, stencil, self.flowing.cells, scratch),
             faces: faces(grid, stencil, self.substep.velocity),
             open: among_solids.then(|| faces(grid, stencil, self.substep.open)),
+            span: self.flowing.extent(grid, stencil),
             keep: self.keep,
             scales: part(&self.scales, 0..grid.dims),
             negligible: T::from_f64(self.substep.negligible),
@@ -167,6 +170,8 @@ struct Input<'a, T> {
     faces: Rows<'a, T>,
     /// Which faces are open, where there are solid cells.
     open: Option<Rows<'a, T>>,
+    /// The cells to which there is a flux.
+    span: Range<usize>,
     /// What is kept of rho; the rest is of what flows.
     keep: T,
     /// tau / h of the grid's axes.
@@ -205,10 +210,14 @@ fn compute_rows<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
     {
         let to = part_mut(to, before..before + n);
         let (mut extremes, mut rest) = (Extremes::<V>::none(), Extremes::<T>::none());
-        let i = compute_from::<T, V, SOLIDS>(0, row, to, rho, input, &mut extremes);
+        let mut largest = 0.0;
+        if input.span.len() < n {
+            largest = keep_outside(&input.span, input.keep, to, rho);
+        }
+        let i = compute_from::<T, V, SOLIDS>(input.span.start, row, to, rho, input, &mut extremes);
         compute_from::<T, T, SOLIDS>(i, row, to, rho, input, &mut rest);
         if let Some(size) = sizes.next() {
-            let largest = T::from_f64(extremes.with(rest));
+            let largest = T::from_f64(rows::largest([largest, extremes.with(rest)]));
             *size = if input.negligible > largest {
                 T::ZERO
             } else {
@@ -218,38 +227,14 @@ fn compute_rows<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
     }
 }
 
-/// The inflow to cell c of the cells a b c d e through its faces, low and high.
-/// `open` is read among solid cells alone: 1 or 0 at the faces before, below, above and after c.
-#[inline(always)]
-fn inflow<V: simd::Vector, const SOLIDS: bool>(
-    numbers: Numbers<V>,
-    cells: [V; 5],
-    [low, high]: [V; 2],
-    open: [V; 4],
-) -> V {
-    let [before, below, above, after] = differences::<V, SOLIDS>(cells, open);
-    let [_, b, c, d, _] = cells;
-    low * numbers.at_face([b, c], [before, below, above], low)
-        - high * numbers.at_face([c, d], [below, above, after], high)
-}
-
-/// The inflow along y or z to cells `c` at `i` of a row, from the rows of cells at -2, -1, 1, 2 and of faces at -1, 0, 1, 2.
-#[inline(always)]
-fn inflow_across<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
-    numbers: Numbers<V>,
-    i: usize,
-    c: V,
-    cells: &[&[T]; 4],
-    faces: &[&[T]; 4],
-    open: &[&[T]; 4],
-) -> V {
-    let through = [V::at(faces[1], i), V::at(faces[2], i)];
-    inflow::<V, SOLIDS>(
-        numbers,
-        around(cells, i, c),
-        through,
-        opening::<T, V, SOLIDS>(open, i, c),
-    )
+/// Outside of `span` rho's share alone; max |to| there.
+#[inline(never)]
+fn keep_outside<T: Real>(span: &Range<usize>, keep: T, to: &mut [T], rho: &[T]) -> f64 {
+    rows::largest([0..span.start, span.end..to.len()].map(|outside| {
+        let to = part_mut(to, outside.clone());
+        rows::scale(to, keep, part(rho, outside));
+        rows::max_abs(to)
+    }))
 }
 
 /// The kernel of [`compute`] from cell `i` as far as whole vectors go; returns the first cell that is left.
@@ -276,7 +261,8 @@ fn compute_from<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
     let keep = V::splat(input.keep);
     let (scale_x, scale_y) = (V::splat(input.scales[0]), V::splat(input.scales[1]));
     let scale_z = V::splat(input.scales[last]);
-    while i + V::LANES <= n {
+    let end = input.span.end.min(n);
+    while i + V::LANES <= end {
         let c = V::at(x, i + 2);
         let along_x = [V::at(x, i), V::at(x, i + 1), c, V::at(x, i + 3), V::at(x, i + 4)];
         let through_x = [V::at(faces_x, i + 1), V::at(faces_x, i + 2)];

@@ -1,5 +1,6 @@
 //! The limiter, the density at a face, and their derivatives, lane by lane.
 
+use super::super::kernel::around;
 use crate::real::Real;
 use crate::simd::Vector;
 
@@ -144,4 +145,38 @@ impl<V: Copy> Numbers<V> {
             + before.min(self.zero) * far_right * (z[1] - z[0]);
         near - self.half * beyond
     }
+}
+
+/// The inflow to cell c of the cells a b c d e through its faces, low and high.
+/// `open` is read among solid cells alone: 1 or 0 at the faces before, below, above and after c.
+#[inline(always)]
+pub fn inflow<V: Vector, const SOLIDS: bool>(
+    numbers: Numbers<V>,
+    cells: [V; 5],
+    [low, high]: [V; 2],
+    open: [V; 4],
+) -> V {
+    let [before, below, above, after] = differences::<V, SOLIDS>(cells, open);
+    let [_, b, c, d, _] = cells;
+    low * numbers.at_face([b, c], [before, below, above], low)
+        - high * numbers.at_face([c, d], [below, above, after], high)
+}
+
+/// The inflow along y or z to cells `c` at `i` of a row, from the rows of cells at -2, -1, 1, 2 and of faces at -1, 0, 1, 2.
+#[inline(always)]
+pub fn inflow_across<T: Real, V: Vector<Elem = T>, const SOLIDS: bool>(
+    numbers: Numbers<V>,
+    i: usize,
+    c: V,
+    cells: &[&[T]; 4],
+    faces: &[&[T]; 4],
+    open: &[&[T]; 4],
+) -> V {
+    let through = [V::at(faces[1], i), V::at(faces[2], i)];
+    inflow::<V, SOLIDS>(
+        numbers,
+        around(cells, i, c),
+        through,
+        opening::<T, V, SOLIDS>(open, i, c),
+    )
 }

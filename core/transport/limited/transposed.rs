@@ -7,6 +7,7 @@ use crate::field::VectorMut;
 use crate::field::rows::part_mut;
 use crate::real::Real;
 use crate::simd::{self, vectorised};
+use core::ops::Range;
 
 /// What the kernel reads.
 pub struct Input<'a, T> {
@@ -24,6 +25,8 @@ pub struct Input<'a, T> {
     pub of_mu: [T; 2],
     /// Whether nothing flows here.
     pub still: bool,
+    /// The cells to write.
+    pub span: Range<usize>,
 }
 
 /// Rows of a run to write.
@@ -71,7 +74,7 @@ fn transposed_rows<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
                 part_mut(gz, span),
             ],
         };
-        let i = transposed_from::<T, V, SOLIDS>(0, n, row, &mut rows, input);
+        let i = transposed_from::<T, V, SOLIDS>(input.span.start, n, row, &mut rows, input);
         transposed_from::<T, T, SOLIDS>(i, n, row, &mut rows, input);
     }
 }
@@ -131,7 +134,8 @@ fn transposed_from<T: Real, V: simd::Vector<Elem = T>, const SOLIDS: bool>(
     let z_scale = V::splat(input.scales[last]);
     let (scale_x, scale_y) = ([x_scale, share * x_scale], [y_scale, share * y_scale]);
     let scale_z = [z_scale, share * z_scale];
-    while i + V::LANES <= n {
+    let end = input.span.end.min(n);
+    while i + V::LANES <= end {
         let here = [V::at(cells, i + 2), V::at(rho, i + 2)];
         let mut sum = here[0];
         if !input.still {
