@@ -5,7 +5,7 @@
 
 use super::Grid;
 use super::solids::{self, Solids};
-use super::spectrum::Spectrum;
+use super::spectrum::{LONGEST, Spectrum};
 use super::tables::Tables;
 use crate::memory::{Arena, TooSmall};
 use crate::real::Real;
@@ -48,6 +48,8 @@ pub struct Levels<'m, T> {
     pub eigenvectors: &'m [T],
     /// Gaussians that are known in their terms.
     filters: usize,
+    /// The longest axis that has eigenvectors.
+    longest: usize,
     /// Whether there are no tables yet, only what workspaces are measured by.
     bare: bool,
     /// Whether there may be solid cells, and those of all grids: see [`Self::solids`].
@@ -73,9 +75,20 @@ impl<'m, T: Real> Levels<'m, T> {
             grids,
             eigenvectors: &[],
             filters,
+            longest: LONGEST,
             bare: true,
             walled: false,
             solids: &mut [],
+        }
+    }
+
+    /// The same with eigenvectors along axes of up to `longest` cells, more than grids usually have them for: without Gaussians.
+    #[must_use]
+    pub fn with_eigenvectors_up_to(self, longest: usize) -> Self {
+        Self {
+            longest,
+            filters: 0,
+            ..self
         }
     }
 
@@ -105,7 +118,8 @@ impl<'m, T: Real> Levels<'m, T> {
         let taps = Self::taps(grids);
         let mut index = arena.take::<u16>("transfer positions", taps)?;
         let mut weight = arena.take::<T>("transfer weights", taps)?;
-        let spectra = grids.iter().map(|grid| Spectrum::<T>::len(grid, filters));
+        let longest = self.longest;
+        let spectra = grids.iter().map(|grid| spectrum_len::<T>(grid, filters, longest));
         let eigenvectors = arena.take::<T>("eigenvectors", spectra.sum())?;
         let cells = grids.iter().map(Grid::cells).sum::<usize>();
         let solids = if self.walled {
@@ -125,8 +139,11 @@ impl<'m, T: Real> Levels<'m, T> {
         }
         let mut rest = &mut *eigenvectors;
         for grid in grids {
-            let (these, after) = rest.split_at_mut(Spectrum::<T>::len(grid, filters));
-            Spectrum::fill(grid, filters, these);
+            let len = spectrum_len::<T>(grid, filters, longest);
+            let (these, after) = rest.split_at_mut(len);
+            if len > 0 {
+                Spectrum::fill(grid, filters, these);
+            }
             rest = after;
         }
         (self.eigenvectors, self.solids, self.bare) = (eigenvectors, solids, false);
@@ -184,15 +201,25 @@ impl<'m, T: Real> Levels<'m, T> {
     /// The eigenvectors of grid `level`, if it has any.
     #[must_use]
     pub fn spectrum(&self, level: usize) -> Option<Spectrum<'_, T>> {
-        let grid = self.grids.get(level).filter(|grid| Spectrum::<T>::exists(grid))?;
+        let fits = |grid: &&Grid| grid.n.iter().all(|&n| n <= self.longest);
+        let grid = self.grids.get(level).filter(fits)?;
         if self.bare {
             return Some(Spectrum::default());
         }
         let start = self.grids[..level]
             .iter()
-            .map(|grid| Spectrum::<T>::len(grid, self.filters))
+            .map(|grid| spectrum_len::<T>(grid, self.filters, self.longest))
             .sum();
         let elements = self.eigenvectors.get(start..).filter(|rest| !rest.is_empty())?;
         Some(Spectrum::view(grid, self.filters, elements))
+    }
+}
+
+/// Values of the eigenvectors of a grid, 0 where an axis is longer than `longest`.
+fn spectrum_len<T: Real>(grid: &Grid, filters: usize, longest: usize) -> usize {
+    if grid.n.iter().all(|&n| n <= longest) {
+        Spectrum::<T>::len(grid, filters)
+    } else {
+        0
     }
 }

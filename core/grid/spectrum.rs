@@ -200,26 +200,22 @@ pub struct Spectrum<'m, T> {
 }
 
 impl<'m, T: Real> Spectrum<'m, T> {
-    /// Whether a grid has one.
+    /// Whether a grid has one, unless longer axes are asked for.
     #[must_use]
     pub fn exists(grid: &Grid) -> bool {
         grid.n.iter().all(|&n| n <= LONGEST)
     }
 
-    /// Its length in values with `filters` Gaussians, 0 if there is none.
+    /// Its length in values with `filters` Gaussians.
     #[must_use]
     pub fn len(grid: &Grid, filters: usize) -> usize {
-        if Self::exists(grid) {
-            (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum()
-        } else {
-            0
-        }
+        (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum()
     }
 
-    /// Fills [`Self::len`] values for [`Self::view`].
+    /// Fills [`Self::len`] values for [`Self::view`]; with Gaussians, of a grid that [`Self::exists`] says yes of.
     pub fn fill(grid: &Grid, filters: usize, numbers: &mut [T]) {
         let mut rest = numbers;
-        for axis in 0..if Self::exists(grid) { grid.dims } else { 0 } {
+        for axis in 0..grid.dims {
             let (these, after) = rest.split_at_mut(Self::len_of(grid, filters, axis));
             fill_axis(grid, filters, axis, these);
             rest = after;

@@ -3,4 +3,5 @@
 pub mod blur;
 pub mod divergence;
 pub mod plaquette;
+pub mod refine;
 pub mod self_advection;

@@ -14,7 +14,6 @@ use crate::field::{VectorMut, reborrow, rows, transform, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::solids::{Solids, closed};
-use crate::grid::spectrum::Spectrum;
 use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::Observer;
 use crate::operators::divergence::divergence;
@@ -65,8 +64,8 @@ fn batch_of(grid: &Grid, slots: usize) -> usize {
     slots.div_ceil(slots.div_ceil(MAX_BATCH.min(grid.rows())))
 }
 
-fn scratch_len<T: Real>(finest: &Grid, batch: usize, threads: usize) -> usize {
-    let a_thread = if Spectrum::<T>::exists(finest) {
+fn scratch_len(finest: &Grid, spectral: bool, batch: usize, threads: usize) -> usize {
+    let a_thread = if spectral {
         transform::scratch_len(finest)
     } else {
         multigrid::scratch_per_thread(finest, batch)
@@ -85,7 +84,8 @@ impl<'a, T: Real> Projection<'a, T> {
     ) -> Self {
         let grid = &hierarchy.grids[level];
         let batch = batch_of(grid, slots);
-        let scratch = scratch_len::<T>(grid, batch, threads);
+        let spectral = hierarchy.spectrum(level).is_some();
+        let scratch = scratch_len(grid, spectral, batch, threads);
         pool.group("projection", Sharing::Together, |pool| {
             let solver = match hierarchy.spectrum(level) {
                 Some(spectrum) => {

@@ -1,6 +1,8 @@
 //! The layout of a component in memory and in a file.
 
+use super::InputError;
 use crate::grid::Grid;
+use crate::real::Real;
 
 /// Elements of one component in a file: z, y, x with x fastest, of faces one more along their own axis when that ends in walls.
 pub(super) struct FileLayout {
@@ -38,6 +40,31 @@ impl FileLayout {
     /// Whether face `x` of a row is on a wall.
     pub fn wall_face(&self, x: usize) -> bool {
         self.walls && self.axis == 0 && x == 0
+    }
+
+    /// `field` = `scale` times the numbers of a file, 0 on walls.
+    pub fn read<T: Real>(&self, faces: &[T], scale: f64, field: &mut [T]) -> Result<(), InputError> {
+        if faces.len() != self.len() {
+            return Err(InputError::Length {
+                expected: self.len(),
+                given: faces.len(),
+            });
+        }
+        if let Some(index) = faces.iter().position(|x| !x.is_finite()) {
+            return Err(InputError::NotFinite { index });
+        }
+        let (n, scale) = (self.n[0], T::from_f64(scale));
+        self.each_row(|row, file, wall| {
+            let at = &mut field[row * n..(row + 1) * n];
+            for (x, value) in at.iter_mut().enumerate() {
+                *value = if wall || self.wall_face(x) {
+                    T::ZERO
+                } else {
+                    faces[file + x] * scale
+                };
+            }
+        });
+        Ok(())
     }
 
     /// Calls `visit` with every stored row, where it begins in the file, and whether all of it is on a wall.

@@ -43,6 +43,7 @@ mod projection;
 mod projection_solvers;
 mod quasi_newton;
 mod recursion;
+mod refined;
 mod smoother;
 mod steps;
 mod stfas;
