@@ -12,7 +12,7 @@ use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::LONGEST;
-use crate::memory::{ALIGN, Arena, Layout, Ledger, Pool, TooSmall};
+use crate::memory::{ALIGN, Arena, Layout, Ledger, Pool, Sharing, TooSmall};
 use crate::method::refusal::{PlanError, count};
 use crate::objective::script::{Lists, Script};
 use crate::observe::Observer;
@@ -369,5 +369,7 @@ fn carrier<'a, T: Real>(
     threads: usize,
     pool: &mut Pool<'a, T>,
 ) -> Transport<'a, T> {
-    Transport::one_way(&levels.finest, stepping, largest, threads, pool).among(levels.solids(0), pool)
+    pool.group("transport among solid cells", Sharing::Together, |pool| {
+        Transport::one_way(&levels.finest, stepping, largest, threads, pool).among(levels.solids(0), pool)
+    })
 }
