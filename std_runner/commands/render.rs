@@ -4,7 +4,7 @@ use super::studio::{Format, Studio};
 use crate::address_space;
 use crate::bytes::{are_free, rounded};
 use crate::exit::Failure;
-use crate::output::{Angles, Movie, Reel, Shot};
+use crate::output::{Angles, Movie, Reel, Shot, WEBP_MOST};
 use crate::progress::{Display, Mode};
 use crate::threads;
 use clap::Args;
@@ -133,6 +133,11 @@ fn shot(arguments: &RenderArguments, reel: &Reel) -> Result<Shot, Failure> {
     if let Some((name, _)) = deep.iter().find(|(_, given)| *given && reel.cells().len() == 2) {
         return Err(Failure::Input(format!(
             "{name}: a result in 2D is drawn face on as it is; leave it out"
+        )));
+    }
+    if arguments.format == Format::Webp && width.max(height) > WEBP_MOST {
+        return Err(Failure::Input(format!(
+            "--size {width}x{height}: a side of a WebP file has at most {WEBP_MOST} pixels; ask for a smaller size, or another format"
         )));
     }
     Ok(Shot {

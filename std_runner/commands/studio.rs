@@ -11,9 +11,8 @@ use core::ops::RangeInclusive;
 use serde_json::json;
 use std::path::Path;
 
-/// What tells that a folder holds pictures of ours, and the film in it.
+/// What tells that a folder holds pictures of ours.
 const MARK: &str = "render.json";
-const FILM: &str = "render.mp4";
 
 /// What is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -22,8 +21,21 @@ pub enum Format {
     Png,
     /// An OpenEXR file for each step.
     Exr,
-    /// A film.
+    /// A film, made by ffmpeg.
     Mp4,
+    /// A film that pages show as a picture: lossless WebP.
+    Webp,
+}
+
+impl Format {
+    /// The file of a film.
+    fn film(self) -> Option<&'static str> {
+        match self {
+            Self::Png | Self::Exr => None,
+            Self::Mp4 => Some("render.mp4"),
+            Self::Webp => Some("render.webp"),
+        }
+    }
 }
 
 /// Draws steps into a folder.
@@ -59,9 +71,9 @@ impl Studio {
     pub(super) fn render(mut self, mut reel: Reel, steps: RangeInclusive<usize>) -> Result<u8, Failure> {
         let first = *steps.start();
         self.mark(&reel)?;
-        let drawn = match self.format {
-            Format::Mp4 => self.film(&mut reel, steps),
-            _ => self.files(&mut reel, steps),
+        let drawn = match self.format.film() {
+            Some(name) => self.film(&mut reel, name, steps),
+            None => self.files(&mut reel, steps),
         };
         self.display.close();
         drawn?;
@@ -118,16 +130,16 @@ impl Studio {
     }
 
     /// One film, which is in place when it is whole.
-    fn film(&mut self, reel: &mut Reel, steps: RangeInclusive<usize>) -> Result<(), Failure> {
+    fn film(&mut self, reel: &mut Reel, name: &str, steps: RangeInclusive<usize>) -> Result<(), Failure> {
         let mut destination = self.destination.clone();
         let made = destination.add(|folder| {
-            let mut movie = Movie::begin(&folder.join(FILM), self.shot.width, self.shot.height)?;
+            let mut movie = Movie::begin(&folder.join(name), self.shot.width, self.shot.height)?;
             for step in steps.clone() {
                 if self.interrupt.asked() {
                     break;
                 }
                 movie.push(&reel.expose(step, &self.shot)?.develop())?;
-                self.told(step, FILM);
+                self.told(step, name);
             }
             movie.finish()
         });
@@ -151,9 +163,9 @@ impl Studio {
         let folder = self.destination.shown().display();
         let Shot { width, height, .. } = self.shot;
         let (done, seconds) = (self.done, self.clock.total());
-        let file = match self.format {
-            Format::Mp4 => format!("{folder} as {FILM}"),
-            _ => folder.to_string(),
+        let file = match self.format.film() {
+            Some(name) => format!("{folder} as {name}"),
+            None => folder.to_string(),
         };
         let stopped = if self.interrupt.asked() {
             "interrupted: "

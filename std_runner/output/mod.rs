@@ -15,6 +15,7 @@ mod movie;
 mod picture;
 mod reel;
 mod render;
+mod webp;
 
 pub use error::OutputError;
 pub use frames::{Frames, Given, GivenValues, Precision, Sample, Samples};
@@ -26,3 +27,4 @@ pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame};
 pub(crate) use movie::Movie;
 pub(crate) use reel::Reel;
 pub(crate) use render::{Angles, Shot};
+pub(crate) use webp::WEBP_MOST;

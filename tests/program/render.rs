@@ -207,3 +207,41 @@ fn films_are_made_where_ffmpeg_is() {
     assert_eq!(ended.code, 4, "{}", ended.err);
     assert!(ended.err.contains("render.mp4"), "{}", ended.err);
 }
+
+#[test]
+fn an_animated_webp_has_the_pixels_of_the_pictures() {
+    let result = solved("webp", DEEP);
+    let size = ["--size", "33x21"];
+    let rendered = |name: &str, format: &str| {
+        let out = result.with_file_name(name);
+        let arguments = ["render", text(&result), "-o", text(&out), "--format", format];
+        let ended = run(&[&arguments[..], &size[..]].concat());
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        (ended, out)
+    };
+    let (_, pictures) = rendered("pictures", "png");
+    let (ended, film) = rendered("film", "webp");
+    assert!(ended.out.contains("render.webp"), "{}", ended.out);
+    assert_eq!(names(&film), ["manifest.json", "render.json", "render.webp"]);
+    let file = std::io::BufReader::new(fs::File::open(film.join("render.webp")).unwrap());
+    let mut decoder = image_webp::WebPDecoder::new(file).unwrap();
+    assert!(decoder.is_animated());
+    assert_eq!((decoder.dimensions(), decoder.num_frames()), ((33, 21), 4));
+    assert_eq!(decoder.loop_count(), image_webp::LoopCount::Forever);
+    let mut durations = Vec::new();
+    for step in 0..4 {
+        let mut bytes = vec![0; decoder.output_buffer_size().unwrap()];
+        durations.push(decoder.read_frame(&mut bytes).unwrap());
+        let (_, _, expected) = png(&pictures.join(format!("frame_{step:04}.png")));
+        let channels = bytes.len() / (33 * 21);
+        let shown: Vec<u8> = bytes
+            .chunks(channels)
+            .flat_map(|pixel| pixel[..3].to_vec())
+            .collect();
+        assert_eq!(shown, expected, "step {step}");
+    }
+    assert_eq!(durations, [42, 41, 42, 42]);
+    let ended = run(&["render", text(&result), "--format", "webp", "--size", "16384x10"]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(ended.err.contains("has at most 16383 pixels"), "{}", ended.err);
+}
