@@ -4,7 +4,7 @@ use super::studio::{Format, Studio};
 use crate::address_space;
 use crate::bytes::{are_free, rounded};
 use crate::exit::Failure;
-use crate::output::{Angles, Movie, Reel, Shot, WEBP_MOST};
+use crate::output::{Angles, Movie, Reel, Shot, Vectors, WEBP_MOST};
 use crate::progress::{Display, Mode};
 use crate::threads;
 use clap::Args;
@@ -48,6 +48,12 @@ pub struct RenderArguments {
     /// In 3D, detail finer than the cells, 0 to 1: noise that goes with the flow; 0 is the smoke of the result alone [default: 0.5].
     #[arg(long, value_name = "AMOUNT", value_parser = detail)]
     pub detail: Option<f32>,
+    /// In 2D, arrows of the force or the velocity over the smoke.
+    #[arg(long, value_enum)]
+    pub arrows: Option<Vectors>,
+    /// In 2D, streaklines over the smoke: where the flow carries what it meets at fixed places.
+    #[arg(long)]
+    pub streaklines: bool,
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<usize>,
@@ -64,7 +70,9 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
     if arguments.format == Format::Mp4 && !Movie::can_be_made() {
         return Err(Failure::Input("--format mp4: there is no ffmpeg on the PATH, which makes films; install it, or write pictures by --format png".into()));
     }
-    let reel = open(&arguments.result)?;
+    let mut reel = open(&arguments.result)?;
+    check_lines(arguments, &reel)?;
+    reel.draw_over(arguments.arrows, arguments.streaklines);
     let shot = shot(arguments, &reel)?;
     let steps = arguments.steps.clone().unwrap_or(0..=reel.steps());
     if *steps.end() > reel.steps() {
@@ -91,6 +99,28 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
     let count = arguments.threads.unwrap_or_else(threads::available);
     address_space::check(count)?;
     threads::with(count, || studio.render(reel, steps))?
+}
+
+/// Refuses arrows and streaklines in a box, or of vectors that the result has not.
+fn check_lines(arguments: &RenderArguments, reel: &Reel) -> Result<(), Failure> {
+    let arrows = arguments.arrows.map(|vectors| ("--arrows", vectors));
+    let streaklines = arguments
+        .streaklines
+        .then_some(("--streaklines", Vectors::Velocity));
+    for (option, vectors) in arrows.into_iter().chain(streaklines) {
+        if reel.cells().len() != 2 {
+            let why = "a result in 3D is drawn without lines; leave it out";
+            return Err(Failure::Input(format!("{option}: {why}")));
+        }
+        if !reel.has(vectors) {
+            return Err(Failure::Input(format!(
+                "{option}: {} has no {}; solve it again, or leave it out",
+                reel.archive().display(),
+                vectors.name()
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn mode(arguments: &RenderArguments) -> Mode {

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::exr::exr;
+use super::lines::{Lines, Plane, Vectors};
 use super::render::{Body, Drift, Film, Shot, Smoke};
 use super::{Densities, OutputError, Pictured, Precision};
 use crate::stay::Stay;
@@ -23,6 +24,7 @@ pub(crate) struct Reel {
     body: Option<Body>,
     flow: Flow,
     drift: Option<Drift>,
+    lines: Lines,
 }
 
 /// What tells how far the flow moves smoke in a step.
@@ -96,6 +98,7 @@ impl Reel {
             body,
             flow: facts.flow,
             drift: None,
+            lines: Lines::default(),
         }))
     }
 
@@ -107,6 +110,21 @@ impl Reel {
     /// The last step.
     pub fn steps(&self) -> usize {
         self.densities.steps
+    }
+
+    /// The archive.
+    pub fn archive(&self) -> &Path {
+        self.densities.path()
+    }
+
+    /// Whether the archive has these vectors.
+    pub fn has(&self, vectors: Vectors) -> bool {
+        self.densities.has_vectors(vectors.name())
+    }
+
+    /// Has arrows and streaklines drawn over planes.
+    pub fn draw_over(&mut self, arrows: Option<Vectors>, streaklines: bool) {
+        self.lines = Lines::new(arrows, streaklines);
     }
 
     /// Bytes that drawing a picture takes, about.
@@ -123,7 +141,17 @@ impl Reel {
             Some(drift) => smoke.with_detail(drift, shot.detail),
             None => smoke,
         };
-        Ok(smoke.expose(shot))
+        let mut film = smoke.expose(shot);
+        if let Some(pixels) = smoke.pixels_of(self.densities.cells.first().copied().unwrap_or(1), shot) {
+            let mut plane = Plane {
+                densities: &mut self.densities,
+                beyond: &self.flow.beyond,
+                scale: self.flow.scale,
+            };
+            let over = self.lines.at(&mut plane, step, pixels)?;
+            smoke.draw_over(&mut film, shot, &over);
+        }
+        Ok(film)
     }
 
     /// Where the detail of a step came from, if there is any: the flow is followed from where that was last asked for, or from
@@ -152,7 +180,10 @@ impl Reel {
         for axis in 0..3 {
             let mut faces = cells;
             faces[axis] += self.flow.beyond.get(axis).copied().unwrap_or_default();
-            let velocity = self.densities.velocity(axis, step, faces.iter().product())?;
+            let count = faces.iter().product();
+            let velocity = self
+                .densities
+                .vectors(Vectors::Velocity.name(), axis, step, count)?;
             for (cell, flow) in flow.iter_mut().enumerate() {
                 let low = [
                     cell % cells[0],

@@ -16,6 +16,7 @@ mod effects;
 mod files;
 #[cfg(unix)]
 mod interrupts;
+mod lines;
 mod methods;
 mod output;
 mod paper;

@@ -4,11 +4,11 @@ use crate::support::{fresh_folder, run};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const FLAT: &str = "[grid]\ncells = [24, 16]\n[time]\nsteps = 3\n[source]\ncircle = { center = [0.25, 0.3], radius = 0.15 }\n[[obstacle]]\nbox = { min = [0.5, 0.2], max = [0.6, 0.5] }\n[[keyframe]]\nstep = 3\ncircle = { center = [0.3, 0.35], radius = 0.15 }\n[method]\niterations = 2\n[output]\nframes = false\n";
-const DEEP: &str = "[grid]\ncells = [10, 8, 9]\n[time]\nsteps = 3\n[source]\nsphere = { center = [0.5, 0.4, 0.4], radius = 0.2 }\n[[keyframe]]\nstep = 3\nsphere = { center = [0.5, 0.4, 0.6], radius = 0.2 }\n[method]\niterations = 2\n[output]\nframes = false\n";
+pub const FLAT: &str = "[grid]\ncells = [24, 16]\n[time]\nsteps = 3\n[source]\ncircle = { center = [0.25, 0.3], radius = 0.15 }\n[[obstacle]]\nbox = { min = [0.5, 0.2], max = [0.6, 0.5] }\n[[keyframe]]\nstep = 3\ncircle = { center = [0.3, 0.35], radius = 0.15 }\n[method]\niterations = 2\n[output]\nframes = false\n";
+pub const DEEP: &str = "[grid]\ncells = [10, 8, 9]\n[time]\nsteps = 3\n[source]\nsphere = { center = [0.5, 0.4, 0.4], radius = 0.2 }\n[[keyframe]]\nstep = 3\nsphere = { center = [0.5, 0.4, 0.6], radius = 0.2 }\n[method]\niterations = 2\n[output]\nframes = false\n";
 
 /// The result of a scene.
-fn solved(test: &str, scene: &str) -> PathBuf {
+pub fn solved(test: &str, scene: &str) -> PathBuf {
     let folder = fresh_folder(test);
     let path = folder.join("scene.toml");
     fs::write(&path, scene).unwrap();
@@ -18,12 +18,12 @@ fn solved(test: &str, scene: &str) -> PathBuf {
     out
 }
 
-fn text(path: &Path) -> &str {
+pub fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
 /// Width, height and the bytes of the pixels of a PNG file.
-fn png(path: &Path) -> (usize, usize, Vec<u8>) {
+pub fn png(path: &Path) -> (usize, usize, Vec<u8>) {
     let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
     let mut reader = decoder.read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
