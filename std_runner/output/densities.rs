@@ -76,13 +76,19 @@ impl Densities {
         self.archive.file_names().flatten().any(|name| name == array)
     }
 
-    /// The solid cells, if there are any.
-    pub fn body(&mut self) -> Result<Option<Body>, OutputError> {
+    /// The solid cells as 1, others as 0, if there are any.
+    pub fn solid(&mut self) -> Result<Option<Vec<f32>>, OutputError> {
         if !self.has(SOLID) {
             return Ok(None);
         }
         let solid = self.field(SOLID, 0).map_err(OutputError::unread(&self.path))?;
-        Ok(Body::new(&self.cells, &solid))
+        Ok(Some(solid))
+    }
+
+    /// Their body.
+    pub fn body(&mut self) -> Result<Option<Body>, OutputError> {
+        let solid = self.solid()?;
+        Ok(solid.and_then(|solid| Body::new(&self.cells, &solid)))
     }
 
     /// The density that is drawn as 1: the largest of the source; of a source without smoke, that of the targets, and where there are

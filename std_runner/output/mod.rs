@@ -27,6 +27,6 @@ pub(crate) use file::{create_folder, write_bytes, write_whole};
 pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame};
 pub(crate) use lines::Vectors;
 pub(crate) use movie::Movie;
-pub(crate) use reel::Reel;
-pub(crate) use render::{Angles, Shot};
+pub(crate) use reel::{Reel, Still};
+pub(crate) use render::{Angles, Body, Film, Shot};
 pub(crate) use webp::WEBP_MOST;

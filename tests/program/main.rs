@@ -22,6 +22,7 @@ mod output;
 mod paper;
 mod pictures;
 mod plans;
+mod refined;
 mod refusals;
 mod render;
 #[cfg(unix)]

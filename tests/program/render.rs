@@ -153,7 +153,7 @@ fn what_cannot_be_drawn_is_refused_with_a_sentence() {
             2,
             "allowed are width and height in pixels",
         ),
-        (vec![result, "--size", "20x20"], 2, "the result has 24 x 16 cells"),
+        (vec![result, "--size", "20x20"], 2, "there are 24 x 16 cells"),
         (
             vec![result, "--steps", "2..4"],
             2,
