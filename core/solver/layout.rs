@@ -1,6 +1,7 @@
 //! The layout of a component in memory and in a file.
 
 use super::InputError;
+use crate::field::rows;
 use crate::grid::Grid;
 use crate::real::Real;
 
@@ -55,12 +56,13 @@ impl FileLayout {
         }
         let (n, scale) = (self.n[0], T::from_f64(scale));
         self.each_row(|row, file, wall| {
-            let at = &mut field[row * n..(row + 1) * n];
-            for (x, value) in at.iter_mut().enumerate() {
+            let from = rows::part(faces, file..file + n).iter();
+            let at = rows::part_mut(field, row * n..(row + 1) * n).iter_mut();
+            for (x, (value, &face)) in at.zip(from).enumerate() {
                 *value = if wall || self.wall_face(x) {
                     T::ZERO
                 } else {
-                    faces[file + x] * scale
+                    face * scale
                 };
             }
         });
