@@ -47,7 +47,7 @@ pub struct RenderArguments {
     /// With --scale, ceiling for the memory, as in 4GiB [default: the machine's memory].
     #[arg(long, value_name = "SIZE", requires = "scale", value_parser = bytes::parse)]
     pub memory_limit: Option<usize>,
-    /// What is written: a PNG or OpenEXR (linear light) file for each step, or a film by ffmpeg.
+    /// What is written: a PNG or OpenEXR (linear light) file for each step, or a film.
     #[arg(long, value_enum, default_value_t = Format::Png)]
     pub format: Format,
     /// In 3D, from where: turned from the front to the right, and raised, in degrees [default: 24,14].
