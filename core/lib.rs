@@ -113,7 +113,7 @@ pub use observe::{Event, Observer, Phase, Silent};
 pub use problem::{Advection, Emitter, Feature, Problem, ProblemError, Scheme, Supply};
 pub use progress::{Fact, Kind, Objective, Progress, Report, Status};
 pub use real::Real;
-pub use solver::{InputError, Method, Params, Plan, PlanError, SavedError, Solver, SolverError};
+pub use solver::{InputError, Method, Params, Plan, PlanError, Refined, SavedError, Solver, SolverError};
 pub use words::Named;
 
 /// The example of the README.

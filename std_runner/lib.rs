@@ -48,6 +48,8 @@ pub mod program;
 #[cfg(feature = "std")]
 pub mod progress;
 #[cfg(feature = "std")]
+mod refine;
+#[cfg(feature = "std")]
 pub mod region;
 #[cfg(feature = "embed")]
 pub mod remarks;

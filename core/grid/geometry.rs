@@ -114,6 +114,19 @@ impl Axis {
         start + (if i >= n { 2 * n - 1 - i } else { i }) as usize
     }
 
+    /// The face at index `i`; behind a wall its mirror image, through which it flows the other way (-1). `None` on a wall, where nothing flows.
+    #[inline(always)]
+    #[must_use]
+    pub fn mirrored_face(self, i: isize) -> Option<(usize, f64)> {
+        if self.is_ring() {
+            return Some((self.wrapped(i), 1.0));
+        }
+        let n = self.cells as isize;
+        let i = i.rem_euclid(2 * n);
+        let (face, sign) = if i < n { (i, 1.0) } else { (2 * n - i, -1.0) };
+        (i % n != 0).then_some((face as usize, sign))
+    }
+
     /// The point `x`, counted in cells from the centre of cell 0, moved to the outermost centre where it lies between that
     /// and a wall, or behind the wall; and whether it was left where it was.
     #[inline]

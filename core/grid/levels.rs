@@ -131,8 +131,11 @@ impl<'m, T: Real> Levels<'m, T> {
         }
         let mut rest = &mut *eigenvectors;
         for grid in grids {
-            let (these, after) = rest.split_at_mut(Spectrum::<T>::len(grid, filters));
-            Spectrum::fill(grid, filters, these);
+            let len = Spectrum::<T>::len(grid, filters);
+            let (these, after) = rest.split_at_mut(len);
+            if len > 0 {
+                Spectrum::fill(grid, filters, these);
+            }
             rest = after;
         }
         (self.eigenvectors, self.solids, self.bare) = (eigenvectors, solids, false);

@@ -4,4 +4,5 @@ pub mod blur;
 pub mod divergence;
 pub mod exits;
 pub mod plaquette;
+pub mod refine;
 pub mod self_advection;

@@ -244,26 +244,15 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
                 count: grid.dims,
             });
         }
-        let layout = FileLayout::new(&grid, axis);
-        if faces.len() != layout.len() {
-            return Err(InputError::Length {
-                expected: layout.len(),
-                given: faces.len(),
-            });
-        }
-        if let Some(index) = faces.iter().position(|x| !x.is_finite()) {
-            return Err(InputError::NotFinite { index });
-        }
-        let scale = T::from_f64(1.0 / self.units.velocity);
         let field = &mut self.engine.get_mut().parts().animation.initial[axis];
-        layout.write(faces, scale, field);
+        FileLayout::new(&grid, axis).take(faces, 1.0 / self.units.velocity, field)?;
         (self.prepared, self.finished) = (None, false);
         Ok(())
     }
 }
 
 /// Refuses a density of another length, or that is not finite or negative somewhere.
-fn check<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
+pub(super) fn check<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
     if density.len() != cells {
         return Err(InputError::Length {
             expected: cells,

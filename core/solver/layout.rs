@@ -1,5 +1,6 @@
 //! The layout of a component in memory and in a file.
 
+use super::InputError;
 use crate::grid::{Grid, Side};
 use crate::real::Real;
 use core::ops::Range;
@@ -84,6 +85,19 @@ impl<'g> FileLayout<'g> {
             let out = out.get_mut(file..file + count).unwrap_or(&mut []);
             out.iter_mut().zip(from).for_each(|(out, &x)| *out = x * unit);
         }
+    }
+
+    /// [`Self::write`] of a component whose length and numbers are checked.
+    pub fn take<T: Real>(&self, faces: &[T], unit: f64, field: &mut [T]) -> Result<(), InputError> {
+        let (expected, given) = (self.len(), faces.len());
+        if given != expected {
+            return Err(InputError::Length { expected, given });
+        }
+        if let Some(index) = faces.iter().position(|x| !x.is_finite()) {
+            return Err(InputError::NotFinite { index });
+        }
+        self.write(faces, T::from_f64(unit), field);
+        Ok(())
     }
 
     /// A field of one time level in memory from one in the layout of a file, times `unit`; 0 on walls and outside the box.

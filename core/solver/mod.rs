@@ -5,6 +5,7 @@ mod fingerprint;
 mod inputs;
 mod layout;
 mod plan;
+mod refined;
 mod release;
 mod results;
 mod saved;
@@ -16,6 +17,7 @@ pub use crate::method::refusal::PlanError;
 pub use errors::{InputError, SavedError, SolverError};
 pub use layout::Strided;
 pub use plan::Plan;
+pub use refined::{MAX_DOUBLINGS, Refined};
 
 use crate::exec::Exec;
 use crate::grid::{Grid, Space};

@@ -13,10 +13,12 @@ mod rows;
 mod runs;
 mod semi_lagrangian;
 mod series;
+mod stepping;
 mod substeps;
 mod terms;
 
 pub use flow::{Flow, ROWS_AHEAD};
+pub use stepping::{Stepping, Stop, TooFast};
 
 use crate::exec::Exec;
 use crate::field::{VectorMut, reborrow, view};
@@ -24,11 +26,8 @@ use crate::grid::Grid;
 use crate::grid::halo::{self, field_len};
 use crate::grid::solids::{Solids, closed, exit};
 use crate::memory::{Pool, Sharing, pooled};
-use crate::observe::{Event, Observer};
-use crate::problem::{Advection, Scheme};
-use crate::progress::Status;
+use crate::problem::Scheme;
 use crate::real::Real;
-use core::ops::ControlFlow;
 use held::{Held, STATES};
 use rows::Velocity;
 use series::MAX_TERMS;
@@ -36,75 +35,24 @@ use series::MAX_TERMS;
 /// The largest Courant number of a step: with sub-steps of Courant number 1 it has as many at most.
 pub const MAX_SUBSTEPS: usize = 64;
 
-/// How a step is taken.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stepping {
-    /// The operator.
-    pub scheme: Scheme,
-    /// The series is cut at the first term below this times max rho_0.
-    pub tolerance: f64,
-    /// The largest Courant number of a sub-step of the series; [`Self::courant`] is that of the scheme.
-    pub courant: f64,
-}
-
-impl Stepping {
-    /// The largest Courant number of a sub-step. Limited ones have at most 1/2 in a result, or values could leave those around them, and at
-    /// most 1 in a search; semi-Lagrangian ones at most 1, since their adjoint looks for smoke in the cells beside.
-    #[must_use]
-    pub fn courant(&self) -> f64 {
-        match self.scheme {
-            Scheme::Quick | Scheme::Central => self.courant,
-            Scheme::Limited => limited::COURANT * self.courant.min(limited::LONGER),
-            Scheme::SemiLagrangian => 1.0,
-        }
-    }
-}
-
-impl From<Advection> for Stepping {
-    /// Steps as results are defined by (mathematics section 3): sub-steps of Courant number at most 1.
-    fn from(Advection { scheme, tolerance }: Advection) -> Self {
-        Self {
-            scheme,
-            tolerance,
-            courant: 1.0,
-        }
-    }
-}
-
 /// The values of two cache lines, which processors fetch together: the scratch of two threads shares none.
 const PAIR_OF_LINES: usize = 32;
 
-/// The Courant number of a step is above [`MAX_SUBSTEPS`], or its velocity is not finite.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TooFast;
-
-/// Why a transport did not reach the end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
-    /// See [`TooFast`].
-    TooFast,
-    /// The observer said stop.
-    Cancelled,
+/// Which ways a transport goes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Ways {
+    /// Forward alone.
+    Forward,
+    /// Forward and back.
+    Both,
 }
 
-impl Stop {
-    /// Tells `observer` that work was done.
-    ///
-    /// # Errors
-    /// [`Stop::Cancelled`].
-    pub fn heard(observer: &mut dyn Observer) -> Result<(), Self> {
-        match observer.on(Event::Work) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(Self::Cancelled),
-        }
-    }
-}
-
-impl From<Stop> for Status {
-    fn from(stop: Stop) -> Self {
-        match stop {
-            Stop::TooFast => Self::NotFinite,
-            Stop::Cancelled => Self::Cancelled,
+impl Ways {
+    /// Terms of sub-steps for which there is room.
+    const fn terms(self, scheme: Scheme) -> usize {
+        match (self, scheme) {
+            (Self::Forward, Scheme::Limited) => limited::KEPT,
+            _ => MAX_TERMS,
         }
     }
 }
@@ -148,20 +96,45 @@ impl<'a, T: Real> Transport<'a, T> {
         threads: usize,
         pool: &mut Pool<'a, T>,
     ) -> Self {
+        Self::carve_with(grid, stepping, largest, threads, Ways::Both, pool)
+    }
+
+    /// As [`Self::carve`], for the way forward alone: there is no [`Self::backward`], and little memory is taken.
+    pub fn one_way(
+        grid: &'a Grid,
+        stepping: Stepping,
+        largest: f64,
+        threads: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
+        Self::carve_with(grid, stepping, largest, threads, Ways::Forward, pool)
+    }
+
+    fn carve_with(
+        grid: &'a Grid,
+        stepping: Stepping,
+        largest: f64,
+        threads: usize,
+        ways: Ways,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
         pool.group("density transport", Sharing::Together, |pool| {
             let (len, stride) = (grid.cells(), Self::stride(grid));
+            let back = usize::from(ways == Ways::Both);
             let (gradient, velocity) = pool.line("velocity and its gradient", |pool| {
-                let gradient = pool.take_vector("gradient", grid.dims, len);
+                let gradient = pool.take_vector("gradient", grid.dims, back * len);
                 let lengths = [field_len(grid), stride - field_len(grid)];
                 let [x, _] = pool.take_split("velocity along x", halo::OFFSET, lengths);
                 let [y, z, _] = pool.take_vector("velocity", grid.dims - 1, len);
                 (gradient, [x, y, z])
             });
-            let states = pool.take("sub-step states", STATES * pooled(len));
+            let states = if back > 0 { STATES } else { 1 };
+            let states = pool.take("sub-step states", states * pooled(len));
+            let kept = ways.terms(stepping.scheme);
             let [terms, first, second] = pool.take_split(
                 "terms of sub-steps, forward and backward",
                 halo::OFFSET,
-                [MAX_TERMS * stride, stride, stride],
+                [kept * stride, back * stride, back * stride],
             );
             Self {
                 grid,
@@ -175,7 +148,7 @@ impl<'a, T: Real> Transport<'a, T> {
                 held: None,
                 states,
                 terms,
-                sizes: pool.take("largest elements of their rows", MAX_TERMS * grid.rows()),
+                sizes: pool.take("largest elements of their rows", kept * grid.rows()),
                 adjoint: [first, second],
                 gradient,
                 scratch: pool.take("rows", Self::scratch_len(grid, threads)),

@@ -1,11 +1,13 @@
 //! `thurible render DIR`: the steps of a result as large pictures, or as a film.
 
-use super::studio::{Format, Studio};
+use super::studio::{Format, Set, Studio};
 use crate::address_space;
-use crate::bytes::{are_free, rounded};
+use crate::bytes::{self, are_free, rounded};
 use crate::exit::Failure;
-use crate::output::{Angles, Movie, Reel, Shot};
+use crate::output::{Angles, Movie, Reel, Shot, Vectors, WEBP_MOST};
 use crate::progress::{Display, Mode};
+use crate::refine::{Finer, Plan};
+use crate::region::Region;
 use crate::threads;
 use clap::Args;
 use core::ops::RangeInclusive;
@@ -36,7 +38,16 @@ pub struct RenderArguments {
     /// Steps from the first to the last, or one [default: all].
     #[arg(long, value_name = "FROM..TO", value_parser = steps)]
     pub steps: Option<RangeInclusive<usize>>,
-    /// What is written: a PNG or OpenEXR (linear light) file for each step, or a film by ffmpeg.
+    /// Cells 2, 4 or 8 times as fine in every direction: the scene is drawn again, and the flow of the result carries its smoke anew.
+    #[arg(long, value_name = "2|4|8", value_parser = scale)]
+    pub scale: Option<usize>,
+    /// With --scale, the scene file, beside which the files of its shapes are looked for [default: where it was].
+    #[arg(long, value_name = "FILE", requires = "scale")]
+    pub scene: Option<PathBuf>,
+    /// With --scale, ceiling for the memory, as in 4GiB [default: the machine's memory].
+    #[arg(long, value_name = "SIZE", requires = "scale", value_parser = bytes::parse)]
+    pub memory_limit: Option<usize>,
+    /// What is written: a PNG or OpenEXR (linear light) file for each step, or a film.
     #[arg(long, value_enum, default_value_t = Format::Png)]
     pub format: Format,
     /// In 3D, from where: turned from the front to the right, and raised, in degrees [default: 24,14].
@@ -48,6 +59,12 @@ pub struct RenderArguments {
     /// In 3D, detail finer than the cells, 0 to 1: noise that goes with the flow; 0 is the smoke of the result alone [default: 0.5].
     #[arg(long, value_name = "AMOUNT", value_parser = detail)]
     pub detail: Option<f32>,
+    /// In 2D, arrows of the force or the velocity over the smoke.
+    #[arg(long, value_enum)]
+    pub arrows: Option<Vectors>,
+    /// In 2D, streaklines over the smoke: where the flow carries what it meets at fixed places.
+    #[arg(long)]
+    pub streaklines: bool,
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<usize>,
@@ -64,7 +81,9 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
     if arguments.format == Format::Mp4 && !Movie::can_be_made() {
         return Err(Failure::Input("--format mp4: there is no ffmpeg on the PATH, which makes films; install it, or write pictures by --format png".into()));
     }
-    let reel = open(&arguments.result)?;
+    let mut reel = open(&arguments.result)?;
+    check_lines(arguments, &reel)?;
+    reel.draw_over(arguments.arrows, arguments.streaklines);
     let shot = shot(arguments, &reel)?;
     let steps = arguments.steps.clone().unwrap_or(0..=reel.steps());
     if *steps.end() > reel.steps() {
@@ -75,6 +94,8 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
             reel.steps()
         )));
     }
+    let count = arguments.threads.unwrap_or_else(threads::available);
+    let plan = plan(arguments, &reel, count)?;
     let bytes = reel.bytes(&shot);
     if !are_free(bytes) {
         return Err(Failure::Memory(format!(
@@ -86,11 +107,66 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
     }
     let folder = arguments.output.clone();
     let folder = folder.unwrap_or_else(|| arguments.result.join("render"));
-    let display = Display::new(mode(arguments), steps.end() - steps.start() + 1);
+    // On the way to a step of finer cells the smoke goes through all before it, after step 0.
+    let first = if plan.is_some() {
+        (*steps.start()).min(1)
+    } else {
+        *steps.start()
+    };
+    let display = Display::new(mode(arguments), steps.end() - first + 1);
     let studio = Studio::new(&folder, arguments.format, shot, display)?;
-    let count = arguments.threads.unwrap_or_else(threads::available);
     address_space::check(count)?;
-    threads::with(count, || studio.render(reel, steps))?
+    let Some(plan) = plan else {
+        return threads::with(count, || studio.render(Set { reel, finer: None }, steps))?;
+    };
+    let taken = Region::new(plan.bytes);
+    let mut region = taken.ok_or_else(|| plan.no_memory(plan.bytes))?;
+    let block = region
+        .carve(plan.block)
+        .ok_or_else(|| plan.no_memory(plan.bytes))?;
+    threads::with(count, || {
+        let mut reel = reel;
+        let finer = Some(Finer::begin(&plan, block, &mut reel)?);
+        studio.render(Set { reel, finer }, steps)
+    })?
+}
+
+/// What `--scale` takes, if it is asked for.
+fn plan(arguments: &RenderArguments, reel: &Reel, threads: usize) -> Result<Option<Plan>, Failure> {
+    let Some(scale) = arguments.scale else {
+        return Ok(None);
+    };
+    if !reel.has(Vectors::Velocity) {
+        return Err(Failure::Input(format!(
+            "--scale {scale}: {} has no velocity, which carries the smoke on finer cells; solve it again",
+            reel.archive().display()
+        )));
+    }
+    let plan = Plan::new(&arguments.result, scale, arguments.scene.as_deref(), threads)?;
+    plan.check_memory(arguments.memory_limit)?;
+    Ok(Some(plan))
+}
+
+/// Refuses arrows and streaklines in a box, or of vectors that the result has not.
+fn check_lines(arguments: &RenderArguments, reel: &Reel) -> Result<(), Failure> {
+    let arrows = arguments.arrows.map(|vectors| ("--arrows", vectors));
+    let streaklines = arguments
+        .streaklines
+        .then_some(("--streaklines", Vectors::Velocity));
+    for (option, vectors) in arrows.into_iter().chain(streaklines) {
+        if reel.cells().len() != 2 {
+            let why = "a result in 3D is drawn without lines; leave it out";
+            return Err(Failure::Input(format!("{option}: {why}")));
+        }
+        if !reel.has(vectors) {
+            return Err(Failure::Input(format!(
+                "{option}: {} has no {}; solve it again, or leave it out",
+                reel.archive().display(),
+                vectors.name()
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn mode(arguments: &RenderArguments) -> Mode {
@@ -113,10 +189,12 @@ fn open(folder: &Path) -> Result<Reel, Failure> {
 
 /// How pictures of a result are taken.
 fn shot(arguments: &RenderArguments, reel: &Reel) -> Result<Shot, Failure> {
-    let (width, height) = match (reel.cells(), arguments.size) {
+    let finer = |count: &usize| count * arguments.scale.unwrap_or(1);
+    let cells: Vec<usize> = reel.cells().iter().map(finer).collect();
+    let (width, height) = match (cells.as_slice(), arguments.size) {
         (&[nx, ny], Some((width, height))) if width < nx || height < ny => {
             return Err(Failure::Input(format!(
-                "--size {width}x{height}: the result has {nx} x {ny} cells, each of which takes a pixel at least; ask for a larger size"
+                "--size {width}x{height}: there are {nx} x {ny} cells, each of which takes a pixel at least; ask for a larger size"
             )));
         }
         (_, Some(size)) => size,
@@ -133,6 +211,11 @@ fn shot(arguments: &RenderArguments, reel: &Reel) -> Result<Shot, Failure> {
     if let Some((name, _)) = deep.iter().find(|(_, given)| *given && reel.cells().len() == 2) {
         return Err(Failure::Input(format!(
             "{name}: a result in 2D is drawn face on as it is; leave it out"
+        )));
+    }
+    if arguments.format == Format::Webp && width.max(height) > WEBP_MOST {
+        return Err(Failure::Input(format!(
+            "--size {width}x{height}: a side of a WebP file has at most {WEBP_MOST} pixels; ask for a smaller size, or another format"
         )));
     }
     Ok(Shot {
@@ -154,6 +237,14 @@ fn size(text: &str) -> Result<(usize, usize), String> {
                 "found \"{text}\", allowed are width and height in pixels, 1 to {MOST} each, as in 1280x720"
             )
         })
+}
+
+/// Reads how many times as fine cells are to be; the error says what is allowed.
+fn scale(text: &str) -> Result<usize, String> {
+    let scale = text.trim().parse().ok();
+    scale.filter(|scale| [2, 4, 8].contains(scale)).ok_or_else(|| {
+        format!("found \"{text}\", allowed are 2, 4 and 8: how many times as fine cells are to be")
+    })
 }
 
 /// Reads `10..40` or `10`; the error says what is allowed.

@@ -1,19 +1,20 @@
 //! Steps of a result, drawn one after the other into a folder.
 
+use crate::bytes::rounded;
 use crate::console;
 use crate::destination::Destination;
 use crate::exit::{DONE, Failure, INTERRUPTED};
 use crate::interrupt::Interrupt;
-use crate::output::{Movie, OutputError, Reel, Shot, write_bytes};
+use crate::output::{Film, Movie, OutputError, Reel, Shot, write_bytes};
 use crate::progress::{Clock, Display, Mode, in_words};
+use crate::refine::{Apart, Finer, in_words as in_words_of};
 use clap::ValueEnum;
 use core::ops::RangeInclusive;
 use serde_json::json;
 use std::path::Path;
 
-/// What tells that a folder holds pictures of ours, and the film in it.
+/// What tells that a folder holds pictures of ours.
 const MARK: &str = "render.json";
-const FILM: &str = "render.mp4";
 
 /// What is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -22,8 +23,21 @@ pub enum Format {
     Png,
     /// An OpenEXR file for each step.
     Exr,
-    /// A film.
+    /// A film, made by ffmpeg.
     Mp4,
+    /// A film that pages show as a picture: lossless WebP.
+    Webp,
+}
+
+impl Format {
+    /// The file of a film.
+    fn film(self) -> Option<&'static str> {
+        match self {
+            Self::Png | Self::Exr => None,
+            Self::Mp4 => Some("render.mp4"),
+            Self::Webp => Some("render.webp"),
+        }
+    }
 }
 
 /// Draws steps into a folder.
@@ -36,6 +50,30 @@ pub(super) struct Studio {
     clock: Clock,
     /// Pictures so far.
     done: usize,
+    /// Steps so far, those included that are only passed.
+    passed: usize,
+}
+
+/// What pictures are taken of.
+pub(super) struct Set<'m> {
+    pub reel: Reel,
+    /// The same on finer cells.
+    pub finer: Option<Finer<'m>>,
+}
+
+impl Set<'_> {
+    /// Says which finer cells there are, what they take, and what was found in files.
+    fn announce(&self, display: &Display) {
+        let Some(finer) = &self.finer else { return };
+        finer.notes.iter().for_each(|note| display.file_note(note));
+        let (cells, bytes) = (finer.cells(), finer.bytes);
+        display.event("finer", json!({ "cells": cells, "bytes": bytes }));
+        display.note(&format!(
+            "on {} cells: {} for the flow and the smoke of a step, whatever the number of steps",
+            in_words_of(cells),
+            rounded(bytes)
+        ));
+    }
 }
 
 impl Studio {
@@ -52,16 +90,21 @@ impl Studio {
             interrupt: Interrupt::listen()?,
             clock: Clock::start(),
             done: 0,
+            passed: 0,
         })
     }
 
     /// Draws `steps`, or those before the user asked to stop; the answer is the exit code.
-    pub(super) fn render(mut self, mut reel: Reel, steps: RangeInclusive<usize>) -> Result<u8, Failure> {
+    pub(super) fn render(mut self, mut set: Set<'_>, steps: RangeInclusive<usize>) -> Result<u8, Failure> {
         let first = *steps.start();
-        self.mark(&reel)?;
-        let drawn = match self.format {
-            Format::Mp4 => self.film(&mut reel, steps),
-            _ => self.files(&mut reel, steps),
+        set.announce(&self.display);
+        if let Some(finer) = &set.finer {
+            self.note(finer.apart(&mut set.reel)?, false);
+        }
+        self.mark(&set)?;
+        let drawn = match self.format.film() {
+            Some(name) => self.film(&mut set, name, steps),
+            None => self.files(&mut set, steps),
         };
         self.display.close();
         drawn?;
@@ -70,7 +113,7 @@ impl Studio {
     }
 
     /// Says in the folder what its pictures are of.
-    fn mark(&mut self, reel: &Reel) -> Result<(), Failure> {
+    fn mark(&mut self, set: &Set<'_>) -> Result<(), Failure> {
         let Shot {
             width,
             height,
@@ -78,35 +121,57 @@ impl Studio {
             gain,
             detail,
         } = self.shot;
-        let deep = reel.cells().len() == 3;
+        let deep = set.reel.cells().len() == 3;
         let facts = json!({
             "format": 1,
             "size": [width, height],
             "exposure": gain.log2(),
             "camera": deep.then_some([angles.azimuth, angles.elevation]),
             "detail": deep.then_some(detail),
+            "cells": set.finer.as_ref().map_or(set.reel.cells(), Finer::cells),
         });
         let text = format!("{facts:#}\n");
         self.destination
             .add(|folder| write_bytes(&folder.join(MARK), text.as_bytes()))
     }
 
-    /// A file for each step, in place as soon as it is whole.
-    fn files(&mut self, reel: &mut Reel, steps: RangeInclusive<usize>) -> Result<(), Failure> {
-        for step in steps {
-            if self.interrupt.asked() {
-                break;
+    /// The light of a step; nothing where the user asked to stop on the way there.
+    fn take(&mut self, set: &mut Set<'_>, step: usize) -> Result<Option<Film>, Failure> {
+        if let Some(finer) = &mut set.finer {
+            while finer.step() < step {
+                if self.interrupt.asked() {
+                    return Ok(None);
+                }
+                finer.follow(&mut set.reel)?;
+                let now = finer.step();
+                let is_key = |step: usize| set.reel.keyframes().contains(&step);
+                if is_key(now) {
+                    let is_held = is_key(now - 1);
+                    self.note(finer.apart(&mut set.reel)?, is_held);
+                }
+                if now < step {
+                    self.passed(&format!("smoke carried to step {now}"));
+                }
             }
-            let failed = |error: OutputError| Failure::File(error.to_string());
-            let film = reel.expose(step, &self.shot).map_err(failed)?;
+        }
+        if self.interrupt.asked() {
+            return Ok(None);
+        }
+        let still = set.finer.as_ref().map(Finer::still);
+        let film = set.reel.expose(step, still, &self.shot);
+        film.map(Some).map_err(|error| Failure::File(error.to_string()))
+    }
+
+    /// A file for each step, in place as soon as it is whole.
+    fn files(&mut self, set: &mut Set<'_>, steps: RangeInclusive<usize>) -> Result<(), Failure> {
+        for step in steps {
+            let Some(film) = self.take(set, step)? else { break };
             let (ending, bytes) = match self.format {
                 Format::Exr => ("exr", film.to_exr()),
                 _ => ("png", {
-                    let picture = film.develop();
-                    picture
-                        .to_png()
-                        .map_err(OutputError::of(Path::new("frame")))
-                        .map_err(failed)?
+                    let picture = film.develop().to_png();
+                    let failed = OutputError::of(Path::new("frame"));
+                    picture.map_err(|error| Failure::File(failed(error).to_string()))?
                 }),
             };
             let name = format!("frame_{step:04}.{ending}");
@@ -117,22 +182,27 @@ impl Studio {
         Ok(())
     }
 
-    /// One film, which is in place when it is whole.
-    fn film(&mut self, reel: &mut Reel, steps: RangeInclusive<usize>) -> Result<(), Failure> {
+    /// One film, which is in place when it is whole; after a failure it has the steps before it.
+    fn film(&mut self, set: &mut Set<'_>, name: &str, steps: RangeInclusive<usize>) -> Result<(), Failure> {
         let mut destination = self.destination.clone();
+        let mut failure = None;
         let made = destination.add(|folder| {
-            let mut movie = Movie::begin(&folder.join(FILM), self.shot.width, self.shot.height)?;
+            let mut movie = Movie::begin(&folder.join(name), self.shot.width, self.shot.height)?;
             for step in steps.clone() {
-                if self.interrupt.asked() {
-                    break;
+                match self.take(set, step) {
+                    Ok(Some(film)) => movie.push(&film.develop())?,
+                    Ok(None) => break,
+                    Err(error) => {
+                        failure = Some(error);
+                        break;
+                    }
                 }
-                movie.push(&reel.expose(step, &self.shot)?.develop())?;
-                self.told(step, FILM);
+                self.told(step, name);
             }
             movie.finish()
         });
         self.destination = destination;
-        made
+        made.and(failure.map_or(Ok(()), Err))
     }
 
     /// Notes that a step is drawn, and says how long the others take.
@@ -141,19 +211,42 @@ impl Studio {
         let seconds = self.clock.total();
         self.display
             .event("frame", json!({ "step": step, "seconds": seconds, "file": name }));
-        let left = self.display.limit().saturating_sub(self.done);
-        let left = in_words(left as f64 * seconds / self.done as f64);
+        self.passed(&format!("step {step}"));
+    }
+
+    /// Says that a piece of work is over, and how long the others take.
+    fn passed(&mut self, what: &str) {
+        self.passed += 1;
+        let left = self.display.limit().saturating_sub(self.passed);
+        let left = in_words(left as f64 * self.clock.total() / self.passed as f64);
+        self.display.piece(self.passed, &format!("{what}, {left} left"));
+    }
+
+    /// Says how far the smoke of finer cells is from that of the result, at the beginning or a keyframe; nothing where there is none yet.
+    /// Of a keyframe that is held people hear the first step.
+    fn note(&self, apart: Apart, is_held: bool) {
+        let Apart { step, relative_l2 } = apart;
+        if relative_l2 == 0.0 {
+            return;
+        }
         self.display
-            .piece(self.done, &format!("step {step}, {left} left"));
+            .event("keyframe", json!({ "step": step, "relative_l2": relative_l2 }));
+        if is_held {
+            return;
+        }
+        self.display.note(&format!(
+            "step {step}: the smoke of the finer cells is {:.1} % from that of the result",
+            100.0 * relative_l2
+        ));
     }
 
     fn announce(&self, first: usize) {
         let folder = self.destination.shown().display();
         let Shot { width, height, .. } = self.shot;
         let (done, seconds) = (self.done, self.clock.total());
-        let file = match self.format {
-            Format::Mp4 => format!("{folder} as {FILM}"),
-            _ => folder.to_string(),
+        let file = match self.format.film() {
+            Some(name) => format!("{folder} as {name}"),
+            None => folder.to_string(),
         };
         let stopped = if self.interrupt.asked() {
             "interrupted: "

@@ -11,7 +11,7 @@ pub struct Note {
 
 impl Note {
     /// A sentence that only informs.
-    pub(super) fn remark(text: String) -> Self {
+    pub(crate) fn remark(text: String) -> Self {
         Self { text, warning: false }
     }
 

@@ -12,6 +12,8 @@ use crate::stay::Stay;
 
 /// The array of the solid cells, of results that have any.
 const SOLID: &str = "solid.npy";
+/// The ends of the names of vectors' components.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// An archive that [`write_archive`](super::write_archive) wrote.
 pub(crate) struct Densities {
@@ -69,13 +71,24 @@ impl Densities {
             .map_err(OutputError::unread(&self.path))
     }
 
-    /// The solid cells, if there are any.
-    pub fn body(&mut self) -> Result<Option<Body>, OutputError> {
-        if !self.archive.file_names().flatten().any(|name| name == SOLID) {
+    /// Whether it has an array.
+    fn has(&self, array: &str) -> bool {
+        self.archive.file_names().flatten().any(|name| name == array)
+    }
+
+    /// The solid cells as 1, others as 0, if there are any.
+    pub fn solid(&mut self) -> Result<Option<Vec<f32>>, OutputError> {
+        if !self.has(SOLID) {
             return Ok(None);
         }
         let solid = self.field(SOLID, 0).map_err(OutputError::unread(&self.path))?;
-        Ok(Body::new(&self.cells, &solid))
+        Ok(Some(solid))
+    }
+
+    /// Their body.
+    pub fn body(&mut self) -> Result<Option<Body>, OutputError> {
+        let solid = self.solid()?;
+        Ok(solid.and_then(|solid| Body::new(&self.cells, &solid)))
     }
 
     /// The density that is drawn as 1: the largest of the source; of a source without smoke, that of the targets, and where there are
@@ -97,11 +110,28 @@ impl Densities {
         Ok(full)
     }
 
-    /// Component `axis` of the flow from `step` to the next one, on `count` faces.
-    pub fn velocity(&mut self, axis: usize, step: usize, count: usize) -> Result<Vec<f32>, OutputError> {
-        let name = ["velocity_x.npy", "velocity_y.npy", "velocity_z.npy"];
-        let name = name.get(axis).copied().unwrap_or_default();
-        self.numbers(name, step, count)
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether it has vectors of this name, as `velocity` or `force`.
+    pub fn has_vectors(&self, name: &str) -> bool {
+        let axes = AXES.iter().take(self.cells.len());
+        axes.into_iter()
+            .all(|axis| self.has(&format!("{name}_{axis}.npy")))
+    }
+
+    /// Component `axis` of a step of the vectors `name`, on `count` faces.
+    pub fn vectors(
+        &mut self,
+        name: &str,
+        axis: usize,
+        step: usize,
+        count: usize,
+    ) -> Result<Vec<f32>, OutputError> {
+        let axis = AXES.get(axis).copied().unwrap_or_default();
+        self.numbers(&format!("{name}_{axis}.npy"), step, count)
             .map_err(OutputError::unread(&self.path))
     }
 

@@ -1,4 +1,4 @@
-//! Films, made by ffmpeg where there is one.
+//! Films: made by ffmpeg where there is one, or animated WebP.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -6,15 +6,16 @@ use std::process::{Child, Command, Stdio};
 
 use super::OutputError;
 use super::picture::Picture;
+use super::webp::{Animated, PACE};
 
 const PROGRAM: &str = "ffmpeg";
-/// Pictures a second.
-const PACE: &str = "24";
 
 /// A film that is being written.
-pub(crate) struct Movie {
-    encoder: Child,
-    path: PathBuf,
+pub(crate) enum Movie {
+    /// By ffmpeg.
+    Encoded(Encoded),
+    /// As WebP.
+    Animated(Animated),
 }
 
 impl Movie {
@@ -26,13 +27,46 @@ impl Movie {
         asked.is_ok_and(|ended| ended.success())
     }
 
-    /// A film of pictures of `width` by `height`; H.264 has even sides, so a line or column more may be black.
+    /// A film of pictures of `width` by `height`, of the kind that the ending of its name says.
     pub fn begin(path: &Path, width: usize, height: usize) -> Result<Self, OutputError> {
+        if path.extension().is_some_and(|ending| ending == "webp") {
+            Animated::begin(path, width, height).map(Self::Animated)
+        } else {
+            Encoded::begin(path, width, height).map(Self::Encoded)
+        }
+    }
+
+    /// Appends a picture in colours.
+    pub fn push(&mut self, picture: &Picture) -> Result<(), OutputError> {
+        match self {
+            Self::Encoded(film) => film.push(picture),
+            Self::Animated(film) => film.push(picture),
+        }
+    }
+
+    /// Ends the film.
+    pub fn finish(self) -> Result<(), OutputError> {
+        match self {
+            Self::Encoded(film) => film.finish(),
+            Self::Animated(film) => film.finish(),
+        }
+    }
+}
+
+/// One that ffmpeg encodes.
+pub(crate) struct Encoded {
+    encoder: Child,
+    path: PathBuf,
+}
+
+impl Encoded {
+    /// A film of pictures of `width` by `height`; H.264 has even sides, so a line or column more may be black.
+    fn begin(path: &Path, width: usize, height: usize) -> Result<Self, OutputError> {
         let size = format!("{width}x{height}");
         let mut encoder = Command::new(PROGRAM);
         encoder
             .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
-            .args(["-s", &size, "-r", PACE, "-i", "-", "-an"])
+            .args(["-s", &size, "-r", &PACE.to_string(), "-i", "-", "-an"])
             .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264"])
             .args(["-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart"])
             .arg(path)
@@ -49,7 +83,7 @@ impl Movie {
     }
 
     /// Appends a picture in colours.
-    pub fn push(&mut self, picture: &Picture) -> Result<(), OutputError> {
+    fn push(&mut self, picture: &Picture) -> Result<(), OutputError> {
         let pipe = self.encoder.stdin.as_mut();
         let pipe = pipe.ok_or_else(|| io::Error::other("ffmpeg takes no pictures"));
         pipe.and_then(|pipe| pipe.write_all(&picture.bytes))
@@ -57,7 +91,7 @@ impl Movie {
     }
 
     /// Ends the film.
-    pub fn finish(mut self) -> Result<(), OutputError> {
+    fn finish(mut self) -> Result<(), OutputError> {
         drop(self.encoder.stdin.take());
         let ended = self.encoder.wait().and_then(|ended| {
             if ended.success() {

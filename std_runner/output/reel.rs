@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::exr::exr;
+use super::lines::{Lines, Plane, Vectors};
 use super::render::{Body, Drift, Film, Shot, Smoke};
 use super::{Densities, OutputError, Pictured, Precision};
 use crate::stay::Stay;
@@ -23,6 +24,16 @@ pub(crate) struct Reel {
     body: Option<Body>,
     flow: Flow,
     drift: Option<Drift>,
+    keyframes: Vec<usize>,
+    lines: Lines,
+}
+
+/// What is drawn of a step.
+pub(crate) struct Still {
+    /// Cells along x, y (and z).
+    pub cells: Vec<usize>,
+    pub density: Vec<f32>,
+    pub body: Option<Body>,
 }
 
 /// What tells how far the flow moves smoke in a step.
@@ -38,7 +49,7 @@ struct Facts {
     precision: Precision,
     cells: Vec<usize>,
     steps: usize,
-    keyframes: usize,
+    keyframes: Vec<usize>,
     flow: Flow,
 }
 
@@ -65,7 +76,12 @@ impl Facts {
             },
             cells,
             steps: number(report.get("steps")?)?,
-            keyframes: report.get("keyframes")?.as_array()?.len(),
+            keyframes: report
+                .get("keyframes")?
+                .as_array()?
+                .iter()
+                .filter_map(|keyframe| keyframe.get("step").and_then(number))
+                .collect(),
         })
     }
 }
@@ -77,7 +93,7 @@ impl Reel {
         let Some(facts) = Facts::of(folder).filter(|_| archive.is_file()) else {
             return Ok(None);
         };
-        let keyframes = (0..facts.keyframes).map(|target| Pictured {
+        let keyframes = (0..facts.keyframes.len()).map(|target| Pictured {
             stay: Stay::at(0),
             step: 0,
             target,
@@ -96,6 +112,8 @@ impl Reel {
             body,
             flow: facts.flow,
             drift: None,
+            keyframes: facts.keyframes,
+            lines: Lines::default(),
         }))
     }
 
@@ -109,21 +127,80 @@ impl Reel {
         self.densities.steps
     }
 
+    /// The archive.
+    pub fn archive(&self) -> &Path {
+        self.densities.path()
+    }
+
+    /// Whether the archive has these vectors.
+    pub fn has(&self, vectors: Vectors) -> bool {
+        self.densities.has_vectors(vectors.name())
+    }
+
+    /// Has arrows and streaklines drawn over planes.
+    pub fn draw_over(&mut self, arrows: Option<Vectors>, streaklines: bool) {
+        self.lines = Lines::new(arrows, streaklines);
+    }
+
+    /// The steps of the keyframes, ascending.
+    pub fn keyframes(&self) -> &[usize] {
+        &self.keyframes
+    }
+
+    /// The density of a step.
+    pub fn density(&mut self, step: usize) -> Result<Vec<f32>, OutputError> {
+        self.densities.density(step)
+    }
+
+    /// The solid cells as 1, others as 0, if there are any.
+    pub fn solid(&mut self) -> Result<Option<Vec<f32>>, OutputError> {
+        self.densities.solid()
+    }
+
+    /// Component `axis` of the flow from `step` to the next one, in the scene's units, on all faces, those on walls included.
+    pub fn faces(&mut self, axis: usize, step: usize) -> Result<Vec<f32>, OutputError> {
+        let sides = self.densities.cells.iter().enumerate();
+        let beyond = self.flow.beyond.get(axis).copied().unwrap_or_default();
+        let faces = sides.map(|(side, &cells)| cells + if side == axis { beyond } else { 0 });
+        let count = faces.product();
+        self.densities
+            .vectors(Vectors::Velocity.name(), axis, step, count)
+    }
+
     /// Bytes that drawing a picture takes, about.
     pub fn bytes(&self, shot: &Shot) -> usize {
         let cells = self.densities.cells.iter().product::<usize>();
         PIXEL * shot.width * shot.height + CELL * cells + REFINED
     }
 
-    /// The light of a step.
-    pub fn expose(&mut self, step: usize, shot: &Shot) -> Result<Film, OutputError> {
-        let density = self.densities.density(step)?;
-        let smoke = Smoke::new(&self.densities.cells, density, self.full, self.body.clone());
+    /// The step as it is.
+    fn still(&mut self, step: usize) -> Result<Still, OutputError> {
+        Ok(Still {
+            cells: self.densities.cells.clone(),
+            density: self.densities.density(step)?,
+            body: self.body.clone(),
+        })
+    }
+
+    /// The light of a step, of which `still` may be drawn instead of what the result has.
+    pub fn expose(&mut self, step: usize, still: Option<Still>, shot: &Shot) -> Result<Film, OutputError> {
+        let still = still.map_or_else(|| self.still(step), Ok)?;
+        let smoke = Smoke::new(&still.cells, still.density, self.full, still.body);
         let smoke = match self.drifted(step, shot.detail)? {
             Some(drift) => smoke.with_detail(drift, shot.detail),
             None => smoke,
         };
-        Ok(smoke.expose(shot))
+        let mut film = smoke.expose(shot);
+        if let Some(pixels) = smoke.pixels_of(self.densities.cells.first().copied().unwrap_or(1), shot) {
+            let mut plane = Plane {
+                densities: &mut self.densities,
+                beyond: &self.flow.beyond,
+                scale: self.flow.scale,
+            };
+            let over = self.lines.at(&mut plane, step, pixels)?;
+            smoke.draw_over(&mut film, shot, &over);
+        }
+        Ok(film)
     }
 
     /// Where the detail of a step came from, if there is any: the flow is followed from where that was last asked for, or from
@@ -152,7 +229,7 @@ impl Reel {
         for axis in 0..3 {
             let mut faces = cells;
             faces[axis] += self.flow.beyond.get(axis).copied().unwrap_or_default();
-            let velocity = self.densities.velocity(axis, step, faces.iter().product())?;
+            let velocity = self.faces(axis, step)?;
             for (cell, flow) in flow.iter_mut().enumerate() {
                 let low = [
                     cell % cells[0],

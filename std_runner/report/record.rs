@@ -72,6 +72,10 @@ pub struct RunRecord {
     pub version: String,
     /// The text of the scene file.
     pub scene: String,
+    /// The name of the scene file, from the result folder if that lies below its folder.
+    pub scene_file: String,
+    /// What the command line changed of the scene, `key = value` each, in order.
+    pub overrides: Vec<String>,
     /// The command line.
     pub command: String,
     /// How well each keyframe was reached.

@@ -123,12 +123,8 @@ fn set_mask<T: Real, S: Space>(
     })
 }
 
-/// Draws the obstacles: a cell of which they cover at least half is solid. What they cut off from what.
-fn set_obstacles<T: Real, S: Space>(
-    scene: &Scene,
-    solver: &mut Solver<'_, T, S>,
-    notes: &mut Vec<Note>,
-) -> Result<Option<Reach>, Failure> {
+/// Draws the obstacles: a cell of which they cover at least half is solid. Nothing where the scene has none.
+pub(crate) fn solid_cells(scene: &Scene, notes: &mut Vec<Note>) -> Result<Option<Vec<bool>>, Failure> {
     if scene.obstacles.is_empty() {
         return Ok(None);
     }
@@ -144,6 +140,18 @@ fn set_obstacles<T: Real, S: Space>(
             .zip(covered)
             .for_each(|(solid, part)| *solid |= part >= 0.5);
     }
+    Ok(Some(solid))
+}
+
+/// Sets the solid cells. What they cut off from what.
+fn set_obstacles<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+    notes: &mut Vec<Note>,
+) -> Result<Option<Reach>, Failure> {
+    let Some(solid) = solid_cells(scene, notes)? else {
+        return Ok(None);
+    };
     solver.set_solids(&solid).map_err(|error| {
         let why = format!("cannot be used: {error}; leave room for the flow");
         scene.document.refuse("obstacle[0]", why)
@@ -171,7 +179,7 @@ fn set_emitters<T: Real, S: Space>(
 }
 
 /// The sentence for a field of `key` that the solver refuses.
-fn refuse<'s>(scene: &'s Scene, key: &str) -> impl Fn(InputError) -> Failure + use<'s> {
+pub(crate) fn refuse<'s>(scene: &'s Scene, key: &str) -> impl Fn(InputError) -> Failure + use<'s> {
     let key = key.to_string();
     move |error: InputError| {
         match error {
@@ -228,7 +236,8 @@ pub fn set_inputs_from_result<T: Real, S: Space>(
     Ok(inputs)
 }
 
-fn drawn<T: Real>(
+/// Draws a shape, which stands at `key`, on the cells of the scene.
+pub(crate) fn drawn<T: Real>(
     scene: &Scene,
     key: &str,
     shape: &ShapeSpec,

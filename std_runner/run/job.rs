@@ -164,6 +164,7 @@ impl Job {
             planned: &self.planned,
             footprint: self.footprint,
             mass_factors: &inputs.mass_factors,
+            folder: destination.folder(),
         };
         let record = facts.record(&solver, ended, &mut watch);
         let mut frames = SolverFrames::new(&mut solver, exec, &self.planned.problem);

@@ -12,6 +12,7 @@ use crate::report::{
 };
 use crate::scene::{Keyframe, Scene};
 use crate::stay::Stay;
+use std::fs;
 use std::path::Path;
 use thurible_core::method::registry::resolved;
 use thurible_core::{Emitter, Named, Real, Solver, Space, Status, Supply};
@@ -48,6 +49,8 @@ pub(super) struct Facts<'a> {
     pub footprint: usize,
     /// What each keyframe was multiplied by, for every step that it stands at.
     pub mass_factors: &'a [f64],
+    /// The result folder.
+    pub folder: &'a Path,
 }
 
 impl Facts<'_> {
@@ -101,6 +104,8 @@ impl Facts<'_> {
             threads: self.planned.params.threads,
             version: env!("CARGO_PKG_VERSION").into(),
             scene: self.scene.document.text().into(),
+            scene_file: scene_file(self.scene.document.path(), self.folder),
+            overrides: self.scene.document.assignments().map(Into::into).collect(),
             command: command_line(),
             keyframes: self.keyframes(&errors),
             remarks: or_else(
@@ -177,6 +182,18 @@ fn seconds(clock: &Clock) -> SecondsRecord {
         ao_average: ao.average(),
         nso_average: nso.average(),
     }
+}
+
+/// The name of the scene at `path`, with the way to it where that goes from `folder` through parents alone: of no other folder is anything said.
+fn scene_file(path: &Path, folder: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let place = path.parent().filter(|place| !place.as_os_str().is_empty());
+    let place = fs::canonicalize(place.unwrap_or(Path::new(".")));
+    let below = place.ok().and_then(|place| {
+        let below = folder.strip_prefix(place).ok()?;
+        Some(below.components().count())
+    });
+    format!("{}{name}", "../".repeat(below.unwrap_or(0)))
 }
 
 /// The command line as it may be shown to others: absolute paths come down to their last name, so that a page tells nothing of

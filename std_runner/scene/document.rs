@@ -13,7 +13,18 @@ pub struct Document {
     text: String,
     table: Table,
     lines: BTreeMap<String, usize>,
-    overrides: Vec<(String, String)>,
+    overrides: Vec<Override>,
+}
+
+/// What the command line changed.
+#[derive(Clone, Debug)]
+struct Override {
+    /// The key, in the one form that all messages use.
+    key: String,
+    /// The option, for messages.
+    option: String,
+    /// `key = value`, as [`Document::set`] reads it.
+    assignment: String,
 }
 
 impl Document {
@@ -67,9 +78,20 @@ impl Document {
     pub fn replace(&mut self, option: String, key: &str, value: Value) -> Result<(), Failure> {
         let refuse = |why: String| Failure::Input(format!("{option}: {why}"));
         let segments = parse_key(key).map_err(refuse)?;
+        let key = join(&segments);
+        let assignment = format!("{key}={value}");
         assign(&mut self.table, &segments, value).map_err(refuse)?;
-        self.overrides.push((join(&segments), option));
+        self.overrides.push(Override {
+            key,
+            option,
+            assignment,
+        });
         Ok(())
+    }
+
+    /// What was changed of the file, in order, each as [`Self::set`] reads it.
+    pub fn assignments(&self) -> impl Iterator<Item = &str> {
+        self.overrides.iter().map(|change| change.assignment.as_str())
     }
 
     /// The table of the whole scene, overrides included.
@@ -94,12 +116,14 @@ impl Document {
 
     /// Where the value of `key` was given: `--set ...`, or file and line (of its table, if it is missing).
     pub fn place(&self, key: &str) -> String {
-        if let Some((_, given)) = self.overrides.iter().rev().find(|(set, _)| within(key, set)) {
-            return given.clone();
+        let mut latest = self.overrides.iter().rev();
+        if let Some(change) = latest.find(|change| within(key, &change.key)) {
+            return change.option.clone();
         }
         let file = self.path.display();
-        let touched = self.overrides.iter().rev().find(|(set, _)| within(set, key));
-        let also = touched.map_or(String::new(), |(_, given)| format!(" with {given}"));
+        let mut latest = self.overrides.iter().rev();
+        let touched = latest.find(|change| within(&change.key, key));
+        let also = touched.map_or(String::new(), |change| format!(" with {}", change.option));
         let mut at = key;
         loop {
             if let Some(line) = self.lines.get(at) {

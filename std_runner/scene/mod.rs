@@ -37,6 +37,11 @@ impl Scene {
         for assignment in assignments {
             document.set(assignment)?;
         }
+        Self::free_of(document)
+    }
+
+    /// As [`Self::load_free`], of a document that is complete.
+    pub fn free_of(document: Document) -> Result<Self, Failure> {
         build::free(document)
     }
 

@@ -44,6 +44,7 @@ mod projection;
 
 mod quasi_newton;
 mod recursion;
+mod refined;
 mod smoother;
 mod steps;
 mod stfas;

@@ -16,11 +16,13 @@ mod effects;
 mod files;
 #[cfg(unix)]
 mod interrupts;
+mod lines;
 mod methods;
 mod output;
 mod paper;
 mod pictures;
 mod plans;
+mod refined;
 mod refusals;
 mod render;
 #[cfg(unix)]

@@ -4,11 +4,11 @@ use crate::support::{fresh_folder, run};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const FLAT: &str = "[grid]\ncells = [24, 16]\n[time]\nsteps = 3\n[source]\ncircle = { center = [0.25, 0.3], radius = 0.15 }\n[[obstacle]]\nbox = { min = [0.5, 0.2], max = [0.6, 0.5] }\n[[keyframe]]\nstep = 3\ncircle = { center = [0.3, 0.35], radius = 0.15 }\n[method]\niterations = 2\n[output]\nframes = false\n";
-const DEEP: &str = "[grid]\ncells = [10, 8, 9]\n[time]\nsteps = 3\n[source]\nsphere = { center = [0.5, 0.4, 0.4], radius = 0.2 }\n[[keyframe]]\nstep = 3\nsphere = { center = [0.5, 0.4, 0.6], radius = 0.2 }\n[method]\niterations = 2\n[output]\nframes = false\n";
+pub const FLAT: &str = "[grid]\ncells = [24, 16]\n[time]\nsteps = 3\n[source]\ncircle = { center = [0.25, 0.3], radius = 0.15 }\n[[obstacle]]\nbox = { min = [0.5, 0.2], max = [0.6, 0.5] }\n[[keyframe]]\nstep = 3\ncircle = { center = [0.3, 0.35], radius = 0.15 }\n[method]\niterations = 2\n[output]\nframes = false\n";
+pub const DEEP: &str = "[grid]\ncells = [10, 8, 9]\n[time]\nsteps = 3\n[source]\nsphere = { center = [0.5, 0.4, 0.4], radius = 0.2 }\n[[keyframe]]\nstep = 3\nsphere = { center = [0.5, 0.4, 0.6], radius = 0.2 }\n[method]\niterations = 2\n[output]\nframes = false\n";
 
 /// The result of a scene.
-fn solved(test: &str, scene: &str) -> PathBuf {
+pub fn solved(test: &str, scene: &str) -> PathBuf {
     let folder = fresh_folder(test);
     let path = folder.join("scene.toml");
     fs::write(&path, scene).unwrap();
@@ -18,12 +18,12 @@ fn solved(test: &str, scene: &str) -> PathBuf {
     out
 }
 
-fn text(path: &Path) -> &str {
+pub fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
 /// Width, height and the bytes of the pixels of a PNG file.
-fn png(path: &Path) -> (usize, usize, Vec<u8>) {
+pub fn png(path: &Path) -> (usize, usize, Vec<u8>) {
     let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
     let mut reader = decoder.read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
@@ -153,7 +153,7 @@ fn what_cannot_be_drawn_is_refused_with_a_sentence() {
             2,
             "allowed are width and height in pixels",
         ),
-        (vec![result, "--size", "20x20"], 2, "the result has 24 x 16 cells"),
+        (vec![result, "--size", "20x20"], 2, "there are 24 x 16 cells"),
         (
             vec![result, "--steps", "2..4"],
             2,
@@ -206,4 +206,42 @@ fn films_are_made_where_ffmpeg_is() {
     let ended = render(&format!("{}:/bin:/usr/bin", text(&place)));
     assert_eq!(ended.code, 4, "{}", ended.err);
     assert!(ended.err.contains("render.mp4"), "{}", ended.err);
+}
+
+#[test]
+fn an_animated_webp_has_the_pixels_of_the_pictures() {
+    let result = solved("webp", DEEP);
+    let size = ["--size", "33x21"];
+    let rendered = |name: &str, format: &str| {
+        let out = result.with_file_name(name);
+        let arguments = ["render", text(&result), "-o", text(&out), "--format", format];
+        let ended = run(&[&arguments[..], &size[..]].concat());
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        (ended, out)
+    };
+    let (_, pictures) = rendered("pictures", "png");
+    let (ended, film) = rendered("film", "webp");
+    assert!(ended.out.contains("render.webp"), "{}", ended.out);
+    assert_eq!(names(&film), ["manifest.json", "render.json", "render.webp"]);
+    let file = std::io::BufReader::new(fs::File::open(film.join("render.webp")).unwrap());
+    let mut decoder = image_webp::WebPDecoder::new(file).unwrap();
+    assert!(decoder.is_animated());
+    assert_eq!((decoder.dimensions(), decoder.num_frames()), ((33, 21), 4));
+    assert_eq!(decoder.loop_count(), image_webp::LoopCount::Forever);
+    let mut durations = Vec::new();
+    for step in 0..4 {
+        let mut bytes = vec![0; decoder.output_buffer_size().unwrap()];
+        durations.push(decoder.read_frame(&mut bytes).unwrap());
+        let (_, _, expected) = png(&pictures.join(format!("frame_{step:04}.png")));
+        let channels = bytes.len() / (33 * 21);
+        let shown: Vec<u8> = bytes
+            .chunks(channels)
+            .flat_map(|pixel| pixel[..3].to_vec())
+            .collect();
+        assert_eq!(shown, expected, "step {step}");
+    }
+    assert_eq!(durations, [42, 41, 42, 42]);
+    let ended = run(&["render", text(&result), "--format", "webp", "--size", "16384x10"]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(ended.err.contains("has at most 16383 pixels"), "{}", ended.err);
 }

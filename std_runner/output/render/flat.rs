@@ -66,11 +66,64 @@ fn shown(smoke: &Smoke, factor: usize, levels: impl Iterator<Item = u8>, palette
     }
 }
 
-/// The light of a picture whose cells are as large as they can be by a whole factor, on the ground of the palette.
-pub(super) fn expose(smoke: &Smoke, shot: &Shot) -> Vec<[f32; 3]> {
+/// Where a plane stands in a picture whose cells are as large as they can be by a whole factor.
+#[derive(Clone, Copy)]
+pub(super) struct Stand {
+    /// Pixels of the picture.
+    pub width: usize,
+    pub height: usize,
+    /// Pixels before the plane.
+    left: usize,
+    above: usize,
+    /// Pixels of the plane.
+    wide: usize,
+    high: usize,
+}
+
+impl Stand {
+    fn new(nx: usize, ny: usize, factor: usize, shot: &Shot) -> Self {
+        let (wide, high) = (nx * factor, ny * factor);
+        Self {
+            width: shot.width,
+            height: shot.height,
+            left: shot.width.saturating_sub(wide) / 2,
+            above: shot.height.saturating_sub(high) / 2,
+            wide,
+            high,
+        }
+    }
+
+    /// Pixels of a cell, of which there are `across` along x.
+    pub fn pixels(&self, across: usize) -> f32 {
+        self.wide as f32 / across as f32
+    }
+
+    /// The place in the picture of one in the plane, in cells of which there are `across` along x.
+    pub fn spot(&self, across: usize, [x, y]: [f32; 2]) -> [f32; 2] {
+        let pixels = self.pixels(across);
+        [
+            self.left as f32 + pixels * x,
+            (self.above + self.high) as f32 - pixels * y,
+        ]
+    }
+}
+
+/// Pixels along a side of a cell.
+fn magnified(smoke: &Smoke, shot: &Shot) -> usize {
     let [nx, _, ny] = smoke.cells;
-    let factor = (shot.width / nx).min(shot.height / ny).max(1);
-    let picture = enlarged(smoke, factor);
+    (shot.width / nx).min(shot.height / ny).max(1)
+}
+
+/// Where the plane stands.
+pub(super) fn stand(smoke: &Smoke, shot: &Shot) -> Stand {
+    let [nx, _, ny] = smoke.cells;
+    Stand::new(nx, ny, magnified(smoke, shot), shot)
+}
+
+/// The light of a picture on the ground of the palette.
+pub(super) fn expose(smoke: &Smoke, shot: &Shot) -> Vec<[f32; 3]> {
+    let picture = enlarged(smoke, magnified(smoke, shot));
+    let Stand { left, above, .. } = stand(smoke, shot);
     let light = |colour: [u8; 3]| colour.map(|code| shot.gain * linear(f32::from(code) / 255.0));
     let palette = Palette::Smoke.colours();
     let ground = light(palette[0]);
@@ -81,10 +134,6 @@ pub(super) fn expose(smoke: &Smoke, shot: &Shot) -> Vec<[f32; 3]> {
             .get(3 * index..3 * index + 3)
             .and_then(|colour| colour.try_into().ok()),
     };
-    let (left, above) = (
-        shot.width.saturating_sub(picture.width) / 2,
-        shot.height.saturating_sub(picture.height) / 2,
-    );
     let mut film = vec![ground; shot.width * shot.height];
     for (row, film) in film
         .chunks_exact_mut(shot.width)

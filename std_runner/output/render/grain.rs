@@ -100,6 +100,8 @@ pub(super) fn curl(
         factor: 1,
         values: Vec::new(),
     };
+    // Cells of the smoke for each of the drift, which may be that of a coarser grid.
+    let by = (density.cells[0] / density.factor / drift.cells[0].max(1)).max(1) as f32;
     let ages = [0, 1].map(|phase| age(drift.step, phase) as f32 / LIFE as f32);
     let shares = ages.map(|age| 1.0 - (2.0 * age - 1.0).abs());
     // Two noises have less contrast than one.
@@ -113,10 +115,10 @@ pub(super) fn curl(
             if !busy(place) {
                 continue;
             }
-            let corners = grid.corners(place);
+            let corners = grid.corners(place.map(|place| place / by));
             let mut sum = [0.0; 4];
             for (phase, offsets) in drift.offsets.iter().enumerate() {
-                let offset = corners.of(offsets);
+                let offset = corners.of(offsets).map(|offset| offset * by);
                 let began = drift.step - age(drift.step, phase).min(drift.step);
                 let from = core::array::from_fn(|axis| place[axis] - offset[axis] + (7 * began) as f32);
                 let share = amount * norm * shares[phase];

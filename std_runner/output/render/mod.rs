@@ -3,6 +3,7 @@
 //! In a box of smoke, light of two lamps is absorbed on its way ([`lamp`]), each place scatters what arrives towards the eye
 //! ([`stage`]), and rays gather it through the smoke before them ([`march`], [`deep`]). A plane is seen face on ([`flat`]).
 
+mod arrows;
 mod blocks;
 mod camera;
 mod deep;
@@ -10,19 +11,23 @@ mod flat;
 mod grain;
 mod lamp;
 mod march;
+mod mask;
 pub(super) mod palette;
 mod smoke;
 mod stage;
+mod streaks;
 #[cfg(test)]
 mod tests;
 mod tone;
 mod upscale;
 mod volume;
 
+pub(crate) use arrows::{Field, side as arrow_side};
 pub(crate) use camera::Angles;
 pub(crate) use deep::Shot;
 pub(crate) use grain::Drift;
 pub(crate) use smoke::{Body, Smoke};
+pub(crate) use streaks::Streaks;
 
 use rayon::prelude::*;
 
@@ -66,6 +71,13 @@ impl Film {
     }
 }
 
+/// What is drawn over a plane.
+pub(crate) struct Over {
+    pub streaks: Option<Streaks>,
+    /// Arrows of a field, and the size of the longest one.
+    pub arrows: Option<(Field, f32)>,
+}
+
 impl Smoke {
     /// Pixels of a picture of a grid of `cells`.
     pub fn pixels(cells: &[usize]) -> usize {
@@ -82,6 +94,22 @@ impl Smoke {
             flat::photograph(self)
         } else {
             deep::photograph(self)
+        }
+    }
+
+    /// Pixels of a cell of a plane which has so many `across`; nothing in a box.
+    pub fn pixels_of(&self, across: usize, shot: &Shot) -> Option<f32> {
+        self.flat.then(|| flat::stand(self, shot).pixels(across))
+    }
+
+    /// Draws over the picture of a plane.
+    pub fn draw_over(&self, film: &mut Film, shot: &Shot, over: &Over) {
+        let stand = flat::stand(self, shot);
+        if let Some(streaks) = &over.streaks {
+            streaks.draw(&mut film.light, &stand);
+        }
+        if let Some((field, strongest)) = &over.arrows {
+            arrows::draw(&mut film.light, &stand, field, *strongest);
         }
     }
 

@@ -279,6 +279,8 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         threads: 2,
         version: "0.1.0".into(),
         scene: "[grid]\ncells = [128, 128]   # <not> a \"tag\"\n\n[time]\nsteps = 40\n".into(),
+        scene_file: "letter_f.toml".into(),
+        overrides: Vec::new(),
         command: "thurible solve examples/letter_f.toml -o out".into(),
         keyframes: frames.keyframe_steps().iter().map(facts).collect(),
         remarks: Vec::new(),

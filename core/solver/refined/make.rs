@@ -1,0 +1,147 @@
+//! The memory of a [`Refined`] density: how many bytes, and what lies where.
+
+use super::{MAX_DOUBLINGS, Refined, carrier};
+use crate::grid::Grid;
+use crate::grid::levels::Levels;
+use crate::memory::{ALIGN, Arena, Layout, Ledger, Pool, TooSmall};
+use crate::method::refusal::{PlanError, count};
+use crate::objective::script::Lists;
+use crate::operators::refine;
+use crate::poisson::Projection;
+use crate::problem::{Advection, Feature, Problem, ProblemError, Scheme};
+use crate::real::Real;
+use crate::solver::{MAX_THREADS, SolverError, script};
+use crate::transport::Stepping;
+use core::mem::MaybeUninit;
+
+impl<'m, T: Real> Refined<'m, T> {
+    /// Bytes that it takes: `problem` is that of the finer grid, which has `doublings` times twice the cells of the result's along every axis.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the problem is wrong, `doublings` is not from 1 to [`MAX_DOUBLINGS`], cells do not halve so often, or there are too
+    /// many for this machine.
+    pub fn bytes(problem: &Problem<'_>, doublings: usize, threads: usize) -> Result<usize, PlanError> {
+        let problem = &free(problem);
+        let mut ledger = Ledger::new();
+        let mut arena = Arena::measuring(&mut ledger);
+        let mut refined = Self::new(problem, doublings, threads)?;
+        // An arena that measures is never too small.
+        let _ = refined.layout(problem, &mut arena);
+        drop(refined);
+        ledger.bytes().ok_or(PlanError::TooLarge)
+    }
+
+    /// Carves `memory`, of at least [`Self::bytes`].
+    ///
+    /// # Errors
+    /// [`SolverError`].
+    pub fn carve(
+        problem: &Problem<'_>,
+        doublings: usize,
+        threads: usize,
+        memory: &'m mut [MaybeUninit<u8>],
+    ) -> Result<Self, SolverError> {
+        let problem = &free(problem);
+        let given = memory.len();
+        if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
+            return Err(SolverError::Misaligned);
+        }
+        let mut refined = Self::new(problem, doublings, threads)?;
+        let short = |TooSmall { needed, .. }: TooSmall| SolverError::TooSmall { needed, given };
+        refined.layout(problem, &mut Arena::new(memory)).map_err(short)?;
+        Ok(refined)
+    }
+
+    /// One without buffers.
+    fn new(problem: &Problem<'_>, doublings: usize, threads: usize) -> Result<Self, PlanError> {
+        problem.check()?;
+        if problem.is_open() {
+            let (method, feature) = ("refined", Feature::Open);
+            return Err(ProblemError::Unfit { method, feature }.into());
+        }
+        count("doublings", doublings, MAX_DOUBLINGS)?;
+        count("threads", threads, MAX_THREADS)?;
+        let finest = problem.grid();
+        let mut grids = heapless::Vec::new();
+        for halvings in (0..=doublings).rev() {
+            let grid = halved(&finest, halvings).ok_or(PlanError::OutOfRange {
+                field: "doublings",
+                given: doublings,
+                most: halvings.saturating_sub(1),
+            })?;
+            // There is room for all of them.
+            let _ = grids.push(grid);
+        }
+        Ok(Self {
+            levels: Levels::bare(&finest, 0).with_obstacles(problem.solids),
+            grids,
+            flows: Default::default(),
+            rho: &mut [],
+            next: &mut [],
+            lists: Lists::default(),
+            fields: &mut [],
+            sums: &mut [],
+            region: &mut [],
+            threads,
+            tolerance: problem.projection_tolerance,
+            stepping: Stepping::from(Advection {
+                scheme: Scheme::Limited,
+                ..problem.advection
+            }),
+            largest: 0.0,
+            unit: problem.units().velocity,
+            step: 0,
+        })
+    }
+
+    fn layout(&mut self, problem: &Problem<'_>, arena: &mut Arena<'m>) -> Result<(), TooSmall> {
+        let grid = self.levels.finest;
+        self.levels.fill(arena)?;
+        for (grid, flow) in self.grids.iter().zip(&mut self.flows) {
+            *flow = arena.take_vector("flow of a step", grid.dims, grid.cells())?;
+        }
+        self.rho = arena.take("density", grid.cells())?;
+        self.next = arena.take("density of the next step", grid.cells())?;
+        self.sums = arena.take("sums of rows", 2 * grid.rows())?;
+        (self.lists, self.fields) = script::carve(problem, arena)?;
+        let (levels, stepping, threads) = (&self.levels, self.stepping, self.threads);
+        let doubling = self.grids.iter().map(refine::scratch_per_thread).max();
+        let mut layout = Layout::carve(arena);
+        layout.in_turn(&mut self.region, 0, |ledger| {
+            ledger.line("doubling", threads * doubling.unwrap_or(0), T::BYTES);
+            Projection::carve(levels, 0, 1, threads, &mut Pool::measuring(ledger));
+            carrier(levels, stepping, 1.0, threads, &mut Pool::measuring(ledger));
+        })
+    }
+}
+
+/// What is left of a problem that nobody steers.
+fn free<'a>(problem: &Problem<'a>) -> Problem<'a> {
+    Problem {
+        keyframes: &[],
+        keyframe_weights: &[],
+        keyframe_regions: false,
+        schedule: &[],
+        mask: false,
+        release: None,
+        advection: Advection {
+            scheme: Scheme::Limited,
+            ..problem.advection
+        },
+        ..*problem
+    }
+}
+
+/// The grid whose cells are as often twice as long; `None` if there is none.
+fn halved(grid: &Grid, halvings: usize) -> Option<Grid> {
+    let mut coarse = *grid;
+    let by = 1 << halvings;
+    for axis in 0..grid.dims {
+        if !grid.n[axis].is_multiple_of(by) {
+            return None;
+        }
+        coarse.n[axis] /= by;
+        coarse.h[axis] *= by as f64;
+    }
+    Some(coarse)
+}

@@ -1,0 +1,230 @@
+//! A result on a finer grid: its flow, step by step with as many cells more, and the density that this carries from the source on.
+//!
+//! Memory is that of one step on the finer grid, whatever the number of steps. The flow of a step is doubled as often as it takes, keeping its
+//! divergence ([`refine`]), and projected, which finds something to do among solid cells alone: theirs are drawn anew. The density goes by
+//! `limited` transport.
+
+mod make;
+
+use super::InputError;
+use super::inputs::check;
+use super::layout::FileLayout;
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{Vector, VectorMut, reborrow, rows, view};
+use crate::grid::Grid;
+use crate::grid::levels::Levels;
+use crate::memory::{Pool, Sharing};
+use crate::objective::script::{Lists, Script};
+use crate::observe::Observer;
+use crate::operators::refine;
+use crate::poisson::Projection;
+use crate::real::Real;
+use crate::transport::{Flow, Stepping, Stop, TooFast, Transport};
+use core::ops::ControlFlow;
+
+/// How often cells are halved, at most.
+pub const MAX_DOUBLINGS: usize = 3;
+
+/// A density that the flow of a coarser grid carries.
+#[derive(Debug)]
+pub struct Refined<'m, T> {
+    /// The finer grid and those below it.
+    levels: Levels<'m, T>,
+    /// The grids from that of the result to the finer one, and the flow of a step on each.
+    grids: heapless::Vec<Grid, { MAX_DOUBLINGS + 1 }>,
+    flows: [VectorMut<'m, T>; MAX_DOUBLINGS + 1],
+    /// The density, and that of the next step.
+    rho: &'m mut [T],
+    next: &'m mut [T],
+    lists: Lists<'m>,
+    /// The emitters' shapes.
+    fields: &'m mut [T],
+    sums: &'m mut [f64],
+    /// What projection and transport use in turn.
+    region: &'m mut [T],
+    threads: usize,
+    tolerance: f64,
+    stepping: Stepping,
+    largest: f64,
+    /// The scene's unit of velocities.
+    unit: f64,
+    step: usize,
+}
+
+impl<T: Real> Refined<'_, T> {
+    /// The finer grid's cells.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.levels.finest.cells()
+    }
+
+    /// Sets which cells of the finer grid are solid, before any density: one flag for each, x fastest.
+    ///
+    /// # Errors
+    /// [`InputError::Length`]; [`InputError::Index`] where the problem has no solid cells.
+    pub fn set_solids(&mut self, solid: &[bool]) -> Result<(), InputError> {
+        let expected = self.cells();
+        if !self.levels.solids(0).obstacles() {
+            return Err(InputError::Index { given: 0, count: 0 });
+        }
+        if solid.len() != expected {
+            return Err(InputError::Length {
+                expected,
+                given: solid.len(),
+            });
+        }
+        self.levels
+            .set_solids(|cell| solid.get(cell).copied().unwrap_or(false));
+        Ok(())
+    }
+
+    /// Sets the density, and that it is of step 0: one number for each cell of the finer grid, x fastest.
+    ///
+    /// # Errors
+    /// [`InputError`]: wrong length, a value that is negative or not finite.
+    pub fn set_density(&mut self, density: &[T]) -> Result<(), InputError> {
+        check(density, self.cells())?;
+        self.rho.copy_from_slice(density);
+        let n = self.levels.finest.n[0];
+        self.levels.solids(0).clear_cells(n, self.rho);
+        self.largest = density.iter().fold(self.largest, |most, x| most.max(x.to_f64()));
+        self.step = 0;
+        Ok(())
+    }
+
+    /// Sets the shape of emitter `index`.
+    ///
+    /// # Errors
+    /// As [`Self::set_density`], or [`InputError::Index`].
+    pub fn set_emitter(&mut self, index: usize, shape: &[T]) -> Result<(), InputError> {
+        let cells = self.cells();
+        check(shape, cells)?;
+        let count = self.lists.spans.len() / 2;
+        let field = self.fields.get_mut(index * cells..(index + 1) * cells);
+        let field = field.ok_or(InputError::Index { given: index, count })?;
+        field.copy_from_slice(shape);
+        let n = self.levels.finest.n[0];
+        self.levels.solids(0).clear_cells(n, field);
+        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
+        let supply: f64 = supply.iter().sum();
+        self.largest = shape
+            .iter()
+            .fold(self.largest, |most, x| most.max(supply * x.to_f64()));
+        Ok(())
+    }
+
+    /// Sets a component of the flow of the step that comes next, on the result's grid, in the layout of a file (one more face than cells along a
+    /// wall axis) and the scene's units.
+    ///
+    /// # Errors
+    /// [`InputError`]: no such axis, wrong length, a value that is not finite.
+    pub fn set_velocity(&mut self, axis: usize, faces: &[T]) -> Result<(), InputError> {
+        let grid = self.grids[0];
+        let count = grid.dims;
+        let [flow, ..] = &mut self.flows;
+        let Some(field) = flow.get_mut(axis).filter(|_| axis < count) else {
+            return Err(InputError::Index { given: axis, count });
+        };
+        FileLayout::new(&grid, axis).take(faces, 1.0 / self.unit, field)
+    }
+
+    /// Carries the density to the next step by the flow that was set.
+    ///
+    /// # Errors
+    /// [`Stop::TooFast`], [`Stop::Cancelled`].
+    pub fn advance(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Stop> {
+        self.refine_flow(exec);
+        let last = self.grids.len().saturating_sub(1);
+        let Some(flow) = self.flows.get_mut(last) else {
+            return Ok(());
+        };
+        let mut projection = Projection::carve(
+            &self.levels,
+            0,
+            1,
+            self.threads,
+            &mut Pool::new(&mut *self.region),
+        );
+        let projected = projection.project(exec, observer, flow, None, self.tolerance, self.sums);
+        if let ControlFlow::Break(()) = projected {
+            return Err(Stop::Cancelled);
+        }
+        drop(projection);
+        let pool = &mut Pool::new(&mut *self.region);
+        let mut transport = carrier(&self.levels, self.stepping, self.largest, self.threads, pool);
+        let flow = Flow {
+            initial: view(flow),
+            v: view(flow),
+            along: None,
+        };
+        transport
+            .load(exec, &flow, 1, 0, self.sums)
+            .map_err(|TooFast| Stop::TooFast)?;
+        transport.forward(exec, self.rho, self.next);
+        core::mem::swap(&mut self.rho, &mut self.next);
+        self.step += 1;
+        Script::new(self.lists, &*self.fields).emit(exec, &self.levels.finest, self.step, self.rho);
+        Stop::heard(observer)
+    }
+
+    /// The flow on the finer grid from that on the result's.
+    fn refine_flow(&mut self, exec: &dyn Exec) {
+        let mut coarse: Option<Vector<'_, T>> = None;
+        let pairs = self.grids.iter().zip(self.grids.iter().skip(1));
+        let mut flows = self.flows.iter_mut();
+        if let Some(first) = flows.next() {
+            coarse = Some(view(first));
+        }
+        for (grids, fine) in pairs.zip(flows) {
+            if let Some(coarse) = coarse {
+                refine::double(exec, grids, coarse, reborrow(fine), self.region);
+            }
+            coarse = Some(view(fine));
+        }
+    }
+
+    /// The density, one number for each cell of the finer grid, x fastest.
+    #[must_use]
+    pub fn density(&self) -> &[T] {
+        self.rho
+    }
+
+    /// The step of the density.
+    #[must_use]
+    pub fn step(&self) -> usize {
+        self.step
+    }
+
+    /// `out` = the means of the density over each cell of the result's grid.
+    pub fn means(&self, exec: &dyn Exec, out: &mut [T]) {
+        let (fine, coarse) = (&self.levels.finest, &self.grids[0]);
+        let by = fine.n[0] / coarse.n[0];
+        let deep = if fine.dims == 3 { by } else { 1 };
+        let share = T::from_f64(1.0 / (by * by * deep) as f64);
+        let n = fine.n[0];
+        for_rows(exec, coarse.rows(), RowBuffers::fields([out]), |task| {
+            let ([out], [y, z]) = (task.fields, coarse.row_at(task.row));
+            out.fill(T::ZERO);
+            for child in 0..by * deep {
+                let row = fine.row(by * y + child % by, deep * z + child / by);
+                let children = rows::part(&*self.rho, row * n..(row + 1) * n);
+                for (out, children) in out.iter_mut().zip(children.chunks_exact(by)) {
+                    children.iter().for_each(|&child| *out += share * child);
+                }
+            }
+        });
+    }
+}
+
+/// Limited transport forward among the solid cells of the finest grid.
+fn carrier<'a, T: Real>(
+    levels: &'a Levels<'_, T>,
+    stepping: Stepping,
+    largest: f64,
+    threads: usize,
+    pool: &mut Pool<'a, T>,
+) -> Transport<'a, T> {
+    pool.group("transport among solid cells", Sharing::Together, |pool| {
+        Transport::one_way(&levels.finest, stepping, largest, threads, pool).among(levels.solids(0), pool)
+    })
+}
