@@ -3,7 +3,9 @@
 use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
 use crate::scene::{Keyframe, Scene};
-use thurible_core::{D2, D3, Emitter, Feature, Params, Plan, PlanError, ProblemError, Real};
+use thurible_core::{
+    D2, D3, Emitter, Feature, Method, Named, Params, Plan, PlanError, ProblemError, Real, Template,
+};
 
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -49,6 +51,7 @@ impl OwnedProblem {
             emitters: scene.emitters.iter().map(|emitter| emitter.emits).collect(),
             solids: !scene.obstacles.is_empty(),
             buoyancy: scene.flow.buoyancy,
+            templates: scene.templates.clone(),
             release: scene.release,
             schedule: scene.control.schedule.clone(),
             steps: scene.time.steps,
@@ -80,6 +83,15 @@ impl OwnedProblem {
                 ..*emitter
             }
         });
+        let templates = self.templates.iter().map(|template| {
+            let from = shared(template.from);
+            Template {
+                from,
+                to: shared(template.to).max(from + 1),
+                interval: shared(template.interval).max(1),
+                ..*template
+            }
+        });
         let mut schedule: Vec<(usize, f64)> = Vec::new();
         for &(step, factor) in &self.schedule {
             let at = schedule.last().map_or(0, |&(before, _)| before + 1);
@@ -90,6 +102,7 @@ impl OwnedProblem {
             cells,
             steps,
             emitters: emitters.collect(),
+            templates: templates.collect(),
             schedule,
             release: self.release.map(|step| shared(step).max(last)),
             keyframes,
@@ -141,14 +154,25 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
         PlanError::TooLarge => Failure::Memory(format!(
             "{path}: the scene needs more bytes than this machine can address; make `grid.cells` or `time.steps` smaller"
         )),
+        PlanError::Problem(ProblemError::NoTemplate) => {
+            let name = Method::Templates.name();
+            let why =
+                format!("is {name}, but the scene has no [[template]]; write one, or take another method");
+            scene.document.refuse("method.name", why)
+        }
         PlanError::Problem(ProblemError::Unfit { method, feature }) => {
             let (key, otherwise) = match feature {
                 Feature::Smoothness => ("control.smoothness", "set it to 0 or \"auto\""),
                 Feature::Buoyancy => ("flow.buoyancy", "set it to 0"),
                 Feature::Solids => ("obstacle", "leave it out"),
                 Feature::Schedule => ("control.schedule", "leave it out"),
+                Feature::Templates => ("template", "leave it out"),
             };
-            let why = format!("is more than the method {method} can do; {otherwise}, or take another method");
+            let other = match feature {
+                Feature::Templates => format!("the method {}", Method::Templates.name()),
+                _ => "another method".into(),
+            };
+            let why = format!("is more than the method {method} can do; {otherwise}, or take {other}");
             scene.document.refuse(key, why)
         }
         other => Failure::Input(format!("{path}: {other}; change that value in the scene")),

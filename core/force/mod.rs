@@ -9,6 +9,7 @@
 
 pub mod lift;
 pub mod price;
+pub mod template;
 pub mod time_line;
 
 pub use crate::operators::self_advection::scratch_per_thread;

@@ -28,6 +28,7 @@ impl Problem<'_> {
         }
         self.check_keyframes()?;
         self.check_emitters()?;
+        self.check_templates()?;
         self.check_steps()?;
         self.check_numbers()
     }
@@ -88,6 +89,31 @@ impl Problem<'_> {
             }
             if matches!(emitter.supply, Supply::Target(_)) && self.match_mass && !self.keyframes.is_empty() {
                 return Err(ProblemError::MassUnknown { index });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_templates(&self) -> Result<(), ProblemError> {
+        let longest = self.cells.iter().copied().max().unwrap_or(1) as f64;
+        for (index, template) in self.templates.iter().enumerate() {
+            let forces = self.release.unwrap_or(self.steps).saturating_sub(1);
+            if template.from >= template.to.min(forces) || template.to > self.steps {
+                return Err(ProblemError::TemplateSteps { index, forces });
+            }
+            if template.interval == 0 {
+                return Err(ProblemError::TemplateInterval { index });
+            }
+            positive("template.radius", template.radius)?;
+            positive("template.size", template.size)?;
+            if let Some(&given) = template.amplitude.iter().find(|a| !a.is_finite()) {
+                let field = "template.amplitude";
+                return Err(ProblemError::NotFinite { field, given });
+            }
+            let sides = self.cells.iter().map(|&n| n as f64 / longest * self.length);
+            let mut along = template.center.iter().zip(sides).enumerate();
+            if let Some((axis, (&given, _))) = along.find(|(_, (x, side))| !(0.0..=*side).contains(*x)) {
+                return Err(ProblemError::TemplateOutside { index, axis, given });
             }
         }
         Ok(())

@@ -132,6 +132,29 @@ pub enum ProblemError {
         /// The step that is not above the one before it.
         step: usize,
     },
+    /// The method takes templates, and there is none.
+    NoTemplate,
+    /// A template's steps are not ascending, or beyond the force.
+    TemplateSteps {
+        /// Its number.
+        index: usize,
+        /// Forces: one for each step but the last, up to the release where there is one.
+        forces: usize,
+    },
+    /// A template's `interval` is 0.
+    TemplateInterval {
+        /// Its number.
+        index: usize,
+    },
+    /// A template's middle is outside the box.
+    TemplateOutside {
+        /// Its number.
+        index: usize,
+        /// The axis.
+        axis: usize,
+        /// Where it is along that.
+        given: f64,
+    },
     /// `filters` is above 12.
     Filters {
         /// The value.
@@ -204,6 +227,24 @@ impl fmt::Display for ProblemError {
             Self::ScheduleOrder { step } => {
                 write!(f, "the schedule's step {step} is not after the one before it")
             }
+            Self::NoTemplate => write!(
+                f,
+                "there is no template; at least one is needed, or another method"
+            ),
+            Self::TemplateSteps { index, forces } => write!(
+                f,
+                "template {index} must act from a force to a later one; there are {forces} of them, one for each step but the last that is steered"
+            ),
+            Self::TemplateInterval { index } => {
+                write!(
+                    f,
+                    "template {index} has an interval of 0 steps; it must be from 1"
+                )
+            }
+            Self::TemplateOutside { index, axis, given } => write!(
+                f,
+                "template {index} has its middle at {given} along axis {axis}, which is outside the box; move it inside"
+            ),
             Self::Filters { given } => write!(f, "filters is {given}; it must be at most {MAX_FILTERS}"),
         }
     }

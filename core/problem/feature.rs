@@ -14,9 +14,11 @@ pub enum Feature {
     Solids,
     /// A price of the force that changes: [`Problem::schedule`].
     Schedule,
+    /// A force made of templates: [`Problem::templates`].
+    Templates,
 }
 
-named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Solids = "solid cells", Schedule = "schedule" });
+named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Solids = "solid cells", Schedule = "schedule", Templates = "templates" });
 
 impl Problem<'_> {
     /// Whether it asks for a feature.
@@ -27,6 +29,7 @@ impl Problem<'_> {
             Feature::Buoyancy => self.buoyancy != [0.0; 3],
             Feature::Solids => self.solids,
             Feature::Schedule => !self.schedule.is_empty(),
+            Feature::Templates => !self.templates.is_empty(),
         }
     }
 }

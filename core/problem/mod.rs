@@ -3,10 +3,12 @@
 mod check;
 mod error;
 mod feature;
+mod template;
 
 pub use check::{not_negative, positive};
 pub use error::ProblemError;
 pub use feature::Feature;
+pub use template::{PACKED, Template, TemplateKind};
 
 use crate::grid::{Boundary, Grid};
 use crate::words::named;
@@ -102,6 +104,8 @@ pub struct Problem<'a> {
     pub solids: bool,
     /// Acceleration of the flow where the density is 1, in length / time^2: up, where smoke rises.
     pub buoyancy: [f64; 3],
+    /// Simple fields of which the force is made, where it is.
+    pub templates: &'a [Template],
     /// Step from which no force acts: the flow is simulated from there on. All keyframes are at it or before.
     pub release: Option<usize>,
     /// What the force's price is multiplied by at some steps, ascending; linear in its logarithm between them.
@@ -148,6 +152,7 @@ impl<'a> Problem<'a> {
             emitters: &[],
             solids: false,
             buoyancy: [0.0; 3],
+            templates: &[],
             release: None,
             schedule: &[],
             viscosity: 0.0,
@@ -195,6 +200,15 @@ impl Problem<'_> {
             release: None,
             ..*self
         }
+    }
+
+    /// The templates in scaled numbers, each ending where the force does.
+    pub fn scaled_templates(&self) -> impl Iterator<Item = Template> + Clone {
+        let (units, slots) = (self.units(), self.controlled().slots());
+        self.templates.iter().map(move |template| Template {
+            to: template.to.min(slots),
+            ..template.scaled(self.length, units.force)
+        })
     }
 
     /// The acceleration of buoyancy in scaled numbers, where the density is 1.

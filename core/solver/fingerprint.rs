@@ -4,7 +4,7 @@ use crate::checkpoint::Mix;
 use crate::grid::{Boundary, Space};
 use crate::method::params::Params;
 use crate::method::registry;
-use crate::problem::{Advection, Emitter, Problem, Supply};
+use crate::problem::{Advection, Emitter, Problem, Supply, Template};
 use crate::real::Real;
 
 /// All that the bits of a step follow from, but for the densities, in one word.
@@ -33,6 +33,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         emitters,
         solids,
         buoyancy,
+        templates,
         release,
         schedule,
         force_weight,
@@ -69,6 +70,9 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         mix.word(step as u64);
         mix.real(factor);
     }
+    mix.word(templates.len() as u64);
+    let numbers = templates.iter().flat_map(Template::pack);
+    numbers.for_each(|number| mix.real(number));
     let reals = keyframe_weights.iter().chain(buoyancy);
     reals.for_each(|&number| mix.real(number));
     mix.word(release.map_or(0, |step| step as u64));

@@ -45,6 +45,8 @@ pub(super) fn carve<'m, T: Real>(
     let knots = filled(arena, "schedule steps", knots)?;
     let factors = problem.schedule.iter().map(|&(_, factor)| factor);
     let factors = filled(arena, "schedule factors", factors)?;
+    let templates = problem.scaled_templates().flat_map(|template| template.pack());
+    let templates = filled(arena, "templates", templates)?;
     let lists = Lists {
         steps,
         weights,
@@ -53,6 +55,7 @@ pub(super) fn carve<'m, T: Real>(
         supplies,
         knots,
         factors,
+        templates,
     };
     let cells = problem.grid().cells();
     let targets = "given densities";

@@ -8,6 +8,7 @@ use crate::exec::Exec;
 use crate::field::slot::{Slot, clear, put, put_everywhere};
 use crate::field::view;
 use crate::force::lift::Lift;
+use crate::force::template::Placed;
 use crate::grid::Space;
 use crate::memory::Pool;
 use crate::method::animation::Animation;
@@ -114,6 +115,11 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         let kept = match setup.push {
             Push::Nothing => {
                 clear(exec, grid, w, k - 1);
+                let (slots, solids) = (animation.slots, levels.solids(0));
+                for template in script.templates() {
+                    let placed = Placed::new(grid, solids, slots, template);
+                    placed.add(exec, &|_| template.amplitude, k - 1..k, w);
+                }
                 1.0
             }
             Push::Target(pd) => {

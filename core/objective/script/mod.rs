@@ -2,6 +2,7 @@
 
 mod emission;
 mod schedule;
+mod templates;
 
 use crate::real::Real;
 use core::num::NonZeroU32;
@@ -23,6 +24,8 @@ pub struct Lists<'a> {
     pub knots: &'a [u32],
     /// Those factors.
     pub factors: &'a [f64],
+    /// The templates of the force, each as so many numbers: see [`Template::pack`](crate::problem::Template::pack).
+    pub templates: &'a [f64],
 }
 
 /// What is given for each step: [`Lists`], and fields of cells on one grid.

@@ -1,0 +1,197 @@
+//! Forces that are sums of templates, and the adjoint of that: what a covector of the force is for amplitudes, middles and radii.
+
+mod dual;
+mod pattern;
+
+pub use dual::PARTS;
+pub use pattern::Pattern;
+
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::{Vector, VectorMut, reborrow, sums};
+use crate::grid::solids::{Solids, closed};
+use crate::grid::{Grid, Side};
+use crate::problem::Template;
+use crate::real::Real;
+use dual::{Dual, Number};
+
+/// A template on the faces of a grid, and in which slots of a trajectory it acts.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed<'g> {
+    /// The grid.
+    pub grid: &'g Grid,
+    /// The solid cells in it: at closed faces there is no force.
+    pub solids: Solids<'g>,
+    /// Slots of the trajectory.
+    pub slots: usize,
+    /// When it acts, in scaled numbers.
+    pub template: Template,
+    /// What it is where its amplitude is 1.
+    pub pattern: Pattern,
+}
+
+/// The amplitude by the number of the interval.
+pub type Amplitude<'a> = dyn Fn(usize) -> [f64; 3] + Sync + 'a;
+
+impl<'g> Placed<'g> {
+    /// `template`, which is in scaled numbers, in a trajectory of so many slots.
+    #[must_use]
+    pub fn new(grid: &'g Grid, solids: Solids<'g>, slots: usize, template: Template) -> Self {
+        Self {
+            grid,
+            solids,
+            slots,
+            pattern: Pattern::new(&template, grid.dims),
+            template,
+        }
+    }
+
+    /// Numbers of an amplitude.
+    fn numbers(&self) -> usize {
+        self.pattern.kind.numbers(self.grid.dims)
+    }
+
+    /// Whether the faces of a row across `axis` have a cell below them; of the first face of a row along x that is told by its place.
+    fn has_faces(&self, row: usize, axis: usize) -> bool {
+        axis == 0 || self.grid.neighbour(row, axis, Side::Low).is_some()
+    }
+
+    /// The open faces of a row across `axis`: their places in the row, and where they are.
+    fn faces(&self, row: usize, axis: usize) -> impl Iterator<Item = (usize, [f64; 3])> {
+        let (grid, there) = (self.grid, self.has_faces(row, axis));
+        let first = usize::from(axis == 0 && !grid.axis(0).is_ring());
+        let bits = self.solids.row(grid.n[0], row);
+        let open = move |&x: &usize| bits.get(x).is_none_or(|bits| bits & closed(axis) == 0);
+        let place = move |x: usize| {
+            let mut at = grid.cell_at(row, x).map(|index| index as f64 + 0.5);
+            if let Some(at) = at.get_mut(axis) {
+                *at -= 0.5;
+            }
+            let [[x, y, z], [hx, hy, hz]] = [at, grid.h];
+            [x * hx, y * hy, z * hz]
+        };
+        let end = if there { grid.n[0] } else { 0 };
+        (first..end).filter(open).map(move |x| (x, place(x)))
+    }
+
+    /// `out += a_k f` in the slots of `range` in which it acts.
+    pub fn add<T: Real>(
+        &self,
+        exec: &dyn Exec,
+        amplitude: &Amplitude<'_>,
+        range: core::ops::Range<usize>,
+        out: &mut VectorMut<'_, T>,
+    ) {
+        let (grid, n) = (self.grid, self.grid.n[0]);
+        let acts = self.template.slots(self.slots);
+        let slots = acts.start.max(range.start)..acts.end.min(range.end);
+        if slots.is_empty() {
+            return;
+        }
+        let interval = |slot: usize| (slot - acts.start) / self.template.interval.max(1);
+        for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+            for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                for (x, place) in self.faces(task.row, axis) {
+                    let field = self.pattern.at::<f64>(axis, place);
+                    let faces = out.get_mut(slots.start * n + x..).unwrap_or_default();
+                    for (slot, face) in slots.clone().zip(faces.iter_mut().step_by(n)) {
+                        *face += T::from_f64(product(amplitude(interval(slot)), field));
+                    }
+                }
+            }
+        });
+    }
+
+    /// What the covector `b` of the force is for the numbers of the template, in the order of [`Template::unknowns`]: for each amplitude
+    /// <b, f>, then <b, df/dc> along each axis and <b, df/d log s>. `each` hears them by their places. `sums` has an element for each of
+    /// them and each row.
+    pub fn adjoint<T: Real>(
+        &self,
+        exec: &dyn Exec,
+        amplitude: &Amplitude<'_>,
+        b: Vector<'_, T>,
+        sums: &mut [f64],
+        each: &mut dyn FnMut(usize, f64),
+    ) {
+        if self.template.moves {
+            self.gather::<T, Dual>(exec, amplitude, b, sums, each);
+        } else {
+            self.gather::<T, f64>(exec, amplitude, b, sums, each);
+        }
+    }
+
+    fn gather<T: Real, N: Number>(
+        &self,
+        exec: &dyn Exec,
+        amplitude: &Amplitude<'_>,
+        b: Vector<'_, T>,
+        sums: &mut [f64],
+        each: &mut dyn FnMut(usize, f64),
+    ) {
+        let grid = self.grid;
+        let count = self.template.unknowns(grid.dims, self.slots);
+        let sums = sums.get_mut(..count * grid.rows()).unwrap_or_default();
+        for_rows(
+            exec,
+            grid.rows(),
+            RowBuffers::<f64, 0>::sums(&mut *sums),
+            |task| {
+                task.sums.fill(0.0);
+                for (axis, b) in b.into_iter().enumerate().take(grid.dims) {
+                    let b = sums::row(grid, self.slots, b, task.row);
+                    for (x, place) in self.faces(task.row, axis) {
+                        self.add_face(self.pattern.at::<N>(axis, place), amplitude, (x, b), task.sums);
+                    }
+                }
+            },
+        );
+        (0..count).for_each(|which| each(which, sums.iter().skip(which).step_by(count).sum()));
+    }
+
+    /// Adds what one face of the row `b` contributes.
+    fn add_face<T: Real, N: Number>(
+        &self,
+        field: [N; 3],
+        amplitude: &Amplitude<'_>,
+        (x, b): (usize, &[T]),
+        sums: &mut [f64],
+    ) {
+        let (n, numbers) = (self.grid.n[0], self.numbers());
+        let acts = self.template.slots(self.slots);
+        let (of_amplitudes, of_place) = sums
+            .split_at_mut_checked(numbers * self.template.intervals(self.slots))
+            .unwrap_or_default();
+        let faces = b.get(acts.start * n + x..).unwrap_or_default();
+        let mut faces = faces.iter().step_by(n).take(acts.len());
+        for (interval, sums) in of_amplitudes.chunks_exact_mut(numbers).enumerate() {
+            let held = faces.by_ref().take(self.template.interval.max(1));
+            let covector = held.fold(0.0, |sum, b| sum + b.to_f64());
+            sums.iter_mut()
+                .zip(field)
+                .for_each(|(sum, field)| *sum += covector * field.value());
+            if of_place.is_empty() {
+                continue;
+            }
+            let moved =
+                field
+                    .into_iter()
+                    .zip(amplitude(interval))
+                    .fold([0.0; PARTS], |mut sum, (field, a)| {
+                        sum.iter_mut()
+                            .zip(field.by())
+                            .for_each(|(sum, by)| *sum += a * by);
+                        sum
+                    });
+            let [along @ .., radius] = moved;
+            let moved = along.into_iter().take(self.grid.dims).chain([radius]);
+            of_place
+                .iter_mut()
+                .zip(moved)
+                .for_each(|(sum, moved)| *sum += covector * moved);
+        }
+    }
+}
+
+/// Sum of products.
+fn product(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}

@@ -1,0 +1,264 @@
+//! One quasi-Newton iteration over the unknowns of templates.
+//!
+//! ```text
+//! u = Q sum_t a_t f_t(c_t, s_t)        J(z) = J(u(z)), the objective of adjoint control
+//! b = z_k + r f (1 + s^2 C^T C) u      its gradient by u
+//! dJ/da = <Q b, f>,  dJ/dc = <Q b, a df/dc>,  dJ/d log s = <Q b, a df/d log s>
+//! ```
+//!
+//! A part of a template that a pressure would undo does nothing, so the projection Q takes it out before it is paid for.
+
+use super::unknowns::{Place, places};
+use super::{Setup, Templates};
+use crate::exec::Exec;
+use crate::field::trajectory::{self, Shape};
+use crate::field::{VectorMut, reborrow, rows, sums, view};
+use crate::force::template::Placed;
+use crate::grid::{Grid, Space};
+use crate::memory::Pool;
+use crate::method::lbfgs::evaluate::{Simulated, Warm};
+use crate::objective::script::Script;
+use crate::observe::Observer;
+use crate::optimise::descent::{Course, Descent, Function, Outcome};
+use crate::optimise::quasi_newton;
+use crate::optimise::quasi_newton::fields::{Fields, Initial};
+use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
+use crate::progress::{Objective, Progress, Status};
+use crate::real::Real;
+use crate::transport::Stop;
+
+/// The largest change of an unknown in the first step that is tried.
+const FIRST_STEP: f64 = 0.1;
+
+/// The objective as a function of the unknowns, at a point that can be moved.
+pub struct Search<'a, 'm, T> {
+    /// That of the forces.
+    pub simulated: Simulated<'a, 'm, T>,
+    /// The unknowns as a grid of one row.
+    pub unknowns: Grid,
+    /// The unknowns.
+    pub z: &'a mut [T],
+    /// The force that they stand for.
+    pub u: VectorMut<'a, T>,
+    /// The flow at the last point that was accepted.
+    pub v: VectorMut<'a, T>,
+    /// The flow at the point that is tried.
+    pub trial: VectorMut<'a, T>,
+    /// The gradient by the force.
+    pub gradient: VectorMut<'a, T>,
+    /// Gradients, directions and pairs: one component, of the unknowns.
+    pub fields: Fields<'a, T>,
+    /// The first inverse Hessian: so many times the gradient by the unknowns.
+    pub scale: &'a mut f64,
+}
+
+impl<T: Real> Search<'_, '_, T> {
+    /// The places of all templates, and each on its grid as the unknowns have it now.
+    fn placed(&self) -> impl Iterator<Item = (Place, Placed<'_>)> {
+        let evaluation = &self.simulated.evaluation;
+        let (Shape { grid, slots }, z) = (evaluation.shape(), &*self.z);
+        let solids = evaluation.levels.solids(evaluation.level);
+        let places = places(evaluation.script.templates(), grid, slots);
+        places.map(move |place| (place, Placed::new(grid, solids, slots, place.template(z))))
+    }
+
+    /// u from the unknowns.
+    fn make_force(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Stop> {
+        let mut u = core::mem::take(&mut self.u);
+        u.iter_mut().for_each(|component| component.fill(T::ZERO));
+        let (z, slots) = (&*self.z, self.simulated.evaluation.shape().slots);
+        for (place, placed) in self.placed() {
+            placed.add(exec, &|interval| place.amplitude(z, interval), 0..slots, &mut u);
+        }
+        self.u = u;
+        let evaluation = &mut self.simulated.evaluation;
+        let tolerance = evaluation.setup.projection_tolerance;
+        evaluation
+            .project(exec, observer, &mut self.u, tolerance)
+            .map(drop)
+    }
+
+    /// The gradient by the unknowns into `out`, from that by the force.
+    fn chain(&mut self, exec: &dyn Exec, out: &mut [T]) {
+        let sums = core::mem::take(&mut self.simulated.evaluation.sums);
+        let z = &*self.z;
+        for (place, placed) in self.placed() {
+            let own = out.get_mut(place.first..).unwrap_or_default();
+            let each = &mut |which: usize, derivative: f64| {
+                if let Some(out) = own.get_mut(which) {
+                    *out = T::from_f64(derivative * place.slope(z, which));
+                }
+            };
+            let amplitude = |interval| place.amplitude(z, interval);
+            placed.adjoint(exec, &amplitude, view(&self.gradient), sums, each);
+        }
+        self.simulated.evaluation.sums = sums;
+    }
+}
+
+impl<T: Real, S: Space> Function<T, S> for Search<'_, '_, T> {
+    fn direction(
+        &mut self,
+        exec: &dyn Exec,
+        _observer: &mut dyn Observer,
+        newton: &mut QuasiNewton,
+    ) -> Result<f64, Stop> {
+        let shape = Shape {
+            grid: &self.unknowns,
+            slots: 1,
+        };
+        let slope = newton.descend(exec, shape, &mut self.fields);
+        let largest = self.fields.get(newton.direction).map_or(0.0, |direction| {
+            let sums = &mut *self.simulated.evaluation.sums;
+            sums::max_abs(exec, shape.grid, shape.slots, view(direction), sums)
+        });
+        Ok(if largest.is_finite() { slope } else { f64::NAN })
+    }
+
+    fn move_along(&mut self, _: &dyn Exec, direction: usize, s: f64) {
+        if let Some([direction, ..]) = self.fields.get(direction) {
+            rows::add_scaled(self.z, T::from_f64(s), direction);
+        }
+    }
+
+    fn retreat(&mut self, exec: &dyn Exec, keep: f64) {
+        let evaluation = &self.simulated.evaluation;
+        let Shape { grid, slots } = evaluation.shape();
+        for place in places(evaluation.script.templates(), grid, slots) {
+            place.weaken(self.z, keep);
+        }
+        evaluation.retreat(exec, &mut self.v, keep);
+    }
+
+    fn value(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        _work: usize,
+        bound: f64,
+    ) -> Result<Objective, Stop> {
+        self.make_force(exec, observer)?;
+        let warm = Warm {
+            v: view(&self.v),
+            change: (view(&self.u), 0.0),
+        };
+        self.simulated
+            .value::<S>(exec, observer, view(&self.u), warm, &mut self.trial, bound)
+    }
+
+    fn gradient(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        _work: usize,
+        into: usize,
+    ) -> Result<(), Stop> {
+        let (u, v) = (view(&self.u), view(&self.trial));
+        self.simulated
+            .gradient::<S>(exec, observer, u, v, &mut self.gradient)?;
+        let evaluation = &mut self.simulated.evaluation;
+        let tolerance = evaluation.setup.projection_tolerance;
+        let divergence = evaluation.project(exec, observer, &mut self.gradient, tolerance)?;
+        if !divergence.is_finite() {
+            return Err(Stop::TooFast);
+        }
+        let shape = evaluation.shape();
+        trajectory::add(exec, shape, &mut self.v, 0.0, 1.0, view(&self.trial));
+        let mut field = self.fields.get_mut(into).map(core::mem::take).unwrap_or_default();
+        let [out, ..] = &mut field;
+        self.chain(exec, out);
+        if let Some(place) = self.fields.get_mut(into) {
+            *place = field;
+        }
+        Ok(())
+    }
+
+    fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {
+        let shape = Shape {
+            grid: &self.unknowns,
+            slots: 1,
+        };
+        let sums = &mut *self.simulated.evaluation.sums;
+        if let (None, Some(gradient)) = (step, self.fields.get(borrowed.gradient)) {
+            let largest = sums::max_abs(exec, shape.grid, shape.slots, view(gradient), sums);
+            *self.scale = if largest > 0.0 { FIRST_STEP / largest } else { 1.0 };
+        }
+        let initial = Initial {
+            line: None,
+            scale: *self.scale,
+            prepared: false,
+        };
+        newton.arrive(exec, shape, &mut self.fields, borrowed, step, &initial, sums);
+    }
+}
+
+impl<'m, T: Real, S: Space> Templates<'m, T, S> {
+    fn search<'a>(&'a mut self, script: &Script<'a, T>) -> Search<'a, 'm, T> {
+        let setup = self.setup;
+        let mut pool = Pool::new(&mut *self.rest);
+        let fields = quasi_newton::fields::take(&setup.unknowns, 1, setup.history, &mut pool);
+        let [trial, gradient] = trajectories(&setup, &mut pool);
+        let (evaluation, v) = self.animation.evaluation(setup.flow, script, pool.into_rest());
+        Search {
+            simulated: Simulated {
+                evaluation,
+                tolerance: setup.step_tolerance,
+            },
+            unknowns: setup.unknowns,
+            z: self.z,
+            u: reborrow(&mut self.u),
+            v: reborrow(v),
+            trial,
+            gradient,
+            fields,
+            scale: &mut self.scale,
+        }
+    }
+
+    /// One iteration.
+    pub(super) fn descend(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        script: &Script<'_, T>,
+        progress: &mut Progress,
+    ) -> Result<(), Status> {
+        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
+        let tolerance = self.setup.tolerance;
+        let mut course = Course::default();
+        let mut search = self.search(script);
+        let outcome = descent.iterate::<T, S>(exec, observer, &mut search, tolerance, &mut course);
+        drop(search);
+        course.tell(progress);
+        let (outcome, objective) = outcome.map_err(Status::from)?;
+        progress.objective = objective;
+        self.descent = descent;
+        match outcome {
+            Outcome::Goes if self.descent.iterations < self.setup.iterations => Ok(()),
+            ended => Err(ended.status()),
+        }
+    }
+
+    /// v and the forces made feasible; the objective.
+    pub(super) fn make_feasible(
+        &mut self,
+        exec: &dyn Exec,
+        script: &Script<'_, T>,
+    ) -> Result<Objective, Status> {
+        self.descent = Descent::new(self.setup.history);
+        let Search {
+            mut simulated,
+            mut v,
+            mut u,
+            ..
+        } = self.search(script);
+        simulated.evaluation.finish::<S>(exec, &mut v, &mut u)
+    }
+}
+
+/// The flow that is tried, and the gradient by the force.
+pub(super) fn trajectories<'a, T: Real>(setup: &Setup, pool: &mut Pool<'a, T>) -> [VectorMut<'a, T>; 2] {
+    let (grid, slots) = (&setup.grid, setup.flow.sweep.slots);
+    ["flow that is tried", "gradient by the force"]
+        .map(|name| pool.take_vector(name, grid.dims, grid.cells() * slots))
+}
