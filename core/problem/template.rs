@@ -13,9 +13,11 @@ pub enum TemplateKind {
     Vortex,
     /// Stirs by swirls that look random but are always the same: one number.
     Noise,
+    /// Pulls smoke to its middle, denser smoke by more; pushes it away where negative: one number.
+    Attract,
 }
 
-named!(TemplateKind { Wind = "wind", Vortex = "vortex", Noise = "noise" });
+named!(TemplateKind { Wind = "wind", Vortex = "vortex", Noise = "noise", Attract = "attract" });
 
 impl TemplateKind {
     /// How many numbers its amplitude has.
@@ -30,8 +32,14 @@ impl TemplateKind {
                     3
                 }
             }
-            Self::Noise => 1,
+            Self::Noise | Self::Attract => 1,
         }
+    }
+
+    /// Whether it acts on smoke alone: its field is multiplied by the density. What pulls all of a fluid alike to a point moves nothing.
+    #[must_use]
+    pub const fn on_smoke(self) -> bool {
+        matches!(self, Self::Attract)
     }
 }
 

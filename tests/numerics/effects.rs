@@ -185,6 +185,7 @@ fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, firs
         supplies: &supplies,
         knots: if on.schedule { &[1, 3] } else { &[] },
         factors: if on.schedule { &[4.0, 0.5] } else { &[] },
+        templates: &[],
     };
     let control = Control {
         grid: &grid,

@@ -47,6 +47,7 @@ mod smoother;
 mod steps;
 mod stfas;
 mod stfas_solves;
+mod templates;
 mod transport;
 mod transport_refusals;
 mod words;

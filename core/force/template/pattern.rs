@@ -5,6 +5,7 @@
 //! wind      f = a w
 //! vortex    f = w/s a x d,  a along z in 2D
 //! noise     f = a l curl(w psi),  psi a sum of waves of length 2 pi l that ride on c
+//! attract   f = - a w/s rho d,  rho at a face the mean of its two cells
 //! ```
 
 use super::dual::{Number, PARTS};
@@ -77,6 +78,7 @@ impl Pattern {
         match self.kind {
             TemplateKind::Wind => core::array::from_fn(|j| if j == axis { weight } else { N::of(0.0) }),
             TemplateKind::Vortex => self.vortex(axis, point),
+            TemplateKind::Attract => self.attract(axis, point),
             TemplateKind::Noise => [self.noise(axis, point), N::of(0.0), N::of(0.0)],
         }
     }
@@ -97,6 +99,12 @@ impl Pattern {
         } else {
             turned
         }
+    }
+
+    /// - d w/s along `axis`, where the density is 1.
+    fn attract<N: Number>(&self, axis: usize, point: Point<N>) -> [N; 3] {
+        let d = point.d.get(axis).copied().unwrap_or(N::of(0.0));
+        [-(d * point.weight * point.inverse), N::of(0.0), N::of(0.0)]
     }
 
     /// l curl(w psi) along `axis`; in 2D psi stands along z.

@@ -118,7 +118,7 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
                 let (slots, solids) = (animation.slots, levels.solids(0));
                 for template in script.templates() {
                     let placed = Placed::new(grid, solids, slots, template);
-                    placed.add(exec, &|_| template.amplitude, k - 1..k, w);
+                    placed.add(exec, &|_| template.amplitude, rho, (k - 1..k, 0), w);
                 }
                 1.0
             }

@@ -39,6 +39,8 @@ pub struct Setup {
     pub unknowns: Grid,
     /// The most unknowns that a template has.
     pub most: usize,
+    /// Whether a template acts on smoke.
+    pub pulls: bool,
     /// Pairs of L-BFGS.
     pub history: usize,
     /// What an iteration must gain, relative to the objective.
@@ -64,6 +66,7 @@ impl Setup {
             flow: flow::Setup::new(problem, params.threads),
             unknowns: Grid::new(&[counts.clone().sum()], &[Boundary::Wall]),
             most: counts.max().unwrap_or(0),
+            pulls: problem.templates.iter().any(|template| template.kind.on_smoke()),
             history,
             tolerance,
             step_tolerance: params.simulation.tolerance,
@@ -101,7 +104,7 @@ impl<T: Real, S: Space> Templates<'_, T, S> {
             quasi_newton::fields::take(&setup.unknowns, 1, setup.history, pool);
             search::trajectories(setup, pool);
             flow::priced(&setup.grid, &setup.flow, pool);
-            Simulated::measure(levels, &setup.flow, pool);
+            Simulated::measure(levels, &setup.flow, setup.pulls, pool);
         });
     }
 

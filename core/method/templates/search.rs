@@ -12,11 +12,12 @@ use super::unknowns::{Place, places};
 use super::{Setup, Templates};
 use crate::exec::Exec;
 use crate::field::trajectory::{self, Shape};
-use crate::field::{VectorMut, reborrow, rows, sums, view};
+use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force::template::Placed;
+use crate::grid::solids::Solids;
 use crate::grid::{Grid, Space};
 use crate::memory::Pool;
-use crate::method::lbfgs::evaluate::{Simulated, Warm};
+use crate::method::lbfgs::evaluate::{Pull, Push, Simulated, Warm};
 use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::optimise::descent::{Course, Descent, Function, Outcome};
@@ -52,37 +53,157 @@ pub struct Search<'a, 'm, T> {
     pub scale: &'a mut f64,
 }
 
-impl<T: Real> Search<'_, '_, T> {
-    /// The places of all templates, and each on its grid as the unknowns have it now.
-    fn placed(&self) -> impl Iterator<Item = (Place, Placed<'_>)> {
-        let evaluation = &self.simulated.evaluation;
-        let (Shape { grid, slots }, z) = (evaluation.shape(), &*self.z);
-        let solids = evaluation.levels.solids(evaluation.level);
-        let places = places(evaluation.script.templates(), grid, slots);
+/// The sum of all templates as unknowns have them.
+#[derive(Clone, Copy)]
+struct Sum<'a, T> {
+    shape: Shape<'a>,
+    solids: Solids<'a>,
+    script: Script<'a, T>,
+    z: &'a [T],
+}
+
+impl<'a, T: Real> Sum<'a, T> {
+    /// The places of all templates among the unknowns, and each on its grid.
+    fn placed(&self) -> impl Iterator<Item = (Place, Placed<'a>)> + use<'a, T> {
+        let Self {
+            shape,
+            solids,
+            script,
+            z,
+        } = *self;
+        let Shape { grid, slots } = shape;
+        let places = places(script.templates(), grid, slots);
         places.map(move |place| (place, Placed::new(grid, solids, slots, place.template(z))))
     }
 
-    /// u from the unknowns.
-    fn make_force(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Stop> {
-        let mut u = core::mem::take(&mut self.u);
-        u.iter_mut().for_each(|component| component.fill(T::ZERO));
-        let (z, slots) = (&*self.z, self.simulated.evaluation.shape().slots);
-        for (place, placed) in self.placed() {
-            placed.add(exec, &|interval| place.amplitude(z, interval), 0..slots, &mut u);
-        }
-        self.u = u;
-        let evaluation = &mut self.simulated.evaluation;
-        let tolerance = evaluation.setup.projection_tolerance;
-        evaluation
-            .project(exec, observer, &mut self.u, tolerance)
-            .map(drop)
+    /// Whether a template acts on smoke.
+    fn pulls(&self) -> bool {
+        self.script.templates().any(|template| template.kind.on_smoke())
     }
 
-    /// The gradient by the unknowns into `out`, from that by the force.
-    fn chain(&mut self, exec: &dyn Exec, out: &mut [T]) {
-        let sums = core::mem::take(&mut self.simulated.evaluation.sums);
-        let z = &*self.z;
+    /// `u +=` those that act on smoke, or those that do not.
+    fn add_to(&self, exec: &dyn Exec, on_smoke: bool, rho: &[T], u: &mut VectorMut<'_, T>) {
+        let (z, slots) = (self.z, self.shape.slots);
+        for (place, placed) in self
+            .placed()
+            .filter(|(place, _)| place.given.kind.on_smoke() == on_smoke)
+        {
+            placed.add(
+                exec,
+                &|interval| place.amplitude(z, interval),
+                rho,
+                (0..slots, 0),
+                u,
+            );
+        }
+    }
+}
+
+impl<T: Real> Pull<T> for Sum<'_, T> {
+    fn add(&self, exec: &dyn Exec, rho: &[T], slot: usize, given: &mut VectorMut<'_, T>) {
+        for (place, placed) in self.placed().filter(|(place, _)| place.given.kind.on_smoke()) {
+            let amplitude = |interval| place.amplitude(self.z, interval);
+            placed.add(exec, &amplitude, rho, (slot..slot + 1, slot), given);
+        }
+    }
+
+    fn add_adjoint(&self, exec: &dyn Exec, s: f64, b: Vector<'_, T>, slot: usize, mu: &mut [T]) {
         for (place, placed) in self.placed() {
+            placed.add_to_density(
+                exec,
+                &|interval| place.amplitude(self.z, interval),
+                (s, b),
+                slot,
+                mu,
+            );
+        }
+    }
+}
+
+impl<'a, T: Real> Search<'a, '_, T> {
+    /// What the unknowns stand for, by a copy of what they are read through.
+    fn sum<'z>(&self, z: &'z [T]) -> Sum<'z, T>
+    where
+        'a: 'z,
+    {
+        let evaluation = &self.simulated.evaluation;
+        Sum {
+            shape: evaluation.shape(),
+            solids: evaluation.levels.solids(evaluation.level),
+            script: evaluation.script,
+            z,
+        }
+    }
+
+    /// The objective of the templates at the unknowns `z`.
+    fn value_at<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        z: &[T],
+        bound: f64,
+    ) -> Result<Objective, Stop> {
+        let sum = self.sum(z);
+        self.u.iter_mut().for_each(|component| component.fill(T::ZERO));
+        sum.add_to(exec, false, &[], &mut self.u);
+        let tolerance = self.simulated.evaluation.setup.projection_tolerance;
+        let Self {
+            simulated,
+            u,
+            v,
+            trial,
+            ..
+        } = self;
+        simulated.evaluation.project(exec, observer, u, tolerance)?;
+        let warm = Warm {
+            v: view(v),
+            change: (view(u), 0.0),
+        };
+        if !sum.pulls() {
+            return simulated.value::<S>(exec, observer, view(u), warm, trial, bound);
+        }
+        // What the densities add is known after they are carried.
+        let push = Push {
+            u: view(u),
+            pull: Some(&sum),
+        };
+        simulated.simulate::<S>(exec, observer, push, warm, trial)?;
+        let evaluation = &mut simulated.evaluation;
+        sum.add_to(exec, true, evaluation.rho, u);
+        let force = evaluation.projected::<S>(exec, observer, u)?;
+        let data = evaluation.data(exec);
+        Ok(Objective { data, ..force })
+    }
+
+    /// The gradient by the unknowns `z` into `out`.
+    fn gradient_at<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        z: &[T],
+        out: &mut [T],
+    ) -> Result<(), Stop> {
+        let sum = self.sum(z);
+        let Self {
+            simulated,
+            u,
+            v,
+            trial,
+            gradient,
+            ..
+        } = self;
+        let pull: Option<&dyn Pull<T>> = if sum.pulls() { Some(&sum) } else { None };
+        simulated.gradient::<S>(exec, observer, Push { u: view(u), pull }, view(trial), gradient)?;
+        let evaluation = &mut simulated.evaluation;
+        let tolerance = evaluation.setup.projection_tolerance;
+        if !evaluation
+            .project(exec, observer, gradient, tolerance)?
+            .is_finite()
+        {
+            return Err(Stop::TooFast);
+        }
+        trajectory::add(exec, sum.shape, v, 0.0, 1.0, view(trial));
+        for (place, placed) in sum.placed() {
             let own = out.get_mut(place.first..).unwrap_or_default();
             let each = &mut |which: usize, derivative: f64| {
                 if let Some(out) = own.get_mut(which) {
@@ -90,9 +211,16 @@ impl<T: Real> Search<'_, '_, T> {
                 }
             };
             let amplitude = |interval| place.amplitude(z, interval);
-            placed.adjoint(exec, &amplitude, view(&self.gradient), sums, each);
+            placed.adjoint(
+                exec,
+                &amplitude,
+                evaluation.rho,
+                view(gradient),
+                evaluation.sums,
+                each,
+            );
         }
-        self.simulated.evaluation.sums = sums;
+        Ok(())
     }
 }
 
@@ -137,13 +265,10 @@ impl<T: Real, S: Space> Function<T, S> for Search<'_, '_, T> {
         _work: usize,
         bound: f64,
     ) -> Result<Objective, Stop> {
-        self.make_force(exec, observer)?;
-        let warm = Warm {
-            v: view(&self.v),
-            change: (view(&self.u), 0.0),
-        };
-        self.simulated
-            .value::<S>(exec, observer, view(&self.u), warm, &mut self.trial, bound)
+        let z = core::mem::take(&mut self.z);
+        let value = self.value_at::<S>(exec, observer, z, bound);
+        self.z = z;
+        value
     }
 
     fn gradient(
@@ -153,24 +278,15 @@ impl<T: Real, S: Space> Function<T, S> for Search<'_, '_, T> {
         _work: usize,
         into: usize,
     ) -> Result<(), Stop> {
-        let (u, v) = (view(&self.u), view(&self.trial));
-        self.simulated
-            .gradient::<S>(exec, observer, u, v, &mut self.gradient)?;
-        let evaluation = &mut self.simulated.evaluation;
-        let tolerance = evaluation.setup.projection_tolerance;
-        let divergence = evaluation.project(exec, observer, &mut self.gradient, tolerance)?;
-        if !divergence.is_finite() {
-            return Err(Stop::TooFast);
-        }
-        let shape = evaluation.shape();
-        trajectory::add(exec, shape, &mut self.v, 0.0, 1.0, view(&self.trial));
+        let z = core::mem::take(&mut self.z);
         let mut field = self.fields.get_mut(into).map(core::mem::take).unwrap_or_default();
         let [out, ..] = &mut field;
-        self.chain(exec, out);
+        let done = self.gradient_at::<S>(exec, observer, z, out);
         if let Some(place) = self.fields.get_mut(into) {
             *place = field;
         }
-        Ok(())
+        self.z = z;
+        done
     }
 
     fn arrive(&mut self, exec: &dyn Exec, newton: &mut QuasiNewton, borrowed: Borrowed, step: Option<f64>) {

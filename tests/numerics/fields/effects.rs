@@ -3,7 +3,7 @@
 use super::cases::{Scene, balls};
 use super::naive::Naive;
 use super::{Components, grid};
-use thurible_core::{Emitter, Feature, Supply};
+use thurible_core::{Emitter, Feature, Method, Named, Supply, Template, TemplateKind};
 
 /// All of it; nothing by default.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +19,7 @@ pub struct Effects {
     pub solid: Vec<bool>,
     /// Acceleration where the density is 1.
     pub buoyancy: [f64; 3],
+    pub templates: Vec<Template>,
     pub release: Option<usize>,
     /// Step and factor of the force's price.
     pub schedule: Vec<(usize, f64)>,
@@ -60,12 +61,16 @@ impl Scene {
                 shapes: vec![ball(0.3, 0.3), ball(0.6, 0.3)],
                 solid: Vec::new(),
                 buoyancy: [1e-4, -2e-4, if grid.dims == 3 { 3e-4 } else { 0.0 }],
+                templates: Vec::new(),
                 release: Some(steps),
                 schedule: vec![(0, 2.0), (steps - 1, 0.5)],
                 keep_mass: true,
             },
             ..self
         };
+        if scene.params.method == Method::Templates {
+            scene.effects.templates = templates(&[side(0), side(1), side(2)], steps + 2);
+        }
         let takes = |feature| thurible_core::method::registry::takes(&scene.params, feature);
         let (lifts, schedules) = (takes(Feature::Buoyancy), takes(Feature::Schedule));
         if !lifts {
@@ -85,6 +90,23 @@ impl Scene {
         };
         self.boundary.iter().map(letter).collect()
     }
+}
+
+/// One of each kind in a box of these sides: some move, some have several amplitudes.
+pub fn templates(sides: &[f64; 3], steps: usize) -> Vec<Template> {
+    let one = |(index, kind): (usize, TemplateKind)| Template {
+        from: index % 2,
+        interval: 2 + index,
+        moves: index != 2,
+        size: 0.3,
+        ..Template::new(
+            kind,
+            sides.map(|side| (0.4 + 0.1 * index as f64) * side),
+            0.2,
+            steps,
+        )
+    };
+    TemplateKind::ALL.iter().copied().enumerate().map(one).collect()
 }
 
 impl Effects {
