@@ -7,6 +7,7 @@ mod document;
 mod page;
 mod record;
 mod tables;
+mod templates;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -22,7 +23,10 @@ pub use record::{
 pub(crate) use charts::by_grid;
 pub(crate) use document::{Block, Document, Shot};
 pub(crate) use record::{by_name, cells};
+pub use templates::TemplateRecord;
+
 pub(crate) use tables::{product, smoothness};
+pub(crate) use templates::{lines as template_lines, templates};
 pub(crate) use words::{bytes, number, seconds};
 
 use crate::output::{

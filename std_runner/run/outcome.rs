@@ -8,6 +8,7 @@ use crate::progress::{Clock, Watch};
 use crate::remarks::{KeyframeError, OF_SCENES, keyframe_errors, or_else, remarks, still_falls};
 use crate::report::{
     AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord,
+    templates,
 };
 use crate::scene::{Keyframe, Scene};
 use crate::stay::Stay;
@@ -105,6 +106,7 @@ impl Facts<'_> {
             scene: self.scene.document.text().into(),
             command: command_line(),
             keyframes: self.keyframes(&errors),
+            templates: templates(solver),
             remarks: or_else(
                 remarks(
                     &problem.problem(),

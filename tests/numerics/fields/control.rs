@@ -266,10 +266,10 @@ impl Control<'_, f64> {
             fields: fields::take(&unknowns, 1, 1, &mut Pool::new(&mut pairs)),
             scale: &mut 1.0,
         };
-        let search: &mut dyn Function<f64, S> = &mut search;
-        let value = search.value(&Serial, &mut Silent, 0, f64::INFINITY).unwrap();
-        search.gradient(&Serial, &mut Silent, 0, 1).unwrap();
-        (value, fields::view(&unknowns, 1, 1, &pairs)[0].to_vec())
+        let function: &mut dyn Function<f64, S> = &mut search;
+        let value = function.value(&Serial, &mut Silent, 0, f64::INFINITY).unwrap();
+        function.gradient(&Serial, &mut Silent, 0, 1).unwrap();
+        (value, search.fields[1][0].to_vec())
     }
 }
 

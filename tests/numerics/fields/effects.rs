@@ -41,6 +41,7 @@ impl Scene {
             )
         };
         let region = |at: usize| if at.is_multiple_of(3) { 0.5 } else { 1.0 };
+        let sides = [side(0), side(1), side(2)];
         let mut scene = Self {
             steps: steps + 2,
             effects: Effects {
@@ -69,7 +70,7 @@ impl Scene {
             ..self
         };
         if scene.params.method == Method::Templates {
-            scene.effects.templates = templates(&[side(0), side(1), side(2)], steps + 2);
+            scene.effects.templates = templates(&sides, steps + 2);
         }
         let takes = |feature| thurible_core::method::registry::takes(&scene.params, feature);
         let (lifts, schedules) = (takes(Feature::Buoyancy), takes(Feature::Schedule));
