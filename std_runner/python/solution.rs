@@ -3,10 +3,11 @@
 use crate::block::Block;
 use crate::place::{Component, Field, Number, Place};
 use crate::plan::Precision;
+use crate::templates::{self, FoundTemplate};
 use crate::watch::{Ended, Iteration};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple};
 use thurible::bytes::grouped;
 use thurible::remarks::{KeyframeError, largest};
 use thurible_core::output::{DENSITY, FORCE, VELOCITY};
@@ -23,6 +24,7 @@ pub struct Solution {
     pub(crate) ended: Ended,
     pub(crate) mass_factors: Vec<f64>,
     pub(crate) errors: Vec<KeyframeError>,
+    pub(crate) templates: Vec<FoundTemplate>,
     pub(crate) remarks: Vec<String>,
     pub(crate) planned_bytes: usize,
     pub(crate) threads: usize,
@@ -148,6 +150,12 @@ impl Solution {
     #[getter]
     fn keyframe_errors_before(&self) -> Vec<f64> {
         self.errors.iter().map(|error| error.before).collect()
+    }
+
+    /// The templates of the force as they were found: a list of dicts with the keys that they are given by, an amplitude for each interval.
+    #[getter]
+    fn templates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        templates::listed(py, &self.templates)
     }
 
     /// Sentences about what the status alone does not say, as that nothing moved; mostly none.

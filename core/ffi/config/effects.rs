@@ -2,8 +2,9 @@
 
 use super::ThuribleConfig;
 use super::error::{ConfigError, ListNames};
+use super::templates::THURIBLE_MOST_TEMPLATES;
 use thurible_core::problem::MAX_STEPS;
-use thurible_core::{Emitter, Supply};
+use thurible_core::{Emitter, Supply, Template, TemplateKind};
 
 /// Emitters at most.
 pub const THURIBLE_MOST_EMITTERS: usize = 32;
@@ -76,6 +77,7 @@ impl<V: Copy, const MOST: usize> List<V, MOST> {
 pub(super) struct Lists {
     emitters: List<Emitter, THURIBLE_MOST_EMITTERS>,
     schedule: List<(usize, f64), THURIBLE_MOST_FACTORS>,
+    templates: List<Template, THURIBLE_MOST_TEMPLATES>,
 }
 
 impl Lists {
@@ -89,6 +91,7 @@ impl Lists {
                 supply: nothing,
             }),
             schedule: List::new((0, 0.0)),
+            templates: List::new(Template::new(TemplateKind::Wind, [0.0; 3], 0.0, 0)),
         }
     }
 
@@ -111,12 +114,22 @@ impl Lists {
         for &ThuribleFactor { step, factor } in schedule {
             self.schedule.push((step, factor));
         }
+        // SAFETY: the caller's promise.
+        let templates = unsafe { entries(config.templates, config.template_count, &TEMPLATES) }?;
+        for template in templates {
+            self.templates.push(template.read()?);
+        }
         Ok(())
     }
 
     /// The emitters.
     pub fn emitters(&self) -> &[Emitter] {
         self.emitters.as_slice()
+    }
+
+    /// The templates.
+    pub fn templates(&self) -> &[Template] {
+        self.templates.as_slice()
     }
 
     /// The factors of the force's price.
@@ -154,6 +167,7 @@ const fn names(list: &'static str, count: &'static str, most: usize) -> ListName
 const KEYFRAMES: ListNames = names("keyframes", "keyframe_count", MAX_STEPS);
 const WEIGHTS: ListNames = names("keyframe_weights", "keyframe_count", MAX_STEPS);
 const EMITTERS: ListNames = names("emitters", "emitter_count", THURIBLE_MOST_EMITTERS);
+const TEMPLATES: ListNames = names("templates", "template_count", THURIBLE_MOST_TEMPLATES);
 const SCHEDULE: ListNames = names("schedule", "schedule_count", THURIBLE_MOST_FACTORS);
 
 /// A list of the caller.

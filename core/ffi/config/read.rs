@@ -73,6 +73,7 @@ impl ThuribleConfig {
             emitters: lists.emitters(),
             solids: is_on("solids", self.solids)?,
             buoyancy: if dims == 2 { [x, y, 0.0] } else { [x, y, z] },
+            templates: lists.templates(),
             release: (self.release != 0).then_some(self.release),
             schedule: lists.schedule(),
             force_weight: self.force_weight,
@@ -109,12 +110,13 @@ impl ThuribleConfig {
         self.held()
             .into_iter()
             .try_for_each(|held| held.read(&mut params))?;
-        match self.reserved {
-            0 => Ok(params),
-            given => Err(ConfigError::Code {
-                field: "reserved",
-                given,
-            }),
+        let reserved = [
+            ("reserved", self.reserved),
+            ("templates_reserved", self.templates_reserved),
+        ];
+        match reserved.into_iter().find(|(_, given)| *given != 0) {
+            None => Ok(params),
+            Some((field, given)) => Err(ConfigError::Code { field, given }),
         }
     }
 }
