@@ -721,6 +721,20 @@ ThuribleResult thurible_fact(const Thurible *instance, size_t index, ThuribleFac
 // Safety: `instance` as in `thurible_close`; `values` is null or points to `bytes` bytes to write.
 ThuribleResult thurible_fact_values(const Thurible *instance, size_t index, double *values, size_t bytes);
 
+// Template `index` of the result, from 0 on, as it was found: its middle and radius, and its first amplitude. It ends with the force.
+// Safety: `instance` as in `thurible_close`; `found` is null or may be written.
+ThuribleResult thurible_template(const Thurible *instance,
+                                 size_t index,
+                                 ThuribleTemplate *found);
+
+// The amplitude that template `index` of the result has at step `step`, from its `from` to before its `to`: three numbers, of which the
+// template's kind says how many count.
+// Safety: `instance` as in `thurible_close`; `amplitude` is null or points to three numbers to write.
+ThuribleResult thurible_template_amplitude(const Thurible *instance,
+                                           size_t index,
+                                           size_t step,
+                                           double *amplitude);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus

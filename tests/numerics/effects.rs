@@ -23,12 +23,13 @@ use thurible_core::{
     Real, Scheme, Serial, Silent, Space, Status, Supply,
 };
 
-const METHODS: [Method; 5] = [
+const METHODS: [Method; 6] = [
     Method::Direct,
     Method::Lbfgs,
     Method::Pd,
     Method::Simulate,
     Method::Admm,
+    Method::Templates,
 ];
 
 /// B by the second implementation, and <B rho, z> = <rho, B^T z>.

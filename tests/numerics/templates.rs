@@ -8,7 +8,6 @@ use crate::fields::random::Random;
 use crate::fields::{flow, grid, index, places, view_mut, with_threads, zeros};
 use crate::gradients::taylor;
 use thurible_core::force::template::Placed;
-use thurible_core::grid::Grid;
 use thurible_core::objective::script::Lists;
 use thurible_core::{
     Advection, D2, D3, Method, Named, Params, Scheme, Serial, Silent, Space, Status, Template, TemplateKind,
@@ -202,4 +201,168 @@ fn gradients_by_every_unknown() {
     gradients::<D2>(&[11, 12], "pw", Scheme::Central, false);
     gradients::<D2>(&[12, 11], "wp", Scheme::Central, true);
     gradients::<D3>(&[8, 7, 6], "wpw", Scheme::Central, false);
+}
+
+/// A blob that a wind and a vortex of known amplitudes carry, to be found again from 0: by the method, and by nothing but its end.
+#[test]
+fn amplitudes_are_found_again() {
+    let template = |kind, center, amplitude| Template {
+        amplitude,
+        ..Template::new(kind, center, 0.25, 10)
+    };
+    let known = [[4e-3, 2e-3, 0.0], [6e-3, 0.0, 0.0]];
+    let kinds = [TemplateKind::Wind, TemplateKind::Vortex];
+    let centers = [[0.4, 0.4, 0.0], [0.6, 0.5, 0.0]];
+    let all = |amplitudes: [[f64; 3]; 2]| -> Vec<Template> {
+        let each = kinds.into_iter().zip(centers).zip(amplitudes);
+        each.map(|((kind, center), amplitude)| template(kind, center, amplitude))
+            .collect()
+    };
+    let mut scene = Scene {
+        scheme: Scheme::Limited,
+        force_weight: 1e-3,
+        ..Scene::small(&[24, 24], "ww", 10)
+    };
+    scene.params = Params {
+        method: Method::Simulate,
+        iterations: 60,
+        ..Params::default()
+    };
+    scene.effects.keep_mass = true;
+    scene.effects.templates = all(known);
+    let made = scene.solve_alone::<f64, D2>();
+    scene.densities[1] = made.density[10].clone();
+    scene.params.method = Method::Templates;
+    scene.params.templates.tolerance = 1e-9;
+    scene.effects.templates = all([[0.0; 3]; 2]);
+    scene.with::<f64, D2, _>(|solver| {
+        let status = solver.solve(&Serial, &mut Silent, &mut |_| {});
+        assert!(
+            matches!(
+                status,
+                Status::Converged | Status::Stalled | Status::MaxIterations
+            ),
+            "{status:?}"
+        );
+        for (index, known) in known.iter().enumerate() {
+            let found = solver.template(index).unwrap();
+            for (found, known) in found.amplitude.iter().zip(known) {
+                assert!(
+                    (found - known).abs() < 0.02 * 6e-3,
+                    "{found} for {known}, {:?}",
+                    solver.objective()
+                );
+            }
+        }
+    });
+}
+
+/// Middles and radii move where they may, stay where they may not, and the objective falls in every iteration.
+fn searches<T: thurible_core::Real, S: Space>(cells: &[usize], ends: &str) {
+    let mut scene = Scene {
+        scheme: Scheme::Limited,
+        ..Scene::small(cells, ends, 8)
+    };
+    scene.params = Params {
+        method: Method::Templates,
+        iterations: 6,
+        threads: 2,
+        ..Params::default()
+    };
+    scene.force_weight = 1.0;
+    let scene = scene.with_templates();
+    let solved = with_threads(2, |exec| scene.solve::<T, S>(exec, &mut Silent));
+    check(&scene, &solved, T::EPSILON);
+    for pair in solved.history.windows(2) {
+        let [before, after] = [&pair[0], &pair[1]].map(|progress| progress.objective.total());
+        assert!(after < before, "{cells:?}: {after} after {before}");
+    }
+    scene.with::<T, S, _>(|solver| {
+        solver.solve(&Serial, &mut Silent, &mut |_| {});
+        assert!(solver.template(scene.effects.templates.len()).is_none());
+        for (index, given) in scene.effects.templates.iter().enumerate() {
+            let found = solver.template(index).unwrap();
+            let still = found.radius == given.radius && found.center[..S::DIM] == given.center[..S::DIM];
+            let near = (found.radius - given.radius).abs() < 1e-6
+                && (found.center[0] - given.center[0]).abs() < 1e-6;
+            assert_eq!(given.moves, !(still || near), "{given:?} became {found:?}");
+            let inside = (0..S::DIM).all(|a| (-0.2..1.2).contains(&found.center[a]));
+            assert!(inside && found.radius > 0.25 * given.radius && found.radius < 4.0 * given.radius);
+            assert_eq!((found.to, found.intervals(found.to)), (7, given.intervals(7)));
+            assert_ne!(found.amplitude, [0.0; 3]);
+        }
+    });
+}
+
+#[test]
+fn searches_move_what_may_move() {
+    searches::<f64, D2>(&[20, 16], "ww");
+    searches::<f32, D2>(&[16, 21], "pw");
+    searches::<f32, D3>(&[10, 12, 8], "wpw");
+}
+
+/// What the core refuses of templates, in words.
+#[test]
+fn odd_templates_are_refused() {
+    let mut scene = Scene::small(&[12, 8], "ww", 6);
+    scene.params.method = Method::Templates;
+    let good = Template::new(TemplateKind::Wind, [0.5, 0.3, 7.0], 0.2, 6);
+    let refused = |scene: &Scene| {
+        let plan = thurible_core::Plan::new::<f32, D2>(&scene.problem(), &scene.params);
+        plan.unwrap_err().to_string()
+    };
+    assert!(refused(&scene).contains("there is no template"));
+    let cases: [(Template, &str); 9] = [
+        (
+            Template { from: 6, ..good },
+            "template 0 must act from a force to a later one; there are 5",
+        ),
+        (Template { from: 5, ..good }, "template 0 must act"),
+        (Template { to: 7, ..good }, "template 0 must act"),
+        (
+            Template { interval: 0, ..good },
+            "template 0 has an interval of 0 steps",
+        ),
+        (
+            Template { radius: 0.0, ..good },
+            "template.radius is 0; it must be positive",
+        ),
+        (Template { size: -1.0, ..good }, "template.size is -1"),
+        (
+            Template {
+                amplitude: [0.0, f64::NAN, 0.0],
+                ..good
+            },
+            "template.amplitude is NaN",
+        ),
+        (
+            Template {
+                center: [0.5, 0.7, 0.0],
+                ..good
+            },
+            "template 0 has its middle at 0.7 along axis 1",
+        ),
+        (
+            Template {
+                center: [f64::NAN, 0.5, 0.0],
+                ..good
+            },
+            "template 0 has its middle at NaN along axis 0",
+        ),
+    ];
+    for (odd, words) in cases {
+        scene.effects.templates = vec![odd];
+        assert!(refused(&scene).contains(words), "{odd:?}: {}", refused(&scene));
+    }
+    scene.effects.templates = vec![good];
+    scene.effects.release = Some(4);
+    scene.keyframes = vec![3];
+    scene.effects.templates[0].from = 3;
+    assert!(refused(&scene).contains("there are 3 of them"));
+    for method in [Method::Direct, Method::Lbfgs, Method::Pd, Method::Admm] {
+        scene.params.method = method;
+        let words = format!("the method {} knows no templates", method.name());
+        scene.effects.templates = vec![good];
+        assert!(refused(&scene).contains(&words), "{}", refused(&scene));
+    }
 }

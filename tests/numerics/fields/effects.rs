@@ -41,7 +41,6 @@ impl Scene {
             )
         };
         let region = |at: usize| if at.is_multiple_of(3) { 0.5 } else { 1.0 };
-        let sides = [side(0), side(1), side(2)];
         let mut scene = Self {
             steps: steps + 2,
             effects: Effects {
@@ -70,7 +69,7 @@ impl Scene {
             ..self
         };
         if scene.params.method == Method::Templates {
-            scene.effects.templates = templates(&sides, steps + 2);
+            scene = scene.with_templates();
         }
         let takes = |feature| thurible_core::method::registry::takes(&scene.params, feature);
         let (lifts, schedules) = (takes(Feature::Buoyancy), takes(Feature::Schedule));
@@ -81,6 +80,14 @@ impl Scene {
             scene.effects.schedule.clear();
         }
         scene
+    }
+
+    /// The same with a template of each kind.
+    pub fn with_templates(mut self) -> Self {
+        let most = self.cells.iter().copied().max().unwrap_or(1) as f64;
+        let sides = core::array::from_fn(|a| self.cells.get(a).map_or(1.0, |&n| n as f64 / most));
+        self.effects.templates = templates(&sides, self.steps);
+        self
     }
 
     /// A letter for each axis: w or p.
@@ -96,7 +103,7 @@ impl Scene {
 /// One of each kind in a box of these sides: some move, some have several amplitudes.
 pub fn templates(sides: &[f64; 3], steps: usize) -> Vec<Template> {
     let one = |(index, kind): (usize, TemplateKind)| Template {
-        from: index % 2,
+        from: (index % 2).min(steps - 2),
         interval: 2 + index,
         moves: index != 2,
         size: 0.3,
