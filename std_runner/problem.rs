@@ -167,6 +167,7 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
                 Feature::Solids => ("obstacle", "leave it out"),
                 Feature::Schedule => ("control.schedule", "leave it out"),
                 Feature::Templates => ("template", "leave it out"),
+                Feature::Jets => ("emitter", "leave out its `velocity`"),
             };
             let other = match feature {
                 Feature::Templates => format!("the method {}", Method::Templates.name()),

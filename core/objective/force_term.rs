@@ -1,12 +1,14 @@
 //! The force that a flow needs, and its part of the objective.
 
 use crate::exec::Exec;
+use crate::field::slot::Slot;
 use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force::lift::Lift;
 use crate::force::{self, price};
 use crate::grid::Space;
 use crate::objective::flow::Evaluation;
+use crate::objective::script::jets::Jets;
 use crate::observe::Observer;
 use crate::operators::self_advection::Fluid;
 use crate::progress::Objective;
@@ -46,6 +48,15 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         }
     }
 
+    /// What emitters do to the flow of this grid.
+    pub(super) fn jets(&self) -> Jets<'a, T> {
+        Jets {
+            grid: self.shape().grid,
+            solids: self.levels.solids(self.level),
+            script: self.script,
+        }
+    }
+
     /// Elements of the region in which a force is computed.
     pub(super) fn force_scratch(&self) -> Range<usize> {
         let Shape { grid, slots } = self.shape();
@@ -79,6 +90,13 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         force::from_velocity::<T, S>(exec, fluid, v, self.initial, &[], reborrow(w), scratch);
         let lift = self.lift();
         lift.add(exec, -1.0, self.rho, 0..lift.slots, w);
+        let (jets, slots) = (self.jets(), lift.slots);
+        if !jets.is_none() {
+            for slot in 0..slots {
+                let before = Slot::at(slot, self.initial, v, slots);
+                jets.add(exec, [-1.0, 1.0], slot, before, (w, slot));
+            }
+        }
     }
 
     /// Projects a force; its part of the objective, with no data term.

@@ -87,6 +87,11 @@ impl Problem<'_> {
                 Supply::Rate(rate) => positive("emitter.rate", rate)?,
                 Supply::Target(target) => positive("emitter.target", target)?,
             }
+            let velocity = emitter.velocity.unwrap_or_default();
+            if let Some(&given) = velocity.iter().find(|v| !v.is_finite()) {
+                let field = "emitter.velocity";
+                return Err(ProblemError::NotFinite { field, given });
+            }
             if matches!(emitter.supply, Supply::Target(_)) && self.match_mass && !self.keyframes.is_empty() {
                 return Err(ProblemError::MassUnknown { index });
             }

@@ -16,9 +16,11 @@ pub enum Feature {
     Schedule,
     /// A force made of templates: [`Problem::templates`].
     Templates,
+    /// Emitters whose smoke has a velocity: [`Emitter::velocity`](super::Emitter::velocity).
+    Jets,
 }
 
-named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Solids = "solid cells", Schedule = "schedule", Templates = "templates" });
+named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Solids = "solid cells", Schedule = "schedule", Templates = "templates", Jets = "velocity of emitters" });
 
 impl Problem<'_> {
     /// Whether it asks for a feature.
@@ -30,6 +32,7 @@ impl Problem<'_> {
             Feature::Solids => self.solids,
             Feature::Schedule => !self.schedule.is_empty(),
             Feature::Templates => !self.templates.is_empty(),
+            Feature::Jets => self.emitters.iter().any(|emitter| emitter.velocity.is_some()),
         }
     }
 }

@@ -68,6 +68,8 @@ pub struct Emitter {
     pub to: usize,
     /// How much it adds.
     pub supply: Supply,
+    /// The velocity that its smoke comes with, in length / time: the flow between its cells is taken to it while it emits.
+    pub velocity: Option<[f64; 3]>,
 }
 
 /// How much an emitter adds where its shape is 1.
@@ -208,6 +210,17 @@ impl Problem<'_> {
         self.templates.iter().map(move |template| Template {
             to: template.to.min(slots),
             ..template.scaled(self.length, units.force)
+        })
+    }
+
+    /// Whether each emitter pushes its smoke, 1 or 0, and its velocity in scaled numbers; nothing where none does.
+    pub fn scaled_jets(&self) -> impl Iterator<Item = [f64; 4]> + Clone {
+        let (unit, dims) = (self.units().velocity, self.cells.len());
+        let any = self.emitters.iter().any(|emitter| emitter.velocity.is_some());
+        let emitters = self.emitters.iter().filter(move |_| any);
+        emitters.map(move |emitter| match emitter.velocity {
+            None => [0.0; 4],
+            Some([x, y, z]) => [1.0, x / unit, y / unit, if dims == 2 { 0.0 } else { z / unit }],
         })
     }
 

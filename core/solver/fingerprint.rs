@@ -55,7 +55,13 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     mix.word(u64::from(*solids));
     mix.word(keyframe_weights.len() as u64);
     mix.word(emitters.len() as u64);
-    for Emitter { from, to, supply } in *emitters {
+    for Emitter {
+        from,
+        to,
+        supply,
+        velocity,
+    } in *emitters
+    {
         let (kind, number) = match *supply {
             Supply::Rate(rate) => (0, rate),
             Supply::Target(target) => (1, target),
@@ -64,6 +70,8 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
             .into_iter()
             .for_each(|word| mix.word(word));
         mix.real(number);
+        mix.word(u64::from(velocity.is_some()));
+        velocity.unwrap_or_default().into_iter().for_each(|v| mix.real(v));
     }
     mix.word(schedule.len() as u64);
     for &(step, factor) in *schedule {

@@ -3,9 +3,11 @@
 use super::Solver;
 use super::layout::{FileLayout, Strided};
 use crate::exec::Exec;
+use crate::field::slot::Slot;
 use crate::grid::Space;
 use crate::method::output::{DENSITY, FORCE, Output, Place, Stored, Unit, VELOCITY};
 use crate::objective::script::Script;
+use crate::objective::script::jets::Jets;
 use crate::real::Real;
 
 impl<T: Real, S: Space> Solver<'_, T, S> {
@@ -116,6 +118,32 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
                 .idle_parts()
                 .emission(exec, step, &script, out),
         }
+    }
+
+    /// Component `axis` of what emitters add to the force u_step (step 0 .. N-2) to give their smoke its velocity: T - K v_step, with K and T of
+    /// [`Jets`]. As [`Self::force`]; to be asked after [`Self::finish`].
+    pub fn jet(&self, step: usize, axis: usize, out: &mut [T]) {
+        out.fill(T::ZERO);
+        let v = self.stored(&VELOCITY, step);
+        let (animation, unit) = (self.animation(), self.units.force);
+        let (grid, solids) = (animation.grid(), animation.levels.solids(0));
+        let script = Script::new(self.lists, &*self.fields);
+        let jets = Jets { grid, solids, script };
+        let before = Slot {
+            field: v.components,
+            slots: v.slots,
+            slot: v.slot,
+        };
+        if !jets.push(step) {
+            return;
+        }
+        self.layout(&VELOCITY, axis).each_row(|row, file, wall| {
+            let faces = out.get_mut(file..).unwrap_or_default().iter_mut();
+            let pushed = jets.row(step, axis, row).zip(before.row(grid, axis, row));
+            for (out, ([target, part], v)) in faces.zip(pushed).filter(|_| !wall) {
+                *out = T::from_f64(unit * (target - part * v.to_f64()));
+            }
+        });
     }
 
     /// Faces of a component of a velocity or force in the layout of a file.

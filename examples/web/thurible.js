@@ -15,7 +15,7 @@ const CONFIG = layout(`
   uint32_t templates_history; uint32_t templates_reserved; double templates_tolerance;
 `);
 const EMITTER = layout(`
-  size_t from; size_t to; double rate; double target;
+  size_t from; size_t to; double rate; double target; double velocity[3]; uint32_t pushes; uint32_t reserved;
 `);
 const FACTOR = layout(`
   size_t step; double factor;

@@ -91,7 +91,9 @@ impl Choices {
             ));
         }
         let steps = choices.scene.steps;
-        let emitters = emitters.iter().map(|emitter| emitter.emitter(steps));
+        let emitters = emitters
+            .iter()
+            .map(|emitter| emitter.emitter(steps, choices.scene.cells.len()));
         choices.scene.emitters = emitters.collect::<PyResult<_>>()?;
         if let Some(templates) = templates {
             let dims = choices.scene.cells.len();

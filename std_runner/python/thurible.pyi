@@ -39,9 +39,14 @@ class Options(TypedDict, total=False):
     attenuation: float
     gathering: float
 
-Emitter = TypedDict("Emitter", {"shape": Numbers, "from": int, "to": int, "rate": float, "target": float}, total=False)
+Emitter = TypedDict(
+    "Emitter",
+    {"shape": Numbers, "from": int, "to": int, "rate": float, "target": float, "velocity": Sequence[float]},
+    total=False,
+)
 """Smoke that is made on the way from step `from` (0 unless given) to step `to` (the last): where `shape` is 1, `rate` is added to the
-density at every step, or what is missing of `target`. One of the two is given."""
+density at every step, or what is missing of `target`. One of the two is given. The flow within it is taken to `velocity`, if
+that is given, while it emits."""
 
 Template = TypedDict(
     "Template",

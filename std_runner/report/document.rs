@@ -139,7 +139,7 @@ fn figures(shots: &[Shot]) -> String {
 }
 
 impl Table {
-    pub(super) fn html(&self) -> String {
+    fn html(&self) -> String {
         let cells = |row: &mut dyn Iterator<Item = &str>| {
             let cell = |(column, text): (usize, &str)| match column {
                 column if column < self.names => format!("<th>{}</th>", escape(text)),

@@ -4,6 +4,7 @@ mod axes;
 mod chart;
 mod charts;
 mod document;
+mod found;
 mod page;
 mod record;
 mod tables;
@@ -22,11 +23,12 @@ pub use record::{
 
 pub(crate) use charts::by_grid;
 pub(crate) use document::{Block, Document, Shot};
+pub use found::TemplateRecord;
 pub(crate) use record::{by_name, cells};
-pub use templates::TemplateRecord;
 
+pub(crate) use found::templates;
 pub(crate) use tables::{product, smoothness};
-pub(crate) use templates::{lines as template_lines, templates};
+pub(crate) use templates::lines as template_lines;
 pub(crate) use words::{bytes, number, seconds};
 
 use crate::output::{

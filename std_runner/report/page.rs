@@ -171,10 +171,10 @@ fn keyframes(record: &RunRecord, gallery: &Gallery) -> String {
 
 /// The templates, where there are any.
 fn found_templates(record: &RunRecord) -> String {
-    let table = templates::table(record);
-    table.map_or_else(String::new, |table| {
-        section("Templates", "templates", &table.html())
-    })
+    match templates::table(&record.templates) {
+        table if table.is_empty() => table,
+        table => section("Templates", "templates", &table),
+    }
 }
 
 fn scene(record: &RunRecord) -> String {

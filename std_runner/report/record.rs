@@ -1,6 +1,6 @@
 //! The facts of a run, as `report.json` holds them.
 
-use super::templates::TemplateRecord;
+use super::found::TemplateRecord;
 use crate::stay::Stay;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};

@@ -74,7 +74,7 @@ fn summary(watch: &Watch, record: &RunRecord, folder: &Path) {
     if let Some(errors) = keyframe_errors(record) {
         console::print(&format!("keyframe error: {errors}"));
     }
-    template_lines(record).for_each(|line| console::print(&line));
+    template_lines(&record.templates).for_each(|line| console::print(&line));
     record
         .remarks
         .iter()

@@ -67,7 +67,7 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         method.params.admm.penalty,
         unit.powi(2),
     )?;
-    let emitters = effects::emitters(&document, raw.emitter, time.steps)?;
+    let emitters = effects::emitters(&document, raw.emitter, (&grid, time))?;
     let obstacles = effects::obstacles(&document, raw.obstacle)?;
     let source = shapes::source(&document, raw.source, &emitters)?;
     let folder = raw.output.folder.unwrap_or_else(|| "out".into());

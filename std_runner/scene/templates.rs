@@ -116,33 +116,6 @@ impl Given<'_> {
         }
     }
 
-    /// A list of so many numbers.
-    fn numbers(&self, name: &str, found: &Value, count: usize, example: &str) -> Result<Vec<f64>, Failure> {
-        let number = |value: &Value| match value {
-            Value::Float(number) => Some(*number),
-            Value::Integer(number) => Some(*number as f64),
-            _ => None,
-        };
-        let numbers = match found {
-            Value::Array(values) if values.len() == count => values.iter().map(number).collect(),
-            one if count == 1 => number(one).map(|number| vec![number]),
-            _ => None,
-        };
-        let finite = numbers.filter(|numbers: &Vec<f64>| numbers.iter().all(|number| number.is_finite()));
-        finite.ok_or_else(|| {
-            let wanted = if count == 1 {
-                "a finite number".into()
-            } else {
-                format!("a list of {count} finite numbers")
-            };
-            self.document.outside(
-                &self.at(name),
-                shown(found),
-                format_args!("{wanted}, as in {example},"),
-            )
-        })
-    }
-
     fn center(&self) -> Result<[f64; 3], Failure> {
         let (key, dims) = (self.at("center"), self.dims());
         let example = if dims == 2 {
@@ -152,7 +125,7 @@ impl Given<'_> {
         };
         let remedy = format!("write where its middle is, as in center = {example}");
         let found = self.document.required(&key, self.table.get("center"), &remedy)?;
-        let numbers = self.numbers("center", found, dims, example)?;
+        let numbers = self.document.numbers(&key, found, dims, example)?;
         let mut center = [0.0; 3];
         let most = self.grid.cells.iter().copied().max().unwrap_or(1) as f64;
         for (axis, ((to, x), &n)) in center.iter_mut().zip(numbers).zip(&self.grid.cells).enumerate() {
@@ -223,7 +196,9 @@ impl Given<'_> {
         let count = kind.numbers(self.dims());
         if let Some(found) = self.table.get("amplitude") {
             let example = ["0.01", "[0.01, 0.0]", "[0.0, 0.0, 0.01]"][count.clamp(1, 3) - 1];
-            let numbers = self.numbers("amplitude", found, count, example)?;
+            let numbers = self
+                .document
+                .numbers(&self.at("amplitude"), found, count, example)?;
             amplitude
                 .iter_mut()
                 .zip(numbers)

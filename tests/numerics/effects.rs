@@ -87,6 +87,7 @@ struct On {
     regions: bool,
     schedule: bool,
     solids: bool,
+    jets: bool,
     smoothing: f64,
 }
 
@@ -97,6 +98,7 @@ const ALL: On = On {
     regions: true,
     schedule: true,
     solids: false,
+    jets: true,
     smoothing: 0.05,
 };
 const NONE: On = On {
@@ -106,6 +108,7 @@ const NONE: On = On {
     regions: false,
     schedule: false,
     solids: false,
+    jets: false,
     smoothing: 0.0,
 };
 
@@ -178,12 +181,20 @@ fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, firs
         supplies.extend([0.0, 3.0]);
         fields.extend((0..grid.cells()).map(|at| if at % 5 == 0 { 1.0 } else { 0.0 }));
     }
+    // The first pushes across the box, the second holds still where it is not pushed too.
+    let jets: Vec<f64> = match (on.jets, spans.len()) {
+        (true, 2..) => {
+            [[1.0, 0.03, -0.05, 0.02], [1.0, 0.0, 0.04, 0.0]].as_flattened()[..2 * spans.len()].to_vec()
+        }
+        _ => Vec::new(),
+    };
     let lists = Lists {
         steps: &[2, 5],
         weights: if on.regions { &[2.0, 0.5] } else { &[] },
         regions: on.regions,
         spans: &spans,
         supplies: &supplies,
+        jets: &jets,
         knots: if on.schedule { &[1, 3] } else { &[] },
         factors: if on.schedule { &[4.0, 0.5] } else { &[] },
         templates: &[],
@@ -255,6 +266,11 @@ fn gradients_with_each_feature_and_with_all() {
             schedule: true,
             ..NONE
         },
+        On {
+            rate: true,
+            jets: true,
+            ..NONE
+        },
     ];
     for on in one {
         gradients::<D2>(&[8, 9], "wp", Scheme::Central, on, 1e-4);
@@ -315,6 +331,7 @@ fn chimney(method: Method) -> Scene {
                 from: 0,
                 to: 6,
                 supply: Supply::Rate(0.25),
+                velocity: None,
             }],
             shapes: vec![ball(0.25)],
             ..Default::default()
@@ -366,6 +383,7 @@ fn a_target_keeps_its_shape_filled() {
         from: 2,
         to: 8,
         supply: Supply::Target(0.7),
+        velocity: None,
     }];
     scene.effects.buoyancy = [0.0, 2e-2, 0.0];
     let solved = scene.solve_alone::<f64, D2>();
@@ -506,7 +524,14 @@ fn what_cannot_be_is_refused() {
         steps: 8,
         ..Problem::new(&cells, &boundary, &[4])
     };
-    let emitter = |from, to, supply| [Emitter { from, to, supply }];
+    let emitter = |from, to, supply| {
+        [Emitter {
+            from,
+            to,
+            supply,
+            velocity: None,
+        }]
+    };
     let rate = Supply::Rate(1.0);
     let refused = |problem: &Problem<'_>| match Plan::new::<f32, D2>(problem, &Params::default()) {
         Err(PlanError::Problem(error)) => error,

@@ -260,7 +260,7 @@ fn amplitudes_are_found_again() {
 /// Middles and radii move where they may, stay where they may not, and the objective falls in every iteration.
 fn searches<T: thurible_core::Real, S: Space>(cells: &[usize], ends: &str) {
     let mut scene = Scene {
-        scheme: Scheme::Limited,
+        scheme: Scheme::Quick,
         ..Scene::small(cells, ends, 8)
     };
     scene.params = Params {

@@ -128,7 +128,8 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
             | Feature::Buoyancy
             | Feature::Solids
             | Feature::Schedule
-            | Feature::Templates => false,
+            | Feature::Templates
+            | Feature::Jets => false,
         }
     }
 

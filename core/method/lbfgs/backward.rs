@@ -10,6 +10,7 @@ use crate::grid::{Grid, Space};
 use crate::memory::Pool;
 use crate::method::simulate::step::Step;
 use crate::objective::flow::Evaluation;
+use crate::objective::script::jets::Jets;
 use crate::objective::sweep::{Companion, DensitySweep};
 use crate::observe::{Observer, Silent};
 use crate::real::Real;
@@ -56,7 +57,13 @@ impl<T: Real> Simulated<'_, '_, T> {
             weight: setup.force_weight,
         });
         let together = setup.lifts() || pull.is_some();
+        let jets = Jets {
+            grid,
+            solids: levels.solids(*level),
+            script: *script,
+        };
         let mut back = Backward::<T, S> {
+            jets,
             pull,
             lift: Lift {
                 grid,
@@ -111,6 +118,7 @@ struct Pulled<'a, T> {
 /// What goes back through the flow, into the trajectory `out`: at first -A_v^T mu, then z in its place.
 struct Backward<'a, T, S> {
     lift: Lift<'a>,
+    jets: Jets<'a, T>,
     pull: Option<Pulled<'a, T>>,
     /// Where steps are solved, with sums: beside the sweep where densities push the flow, since then each needs the other; otherwise after it.
     together: Option<(Step<'a, T>, &'a mut [f64])>,
@@ -140,6 +148,9 @@ impl<T: Real, S: Space> Backward<'_, T, S> {
         let at = |field, slot| Slot { field, slots, slot };
         let terms = [(1.0, Slot::only(view(&step.adjoint))), (1.0, at(view(out), slot))];
         slot::combine(exec, grid, terms, &mut step.given);
+        let after = Slot::only(view(&step.adjoint));
+        self.jets
+            .add(exec, [0.0, -1.0], slot + 1, after, (&mut step.given, 0));
         if slot + 2 < slots {
             let terms = [(2.0, at(view(out), slot + 1)), (-1.0, at(view(out), slot + 2))];
             slot::combine(exec, grid, terms, &mut step.adjoint);

@@ -6,6 +6,8 @@
 //! gradient    r f (1 + s^2 C^T C) u_{k-1} + z_k
 //! ```
 //!
+//! Where emitters push, K v_{k-1} is subtracted and T added on the way forward, and z_{k+1} is (1 - K_{k+1}) z_{k+1} on the way back.
+//!
 //! Buoyancy B pulls mu_k down by B^T z_k, so that both go back together where there is any (`backward.rs`).
 
 use crate::exec::Exec;
@@ -17,6 +19,7 @@ use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
 use crate::method::simulate::step::{self, Step};
 use crate::objective::flow::{self, Evaluation};
+use crate::objective::script::jets::Jets;
 use crate::objective::sweep::DensitySweep;
 use crate::observe::Observer;
 use crate::progress::Objective;
@@ -184,6 +187,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             setup,
             initial,
             rho,
+            script,
             region,
             sums,
             ..
@@ -206,6 +210,12 @@ impl<T: Real> Simulated<'_, '_, T> {
             acceleration: setup.buoyancy,
         };
         lift.add(exec, 1.0, &rho[(k - 1) * grid.cells()..], 0..1, &mut step.given);
+        let jets = Jets {
+            grid,
+            solids: levels.solids(*level),
+            script: *script,
+        };
+        jets.add(exec, [1.0, -1.0], k - 1, before, (&mut step.given, 0));
         if let Some(pull) = pull {
             pull.add(exec, rho, k - 1, &mut step.given);
         }

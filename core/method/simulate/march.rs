@@ -13,6 +13,7 @@ use crate::grid::Space;
 use crate::memory::Pool;
 use crate::method::animation::Animation;
 use crate::objective::script::Script;
+use crate::objective::script::jets::Jets;
 use crate::objective::sweep::DensitySweep;
 use crate::observe::{Event, Observer, Silent};
 use crate::progress::{Objective, Status};
@@ -109,7 +110,12 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             ..
         } = self;
         let Animation {
-            levels, rho, sums, ..
+            levels,
+            rho,
+            sums,
+            initial,
+            v,
+            ..
         } = animation;
         let grid = &levels.finest;
         let kept = match setup.push {
@@ -144,6 +150,16 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             acceleration: setup.flow.buoyancy,
         };
         lift.add(exec, 1.0, rho, k - 1..k, w);
+        let (slots, jets) = (
+            animation.slots,
+            Jets {
+                grid,
+                solids: levels.solids(0),
+                script: *script,
+            },
+        );
+        let before = Slot::at(k - 1, view(initial), view(v), slots);
+        jets.add(exec, [1.0, -1.0], k - 1, before, (w, k - 1));
         Ok(kept)
     }
 

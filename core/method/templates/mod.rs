@@ -3,7 +3,9 @@
 
 pub mod params;
 pub mod search;
+pub mod sum;
 pub mod unknowns;
+mod work;
 
 use crate::checkpoint::{Damaged, MANY, Mix, Record};
 use crate::exec::Exec;
@@ -102,7 +104,7 @@ impl<T: Real, S: Space> Templates<'_, T, S> {
         let mut pool = Pool::measuring(ledger);
         pool.group("L-BFGS", Sharing::Together, |pool| {
             quasi_newton::fields::take(&setup.unknowns, 1, setup.history, pool);
-            search::trajectories(setup, pool);
+            search::trajectories(&setup.grid, self.animation.slots, pool);
             flow::priced(&setup.grid, &setup.flow, pool);
             Simulated::measure(levels, &setup.flow, setup.pulls, pool);
         });

@@ -8,23 +8,19 @@
 //!
 //! A part of a template that a pressure would undo does nothing, so the projection Q takes it out before it is paid for.
 
-use super::unknowns::{Place, places};
-use super::{Setup, Templates};
+use super::sum::Sum;
+use super::unknowns::places;
 use crate::exec::Exec;
 use crate::field::trajectory::{self, Shape};
-use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
-use crate::force::template::Placed;
-use crate::grid::solids::Solids;
+use crate::field::{VectorMut, rows, sums, view};
 use crate::grid::{Grid, Space};
 use crate::memory::Pool;
 use crate::method::lbfgs::evaluate::{Pull, Push, Simulated, Warm};
-use crate::objective::script::Script;
 use crate::observe::Observer;
-use crate::optimise::descent::{Course, Descent, Function, Outcome};
-use crate::optimise::quasi_newton;
+use crate::optimise::descent::Function;
 use crate::optimise::quasi_newton::fields::{Fields, Initial};
 use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
-use crate::progress::{Objective, Progress, Status};
+use crate::progress::Objective;
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -51,73 +47,6 @@ pub struct Search<'a, 'm, T> {
     pub fields: Fields<'a, T>,
     /// The first inverse Hessian: so many times the gradient by the unknowns.
     pub scale: &'a mut f64,
-}
-
-/// The sum of all templates as unknowns have them.
-#[derive(Clone, Copy)]
-struct Sum<'a, T> {
-    shape: Shape<'a>,
-    solids: Solids<'a>,
-    script: Script<'a, T>,
-    z: &'a [T],
-}
-
-impl<'a, T: Real> Sum<'a, T> {
-    /// The places of all templates among the unknowns, and each on its grid.
-    fn placed(&self) -> impl Iterator<Item = (Place, Placed<'a>)> + use<'a, T> {
-        let Self {
-            shape,
-            solids,
-            script,
-            z,
-        } = *self;
-        let Shape { grid, slots } = shape;
-        let places = places(script.templates(), grid, slots);
-        places.map(move |place| (place, Placed::new(grid, solids, slots, place.template(z))))
-    }
-
-    /// Whether a template acts on smoke.
-    fn pulls(&self) -> bool {
-        self.script.templates().any(|template| template.kind.on_smoke())
-    }
-
-    /// `u +=` those that act on smoke, or those that do not.
-    fn add_to(&self, exec: &dyn Exec, on_smoke: bool, rho: &[T], u: &mut VectorMut<'_, T>) {
-        let (z, slots) = (self.z, self.shape.slots);
-        for (place, placed) in self
-            .placed()
-            .filter(|(place, _)| place.given.kind.on_smoke() == on_smoke)
-        {
-            placed.add(
-                exec,
-                &|interval| place.amplitude(z, interval),
-                rho,
-                (0..slots, 0),
-                u,
-            );
-        }
-    }
-}
-
-impl<T: Real> Pull<T> for Sum<'_, T> {
-    fn add(&self, exec: &dyn Exec, rho: &[T], slot: usize, given: &mut VectorMut<'_, T>) {
-        for (place, placed) in self.placed().filter(|(place, _)| place.given.kind.on_smoke()) {
-            let amplitude = |interval| place.amplitude(self.z, interval);
-            placed.add(exec, &amplitude, rho, (slot..slot + 1, slot), given);
-        }
-    }
-
-    fn add_adjoint(&self, exec: &dyn Exec, s: f64, b: Vector<'_, T>, slot: usize, mu: &mut [T]) {
-        for (place, placed) in self.placed() {
-            placed.add_to_density(
-                exec,
-                &|interval| place.amplitude(self.z, interval),
-                (s, b),
-                slot,
-                mu,
-            );
-        }
-    }
 }
 
 impl<'a, T: Real> Search<'a, '_, T> {
@@ -308,73 +237,8 @@ impl<T: Real, S: Space> Function<T, S> for Search<'_, '_, T> {
     }
 }
 
-impl<'m, T: Real, S: Space> Templates<'m, T, S> {
-    fn search<'a>(&'a mut self, script: &Script<'a, T>) -> Search<'a, 'm, T> {
-        let setup = self.setup;
-        let mut pool = Pool::new(&mut *self.rest);
-        let fields = quasi_newton::fields::take(&setup.unknowns, 1, setup.history, &mut pool);
-        let [trial, gradient] = trajectories(&setup, &mut pool);
-        let (evaluation, v) = self.animation.evaluation(setup.flow, script, pool.into_rest());
-        Search {
-            simulated: Simulated {
-                evaluation,
-                tolerance: setup.step_tolerance,
-            },
-            unknowns: setup.unknowns,
-            z: self.z,
-            u: reborrow(&mut self.u),
-            v: reborrow(v),
-            trial,
-            gradient,
-            fields,
-            scale: &mut self.scale,
-        }
-    }
-
-    /// One iteration.
-    pub(super) fn descend(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        script: &Script<'_, T>,
-        progress: &mut Progress,
-    ) -> Result<(), Status> {
-        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
-        let tolerance = self.setup.tolerance;
-        let mut course = Course::default();
-        let mut search = self.search(script);
-        let outcome = descent.iterate::<T, S>(exec, observer, &mut search, tolerance, &mut course);
-        drop(search);
-        course.tell(progress);
-        let (outcome, objective) = outcome.map_err(Status::from)?;
-        progress.objective = objective;
-        self.descent = descent;
-        match outcome {
-            Outcome::Goes if self.descent.iterations < self.setup.iterations => Ok(()),
-            ended => Err(ended.status()),
-        }
-    }
-
-    /// v and the forces made feasible; the objective.
-    pub(super) fn make_feasible(
-        &mut self,
-        exec: &dyn Exec,
-        script: &Script<'_, T>,
-    ) -> Result<Objective, Status> {
-        self.descent = Descent::new(self.setup.history);
-        let Search {
-            mut simulated,
-            mut v,
-            mut u,
-            ..
-        } = self.search(script);
-        simulated.evaluation.finish::<S>(exec, &mut v, &mut u)
-    }
-}
-
 /// The flow that is tried, and the gradient by the force.
-pub(super) fn trajectories<'a, T: Real>(setup: &Setup, pool: &mut Pool<'a, T>) -> [VectorMut<'a, T>; 2] {
-    let (grid, slots) = (&setup.grid, setup.flow.sweep.slots);
+pub fn trajectories<'a, T: Real>(grid: &Grid, slots: usize, pool: &mut Pool<'a, T>) -> [VectorMut<'a, T>; 2] {
     ["flow that is tried", "gradient by the force"]
         .map(|name| pool.take_vector(name, grid.dims, grid.cells() * slots))
 }

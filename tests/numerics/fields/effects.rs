@@ -51,11 +51,13 @@ impl Scene {
                         from: 0,
                         to: steps + 1,
                         supply: Supply::Rate(0.1),
+                        velocity: Some([0.02, 0.05, -0.03]),
                     },
                     Emitter {
                         from: 1,
                         to: steps,
                         supply: Supply::Target(0.8),
+                        velocity: None,
                     },
                 ],
                 shapes: vec![ball(0.3, 0.3), ball(0.6, 0.3)],
@@ -75,6 +77,13 @@ impl Scene {
         let (lifts, schedules) = (takes(Feature::Buoyancy), takes(Feature::Schedule));
         if !lifts {
             scene.effects.buoyancy = [0.0; 3];
+        }
+        if !takes(Feature::Jets) {
+            scene
+                .effects
+                .emitters
+                .iter_mut()
+                .for_each(|emitter| emitter.velocity = None);
         }
         if !schedules {
             scene.effects.schedule.clear();
@@ -146,6 +155,25 @@ impl Effects {
         naive.at_faces(|axis, at| {
             let low = naive.step(at, axis, -1).map(|low| rho[naive.id(low)]);
             low.map_or(0.0, |low| 0.5 * self.buoyancy[axis] * (low + rho[naive.id(at)]))
+        })
+    }
+
+    /// The acceleration by emitters at faces where the velocity is `v`, on its way from `step` to the next.
+    pub fn push(&self, naive: &Naive, step: usize, v: &Components<f64>) -> Components<f64> {
+        naive.at_faces(|axis, at| {
+            let Some(low) = naive.step(at, axis, -1).map(|low| naive.id(low)) else {
+                return 0.0;
+            };
+            let before = v[axis][naive.id(at)];
+            let mut now = before;
+            for (emitter, shape) in self.emitters.iter().zip(&self.shapes) {
+                if let (true, Some(velocity)) = ((emitter.from..emitter.to).contains(&step), emitter.velocity)
+                {
+                    let e = shape[low].min(shape[naive.id(at)]).min(1.0);
+                    now += e * (velocity[axis] - now);
+                }
+            }
+            now - before
         })
     }
 
