@@ -261,6 +261,12 @@ typedef struct {
     double rate;
     // Density that it fills up to at every step where its shape is 1, above 0; 0 where it has a rate.
     double target;
+    // The velocity that its smoke comes with along x, y and z, in lengths per time, where `pushes` is 1; z is ignored in 2D.
+    double velocity[3];
+    // Whether the flow in its shape is taken to `velocity` while it emits: 0 or 1.
+    uint32_t pushes;
+    // For later versions; must be 0.
+    uint32_t reserved;
 } ThuribleEmitter;
 
 // What the price of the force is multiplied by at a step.

@@ -31,4 +31,5 @@ mod shape_files;
 mod shape_keys;
 mod shapes;
 mod small;
+mod templates;
 mod undershoot;

@@ -245,7 +245,7 @@ static void configurations(void) {
     WRONG(release = 4, "release is 4; it must be from 2");
     WRONG(release = 3, "a keyframe is at step 4, after the release at step 3");
     double weights[2] = {2.0, 0.0};
-    ThuribleEmitter emitter = {1, 3, 0.5, 0.0};
+    ThuribleEmitter emitter = {1, 3, 0.5, 0.0, {0.0, 0.0, 0.0}, 0, 0};
     ThuribleFactor factors[2] = {{1, 1.0}, {3, 0.5}};
     WRONG(keyframe_weights = weights, "keyframe.weight is 0");
     WRONG(keyframe_weights = (const double *)((const char *)weights + 1), "keyframe_weights is null or misaligned");
@@ -275,6 +275,11 @@ static void configurations(void) {
     EMITS(target = 1.0, "emitters[0] must have either a rate or a target");
     EMITS(rate = -1.0, "emitter.rate is -1");
     EMITS(rate = (double)NAN, "emitter.rate is NaN");
+    EMITS(pushes = 2, "emitter.pushes is 2");
+    EMITS(reserved = 1, "emitter.reserved is 1");
+    emitter.pushes = 1;
+    OK(thurible_plan(&effects, NULL, NULL, NULL));
+    EMITS(velocity[1] = (double)NAN, "emitter.velocity is NaN");
     emitter.target = 1.0;
     EMITS(rate = 0.0, "so the mass of the smoke is not known before");
     ThuribleTemplate template = {THURIBLE_TEMPLATE_KIND_VORTEX, 1, 0, 4, 0, {0.5, 0.5, 9.0}, 0.2, {0.0, 0.0, 0.0}, 0.0, 0, 0};
@@ -843,6 +848,9 @@ static double mass_at(const Scene *scene, const Thurible *solver, uint32_t field
  * buoyancy where the method knows it, and a release at step 6. What it points to is the caller's. */
 static void add_effects(Scene *scene, uint32_t method, ThuribleEmitter emitters[2], const double *weight, const ThuribleFactor *factors) {
     ThuribleConfig *config = &scene->config;
+    memset(emitters, 0, 2 * sizeof emitters[0]);
+    emitters[0].velocity[1] = 0.05;
+    emitters[0].pushes = method != THURIBLE_METHOD_ADMM;
     emitters[0].from = 1;
     emitters[0].to = 5;
     emitters[0].rate = 0.25;
@@ -971,7 +979,7 @@ static void emits(uint32_t precision, uint32_t dimensions, uint32_t method) {
 static void emits_alone(void) {
     Scene scene;
     make_scene(&scene, THURIBLE_PRECISION_F64, 2, 8, 6, THURIBLE_METHOD_DIRECT);
-    const ThuribleEmitter emitter = {2, 5, 4.0, 0.0};
+    const ThuribleEmitter emitter = {2, 5, 4.0, 0.0, {0.0, 0.0, 0.0}, 0, 0};
     size_t bytes = scene.cells * 8, left_bytes = 0, right_bytes = 0;
     double factor = 0.0;
     scene.config.emitters = &emitter;

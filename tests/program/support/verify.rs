@@ -18,6 +18,8 @@ pub struct Outcome {
     pub targets: Vec<(usize, Field)>,
     /// What was added after each step; none where nothing was.
     pub emission: Vec<Field>,
+    /// What emitters with a velocity add to the forces; none where there are none.
+    pub jets: Vec<Vec<Field>>,
     /// What the error at each keyframe is multiplied by; none where all is.
     pub regions: Vec<Field>,
     /// What each keyframe's data term is multiplied by; none where all by 1.
@@ -86,6 +88,11 @@ impl Outcome {
             by_step((0..axes).map(component).collect())
         };
         let (velocity, force) = (vector("velocity", &arrays), vector("force", &arrays));
+        let jets = if arrays.contains_key("emitter_force_x") {
+            vector("emitter_force", &arrays)
+        } else {
+            Vec::new()
+        };
         let fields = |name: &str| {
             let given = arrays.get(name);
             given.map_or_else(Vec::new, |array| split(array, grid.cells, axes))
@@ -98,6 +105,7 @@ impl Outcome {
                 .zip(split(&arrays["keyframe_density"], grid.cells, axes))
                 .collect(),
             emission: fields("emission"),
+            jets,
             regions: fields("keyframe_region"),
             weights: numbers("keyframe_weight"),
             schedule: numbers("force_weight_schedule"),
@@ -217,6 +225,7 @@ fn momentum(outcome: &Outcome, check: Check<'_>) {
                 *value += outcome.number("/viscosity") * viscous[axis].data[index];
                 *value -= acceleration[axis] * lifted.data[index];
                 *value += (after[axis].data[index] - before[axis].data[index]) / dt - force[axis].data[index];
+                *value -= outcome.jets.get(step).map_or(0.0, |jet| jet[axis].data[index]);
             }
             if grid.periodic[axis] {
                 mean = mean.max((field.sum() / field.data.len() as f64).abs());
