@@ -123,7 +123,7 @@ impl<'g> Placed<'g> {
                     let field = self.pattern.at::<f64>(axis, place);
                     let smoke = self.smoke(rho, axis, task.row, x);
                     let faces = out.get_mut((slots.start - first) * n + x..).unwrap_or_default();
-                    for (slot, face) in slots.clone().zip(faces.iter_mut().step_by(n)) {
+                    for (slot, face) in slots.clone().zip(faces.iter_mut().step_by(n.max(1))) {
                         let force = product(amplitude(self.interval(slot)), field);
                         *face += T::from_f64(force * smoke(slot));
                     }
@@ -186,7 +186,7 @@ impl<'g> Placed<'g> {
                 }
             },
         );
-        (0..count).for_each(|which| each(which, sums.iter().skip(which).step_by(count).sum()));
+        (0..count).for_each(|which| each(which, sums.iter().skip(which).step_by(count.max(1)).sum()));
     }
 
     /// Adds what one face contributes, of which `covector` is known by the slot.
@@ -202,7 +202,7 @@ impl<'g> Placed<'g> {
             .split_at_mut_checked(numbers * self.template.intervals(self.slots))
             .unwrap_or_default();
         let mut slots = self.template.slots(self.slots);
-        for (interval, sums) in of_amplitudes.chunks_exact_mut(numbers).enumerate() {
+        for (interval, sums) in of_amplitudes.chunks_exact_mut(numbers.max(1)).enumerate() {
             let held = slots.by_ref().take(self.template.interval.max(1));
             let covector = held.fold(0.0, |sum, slot| sum + covector(slot));
             sums.iter_mut()
@@ -250,7 +250,7 @@ impl<'g> Placed<'g> {
                     for (x, place) in self.faces(row, axis) {
                         let force = product(amplitude, self.pattern.at::<f64>(axis, place));
                         let b = b.get(slot * n + x).map_or(0.0, |b| b.to_f64());
-                        if let Some(mu) = mu.get_mut((x + shift) % n) {
+                        if let Some(mu) = mu.get_mut((x + shift) % n.max(1)) {
                             *mu += T::from_f64(force * b);
                         }
                     }

@@ -187,7 +187,7 @@ pub const EFFECTS: &[Spoiled] = &[
         &[
             "scene.toml:8: `emitter[0].speed`",
             "no key `speed`",
-            "`from`, `to`, `rate`, `target`, `circle`",
+            "`from`, `to`, `rate`, `target`, `velocity`, `circle`",
         ],
     ),
     spoiled(
