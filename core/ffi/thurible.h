@@ -19,7 +19,7 @@
 #define THURIBLE_AUTOMATIC UINT32_MAX
 
 // Templates at most.
-#define THURIBLE_MOST_TEMPLATES 32
+#define THURIBLE_MOST_TEMPLATES 16
 
 // Bytes of a name in a structure, the zero byte at its end included.
 #define THURIBLE_NAME_BYTES 32

@@ -78,7 +78,7 @@ struct List<V, const MOST: usize> {
 }
 
 impl<V: Copy, const MOST: usize> List<V, MOST> {
-    fn new(empty: V) -> Self {
+    const fn new(empty: V) -> Self {
         let (values, count) = ([empty; MOST], 0);
         Self { values, count }
     }
@@ -104,8 +104,8 @@ pub(super) struct Lists {
 }
 
 impl Lists {
-    /// Without entries.
-    pub fn new() -> Self {
+    /// Without entries. Made when compiling, so that no second copy is on the stack.
+    pub const fn new() -> Self {
         let nothing = Supply::Rate(0.0);
         Self {
             emitters: List::new(Emitter {

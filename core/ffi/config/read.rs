@@ -54,7 +54,7 @@ impl ThuribleConfig {
         };
         let boundary = self.ends(dims)?;
         let params = self.params()?;
-        let mut lists = Lists::new();
+        let mut lists = const { Lists::new() };
         // SAFETY: the caller's promise.
         let (keyframes, keyframe_weights) = unsafe {
             lists.read(self)?;

@@ -5,7 +5,7 @@ use super::error::ConfigError;
 use thurible_core::Template;
 
 /// Templates at most.
-pub const THURIBLE_MOST_TEMPLATES: usize = 32;
+pub const THURIBLE_MOST_TEMPLATES: usize = 16;
 
 /// What a template does around its middle.
 #[repr(C)]

@@ -186,7 +186,7 @@ static void configurations(void) {
     WRONG(precision = 16, "precision is 16");
     WRONG(dimensions = 4, "dimensions is 4");
     WRONG(boundary[0] = 2, "boundary is 2");
-    WRONG(method = 5, "method is 5");
+    WRONG(method = 6, "method is 6");
     WRONG(length = -1.0, "length is -1");
     WRONG(dt = 0.0, "dt is 0");
     WRONG(steps = 1, "steps is 1");
@@ -298,9 +298,9 @@ static void configurations(void) {
     FORM(radius = 0.0, "template.radius is 0");
     FORM(size = -1.0, "template.size is -1");
     FORM(amplitude[0] = (double)NAN, "template.amplitude is NaN");
-    FORM(center[1] = 1.5, "template 0 has its middle at 1.5 along axis 1, which is outside the box");
+    FORM(center[1] = 9.0, "template 0 has its middle at 9 along axis 1, which is outside the box");
     ODD(templates = NULL, "templates is null or misaligned, but template_count is not 0");
-    ODD(template_count = THURIBLE_MOST_TEMPLATES + 1, "template_count is 33; it must be at most 32");
+    ODD(template_count = THURIBLE_MOST_TEMPLATES + 1, "template_count is 17; it must be at most 16");
     ODD(template_count = 0, "there is no template");
     ODD(templates_history = 9, "templates.history is 9");
     ODD(templates_reserved = 1, "templates_reserved is 1");
