@@ -38,7 +38,8 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
     }
 
     /// Buoyancy on this grid.
-    pub(super) fn lift(&self) -> Lift<'a> {
+    #[must_use]
+    pub fn lift(&self) -> Lift<'a> {
         let Shape { grid, slots } = self.shape();
         Lift {
             grid,
@@ -49,7 +50,8 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
     }
 
     /// What emitters do to the flow of this grid.
-    pub(super) fn jets(&self) -> Jets<'a, T> {
+    #[must_use]
+    pub fn jets(&self) -> Jets<'a, T> {
         Jets {
             grid: self.shape().grid,
             solids: self.levels.solids(self.level),

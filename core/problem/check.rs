@@ -1,6 +1,8 @@
 //! Which problems are refused.
 
-use super::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Scheme, Supply};
+use super::{
+    CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Scheme, Supply, TemplateError,
+};
 use crate::grid::spectrum::LONGEST;
 
 impl Problem<'_> {
@@ -104,10 +106,12 @@ impl Problem<'_> {
         for (index, template) in self.templates.iter().enumerate() {
             let forces = self.release.unwrap_or(self.steps).saturating_sub(1);
             if template.from >= template.to.min(forces) || template.to > self.steps {
-                return Err(ProblemError::TemplateSteps { index, forces });
+                let error = TemplateError::Steps { forces };
+                return Err(ProblemError::Template { index, error });
             }
             if template.interval == 0 {
-                return Err(ProblemError::TemplateInterval { index });
+                let error = TemplateError::Interval;
+                return Err(ProblemError::Template { index, error });
             }
             positive("template.radius", template.radius)?;
             positive("template.size", template.size)?;
@@ -118,7 +122,8 @@ impl Problem<'_> {
             let sides = self.cells.iter().map(|&n| n as f64 / longest * self.length);
             let mut along = template.center.iter().zip(sides).enumerate();
             if let Some((axis, (&given, _))) = along.find(|(_, (x, side))| !(0.0..=*side).contains(*x)) {
-                return Err(ProblemError::TemplateOutside { index, axis, given });
+                let error = TemplateError::Outside { axis, given };
+                return Err(ProblemError::Template { index, error });
             }
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! Why a problem is refused, in words.
 
-use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
+use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, TemplateError};
 use crate::grid::spectrum::LONGEST;
 use crate::words::Named;
 use core::fmt;
@@ -134,26 +134,12 @@ pub enum ProblemError {
     },
     /// The method takes templates, and there is none.
     NoTemplate,
-    /// A template's steps are not ascending, or beyond the force.
-    TemplateSteps {
+    /// A template is wrong.
+    Template {
         /// Its number.
         index: usize,
-        /// Forces: one for each step but the last, up to the release where there is one.
-        forces: usize,
-    },
-    /// A template's `interval` is 0.
-    TemplateInterval {
-        /// Its number.
-        index: usize,
-    },
-    /// A template's middle is outside the box.
-    TemplateOutside {
-        /// Its number.
-        index: usize,
-        /// The axis.
-        axis: usize,
-        /// Where it is along that.
-        given: f64,
+        /// What is wrong.
+        error: TemplateError,
     },
     /// `filters` is above 12.
     Filters {
@@ -231,20 +217,7 @@ impl fmt::Display for ProblemError {
                 f,
                 "there is no template; at least one is needed, or another method"
             ),
-            Self::TemplateSteps { index, forces } => write!(
-                f,
-                "template {index} must act from a force to a later one; there are {forces} of them, one for each step but the last that is steered"
-            ),
-            Self::TemplateInterval { index } => {
-                write!(
-                    f,
-                    "template {index} has an interval of 0 steps; it must be from 1"
-                )
-            }
-            Self::TemplateOutside { index, axis, given } => write!(
-                f,
-                "template {index} has its middle at {given} along axis {axis}, which is outside the box; move it inside"
-            ),
+            Self::Template { index, error } => write!(f, "template {index} {error}"),
             Self::Filters { given } => write!(f, "filters is {given}; it must be at most {MAX_FILTERS}"),
         }
     }

@@ -8,7 +8,7 @@ mod template;
 pub use check::{not_negative, positive};
 pub use error::ProblemError;
 pub use feature::Feature;
-pub use template::{PACKED, Template, TemplateKind};
+pub use template::{PACKED, Template, TemplateError, TemplateKind};
 
 use crate::grid::{Boundary, Grid};
 use crate::words::named;

@@ -1,6 +1,7 @@
 //! Templates: simple fields of which a force is made, with few numbers each (Treuille et al. 2003).
 
-use crate::words::named;
+use crate::words::{Named, named};
+use core::fmt;
 use core::ops::Range;
 
 /// What a template does around its middle.
@@ -171,7 +172,6 @@ impl Template {
             seed,
         ]: &[f64; PACKED],
     ) -> Self {
-        use crate::words::Named;
         let [from, to, interval] = [from, to, interval].map(|step| step as usize);
         Self {
             kind: TemplateKind::ALL.get(kind as usize).copied().unwrap_or_default(),
@@ -184,6 +184,41 @@ impl Template {
             amplitude: [a, b, c],
             size,
             seed: seed as u32,
+        }
+    }
+}
+
+/// What is wrong with a template. Shown, it goes on after its name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TemplateError {
+    /// Its steps are not ascending, or beyond the force.
+    Steps {
+        /// Forces: one for each step but the last, up to the release where there is one.
+        forces: usize,
+    },
+    /// Its `interval` is 0.
+    Interval,
+    /// Its middle is outside the box.
+    Outside {
+        /// The axis.
+        axis: usize,
+        /// Where it is along that.
+        given: f64,
+    },
+}
+
+impl fmt::Display for TemplateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Steps { forces } => write!(
+                f,
+                "must act from a force to a later one; there are {forces} of them, one for each step but the last that is steered"
+            ),
+            Self::Interval => write!(f, "has an interval of 0 steps; it must be from 1"),
+            Self::Outside { axis, given } => write!(
+                f,
+                "has its middle at {given} along axis {axis}, which is outside the box; move it inside"
+            ),
         }
     }
 }

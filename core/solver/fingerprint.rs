@@ -55,24 +55,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     mix.word(u64::from(*solids));
     mix.word(keyframe_weights.len() as u64);
     mix.word(emitters.len() as u64);
-    for Emitter {
-        from,
-        to,
-        supply,
-        velocity,
-    } in *emitters
-    {
-        let (kind, number) = match *supply {
-            Supply::Rate(rate) => (0, rate),
-            Supply::Target(target) => (1, target),
-        };
-        [*from as u64, *to as u64, kind]
-            .into_iter()
-            .for_each(|word| mix.word(word));
-        mix.real(number);
-        mix.word(u64::from(velocity.is_some()));
-        velocity.unwrap_or_default().into_iter().for_each(|v| mix.real(v));
-    }
+    emitters.iter().for_each(|emitter| mix_emitter(mix, emitter));
     mix.word(schedule.len() as u64);
     for &(step, factor) in *schedule {
         mix.word(step as u64);
@@ -99,4 +82,25 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     ]
     .into_iter()
     .for_each(|&number| mix.real(number));
+}
+
+fn mix_emitter(mix: &mut Mix, emitter: &Emitter) {
+    let Emitter {
+        from,
+        to,
+        supply,
+        velocity,
+    } = *emitter;
+    let (kind, number) = match supply {
+        Supply::Rate(rate) => (0, rate),
+        Supply::Target(target) => (1, target),
+    };
+    [from as u64, to as u64, kind, u64::from(velocity.is_some())]
+        .into_iter()
+        .for_each(|word| mix.word(word));
+    let along = velocity.unwrap_or_default();
+    along
+        .into_iter()
+        .chain([number])
+        .for_each(|number| mix.real(number));
 }

@@ -32,6 +32,7 @@ impl<T: Real> Simulated<'_, '_, T> {
         out: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
         let step_setup = self.step_setup();
+        let (lift, jets) = (self.evaluation.lift(), self.evaluation.jets());
         let Evaluation {
             levels,
             level,
@@ -57,20 +58,10 @@ impl<T: Real> Simulated<'_, '_, T> {
             weight: setup.force_weight,
         });
         let together = setup.lifts() || pull.is_some();
-        let jets = Jets {
-            grid,
-            solids: levels.solids(*level),
-            script: *script,
-        };
         let mut back = Backward::<T, S> {
             jets,
             pull,
-            lift: Lift {
-                grid,
-                slots,
-                solids: levels.solids(*level),
-                acceleration: setup.buoyancy,
-            },
+            lift,
             together: None,
             v,
             out: reborrow(out),

@@ -19,7 +19,6 @@ use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
 use crate::method::simulate::step::{self, Step};
 use crate::objective::flow::{self, Evaluation};
-use crate::objective::script::jets::Jets;
 use crate::objective::sweep::DensitySweep;
 use crate::observe::Observer;
 use crate::progress::Objective;
@@ -181,13 +180,17 @@ impl<T: Real> Simulated<'_, '_, T> {
         k: usize,
     ) -> Result<(), Stop> {
         let step_setup = self.step_setup();
+        let jets = self.evaluation.jets();
+        let lift = Lift {
+            slots: 1,
+            ..self.evaluation.lift()
+        };
         let Evaluation {
             levels,
             level,
             setup,
             initial,
             rho,
-            script,
             region,
             sums,
             ..
@@ -203,18 +206,7 @@ impl<T: Real> Simulated<'_, '_, T> {
         let (change, s) = warm.change;
         let known = Slot::at(k - 1, *initial, warm.v, slots);
         step.give(exec, [(1.0, before), (1.0, slot(u))]);
-        let lift = Lift {
-            grid,
-            slots: 1,
-            solids: levels.solids(*level),
-            acceleration: setup.buoyancy,
-        };
         lift.add(exec, 1.0, &rho[(k - 1) * grid.cells()..], 0..1, &mut step.given);
-        let jets = Jets {
-            grid,
-            solids: levels.solids(*level),
-            script: *script,
-        };
         jets.add(exec, [1.0, -1.0], k - 1, before, (&mut step.given, 0));
         if let Some(pull) = pull {
             pull.add(exec, rho, k - 1, &mut step.given);

@@ -110,12 +110,7 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             ..
         } = self;
         let Animation {
-            levels,
-            rho,
-            sums,
-            initial,
-            v,
-            ..
+            levels, rho, sums, ..
         } = animation;
         let grid = &levels.finest;
         let kept = match setup.push {
@@ -143,24 +138,36 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
                 kept
             }
         };
+        self.lift(exec, script, k);
+        Ok(kept)
+    }
+
+    /// Adds what the densities and the emitters ask for to slot k of w.
+    fn lift(&mut self, exec: &dyn Exec, script: &Script<'_, T>, k: usize) {
+        let Animation {
+            levels,
+            rho,
+            v,
+            initial,
+            slots,
+            ..
+        } = &mut self.animation;
+        let (grid, slots, solids) = (&levels.finest, *slots, levels.solids(0));
+        let acceleration = self.setup.flow.buoyancy;
         let lift = Lift {
             grid,
-            slots: animation.slots,
-            solids: levels.solids(0),
-            acceleration: setup.flow.buoyancy,
+            slots,
+            solids,
+            acceleration,
         };
-        lift.add(exec, 1.0, rho, k - 1..k, w);
-        let (slots, jets) = (
-            animation.slots,
-            Jets {
-                grid,
-                solids: levels.solids(0),
-                script: *script,
-            },
-        );
+        lift.add(exec, 1.0, rho, k - 1..k, &mut self.w);
         let before = Slot::at(k - 1, view(initial), view(v), slots);
-        jets.add(exec, [1.0, -1.0], k - 1, before, (w, k - 1));
-        Ok(kept)
+        let jets = Jets {
+            grid,
+            solids,
+            script: *script,
+        };
+        jets.add(exec, [1.0, -1.0], k - 1, before, (&mut self.w, k - 1));
     }
 
     /// Density `step + 1` from the one before.
