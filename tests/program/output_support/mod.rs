@@ -274,6 +274,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         scene: "[grid]\ncells = [128, 128]   # <not> a \"tag\"\n\n[time]\nsteps = 40\n".into(),
         command: "thurible solve examples/letter_f.toml -o out".into(),
         keyframes: frames.keyframe_steps().iter().map(facts).collect(),
+        templates: Vec::new(),
         remarks: Vec::new(),
     }
 }
