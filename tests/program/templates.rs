@@ -126,8 +126,8 @@ fn a_simulation_is_pushed_by_templates() {
     assert!((0.01..0.06).contains(&pushed), "{pushed}");
     assert_eq!(outcome.report["templates"][0]["amplitude"][0][0], 0.05);
     let (plain, _) = SCENE.split_once("[[template]]").unwrap();
-    let (out, ended) = ran("templates_none", plain, "solve", &[]);
-    let outcome = verify("templates_none", &out);
+    let (out, ended) = ran("no_fans", plain, "solve", &[]);
+    let outcome = verify("no_fans", &out);
     assert!(outcome.report.get("templates").is_none() && !ended.out.contains("template"));
     assert_eq!(outcome.report["method"], "direct");
 }

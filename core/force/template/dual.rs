@@ -3,7 +3,7 @@
 use core::ops::{Add, Mul, Neg, Sub};
 
 /// Derivatives that a [`Dual`] carries.
-pub const PARTS: usize = 4;
+pub(super) const PARTS: usize = 4;
 
 /// A number, with or without derivatives.
 pub trait Number:

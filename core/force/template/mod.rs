@@ -3,7 +3,6 @@
 mod dual;
 mod pattern;
 
-pub use dual::PARTS;
 pub use pattern::Pattern;
 
 use crate::exec::{Exec, RowBuffers, for_rows};
@@ -13,7 +12,7 @@ use crate::grid::{Grid, Side};
 use crate::problem::Template;
 use crate::real::Real;
 use core::ops::Range;
-use dual::{Dual, Number};
+use dual::{Dual, Number, PARTS};
 
 /// A template on the faces of a grid, and in which slots of a trajectory it acts.
 #[derive(Clone, Copy, Debug)]
