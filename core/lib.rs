@@ -110,7 +110,9 @@ pub use method::output::{self, Output, Place, Unit};
 pub use method::params::each::*;
 pub use nso::{Norm, NsoParams, NsoSolver, colours::Colours};
 pub use observe::{Event, Observer, Phase, Silent};
-pub use problem::{Advection, Emitter, Feature, Problem, ProblemError, Scheme, Supply};
+pub use problem::{
+    Advection, Emitter, Feature, Problem, ProblemError, Scheme, Supply, Template, TemplateKind,
+};
 pub use progress::{Fact, Kind, Objective, Progress, Report, Status};
 pub use real::Real;
 pub use solver::{InputError, Method, Params, Plan, PlanError, Refined, SavedError, Solver, SolverError};

@@ -1,6 +1,6 @@
 //! A problem that owns its lists, which the core's [`Problem`] borrows.
 
-use thurible_core::{Advection, Boundary, Emitter, Problem};
+use thurible_core::{Advection, Boundary, Emitter, Problem, Template};
 
 /// The owned form of the core's [`Problem`], which borrows its lists.
 #[derive(Clone, Debug)]
@@ -21,6 +21,8 @@ pub struct OwnedProblem {
     pub solids: bool,
     /// Acceleration of the flow where the density is 1.
     pub buoyancy: [f64; 3],
+    /// Simple fields of which the force is made, where it is.
+    pub templates: Vec<Template>,
     /// Step from which no force acts.
     pub release: Option<usize>,
     /// What the force's price is multiplied by at some steps.
@@ -76,6 +78,7 @@ impl OwnedProblem {
             emitters: Vec::new(),
             solids: false,
             buoyancy,
+            templates: Vec::new(),
             release: None,
             schedule: Vec::new(),
             mask: false,
@@ -106,6 +109,7 @@ impl OwnedProblem {
             emitters: &self.emitters,
             solids: self.solids,
             buoyancy: self.buoyancy,
+            templates: &self.templates,
             release: self.release,
             schedule: &self.schedule,
             mask: self.mask,

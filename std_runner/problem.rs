@@ -3,7 +3,9 @@
 use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
 use crate::scene::{Keyframe, Scene};
-use thurible_core::{D2, D3, Emitter, Feature, Params, Plan, PlanError, ProblemError, Real};
+use thurible_core::{
+    D2, D3, Emitter, Feature, Method, Named, Params, Plan, PlanError, ProblemError, Real, Template,
+};
 
 /// f32 or f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -49,6 +51,7 @@ impl OwnedProblem {
             emitters: scene.emitters.iter().map(|emitter| emitter.emits).collect(),
             solids: !scene.obstacles.is_empty(),
             buoyancy: scene.flow.buoyancy,
+            templates: scene.templates.clone(),
             release: scene.release,
             schedule: scene.control.schedule.clone(),
             mask: scene.control.mask.is_some(),
@@ -81,6 +84,15 @@ impl OwnedProblem {
                 ..*emitter
             }
         });
+        let templates = self.templates.iter().map(|template| {
+            let from = shared(template.from);
+            Template {
+                from,
+                to: shared(template.to).max(from + 1),
+                interval: shared(template.interval).max(1),
+                ..*template
+            }
+        });
         let mut schedule: Vec<(usize, f64)> = Vec::new();
         for &(step, factor) in &self.schedule {
             let at = schedule.last().map_or(0, |&(before, _)| before + 1);
@@ -91,6 +103,7 @@ impl OwnedProblem {
             cells,
             steps,
             emitters: emitters.collect(),
+            templates: templates.collect(),
             schedule,
             release: self.release.map(|step| shared(step).max(last)),
             keyframes,
@@ -142,6 +155,12 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
         PlanError::TooLarge => Failure::Memory(format!(
             "{path}: the scene needs more bytes than this machine can address; make `grid.cells` or `time.steps` smaller"
         )),
+        PlanError::Problem(ProblemError::NoTemplate) => {
+            let name = Method::Templates.name();
+            let why =
+                format!("is {name}, but the scene has no [[template]]; write one, or take another method");
+            scene.document.refuse("method.name", why)
+        }
         PlanError::Problem(ProblemError::Unfit { method, feature }) => {
             let (key, otherwise) = match feature {
                 Feature::Smoothness => ("control.smoothness", "set it to 0 or \"auto\""),
@@ -150,8 +169,14 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
                 Feature::Schedule => ("control.schedule", "leave it out"),
                 Feature::Mask => ("control.mask", "leave it out"),
                 Feature::Open => ("grid.boundary", "close the box by walls"),
+                Feature::Templates => ("template", "leave it out"),
+                Feature::Jets => ("emitter", "leave out its `velocity`"),
             };
-            let why = format!("is more than the method {method} can do; {otherwise}, or take another method");
+            let other = match feature {
+                Feature::Templates => format!("the method {}", Method::Templates.name()),
+                _ => "another method".into(),
+            };
+            let why = format!("is more than the method {method} can do; {otherwise}, or take {other}");
             scene.document.refuse(key, why)
         }
         other => Failure::Input(format!("{path}: {other}; change that value in the scene")),

@@ -15,6 +15,7 @@
 //! | [`calls`] | plan, make, fill, solve, save |
 //! | [`outputs`] | what the method gives, by number: names, views, copies |
 //! | [`facts`] | what the method reports of an iteration, by number |
+//! | [`templates`] | the templates of a result, by number |
 //! | [`fields`] | results by a code: views and copies |
 //! | `trap` | the end of a panic |
 #![no_std]
@@ -28,5 +29,6 @@ pub mod instance;
 pub mod outputs;
 mod pointer;
 pub mod result;
+pub mod templates;
 pub mod text;
 mod trap;

@@ -18,6 +18,9 @@
 // What a number of the configuration holds to leave the choice to the library.
 #define THURIBLE_AUTOMATIC UINT32_MAX
 
+// Templates at most.
+#define THURIBLE_MOST_TEMPLATES 16
+
 // Bytes of a name in a structure, the zero byte at its end included.
 #define THURIBLE_NAME_BYTES 32
 
@@ -195,6 +198,8 @@ typedef enum {
     THURIBLE_METHOD_PD = 3,
     // No control: the flow alone. There may be no keyframes.
     THURIBLE_METHOD_SIMULATE = 4,
+    // L-BFGS over the amplitudes, middles and radii of templates. There must be some.
+    THURIBLE_METHOD_TEMPLATES = 5,
 } ThuribleMethod;
 
 // How ADMM solves its Navier-Stokes problems.
@@ -237,6 +242,18 @@ typedef enum {
     THURIBLE_FIELD_EMISSION = 5,
 } ThuribleField;
 
+// What a template does around its middle.
+typedef enum {
+    // Blows one way: an amplitude for each axis.
+    THURIBLE_TEMPLATE_KIND_WIND = 0,
+    // Turns: anticlockwise in 2D by one amplitude, in 3D around an axis by three.
+    THURIBLE_TEMPLATE_KIND_VORTEX = 1,
+    // Stirs by swirls that look random: one amplitude.
+    THURIBLE_TEMPLATE_KIND_NOISE = 2,
+    // Pulls smoke to its middle: one amplitude.
+    THURIBLE_TEMPLATE_KIND_ATTRACT = 3,
+} ThuribleTemplateKind;
+
 // A solve in memory of the caller: a handle, whose inside is the library's.
 typedef struct Thurible Thurible;
 
@@ -250,6 +267,12 @@ typedef struct {
     double rate;
     // Density that it fills up to at every step where its shape is 1, above 0; 0 where it has a rate.
     double target;
+    // The velocity that its smoke comes with along x, y and z, in lengths per time, where `pushes` is 1; z is ignored in 2D.
+    double velocity[3];
+    // Whether the flow in its shape is taken to `velocity` while it emits: 0 or 1.
+    uint32_t pushes;
+    // For later versions; must be 0.
+    uint32_t reserved;
 } ThuribleEmitter;
 
 // What the price of the force is multiplied by at a step.
@@ -259,6 +282,32 @@ typedef struct {
     // The factor, above 0.
     double factor;
 } ThuribleFactor;
+
+// Part of the force: an amplitude times a field of fixed form, which fades with the distance from its middle.
+typedef struct {
+    // A `ThuribleTemplateKind`.
+    uint32_t kind;
+    // Whether middle and radius are searched for too: 0 or 1.
+    uint32_t moves;
+    // The first force that it is part of: that which turns the velocity of step `from`.
+    size_t from;
+    // The first that it is no part of any more: after `from` and at most N.
+    size_t to;
+    // How many steps share an amplitude; 0 for one in all of them.
+    size_t interval;
+    // Its middle along x, y and z, inside the box; z is ignored in 2D.
+    double center[3];
+    // Its radius, above 0.
+    double radius;
+    // The amplitude that a search begins with and a simulation has, in lengths per squared time: as many numbers as the kind has.
+    double amplitude[3];
+    // Length of the waves of noise; 0 for the radius.
+    double size;
+    // Which noise.
+    uint32_t seed;
+    // For later versions; must be 0.
+    uint32_t reserved;
+} ThuribleTemplate;
 
 // A scene without its densities, and the choices of the solve: begin with `thurible_defaults`, then set what is to differ. Fields
 // that hold one of several codes are `uint32_t`, so that any number may arrive and be refused.
@@ -298,6 +347,10 @@ typedef struct {
     const ThuribleFactor *schedule;
     // How many factors `schedule` points to, at most `THURIBLE_MOST_FACTORS`.
     size_t schedule_count;
+    // Simple fields that the force is made of, for the method of templates; a simulation adds them as they are. Read as `keyframes`.
+    const ThuribleTemplate *templates;
+    // How many templates `templates` points to, at most `THURIBLE_MOST_TEMPLATES`.
+    size_t template_count;
     // Step from which no force acts, from 2 to N - 1 and not before the last keyframe; 0, the default, for none.
     size_t release;
     // Acceleration of the flow where the density is 1, along x, y and z, in lengths per squared time; z is ignored in 2D. None by default.
@@ -374,6 +427,12 @@ typedef struct {
     double pd_gathering;
     // Simulations, L-BFGS over forces and target-driven smoke: relative residual of an implicit step.
     double simulation_tolerance;
+    // Templates: pairs of L-BFGS from 1 to 8.
+    uint32_t templates_history;
+    // For later versions; must be 0.
+    uint32_t templates_reserved;
+    // Templates: stop as `direct_tolerance`.
+    double templates_tolerance;
 } ThuribleConfig;
 
 // A task: call it with the `argument` that came with it and an index below the number of tasks.
@@ -680,6 +739,20 @@ ThuribleResult thurible_fact(const Thurible *instance, size_t index, ThuribleFac
 // Copies all values of fact `index` into `values` of exactly `bytes` bytes, which is 8 for each of them.
 // Safety: `instance` as in `thurible_close`; `values` is null or points to `bytes` bytes to write.
 ThuribleResult thurible_fact_values(const Thurible *instance, size_t index, double *values, size_t bytes);
+
+// Template `index` of the result, from 0 on, as it was found: its middle and radius, and its first amplitude. It ends with the force.
+// Safety: `instance` as in `thurible_close`; `found` is null or may be written.
+ThuribleResult thurible_template(const Thurible *instance,
+                                 size_t index,
+                                 ThuribleTemplate *found);
+
+// The amplitude that template `index` of the result has at step `step`, from its `from` to before its `to`: three numbers, of which the
+// template's kind says how many count.
+// Safety: `instance` as in `thurible_close`; `amplitude` is null or points to three numbers to write.
+ThuribleResult thurible_template_amplitude(const Thurible *instance,
+                                           size_t index,
+                                           size_t step,
+                                           double *amplitude);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -41,7 +41,9 @@ impl<'a, T> Slot<'a, T> {
         }
     }
 
-    fn row(&self, grid: &Grid, axis: usize, row: usize) -> &'a [T] {
+    /// Its row `row` of component `axis`.
+    #[must_use]
+    pub fn row(&self, grid: &Grid, axis: usize, row: usize) -> &'a [T] {
         let start = (row * self.slots + self.slot) * grid.n[0];
         &self.field[axis][start..start + grid.n[0]]
     }

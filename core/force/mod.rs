@@ -10,6 +10,7 @@
 pub mod lift;
 pub mod mask;
 pub mod price;
+pub mod template;
 pub mod time_line;
 
 pub use crate::operators::self_advection::scratch_per_thread;

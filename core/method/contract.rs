@@ -51,13 +51,13 @@ pub trait Contract<'m, T: Real, S: Space> {
         true
     }
 
-    /// Whether it can do what a problem may ask for.
-    fn takes(feature: Feature) -> bool
+    /// Whether it can do what a problem may ask for: all but templates, where a method says nothing else.
+    fn takes(params: &Params, feature: Feature) -> bool
     where
         Self: Sized,
     {
-        let _ = feature;
-        true
+        let _ = params;
+        feature != Feature::Templates
     }
 
     /// Whether it simulates the flow forwards, so that a flow too fast to follow ends what can be known of it.
@@ -127,6 +127,11 @@ pub trait Contract<'m, T: Real, S: Space> {
     /// The forces u_0 .. u_{N-2} of the result, after [`Self::finish`]; empty where a method has none.
     fn force(&self) -> Vector<'_, T> {
         [&[]; 3]
+    }
+
+    /// The unknowns of templates, where it searches for them: see [`Place`](super::templates::unknowns::Place).
+    fn unknowns(&self) -> &[T] {
+        &[]
     }
 
     /// What it gives, after [`Self::finish`]: the density among it, which keyframes and pictures are compared with.

@@ -15,6 +15,8 @@ macro_rules! for_each_method {
             Pd "pd", pd: simulate::params::PdParams, simulate::Simulation;
             /// No control: the flow alone. Keyframes may be missing.
             Simulate "simulate", simulation: simulate::params::SimulationParams, simulate::Simulation;
+            /// L-BFGS over amplitudes, middles and radii of templates, of which the force is made.
+            Templates "templates", templates: templates::params::TemplatesParams, templates::Templates;
         }
     };
 }

@@ -17,3 +17,4 @@ pub mod params;
 pub mod refusal;
 pub mod registry;
 pub mod simulate;
+pub mod templates;

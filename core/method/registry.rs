@@ -68,7 +68,7 @@ macro_rules! define {
         #[must_use]
         pub fn takes(params: &Params, feature: Feature) -> bool {
             match params.method {
-                $(Method::$kind => <crate::method::$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::takes(feature),)+
+                $(Method::$kind => <crate::method::$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::takes(params, feature),)+
             }
         }
 

@@ -1,6 +1,7 @@
 //! The force that a flow needs, and its part of the objective.
 
 use crate::exec::Exec;
+use crate::field::slot::Slot;
 use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force::lift::Lift;
@@ -8,6 +9,7 @@ use crate::force::mask::{By, Mask};
 use crate::force::{self, price};
 use crate::grid::Space;
 use crate::objective::flow::Evaluation;
+use crate::objective::script::jets::Jets;
 use crate::observe::{Observer, Silent};
 use crate::operators::self_advection::Fluid;
 use crate::progress::Objective;
@@ -37,7 +39,8 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
     }
 
     /// Buoyancy on this grid.
-    pub(super) fn lift(&self) -> Lift<'a> {
+    #[must_use]
+    pub fn lift(&self) -> Lift<'a> {
         let Shape { grid, slots } = self.shape();
         Lift {
             grid,
@@ -54,6 +57,16 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
             grid,
             slots,
             cells: self.script.mask(grid.cells()),
+        }
+    }
+
+    /// What emitters do to the flow of this grid.
+    #[must_use]
+    pub fn jets(&self) -> Jets<'a, T> {
+        Jets {
+            grid: self.shape().grid,
+            solids: self.levels.solids(self.level),
+            script: self.script,
         }
     }
 
@@ -90,6 +103,13 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         force::from_velocity::<T, S>(exec, fluid, v, self.initial, &[], reborrow(w), scratch);
         let lift = self.lift();
         lift.add(exec, -1.0, self.rho, 0..lift.slots, w);
+        let (jets, slots) = (self.jets(), lift.slots);
+        if !jets.is_none() {
+            for slot in 0..slots {
+                let before = Slot::at(slot, self.initial, v, slots);
+                jets.add(exec, [-1.0, 1.0], slot, before, (w, slot));
+            }
+        }
     }
 
     /// Projects a force; its part of the objective, with no data term.

@@ -1,6 +1,7 @@
 //! The gradient of the objective by the flow (mathematics section 6): one sweep back, one projection.
 
 use crate::exec::{Exec, RowBuffers, RowTask, for_rows};
+use crate::field::slot::Slot;
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::force;
 use crate::force::lift::Lift;
@@ -15,7 +16,7 @@ use crate::transport::{Flow, ROWS_AHEAD, Stop};
 
 impl<T: Real> Evaluation<'_, '_, T> {
     /// The gradient at v, Q[r (z_k - z_{k+1} + (J(v_k)^T + nu C^T C) z_k) - A_v^T mu_k] with z of [`Self::price`], from the densities and
-    /// the force of [`Self::value`].
+    /// the force of [`Self::value`]; (1 - K_{k+1}) z_{k+1} where emitters push.
     ///
     /// # Errors
     /// [`Stop`]: [`Stop::TooFast`] where it is not finite.
@@ -33,6 +34,17 @@ impl<T: Real> Evaluation<'_, '_, T> {
         let weighs = self.setup.weighs();
         let z = if weighs { view(&self.priced) } else { w };
         force::apply_adjoint::<T, S>(exec, fluid, v, z, reborrow(out), scratch);
+        let (jets, slots) = (self.jets(), fluid.slots);
+        if !jets.is_none() {
+            for slot in 1..slots {
+                let after = Slot {
+                    field: z,
+                    slots,
+                    slot,
+                };
+                jets.add(exec, [0.0, 1.0], slot, after, (out, slot - 1));
+            }
+        }
         self.subtract_data_gradient(exec, observer, v, w, out)?;
         let divergence = self.project(exec, observer, out, self.setup.projection_tolerance)?;
         if divergence.is_finite() {

@@ -1,6 +1,8 @@
 //! Which problems are refused.
 
-use super::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Scheme, Supply};
+use super::{
+    CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Scheme, Supply, TemplateError,
+};
 use crate::grid::Side;
 use crate::grid::spectrum::MOST_OPEN;
 
@@ -29,6 +31,7 @@ impl Problem<'_> {
         }
         self.check_keyframes()?;
         self.check_emitters()?;
+        self.check_templates()?;
         self.check_steps()?;
         self.check_numbers()
     }
@@ -95,8 +98,41 @@ impl Problem<'_> {
                 Supply::Rate(rate) => positive("emitter.rate", rate)?,
                 Supply::Target(target) => positive("emitter.target", target)?,
             }
+            let velocity = emitter.velocity.unwrap_or_default();
+            if let Some(&given) = velocity.iter().find(|v| !v.is_finite()) {
+                let field = "emitter.velocity";
+                return Err(ProblemError::NotFinite { field, given });
+            }
             if matches!(emitter.supply, Supply::Target(_)) && self.match_mass && !self.keyframes.is_empty() {
                 return Err(ProblemError::MassUnknown { index });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_templates(&self) -> Result<(), ProblemError> {
+        let longest = self.cells.iter().copied().max().unwrap_or(1) as f64;
+        for (index, template) in self.templates.iter().enumerate() {
+            let forces = self.release.unwrap_or(self.steps).saturating_sub(1);
+            if template.from >= template.to.min(forces) || template.to > self.steps {
+                let error = TemplateError::Steps { forces };
+                return Err(ProblemError::Template { index, error });
+            }
+            if template.interval == 0 {
+                let error = TemplateError::Interval;
+                return Err(ProblemError::Template { index, error });
+            }
+            positive("template.radius", template.radius)?;
+            positive("template.size", template.size)?;
+            if let Some(&given) = template.amplitude.iter().find(|a| !a.is_finite()) {
+                let field = "template.amplitude";
+                return Err(ProblemError::NotFinite { field, given });
+            }
+            let sides = self.cells.iter().map(|&n| n as f64 / longest * self.length);
+            let mut along = template.center.iter().zip(sides).enumerate();
+            if let Some((axis, (&given, _))) = along.find(|(_, (x, side))| !(0.0..=*side).contains(*x)) {
+                let error = TemplateError::Outside { axis, given };
+                return Err(ProblemError::Template { index, error });
             }
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! Why a problem is refused, in words.
 
-use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
+use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, TemplateError};
 use crate::grid::spectrum::MOST_OPEN;
 use crate::words::Named;
 use core::fmt;
@@ -136,6 +136,15 @@ pub enum ProblemError {
         /// The step that is not above the one before it.
         step: usize,
     },
+    /// The method takes templates, and there is none.
+    NoTemplate,
+    /// A template is wrong.
+    Template {
+        /// Its number.
+        index: usize,
+        /// What is wrong.
+        error: TemplateError,
+    },
     /// `filters` is above 12.
     Filters {
         /// The value.
@@ -216,6 +225,11 @@ impl fmt::Display for ProblemError {
             Self::ScheduleOrder { step } => {
                 write!(f, "the schedule's step {step} is not after the one before it")
             }
+            Self::NoTemplate => write!(
+                f,
+                "there is no template; at least one is needed, or another method"
+            ),
+            Self::Template { index, error } => write!(f, "template {index} {error}"),
             Self::Filters { given } => write!(f, "filters is {given}; it must be at most {MAX_FILTERS}"),
         }
     }

@@ -18,9 +18,22 @@ pub enum Feature {
     Mask,
     /// Open sides of the box: [`Problem::boundary`].
     Open,
+    /// A force made of templates: [`Problem::templates`].
+    Templates,
+    /// Emitters whose smoke has a velocity: [`Emitter::velocity`](super::Emitter::velocity).
+    Jets,
 }
 
-named!(Feature { Smoothness = "smoothness", Buoyancy = "buoyancy", Solids = "solid cells", Schedule = "schedule", Mask = "mask", Open = "open sides" });
+named!(Feature {
+    Smoothness = "smoothness",
+    Buoyancy = "buoyancy",
+    Solids = "solid cells",
+    Schedule = "schedule",
+    Mask = "mask",
+    Open = "open sides",
+    Templates = "templates",
+    Jets = "velocity of emitters"
+});
 
 impl Problem<'_> {
     /// Whether it asks for a feature.
@@ -33,6 +46,8 @@ impl Problem<'_> {
             Feature::Schedule => !self.schedule.is_empty(),
             Feature::Mask => self.mask,
             Feature::Open => self.is_open(),
+            Feature::Templates => !self.templates.is_empty(),
+            Feature::Jets => self.emitters.iter().any(|emitter| emitter.velocity.is_some()),
         }
     }
 }

@@ -3,10 +3,12 @@
 mod check;
 mod error;
 mod feature;
+mod template;
 
 pub use check::{not_negative, positive};
 pub use error::ProblemError;
 pub use feature::Feature;
+pub use template::{PACKED, Template, TemplateError, TemplateKind};
 
 use crate::grid::{Boundary, Grid, Side};
 use crate::words::named;
@@ -66,6 +68,8 @@ pub struct Emitter {
     pub to: usize,
     /// How much it adds.
     pub supply: Supply,
+    /// The velocity that its smoke comes with, in length / time: the flow between its cells is taken to it while it emits.
+    pub velocity: Option<[f64; 3]>,
 }
 
 /// How much an emitter adds where its shape is 1.
@@ -102,6 +106,8 @@ pub struct Problem<'a> {
     pub solids: bool,
     /// Acceleration of the flow where the density is 1, in length / time^2: up, where smoke rises.
     pub buoyancy: [f64; 3],
+    /// Simple fields of which the force is made, where it is.
+    pub templates: &'a [Template],
     /// Step from which no force acts: the flow is simulated from there on. All keyframes are at it or before.
     pub release: Option<usize>,
     /// What the force's price is multiplied by at some steps, ascending; linear in its logarithm between them.
@@ -150,6 +156,7 @@ impl<'a> Problem<'a> {
             emitters: &[],
             solids: false,
             buoyancy: [0.0; 3],
+            templates: &[],
             release: None,
             schedule: &[],
             mask: false,
@@ -207,6 +214,26 @@ impl Problem<'_> {
             release: None,
             ..*self
         }
+    }
+
+    /// The templates in scaled numbers, each ending where the force does.
+    pub fn scaled_templates(&self) -> impl Iterator<Item = Template> + Clone {
+        let (units, slots) = (self.units(), self.controlled().slots());
+        self.templates.iter().map(move |template| Template {
+            to: template.to.min(slots),
+            ..template.scaled(self.length, units.force)
+        })
+    }
+
+    /// Whether each emitter pushes its smoke, 1 or 0, and its velocity in scaled numbers; nothing where none does.
+    pub fn scaled_jets(&self) -> impl Iterator<Item = [f64; 4]> + Clone {
+        let (unit, dims) = (self.units().velocity, self.cells.len());
+        let any = self.emitters.iter().any(|emitter| emitter.velocity.is_some());
+        let emitters = self.emitters.iter().filter(move |_| any);
+        emitters.map(move |emitter| match emitter.velocity {
+            None => [0.0; 4],
+            Some([x, y, z]) => [1.0, x / unit, y / unit, if dims == 2 { 0.0 } else { z / unit }],
+        })
     }
 
     /// The acceleration of buoyancy in scaled numbers, where the density is 1.

@@ -4,7 +4,7 @@ use crate::checkpoint::Mix;
 use crate::grid::Space;
 use crate::method::params::Params;
 use crate::method::registry;
-use crate::problem::{Advection, Emitter, Problem, Supply};
+use crate::problem::{Advection, Emitter, Problem, Supply, Template};
 use crate::real::Real;
 
 /// All that the bits of a step follow from, but for the densities, in one word.
@@ -33,6 +33,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         emitters,
         solids,
         buoyancy,
+        templates,
         release,
         schedule,
         mask,
@@ -54,21 +55,15 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     mix.word(u64::from(*mask));
     mix.word(keyframe_weights.len() as u64);
     mix.word(emitters.len() as u64);
-    for Emitter { from, to, supply } in *emitters {
-        let (kind, number) = match *supply {
-            Supply::Rate(rate) => (0, rate),
-            Supply::Target(target) => (1, target),
-        };
-        [*from as u64, *to as u64, kind]
-            .into_iter()
-            .for_each(|word| mix.word(word));
-        mix.real(number);
-    }
+    emitters.iter().for_each(|emitter| mix_emitter(mix, emitter));
     mix.word(schedule.len() as u64);
     for &(step, factor) in *schedule {
         mix.word(step as u64);
         mix.real(factor);
     }
+    mix.word(templates.len() as u64);
+    let numbers = templates.iter().flat_map(Template::pack);
+    numbers.for_each(|number| mix.real(number));
     let reals = keyframe_weights.iter().chain(buoyancy);
     reals.for_each(|&number| mix.real(number));
     mix.word(release.map_or(0, |step| step as u64));
@@ -87,4 +82,25 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     ]
     .into_iter()
     .for_each(|&number| mix.real(number));
+}
+
+fn mix_emitter(mix: &mut Mix, emitter: &Emitter) {
+    let Emitter {
+        from,
+        to,
+        supply,
+        velocity,
+    } = *emitter;
+    let (kind, number) = match supply {
+        Supply::Rate(rate) => (0, rate),
+        Supply::Target(target) => (1, target),
+    };
+    [from as u64, to as u64, kind, u64::from(velocity.is_some())]
+        .into_iter()
+        .for_each(|word| mix.word(word));
+    let along = velocity.unwrap_or_default();
+    along
+        .into_iter()
+        .chain([number])
+        .for_each(|number| mix.real(number));
 }

@@ -11,6 +11,7 @@ mod results;
 mod saved;
 mod script;
 mod smoke;
+mod templates;
 
 pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
 pub use crate::method::refusal::PlanError;

@@ -34,6 +34,7 @@ impl<'m, T: Real, S: Space> Release<'m, T, S> {
             steps: problem.steps - before,
             keyframes: &[],
             keyframe_weights: &[],
+            templates: &[],
             release: None,
             schedule: &[],
             mask: false,

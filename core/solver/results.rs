@@ -1,11 +1,13 @@
 //! What a finished solver gives.
 
 use super::Solver;
-use super::layout::{FileLayout, Strided};
+use super::layout::{FileLayout, Run, Strided};
 use crate::exec::Exec;
+use crate::field::slot::Slot;
 use crate::grid::{Grid, Space};
 use crate::method::output::{DENSITY, FORCE, Output, Place, Stored, Unit, VELOCITY};
 use crate::objective::script::Script;
+use crate::objective::script::jets::Jets;
 use crate::real::Real;
 
 impl<T: Real, S: Space> Solver<'_, T, S> {
@@ -130,6 +132,32 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
                 .get_mut()
                 .idle_parts()
                 .emission(exec, step, &script, &mut take),
+        }
+    }
+
+    /// Component `axis` of what emitters add to the force u_step (step 0 .. N-2) to give their smoke its velocity: T - K v_step, with K and T of
+    /// [`Jets`]. As [`Self::force`]; to be asked after [`Self::finish`].
+    pub fn jet(&self, step: usize, axis: usize, out: &mut [T]) {
+        out.fill(T::ZERO);
+        let v = self.stored(&VELOCITY, step);
+        let (animation, unit) = (self.animation(), self.units.force);
+        let (grid, solids) = (animation.grid(), animation.levels.solids(0));
+        let script = Script::new(self.lists, &*self.fields);
+        let jets = Jets { grid, solids, script };
+        let before = Slot {
+            field: v.components,
+            slots: v.slots,
+            slot: v.slot,
+        };
+        if !jets.push(step) {
+            return;
+        }
+        for Run { row, x, file, count } in self.layout(&VELOCITY, axis).runs() {
+            let faces = out.get_mut(file..file + count).unwrap_or_default().iter_mut();
+            let pushed = jets.row(step, axis, row).zip(before.row(grid, axis, row));
+            for (out, ([target, part], v)) in faces.zip(pushed.skip(x)) {
+                *out = T::from_f64(unit * (target - part * v.to_f64()));
+            }
         }
     }
 

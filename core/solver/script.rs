@@ -45,15 +45,21 @@ pub(super) fn carve<'m, T: Real>(
     let knots = filled(arena, "schedule steps", knots)?;
     let factors = problem.schedule.iter().map(|&(_, factor)| factor);
     let factors = filled(arena, "schedule factors", factors)?;
+    let jets = problem.scaled_jets();
+    let jets = filled(arena, "velocities of emitters", jets.flatten())?;
+    let templates = problem.scaled_templates().flat_map(|template| template.pack());
+    let templates = filled(arena, "templates", templates)?;
     let lists = Lists {
         steps,
         weights,
         regions: problem.keyframe_regions,
         spans,
         supplies,
+        jets,
         knots,
         factors,
         mask: problem.mask,
+        templates,
     };
     let cells = problem.grid().cells();
     let targets = "given densities";

@@ -4,19 +4,25 @@
 const CONFIG = layout(`
   size_t size; uint32_t precision; uint32_t dimensions; size_t cells[3]; uint32_t boundary[3]; uint32_t method; double length; double dt;
   size_t steps; const size_t *keyframes; size_t keyframe_count; const double *keyframe_weights; const ThuribleEmitter *emitters;
-  size_t emitter_count; const ThuribleFactor *schedule; size_t schedule_count; size_t release; double buoyancy[3];
+  size_t emitter_count; const ThuribleFactor *schedule; size_t schedule_count; const ThuribleTemplate *templates;
+  size_t template_count; size_t release; double buoyancy[3];
   double force_weight; double viscosity; double smoothness; uint32_t filters;
   uint32_t match_mass; uint32_t scheme; uint32_t keyframe_regions; uint32_t solids; uint32_t mask; double advection_tolerance; double projection_tolerance; size_t iterations;
   size_t threads; size_t memory_ceiling; uint32_t direct_history; uint32_t direct_nested; double direct_tolerance; double admm_penalty;
   double admm_relaxation; double admm_ao_momentum; double admm_density_tolerance; uint32_t admm_ao_iterations; uint32_t admm_nested;
   uint32_t nso_solver; uint32_t nso_cycles; double nso_tolerance; uint32_t nso_norm; uint32_t nso_colours; double lbfgs_tolerance;
   uint32_t lbfgs_history; uint32_t lbfgs_nested; double pd_drive; double pd_attenuation; double pd_gathering; double simulation_tolerance;
+  uint32_t templates_history; uint32_t templates_reserved; double templates_tolerance;
 `);
 const EMITTER = layout(`
-  size_t from; size_t to; double rate; double target;
+  size_t from; size_t to; double rate; double target; double velocity[3]; uint32_t pushes; uint32_t reserved;
 `);
 const FACTOR = layout(`
   size_t step; double factor;
+`);
+const TEMPLATE = layout(`
+  uint32_t kind; uint32_t moves; size_t from; size_t to; size_t interval; double center[3]; double radius; double amplitude[3]; double size;
+  uint32_t seed; uint32_t reserved;
 `);
 const PROGRESS = layout(`
   ThuribleStatus status; size_t iteration; double data; double force; size_t cells[3]; size_t level; size_t level_iteration; double step;
@@ -60,18 +66,20 @@ function up(bytes, multiple) {
 export class Solve {
   /**
    * `module` is the compiled module. `scene` holds fields of `ThuribleConfig` by name: `keyframes` as an array of steps, `keyframe_weights` of
-   * numbers, `emitters` of objects with the fields of `ThuribleEmitter`, `schedule` with those of `ThuribleFactor`. Throws `Refused`.
+   * numbers, `emitters` of objects with the fields of `ThuribleEmitter`, `schedule` with those of `ThuribleFactor`,
+   * `templates` with those of `ThuribleTemplate`. Throws `Refused`.
    */
   constructor(module, scene, { preview = false } = {}) {
     this.library = new WebAssembly.Instance(module).exports;
     this.end = this.library.__heap_base.value;
     this.cells = scene.cells.reduce((product, cells) => product * cells, 1);
-    const { keyframes = [], keyframe_weights: weights, emitters = [], schedule = [], ...fields } = scene;
+    const { keyframes = [], keyframe_weights: weights, emitters = [], schedule = [], templates = [], ...fields } = scene;
     const config = this.#take(CONFIG.bytes);
     const steps = this.#take(4 * keyframes.length);
     const factors = weights ? this.#take(8 * weights.length) : 0;
     const makers = this.#list(EMITTER, emitters);
     const knots = this.#list(FACTOR, schedule);
+    const forms = this.#list(TEMPLATE, templates);
     this.words = this.#take(1024);
     this.out = this.#take(PROGRESS.bytes);
     this.field = this.#take(4 * this.cells);
@@ -88,6 +96,8 @@ export class Solve {
       emitter_count: emitters.length,
       schedule: knots,
       schedule_count: schedule.length,
+      templates: forms,
+      template_count: templates.length,
     });
     const wrong = this.library.thurible_explain(config, this.words, 1024);
     if (wrong > 0) throw new Refused(this.#text(this.words));

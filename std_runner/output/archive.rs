@@ -68,6 +68,12 @@ impl Archive<'_, &mut BufWriter<File>> {
                 GivenValues::Fields(count) => self.series(given.name, count, &cells, &mut |index, out| {
                     frames.given_field(given.name, index, out)
                 })?,
+                GivenValues::Faces(count, axis) => {
+                    let grid = faces(frames, axis);
+                    self.series(given.name, count, &grid, &mut |index, out| {
+                        frames.given_field(given.name, index, out)
+                    })?;
+                }
                 GivenValues::Numbers(values) => {
                     self.begin(given.name, "<f8", &[values.len()])?;
                     push(&mut self.zip, &values, f64::to_le_bytes).map_err(OutputError::of(self.path))?;
@@ -159,14 +165,21 @@ fn array_name(output: &Output, axis: usize) -> String {
 
 /// Elements of the component along `axis`, along x, y (and z).
 fn elements(frames: &dyn Frames, output: &Output, axis: usize) -> Vec<usize> {
+    match output.place {
+        Place::Cells => frames.cells().to_vec(),
+        Place::Faces => faces(frames, axis),
+    }
+}
+
+/// The faces across `axis`, along x, y (and z).
+fn faces(frames: &dyn Frames, axis: usize) -> Vec<usize> {
     let mut counts = frames.cells().to_vec();
     let wall = !frames.periodic().get(axis).copied().unwrap_or(false);
-    let more = usize::from(output.place == Place::Faces && wall);
     counts
         .iter_mut()
         .skip(axis)
         .take(1)
-        .for_each(|count| *count += more);
+        .for_each(|count| *count += usize::from(wall));
     counts
 }
 

@@ -87,6 +87,8 @@ pub enum GivenValues {
     Cells,
     /// So many fields of cells.
     Fields(usize),
+    /// So many fields of the faces across an axis.
+    Faces(usize, usize),
     /// Numbers.
     Numbers(Vec<f64>),
 }

@@ -1,15 +1,16 @@
 //! What is solved and how: the arguments that `solve` and `plan` share.
 
 use crate::effects::{self, Given};
+use crate::templates;
 use crate::words::{automatic, flag, is_automatic, number, one_of, read, refused, unknown, whole, word};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use thurible::owned::OwnedProblem;
 use thurible_core::choices::{Kind, Value};
 use thurible_core::words::{Alternatives, Named};
-use thurible_core::{Boundary, Params};
+use thurible_core::{Boundary, Method, Params};
 
-const NAMES: [&str; 25] = [
+const NAMES: [&str; 26] = [
     "steps",
     "dt",
     "length",
@@ -17,6 +18,7 @@ const NAMES: [&str; 25] = [
     "viscosity",
     "buoyancy",
     "emitters",
+    "templates",
     "solids",
     "force_weight",
     "smoothness",
@@ -76,6 +78,10 @@ impl Choices {
                 None => choices.set(&name, &value, &others)?,
             }
         }
+        let templates = effects::argument(given, "templates")?;
+        if templates.is_some() && effects::argument(given, "method")?.is_none() {
+            choices.params.method = Method::Templates;
+        }
         if let Some(options) = options {
             set_options(&mut choices.params, &options)?;
         }
@@ -86,8 +92,14 @@ impl Choices {
             ));
         }
         let steps = choices.scene.steps;
-        let emitters = emitters.iter().map(|emitter| emitter.emitter(steps));
+        let emitters = emitters
+            .iter()
+            .map(|emitter| emitter.emitter(steps, choices.scene.cells.len()));
         choices.scene.emitters = emitters.collect::<PyResult<_>>()?;
+        if let Some(templates) = templates {
+            let dims = choices.scene.cells.len();
+            choices.scene.templates = templates::templates(&templates, dims, steps)?;
+        }
         Ok((choices, rest))
     }
 
@@ -116,6 +128,8 @@ impl Choices {
             "release" => self.scene.release = chosen(whole)?,
             // Read before, where the shape of the grid is asked for.
             "emitters" => {}
+            // Read after all others: they end with the scene.
+            "templates" => {}
             "force_weight" => self.scene.force_weight = number(name, value)?,
             "smoothness" if is_automatic(value) => self.scene.smoothness = None,
             "smoothness" => self.scene.smoothness = Some(number(name, value)?),
@@ -124,6 +138,7 @@ impl Choices {
             "advection" => self.scene.advection.scheme = word(name, value)?,
             "advection_tolerance" => self.scene.advection.tolerance = number(name, value)?,
             "projection_tolerance" => self.scene.projection_tolerance = number(name, value)?,
+            "method" if value.is_none() => {}
             "method" => self.params.method = word(name, value)?,
             "iterations" => self.params.iterations = whole(name, value)?,
             "threads" => self.threads = chosen(whole)?,

@@ -113,9 +113,10 @@ pub struct Given<'py> {
     from: Option<usize>,
     to: Option<usize>,
     supply: Supply,
+    velocity: Option<Vec<f64>>,
 }
 
-const KEYS: [&str; 5] = ["shape", "from", "to", "rate", "target"];
+const KEYS: [&str; 6] = ["shape", "from", "to", "rate", "target", "velocity"];
 
 /// An argument, where it is given and not None.
 pub fn argument<'py>(given: Option<&Bound<'py, PyDict>>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
@@ -150,7 +151,7 @@ impl<'py> Given<'py> {
             let known = known.ok_or_else(|| unknown(&format!("key of {field}"), &name, &KEYS))?;
             values[known] = (!value.is_none()).then_some(value);
         }
-        let [shape, from, to, rate, target] = values;
+        let [shape, from, to, rate, target, velocity] = values;
         let at = |key: &str| format!("{field}[\"{key}\"]");
         let step = |key: &str, value: Option<Bound<'py, PyAny>>| {
             value.map(|value| whole(&at(key), &value)).transpose()
@@ -172,6 +173,14 @@ impl<'py> Given<'py> {
             from: step("from", from)?,
             to: step("to", to)?,
             supply,
+            velocity: match velocity {
+                Some(velocity) => Some(read(
+                    &at("velocity"),
+                    &velocity,
+                    "a sequence of numbers: along x, y and so on",
+                )?),
+                None => None,
+            },
             field,
         })
     }
@@ -191,13 +200,30 @@ impl<'py> Given<'py> {
     }
 
     /// What the core calls it in a scene of `steps` steps, in all of which it emits where nothing is said.
-    pub fn emitter(&self, steps: usize) -> PyResult<Emitter> {
+    pub fn emitter(&self, steps: usize, dims: usize) -> PyResult<Emitter> {
+        let velocity = match &self.velocity {
+            Some(along) if along.len() != dims => {
+                let field = format!("{}[\"velocity\"]", self.field);
+                let why = format!(
+                    "has {} entries, but must have {dims}: along x, y and so on",
+                    along.len()
+                );
+                return Err(refused(&field, why));
+            }
+            Some(along) => {
+                let mut velocity = [0.0; 3];
+                velocity.iter_mut().zip(along).for_each(|(to, from)| *to = *from);
+                Some(velocity)
+            }
+            None => None,
+        };
         let (from, to) = (self.from.unwrap_or(0), self.to.unwrap_or(steps));
         if from < to && to <= steps {
             return Ok(Emitter {
                 from,
                 to,
                 supply: self.supply,
+                velocity,
             });
         }
         let why = format!(

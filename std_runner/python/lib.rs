@@ -11,6 +11,7 @@ pub mod place;
 pub mod plan;
 pub mod solution;
 pub mod solve;
+mod templates;
 pub mod watch;
 pub mod words;
 

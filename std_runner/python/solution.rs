@@ -6,7 +6,7 @@ use crate::plan::Precision;
 use crate::watch::{Ended, Iteration};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple};
 use thurible::bytes::grouped;
 use thurible::remarks::{KeyframeError, largest};
 use thurible_core::output::{DENSITY, FORCE, VELOCITY};
@@ -23,6 +23,7 @@ pub struct Solution {
     pub(crate) ended: Ended,
     pub(crate) mass_factors: Vec<f64>,
     pub(crate) errors: Vec<KeyframeError>,
+    pub(crate) templates: Vec<crate::templates::FoundTemplate>,
     pub(crate) remarks: Vec<String>,
     pub(crate) planned_bytes: usize,
     pub(crate) threads: usize,
@@ -57,8 +58,7 @@ impl Solution {
         filed(this, this.get().components(&DENSITY))?.get_item(0)
     }
 
-    /// Velocities along x, y (and z), of shape (steps, (nz,) ny, nx), and on a wall axis one more along it. The arrays are made when
-    /// they are first asked for, and stay.
+    /// Velocities along x, y (and z), of shape (steps, (nz,) ny, nx), on a wall axis one more along it; made when first asked for.
     #[getter]
     fn velocity<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         filed(this, this.get().components(&VELOCITY))
@@ -148,6 +148,12 @@ impl Solution {
     #[getter]
     fn keyframe_errors_before(&self) -> Vec<f64> {
         self.errors.iter().map(|error| error.before).collect()
+    }
+
+    /// The templates of the force as they were found: a list of dicts with the keys that they are given by, an amplitude for each interval.
+    #[getter]
+    fn templates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        crate::templates::listed(py, &self.templates)
     }
 
     /// Sentences about what the status alone does not say, as that nothing moved; mostly none.
@@ -240,8 +246,7 @@ impl Given {
         self.field().map_or("", |field| field.output.unit.name())
     }
 
-    /// An array for each component, as result.npz has it, in the scene's units: the solver's own memory where it lies so, and else
-    /// made when first asked for.
+    /// An array for each component as result.npz has it: the solver's own memory where it lies so, else made when first asked for.
     #[getter]
     fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         filed(
@@ -267,10 +272,9 @@ fn lying<'py, T: Number>(this: &Bound<'py, Solution>, component: &Component) -> 
 }
 
 fn in_place<'py>(this: &Bound<'py, Solution>, components: &[Component]) -> PyResult<Bound<'py, PyTuple>> {
-    let precision = this.get().precision;
     let arrays: Vec<_> = components
         .iter()
-        .filter_map(|component| typed!(precision, lying(this, component)))
+        .filter_map(|component| typed!(this.get().precision, lying(this, component)))
         .collect();
     PyTuple::new(this.py(), arrays)
 }

@@ -7,6 +7,7 @@ use crate::inputs::{self, Common, Inputs};
 use crate::place::{self, Number, Place, fields};
 use crate::plan::{self, Planned, Precision};
 use crate::solution::Solution;
+use crate::templates;
 use crate::watch;
 use crate::words::refused;
 use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
@@ -24,7 +25,7 @@ use thurible_core::{D2, D3, Solver, SolverError, Space, Status};
 /// threads run meanwhile. Raises ValueError or TypeError for what cannot be used, MemoryError for what does not fit in memory_limit
 /// bytes, FloatingPointError when the flow leaves the finite numbers.
 #[pyfunction]
-#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, mask=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method='direct', options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
+#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, templates=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, mask=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method=None, options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
 pub fn solve<'py>(
     source: &Bound<'py, PyAny>,
     keyframes: &Bound<'py, PyAny>,
@@ -136,6 +137,7 @@ impl Job<'_> {
             T::BYTES == size_of::<f64>(),
             &OF_PYTHON,
         );
+        let templates = templates::found(&solver);
         drop(solver);
         Ok(Solution {
             fields,
@@ -145,6 +147,7 @@ impl Job<'_> {
             ended,
             mass_factors,
             errors,
+            templates,
             remarks: or_else(said, falls),
             planned_bytes,
             threads: params.threads,

@@ -13,16 +13,16 @@ __version__: str
 
 Numbers: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
 Boundary: TypeAlias = Literal["wall", "periodic", "open", "open_low", "open_high"]
-Method: TypeAlias = Literal["direct", "admm", "lbfgs", "pd", "simulate"]
+Method: TypeAlias = Literal["direct", "admm", "lbfgs", "pd", "simulate", "templates"]
 Advection: TypeAlias = Literal["quick", "central", "semi_lagrangian", "limited"]
 
 class Options(TypedDict, total=False):
     """Options of the method that was chosen; others are refused."""
 
     history: int | Literal["auto"] | None
-    """direct, lbfgs: pairs that the search remembers."""
+    """direct, lbfgs, templates: pairs that the search remembers."""
     tolerance: float
-    """direct, lbfgs: relative decrease of the objective at which it stops; simulate: where a step stops."""
+    """direct, lbfgs, templates: relative decrease of the objective at which it stops; simulate: where a step stops."""
     nested: bool
     """direct, admm, lbfgs: whether coarser grids are solved first."""
     penalty: float
@@ -39,9 +39,34 @@ class Options(TypedDict, total=False):
     attenuation: float
     gathering: float
 
-Emitter = TypedDict("Emitter", {"shape": Numbers, "from": int, "to": int, "rate": float, "target": float}, total=False)
+Emitter = TypedDict(
+    "Emitter",
+    {"shape": Numbers, "from": int, "to": int, "rate": float, "target": float, "velocity": Sequence[float]},
+    total=False,
+)
 """Smoke that is made on the way from step `from` (0 unless given) to step `to` (the last): where `shape` is 1, `rate` is added to the
-density at every step, or what is missing of `target`. One of the two is given."""
+density at every step, or what is missing of `target`. One of the two is given. The flow within it is taken to `velocity`, if
+that is given, while it emits."""
+
+Template = TypedDict(
+    "Template",
+    {
+        "kind": Literal["wind", "vortex", "noise", "attract"],
+        "center": Sequence[float],
+        "radius": float,
+        "from": int,
+        "to": int,
+        "interval": int,
+        "move": bool,
+        "amplitude": float | Sequence[float],
+        "size": float,
+        "seed": int,
+    },
+    total=False,
+)
+"""Part of a force that fades with the distance from `center` within about `radius`, in the steps `from` (0 unless given) to before `to` (the
+end), with one amplitude for every `interval` steps (one for all). `move` makes center and radius unknowns too; `amplitude` is where the search
+begins. `size` and `seed` belong to noise."""
 
 def solve(
     source: Numbers | None,
@@ -54,6 +79,7 @@ def solve(
     viscosity: float = 0.0,
     buoyancy: float | Sequence[float] = 0.0,
     emitters: Sequence[Emitter] | None = None,
+    templates: Sequence[Template] | None = None,
     solids: NDArray[np.bool_] | None = None,
     force_weight: float = 1e3,
     smoothness: float | Literal["auto"] | None = None,
@@ -68,7 +94,7 @@ def solve(
     advection_tolerance: float = 1e-5,
     projection_tolerance: float = 1e-5,
     initial_velocity: Sequence[Numbers] | None = None,
-    method: Method = "direct",
+    method: Method | None = None,
     options: Options | None = None,
     iterations: int = 60,
     threads: int | None = None,
@@ -90,6 +116,9 @@ def solve(
     what the error of one is multiplied by, as a whole, and in each cell by an array of numbers from 0 to 1; 1 where nothing is said. From
     step `release` on, at or after the last keyframe, no force acts.
 
+    With `templates` the force is made of them alone, and the method is "templates" unless another is given: it searches for their amplitudes;
+    "simulate" takes them as they are given, and the others know none. `method` is "direct" where there are none.
+
     `progress` is called after every iteration; it stops the solve by returning False, or by raising. Other Python threads run
     meanwhile.
 
@@ -109,6 +138,7 @@ def plan(
     viscosity: float = 0.0,
     buoyancy: float | Sequence[float] = 0.0,
     emitters: Sequence[Emitter] | None = None,
+    templates: Sequence[Template] | None = None,
     solids: NDArray[np.bool_] | bool | None = None,
     force_weight: float = 1e3,
     smoothness: float | Literal["auto"] | None = None,
@@ -122,7 +152,7 @@ def plan(
     advection: Advection = "limited",
     advection_tolerance: float = 1e-5,
     projection_tolerance: float = 1e-5,
-    method: Method = "direct",
+    method: Method | None = None,
     options: Options | None = None,
     iterations: int = 60,
     threads: int | None = None,
@@ -274,6 +304,9 @@ class Solution:
     @property
     def keyframe_errors_before(self) -> list[float]:
         """How far the source, held still, is from each keyframe."""
+    @property
+    def templates(self) -> list[dict[str, Any]]:
+        """The templates of the force as they were found, with the keys that they are given by: an amplitude for each interval."""
     @property
     def remarks(self) -> list[str]:
         """Sentences about what the status alone does not say, as that nothing moved; mostly none."""

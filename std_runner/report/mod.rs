@@ -4,9 +4,11 @@ mod axes;
 mod chart;
 mod charts;
 mod document;
+mod found;
 mod page;
 mod record;
 mod tables;
+mod templates;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -21,8 +23,12 @@ pub use record::{
 
 pub(crate) use charts::by_grid;
 pub(crate) use document::{Block, Document, Shot};
+pub use found::TemplateRecord;
 pub(crate) use record::{by_name, cells};
+
+pub(crate) use found::templates;
 pub(crate) use tables::{product, smoothness};
+pub(crate) use templates::lines as template_lines;
 pub(crate) use words::{bytes, number, seconds};
 
 use crate::output::{

@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 
 use super::record::{KeyframeRecord, RunRecord};
 use super::words::{count, escape, number, outcome, seconds};
-use super::{charts, tables, words};
+use super::{charts, tables, templates, words};
 use crate::output::{Gallery, KeyframePictures};
 use crate::stay::Stay;
 
@@ -19,6 +19,7 @@ pub(super) fn page(title: &str, record: &RunRecord, gallery: &Gallery) -> String
         hero(record, gallery),
         section("From the source to the last step", "strip", &strip(gallery)),
         section("Keyframes", "keyframes", &keyframes(record, gallery)),
+        found_templates(record),
         section("Convergence", "charts", &charts::charts(record)),
         section(
             "Memory",
@@ -166,6 +167,14 @@ fn keyframes(record: &RunRecord, gallery: &Gallery) -> String {
         )
     };
     gallery.keyframes.iter().map(row).collect()
+}
+
+/// The templates, where there are any.
+fn found_templates(record: &RunRecord) -> String {
+    match templates::table(&record.templates) {
+        table if table.is_empty() => table,
+        table => section("Templates", "templates", &table),
+    }
 }
 
 fn scene(record: &RunRecord) -> String {

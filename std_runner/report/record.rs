@@ -1,5 +1,6 @@
 //! The facts of a run, as `report.json` holds them.
 
+use super::found::TemplateRecord;
 use crate::stay::Stay;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -80,6 +81,9 @@ pub struct RunRecord {
     pub command: String,
     /// How well each keyframe was reached.
     pub keyframes: Vec<KeyframeRecord>,
+    /// The templates of the force as they were found; none in most scenes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub templates: Vec<TemplateRecord>,
     /// Sentences about what the status alone does not say; mostly none.
     pub remarks: Vec<String>,
 }

@@ -10,6 +10,8 @@ const SOLID: &str = "solid";
 const EMISSION: &str = "emission";
 /// Where force may act.
 const MASK: &str = "mask";
+/// What emitters add to the force to give their smoke its velocity, along each axis.
+const JETS: [&str; 3] = ["emitter_force_x", "emitter_force_y", "emitter_force_z"];
 /// Where each keyframe matters.
 const REGION: &str = "keyframe_region";
 
@@ -102,11 +104,18 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
                 GivenValues::Numbers(factors.collect()),
             ),
         ];
-        let there = all.into_iter().filter(|(there, ..)| *there);
+        let pushes = emitters.iter().any(|emitter| emitter.velocity.is_some());
+        let jets = JETS.into_iter().enumerate().take(self.problem.cells.len());
+        let jets = jets.map(|(axis, name)| (pushes, name, GivenValues::Faces(steps - 1, axis)));
+        let there = all.into_iter().chain(jets).filter(|(there, ..)| *there);
         there.map(|(_, name, values)| Given { name, values }).collect()
     }
 
     fn given_field(&mut self, name: &str, index: usize, out: &mut Samples) {
+        if let Some(axis) = JETS.iter().position(|jet| *jet == name) {
+            let out = room::<T>(out, self.solver.faces(axis));
+            return self.solver.jet(index, axis, out);
+        }
         let out = room::<T>(out, self.problem.cells.iter().product());
         match name {
             SOLID => {

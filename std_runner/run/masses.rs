@@ -25,6 +25,7 @@ pub(super) fn of_a_free_flow<T: Real, S: Space>(
         keyframes: Vec::new(),
         keyframe_weights: Vec::new(),
         keyframe_regions: false,
+        templates: Vec::new(),
         release: None,
         schedule: Vec::new(),
         mask: false,

@@ -8,7 +8,7 @@ use crate::exit::Failure;
 use crate::plan::{Planned, plan_fields, size_in_words};
 use crate::progress::{Display, Mode, Watch, in_words};
 use crate::remarks::{self, KeyframeError};
-use crate::report::{KeyframeRecord, RunRecord};
+use crate::report::{KeyframeRecord, RunRecord, template_lines};
 use crate::scene::Scene;
 use serde_json::json;
 use std::path::Path;
@@ -44,6 +44,7 @@ pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, destination:
             "objective": objective,
             "folder": folder.display().to_string(),
             "keyframes": record.keyframes,
+            "templates": record.templates,
             "remarks": record.remarks,
         }),
     );
@@ -73,6 +74,7 @@ fn summary(watch: &Watch, record: &RunRecord, folder: &Path) {
     if let Some(errors) = keyframe_errors(record) {
         console::print(&format!("keyframe error: {errors}"));
     }
+    template_lines(&record.templates).for_each(|line| console::print(&line));
     record
         .remarks
         .iter()

@@ -9,6 +9,7 @@ use crate::progress::{Clock, Watch};
 use crate::remarks::{KeyframeError, OF_SCENES, keyframe_errors, or_else, remarks, still_falls};
 use crate::report::{
     AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord,
+    templates,
 };
 use crate::scene::{Keyframe, Scene};
 use crate::stay::Stay;
@@ -108,6 +109,7 @@ impl Facts<'_> {
             overrides: self.scene.document.assignments().map(Into::into).collect(),
             command: command_line(),
             keyframes: self.keyframes(&errors),
+            templates: templates(solver),
             remarks: or_else(
                 remarks(
                     &problem.problem(),

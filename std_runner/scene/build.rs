@@ -6,7 +6,7 @@ use super::effects;
 use super::method::{advection, method};
 use super::model::{Control, Flow, Grid, Output, Scene, Time};
 use super::raw::{RawControl, RawFlow, RawGrid, RawScene, RawTime, read};
-use super::shapes;
+use super::{shapes, templates};
 use crate::exit::Failure;
 use std::path::PathBuf;
 use thurible_core::choices::Numbers;
@@ -31,6 +31,7 @@ pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
     scene.keyframes = shapes::keyframes(document, keyframes, steps)?;
     let last = scene.keyframes.last().map_or(0, |keyframe| keyframe.stay().last);
     scene.release = effects::release(document, release, steps, last)?;
+    templates::check_release(&scene)?;
     effects::check_smoke(&scene)?;
     Ok(scene)
 }
@@ -51,7 +52,8 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
     let flow = flow(&document, raw.flow, &grid, time)?;
     let control = control(&document, raw.control, time)?;
     let advection = advection(&document, raw.advection)?;
-    let method = method(&document, raw.method, raw.simulation)?;
+    let templates = templates::templates(&document, raw.template, &grid, time.steps)?;
+    let method = method(&document, raw.method, raw.simulation, !templates.is_empty())?;
     let unit = grid.length / time.dt;
     check_weight(
         &document,
@@ -66,7 +68,7 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         method.params.admm.penalty,
         unit.powi(2),
     )?;
-    let emitters = effects::emitters(&document, raw.emitter, time.steps)?;
+    let emitters = effects::emitters(&document, raw.emitter, (&grid, time))?;
     let obstacles = effects::obstacles(&document, raw.obstacle)?;
     let source = shapes::source(&document, raw.source, &emitters)?;
     let folder = raw.output.folder.unwrap_or_else(|| "out".into());
@@ -86,6 +88,7 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         obstacles,
         keyframes: Vec::new(),
         release: None,
+        templates,
         flow,
         control,
         advection,

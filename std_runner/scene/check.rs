@@ -82,6 +82,35 @@ impl Document {
         Err(self.outside(key, format_args!("{weight:?}"), wanted))
     }
 
+    /// A list of so many finite numbers; one may stand alone.
+    pub(super) fn numbers(
+        &self,
+        key: &str,
+        found: &Value,
+        count: usize,
+        example: &str,
+    ) -> Result<Vec<f64>, Failure> {
+        let number = |value: &Value| match value {
+            Value::Float(number) => Some(*number),
+            Value::Integer(number) => Some(*number as f64),
+            _ => None,
+        };
+        let numbers = match found {
+            Value::Array(values) if values.len() == count => values.iter().map(number).collect(),
+            one if count == 1 => number(one).map(|number| vec![number]),
+            _ => None,
+        };
+        let finite = numbers.filter(|numbers: &Vec<f64>| numbers.iter().all(|number| number.is_finite()));
+        finite.ok_or_else(|| {
+            let wanted = if count == 1 {
+                "a finite number".into()
+            } else {
+                format!("a list of {count} finite numbers")
+            };
+            self.outside(key, shown(found), format_args!("{wanted}, as in {example},"))
+        })
+    }
+
     /// The choice that the word `found` stands for.
     pub(super) fn word<T: Named>(&self, key: &str, found: &str) -> Result<T, Failure> {
         self.one_of(key, found, T::ALL)

@@ -2,7 +2,7 @@
 
 use super::check::shown;
 use super::document::Document;
-use super::model::{Emission, Grid, Scene};
+use super::model::{Emission, Grid, Scene, Time};
 use super::shapes;
 use crate::exit::Failure;
 use crate::keyframes::{DENSEST, ShapeSpec};
@@ -11,24 +11,30 @@ use thurible_core::problem::MAX_STEPS;
 use thurible_core::{Emitter, Supply};
 use toml::{Table, Value};
 
-/// The emitters of a scene with so many steps.
+/// The emitters of a scene on this grid with these steps.
 pub(super) fn emitters(
     document: &Document,
     raw: Option<Vec<Table>>,
-    steps: usize,
+    place: (&Grid, Time),
 ) -> Result<Vec<Emission>, Failure> {
     let tables = raw.unwrap_or_default().into_iter().enumerate();
     tables
-        .map(|(index, table)| emitter(document, index, table, steps))
+        .map(|(index, table)| emitter(document, index, table, place))
         .collect()
 }
 
-fn emitter(document: &Document, index: usize, mut table: Table, steps: usize) -> Result<Emission, Failure> {
+fn emitter(
+    document: &Document,
+    index: usize,
+    mut table: Table,
+    (grid, time): (&Grid, Time),
+) -> Result<Emission, Failure> {
+    let steps = time.steps;
     let key = format!("emitter[{index}]");
     document.only(
         &key,
         &table,
-        &[&["from", "to", "rate", "target"], ShapeSpec::KEYS].concat(),
+        &[&["from", "to", "rate", "target", "velocity"], ShapeSpec::KEYS].concat(),
     )?;
     let at = |name: &str| format!("{key}.{name}");
     let mut step = |name: &str, otherwise: usize, allowed| match table.remove(name) {
@@ -43,8 +49,14 @@ fn emitter(document: &Document, index: usize, mut table: Table, steps: usize) ->
         return Err(document.refuse(&at("to"), why));
     }
     let supply = supply(document, &key, table.remove("rate"), table.remove("target"))?;
+    let velocity = velocity(document, &key, table.remove("velocity"), (grid, time))?;
     Ok(Emission {
-        emits: Emitter { from, to, supply },
+        emits: Emitter {
+            from,
+            to,
+            supply,
+            velocity,
+        },
         shape: shapes::shape(document, &key, table)?,
         key,
     })
@@ -78,6 +90,35 @@ fn supply(
             document.required(&format!("{key}.rate"), None, remedy)
         }
     }
+}
+
+/// The velocity that an emitter's smoke comes with, if it has one of its own.
+fn velocity(
+    document: &Document,
+    key: &str,
+    given: Option<Value>,
+    (grid, time): (&Grid, Time),
+) -> Result<Option<[f64; 3]>, Failure> {
+    let Some(given) = given else {
+        return Ok(None);
+    };
+    let (key, dims) = (format!("{key}.velocity"), grid.cells.len());
+    let example = if dims == 2 {
+        "[0.0, 0.01]"
+    } else {
+        "[0.0, 0.0, 0.01]"
+    };
+    let along = document.numbers(&key, &given, dims, example)?;
+    let speed = along.iter().map(|v| v * v).sum::<f64>().sqrt() * time.dt / grid.length;
+    if speed > 1.0 {
+        let why = format!(
+            "is {speed:?} boxes a step, which nothing can follow; at most 1 is allowed: make it slower, or `time.dt` smaller"
+        );
+        return Err(document.refuse(&key, why));
+    }
+    let mut velocity = [0.0; 3];
+    velocity.iter_mut().zip(along).for_each(|(to, from)| *to = from);
+    Ok(Some(velocity))
 }
 
 /// The shapes of all obstacles, each with its key.

@@ -44,18 +44,20 @@ pub(crate) fn section(method: Method) -> String {
     }
 }
 
-/// `[method]` as `method` has it, with the choices of `[simulation]`, which concern several methods.
+/// `[method]` as `method` has it, with the choices of `[simulation]`, which concern several methods. Where it has no name a scene with
+/// templates is solved by them.
 pub(super) fn method(
     document: &Document,
     method: Option<Value>,
     mut simulation: Option<Value>,
+    templates: bool,
 ) -> Result<MethodSection, Failure> {
     let mut table = table(document, "method", method)?;
     let sections: Vec<String> = Method::ALL.iter().map(|&method| section(method)).collect();
     let within = sections.iter().filter_map(|key| key.strip_prefix("method."));
     let known = ["name", "iterations"].into_iter().chain(within);
     document.only("method", &table, &known.chain(["projection"]).collect::<Vec<_>>())?;
-    let mut params = name_and_iterations(document, &mut table)?;
+    let mut params = name_and_iterations(document, &mut table, templates)?;
     let projection = table.remove("projection");
     for (&method, key) in Method::ALL.iter().zip(&sections) {
         let given = match key.strip_prefix("method.") {
@@ -71,8 +73,11 @@ pub(super) fn method(
 }
 
 /// The parameters with the method and the iterations of `[method]`, which are taken out of its `table`.
-fn name_and_iterations(document: &Document, table: &mut Table) -> Result<Params, Failure> {
+fn name_and_iterations(document: &Document, table: &mut Table, templates: bool) -> Result<Params, Failure> {
     let mut params = Params::default();
+    if templates {
+        params.method = Method::Templates;
+    }
     if let Some(word) = table.remove("name") {
         let (key, steering) = ("method.name", steering());
         params.method = document.one_of(key, &read::<String>(document, key, word)?, &steering)?;

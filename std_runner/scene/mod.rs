@@ -10,6 +10,7 @@ mod place;
 mod raw;
 mod sequence;
 mod shapes;
+mod templates;
 
 pub use document::Document;
 pub(crate) use method::{section, steering};

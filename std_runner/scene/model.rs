@@ -5,7 +5,7 @@ use crate::keyframes::{Canvas, ShapeSpec};
 use crate::stay::Stay;
 use std::path::PathBuf;
 use thurible_core::grid::Side;
-use thurible_core::{Advection, Boundary, Emitter, Params, Supply};
+use thurible_core::{Advection, Boundary, Emitter, Params, Supply, Template};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -26,6 +26,8 @@ pub struct Scene {
     pub obstacles: Vec<(String, ShapeSpec)>,
     /// Step from which no force acts.
     pub release: Option<usize>,
+    /// Simple fields of which the force is made, where it is.
+    pub templates: Vec<Template>,
     /// What the fluid does by itself.
     pub flow: Flow,
     /// What is minimised.

@@ -18,6 +18,7 @@ pub(super) struct RawScene {
     pub emitter: Option<Vec<Table>>,
     pub obstacle: Option<Vec<Table>>,
     pub release: Option<Vec<Table>>,
+    pub template: Option<Vec<Table>>,
     #[serde(default)]
     pub flow: RawFlow,
     #[serde(default)]
@@ -169,6 +170,7 @@ fn remedy_of(key: &str) -> &'static str {
         "keyframe" => "write each keyframe as a table of its own under [[keyframe]]",
         "emitter" => "write each emitter as a table of its own under [[emitter]]",
         "obstacle" => "write each obstacle as a table of its own under [[obstacle]]",
+        "template" => "write each template as a table of its own under [[template]]",
         "release" => "write it as [[release]], with from = 40 under it",
         "source" => "write a shape under [source], as in circle = { center = [0.5, 0.5], radius = 0.2 }",
         _ => "write a value of that kind",

@@ -96,6 +96,7 @@ fn nothing_is_allocated() {
         Method::Lbfgs,
         Method::Pd,
         Method::Simulate,
+        Method::Templates,
     ] {
         let by = |cells: &[usize], ends: &str, steps: usize| {
             let scene = Scene::small(cells, ends, steps);

@@ -40,12 +40,13 @@ fn nested() -> (Scene, Scene) {
     )
 }
 
-const METHODS: [Method; 5] = [
+const METHODS: [Method; 6] = [
     Method::Admm,
     Method::Direct,
     Method::Lbfgs,
     Method::Pd,
     Method::Simulate,
+    Method::Templates,
 ];
 
 /// The bits of two iterations of each method.

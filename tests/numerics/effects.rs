@@ -23,12 +23,13 @@ use thurible_core::{
     Real, Scheme, Serial, Silent, Space, Status, Supply,
 };
 
-const METHODS: [Method; 5] = [
+const METHODS: [Method; 6] = [
     Method::Direct,
     Method::Lbfgs,
     Method::Pd,
     Method::Simulate,
     Method::Admm,
+    Method::Templates,
 ];
 
 /// B by the second implementation, and <B rho, z> = <rho, B^T z>.
@@ -87,6 +88,7 @@ pub struct On {
     pub schedule: bool,
     pub solids: bool,
     pub mask: bool,
+    pub jets: bool,
     pub smoothing: f64,
 }
 
@@ -98,6 +100,7 @@ pub const ALL: On = On {
     schedule: true,
     solids: false,
     mask: true,
+    jets: true,
     smoothing: 0.05,
 };
 pub const NONE: On = On {
@@ -108,6 +111,7 @@ pub const NONE: On = On {
     schedule: false,
     solids: false,
     mask: false,
+    jets: false,
     smoothing: 0.0,
 };
 
@@ -186,15 +190,24 @@ pub fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, 
     if on.mask {
         fields.extend(random.density(&grid).iter().map(|x: &f64| x.clamp(0.2, 1.0)));
     }
+    // The first pushes across the box, the second holds still where it is not pushed too.
+    let jets: Vec<f64> = match (on.jets, spans.len()) {
+        (true, 2..) => {
+            [[1.0, 0.03, -0.05, 0.02], [1.0, 0.0, 0.04, 0.0]].as_flattened()[..2 * spans.len()].to_vec()
+        }
+        _ => Vec::new(),
+    };
     let lists = Lists {
         steps: &[2, 5],
         weights: if on.regions { &[2.0, 0.5] } else { &[] },
         regions: on.regions,
         spans: &spans,
         supplies: &supplies,
+        jets: &jets,
         knots: if on.schedule { &[1, 3] } else { &[] },
         factors: if on.schedule { &[4.0, 0.5] } else { &[] },
         mask: on.mask,
+        templates: &[],
     };
     let control = Control {
         grid: &grid,
@@ -263,6 +276,11 @@ fn gradients_with_each_feature_and_with_all() {
             schedule: true,
             ..NONE
         },
+        On {
+            rate: true,
+            jets: true,
+            ..NONE
+        },
     ];
     for on in one {
         gradients::<D2>(&[8, 9], "wp", Scheme::Central, on, 1e-4);
@@ -328,6 +346,7 @@ fn chimney(method: Method) -> Scene {
                 from: 0,
                 to: 6,
                 supply: Supply::Rate(0.25),
+                velocity: None,
             }],
             shapes: vec![ball(0.25)],
             ..Default::default()
@@ -379,6 +398,7 @@ fn a_target_keeps_its_shape_filled() {
         from: 2,
         to: 8,
         supply: Supply::Target(0.7),
+        velocity: None,
     }];
     scene.effects.buoyancy = [0.0, 2e-2, 0.0];
     let solved = scene.solve_alone::<f64, D2>();
@@ -520,7 +540,14 @@ fn what_cannot_be_is_refused() {
         steps: 8,
         ..Problem::new(&cells, &boundary, &[4])
     };
-    let emitter = |from, to, supply| [Emitter { from, to, supply }];
+    let emitter = |from, to, supply| {
+        [Emitter {
+            from,
+            to,
+            supply,
+            velocity: None,
+        }]
+    };
     let rate = Supply::Rate(1.0);
     let refused = |problem: &Problem<'_>| match Plan::new::<f32, D2>(problem, &Params::default()) {
         Err(PlanError::Problem(error)) => error,

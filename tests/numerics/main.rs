@@ -49,6 +49,7 @@ mod smoother;
 mod steps;
 mod stfas;
 mod stfas_solves;
+mod templates;
 mod transforms;
 mod transport;
 mod transport_refusals;

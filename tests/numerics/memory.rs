@@ -11,12 +11,13 @@ use thurible_core::{
     SolverError, Space,
 };
 
-const METHODS: [Method; 5] = [
+const METHODS: [Method; 6] = [
     Method::Admm,
     Method::Direct,
     Method::Lbfgs,
     Method::Pd,
     Method::Simulate,
+    Method::Templates,
 ];
 
 /// A random scene that needs at most a few megabytes.
@@ -40,6 +41,10 @@ fn random_scene(random: &mut Random, dims: usize) -> Scene {
     scene.params.method = random.pick(&METHODS);
     scene.params.lbfgs.history = Some(random.between(1, 8));
     scene.params.lbfgs.nested = random.coin();
+    scene.params.templates.history = random.between(1, 8);
+    if scene.params.method == Method::Templates {
+        scene = scene.with_templates();
+    }
     if scene.params.method == Method::Simulate && random.coin() {
         scene.keyframes.clear();
         scene.densities.truncate(1);

@@ -190,6 +190,7 @@ fn the_density_goes_as_transport_on_the_finer_grid_takes_it() {
             from: 1,
             to: 3,
             supply,
+            velocity: None,
         }];
         let problem = problem(&fine, ends, &emitters);
         // By hand.

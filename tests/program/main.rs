@@ -33,4 +33,5 @@ mod shape_files;
 mod shape_keys;
 mod shapes;
 mod small;
+mod templates;
 mod undershoot;

@@ -113,6 +113,7 @@ fn the_page_declares_what_the_header_does() {
         ("CONFIG", "ThuribleConfig"),
         ("EMITTER", "ThuribleEmitter"),
         ("FACTOR", "ThuribleFactor"),
+        ("TEMPLATE", "ThuribleTemplate"),
         ("PROGRESS", "ThuribleProgress"),
     ] {
         let declared = script

@@ -1,9 +1,11 @@
 //! Lists of the configuration besides the keyframes' steps, as C gives them and as the core takes them.
 
 use super::ThuribleConfig;
+use super::choices::flag;
 use super::error::{ConfigError, ListNames};
+use super::templates::THURIBLE_MOST_TEMPLATES;
 use thurible_core::problem::MAX_STEPS;
-use thurible_core::{Emitter, Supply};
+use thurible_core::{Emitter, Supply, Template, TemplateKind};
 
 /// Emitters at most.
 pub const THURIBLE_MOST_EMITTERS: usize = 32;
@@ -22,6 +24,12 @@ pub struct ThuribleEmitter {
     pub rate: f64,
     /// Density that it fills up to at every step where its shape is 1, above 0; 0 where it has a rate.
     pub target: f64,
+    /// The velocity that its smoke comes with along x, y and z, in lengths per time, where `pushes` is 1; z is ignored in 2D.
+    pub velocity: [f64; 3],
+    /// Whether the flow in its shape is taken to `velocity` while it emits: 0 or 1.
+    pub pushes: u32,
+    /// For later versions; must be 0.
+    pub reserved: u32,
 }
 
 /// What the price of the force is multiplied by at a step.
@@ -35,15 +43,31 @@ pub struct ThuribleFactor {
 }
 
 impl ThuribleEmitter {
-    /// What the core calls it; nothing where it has not the one or the other of rate and target.
-    fn read(self) -> Option<Emitter> {
+    /// What the core calls number `index`.
+    ///
+    /// # Errors
+    /// [`ConfigError`]: where it has not the one or the other of rate and target, or a code that stands for nothing.
+    fn read(self, index: usize) -> Result<Emitter, ConfigError> {
         let supply = match (self.rate == 0.0, self.target == 0.0) {
             (false, true) => Supply::Rate(self.rate),
             (true, false) => Supply::Target(self.target),
-            _ => return None,
+            _ => return Err(ConfigError::Supply { index }),
         };
-        let Self { from, to, .. } = self;
-        Some(Emitter { from, to, supply })
+        let (field, given) = ("emitter.pushes", self.pushes);
+        let pushes = flag(given).ok_or(ConfigError::Code { field, given })?;
+        if self.reserved != 0 {
+            let (field, given) = ("emitter.reserved", self.reserved);
+            return Err(ConfigError::Code { field, given });
+        }
+        let Self {
+            from, to, velocity, ..
+        } = self;
+        Ok(Emitter {
+            from,
+            to,
+            supply,
+            velocity: pushes.then_some(velocity),
+        })
     }
 }
 
@@ -54,7 +78,7 @@ struct List<V, const MOST: usize> {
 }
 
 impl<V: Copy, const MOST: usize> List<V, MOST> {
-    fn new(empty: V) -> Self {
+    const fn new(empty: V) -> Self {
         let (values, count) = ([empty; MOST], 0);
         Self { values, count }
     }
@@ -76,19 +100,22 @@ impl<V: Copy, const MOST: usize> List<V, MOST> {
 pub(super) struct Lists {
     emitters: List<Emitter, THURIBLE_MOST_EMITTERS>,
     schedule: List<(usize, f64), THURIBLE_MOST_FACTORS>,
+    templates: List<Template, THURIBLE_MOST_TEMPLATES>,
 }
 
 impl Lists {
-    /// Without entries.
-    pub fn new() -> Self {
+    /// Without entries. Made when compiling, so that no second copy is on the stack.
+    pub const fn new() -> Self {
         let nothing = Supply::Rate(0.0);
         Self {
             emitters: List::new(Emitter {
                 from: 0,
                 to: 0,
                 supply: nothing,
+                velocity: None,
             }),
             schedule: List::new((0, 0.0)),
+            templates: List::new(Template::new(TemplateKind::Wind, [0.0; 3], 0.0, 0)),
         }
     }
 
@@ -103,13 +130,17 @@ impl Lists {
         // SAFETY: the caller's promise.
         let emitters = unsafe { entries(config.emitters, config.emitter_count, &EMITTERS) }?;
         for (index, emitter) in emitters.iter().enumerate() {
-            self.emitters
-                .push(emitter.read().ok_or(ConfigError::Supply { index })?);
+            self.emitters.push(emitter.read(index)?);
         }
         // SAFETY: the caller's promise.
         let schedule = unsafe { entries(config.schedule, config.schedule_count, &SCHEDULE) }?;
         for &ThuribleFactor { step, factor } in schedule {
             self.schedule.push((step, factor));
+        }
+        // SAFETY: the caller's promise.
+        let templates = unsafe { entries(config.templates, config.template_count, &TEMPLATES) }?;
+        for template in templates {
+            self.templates.push(template.read()?);
         }
         Ok(())
     }
@@ -117,6 +148,11 @@ impl Lists {
     /// The emitters.
     pub fn emitters(&self) -> &[Emitter] {
         self.emitters.as_slice()
+    }
+
+    /// The templates.
+    pub fn templates(&self) -> &[Template] {
+        self.templates.as_slice()
     }
 
     /// The factors of the force's price.
@@ -154,6 +190,7 @@ const fn names(list: &'static str, count: &'static str, most: usize) -> ListName
 const KEYFRAMES: ListNames = names("keyframes", "keyframe_count", MAX_STEPS);
 const WEIGHTS: ListNames = names("keyframe_weights", "keyframe_count", MAX_STEPS);
 const EMITTERS: ListNames = names("emitters", "emitter_count", THURIBLE_MOST_EMITTERS);
+const TEMPLATES: ListNames = names("templates", "template_count", THURIBLE_MOST_TEMPLATES);
 const SCHEDULE: ListNames = names("schedule", "schedule_count", THURIBLE_MOST_FACTORS);
 
 /// A list of the caller.

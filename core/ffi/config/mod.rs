@@ -6,6 +6,7 @@ mod effects;
 mod error;
 mod read;
 mod slot;
+mod templates;
 
 pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleNorm, ThuribleNsoSolver};
 pub use choices::{ThuriblePrecision, ThuribleScheme};
@@ -13,6 +14,7 @@ pub use default::thurible_defaults;
 pub use effects::{THURIBLE_MOST_EMITTERS, THURIBLE_MOST_FACTORS, ThuribleEmitter, ThuribleFactor};
 pub use error::ConfigError;
 pub use slot::THURIBLE_AUTOMATIC;
+pub use templates::{THURIBLE_MOST_TEMPLATES, ThuribleTemplate, ThuribleTemplateKind};
 
 use choices::codes;
 use slot::{Held, Slot};
@@ -31,9 +33,11 @@ pub enum ThuribleMethod {
     Pd = 3,
     /// No control: the flow alone. There may be no keyframes.
     Simulate = 4,
+    /// L-BFGS over the amplitudes, middles and radii of templates. There must be some.
+    Templates = 5,
 }
 
-codes!(ThuribleMethod of Method: Direct, Admm, Lbfgs, Pd, Simulate);
+codes!(ThuribleMethod of Method: Direct, Admm, Lbfgs, Pd, Simulate, Templates);
 
 /// A scene without its densities, and the choices of the solve: begin with `thurible_defaults`, then set what is to differ. Fields
 /// that hold one of several codes are `uint32_t`, so that any number may arrive and be refused.
@@ -75,6 +79,10 @@ pub struct ThuribleConfig {
     pub schedule: *const ThuribleFactor,
     /// How many factors `schedule` points to, at most `THURIBLE_MOST_FACTORS`.
     pub schedule_count: usize,
+    /// Simple fields that the force is made of, for the method of templates; a simulation adds them as they are. Read as `keyframes`.
+    pub templates: *const ThuribleTemplate,
+    /// How many templates `templates` points to, at most `THURIBLE_MOST_TEMPLATES`.
+    pub template_count: usize,
     /// Step from which no force acts, from 2 to N - 1 and not before the last keyframe; 0, the default, for none.
     pub release: usize,
     /// Acceleration of the flow where the density is 1, along x, y and z, in lengths per squared time; z is ignored in 2D. None by default.
@@ -151,6 +159,12 @@ pub struct ThuribleConfig {
     pub pd_gathering: f64,
     /// Simulations, L-BFGS over forces and target-driven smoke: relative residual of an implicit step.
     pub simulation_tolerance: f64,
+    /// Templates: pairs of L-BFGS from 1 to 8.
+    pub templates_history: u32,
+    /// For later versions; must be 0.
+    pub templates_reserved: u32,
+    /// Templates: stop as `direct_tolerance`.
+    pub templates_tolerance: f64,
 }
 
 macro_rules! held {
@@ -165,7 +179,7 @@ macro_rules! held {
 
 impl ThuribleConfig {
     /// Every field that holds a choice of a method, and what the core calls it.
-    fn held(&mut self) -> [Held<'_>; 21] {
+    fn held(&mut self) -> [Held<'_>; 23] {
         held! { self:
             direct_history "direct.history",
             direct_nested "direct.nested",
@@ -188,6 +202,8 @@ impl ThuribleConfig {
             pd_attenuation "pd.attenuation",
             pd_gathering "pd.gathering",
             simulation_tolerance "simulation.tolerance",
+            templates_history "templates.history",
+            templates_tolerance "templates.tolerance",
         }
     }
 }

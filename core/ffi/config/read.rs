@@ -54,7 +54,7 @@ impl ThuribleConfig {
         };
         let boundary = self.ends(dims)?;
         let params = self.params()?;
-        let mut lists = Lists::new();
+        let mut lists = const { Lists::new() };
         // SAFETY: the caller's promise.
         let (keyframes, keyframe_weights) = unsafe {
             lists.read(self)?;
@@ -73,6 +73,7 @@ impl ThuribleConfig {
             emitters: lists.emitters(),
             solids: is_on("solids", self.solids)?,
             buoyancy: if dims == 2 { [x, y, 0.0] } else { [x, y, z] },
+            templates: lists.templates(),
             release: (self.release != 0).then_some(self.release),
             schedule: lists.schedule(),
             mask: is_on("mask", self.mask)?,
@@ -110,7 +111,11 @@ impl ThuribleConfig {
         self.held()
             .into_iter()
             .try_for_each(|held| held.read(&mut params))?;
-        Ok(params)
+        let reserved = [("templates_reserved", self.templates_reserved)];
+        match reserved.into_iter().find(|(_, given)| *given != 0) {
+            None => Ok(params),
+            Some((field, given)) => Err(ConfigError::Code { field, given }),
+        }
     }
 }
 

@@ -186,7 +186,7 @@ static void configurations(void) {
     WRONG(precision = 16, "precision is 16");
     WRONG(dimensions = 4, "dimensions is 4");
     WRONG(boundary[0] = 2, "boundary is 2");
-    WRONG(method = 5, "method is 5");
+    WRONG(method = 6, "method is 6");
     WRONG(length = -1.0, "length is -1");
     WRONG(dt = 0.0, "dt is 0");
     WRONG(steps = 1, "steps is 1");
@@ -245,7 +245,7 @@ static void configurations(void) {
     WRONG(release = 4, "release is 4; it must be from 2");
     WRONG(release = 3, "a keyframe is at step 4, after the release at step 3");
     double weights[2] = {2.0, 0.0};
-    ThuribleEmitter emitter = {1, 3, 0.5, 0.0};
+    ThuribleEmitter emitter = {1, 3, 0.5, 0.0, {0.0, 0.0, 0.0}, 0, 0};
     ThuribleFactor factors[2] = {{1, 1.0}, {3, 0.5}};
     WRONG(keyframe_weights = weights, "keyframe.weight is 0");
     WRONG(keyframe_weights = (const double *)((const char *)weights + 1), "keyframe_weights is null or misaligned");
@@ -275,8 +275,37 @@ static void configurations(void) {
     EMITS(target = 1.0, "emitters[0] must have either a rate or a target");
     EMITS(rate = -1.0, "emitter.rate is -1");
     EMITS(rate = (double)NAN, "emitter.rate is NaN");
+    EMITS(pushes = 2, "emitter.pushes is 2");
+    EMITS(reserved = 1, "emitter.reserved is 1");
+    emitter.pushes = 1;
+    OK(thurible_plan(&effects, NULL, NULL, NULL));
+    EMITS(velocity[1] = (double)NAN, "emitter.velocity is NaN");
     emitter.target = 1.0;
     EMITS(rate = 0.0, "so the mass of the smoke is not known before");
+    ThuribleTemplate template = {THURIBLE_TEMPLATE_KIND_VORTEX, 1, 0, 4, 0, {0.5, 0.5, 9.0}, 0.2, {0.0, 0.0, 0.0}, 0.0, 0, 0};
+    const ThuribleTemplate good_template = template;
+    effects.templates = &template;
+    effects.template_count = 1;
+    refused(&effects, THURIBLE_RESULT_CONFIG, "the method direct knows no templates");
+    effects.method = THURIBLE_METHOD_TEMPLATES;
+    OK(thurible_plan(&effects, NULL, NULL, NULL));
+#define FORM(change, words) template.change, refused(&effects, THURIBLE_RESULT_CONFIG, words), template = good_template
+    FORM(kind = 9, "template.kind is 9, which stands for nothing");
+    FORM(moves = 2, "template.moves is 2");
+    FORM(reserved = 1, "template.reserved is 1");
+    FORM(to = 5, "template 0 must act from a force to a later one; there are 3 of them");
+    FORM(from = 3, "template 0 must act from a force to a later one");
+    FORM(radius = 0.0, "template.radius is 0");
+    FORM(size = -1.0, "template.size is -1");
+    FORM(amplitude[0] = (double)NAN, "template.amplitude is NaN");
+    FORM(center[1] = 9.0, "template 0 has its middle at 9 along axis 1, which is outside the box");
+    ODD(templates = NULL, "templates is null or misaligned, but template_count is not 0");
+    ODD(template_count = THURIBLE_MOST_TEMPLATES + 1, "template_count is 17; it must be at most 16");
+    ODD(template_count = 0, "there is no template");
+    ODD(templates_history = 9, "templates.history is 9");
+    ODD(templates_reserved = 1, "templates_reserved is 1");
+    effects.template_count = 0;
+    effects.method = THURIBLE_METHOD_DIRECT;
     factors[1].step = 1;
     refused(&effects, THURIBLE_RESULT_CONFIG, "the schedule's step 1 is not after the one before it");
     factors[0].factor = 0.0;
@@ -819,6 +848,9 @@ static double mass_at(const Scene *scene, const Thurible *solver, uint32_t field
  * buoyancy where the method knows it, and a release at step 6. What it points to is the caller's. */
 static void add_effects(Scene *scene, uint32_t method, ThuribleEmitter emitters[2], const double *weight, const ThuribleFactor *factors) {
     ThuribleConfig *config = &scene->config;
+    memset(emitters, 0, 2 * sizeof emitters[0]);
+    emitters[0].velocity[1] = 0.05;
+    emitters[0].pushes = method != THURIBLE_METHOD_ADMM;
     emitters[0].from = 1;
     emitters[0].to = 5;
     emitters[0].rate = 0.25;
@@ -986,7 +1018,7 @@ static void emits(uint32_t precision, uint32_t dimensions, uint32_t method) {
 static void emits_alone(void) {
     Scene scene;
     make_scene(&scene, THURIBLE_PRECISION_F64, 2, 8, 6, THURIBLE_METHOD_DIRECT);
-    const ThuribleEmitter emitter = {2, 5, 4.0, 0.0};
+    const ThuribleEmitter emitter = {2, 5, 4.0, 0.0, {0.0, 0.0, 0.0}, 0, 0};
     size_t bytes = scene.cells * 8, left_bytes = 0, right_bytes = 0;
     double factor = 0.0;
     scene.config.emitters = &emitter;
@@ -1071,6 +1103,71 @@ static void solids(uint32_t precision, uint32_t dimensions, uint32_t method) {
     drop_scene(&scene);
 }
 
+/* A wind and a vortex that moves: what they were found to be, the same after saving, and a simulation of what is given. */
+static void templates(uint32_t precision, uint32_t dimensions) {
+    Scene scene;
+    ThuribleTemplate forms[2] = {
+        {THURIBLE_TEMPLATE_KIND_WIND, 0, 0, 6, 3, {0.4, 0.5, 0.5}, 0.3, {0.0, 0.0, 0.0}, 0.0, 0, 0},
+        {THURIBLE_TEMPLATE_KIND_VORTEX, 1, 1, 5, 0, {0.5, 0.4, 0.4}, 0.25, {0.0, 0.0, 0.0}, 0.0, 0, 0},
+    };
+    make_scene(&scene, precision, dimensions, 10, 6, THURIBLE_METHOD_SIMULATE);
+    scene.config.method = THURIBLE_METHOD_TEMPLATES;
+    scene.config.templates = forms;
+    scene.config.template_count = 2;
+    scene.config.iterations = 4;
+    scene.config.force_weight = 1.0;
+    OK(thurible_plan(&scene.config, &scene.bytes, NULL, &scene.saved));
+    size_t bytes = scene.cells * scene.number;
+    Thurible *solver = empty(&scene);
+    ThuribleTemplate found;
+    double amplitude[3], later[3];
+    IS(thurible_template(solver, 0, &found), NO_RESULT);
+    OK(thurible_set_source(solver, scene.source, bytes));
+    for (size_t index = 0; index < 2; index++) OK(thurible_set_keyframe(solver, index, scene.target, bytes, NULL));
+    OK(thurible_solve(solver, NULL, NULL, NULL));
+    IS(thurible_template(solver, 2, &found), INDEX);
+    IS(thurible_template(solver, 0, NULL), NULL);
+    OK(thurible_template(solver, 0, &found));
+    CHECK(found.kind == THURIBLE_TEMPLATE_KIND_WIND && found.to == 5 && found.interval == 3 && found.radius == 0.3);
+    OK(thurible_template_amplitude(solver, 0, 2, amplitude));
+    OK(thurible_template_amplitude(solver, 0, 3, later));
+    CHECK(amplitude[0] == found.amplitude[0] && amplitude[0] != later[0] && amplitude[0] != 0.0);
+    CHECK(dimensions == 3 || amplitude[2] == 0.0);
+    IS(thurible_template_amplitude(solver, 0, 5, amplitude), INDEX);
+    IS(thurible_template_amplitude(solver, 0, 0, NULL), NULL);
+    OK(thurible_template(solver, 1, &found));
+    CHECK(found.moves == 1 && found.radius != 0.25 && found.center[0] != 0.5 && found.amplitude[0] != 0.0);
+    unsigned char *saved = (unsigned char *)aligned(scene.saved);
+    OK(thurible_save(solver, saved, scene.saved));
+    Thurible *other = empty(&scene);
+    OK(thurible_restore(other, saved, scene.saved));
+    OK(thurible_template(other, 1, &forms[1]));
+    CHECK(forms[1].radius == found.radius && forms[1].amplitude[0] == found.amplitude[0]);
+    drop(other);
+    drop(solver);
+    free(saved);
+    /* By its amplitudes a simulation is pushed. */
+    scene.config.method = THURIBLE_METHOD_SIMULATE;
+    scene.config.keyframe_count = 0;
+    forms[0].amplitude[0] = 0.01;
+    OK(thurible_plan(&scene.config, &scene.bytes, NULL, &scene.saved));
+    solver = empty(&scene);
+    OK(thurible_set_source(solver, scene.source, bytes));
+    OK(thurible_solve(solver, NULL, NULL, NULL));
+    size_t faces = 0;
+    OK(thurible_copy_bytes(solver, THURIBLE_FIELD_VELOCITY, 0, &faces));
+    void *velocity = aligned(faces);
+    OK(thurible_copy(solver, THURIBLE_FIELD_VELOCITY, 5, 0, velocity, faces));
+    double fastest = 0.0;
+    for (size_t face = 0; face < faces / scene.number; face++) fastest = fmax(fastest, get(velocity, scene.number, face));
+    CHECK(fastest > 0.01);
+    OK(thurible_template(solver, 0, &found));
+    CHECK(fabs(found.amplitude[0] - 0.01) < 1e-8);
+    free(velocity);
+    drop(solver);
+    drop_scene(&scene);
+}
+
 int main(void) {
     versions_and_texts();
     configurations();
@@ -1097,6 +1194,8 @@ int main(void) {
     executors();
     observers();
     free_flow();
+    templates(THURIBLE_PRECISION_F32, 2);
+    templates(THURIBLE_PRECISION_F64, 3);
     emits_alone();
     if (failures) fprintf(stderr, "%d checks failed\n", failures);
     return failures != 0;

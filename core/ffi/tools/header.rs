@@ -35,6 +35,7 @@ fn header(check: bool) -> Result<(), Box<dyn core::error::Error>> {
         "outputs.rs",
         "fields.rs",
         "facts.rs",
+        "templates.rs",
     ] {
         builder = builder.with_src(ffi.join(source));
     }

@@ -122,14 +122,16 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
     }
 
     /// Its two problems have closed steps for |u|^2 alone, and the Navier-Stokes problem knows no densities.
-    fn takes(feature: Feature) -> bool {
+    fn takes(_: &Params, feature: Feature) -> bool {
         match feature {
             Feature::Smoothness
             | Feature::Buoyancy
             | Feature::Solids
             | Feature::Schedule
             | Feature::Mask
-            | Feature::Open => false,
+            | Feature::Open
+            | Feature::Templates
+            | Feature::Jets => false,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The gradient by the forces: back through the densities and the flow that they were carried by.
 
-use super::evaluate::Simulated;
+use super::evaluate::{Pull, Push, Simulated};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::slot::{self, Slot, put};
 use crate::field::trajectory::{self, Shape};
@@ -10,6 +10,7 @@ use crate::grid::{Grid, Space};
 use crate::memory::Pool;
 use crate::method::simulate::step::Step;
 use crate::objective::flow::Evaluation;
+use crate::objective::script::jets::Jets;
 use crate::objective::sweep::{Companion, DensitySweep};
 use crate::observe::{Observer, Silent};
 use crate::real::Real;
@@ -17,7 +18,8 @@ use crate::transport::{Flow, Stop};
 use core::marker::PhantomData;
 
 impl<T: Real> Simulated<'_, '_, T> {
-    /// The gradient at u, from the flow and the densities of [`Self::value`].
+    /// The gradient by the forces, those included that the densities added, from the flow and the densities of [`Self::value`] or
+    /// [`Self::simulate`] and the price of them all.
     ///
     /// # Errors
     /// [`Stop`].
@@ -25,12 +27,13 @@ impl<T: Real> Simulated<'_, '_, T> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        u: Vector<'_, T>,
+        Push { u, pull }: Push<'_, T>,
         v: Vector<'_, T>,
         out: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
         let step_setup = self.step_setup();
         self.evaluation.prepare_gradient(exec, observer)?;
+        let (lift, jets) = (self.evaluation.lift(), self.evaluation.jets());
         let Evaluation {
             levels,
             level,
@@ -49,20 +52,24 @@ impl<T: Real> Simulated<'_, '_, T> {
             v,
             along: None,
         };
+        let priced = if setup.weighs() { view(priced) } else { u };
+        let pull = pull.map(|pull| Pulled {
+            pull,
+            priced,
+            weight: setup.force_weight,
+        });
+        let together = setup.lifts() || pull.is_some();
         let mut back = Backward::<T, S> {
-            lift: Lift {
-                grid,
-                slots,
-                solids: levels.solids(*level),
-                acceleration: setup.buoyancy,
-            },
+            jets,
+            pull,
+            lift,
             together: None,
             v,
             out: reborrow(out),
             ended: Ok(()),
             space: PhantomData,
         };
-        if setup.lifts() {
+        if together {
             let (of_sweep, of_step) = sums
                 .split_at_mut_checked(grid.rows())
                 .unwrap_or((&mut [], &mut []));
@@ -86,15 +93,25 @@ impl<T: Real> Simulated<'_, '_, T> {
         let ended = back.ended;
         drop(back);
         ended?;
-        let priced = if setup.weighs() { view(priced) } else { u };
         trajectory::add(exec, Shape { grid, slots }, out, 1.0, setup.force_weight, priced);
         Ok(())
     }
 }
 
+/// What the densities added to the force, and what that is priced as.
+#[derive(Clone, Copy)]
+struct Pulled<'a, T> {
+    pull: &'a dyn Pull<T>,
+    priced: Vector<'a, T>,
+    /// r.
+    weight: f64,
+}
+
 /// What goes back through the flow, into the trajectory `out`: at first -A_v^T mu, then z in its place.
 struct Backward<'a, T, S> {
     lift: Lift<'a>,
+    jets: Jets<'a, T>,
+    pull: Option<Pulled<'a, T>>,
     /// Where steps are solved, with sums: beside the sweep where densities push the flow, since then each needs the other; otherwise after it.
     together: Option<(Step<'a, T>, &'a mut [f64])>,
     v: Vector<'a, T>,
@@ -123,6 +140,9 @@ impl<T: Real, S: Space> Backward<'_, T, S> {
         let at = |field, slot| Slot { field, slots, slot };
         let terms = [(1.0, Slot::only(view(&step.adjoint))), (1.0, at(view(out), slot))];
         slot::combine(exec, grid, terms, &mut step.given);
+        let after = Slot::only(view(&step.adjoint));
+        self.jets
+            .add(exec, [0.0, -1.0], slot + 1, after, (&mut step.given, 0));
         if slot + 2 < slots {
             let terms = [(2.0, at(view(out), slot + 1)), (-1.0, at(view(out), slot + 2))];
             slot::combine(exec, grid, terms, &mut step.adjoint);
@@ -137,6 +157,10 @@ impl<T: Real, S: Space> Companion<T> for Backward<'_, T, S> {
     fn at_density(&mut self, exec: &dyn Exec, step: usize, mu: &mut [T]) {
         if step <= self.lift.slots {
             self.lift.add_adjoint(exec, -1.0, view(&self.out), step - 1, mu);
+            if let Some(Pulled { pull, priced, weight }) = self.pull {
+                pull.add_adjoint(exec, -1.0, view(&self.out), step - 1, mu);
+                pull.add_adjoint(exec, -weight, priced, step - 1, mu);
+            }
         }
     }
 

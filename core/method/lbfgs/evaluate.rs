@@ -6,6 +6,8 @@
 //! gradient    r f (1 + s^2 C^T C) u_{k-1} + z_k
 //! ```
 //!
+//! Where emitters push, K v_{k-1} is subtracted and T added on the way forward, and z_{k+1} is (1 - K_{k+1}) z_{k+1} on the way back.
+//!
 //! Buoyancy B pulls mu_k down by B^T z_k, so that both go back together where there is any (`backward.rs`).
 
 use crate::exec::Exec;
@@ -32,6 +34,32 @@ pub struct Warm<'a, T> {
     pub change: (Vector<'a, T>, f64),
 }
 
+/// Part of a force that follows from the densities.
+pub trait Pull<T>: Sync {
+    /// `given +=` that part in slot `slot`, a field of one slot, by the densities `rho` of all steps.
+    fn add(&self, exec: &dyn Exec, rho: &[T], slot: usize, given: &mut VectorMut<'_, T>);
+
+    /// `mu += s` times what the covector `b` of the force in slot `slot` is for the density there.
+    fn add_adjoint(&self, exec: &dyn Exec, s: f64, b: Vector<'_, T>, slot: usize, mu: &mut [T]);
+}
+
+/// What pushes the flow beside buoyancy.
+#[derive(Clone, Copy)]
+pub struct Push<'a, T> {
+    /// The forces u_0 .. u_{N-2}; what densities add is not among them where the flow is simulated, and is where its gradient is taken.
+    pub u: Vector<'a, T>,
+    /// What the densities add.
+    pub pull: Option<&'a dyn Pull<T>>,
+}
+
+impl<'a, T> Push<'a, T> {
+    /// Forces alone.
+    #[must_use]
+    pub fn by(u: Vector<'a, T>) -> Self {
+        Self { u, pull: None }
+    }
+}
+
 /// J(u) = 1/2 <e, C e> + r/2 sum f <u, (1 + s^2 C^T C) u>.
 pub struct Simulated<'a, 'm, T> {
     /// Weights, densities and work; see [`Self::measure`].
@@ -41,10 +69,11 @@ pub struct Simulated<'a, 'm, T> {
 }
 
 impl<T: Real> Simulated<'_, '_, T> {
-    /// What evaluations on the finest grid take of a region, for a pool that measures.
-    pub fn measure<'l>(levels: &'l Levels<'_, T>, setup: &flow::Setup, pool: &mut Pool<'l, T>) {
+    /// What evaluations on the finest grid take of a region, for a pool that measures; densities push the flow where they `pull`, or have
+    /// buoyancy.
+    pub fn measure<'l>(levels: &'l Levels<'_, T>, setup: &flow::Setup, pull: bool, pool: &mut Pool<'l, T>) {
         let sweep = &setup.sweep;
-        let sharing = if setup.lifts() {
+        let sharing = if setup.lifts() || pull {
             Sharing::Together
         } else {
             Sharing::InTurn
@@ -87,9 +116,7 @@ impl<T: Real> Simulated<'_, '_, T> {
         if force.force > bound {
             return Ok(force);
         }
-        self.simulate::<S>(exec, observer, u, warm, v)?;
-        let slots = self.evaluation.setup.sweep.slots;
-        self.carry(exec, observer, view(v), slots)?;
+        self.simulate::<S>(exec, observer, Push::by(u), warm, v)?;
         let data = self.evaluation.data(exec);
         Ok(Objective { data, ..force })
     }
@@ -122,19 +149,24 @@ impl<T: Real> Simulated<'_, '_, T> {
         sweep.carry_step(exec, observer, &flow, rho, step, script, sums)
     }
 
-    /// The flow of u, with the densities that it carries on the way.
-    fn simulate<S: Space>(
+    /// The flow of what pushes it, with all densities that it carries.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    pub fn simulate<S: Space>(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        u: Vector<'_, T>,
+        push: Push<'_, T>,
         warm: Warm<'_, T>,
         v: &mut VectorMut<'_, T>,
     ) -> Result<(), Stop> {
-        (1..=self.evaluation.setup.sweep.slots).try_for_each(|k| {
+        let slots = self.evaluation.setup.sweep.slots;
+        (1..=slots).try_for_each(|k| {
             self.carry(exec, observer, view(v), k - 1)?;
-            self.advance::<S>(exec, observer, u, warm, v, k)
-        })
+            self.advance::<S>(exec, observer, push, warm, v, k)
+        })?;
+        self.carry(exec, observer, view(v), slots)
     }
 
     /// v_k, from v_{k-1}, u_{k-1} and rho_k.
@@ -142,12 +174,17 @@ impl<T: Real> Simulated<'_, '_, T> {
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
-        u: Vector<'_, T>,
+        Push { u, pull }: Push<'_, T>,
         warm: Warm<'_, T>,
         v: &mut VectorMut<'_, T>,
         k: usize,
     ) -> Result<(), Stop> {
         let step_setup = self.step_setup();
+        let jets = self.evaluation.jets();
+        let lift = Lift {
+            slots: 1,
+            ..self.evaluation.lift()
+        };
         let Evaluation {
             levels,
             level,
@@ -169,13 +206,11 @@ impl<T: Real> Simulated<'_, '_, T> {
         let (change, s) = warm.change;
         let known = Slot::at(k - 1, *initial, warm.v, slots);
         step.give(exec, [(1.0, before), (1.0, slot(u))]);
-        let lift = Lift {
-            grid,
-            slots: 1,
-            solids: levels.solids(*level),
-            acceleration: setup.buoyancy,
-        };
         lift.add(exec, 1.0, &rho[(k - 1) * grid.cells()..], 0..1, &mut step.given);
+        jets.add(exec, [1.0, -1.0], k - 1, before, (&mut step.given, 0));
+        if let Some(pull) = pull {
+            pull.add(exec, rho, k - 1, &mut step.given);
+        }
         let terms = [
             (1.0, slot(warm.v)),
             (1.0, before),

@@ -118,7 +118,7 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
             let flow = flow::Setup { sweep, ..setup.flow };
             flow::priced(&setup.grid, &flow, pool);
             flow::divided(&setup.grid, &flow, pool);
-            Simulated::measure(levels, &flow, pool);
+            Simulated::measure(levels, &flow, false, pool);
         });
     }
 

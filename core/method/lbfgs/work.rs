@@ -1,7 +1,7 @@
 //! One quasi-Newton iteration over the forces.
 
 use super::Lbfgs;
-use super::evaluate::{Simulated, Warm};
+use super::evaluate::{Push, Simulated, Warm};
 use crate::exec::Exec;
 use crate::field::trajectory::{self, Shape};
 use crate::field::{VectorMut, reborrow, rows, sums, view};
@@ -103,7 +103,7 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
         let v = view(&self.fields[work]);
         let done = self
             .simulated
-            .gradient::<S>(exec, observer, view(&self.u), v, &mut gradient);
+            .gradient::<S>(exec, observer, Push::by(view(&self.u)), v, &mut gradient);
         if done.is_ok() {
             let shape = self.shape();
             trajectory::add(exec, shape, &mut self.v, 0.0, 1.0, view(&self.fields[work]));

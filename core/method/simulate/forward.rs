@@ -18,7 +18,7 @@ use crate::method::params::{Method, Params};
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::script::Script;
 use crate::observe::Observer;
-use crate::problem::Problem;
+use crate::problem::{Feature, Problem};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use core::marker::PhantomData;
@@ -53,6 +53,11 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
 
     fn steers(params: &Params) -> bool {
         params.method == Method::Pd
+    }
+
+    /// Smoke that is driven is not driven by templates too.
+    fn takes(params: &Params, feature: Feature) -> bool {
+        feature != Feature::Templates || params.method == Method::Simulate
     }
 
     fn simulates() -> bool {

@@ -9,10 +9,12 @@ use crate::field::slot::{Slot, clear, put, put_everywhere};
 use crate::field::view;
 use crate::force::lift::Lift;
 use crate::force::mask::{By, Mask};
+use crate::force::template::Placed;
 use crate::grid::Space;
 use crate::memory::Pool;
 use crate::method::animation::Animation;
 use crate::objective::script::Script;
+use crate::objective::script::jets::Jets;
 use crate::objective::sweep::DensitySweep;
 use crate::observe::{Event, Observer, Silent};
 use crate::progress::{Objective, Status};
@@ -115,6 +117,11 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         let kept = match setup.push {
             Push::Nothing => {
                 clear(exec, grid, w, k - 1);
+                let (slots, solids) = (animation.slots, levels.solids(0));
+                for template in script.templates() {
+                    let placed = Placed::new(grid, solids, slots, template);
+                    placed.add(exec, &|_| template.amplitude, rho, (k - 1..k, 0), w);
+                }
                 1.0
             }
             Push::Target(pd) => {
@@ -138,14 +145,36 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
                 kept
             }
         };
+        self.lift(exec, script, k);
+        Ok(kept)
+    }
+
+    /// Adds what the densities and the emitters ask for to slot k of w.
+    fn lift(&mut self, exec: &dyn Exec, script: &Script<'_, T>, k: usize) {
+        let Animation {
+            levels,
+            rho,
+            v,
+            initial,
+            slots,
+            ..
+        } = &mut self.animation;
+        let (grid, slots, solids) = (&levels.finest, *slots, levels.solids(0));
+        let acceleration = self.setup.flow.buoyancy;
         let lift = Lift {
             grid,
-            slots: animation.slots,
-            solids: levels.solids(0),
-            acceleration: setup.flow.buoyancy,
+            slots,
+            solids,
+            acceleration,
         };
-        lift.add(exec, 1.0, rho, k - 1..k, w);
-        Ok(kept)
+        lift.add(exec, 1.0, rho, k - 1..k, &mut self.w);
+        let before = Slot::at(k - 1, view(initial), view(v), slots);
+        let jets = Jets {
+            grid,
+            solids,
+            script: *script,
+        };
+        jets.add(exec, [1.0, -1.0], k - 1, before, (&mut self.w, k - 1));
     }
 
     /// Density `step + 1` from the one before.

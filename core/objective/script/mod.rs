@@ -1,7 +1,9 @@
 //! What a scene says of the steps of its flow: what the smoke should look like, what is added to it, and what force costs.
 
 mod emission;
+pub mod jets;
 mod schedule;
+mod templates;
 
 use crate::real::Real;
 use core::num::NonZeroU32;
@@ -19,12 +21,16 @@ pub struct Lists<'a> {
     pub spans: &'a [u32],
     /// Rate and target of each emitter, of which one is 0.
     pub supplies: &'a [f64],
+    /// Whether each emitter pushes its smoke, 1 or 0, and the velocity to which: four numbers each; empty where none does.
+    pub jets: &'a [f64],
     /// Steps where the factor of the force's price is given, ascending.
     pub knots: &'a [u32],
     /// Those factors.
     pub factors: &'a [f64],
     /// Whether force may act only here and there.
     pub mask: bool,
+    /// The templates of the force, each as so many numbers: see [`Template::pack`](crate::problem::Template::pack).
+    pub templates: &'a [f64],
 }
 
 /// What is given for each step: [`Lists`], and fields of cells on one grid.
@@ -100,12 +106,18 @@ impl<'a, T: Real> Script<'a, T> {
     /// What is left of it from `step` on, after the last keyframe: the emitters.
     #[must_use]
     pub fn after(&self, step: usize, cells: usize) -> Self {
-        let Lists { spans, supplies, .. } = self.lists;
+        let Lists {
+            spans,
+            supplies,
+            jets,
+            ..
+        } = self.lists;
         let emitters = self.lists.emitters_begin() * cells;
         Self {
             lists: Lists {
                 spans,
                 supplies,
+                jets,
                 ..Lists::default()
             },
             first: self.first + step as u32,

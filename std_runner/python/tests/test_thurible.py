@@ -261,6 +261,53 @@ class Effects(unittest.TestCase):
                 self.assertEqual(found.emission[:, self.below + self.above == 0].max(initial=0), 0)
                 self.assertEqual(found.density[0].max(), 0)
 
+    def test_emitters_push(self):
+        """Where the smoke comes with a velocity the flow has it too; ADMM knows none."""
+        emitters = [{"shape": self.below, "rate": 0.25, "velocity": [0.03, 0.0]}]
+        for method in ("direct", "lbfgs", "simulate"):
+            found = thurible.solve(None, {6: self.above}, emitters=emitters, match_mass=False, method=method, iterations=2)
+            self.assertGreater(found.velocity[0][2].max(), 0.01, method)
+        with self.assertRaisesRegex(ValueError, "the method admm knows no velocity of emitters"):
+            thurible.plan(self.shape, [6], emitters=emitters, method="admm", smoothness=0.0)
+        with self.assertRaisesRegex(ValueError, r"emitters\[0\]..velocity.\] has 1 entries, but must have 2"):
+            thurible.plan(self.shape, [6], emitters=[{"rate": 1.0, "velocity": [1.0]}])
+
+    def test_templates_are_found(self):
+        """The force is made of them; a simulation takes them as they are given."""
+        templates = [
+            {"kind": "wind", "center": [0.5, 0.4], "radius": 0.3, "interval": 3},
+            {"kind": "vortex", "center": [0.4, 0.4], "radius": 0.2, "to": 5, "move": True, "amplitude": 1e-3},
+            {"kind": "noise", "center": [0.4, 0.4], "radius": 0.2, "size": 0.1, "seed": 3},
+        ]
+        found = thurible.solve(self.below, {8: self.above}, templates=templates, force_weight=1.0, iterations=5)
+        wind, vortex, noise = found.templates
+        self.assertEqual((wind["kind"], wind["center"], wind["radius"], wind["to"]), ("wind", [0.5, 0.4], 0.3, 7))
+        self.assertEqual([len(one["amplitude"]) for one in found.templates], [3, 1, 1])
+        self.assertEqual([len(one["amplitude"][0]) for one in found.templates], [2, 1, 1])
+        self.assertNotEqual(vortex["radius"], 0.2)
+        self.assertEqual((noise["seed"], "seed" in wind), (3, False))
+        self.assertLess(found.data_term, found.history[0].data)
+        free = thurible.solve(self.below, {}, steps=8, templates=templates, method="simulate")
+        self.assertGreater(np.abs(free.force[0]).max(), 1e-6)
+        self.assertEqual(free.templates[1]["amplitude"], [[1e-3]])
+        self.assertEqual(thurible.solve(self.below, {8: self.above}, iterations=1).templates, [])
+        good = templates[0]
+        for odd, words in [
+            ({"kind": "storm"}, r"templates\[0\]..kind.\] is .storm., but must be"),
+            ({"center": [0.5]}, r"templates\[0\]..center.\] has 1 entries, but must have 2"),
+            ({"radius": 0.0}, r"templates\[0\]..radius.\] is 0"),
+            ({"radius": None}, r"templates\[0\] has no radius"),
+            ({"seed": 1}, r"templates\[0\]..seed.\] is an argument of noise alone"),
+            ({"from": 7}, "template 0 must act from a force to a later one"),
+            ({"center": [0.5, 2.0]}, "template 0 has its middle at 2 along axis 1"),
+        ]:
+            with self.subTest(odd=odd), self.assertRaisesRegex(ValueError, words):
+                thurible.plan(self.shape, [8], templates=[good | odd])
+        with self.assertRaisesRegex(TypeError, r"there is no key of templates\[0\] strength"):
+            thurible.plan(self.shape, [8], templates=[good | {"strength": 1.0}])
+        with self.assertRaisesRegex(ValueError, "the method direct knows no templates"):
+            thurible.plan(self.shape, [8], templates=[good], method="direct")
+
     def test_emission_leaves_the_forces_alone(self):
         """The momentum that they give is that of the velocities, also where the solver's work is short."""
         for method in ("direct", "lbfgs"):

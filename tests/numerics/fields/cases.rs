@@ -135,6 +135,7 @@ impl Scene {
             emitters: &self.effects.emitters,
             solids: !self.effects.solid.is_empty(),
             buoyancy: self.effects.buoyancy,
+            templates: &self.effects.templates,
             release: self.effects.release,
             schedule: &self.effects.schedule,
             mask: !self.effects.mask.is_empty(),

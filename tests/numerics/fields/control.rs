@@ -7,12 +7,15 @@ use thurible_core::grid::levels::Levels;
 use thurible_core::memory::Arena;
 use thurible_core::memory::{Ledger, Pool};
 use thurible_core::method::admm::ao::{self, Fields, Setup};
-use thurible_core::method::lbfgs::evaluate::{Simulated, Warm};
+use thurible_core::method::lbfgs::evaluate::{Push, Simulated, Warm};
+use thurible_core::method::templates::search::Search;
 use thurible_core::objective::flow::{self, Evaluation};
 use thurible_core::objective::script::{Lists, Script};
 use thurible_core::objective::sweep;
 use thurible_core::operators::blur::Metric;
-use thurible_core::{Advection, Event, Objective, Observer, Real, Serial, Silent, Space};
+use thurible_core::optimise::descent::Function;
+use thurible_core::optimise::quasi_newton::fields;
+use thurible_core::{Advection, Boundary, Event, Objective, Observer, Real, Serial, Silent, Space};
 
 /// A flow that should carry `source` to the targets.
 pub struct Control<'a, T> {
@@ -180,7 +183,7 @@ impl<T: Real> Control<'_, T> {
         let mut memory = Memory::new(1 << 20);
         let levels = self.levels(memory.block());
         let mut ledger = Ledger::new();
-        Simulated::<T>::measure(&levels, &self.flow(1.0), &mut Pool::measuring(&mut ledger));
+        Simulated::<T>::measure(&levels, &self.flow(1.0), false, &mut Pool::measuring(&mut ledger));
         let (mut priced, mut divided) = (zeros(grid, slots), zeros(grid, slots));
         let evaluation = Evaluation {
             priced: view_mut(&mut priced),
@@ -218,12 +221,59 @@ impl<T: Real> Control<'_, T> {
             .gradient::<S>(
                 &Serial,
                 &mut work[1],
-                view(u),
+                Push::by(view(u)),
                 view(&v),
                 &mut view_mut(&mut gradient),
             )
             .unwrap();
         (value, gradient, work.map(|work| work.0))
+    }
+}
+
+impl Control<'_, f64> {
+    /// The objective of the unknowns `z` of templates with force weight r, and its gradient, with steps solved to 1e-13.
+    pub fn searched<S: Space>(&self, z: &[f64], force_weight: f64) -> (Objective, Vec<f64>) {
+        let (grid, slots) = (self.grid, self.steps - 1);
+        let unknowns = Grid::new(&[z.len()], &[Boundary::Wall]);
+        let mut memory = Memory::new(1 << 20);
+        let levels = self.levels(memory.block());
+        let mut ledger = Ledger::new();
+        Simulated::<f64>::measure(&levels, &self.flow(1.0), true, &mut Pool::measuring(&mut ledger));
+        let mut region = vec![f64::NAN; ledger.elements(8)];
+        let mut ledger = Ledger::new();
+        fields::take(&unknowns, 1, 1, &mut Pool::<f64>::measuring(&mut ledger));
+        let mut pairs = vec![f64::NAN; ledger.elements(8)];
+        let [mut priced, mut u, mut v, mut trial, mut gradient] = [(); 5].map(|()| zeros(grid, slots));
+        let evaluation = Evaluation {
+            priced: view_mut(&mut priced),
+            divided: Default::default(),
+            levels: &levels,
+            level: 0,
+            setup: self.flow(force_weight),
+            initial: view(self.initial),
+            rho: &mut self.source.repeat(self.steps + 1),
+            script: Script::new(self.lists, self.fields),
+            region: &mut region,
+            sums: &mut vec![0.0; z.len().max(19) * grid.rows()],
+        };
+        let mut search = Search {
+            simulated: Simulated {
+                evaluation,
+                tolerance: 1e-13,
+            },
+            unknowns,
+            z: &mut z.to_vec(),
+            u: view_mut(&mut u),
+            v: view_mut(&mut v),
+            trial: view_mut(&mut trial),
+            gradient: view_mut(&mut gradient),
+            fields: fields::take(&unknowns, 1, 1, &mut Pool::new(&mut pairs)),
+            scale: &mut 1.0,
+        };
+        let function: &mut dyn Function<f64, S> = &mut search;
+        let value = function.value(&Serial, &mut Silent, 0, f64::INFINITY).unwrap();
+        function.gradient(&Serial, &mut Silent, 0, 1).unwrap();
+        (value, search.fields[1][0].to_vec())
     }
 }
 

@@ -3,7 +3,7 @@
 use super::cases::{Scene, balls};
 use super::naive::Naive;
 use super::{Components, grid};
-use thurible_core::{Emitter, Feature, Supply};
+use thurible_core::{Emitter, Feature, Method, Named, Supply, Template, TemplateKind};
 
 /// All of it; nothing by default.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +19,7 @@ pub struct Effects {
     pub solid: Vec<bool>,
     /// Acceleration where the density is 1.
     pub buoyancy: [f64; 3],
+    pub templates: Vec<Template>,
     pub release: Option<usize>,
     /// Step and factor of the force's price.
     pub schedule: Vec<(usize, f64)>,
@@ -52,16 +53,19 @@ impl Scene {
                         from: 0,
                         to: steps + 1,
                         supply: Supply::Rate(0.1),
+                        velocity: Some([0.02, 0.05, -0.03]),
                     },
                     Emitter {
                         from: 1,
                         to: steps,
                         supply: Supply::Target(0.8),
+                        velocity: None,
                     },
                 ],
                 shapes: vec![ball(0.3, 0.3), ball(0.6, 0.3)],
                 solid: Vec::new(),
                 buoyancy: [1e-4, -2e-4, if grid.dims == 3 { 3e-4 } else { 0.0 }],
+                templates: Vec::new(),
                 release: Some(steps),
                 schedule: vec![(0, 2.0), (steps - 1, 0.5)],
                 mask: (0..grid.cells()).map(|at| region(at + 1)).collect(),
@@ -69,10 +73,20 @@ impl Scene {
             },
             ..self
         };
+        if scene.params.method == Method::Templates {
+            scene = scene.with_templates();
+        }
         let takes = |feature| thurible_core::method::registry::takes(&scene.params, feature);
         let [lifts, schedules, masks] = [Feature::Buoyancy, Feature::Schedule, Feature::Mask].map(takes);
         if !lifts {
             scene.effects.buoyancy = [0.0; 3];
+        }
+        if !takes(Feature::Jets) {
+            scene
+                .effects
+                .emitters
+                .iter_mut()
+                .for_each(|emitter| emitter.velocity = None);
         }
         if !schedules {
             scene.effects.schedule.clear();
@@ -81,6 +95,14 @@ impl Scene {
             scene.effects.mask.clear();
         }
         scene
+    }
+
+    /// The same with a template of each kind.
+    pub fn with_templates(mut self) -> Self {
+        let most = self.cells.iter().copied().max().unwrap_or(1) as f64;
+        let sides = core::array::from_fn(|a| self.cells.get(a).map_or(1.0, |&n| n as f64 / most));
+        self.effects.templates = templates(&sides, self.steps);
+        self
     }
 
     /// A letter for each axis.
@@ -94,6 +116,23 @@ impl Scene {
         };
         self.boundary.iter().map(letter).collect()
     }
+}
+
+/// One of each kind in a box of these sides: some move, some have several amplitudes.
+pub fn templates(sides: &[f64; 3], steps: usize) -> Vec<Template> {
+    let one = |(index, kind): (usize, TemplateKind)| Template {
+        from: (index % 2).min(steps - 2),
+        interval: 2 + index,
+        moves: index != 2,
+        size: 0.3,
+        ..Template::new(
+            kind,
+            sides.map(|side| (0.4 + 0.1 * index as f64) * side),
+            0.2,
+            steps,
+        )
+    };
+    TemplateKind::ALL.iter().copied().enumerate().map(one).collect()
 }
 
 impl Effects {
@@ -135,6 +174,25 @@ impl Effects {
             let low = naive.step(at, axis, -1).map_or(here, |low| naive.id(low));
             let mask = |cell: usize| self.mask.get(cell).copied().unwrap_or(1.0);
             u[axis][here] / (0.5 * (mask(here) + mask(low))).max(1e-3)
+        })
+    }
+
+    /// The acceleration by emitters at faces where the velocity is `v`, on its way from `step` to the next.
+    pub fn push(&self, naive: &Naive, step: usize, v: &Components<f64>) -> Components<f64> {
+        naive.at_faces(|axis, at| {
+            let Some(low) = naive.step(at, axis, -1).map(|low| naive.id(low)) else {
+                return 0.0;
+            };
+            let before = v[axis][naive.id(at)];
+            let mut now = before;
+            for (emitter, shape) in self.emitters.iter().zip(&self.shapes) {
+                if let (true, Some(velocity)) = ((emitter.from..emitter.to).contains(&step), emitter.velocity)
+                {
+                    let e = shape[low].min(shape[naive.id(at)]).min(1.0);
+                    now += e * (velocity[axis] - now);
+                }
+            }
+            now - before
         })
     }
 

@@ -80,6 +80,16 @@ pub fn check_flow(scene: &Scene, solved: &Solved, epsilon: f64) -> Vec<Component
         );
         let lift = scene.effects.lift(&naive, &solved.density[k + 1]);
         let produced = add_scaled_all(&produced, -1.0 / force, &lift);
+        // Velocities of emitters are in scaled numbers where the scene's units are 1.
+        assert!(
+            force == 1.0
+                || scene
+                    .effects
+                    .emitters
+                    .iter()
+                    .all(|emitter| emitter.velocity.is_none())
+        );
+        let produced = add_scaled_all(&produced, -1.0, &scene.effects.push(&naive, k, &v[k]));
         let left = add_scaled_all(u, -1.0, &produced);
         let unit = 60.0
             * epsilon

@@ -283,6 +283,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         overrides: Vec::new(),
         command: "thurible solve examples/letter_f.toml -o out".into(),
         keyframes: frames.keyframe_steps().iter().map(facts).collect(),
+        templates: Vec::new(),
         remarks: Vec::new(),
     }
 }

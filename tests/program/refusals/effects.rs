@@ -74,6 +74,33 @@ pub const EFFECTS: &[Spoiled] = &[
         "circle = { center = [0.5, 0.5], radius = 0.3 }\n[[emitter]]\nrate = inf\ncircle = { center = [0.5, 0.2], radius = 0.2 }",
         &["`emitter[0].rate` is inf", "above 0"],
     ),
+    // the velocity of their smoke
+    spoiled(
+        SOURCE,
+        "circle = { center = [0.5, 0.5], radius = 0.3 }\n[[emitter]]\nrate = 0.1\nvelocity = 0.1\ncircle = { center = [0.5, 0.2], radius = 0.2 }",
+        &[
+            "scene.toml:9: `emitter[0].velocity` is 0.1",
+            "list of 2 finite numbers",
+        ],
+    ),
+    spoiled(
+        SOURCE,
+        "circle = { center = [0.5, 0.5], radius = 0.3 }\n[[emitter]]\nrate = 0.1\nvelocity = [0, inf]\ncircle = { center = [0.5, 0.2], radius = 0.2 }",
+        &["`emitter[0].velocity` is a list of 2", "finite"],
+    ),
+    spoiled(
+        SOURCE,
+        "circle = { center = [0.5, 0.5], radius = 0.3 }\n[[emitter]]\nrate = 0.1\nvelocity = [0, 2]\ncircle = { center = [0.5, 0.2], radius = 0.2 }",
+        &["`emitter[0].velocity` is 2.0 boxes a step", "make it slower"],
+    ),
+    spoiled(
+        METHOD,
+        "name = \"admm\"\n[[emitter]]\nrate = 0.1\nvelocity = [0, 0.01]\ncircle = { center = [0.5, 0.2], radius = 0.2 }",
+        &[
+            "`emitter` is more than the method admm can do",
+            "leave out its `velocity`",
+        ],
+    ),
     // sequences
     spoiled(
         STEP,
@@ -160,7 +187,7 @@ pub const EFFECTS: &[Spoiled] = &[
         &[
             "scene.toml:8: `emitter[0].speed`",
             "no key `speed`",
-            "`from`, `to`, `rate`, `target`, `circle`",
+            "`from`, `to`, `rate`, `target`, `velocity`, `circle`",
         ],
     ),
     spoiled(

@@ -3,6 +3,7 @@
 mod commands;
 mod effects;
 mod scenes;
+mod templates;
 mod values;
 
 use crate::support::{Ended, fresh_folder, run};

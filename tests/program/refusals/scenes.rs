@@ -1,6 +1,7 @@
 //! Scenes that are refused: their keys, types, shapes and files.
 
 use super::effects::EFFECTS;
+use super::templates::TEMPLATES;
 use super::values::VALUES;
 use super::{
     CELLS, GOOD, METHOD, OUTPUT, SOURCE, STEP, STEPS, Spoiled, TARGET, complaint, spoiled, unreadable,
@@ -350,7 +351,7 @@ fn wrong_scenes_are_refused_with_their_place() {
     fs::write(folder.join("nan.npy"), nan_file()).unwrap();
     let (scene, out) = (folder.join("scene.toml"), folder.join("out"));
     let mut complaints = String::new();
-    for case in SCENES.iter().chain(VALUES).chain(EFFECTS) {
+    for case in SCENES.iter().chain(VALUES).chain(EFFECTS).chain(TEMPLATES) {
         assert!(GOOD.contains(case.from), "{}", case.from);
         fs::write(&scene, GOOD.replacen(case.from, case.to, 1)).unwrap();
         let ended = run(&["solve", scene.to_str().unwrap()]);

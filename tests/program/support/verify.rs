@@ -18,6 +18,8 @@ pub struct Outcome {
     pub targets: Vec<(usize, Field)>,
     /// What was added after each step; none where nothing was.
     pub emission: Vec<Field>,
+    /// What emitters with a velocity add to the forces; none where there are none.
+    pub jets: Vec<Vec<Field>>,
     /// What the error at each keyframe is multiplied by; none where all is.
     pub regions: Vec<Field>,
     /// Where force may act; none where it may everywhere.
@@ -88,6 +90,11 @@ impl Outcome {
             by_step((0..axes).map(component).collect())
         };
         let (velocity, force) = (vector("velocity", &arrays), vector("force", &arrays));
+        let jets = if arrays.contains_key("emitter_force_x") {
+            vector("emitter_force", &arrays)
+        } else {
+            Vec::new()
+        };
         let fields = |name: &str| {
             let given = arrays.get(name);
             given.map_or_else(Vec::new, |array| split(array, grid.cells, axes))
@@ -100,6 +107,7 @@ impl Outcome {
                 .zip(split(&arrays["keyframe_density"], grid.cells, axes))
                 .collect(),
             emission: fields("emission"),
+            jets,
             regions: fields("keyframe_region"),
             mask: arrays.get("mask").map(|array| Field {
                 size: grid.cells,
@@ -223,6 +231,7 @@ fn momentum(outcome: &Outcome, check: Check<'_>) {
                 *value += outcome.number("/viscosity") * viscous[axis].data[index];
                 *value -= acceleration[axis] * lifted.data[index];
                 *value += (after[axis].data[index] - before[axis].data[index]) / dt - force[axis].data[index];
+                *value -= outcome.jets.get(step).map_or(0.0, |jet| jet[axis].data[index]);
             }
             if grid.periodic[axis] {
                 mean = mean.max((field.sum() / field.data.len() as f64).abs());
