@@ -81,3 +81,36 @@ fn a_second_interrupt_ends_at_once() {
         "{rest:?}"
     );
 }
+
+/// Ctrl-C while a film on finer cells is made: exit code 130, and the film has the pictures so far.
+#[test]
+fn an_interrupted_film_has_the_pictures_so_far() {
+    let scene = crate::lines::FLOW.replace("steps = 6\n", "steps = 90\n");
+    let result = crate::render::solved(
+        "interrupted_film",
+        &scene.replace("iterations = 10", "iterations = 1"),
+    );
+    let folder = result.with_file_name("film");
+    let mut program = crate::support::thurible()
+        .args(["render", result.to_str().unwrap(), "-o", folder.to_str().unwrap()])
+        .args(["--scale", "8", "--format", "webp", "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(program.stdout.take().unwrap())
+        .lines()
+        .map(Result::unwrap);
+    assert!(
+        lines.any(|line| line.contains("\"frame\"")),
+        "no picture was seen"
+    );
+    signal(&program, &["INT"]);
+    let rest: Vec<String> = lines.collect();
+    assert_eq!(program.wait().unwrap().code(), Some(130));
+    let frames = 1 + rest.iter().filter(|line| line.contains("\"frame\"")).count();
+    let film = BufReader::new(std::fs::File::open(folder.join("render.webp")).unwrap());
+    let decoder = image_webp::WebPDecoder::new(film).unwrap();
+    assert_eq!(decoder.num_frames() as usize, frames);
+    assert!(frames < 91, "all of them");
+}
