@@ -149,7 +149,6 @@ impl<T: Real> Refined<'_, T> {
         if let ControlFlow::Break(()) = projected {
             return Err(Stop::Cancelled);
         }
-        drop(projection);
         let pool = &mut Pool::new(&mut *self.region);
         let mut transport = carrier(&self.levels, self.stepping, self.largest, self.threads, pool);
         let flow = Flow {
