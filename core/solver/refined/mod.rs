@@ -4,14 +4,14 @@
 //! divergence ([`refine`]), and projected, which finds something to do among solid cells alone: theirs are drawn anew. The density goes by
 //! `limited` transport.
 
-use super::inputs::check;
-use super::layout::FileLayout;
-use super::{InputError, SolverError, script};
+mod given;
+mod problem;
+
+use super::{SolverError, script};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
-use crate::grid::spectrum::LONGEST;
 use crate::memory::{ALIGN, Arena, Layout, Ledger, Pool, Sharing, TooSmall};
 use crate::method::refusal::{PlanError, count};
 use crate::objective::script::{Lists, Script};
@@ -23,6 +23,7 @@ use crate::real::Real;
 use crate::transport::{Flow, Stepping, Stop, TooFast, Transport};
 use core::mem::MaybeUninit;
 use core::ops::ControlFlow;
+use problem::{check_problem, free, halved, longest_among_solids};
 
 /// How often cells are halved, at most.
 pub const MAX_DOUBLINGS: usize = 3;
@@ -161,76 +162,6 @@ impl<'m, T: Real> Refined<'m, T> {
         self.levels.finest.cells()
     }
 
-    /// Sets which cells of the finer grid are solid, before any density: one flag for each, x fastest.
-    ///
-    /// # Errors
-    /// [`InputError::Length`]; [`InputError::Index`] where the problem has no solid cells.
-    pub fn set_solids(&mut self, solid: &[bool]) -> Result<(), InputError> {
-        let expected = self.cells();
-        if !self.levels.solids(0).there() {
-            return Err(InputError::Index { given: 0, count: 0 });
-        }
-        if solid.len() != expected {
-            return Err(InputError::Length {
-                expected,
-                given: solid.len(),
-            });
-        }
-        self.levels
-            .set_solids(|cell| solid.get(cell).copied().unwrap_or(false));
-        Ok(())
-    }
-
-    /// Sets the density, and that it is of step 0: one number for each cell of the finer grid, x fastest.
-    ///
-    /// # Errors
-    /// [`InputError`]: wrong length, a value that is negative or not finite.
-    pub fn set_density(&mut self, density: &[T]) -> Result<(), InputError> {
-        check(density, self.cells())?;
-        self.rho.copy_from_slice(density);
-        let n = self.levels.finest.n[0];
-        self.levels.solids(0).clear_cells(n, self.rho);
-        self.largest = density.iter().fold(self.largest, |most, x| most.max(x.to_f64()));
-        self.step = 0;
-        Ok(())
-    }
-
-    /// Sets the shape of emitter `index`.
-    ///
-    /// # Errors
-    /// As [`Self::set_density`], or [`InputError::Index`].
-    pub fn set_emitter(&mut self, index: usize, shape: &[T]) -> Result<(), InputError> {
-        let cells = self.cells();
-        check(shape, cells)?;
-        let count = self.lists.spans.len() / 2;
-        let field = self.fields.get_mut(index * cells..(index + 1) * cells);
-        let field = field.ok_or(InputError::Index { given: index, count })?;
-        field.copy_from_slice(shape);
-        let n = self.levels.finest.n[0];
-        self.levels.solids(0).clear_cells(n, field);
-        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
-        let supply: f64 = supply.iter().sum();
-        self.largest = shape
-            .iter()
-            .fold(self.largest, |most, x| most.max(supply * x.to_f64()));
-        Ok(())
-    }
-
-    /// Sets a component of the flow of the step that comes next, on the result's grid, in the layout of a file (one more face than cells along a
-    /// wall axis) and the scene's units.
-    ///
-    /// # Errors
-    /// [`InputError`]: no such axis, wrong length, a value that is not finite.
-    pub fn set_velocity(&mut self, axis: usize, faces: &[T]) -> Result<(), InputError> {
-        let grid = self.grids[0];
-        let count = grid.dims;
-        let [flow, ..] = &mut self.flows;
-        let Some(field) = flow.get_mut(axis).filter(|_| axis < count) else {
-            return Err(InputError::Index { given: axis, count });
-        };
-        FileLayout::new(&grid, axis).read(faces, 1.0 / self.unit, field)
-    }
-
     /// Carries the density to the next step by the flow that was set.
     ///
     /// # Errors
@@ -317,48 +248,6 @@ impl<'m, T: Real> Refined<'m, T> {
             }
         });
     }
-}
-
-/// The longest axis among solid cells. A plane is projected by longer eigenvectors than a search has, which take longer than their many cells.
-const fn longest_among_solids(dims: usize) -> usize {
-    if dims == 2 { 1024 } else { LONGEST }
-}
-
-fn check_problem(problem: &Problem<'_>) -> Result<(), PlanError> {
-    let longest = longest_among_solids(problem.cells.len());
-    let fits = problem.cells.iter().all(|&n| n <= longest);
-    let solids = problem.solids && !fits;
-    Problem { solids, ..*problem }.check().map_err(PlanError::from)
-}
-
-/// What is left of a problem that nobody steers.
-fn free<'a>(problem: &Problem<'a>) -> Problem<'a> {
-    Problem {
-        keyframes: &[],
-        keyframe_weights: &[],
-        keyframe_regions: false,
-        schedule: &[],
-        release: None,
-        advection: Advection {
-            scheme: Scheme::Limited,
-            ..problem.advection
-        },
-        ..*problem
-    }
-}
-
-/// The grid whose cells are as often twice as long; `None` if there is none.
-fn halved(grid: &Grid, halvings: usize) -> Option<Grid> {
-    let mut coarse = *grid;
-    let by = 1 << halvings;
-    for axis in 0..grid.dims {
-        if !grid.n[axis].is_multiple_of(by) {
-            return None;
-        }
-        coarse.n[axis] /= by;
-        coarse.h[axis] *= by as f64;
-    }
-    Some(coarse)
 }
 
 /// Limited transport forward among the solid cells of the finest grid.
