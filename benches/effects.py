@@ -12,6 +12,7 @@ from pathlib import Path
 SCENE = """
 [grid]
 cells = [128, 128]
+{grid}
 [time]
 steps = {steps}
 [source]
@@ -48,13 +49,15 @@ EFFECTS = [
     ("no smoothness", {"control": "smoothness = 0"}),
     ("viscosity", {"flow": "viscosity = 1e-5"}),
     ("an obstacle", {"more": "[[obstacle]]\ncircle = { center = [0.85, 0.85], radius = 0.08 }"}),
+    ("a mask", {"control": "mask = { box = { min = [-0.2, -0.2], max = [1.2, 0.9] } }"}),
+    ("open sides", {"grid": 'boundary = ["open", ["wall", "open"]]'}),
     ("20 steps more, searched", {"steps": 60, "keyframe": "hold = 0"}),
     ("20 steps more, released", {"steps": 60, "more": "[[release]]\nfrom = 40"}),
 ]
 
 
 def solve(program, method, effect):
-    parts = {"steps": 40, "keyframe": "", "flow": "", "control": "", "more": "", **effect}
+    parts = {"steps": 40, "grid": "", "keyframe": "", "flow": "", "control": "", "more": "", **effect}
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder, "scene.toml")
         scene.write_text(SCENE.format(**parts))
