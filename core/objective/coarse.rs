@@ -27,9 +27,14 @@ fn smallest(dims: usize) -> usize {
 /// the coarse grid is not too small.
 #[must_use]
 pub fn begins_on(fine: &Grid, coarse: &Grid) -> bool {
-    let least = smallest(fine.dims);
-    let halves = (0..fine.dims).all(|axis| fine.n[axis] == 2 * coarse.n[axis] && coarse.n[axis] >= least / 2);
-    halves && coarse.n.iter().any(|&n| n >= least)
+    large_enough(coarse) && (0..fine.dims).all(|axis| fine.n[axis] == 2 * coarse.n[axis])
+}
+
+/// Whether a scene may begin on `grid`: it has enough cells along its longest axis, and half of that along every other.
+#[must_use]
+pub fn large_enough(grid: &Grid) -> bool {
+    let least = smallest(grid.dims);
+    (0..grid.dims).all(|axis| grid.n[axis] >= least / 2) && grid.n.iter().any(|&n| n >= least)
 }
 
 /// The data of a scene on one grid.
