@@ -60,9 +60,9 @@ impl Gaussian {
         let (mut sums, mut differences, mut before) = ([0.0; ANGLES], [0.0; ANGLES], [0.0; ANGLES]);
         for (offset, tap) in self.taps().rev() {
             let twice = if offset == 0 { tap } else { 2.0 * tap };
+            before = sums;
             for i in 0..ANGLES {
                 let term = if offset % 2 == 1 { twice * signs[i] } else { twice };
-                before[i] = sums[i];
                 differences[i] += steps[i] * sums[i] + term;
                 sums[i] += differences[i];
             }

@@ -67,7 +67,6 @@ impl<T: Real> Evaluation<'_, '_, T> {
             &mut Pool::new(&mut *self.region),
         );
         let [divergence, speed] = projection.relative_divergence(exec, direction, self.sums);
-        drop(projection);
         let left = if divergence <= CLEAN {
             divergence
         } else {
