@@ -27,10 +27,16 @@ fn smallest(dims: usize) -> usize {
 /// the coarse grid is not too small.
 #[must_use]
 pub fn begins_on(fine: &Grid, coarse: &Grid) -> bool {
-    let least = smallest(fine.dims);
     let [fine_cells, cells] = [fine, coarse].map(|grid| grid.inside().map(|inside| inside.len()));
-    let halves = (0..fine.dims).all(|axis| fine_cells[axis] == 2 * cells[axis] && cells[axis] >= least / 2);
-    halves && cells.iter().any(|&n| n >= least)
+    large_enough(coarse) && (0..fine.dims).all(|axis| fine_cells[axis] == 2 * cells[axis])
+}
+
+/// Whether a scene may begin on `grid`: it has enough cells along its longest axis, and half of that along every other.
+#[must_use]
+pub fn large_enough(grid: &Grid) -> bool {
+    let (least, cells) = (smallest(grid.dims), grid.inside().map(|inside| inside.len()));
+    let mut along = cells.iter().take(grid.dims);
+    along.clone().all(|&n| n >= least / 2) && along.any(|&n| n >= least)
 }
 
 /// The data of a scene on one grid.

@@ -1,7 +1,7 @@
 //! ADMM on whole scenes: how it converges, that its result is feasible, that units do not matter.
 
 use crate::fields;
-use crate::fields::cases::{Scene, Solved, admm};
+use crate::fields::cases::{Scene, Solved, admm, balls};
 use crate::fields::feasible::check;
 use crate::fields::random::Random;
 use crate::fields::{
@@ -58,6 +58,32 @@ fn circle_to_two_circles() {
 #[test]
 fn the_defaults_end_as_low() {
     two_circles(false);
+}
+
+/// A ball that does not overlap with its keyframe, in a box of which no grid halves exactly: a start on a coarser grid finds the way.
+#[test]
+fn odd_boxes_begin_on_coarser_grids_too() {
+    let [from_rest, nested] = [false, true].map(|nested| {
+        let small = Scene::small(&[37, 29], "wp", 10);
+        let grid = grid(&small.cells, "wp");
+        let mut scene = Scene {
+            densities: [12.0, 24.0]
+                .map(|x| balls(&grid, &[[x / 37.0, 14.0 / 37.0, 0.5]], 5.0 / 37.0))
+                .to_vec(),
+            force_weight: 1e3,
+            params: Params {
+                iterations: 6,
+                ..admm()
+            },
+            ..small
+        };
+        scene.params.admm.nested = nested;
+        let solved = scene.solve_alone::<f64, D2>();
+        check(&scene, &solved, f64::EPSILON);
+        solved.objective.iter().sum::<f64>()
+    });
+    println!("37 x 29 from rest: J = {from_rest:.4}, from a coarser grid {nested:.4}");
+    assert!(nested < 0.6 * from_rest, "{nested} and {from_rest}");
 }
 
 fn feasible<T: Real, S: Space>(cells: &[usize], ends: &str, scheme: Scheme) {

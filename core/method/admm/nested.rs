@@ -1,5 +1,6 @@
 //! The nested start: the same scene on a grid of half as many cells an axis, solved first, and its flow prolonged.
 //!
+//! An odd axis coarsens as it does in STFAS: the flow is projected when it arrives, so the halves need not be exact.
 //! The coarse solve begins the same way, down to 16 cells across in 2D and 8 in 3D, and lives in the bytes that AO and NSO
 //! are going to use in turn, so it asks for no memory of its own; where it does not fit, the flow begins at rest.
 
@@ -69,7 +70,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let grids = &self.animation.levels.grids;
         let (fine, coarse) = (grids.first()?, grids.get(1)?);
         let room = coarse::scratch_per_thread(fine, self.slots()) <= self.pbar.len();
-        if !(self.setup.params.nested && coarse::begins_on(fine, coarse) && room) {
+        if !(self.setup.params.nested && coarse::large_enough(coarse) && room) {
             return None;
         }
         let least = self.setup.coarsened(*coarse, 1, SmootherMemory::LEAST);
