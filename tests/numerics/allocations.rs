@@ -67,14 +67,16 @@ fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
     let status = solver.solve(&Serial, &mut Silent, &mut |_| {});
     let after = count();
     let method = scene.params.method;
-    let one_pass = matches!(scene.params.method, Method::Pd | Method::Simulate);
+    let one_pass = matches!(method, Method::Pd | Method::Simulate);
     assert_eq!(
         status,
         if one_pass {
             Status::Converged
         } else {
             Status::MaxIterations
-        }
+        },
+        "{method:?} on {:?}",
+        scene.cells
     );
     assert_eq!(
         after - before,

@@ -8,6 +8,7 @@ fn another(kind: Kind, given: Value<'static>) -> Value<'static> {
     match kind {
         Kind::Flag => Value::Flag(given != Value::Flag(true)),
         Kind::Number(_) => Value::Number(0.125),
+        Kind::Count(most) | Kind::Automatic(most) if given == Value::Count(most) => Value::Count(1),
         Kind::Count(most) | Kind::Automatic(most) => Value::Count(most),
         Kind::Word(words) => Value::Word(words.last().copied().unwrap_or_default()),
     }

@@ -144,7 +144,8 @@ fn a_plume_leaves_by_the_top() {
     assert!(fastest * 32.0 > 1.0, "{fastest}");
 }
 
-/// A uniform wind through a channel stays as it is, and carries the smoke out.
+/// A uniform wind through a channel of 16 cells, of length l = 17 h from outside to outside, carries the smoke out. The air that comes in was at rest and what leaves has its head, so that
+/// v_k + v_k^2 / (2 l) = v_{k-1}.
 #[test]
 fn wind_blows_smoke_out_of_a_channel() {
     for (ends, speed) in [("ow", 1.0 / 16.0), ("ow", -1.0 / 16.0)] {
@@ -156,9 +157,14 @@ fn wind_blows_smoke_out_of_a_channel() {
             let faces = vec![speed; solver.faces(0)];
             solver.set_initial_velocity(0, &faces).unwrap();
             assert_eq!(solver.solve(&Serial, &mut Silent, &mut |_| {}), Status::Converged);
-            let mut v = vec![0.0; solver.faces(0)];
-            solver.velocity(20, 0, &mut v);
-            assert!(v.iter().all(|v| (v - speed).abs() < 1e-5), "the wind changes");
+            let length = 17.0 / 16.0;
+            let (mut v, mut known) = (vec![0.0; solver.faces(0)], speed.abs());
+            for step in 0..24 {
+                solver.velocity(step, 0, &mut v);
+                let off = v.iter().map(|v| (v - speed.signum() * known).abs());
+                assert!(off.fold(0.0, f64::max) < 1e-4 * known, "v_{step} is not {known}");
+                known = length * ((1.0 + 2.0 * known / length).sqrt() - 1.0);
+            }
             let mass = |step| solver.density(step).iter().sum::<f64>();
             (0..=24).map(mass).collect::<Vec<f64>>()
         });
@@ -166,7 +172,7 @@ fn wind_blows_smoke_out_of_a_channel() {
             masses.windows(2).all(|pair| pair[1] <= pair[0] + 1e-12),
             "{masses:?}"
         );
-        assert!(masses[24] < 1e-3 * masses[0], "smoke stays: {masses:?}");
+        assert!(masses[24] < 1e-2 * masses[0], "smoke stays: {masses:?}");
     }
 }
 

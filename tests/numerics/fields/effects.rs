@@ -53,7 +53,7 @@ impl Scene {
                         from: 0,
                         to: steps + 1,
                         supply: Supply::Rate(0.1),
-                        velocity: Some([0.02, 0.05, -0.03]),
+                        velocity: Some([0.02, 0.05, -0.03].map(|v: f64| v * (16.0 * grid.h[0]).min(1.0))),
                     },
                     Emitter {
                         from: 1,
