@@ -7,7 +7,6 @@ use crate::pointer::{array, required};
 use crate::result::ThuribleResult;
 use core::ffi::c_void;
 use thurible_core::output::{DENSITY, FORCE, VELOCITY};
-use thurible_core::solver::Strided;
 use thurible_core::{Output, Real, Serial, Solver, Space};
 
 /// A field of the result.
