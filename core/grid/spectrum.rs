@@ -255,7 +255,7 @@ impl<'m, T: Real> Spectrum<'m, T> {
         (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum()
     }
 
-    /// Fills [`Self::len`] values for [`Self::view`]; with Gaussians, of a grid that [`Self::exists`] says yes of.
+    /// Fills [`Self::len`] values for [`Self::view`].
     pub fn fill(grid: &Grid, filters: usize, numbers: &mut [T]) {
         let mut rest = numbers;
         for axis in 0..grid.dims {
