@@ -208,17 +208,14 @@ fn what_cannot_be_finer_is_refused_with_a_sentence() {
         3,
         "--scale 8: 192 x 128 cells take ",
     );
-    // Among obstacles axes are not as long as without.
-    let wide = solved(
-        "refined_wide",
-        &FLOW.replace("[24, 16]", "[130, 88]").replace("= 10", "= 1"),
+    // What leaves by open sides is not carried anew.
+    let open = solved(
+        "refined_open",
+        &FLOW
+            .replace("[\"periodic\", \"wall\"]", "[\"periodic\", \"open\"]")
+            .replace("= 10", "= 1"),
     );
-    refused(
-        &wide,
-        &["--scale", "8"],
-        2,
-        "--scale 8: an axis would have 1040 cells",
-    );
+    refused(&open, &["--scale", "2"], 2, "leaves by open sides");
     // A report that says less than it should.
     let report = result.join("report.json");
     let whole = fs::read_to_string(&report).unwrap();

@@ -30,15 +30,16 @@ const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F64];
 /// A row is solved for no longer than this: the whole block is touched before the first iteration.
 const LONGEST: Duration = Duration::from_millis(700);
 
-/// Methods of the table: those that steer.
+/// Methods of the table: those that steer to keyframes alone, without templates.
 pub(super) fn methods() -> impl Iterator<Item = Method> {
     let all = Method::ALL.iter().copied();
-    all.filter(|&method| {
-        registry::steers(&Params {
-            method,
-            ..Params::default()
+    all.filter(|&method| method != Method::Templates)
+        .filter(|&method| {
+            registry::steers(&Params {
+                method,
+                ..Params::default()
+            })
         })
-    })
 }
 
 /// What is solved in a row.

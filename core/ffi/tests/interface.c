@@ -185,7 +185,7 @@ static void configurations(void) {
     WRONG(cells[0] = 5000, "cells[0] is 5000");
     WRONG(precision = 16, "precision is 16");
     WRONG(dimensions = 4, "dimensions is 4");
-    WRONG(boundary[0] = 2, "boundary is 2");
+    WRONG(boundary[0] = 5, "boundary is 5");
     WRONG(method = 6, "method is 6");
     WRONG(length = -1.0, "length is -1");
     WRONG(dt = 0.0, "dt is 0");

@@ -26,8 +26,12 @@ pub const VALUES: &[Spoiled] = &[
     spoiled(CELLS, "cells = [8, 8]\nlength = inf", &["`grid.length` is inf"]),
     spoiled(
         CELLS,
-        "cells = [8, 8]\nboundary = \"open\"",
-        &["scene.toml:3", "\"open\"", "\"wall\" or \"periodic\""],
+        "cells = [8, 8]\nboundary = \"closed\"",
+        &[
+            "scene.toml:3",
+            "\"closed\"",
+            "\"wall\" or \"periodic\" or \"open\"",
+        ],
     ),
     spoiled(
         CELLS,
