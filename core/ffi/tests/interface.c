@@ -282,14 +282,14 @@ static void configurations(void) {
     EMITS(velocity[1] = (double)NAN, "emitter.velocity is NaN");
     emitter.target = 1.0;
     EMITS(rate = 0.0, "so the mass of the smoke is not known before");
-    ThuribleTemplate template = {THURIBLE_TEMPLATE_KIND_VORTEX, 1, 0, 4, 0, {0.5, 0.5, 9.0}, 0.2, {0.0, 0.0, 0.0}, 0.0, 0, 0};
-    const ThuribleTemplate good_template = template;
-    effects.templates = &template;
+    ThuribleTemplate fan = {THURIBLE_TEMPLATE_KIND_VORTEX, 1, 0, 4, 0, {0.5, 0.5, 9.0}, 0.2, {0.0, 0.0, 0.0}, 0.0, 0, 0};
+    const ThuribleTemplate good_template = fan;
+    effects.templates = &fan;
     effects.template_count = 1;
     refused(&effects, THURIBLE_RESULT_CONFIG, "the method direct knows no templates");
     effects.method = THURIBLE_METHOD_TEMPLATES;
     OK(thurible_plan(&effects, NULL, NULL, NULL));
-#define FORM(change, words) template.change, refused(&effects, THURIBLE_RESULT_CONFIG, words), template = good_template
+#define FORM(change, words) fan.change, refused(&effects, THURIBLE_RESULT_CONFIG, words), fan = good_template
     FORM(kind = 9, "template.kind is 9, which stands for nothing");
     FORM(moves = 2, "template.moves is 2");
     FORM(reserved = 1, "template.reserved is 1");
