@@ -321,6 +321,8 @@ fn results_with_everything_are_feasible() {
     for method in METHODS {
         everything::<f64, D2>(method, &[12, 16], "ww", 6);
         everything::<f32, D2>(method, &[16, 13], "pw", 5);
+        everything::<f32, D2>(method, &[300, 7], "wp", 4);
+        everything::<f64, D2>(method, &[8, 260], "wp", 4);
         everything::<f64, D3>(method, &[8, 7, 6], "wpw", 4);
         everything::<f32, D3>(method, &[8, 8, 8], "www", 6);
     }
