@@ -164,9 +164,7 @@ impl Grid {
     /// Whether a side of the box is open.
     #[must_use]
     pub fn is_open(&self) -> bool {
-        let axes = self.ends.iter().take(self.dims);
-        axes.copied()
-            .any(|end| end.opens(Side::Low) || end.opens(Side::High))
+        self.ends.iter().take(self.dims).any(|end| end.is_open())
     }
 
     /// The cells inside the box along each axis.

@@ -92,6 +92,13 @@ impl Boundary {
             Side::High => matches!(self, Self::Open | Self::OpenHigh),
         }
     }
+
+    /// Whether any side is open.
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_open(self) -> bool {
+        self.opens(Side::Low) || self.opens(Side::High)
+    }
 }
 
 /// Which side of a cell.

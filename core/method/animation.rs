@@ -110,9 +110,10 @@ impl<'m, T: Real> Animation<'m, T> {
         region: &'a mut [T],
     ) -> (Evaluation<'a, 'm, T>, &'a mut VectorMut<'m, T>) {
         let (script, mut pool) = (*script, Pool::new(region));
+        let [priced, divided] = flow::priced(&self.levels.finest, &setup, &mut pool);
         let evaluation = Evaluation {
-            priced: flow::priced(&self.levels.finest, &setup, &mut pool),
-            divided: flow::divided(&self.levels.finest, &setup, &mut pool),
+            priced,
+            divided,
             levels: &self.levels,
             level: 0,
             setup,

@@ -52,7 +52,7 @@ pub struct Evaluation<'a, 'm, T> {
     pub script: Script<'a, T>,
     /// z = f D (1 + s^2 C^T C) D w for the force of [`Self::value`], or empty where that is w: from [`priced`].
     pub priced: VectorMut<'a, T>,
-    /// D w, or empty where there is no mask: from [`divided`].
+    /// D w, or empty where there is no mask: from [`priced`] too.
     pub divided: VectorMut<'a, T>,
     /// What the parts of an evaluation use in turn.
     pub region: &'a mut [T],
@@ -91,31 +91,21 @@ impl Setup {
     }
 }
 
-/// Takes what [`Evaluation::priced`] needs.
-pub fn priced<'a, T: Real>(grid: &Grid, setup: &Setup, pool: &mut Pool<'a, T>) -> VectorMut<'a, T> {
-    if setup.weighs() {
-        pool.take_vector(
-            "force times its price",
-            grid.dims,
-            grid.cells() * setup.sweep.slots,
-        )
-    } else {
-        Default::default()
-    }
-}
-
-/// Takes what [`Evaluation::divided`] needs.
-pub fn divided<'a, T: Real>(grid: &Grid, setup: &Setup, pool: &mut Pool<'a, T>) -> VectorMut<'a, T> {
-    if setup.masked {
-        let len = grid.cells() * setup.sweep.slots;
-        pool.take_vector("force divided by its mask", grid.dims, len)
-    } else {
-        Default::default()
-    }
+/// Takes what [`Evaluation::priced`] and [`Evaluation::divided`] need.
+pub fn priced<'a, T: Real>(grid: &Grid, setup: &Setup, pool: &mut Pool<'a, T>) -> [VectorMut<'a, T>; 2] {
+    let fields = [
+        (setup.weighs(), "force times its price"),
+        (setup.masked, "force divided by its mask"),
+    ];
+    let len = grid.cells() * setup.sweep.slots;
+    fields.map(|(there, name)| match there {
+        true => pool.take_vector(name, grid.dims, len),
+        false => Default::default(),
+    })
 }
 
 impl<T: Real> Evaluation<'_, '_, T> {
-    /// What an evaluation on grid `level` takes of a region beside [`priced`] and [`divided`], for a pool that measures.
+    /// What an evaluation on grid `level` takes of a region beside [`priced`], for a pool that measures.
     pub fn measure<'l>(
         levels: &'l Levels<'_, T>,
         level: usize,

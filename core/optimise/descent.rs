@@ -9,7 +9,7 @@ use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::observe::Observer;
-use crate::progress::{Objective, Status};
+use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -95,6 +95,37 @@ impl Descent {
                 (Err(Stop::TooFast), Some(&keep)) => function.retreat(exec, keep),
                 (Err(stop), _) => return Err(stop),
             }
+        }
+    }
+
+    /// [`Self::iterate`], told in `progress`; the descent after it and how it ended.
+    ///
+    /// # Errors
+    /// Those of [`Self::iterate`].
+    pub fn step<T: Real, S>(
+        mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        function: &mut impl Function<T, S>,
+        tolerance: f64,
+        progress: &mut Progress,
+    ) -> Result<(Self, Outcome), Status> {
+        let mut course = Course::default();
+        let ended = self.iterate(exec, observer, function, tolerance, &mut course);
+        course.tell(progress);
+        let (outcome, objective) = ended?;
+        progress.objective = objective;
+        Ok((self, outcome))
+    }
+
+    /// Whether there is more to gain after an iteration with this outcome, of `most` at most.
+    ///
+    /// # Errors
+    /// How the search ended.
+    pub fn goes_on(&self, outcome: Outcome, most: usize) -> Result<(), Status> {
+        match outcome {
+            Outcome::Goes if self.iterations < most => Ok(()),
+            ended => Err(ended.status()),
         }
     }
 

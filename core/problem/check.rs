@@ -3,7 +3,6 @@
 use super::{
     CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Scheme, Supply, TemplateError,
 };
-use crate::grid::Side;
 use crate::grid::spectrum::MOST_OPEN;
 
 impl Problem<'_> {
@@ -58,10 +57,9 @@ impl Problem<'_> {
             if self.advection.scheme != Scheme::Limited {
                 return Err(ProblemError::OpenScheme);
             }
-            let grid = self.grid();
-            let open = |axis: usize| grid.layers(axis, Side::Low) + grid.layers(axis, Side::High) > 0;
-            let mut cells = self.cells.iter().enumerate();
-            if let Some((axis, &given)) = cells.find(|&(axis, &n)| open(axis) && n > MOST_OPEN) {
+            let mut axes = self.cells.iter().zip(self.boundary).enumerate();
+            let long = axes.find(|(_, (n, end))| end.is_open() && **n > MOST_OPEN);
+            if let Some((axis, (&given, _))) = long {
                 return Err(ProblemError::OpenCells { axis, given });
             }
             if self.match_mass && !self.keyframes.is_empty() {

@@ -10,7 +10,7 @@ pub use error::ProblemError;
 pub use feature::Feature;
 pub use template::{PACKED, Template, TemplateError, TemplateKind};
 
-use crate::grid::{Boundary, Grid, Side};
+use crate::grid::{Boundary, Grid};
 use crate::words::named;
 
 /// How density is carried (mathematics section 3).
@@ -181,8 +181,7 @@ impl Problem<'_> {
     /// Whether a side of the box is open.
     #[must_use]
     pub fn is_open(&self) -> bool {
-        let opens = |end: &Boundary| end.opens(Side::Low) || end.opens(Side::High);
-        self.boundary.iter().any(opens)
+        self.boundary.iter().any(|end| end.is_open())
     }
 
     /// Filters m of the metric.

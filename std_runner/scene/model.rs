@@ -4,7 +4,6 @@ use super::document::Document;
 use crate::keyframes::{Canvas, ShapeSpec};
 use crate::stay::Stay;
 use std::path::PathBuf;
-use thurible_core::grid::Side;
 use thurible_core::{Advection, Boundary, Emitter, Params, Supply, Template};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
@@ -149,8 +148,8 @@ impl Scene {
     /// before.
     pub fn asks_a_free_flow(&self) -> bool {
         let fills = |emitter: &Emission| matches!(emitter.emits.supply, Supply::Target(_));
-        let opens = |end: &Boundary| end.opens(Side::Low) || end.opens(Side::High);
-        let unknown = self.emitters.iter().any(fills) || self.grid.boundary.iter().any(opens);
+        let opens = self.grid.boundary.iter().any(|end| end.is_open());
+        let unknown = opens || self.emitters.iter().any(fills);
         self.control.match_mass && !self.keyframes.is_empty() && unknown
     }
 

@@ -666,10 +666,10 @@ fn the_projection_goes_around_solids() {
     projected_among_solids(&[270, 9], "ww");
 }
 
-/// Smoke that is steered around a plate: none in it, none through it, none lost.
-fn around_a_plate<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str, steps: usize) {
+/// A small scene by `limited` transport, with eight iterations of a method.
+pub fn eight_iterations(method: Method, cells: &[usize], ends: &str, steps: usize) -> Scene {
     let small = Scene::small(cells, ends, steps);
-    let mut scene = Scene {
+    Scene {
         scheme: Scheme::Limited,
         params: Params {
             method,
@@ -677,7 +677,23 @@ fn around_a_plate<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str
             ..small.params
         },
         ..small
-    };
+    }
+}
+
+/// That three threads come to what one came to.
+pub fn same_bits_by_three_threads<T: Real, S: Space>(mut scene: Scene, solved: &Solved) {
+    scene.params.threads = 3;
+    let threads = with_threads(3, |exec| scene.solve::<T, S>(exec, &mut Silent));
+    assert!(
+        threads.bits() == solved.bits(),
+        "{:?}: three threads give other bits",
+        scene.params.method
+    );
+}
+
+/// Smoke that is steered around a plate: none in it, none through it, none lost.
+fn around_a_plate<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str, steps: usize) {
+    let mut scene = eight_iterations(method, cells, ends, steps);
     let grid = scene.problem().grid();
     scene.effects.solid = block(&grid);
     if method != Method::Direct && method != Method::Lbfgs {
@@ -711,12 +727,7 @@ fn around_a_plate<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str
             }
         }
     }
-    scene.params.threads = 3;
-    let threads = with_threads(3, |exec| scene.solve::<T, S>(exec, &mut Silent));
-    assert!(
-        threads.bits() == solved.bits(),
-        "{method:?}: three threads give other bits"
-    );
+    same_bits_by_three_threads::<T, S>(scene, &solved);
 }
 
 #[test]

@@ -1,12 +1,11 @@
 //! Open sides: the pressure outside is 0, the flow passes, smoke leaves and none comes in.
 
-use crate::effects::{ALL, NONE, On, among, gradients};
+use crate::effects::{ALL, NONE, On, among, eight_iterations, gradients, same_bits_by_three_threads};
 use crate::fields::cases::Scene;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
 use crate::fields::{
-    Components, Memory, add_scaled_all, dot_all, grid, largest_of, places, slot_of_all, view, view_mut,
-    with_threads, zeros,
+    Components, Memory, add_scaled_all, dot_all, grid, largest_of, places, slot_of_all, view, view_mut, zeros,
 };
 use thurible_core::grid::levels::Levels;
 use thurible_core::grid::{Grid, Side};
@@ -178,16 +177,7 @@ fn wind_blows_smoke_out_of_a_channel() {
 
 /// Smoke that is steered in a box with open sides: nothing comes in, no density leaves 0 .. max, and the bits are those of any threads.
 fn steered<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str, steps: usize) {
-    let small = Scene::small(cells, ends, steps);
-    let mut scene = Scene {
-        scheme: Scheme::Limited,
-        params: Params {
-            method,
-            iterations: 8,
-            ..small.params
-        },
-        ..small
-    };
+    let mut scene = eight_iterations(method, cells, ends, steps);
     scene.effects.keep_mass = true;
     scene.effects.buoyancy[1] = 2e-3;
     let solved = scene.solve_alone::<T, S>();
@@ -206,12 +196,7 @@ fn steered<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str, steps
                 .all(|(at, &x)| !grid.is_outside(at) || x == 0.0)
         );
     }
-    scene.params.threads = 3;
-    let threads = with_threads(3, |exec| scene.solve::<T, S>(exec, &mut Silent));
-    assert!(
-        threads.bits() == solved.bits(),
-        "{method:?}: three threads give other bits"
-    );
+    same_bits_by_three_threads::<T, S>(scene, &solved);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::grid::Space;
 use crate::method::first_hessian;
 use crate::objective::script::Script;
 use crate::observe::Observer;
-use crate::optimise::descent::{Course, Descent, Function, Outcome};
+use crate::optimise::descent::{Descent, Function, Outcome};
 use crate::optimise::line_search::SMALLEST_STEP;
 use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use crate::progress::{Objective, Progress, Status};
@@ -31,22 +31,14 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
     ) -> Result<Outcome, Status> {
         let level = self.level.unwrap_or(0);
         let tolerance = self.tolerance_on(level);
-        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
+        let descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
         let mut work = self.work(level, script);
         let exec = &Capped::new(exec, work.evaluation.setup.sweep.threads);
         (progress.cells, progress.level) = (work.shape().grid.n, level);
-        let mut course = Course::default();
-        let outcome = descent.iterate::<T, S>(exec, observer, &mut work, tolerance, &mut course);
+        let (descent, outcome) = descent.step::<T, S>(exec, observer, &mut work, tolerance, progress)?;
         drop(work);
-        course.tell(progress);
-        match outcome {
-            Ok((outcome, objective)) => {
-                progress.objective = objective;
-                self.descent = descent;
-                Ok(outcome)
-            }
-            Err(stop) => Err(stop.into()),
-        }
+        self.descent = descent;
+        Ok(outcome)
     }
 }
 

@@ -53,7 +53,6 @@ impl<T: Real> Sizes<T> {
             quasi_newton::fields::take(grid, sweep.slots, setup.history, pool);
             let flow = flow::Setup { sweep, ..setup.flow };
             flow::priced(grid, &flow, pool);
-            flow::divided(grid, &flow, pool);
             Evaluation::measure(levels, level, &sweep, pool);
         });
     }

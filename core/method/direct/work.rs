@@ -96,12 +96,13 @@ impl<'m, T: Real, S: Space> Direct<'m, T, S> {
             buoyancy: setup.flow.buoyancy.map(|b| b * s * s),
             ..setup.flow
         };
+        let [priced, divided] = flow::priced(grid, &flow, &mut pool);
         let evaluation = Evaluation {
             levels,
             level,
             setup: flow,
-            priced: flow::priced(grid, &flow, &mut pool),
-            divided: flow::divided(grid, &flow, &mut pool),
+            priced,
+            divided,
             initial: [&*x, &*y, &*z],
             rho,
             script,

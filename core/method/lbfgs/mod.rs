@@ -117,7 +117,6 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
             quasi_newton::fields::take(&setup.grid, sweep.slots, setup.history, pool);
             let flow = flow::Setup { sweep, ..setup.flow };
             flow::priced(&setup.grid, &flow, pool);
-            flow::divided(&setup.grid, &flow, pool);
             Simulated::measure(levels, &flow, false, pool);
         });
     }

@@ -10,7 +10,7 @@ use crate::memory::Pool;
 use crate::method::first_hessian;
 use crate::objective::script::Script;
 use crate::observe::Observer;
-use crate::optimise::descent::{Course, Descent, Function, Outcome};
+use crate::optimise::descent::{Descent, Function};
 use crate::optimise::quasi_newton;
 use crate::optimise::quasi_newton::fields::Fields;
 use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
@@ -144,24 +144,13 @@ impl<'m, T: Real, S: Space> Lbfgs<'m, T, S> {
         script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<(), Status> {
-        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
+        let descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
         let tolerance = self.setup.tolerance;
-        let mut course = Course::default();
         let mut work = self.work(script);
-        let outcome = descent.iterate::<T, S>(exec, observer, &mut work, tolerance, &mut course);
+        let (descent, outcome) = descent.step::<T, S>(exec, observer, &mut work, tolerance, progress)?;
         drop(work);
-        course.tell(progress);
-        match outcome {
-            Ok((outcome, objective)) => {
-                progress.objective = objective;
-                self.descent = descent;
-                match outcome {
-                    Outcome::Goes if self.descent.iterations < self.setup.iterations => Ok(()),
-                    ended => Err(ended.status()),
-                }
-            }
-            Err(stop) => Err(stop.into()),
-        }
+        self.descent = descent;
+        self.descent.goes_on(outcome, self.setup.iterations)
     }
 
     /// v and the forces made feasible; the objective.

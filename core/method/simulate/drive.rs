@@ -114,10 +114,7 @@ impl<'a, T: Real> Drive<'a, T> {
                     / grid.h[axis]
             };
             // Through exits nothing is gathered.
-            let beside = |at: [usize; 3], axis: usize, side: Side| {
-                let beside = grid.beside(at, axis, side);
-                beside.filter(|&beside| !grid.is_outside(beside) && !grid.is_outside(at))
-            };
+            let beside = |at, axis, side| beside_inside(grid, at, axis, side);
             for_rows(exec, grid.rows(), RowBuffers::fields([&mut *next]), |task| {
                 let [next] = task.fields;
                 for (x, next) in next.iter_mut().enumerate() {
@@ -151,11 +148,17 @@ fn at_faces<T: Real>(
         for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
             for (x, out) in out[slot * n..(slot + 1) * n].iter_mut().enumerate() {
                 let high = grid.cell_at(task.row, x);
-                let low = grid.beside(high, axis, Side::Low);
-                let low = low.filter(|&low| !grid.is_outside(low) && !grid.is_outside(high));
+                let low = beside_inside(grid, high, axis, Side::Low);
                 let low = low.map(|low| grid.index(low));
                 *out = low.map_or(T::ZERO, |low| T::from_f64(value(axis, low, task.row * n + x)));
             }
         }
     });
+}
+
+/// The cell beside one, where both are in the box.
+fn beside_inside(grid: &Grid, at: [usize; 3], axis: usize, side: Side) -> Option<[usize; 3]> {
+    let beside = grid.beside(at, axis, side)?;
+    let exit = grid.is_open() && (grid.is_outside(beside) || grid.is_outside(at));
+    (!exit).then_some(beside)
 }

@@ -99,7 +99,6 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
             if setup.flow.weighs() {
                 pool.group("price and evaluation", Sharing::Together, |pool| {
                     flow::priced(&levels.finest, &setup.flow, pool);
-                    flow::divided(&levels.finest, &setup.flow, pool);
                     Evaluation::measure(levels, 0, sweep, pool);
                 });
             } else {

@@ -9,7 +9,7 @@ use crate::memory::Pool;
 use crate::method::lbfgs::evaluate::Simulated;
 use crate::objective::script::Script;
 use crate::observe::Observer;
-use crate::optimise::descent::{Course, Descent, Outcome};
+use crate::optimise::descent::Descent;
 use crate::optimise::quasi_newton;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -45,20 +45,13 @@ impl<'m, T: Real, S: Space> Templates<'m, T, S> {
         script: &Script<'_, T>,
         progress: &mut Progress,
     ) -> Result<(), Status> {
-        let mut descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
+        let descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
         let tolerance = self.setup.tolerance;
-        let mut course = Course::default();
         let mut search = self.search(script);
-        let outcome = descent.iterate::<T, S>(exec, observer, &mut search, tolerance, &mut course);
+        let (descent, outcome) = descent.step::<T, S>(exec, observer, &mut search, tolerance, progress)?;
         drop(search);
-        course.tell(progress);
-        let (outcome, objective) = outcome.map_err(Status::from)?;
-        progress.objective = objective;
         self.descent = descent;
-        match outcome {
-            Outcome::Goes if self.descent.iterations < self.setup.iterations => Ok(()),
-            ended => Err(ended.status()),
-        }
+        self.descent.goes_on(outcome, self.setup.iterations)
     }
 
     /// v and the forces made feasible; the objective.
