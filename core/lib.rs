@@ -108,6 +108,7 @@ pub use memory::{Entry, Sharing};
 pub use method::choices;
 pub use method::output::{self, Output, Place, Unit};
 pub use method::params::each::*;
+pub use method::simulate::guide::GuideSolver;
 pub use nso::{Norm, NsoParams, NsoSolver, colours::Colours};
 pub use observe::{Event, Observer, Phase, Silent};
 pub use problem::{
@@ -115,7 +116,9 @@ pub use problem::{
 };
 pub use progress::{Fact, Kind, Objective, Progress, Report, Status};
 pub use real::Real;
-pub use solver::{InputError, Method, Params, Plan, PlanError, Refined, SavedError, Solver, SolverError};
+pub use solver::{
+    InputError, Method, Params, Plan, PlanError, Refined, Refinement, SavedError, Solver, SolverError,
+};
 pub use words::Named;
 
 /// The example of the README.

@@ -1,6 +1,7 @@
 //! The command line: which commands there are. The arguments of each are defined with its body in [`commands`](crate::commands).
 
 use crate::commands::compare::CompareArguments;
+use crate::commands::guide::GuideArguments;
 use crate::commands::new::NewArguments;
 use crate::commands::options::SceneArguments;
 use crate::commands::paper::PaperArguments;
@@ -28,6 +29,8 @@ pub enum Command {
     Solve(SolveArguments),
     /// Simulate the flow of a scene without control; its keyframes and method are left out.
     Simulate(SimulateArguments),
+    /// Simulate the flow of a scene, guided by that of a result.
+    Guide(GuideArguments),
     /// Draw the steps of a result as large pictures, or as a film.
     Render(RenderArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.

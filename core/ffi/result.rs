@@ -60,12 +60,14 @@ pub enum ThuribleResult {
     NoEmitter = 23,
     /// All cells are solid.
     NoFluid = 24,
+    /// The flow that the method follows was not set.
+    NoReference = 25,
     /// The library's fault: a refusal that this interface has no word for.
-    Unknown = 25,
+    Unknown = 26,
 }
 
 impl ThuribleResult {
-    const ALL: [(Self, &'static CStr); 26] = [
+    const ALL: [(Self, &'static CStr); 27] = [
         (Self::Ok, c"done"),
         (Self::Null, c"a pointer that must not be null is"),
         (Self::Misaligned, c"a pointer is not aligned"),
@@ -118,6 +120,7 @@ impl ThuribleResult {
         ),
         (Self::NoEmitter, c"the shape of an emitter must be set first"),
         (Self::NoFluid, c"all cells are solid"),
+        (Self::NoReference, c"the flow that the method follows was not set"),
         (Self::Unknown, c"a refusal that this interface has no word for"),
     ];
 }
@@ -144,6 +147,7 @@ impl From<InputError> for ThuribleResult {
             InputError::NoEmitter { .. } => Self::NoEmitter,
             InputError::NoFluid => Self::NoFluid,
             InputError::NoKeyframe { .. } => Self::NoKeyframe,
+            InputError::NoReference => Self::NoReference,
             _ => Self::Unknown,
         }
     }

@@ -60,6 +60,15 @@ pub trait Contract<'m, T: Real, S: Space> {
         feature != Feature::Templates
     }
 
+    /// Whether it follows a flow that must be given, step by step, in the place of v.
+    fn follows(params: &Params) -> bool
+    where
+        Self: Sized,
+    {
+        let _ = params;
+        false
+    }
+
     /// Whether it simulates the flow forwards, so that a flow too fast to follow ends what can be known of it.
     fn simulates() -> bool
     where

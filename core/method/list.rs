@@ -17,6 +17,8 @@ macro_rules! for_each_method {
             Simulate "simulate", simulation: simulate::params::SimulationParams, simulate::Simulation;
             /// L-BFGS over amplitudes, middles and radii of templates, of which the force is made.
             Templates "templates", templates: templates::params::TemplatesParams, templates::Templates;
+            /// No control either: a simulation that is guided by a given flow (Gregson 2015).
+            Guide "guide", guide: simulate::guide::GuideParams, simulate::Simulation;
         }
     };
 }

@@ -72,6 +72,14 @@ macro_rules! define {
             }
         }
 
+        /// Whether the method follows a flow that must be given.
+        #[must_use]
+        pub fn follows(params: &Params) -> bool {
+            match params.method {
+                $(Method::$kind => <crate::method::$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::follows(params),)+
+            }
+        }
+
         /// Whether the method simulates the flow forwards, so that a flow too fast to follow ends what can be known of it.
         #[must_use]
         pub fn simulates(params: &Params) -> bool {

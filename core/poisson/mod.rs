@@ -1,11 +1,13 @@
 //! The projection Q onto div v = 0 (mathematics section 1): v - grad q with div grad q = div v, for many slots at once.
 //!
-//! The Poisson problem is solved by eigenvectors, among solid cells by conjugate gradients on top of that.
+//! The Poisson problem is solved by eigenvectors, among solid cells by conjugate gradients on top of that. Where some flow matters more than
+//! other, the rest can be made to give way ([`Projection::project_weighted`]).
 
 mod batch;
 mod conjugate;
 mod eigen;
 pub mod spectral;
+mod weighted;
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, transform, view};
@@ -128,7 +130,7 @@ impl<'a, T: Real> Projection<'a, T> {
     }
 
     /// Sets v to 0 at the closed faces of solid cells.
-    fn close(&self, exec: &dyn Exec, v: &mut VectorMut<'_, T>) {
+    pub fn close(&self, exec: &dyn Exec, v: &mut VectorMut<'_, T>) {
         let (grid, solids) = (self.grid, self.solids);
         if !solids.there() {
             return;
@@ -160,7 +162,7 @@ impl<'a, T: Real> Projection<'a, T> {
             if pass == PASSES || !(divergence > goal) {
                 return ControlFlow::Continue(divergence);
             }
-            self.solver.solve(exec, observer, batch, 0.5 * goal)?;
+            self.solver.solve(exec, observer, batch, 0.5 * goal, None)?;
             self.solver.subtract_gradient(exec, batch, fields);
             let [v0, v1, v2, _] = fields;
             self.close(exec, &mut [&mut **v0, &mut **v1, &mut **v2]);

@@ -77,13 +77,15 @@ impl<'a, T: Real> Spectral<'a, T> {
         Measured::read(sums)
     }
 
-    /// q with div grad q = the right-hand side; among solid cells until what is left is below `goal`.
+    /// q with div grad q = the right-hand side, or div W^-2 grad q with an `importance` W of cells; among solid cells until what is left is below
+    /// `goal`.
     pub fn solve(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         batch: Batch,
         goal: f64,
+        importance: Option<&[T]>,
     ) -> ControlFlow<()> {
         let (grid, spectrum, solids) = (self.grid, &self.spectrum, self.solids);
         let q = &mut self.q[..grid.cells() * batch.count];
@@ -95,7 +97,7 @@ impl<'a, T: Real> Spectral<'a, T> {
                 RowBuffers::fields([q, work]).with_scratch(&mut *self.scratch),
                 |task| {
                     let [q, work] = task.fields;
-                    conjugate::solve((grid, spectrum, solids), goal, q, work, task.scratch);
+                    conjugate::solve((grid, spectrum, solids), goal, importance, q, work, task.scratch);
                 },
             );
             return observer.on(Event::Work);
@@ -110,6 +112,11 @@ impl<'a, T: Real> Spectral<'a, T> {
             },
         );
         observer.on(Event::Work)
+    }
+
+    /// The potentials that were found, slot by slot.
+    pub fn potentials(&self) -> &[T] {
+        self.q
     }
 
     /// v -= grad q and, unless p is empty, p -= q; `fields` are the components of v and p.

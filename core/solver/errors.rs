@@ -92,6 +92,8 @@ pub enum InputError {
         /// Its index.
         index: usize,
     },
+    /// The method follows a flow, and none was given.
+    NoReference,
 }
 
 impl fmt::Display for InputError {
@@ -113,6 +115,7 @@ impl fmt::Display for InputError {
                 "there is no smoke yet: a source must be set before, or an emitter that has begun"
             ),
             Self::NoKeyframe { index } => write!(f, "keyframe {index} was not set"),
+            Self::NoReference => write!(f, "there is no flow to follow: one must be set before"),
         }
     }
 }

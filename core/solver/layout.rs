@@ -89,6 +89,17 @@ impl<'g> FileLayout<'g> {
 
     /// [`Self::write`] of a component whose length and numbers are checked.
     pub fn take<T: Real>(&self, faces: &[T], unit: f64, field: &mut [T]) -> Result<(), InputError> {
+        self.take_slot(faces, unit, field, [1, 0])
+    }
+
+    /// The same to time level `slot` of a trajectory of `slots`.
+    pub fn take_slot<T: Real>(
+        &self,
+        faces: &[T],
+        unit: f64,
+        field: &mut [T],
+        slots: [usize; 2],
+    ) -> Result<(), InputError> {
         let (expected, given) = (self.len(), faces.len());
         if given != expected {
             return Err(InputError::Length { expected, given });
@@ -96,17 +107,22 @@ impl<'g> FileLayout<'g> {
         if let Some(index) = faces.iter().position(|x| !x.is_finite()) {
             return Err(InputError::NotFinite { index });
         }
-        self.write(faces, T::from_f64(unit), field);
+        self.write_slot(faces, T::from_f64(unit), field, slots);
         Ok(())
     }
 
     /// A field of one time level in memory from one in the layout of a file, times `unit`; 0 on walls and outside the box.
     pub fn write<T: Real>(&self, given: &[T], unit: T, field: &mut [T]) {
-        field.fill(T::ZERO);
+        self.write_slot(given, unit, field, [1, 0]);
+    }
+
+    fn write_slot<T: Real>(&self, given: &[T], unit: T, field: &mut [T], [slots, slot]: [usize; 2]) {
         let n = self.grid.n[0];
+        let rows = field.chunks_exact_mut(n).skip(slot).step_by(slots);
+        rows.for_each(|row| row.fill(T::ZERO));
         for Run { row, x, file, count } in self.runs() {
             let from = given.get(file..file + count).unwrap_or(&[]);
-            let begin = row * n + x;
+            let begin = (row * slots + slot) * n + x;
             let to = field.get_mut(begin..begin + count).unwrap_or(&mut []);
             to.iter_mut().zip(from).for_each(|(to, &x)| *to = x * unit);
         }

@@ -18,7 +18,7 @@ pub use crate::method::refusal::PlanError;
 pub use errors::{InputError, SavedError, SolverError};
 pub use layout::Strided;
 pub use plan::Plan;
-pub use refined::{MAX_DOUBLINGS, Refined};
+pub use refined::{MAX_DOUBLINGS, Refined, Refinement};
 
 use crate::exec::Exec;
 use crate::grid::{Grid, Space};
@@ -48,6 +48,8 @@ pub struct Solver<'m, T, S> {
     match_mass: bool,
     mass: f64,
     missing: usize,
+    /// Whether a flow was given to follow, where the method follows one.
+    reference: Option<bool>,
     prepared: Option<f64>,
     objective: Objective,
     finished: bool,
@@ -105,6 +107,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             match_mass: problem.match_mass,
             mass: 0.0,
             missing: problem.keyframes.len(),
+            reference: registry::follows(params).then_some(false),
             prepared: None,
             objective: Objective::default(),
             finished: false,
@@ -125,7 +128,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// Checks that all densities are there and projects v_0; by how much that changed it, relative to max |v_0|.
     ///
     /// # Errors
-    /// [`InputError::NoSource`], [`InputError::NoEmitter`], [`InputError::NoKeyframe`].
+    /// [`InputError::NoSource`], [`InputError::NoEmitter`], [`InputError::NoKeyframe`], [`InputError::NoReference`].
     pub fn prepare(&mut self, exec: &dyn Exec) -> Result<f64, InputError> {
         self.check_smoke()?;
         let cells = self.grid().cells();
@@ -137,6 +140,9 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             return Err(InputError::NoKeyframe {
                 index: unset.unwrap_or(0),
             });
+        }
+        if self.reference == Some(false) {
+            return Err(InputError::NoReference);
         }
         Ok(match self.prepared {
             Some(change) => change,

@@ -45,9 +45,13 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             }
             Label { bytes: said, .. } if given != expected || said != expected as u64 => Err(length),
             label if !label.fits(bytes) => Err(SavedError::Damaged),
-            _ => self
-                .record(&mut Record::read(bytes))
-                .map_err(|Damaged| SavedError::Damaged),
+            _ => {
+                self.record(&mut Record::read(bytes))
+                    .map_err(|Damaged| SavedError::Damaged)?;
+                // The flow that it follows is among the fields.
+                self.reference = self.reference.map(|_| true);
+                Ok(())
+            }
         }
     }
 

@@ -4,10 +4,11 @@ use super::options::Options;
 use crate::exit::Failure;
 use crate::problem::Precision;
 use crate::progress::Clock;
-use crate::run::{Outputs, Request};
+use crate::run::{Origin, Outputs, Request};
 use crate::scene::Scene;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use thurible_core::Method;
 
 /// Arguments of `simulate`.
 #[derive(Args, Debug)]
@@ -23,6 +24,9 @@ pub struct SimulateArguments {
     /// Go on from the last density and velocity of a result with the same cells.
     #[arg(long, value_name = "DIR")]
     pub from: Option<PathBuf>,
+    /// With --from, go on from step K of it instead, and tell how far the densities are from those that follow there.
+    #[arg(long, value_name = "K", requires = "from")]
+    pub at: Option<usize>,
     /// Steps, as --set time.steps=M.
     #[arg(long, value_name = "M")]
     pub steps: Option<usize>,
@@ -30,24 +34,57 @@ pub struct SimulateArguments {
 
 /// Simulates a scene and writes its result folder; the answer is the exit code.
 pub fn run(arguments: &SimulateArguments) -> Result<u8, Failure> {
-    let clock = Clock::start();
-    let steps = arguments.steps.map(|steps| format!("time.steps={steps}"));
-    let assignments: Vec<String> = arguments.options.set.iter().cloned().chain(steps).collect();
-    let scene = Scene::load_free(&arguments.scene, &assignments)?;
-    let mut options = arguments.options.run(Outputs {
-        arrays: true,
-        images: scene.output.frames,
+    let from = arguments.from.clone().map(|folder| Origin {
+        option: "--from",
+        folder,
+        step: arguments.at,
     });
-    // Without control the forces are the residuals of the steps, which single precision would not resolve.
-    options.plan.precision = arguments.options.precision.unwrap_or(Precision::F64);
-    let folder = arguments.output.clone().unwrap_or_else(|| {
-        let mut name = scene.output.folder.clone().into_os_string();
-        name.push("_flow");
-        name.into()
-    });
-    let outcome = options.solve(Request {
-        from: arguments.from.clone(),
-        ..Request::new(scene, folder, clock)
-    })?;
-    Ok(outcome.exit_code())
+    let simulation = Simulation {
+        scene: &arguments.scene,
+        options: &arguments.options,
+        output: arguments.output.as_deref(),
+        steps: arguments.steps,
+    };
+    simulation.run("_flow", Method::Simulate, |request| Request { from, ..request })
+}
+
+/// A scene whose flow is simulated, free or guided.
+pub(super) struct Simulation<'a> {
+    /// The scene file.
+    pub scene: &'a Path,
+    /// The common options.
+    pub options: &'a Options,
+    /// The result folder.
+    pub output: Option<&'a Path>,
+    /// Steps, instead of the scene's.
+    pub steps: Option<usize>,
+}
+
+impl Simulation<'_> {
+    /// Simulates what `change` makes of the request; the folder is the scene's with `end` at its end, where none is given.
+    pub fn run(
+        &self,
+        end: &str,
+        method: Method,
+        change: impl FnOnce(Request) -> Request,
+    ) -> Result<u8, Failure> {
+        let clock = Clock::start();
+        let steps = self.steps.map(|steps| format!("time.steps={steps}"));
+        let assignments: Vec<String> = self.options.set.iter().cloned().chain(steps).collect();
+        let mut scene = Scene::load_free(self.scene, &assignments)?;
+        scene.method.params.method = method;
+        let mut options = self.options.run(Outputs {
+            arrays: true,
+            images: scene.output.frames,
+        });
+        // Without control the forces are the residuals of the steps, which single precision would not resolve.
+        options.plan.precision = self.options.precision.unwrap_or(Precision::F64);
+        let folder = self.output.map(Path::to_owned).unwrap_or_else(|| {
+            let mut name = scene.output.folder.clone().into_os_string();
+            name.push(end);
+            name.into()
+        });
+        let outcome = options.solve(change(Request::new(scene, folder, clock)))?;
+        Ok(outcome.exit_code())
+    }
 }

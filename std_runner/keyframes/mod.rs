@@ -29,4 +29,4 @@ pub use error::ShapeError;
 pub use note::Note;
 pub(crate) use raster::DENSEST;
 pub use spec::ShapeSpec;
-pub use velocity::{read_last_density, read_last_velocity, read_velocity};
+pub use velocity::{Earlier, read_velocity};

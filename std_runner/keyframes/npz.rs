@@ -25,6 +25,12 @@ pub(super) fn steps(path: &Path, name: Option<&str>) -> Result<usize, Fault> {
     read_by(path, name, &npy::read_steps)
 }
 
+/// Whether a `.npz` file has an array `name`.
+pub(super) fn holds(path: &Path, name: &str) -> Result<bool, Fault> {
+    let archive = archive(BufReader::new(File::open(path)?))?;
+    Ok(archive.index_for_name(&format!("{name}.npy")).is_some())
+}
+
 /// How an array is read.
 type How<'a, R> = &'a dyn Fn(&mut dyn Read) -> Result<R, Fault>;
 

@@ -31,6 +31,8 @@ pub struct Inputs<'py> {
     pub keyframes: Vec<(usize, Bound<'py, PyAny>)>,
     /// v_0, or rest.
     pub velocity: Option<Bound<'py, PyAny>>,
+    /// The flow that the method of guidance follows.
+    pub reference: Option<Bound<'py, PyAny>>,
 }
 
 /// What all arrays have in common.
@@ -125,6 +127,9 @@ impl Inputs<'_> {
         if let Some(velocity) = &self.velocity {
             set_velocity(solver, velocity, common, periodic)?;
         }
+        if let Some(reference) = &self.reference {
+            set_reference(solver, reference, common, periodic)?;
+        }
         for (index, region) in &self.regions {
             let field = format!("regions[{}]", self.keyframes[*index].0);
             let region = array::<T>(&field, region, common)?;
@@ -154,30 +159,65 @@ fn set_velocity<T: Number, S: Space>(
     common: &Common,
     periodic: &[bool],
 ) -> PyResult<()> {
-    let wanted = format!(
-        "a sequence of {} arrays: the components along x, y and so on",
-        S::DIM
-    );
-    let components: Vec<Bound<'_, PyAny>> = read("initial_velocity", velocity, &wanted)?;
-    if components.len() != S::DIM {
-        let why = format!("has {} entries, but must be {wanted}", components.len());
-        return Err(refused("initial_velocity", why));
-    }
+    let components = components::<S>("initial_velocity", velocity)?;
     for (axis, component) in components.iter().enumerate() {
         let field = format!("initial_velocity[{axis}]");
-        let mut shape = common.shape.clone();
-        shape[S::DIM - 1 - axis] += usize::from(!periodic[axis]);
-        let faces = Common {
-            shape,
-            precision: common.precision,
-            of: common.of.clone(),
-        };
+        let faces = faces::<S>(common, axis, periodic);
         let component = array::<T>(&field, component, &faces)?;
         solver
             .set_initial_velocity(axis, &numbers(&component)?)
             .map_err(|error| unusable(&field, error))?;
     }
     Ok(())
+}
+
+/// Sets the flow that is followed to `reference`, whose components along x, y and so on have an entry for each step, as those of a solution.
+fn set_reference<T: Number, S: Space>(
+    solver: &mut Solver<'_, T, S>,
+    reference: &Bound<'_, PyAny>,
+    common: &Common,
+    periodic: &[bool],
+) -> PyResult<()> {
+    let components = components::<S>("reference", reference)?;
+    for (axis, component) in components.iter().enumerate() {
+        let field = format!("reference[{axis}]");
+        let mut all = faces::<S>(common, axis, periodic);
+        let count: usize = all.shape.iter().product();
+        all.shape.insert(0, solver.steps());
+        let component = array::<T>(&field, component, &all)?;
+        let numbers = numbers(&component)?;
+        for (step, numbers) in numbers.chunks_exact(count).enumerate().skip(1) {
+            solver
+                .set_reference(axis, step, numbers)
+                .map_err(|error| unusable(&field, error))?;
+        }
+    }
+    Ok(())
+}
+
+/// The components of a flow.
+fn components<'py, S: Space>(field: &str, flow: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let wanted = format!(
+        "a sequence of {} arrays: the components along x, y and so on",
+        S::DIM
+    );
+    let components: Vec<Bound<'_, PyAny>> = read(field, flow, &wanted)?;
+    if components.len() != S::DIM {
+        let why = format!("has {} entries, but must be {wanted}", components.len());
+        return Err(refused(field, why));
+    }
+    Ok(components)
+}
+
+/// What the faces of an axis have in common with the densities.
+fn faces<S: Space>(common: &Common, axis: usize, periodic: &[bool]) -> Common {
+    let mut shape = common.shape.clone();
+    shape[S::DIM - 1 - axis] += usize::from(!periodic[axis]);
+    Common {
+        shape,
+        precision: common.precision,
+        of: common.of.clone(),
+    }
 }
 
 fn untyped<'a, 'py>(field: &str, value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyUntypedArray>> {

@@ -25,7 +25,7 @@ use thurible_core::{D2, D3, Solver, SolverError, Space, Status};
 /// threads run meanwhile. Raises ValueError or TypeError for what cannot be used, MemoryError for what does not fit in memory_limit
 /// bytes, FloatingPointError when the flow leaves the finite numbers.
 #[pyfunction]
-#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, templates=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, mask=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, method=None, options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
+#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, templates=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, mask=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, reference=None, method=None, options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
 pub fn solve<'py>(
     source: &Bound<'py, PyAny>,
     keyframes: &Bound<'py, PyAny>,
@@ -38,12 +38,12 @@ pub fn solve<'py>(
     let regions = effects::argument(choices, "regions")?;
     let solids = effects::argument(choices, "solids")?;
     let mask = effects::argument(choices, "mask")?;
-    let (choices, [velocity, progress]) = Choices::read(
+    let (choices, [velocity, reference, progress]) = Choices::read(
         &common.shape,
         steps.clone(),
         &emitters,
         choices,
-        ["initial_velocity", "progress"],
+        ["initial_velocity", "reference", "progress"],
     )?;
     if progress.as_ref().is_some_and(|progress| !progress.is_callable()) {
         return Err(refused(
@@ -67,6 +67,7 @@ pub fn solve<'py>(
             },
             keyframes,
             velocity,
+            reference,
         },
         common,
         choices,

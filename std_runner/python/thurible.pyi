@@ -94,6 +94,7 @@ def solve(
     advection_tolerance: float = 1e-5,
     projection_tolerance: float = 1e-5,
     initial_velocity: Sequence[Numbers] | None = None,
+    reference: Sequence[Numbers] | None = None,
     method: Method | None = None,
     options: Options | None = None,
     iterations: int = 60,
@@ -105,7 +106,8 @@ def solve(
 
     `steps` is the last keyframe's unless given. `length` is the longest side of the box. `boundary` is a word, or one for each of x, y
     (and z). `smoothness` counts cells of which forces finer are dear: 2.5 with limited transport and 0 with the others unless given; "admm"
-    takes 0 alone. `initial_velocity` are components along x, y (and z), with shapes as those of `Solution.velocity`. `threads` are as many as
+    takes 0 alone. `initial_velocity` are components along x, y (and z), with shapes as those of `Solution.velocity`; so are those of `reference`, the
+    flow that "guide" follows, with an entry for each of `steps`. `threads` are as many as
     the machine offers. `memory_limit` is in bytes, of the one block in which it is solved.
 
     `source` may be None where `emitters` make all smoke. `buoyancy` is the acceleration of the flow where the density is 1: a number, up

@@ -14,7 +14,7 @@ use crate::threads;
 use again::Origin;
 use core::mem::MaybeUninit;
 use std::path::Path;
-use thurible_core::{PlanError, ProblemError, Refined, Silent};
+use thurible_core::{PlanError, ProblemError, Refined, Refinement, Scheme, Silent};
 
 /// Bytes a finer cell while shapes are drawn, in double precision, or a picture is.
 const BESIDE: usize = 28;
@@ -40,8 +40,10 @@ impl Plan {
     /// Plans the result in `folder` on cells `scale` times as fine; files of its scene are looked for beside `file`, if that is given.
     pub fn new(folder: &Path, scale: usize, file: Option<&Path>, threads: usize) -> Result<Self, Failure> {
         let [scene, coarse] = Origin::of(folder)?.scenes(scale, file)?;
-        let problem = OwnedProblem::of(&scene);
-        let block = Refined::<f32>::bytes(&problem.problem(), doublings(scale), threads);
+        let mut problem = OwnedProblem::of(&scene);
+        problem.advection.scheme = Scheme::Limited;
+        let refinement = refinement(scale, threads);
+        let block = Refined::<f32>::bytes(&problem.problem(), refinement);
         let block = block.map_err(|error| {
             let why = match error {
                 PlanError::Problem(ProblemError::Unfit { .. }) => {
@@ -93,9 +95,13 @@ impl Plan {
     }
 }
 
-/// How often cells are halved.
-fn doublings(scale: usize) -> usize {
-    scale.checked_ilog2().map_or(0, |doublings| doublings as usize)
+/// What makes cells `scale` times as fine.
+fn refinement(scale: usize, threads: usize) -> Refinement {
+    Refinement {
+        doublings: scale.checked_ilog2().map_or(0, |doublings| doublings as usize),
+        weighted: false,
+        threads,
+    }
 }
 
 /// Counts in words, "128 x 128".
@@ -130,7 +136,7 @@ impl<'m> Finer<'m> {
     /// Draws the scene of `plan` in `block`, which has the bytes that it says.
     pub fn begin(plan: &Plan, block: &'m mut [MaybeUninit<u8>], reel: &mut Reel) -> Result<Self, Failure> {
         let (scene, problem) = (&plan.scene, plan.problem.problem());
-        let refined = Refined::carve(&problem, doublings(plan.scale), plan.threads, block);
+        let refined = Refined::carve(&problem, refinement(plan.scale, plan.threads), block);
         let refined = refined.map_err(|error| {
             Failure::Memory(format!(
                 "the finer grid refused its block of memory: {error}; this is a fault of thurible, please report it"

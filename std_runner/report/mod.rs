@@ -17,8 +17,8 @@ pub use axes::Scale;
 pub use chart::{Chart, Curve};
 pub use document::Table;
 pub use record::{
-    AdvectionRecord, Facts, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, ObjectiveRecord,
-    RunRecord, SecondsRecord,
+    AdvectionRecord, Facts, FrameRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord,
+    ObjectiveRecord, RunRecord, SecondsRecord,
 };
 
 pub(crate) use charts::by_grid;

@@ -9,6 +9,8 @@ use super::{charts, tables, templates, words};
 use crate::output::{Gallery, KeyframePictures};
 use crate::stay::Stay;
 
+/// Of how many densities beside an earlier result's one is told.
+const TENTH: usize = 10;
 const STYLE: &str = include_str!("page.css");
 
 /// The whole page.
@@ -20,6 +22,7 @@ pub(super) fn page(title: &str, record: &RunRecord, gallery: &Gallery) -> String
         section("From the source to the last step", "strip", &strip(gallery)),
         section("Keyframes", "keyframes", &keyframes(record, gallery)),
         found_templates(record),
+        earlier_frames(record),
         section("Convergence", "charts", &charts::charts(record)),
         section(
             "Memory",
@@ -175,6 +178,29 @@ fn found_templates(record: &RunRecord) -> String {
         table if table.is_empty() => table,
         table => section("Templates", "templates", &table),
     }
+}
+
+/// How far the densities are from an earlier result's, where there is one.
+fn earlier_frames(record: &RunRecord) -> String {
+    if record.frames.is_empty() {
+        return String::new();
+    }
+    let rows: String = record
+        .frames
+        .iter()
+        .filter(|frame| frame.step == 1 || frame.step % TENTH == 0 || frame.step == record.frames.len())
+        .map(|frame| {
+            let off = number((1000.0 * frame.relative_l2).round() / 10.0);
+            format!(
+                "<tr><th>{}</th><td>{}</td><td>{off} %</td></tr>",
+                frame.step, frame.frame
+            )
+        })
+        .collect();
+    let table = format!(
+        "<table class=\"figures\"><thead><tr><th>step</th><td>step of the earlier result</td><td>apart (relative L2)</td></tr></thead><tbody>{rows}</tbody></table>"
+    );
+    section("Beside the earlier result", "scroll", &table)
 }
 
 fn scene(record: &RunRecord) -> String {

@@ -84,8 +84,22 @@ pub struct RunRecord {
     /// The templates of the force as they were found; none in most scenes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub templates: Vec<TemplateRecord>,
+    /// How far the densities are from those of the result that the simulation began with or was guided by; none without one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<FrameRecord>,
     /// Sentences about what the status alone does not say; mostly none.
     pub remarks: Vec<String>,
+}
+
+/// A density beside that of an earlier result.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FrameRecord {
+    /// The step of this result.
+    pub step: usize,
+    /// The step of the earlier result.
+    pub frame: usize,
+    /// Euclidean distance, in parts of the size of the earlier one.
+    pub relative_l2: f64,
 }
 
 /// Writes a choice as the word that stands for it.

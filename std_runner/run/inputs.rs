@@ -2,9 +2,8 @@
 
 use super::reach::Reach;
 use crate::exit::Failure;
-use crate::keyframes::{Note, ShapeError, ShapeSpec, read_last_density, read_last_velocity, read_velocity};
+use crate::keyframes::{Note, ShapeError, ShapeSpec, read_velocity};
 use crate::scene::Scene;
-use std::path::Path;
 use thurible_core::{InputError, Real, Solver, SolverError, Space};
 
 /// What came of the inputs of a solve.
@@ -144,7 +143,7 @@ pub(crate) fn solid_cells(scene: &Scene, notes: &mut Vec<Note>) -> Result<Option
 }
 
 /// Sets the solid cells. What they cut off from what.
-fn set_obstacles<T: Real, S: Space>(
+pub(super) fn set_obstacles<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
     notes: &mut Vec<Note>,
@@ -160,7 +159,7 @@ fn set_obstacles<T: Real, S: Space>(
 }
 
 /// Draws the shape of every emitter, and fills what it reaches with smoke.
-fn set_emitters<T: Real, S: Space>(
+pub(super) fn set_emitters<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
     reach: &mut Option<Reach>,
@@ -199,43 +198,6 @@ pub(crate) fn refuse<'s>(scene: &'s Scene, key: &str) -> impl Fn(InputError) -> 
     }
 }
 
-/// Hands the last density and velocity of the result in `folder` to `solver`; what little of the density is negative becomes 0.
-/// Emitters are the scene's, and their steps count from there.
-pub fn set_inputs_from_result<T: Real, S: Space>(
-    scene: &Scene,
-    folder: &Path,
-    solver: &mut Solver<'_, T, S>,
-) -> Result<Inputs, Failure> {
-    let unusable = |error: InputError| {
-        Failure::Input(format!(
-            "--from {}: its last step cannot be used: {error}; give another result",
-            folder.display()
-        ))
-    };
-    let unread = |error: ShapeError| {
-        let sentence = format!("--from {}: {error}", folder.display());
-        if error.is_unreadable() {
-            Failure::File(sentence)
-        } else {
-            Failure::Input(sentence)
-        }
-    };
-    set_obstacles(scene, solver, &mut Vec::new())?;
-    let path = folder.join("result.npz");
-    let canvas = scene.canvas();
-    let mut inputs = Inputs::default();
-    let density = read_last_density(&path, &canvas, &mut inputs.notes).map_err(unread)?;
-    solver.set_source(&narrowed(density)).map_err(unusable)?;
-    set_emitters(scene, solver, &mut None, &mut inputs.notes)?;
-    for axis in 0..S::DIM {
-        let faces = read_last_velocity(&path, axis, &canvas).map_err(unread)?;
-        solver
-            .set_initial_velocity(axis, &narrowed(faces))
-            .map_err(unusable)?;
-    }
-    Ok(inputs)
-}
-
 /// Draws a shape, which stands at `key`, on the cells of the scene.
 pub(crate) fn drawn<T: Real>(
     scene: &Scene,
@@ -252,7 +214,7 @@ pub(crate) fn drawn<T: Real>(
 }
 
 /// `values` rounded to the precision of the solve.
-fn narrowed<T: Real>(values: Vec<f64>) -> Vec<T> {
+pub(super) fn narrowed<T: Real>(values: Vec<f64>) -> Vec<T> {
     values.into_iter().map(T::from_f64).collect()
 }
 

@@ -1,7 +1,7 @@
 //! A planned solve in its block of memory: solve, make feasible, write, report.
 
 use super::frames::SolverFrames;
-use super::inputs::{Inputs, set_inputs, set_inputs_from_result, solver_refusal};
+use super::inputs::{Inputs, set_inputs, solver_refusal};
 use super::masses;
 use super::messages::{self, no_memory, not_finite};
 use super::outcome::{Facts, Outcome};
@@ -166,7 +166,10 @@ impl Job {
             mass_factors: &inputs.mass_factors,
             folder: destination.folder(),
         };
-        let record = facts.record(&solver, ended, &mut watch);
+        let mut record = facts.record(&solver, ended, &mut watch);
+        if let Some(truth) = self.request.reference.as_ref().or(self.request.from.as_ref()) {
+            record.frames = truth.compare(&self.request.scene, &solver)?;
+        }
         let mut frames = SolverFrames::new(&mut solver, exec, &self.planned.problem);
         destination.fill(|folder| report::write_numbers(folder, &mut frames, &record))?;
         Ok(Solved {
@@ -182,9 +185,13 @@ impl Job {
         solver: &mut Solver<'_, T, S>,
         masses: Option<&[f64]>,
     ) -> Result<Inputs, Failure> {
+        let scene = &self.request.scene;
+        if let Some(reference) = &self.request.reference {
+            reference.guide(scene, solver)?;
+        }
         match &self.request.from {
-            Some(folder) => set_inputs_from_result(&self.request.scene, folder, solver),
-            None => set_inputs(&self.request.scene, solver, masses),
+            Some(from) => from.begin(scene, solver),
+            None => set_inputs(scene, solver, masses),
         }
     }
 

@@ -3,6 +3,7 @@
 //! `RunOptions::solve` plans the scene and takes its one block of memory; the job solves it there, watched by
 //! [`progress`](crate::progress), and writes the folder.
 
+mod earlier;
 pub mod frames;
 pub mod inputs;
 mod job;
@@ -13,6 +14,7 @@ mod reach;
 mod request;
 mod settled;
 
+pub(crate) use earlier::Origin;
 pub(crate) use outcome::Outcome;
 pub(crate) use request::{Outputs, Request, RunOptions};
 

@@ -110,6 +110,7 @@ impl Facts<'_> {
             command: command_line(),
             keyframes: self.keyframes(&errors),
             templates: templates(solver),
+            frames: Vec::new(),
             remarks: or_else(
                 remarks(
                     &problem.problem(),

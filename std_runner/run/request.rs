@@ -1,5 +1,6 @@
 //! A request: what is to be solved, and with which options.
 
+use super::earlier::Origin;
 use crate::interrupt::Interrupt;
 use crate::plan::PlanOptions;
 use crate::progress::{Clock, Mode};
@@ -34,8 +35,10 @@ pub(crate) struct Request {
     pub folder: PathBuf,
     /// A clock that was started before the scene was read.
     pub clock: Clock,
-    /// A result that the flow continues from its last step, instead of the scene's source.
-    pub from: Option<PathBuf>,
+    /// The step of a result that the flow continues from, instead of the scene's source.
+    pub from: Option<Origin>,
+    /// The step of a result from which on its flow guides this one.
+    pub reference: Option<Origin>,
     /// Listens for Ctrl-C; if there is none, the solve listens itself.
     pub interrupt: Option<Interrupt>,
     /// Ends the solve as converged where no density changes by more than this part of the largest at the start between two iterations.
@@ -50,6 +53,7 @@ impl Request {
             folder,
             clock,
             from: None,
+            reference: None,
             interrupt: None,
             settled: None,
         }

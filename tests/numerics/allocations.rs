@@ -2,7 +2,7 @@
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
 use crate::fields::cases::Scene;
-use crate::fields::{Memory, cast};
+use crate::fields::{Memory, cast, to_file};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
 use std::alloc::System;
@@ -48,6 +48,19 @@ fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
     let [shapes, regions] = [&scene.effects.shapes, &scene.effects.regions]
         .map(|list| list.iter().map(|field| cast(field)).collect::<Vec<Vec<T>>>());
     let mask: Vec<T> = cast(&scene.effects.mask);
+    let grid = scene.problem().grid();
+    let guided = if scene.params.method == Method::Guide {
+        2
+    } else {
+        1
+    };
+    let reference: Vec<(usize, usize, Vec<T>)> = (1..guided)
+        .flat_map(|step| (0..S::DIM).map(move |axis| (step, axis)))
+        .map(|(step, axis)| {
+            let faces = to_file(&grid, axis, &scene.reference(step)[axis]);
+            (step, axis, cast(&faces))
+        })
+        .collect();
     let problem = scene.problem();
     let block = memory.block();
     let mut saved = vec![0; scene.plan::<T, S>().saved_bytes()];
@@ -62,12 +75,15 @@ fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
         solver.set_mask(&mask).unwrap();
     }
     solver.set_keyframe(0, &densities[1]).unwrap();
+    for (step, axis, faces) in &reference {
+        solver.set_reference(*axis, *step, faces).unwrap();
+    }
     solver.save(&mut saved).unwrap();
     solver.restore(&saved).unwrap();
     let status = solver.solve(&Serial, &mut Silent, &mut |_| {});
     let after = count();
     let method = scene.params.method;
-    let one_pass = matches!(method, Method::Pd | Method::Simulate);
+    let one_pass = matches!(method, Method::Pd | Method::Simulate | Method::Guide);
     assert_eq!(
         status,
         if one_pass {
@@ -99,6 +115,7 @@ fn nothing_is_allocated() {
         Method::Lbfgs,
         Method::Pd,
         Method::Simulate,
+        Method::Guide,
         Method::Templates,
     ] {
         let by = |cells: &[usize], ends: &str, steps: usize| {

@@ -6,12 +6,13 @@ use thurible_core::{
     D2, D3, Method, NsoSolver, Params, Progress, Real, Serial, Silent, Solver, Space, Status,
 };
 
-pub const METHODS: [Method; 6] = [
+pub const METHODS: [Method; 7] = [
     Method::Admm,
     Method::Direct,
     Method::Lbfgs,
     Method::Pd,
     Method::Simulate,
+    Method::Guide,
     Method::Templates,
 ];
 

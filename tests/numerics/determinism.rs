@@ -40,12 +40,13 @@ fn nested() -> (Scene, Scene) {
     )
 }
 
-const METHODS: [Method; 6] = [
+const METHODS: [Method; 7] = [
     Method::Admm,
     Method::Direct,
     Method::Lbfgs,
     Method::Pd,
     Method::Simulate,
+    Method::Guide,
     Method::Templates,
 ];
 

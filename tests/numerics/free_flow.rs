@@ -4,28 +4,8 @@ use crate::fields;
 use crate::fields::cases::{Scene, Solved};
 use crate::fields::feasible::{check, faces};
 use crate::fields::naive::Naive;
-use crate::fields::{Components, add_scaled_all, assert_close, dot_all, flow, largest, largest_of};
-use thurible_core::grid::Grid;
+use crate::fields::{Components, add_scaled_all, assert_close, dot_all, flow, largest, largest_of, to_file};
 use thurible_core::{D2, D3, Method, Params, Real, Serial, Silent, Space, Status};
-
-/// A component as a file has it: with the high wall face.
-fn to_file(grid: &Grid, axis: usize, v: &[f64]) -> Vec<f64> {
-    let extent = |a: usize| grid.n[a] + usize::from(a == axis && !grid.axis(a).is_ring());
-    let count: usize = (0..3).map(extent).product();
-    let number = |i: usize| {
-        let at = [
-            i % extent(0),
-            i / extent(0) % extent(1),
-            i / extent(0) / extent(1),
-        ];
-        if at[axis] == grid.n[axis] {
-            0.0
-        } else {
-            v[(at[2] * grid.n[1] + at[1]) * grid.n[0] + at[0]]
-        }
-    };
-    (0..count).map(number).collect()
-}
 
 /// A scene without control.
 pub fn free(cells: &[usize], ends: &str, steps: usize) -> Scene {

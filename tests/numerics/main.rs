@@ -29,6 +29,7 @@ mod free_flow;
 mod geometry;
 mod gradients;
 mod grid;
+mod guide;
 mod inputs;
 mod limited;
 mod memory;

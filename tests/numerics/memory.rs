@@ -11,12 +11,13 @@ use thurible_core::{
     SolverError, Space,
 };
 
-const METHODS: [Method; 6] = [
+const METHODS: [Method; 7] = [
     Method::Admm,
     Method::Direct,
     Method::Lbfgs,
     Method::Pd,
     Method::Simulate,
+    Method::Guide,
     Method::Templates,
 ];
 

@@ -1,6 +1,7 @@
 //! A result on finer cells: its flow keeps its divergence, and its density goes with it in the memory of one step.
 
 use crate::fields::carry::Carry;
+use crate::fields::feasible::faces;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
 use crate::fields::{
@@ -10,7 +11,7 @@ use crate::fields::{
 use thurible_core::grid::Grid;
 use thurible_core::operators::refine;
 use thurible_core::{
-    Boundary, Emitter, InputError, PlanError, Problem, Refined, Scheme, Serial, Silent, Supply,
+    Boundary, Emitter, InputError, PlanError, Problem, Refined, Refinement, Scheme, Serial, Silent, Supply,
 };
 
 const GRIDS: [(&[usize], &str); 7] = [
@@ -22,6 +23,15 @@ const GRIDS: [(&[usize], &str); 7] = [
     (&[9, 8, 5], "pwp"),
     (&[4, 7, 5], "ppp"),
 ];
+
+/// So many doublings, for so many threads.
+fn finer(doublings: usize, threads: usize) -> Refinement {
+    Refinement {
+        doublings,
+        weighted: false,
+        threads,
+    }
+}
 
 fn doubled(from: &Grid, to: &Grid, v: &Components<f64>, threads: usize) -> Components<f64> {
     let mut fine = zeros(to, 1);
@@ -216,9 +226,9 @@ fn the_density_goes_as_transport_on_the_finer_grid_takes_it() {
                 .zip(&shape)
                 .for_each(|(rho, shape)| *rho += added * shape);
         }
-        let bytes = Refined::<f64>::bytes(&problem, doublings, 2).unwrap();
+        let bytes = Refined::<f64>::bytes(&problem, finer(doublings, 2)).unwrap();
         let mut memory = Memory::new(bytes);
-        let mut refined = Refined::<f64>::carve(&problem, doublings, 2, memory.block()).unwrap();
+        let mut refined = Refined::<f64>::carve(&problem, finer(doublings, 2), memory.block()).unwrap();
         refined.set_density(&rho).unwrap();
         refined.set_emitter(0, &shape).unwrap();
         let unit = problem.length / problem.dt;
@@ -252,9 +262,9 @@ fn flow_and_smoke_stay_out_of_solid_cells_of_the_finer_grid() {
             solids: true,
             ..problem(&fine, ends, &[])
         };
-        let bytes = Refined::<f64>::bytes(&problem, 1, 2).unwrap();
+        let bytes = Refined::<f64>::bytes(&problem, finer(1, 2)).unwrap();
         let mut memory = Memory::new(bytes);
-        let mut refined = Refined::<f64>::carve(&problem, 1, 2, memory.block()).unwrap();
+        let mut refined = Refined::<f64>::carve(&problem, finer(1, 2), memory.block()).unwrap();
         // Not in step with the cells of the result, whose flow goes through.
         let is_solid = |[x, y, z]: [usize; 3]| (7..10).contains(&x) && (5..8).contains(&y) && z < 6;
         let solid: Vec<bool> = places(&to).map(is_solid).collect();
@@ -286,7 +296,7 @@ fn memory_does_not_grow_with_steps() {
             steps,
             ..problem(&fine, ends, &[])
         };
-        Refined::<f32>::bytes(&problem, 1, 2).unwrap()
+        Refined::<f32>::bytes(&problem, finer(1, 2)).unwrap()
     };
     assert_eq!(bytes(2), bytes(1000));
     // A dozen fields of the finer grid and what is small beside them.
@@ -299,19 +309,18 @@ fn what_cannot_be_refined_is_refused() {
     let ends = &boundaries("ww");
     let odd = problem(&[10, 12], ends, &[]);
     assert!(matches!(
-        Refined::<f32>::bytes(&odd, 2, 1),
+        Refined::<f32>::bytes(&odd, finer(2, 1)),
         Err(PlanError::OutOfRange {
             field: "doublings",
             most: 1,
             ..
         })
     ));
-    assert!(Refined::<f32>::bytes(&odd, 0, 1).is_err());
-    assert!(Refined::<f32>::bytes(&odd, 4, 1).is_err());
-    let bytes = Refined::<f32>::bytes(&odd, 1, 1).unwrap();
+    assert!(Refined::<f32>::bytes(&odd, finer(4, 1)).is_err());
+    let bytes = Refined::<f32>::bytes(&odd, finer(1, 1)).unwrap();
     let mut memory = Memory::new(bytes);
-    assert!(Refined::<f32>::carve(&odd, 1, 1, &mut memory.block()[..bytes - 64]).is_err());
-    let mut refined = Refined::<f32>::carve(&odd, 1, 1, memory.block()).unwrap();
+    assert!(Refined::<f32>::carve(&odd, finer(1, 1), &mut memory.block()[..bytes - 64]).is_err());
+    let mut refined = Refined::<f32>::carve(&odd, finer(1, 1), memory.block()).unwrap();
     assert!(matches!(
         refined.set_density(&[1.0; 3]),
         Err(InputError::Length {
@@ -335,4 +344,91 @@ fn what_cannot_be_refined_is_refused() {
         refined.set_emitter(0, &[0.0; 120]),
         Err(InputError::Index { count: 0, .. })
     ));
+}
+
+/// Among solid cells the flow gives way where it matters least: W^2 Delta is a gradient away from closed faces.
+#[test]
+fn what_matters_keeps_its_flow() {
+    for ends in ["ww", "pw"] {
+        let ends = &boundaries(ends);
+        let cells = [18, 16];
+        let grid = Grid::new(&cells, ends);
+        let naive = Naive::new(&grid);
+        let problem = Problem {
+            solids: true,
+            projection_tolerance: 1e-11,
+            ..problem(&cells, ends, &[])
+        };
+        let is_solid = |[x, y, _]: [usize; 3]| (6..10).contains(&x) && (5..11).contains(&y);
+        let solid: Vec<bool> = places(&grid).map(is_solid).collect();
+        let v: Components<f64> = flow::rough(&mut Random::new(75), &grid, 1, 0.7);
+        let unit = problem.length / problem.dt;
+        let through = |importance: Option<&[f64]>, threads: usize| {
+            let how = Refinement {
+                doublings: 0,
+                weighted: importance.is_some(),
+                threads,
+            };
+            let mut memory = Memory::new(Refined::<f64>::bytes(&problem, how).unwrap());
+            let mut refined = Refined::<f64>::carve(&problem, how, memory.block()).unwrap();
+            refined.set_solids(&solid).unwrap();
+            refined.set_density(&vec![1.0; grid.cells()]).unwrap();
+            match importance {
+                Some(importance) => refined.set_importance(importance).unwrap(),
+                None => assert!(refined.set_importance(&vec![1.0; grid.cells()]).is_err()),
+            }
+            for (axis, faces) in files(&grid, &v).into_iter().enumerate() {
+                let faces: Vec<f64> = faces.into_iter().map(|face| face * unit).collect();
+                refined.set_velocity(axis, &faces).unwrap();
+            }
+            with_threads(threads, |exec| refined.advance(exec, &mut Silent)).unwrap();
+            let component = |axis| {
+                let mut out = vec![f64::NAN; refined.faces(axis)];
+                refined.velocity(axis, &mut out).unwrap();
+                out.iter().map(|x| x / unit).collect()
+            };
+            faces(&grid, &[component(0), component(1)])
+        };
+        let open = |axis: usize, at: [usize; 3]| {
+            let low = naive.step(at, axis, -1);
+            low.is_some_and(|low| !is_solid(low)) && !is_solid(at)
+        };
+        let plain = through(None, 1);
+        let same = through(Some(&vec![1.0; grid.cells()]), 1);
+        let gap = largest((0..2).flat_map(|a| plain[a].iter().zip(&same[a]).map(|(x, y)| x - y)));
+        assert!(gap < 1e-9 * largest_of(&v), "{gap:e} from the plain projection");
+        let importance: Vec<f64> = places(&grid)
+            .map(|[x, y, _]| 0.1 + ((3 * x + 5 * y) % 10) as f64 * 0.1)
+            .collect();
+        let found = through(Some(&importance), 1);
+        assert_eq!(found, through(Some(&importance), 3), "on three threads");
+        let divergence = largest(naive.divergence(&found)) * grid.h[0] / largest_of(&v);
+        assert!(divergence < 1e-9, "divergence {divergence:e}");
+        // W^2 Delta on open faces.
+        let weight = |axis: usize, at: [usize; 3]| {
+            let low = naive.step(at, axis, -1).unwrap();
+            let mean = 0.5 * (importance[naive.id(low)] + importance[naive.id(at)]);
+            mean * mean * (found[axis][naive.id(at)] - v[axis][naive.id(at)])
+        };
+        let (mut seen, mut curl) = (0, 0.0_f64);
+        for at in places(&grid) {
+            let (Some(left), Some(below)) = (naive.step(at, 0, -1), naive.step(at, 1, -1)) else {
+                continue;
+            };
+            if [open(0, at), open(0, below), open(1, at), open(1, left)].contains(&false) {
+                continue;
+            }
+            seen += 1;
+            curl = curl.max((weight(0, at) - weight(0, below) - weight(1, at) + weight(1, left)).abs());
+        }
+        assert!(
+            seen > 100 && curl < 1e-8 * largest_of(&v),
+            "curl {curl:e} at {seen} places"
+        );
+        for axis in 0..2 {
+            for at in places(&grid).filter(|&at| !open(axis, at)) {
+                assert_eq!(found[axis][naive.id(at)], 0.0, "{at:?}");
+            }
+        }
+    }
 }

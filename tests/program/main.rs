@@ -14,6 +14,7 @@ mod compare;
 mod damaged;
 mod effects;
 mod files;
+mod flows;
 #[cfg(unix)]
 mod interrupts;
 mod lines;

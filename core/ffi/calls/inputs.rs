@@ -147,3 +147,24 @@ pub unsafe extern "C" fn thurible_set_initial_velocity(
         })
     }
 }
+
+/// Sets component `axis` of the flow of step `step` that the method of guidance follows, from 1 to steps - 1, as `thurible_set_initial_velocity`; a
+/// step that is not set is at rest.
+///
+/// # Safety
+/// As `thurible_set_source`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn thurible_set_reference(
+    instance: *mut Thurible,
+    axis: usize,
+    step: usize,
+    faces: *const c_void,
+    bytes: usize,
+) -> ThuribleResult {
+    // SAFETY: the caller's promises.
+    unsafe {
+        instance::enter(instance, |body| {
+            Ok(each!(&mut body.solver, solver => solver.set_reference(axis, step, elements(faces, bytes)?))?)
+        })
+    }
+}

@@ -53,6 +53,18 @@ pub enum ThuribleNsoSolver {
     NewtonCg = 1,
 }
 
+/// How the correction of a guided step is found.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ThuribleGuideSolver {
+    /// In closed form, among solid cells by ADMM.
+    Auto = 0,
+    /// In closed form, which among solid cells is rough.
+    ClosedForm = 1,
+    /// By ADMM.
+    Admm = 2,
+}
+
 /// The colours of the smoother of STFAS.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +101,7 @@ codes!(ThuribleScheme of Scheme: Quick, Central, SemiLagrangian, Limited);
 codes!(ThuribleNsoSolver of NsoSolver: Stfas, NewtonCg);
 codes!(ThuribleColours of Colours: RedBlack, PowerOfTwo);
 codes!(ThuribleNorm of Norm: Scaled, Plain);
+codes!(ThuribleGuideSolver of GuideSolver: Auto, ClosedForm, Admm);
 
 /// What the code `given` of `field` stands for.
 pub(super) fn code<V: Named>(field: &'static str, given: u32) -> Result<V, ConfigError> {

@@ -8,7 +8,7 @@ mod read;
 mod slot;
 mod templates;
 
-pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleNorm, ThuribleNsoSolver};
+pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleNorm, ThuribleNsoSolver};
 pub use choices::{ThuriblePrecision, ThuribleScheme};
 pub use default::thurible_defaults;
 pub use effects::{THURIBLE_MOST_EMITTERS, THURIBLE_MOST_FACTORS, ThuribleEmitter, ThuribleFactor};
@@ -35,9 +35,11 @@ pub enum ThuribleMethod {
     Simulate = 4,
     /// L-BFGS over the amplitudes, middles and radii of templates. There must be some.
     Templates = 5,
+    /// A simulation that is guided by the flow that `thurible_set_reference` gives. There may be no keyframes.
+    Guide = 6,
 }
 
-codes!(ThuribleMethod of Method: Direct, Admm, Lbfgs, Pd, Simulate, Templates);
+codes!(ThuribleMethod of Method: Direct, Admm, Lbfgs, Pd, Simulate, Templates, Guide);
 
 /// A scene without its densities, and the choices of the solve: begin with `thurible_defaults`, then set what is to differ. Fields
 /// that hold one of several codes are `uint32_t`, so that any number may arrive and be refused.
@@ -165,6 +167,18 @@ pub struct ThuribleConfig {
     pub templates_reserved: u32,
     /// Templates: stop as `direct_tolerance`.
     pub templates_tolerance: f64,
+    /// Guidance: what is larger than so many cells follows the given flow.
+    pub guide_radius: f64,
+    /// Guidance: how smooth the correction of a step is.
+    pub guide_smoothness: f64,
+    /// Guidance: how dear the kinetic energy of the correction is.
+    pub guide_kinetic: f64,
+    /// Guidance by ADMM: its penalty.
+    pub guide_penalty: f64,
+    /// Guidance by ADMM: its iterations for each step, from 1 to 1000.
+    pub guide_iterations: u32,
+    /// Guidance: a `ThuribleGuideSolver`; automatic by default.
+    pub guide_solver: u32,
 }
 
 macro_rules! held {
@@ -179,7 +193,7 @@ macro_rules! held {
 
 impl ThuribleConfig {
     /// Every field that holds a choice of a method, and what the core calls it.
-    fn held(&mut self) -> [Held<'_>; 23] {
+    fn held(&mut self) -> [Held<'_>; 29] {
         held! { self:
             direct_history "direct.history",
             direct_nested "direct.nested",
@@ -204,6 +218,12 @@ impl ThuribleConfig {
             simulation_tolerance "simulation.tolerance",
             templates_history "templates.history",
             templates_tolerance "templates.tolerance",
+            guide_radius "guide.radius",
+            guide_smoothness "guide.smoothness",
+            guide_kinetic "guide.kinetic",
+            guide_penalty "guide.penalty",
+            guide_iterations "guide.iterations",
+            guide_solver "guide.solver",
         }
     }
 }

@@ -304,6 +304,8 @@ static void configurations(void) {
     ODD(template_count = 0, "there is no template");
     ODD(templates_history = 9, "templates.history is 9");
     ODD(templates_reserved = 1, "templates_reserved is 1");
+    ODD(guide_radius = 0.0, "guide.radius is 0");
+    ODD(guide_solver = 3, "guide_solver is 3");
     effects.template_count = 0;
     effects.method = THURIBLE_METHOD_DIRECT;
     factors[1].step = 1;
@@ -1168,6 +1170,35 @@ static void templates(uint32_t precision, uint32_t dimensions) {
     drop_scene(&scene);
 }
 
+/* A flow that is given guides another, which begins at rest. */
+static void guides(uint32_t precision, uint32_t dimensions) {
+    Scene scene;
+    make_scene(&scene, precision, dimensions, 10, 4, THURIBLE_METHOD_GUIDE);
+    scene.config.keyframe_count = 0;
+    OK(thurible_plan(&scene.config, &scene.bytes, NULL, &scene.saved));
+    Thurible *solver = empty(&scene);
+    OK(thurible_set_source(solver, scene.source, scene.cells * scene.number));
+    IS(thurible_solve(solver, NULL, NULL, NULL), NO_REFERENCE);
+    size_t bytes = 0;
+    OK(thurible_copy_bytes(solver, THURIBLE_FIELD_VELOCITY, 1, &bytes));
+    void *wind = aligned(bytes);
+    for (size_t face = 0; face < bytes / scene.number; face++) set(wind, scene.number, face, 0.02);
+    IS(thurible_set_reference(solver, 1, 4, wind, bytes), INDEX);
+    IS(thurible_set_reference(solver, 3, 1, wind, bytes), INDEX);
+    IS(thurible_set_reference(solver, 1, 1, wind, bytes - scene.number), LENGTH);
+    for (size_t step = 1; step < 4; step++) OK(thurible_set_reference(solver, 1, step, wind, bytes));
+    OK(thurible_solve(solver, NULL, NULL, NULL));
+    /* A wind along a ring is met, whatever the rest does. */
+    OK(thurible_copy(solver, THURIBLE_FIELD_VELOCITY, 3, 1, wind, bytes));
+    double mean = 0.0;
+    for (size_t face = 0; face < bytes / scene.number; face++) mean += get(wind, scene.number, face);
+    mean /= (double)(bytes / scene.number);
+    CHECK(fabs(mean - 0.02) < 1e-3);
+    free(wind);
+    drop(solver);
+    drop_scene(&scene);
+}
+
 int main(void) {
     versions_and_texts();
     configurations();
@@ -1196,6 +1227,8 @@ int main(void) {
     free_flow();
     templates(THURIBLE_PRECISION_F32, 2);
     templates(THURIBLE_PRECISION_F64, 3);
+    guides(THURIBLE_PRECISION_F32, 2);
+    guides(THURIBLE_PRECISION_F64, 3);
     emits_alone();
     if (failures) fprintf(stderr, "%d checks failed\n", failures);
     return failures != 0;

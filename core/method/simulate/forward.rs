@@ -5,6 +5,7 @@
 //! is a result like any other; only gathered densities are not those that the flow alone would carry.
 
 use super::drive::Drive;
+use super::guide::Guide;
 use super::setup::{Push, Setup};
 use super::step::Step;
 use crate::checkpoint::{Damaged, Mix, Record};
@@ -55,9 +56,17 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         params.method == Method::Pd
     }
 
-    /// Smoke that is driven is not driven by templates too.
+    /// Smoke that is driven is not driven by templates too, and guidance knows the eigenvectors of closed boxes alone.
     fn takes(params: &Params, feature: Feature) -> bool {
-        feature != Feature::Templates || params.method == Method::Simulate
+        match feature {
+            Feature::Templates => params.method != Method::Pd,
+            Feature::Open => params.method != Method::Guide,
+            _ => true,
+        }
+    }
+
+    fn follows(params: &Params) -> bool {
+        params.method == Method::Guide
     }
 
     fn simulates() -> bool {
@@ -65,8 +74,10 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
     }
 
     fn mix(params: &Params, mix: &mut Mix) {
-        if params.method == Method::Pd {
-            params.pd.mix(mix);
+        match params.method {
+            Method::Pd => params.pd.mix(mix),
+            Method::Guide => params.guide.mix(mix),
+            _ => {}
         }
         params.simulation.mix(mix);
     }
@@ -104,7 +115,15 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
             } else {
                 Evaluation::measure(levels, 0, sweep, &mut pool);
             }
-            Step::carve(levels, 0, setup.step(), &mut pool);
+            match setup.guide() {
+                Some(guide) => pool.group("guided step", Sharing::Together, |pool| {
+                    Step::carve(levels, 0, setup.step(), pool);
+                    Guide::carve(levels, guide, sweep.threads, pool);
+                }),
+                None => {
+                    Step::carve(levels, 0, setup.step(), &mut pool);
+                }
+            }
             if let Push::Target(_) = setup.push {
                 Drive::carve(levels, sweep.metric, sweep.threads, &mut pool);
             }
@@ -125,6 +144,10 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         progress: &mut Progress,
     ) -> Result<(), Status> {
         progress.iteration = 1;
+        if self.marched && self.setup.guide().is_some() {
+            // The given flow is no more.
+            return Err(Status::Converged);
+        }
         self.march(exec, observer, script)?;
         progress.objective = self.make_feasible(exec, script)?;
         Err(Status::Converged)

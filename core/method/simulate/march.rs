@@ -2,6 +2,7 @@
 
 use super::drive::Drive;
 use super::forward::Simulation;
+use super::guide::Guide;
 use super::setup::Push;
 use super::step::Step;
 use crate::exec::Exec;
@@ -33,7 +34,9 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         let Animation {
             levels, initial, v, ..
         } = &mut self.animation;
-        put_everywhere(exec, &levels.finest, view(initial), v, slots);
+        if self.setup.guide().is_none() {
+            put_everywhere(exec, &levels.finest, view(initial), v, slots);
+        }
         self.marched = false;
         if observer.on(Event::IterationBegin { iteration: 1 }).is_break() {
             return Err(Stop::Cancelled);
@@ -68,7 +71,8 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
             sums,
             ..
         } = &mut self.animation;
-        let mut step = Step::carve(levels, 0, step_setup, &mut Pool::new(self.region));
+        let mut pool = Pool::new(self.region);
+        let mut step = Step::carve(levels, 0, step_setup, &mut pool);
         let at = |k: usize| Slot::at(k, view(initial), view(v), slots);
         let (before, earlier) = (at(k - 1), at(k.saturating_sub(2)));
         let force = Slot {
@@ -79,17 +83,32 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         step.give(exec, [(kept, before), (1.0, force)]);
         step.guess(exec, [(2.0, before), (-1.0, earlier)]);
         step.advance::<S>(exec, observer, sums)?;
+        if let Some(params) = self.setup.guide() {
+            let mut guide = Guide::carve(levels, params, step_setup.threads, &mut pool);
+            let reference = at(k);
+            step.guide(exec, observer, &mut guide, reference, sums)?;
+        }
         put(exec, &levels.finest, view(&step.v), v, k - 1);
         Ok(())
     }
 
-    /// Puts v_0 in the place of v_step where that was too fast to carry a density: what was simulated before it is a result.
+    /// Puts v_0 in the place of v_step where that was too fast to carry a density, and in those after it where they hold a given flow: what was
+    /// simulated before it is a result.
     fn without(&mut self, exec: &dyn Exec, step: usize, stop: Stop) -> Stop {
         if let (Stop::TooFast, Some(slot)) = (stop, step.checked_sub(1)) {
             let Animation {
-                levels, initial, v, ..
+                levels,
+                initial,
+                v,
+                slots,
+                ..
             } = &mut self.animation;
-            put(exec, &levels.finest, view(initial), v, slot);
+            let end = if self.setup.guide().is_some() {
+                *slots
+            } else {
+                slot + 1
+            };
+            (slot..end).for_each(|slot| put(exec, &levels.finest, view(initial), v, slot));
         }
         stop
     }
@@ -115,7 +134,7 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         } = animation;
         let grid = &levels.finest;
         let kept = match setup.push {
-            Push::Nothing => {
+            Push::Nothing | Push::Reference(_) => {
                 clear(exec, grid, w, k - 1);
                 let (slots, solids) = (animation.slots, levels.solids(0));
                 for template in script.templates() {

@@ -1,11 +1,12 @@
 //! The baselines (mathematics section 7): the flow simulated forwards, step by step, where the other methods never do.
 //!
-//! [`step`] solves one implicit step of equations (1) and (2) and its adjoint; [`forward`] marches with it, free or driven
-//! towards the next keyframe (Fattal & Lischinski 2004). Adjoint control searches for forces by the adjoint of the whole
+//! [`step`] solves one implicit step of equations (1) and (2) and its adjoint; [`forward`] marches with it, free, driven
+//! towards the next keyframe (Fattal & Lischinski 2004), or guided by a given flow ([`guide`]). Adjoint control searches for forces by the adjoint of the whole
 //! march.
 
 pub mod drive;
 pub mod forward;
+pub mod guide;
 pub mod krylov;
 mod march;
 pub mod params;

@@ -1,5 +1,6 @@
 //! The numbers of a simulation.
 
+use super::guide::GuideParams;
 use super::params::{PdParams, SimulationParams};
 use super::step;
 use crate::grid::Grid;
@@ -14,6 +15,8 @@ pub enum Push {
     Nothing,
     /// The next keyframe.
     Target(PdParams),
+    /// A given flow, which stands in the slots of v until they are simulated.
+    Reference(GuideParams),
 }
 
 /// All that a simulation follows from but its densities, in scaled numbers.
@@ -38,11 +41,19 @@ impl Setup {
             grid: problem.grid(),
             flow: flow::Setup::new(problem, params.threads),
             tolerance,
-            push: if params.method == Method::Pd {
-                Push::Target(params.pd)
-            } else {
-                Push::Nothing
+            push: match params.method {
+                Method::Pd => Push::Target(params.pd),
+                Method::Guide => Push::Reference(params.guide),
+                _ => Push::Nothing,
             },
+        }
+    }
+
+    /// What guides, if anything does.
+    pub fn guide(&self) -> Option<GuideParams> {
+        match self.push {
+            Push::Reference(params) => Some(params),
+            _ => None,
         }
     }
 

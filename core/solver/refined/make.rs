@@ -1,6 +1,6 @@
 //! The memory of a [`Refined`] density: how many bytes, and what lies where.
 
-use super::{MAX_DOUBLINGS, Refined, carrier};
+use super::{MAX_DOUBLINGS, Refined, Refinement, carrier};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::{ALIGN, Arena, Layout, Ledger, Pool, TooSmall};
@@ -8,23 +8,23 @@ use crate::method::refusal::{PlanError, count};
 use crate::objective::script::Lists;
 use crate::operators::refine;
 use crate::poisson::Projection;
-use crate::problem::{Advection, Feature, Problem, ProblemError, Scheme};
+use crate::problem::{Feature, Problem, ProblemError};
 use crate::real::Real;
 use crate::solver::{MAX_THREADS, SolverError, script};
 use crate::transport::Stepping;
 use core::mem::MaybeUninit;
 
 impl<'m, T: Real> Refined<'m, T> {
-    /// Bytes that it takes: `problem` is that of the finer grid, which has `doublings` times twice the cells of the result's along every axis.
+    /// Bytes that it takes: `problem` is that of the finer grid.
     ///
     /// # Errors
-    /// [`PlanError`] where the problem is wrong, `doublings` is not from 1 to [`MAX_DOUBLINGS`], cells do not halve so often, or there are too
+    /// [`PlanError`] where the problem is wrong, there are more than [`MAX_DOUBLINGS`], cells do not halve so often, or there are too
     /// many for this machine.
-    pub fn bytes(problem: &Problem<'_>, doublings: usize, threads: usize) -> Result<usize, PlanError> {
+    pub fn bytes(problem: &Problem<'_>, refinement: Refinement) -> Result<usize, PlanError> {
         let problem = &free(problem);
         let mut ledger = Ledger::new();
         let mut arena = Arena::measuring(&mut ledger);
-        let mut refined = Self::new(problem, doublings, threads)?;
+        let mut refined = Self::new(problem, refinement)?;
         // An arena that measures is never too small.
         let _ = refined.layout(problem, &mut arena);
         drop(refined);
@@ -37,8 +37,7 @@ impl<'m, T: Real> Refined<'m, T> {
     /// [`SolverError`].
     pub fn carve(
         problem: &Problem<'_>,
-        doublings: usize,
-        threads: usize,
+        refinement: Refinement,
         memory: &'m mut [MaybeUninit<u8>],
     ) -> Result<Self, SolverError> {
         let problem = &free(problem);
@@ -46,20 +45,29 @@ impl<'m, T: Real> Refined<'m, T> {
         if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
             return Err(SolverError::Misaligned);
         }
-        let mut refined = Self::new(problem, doublings, threads)?;
+        let mut refined = Self::new(problem, refinement)?;
         let short = |TooSmall { needed, .. }: TooSmall| SolverError::TooSmall { needed, given };
         refined.layout(problem, &mut Arena::new(memory)).map_err(short)?;
         Ok(refined)
     }
 
     /// One without buffers.
-    fn new(problem: &Problem<'_>, doublings: usize, threads: usize) -> Result<Self, PlanError> {
+    fn new(problem: &Problem<'_>, refinement: Refinement) -> Result<Self, PlanError> {
+        let Refinement {
+            doublings, threads, ..
+        } = refinement;
         problem.check()?;
         if problem.is_open() {
             let (method, feature) = ("refined", Feature::Open);
             return Err(ProblemError::Unfit { method, feature }.into());
         }
-        count("doublings", doublings, MAX_DOUBLINGS)?;
+        if doublings > MAX_DOUBLINGS {
+            return Err(PlanError::OutOfRange {
+                field: "doublings",
+                given: doublings,
+                most: MAX_DOUBLINGS,
+            });
+        }
         count("threads", threads, MAX_THREADS)?;
         let finest = problem.grid();
         let mut grids = heapless::Vec::new();
@@ -80,14 +88,13 @@ impl<'m, T: Real> Refined<'m, T> {
             next: &mut [],
             lists: Lists::default(),
             fields: &mut [],
+            importance: &mut [],
+            weighted: refinement.weighted && problem.solids,
             sums: &mut [],
             region: &mut [],
             threads,
             tolerance: problem.projection_tolerance,
-            stepping: Stepping::from(Advection {
-                scheme: Scheme::Limited,
-                ..problem.advection
-            }),
+            stepping: Stepping::from(problem.advection),
             largest: 0.0,
             unit: problem.units().velocity,
             step: 0,
@@ -102,6 +109,8 @@ impl<'m, T: Real> Refined<'m, T> {
         }
         self.rho = arena.take("density", grid.cells())?;
         self.next = arena.take("density of the next step", grid.cells())?;
+        let weights = if self.weighted { grid.cells() } else { 0 };
+        self.importance = arena.take("importance", weights)?;
         self.sums = arena.take("sums of rows", 2 * grid.rows())?;
         (self.lists, self.fields) = script::carve(problem, arena)?;
         let (levels, stepping, threads) = (&self.levels, self.stepping, self.threads);
@@ -124,10 +133,6 @@ fn free<'a>(problem: &Problem<'a>) -> Problem<'a> {
         schedule: &[],
         mask: false,
         release: None,
-        advection: Advection {
-            scheme: Scheme::Limited,
-            ..problem.advection
-        },
         ..*problem
     }
 }

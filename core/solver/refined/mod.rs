@@ -1,8 +1,8 @@
-//! A result on a finer grid: its flow, step by step with as many cells more, and the density that this carries from the source on.
+//! A known flow taken to another grid or among other solid cells, step by step, and the density that it carries there.
 //!
 //! Memory is that of one step on the finer grid, whatever the number of steps. The flow of a step is doubled as often as it takes, keeping its
-//! divergence ([`refine`]), and projected, which finds something to do among solid cells alone: theirs are drawn anew. The density goes by
-//! `limited` transport.
+//! divergence ([`refine`]), and projected, which finds something to do among solid cells alone: theirs are drawn anew. With an importance the
+//! rest of the flow gives way to them first ([`Projection::project_weighted`]).
 
 mod make;
 
@@ -25,7 +25,18 @@ use core::ops::ControlFlow;
 /// How often cells are halved, at most.
 pub const MAX_DOUBLINGS: usize = 3;
 
-/// A density that the flow of a coarser grid carries.
+/// What is done to a flow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refinement {
+    /// How often cells are halved; 0 for a flow that stays on its grid.
+    pub doublings: usize,
+    /// Whether [`Refined::set_importance`] says where the flow should stay as it is; only among solid cells.
+    pub weighted: bool,
+    /// Threads that scratch is planned for.
+    pub threads: usize,
+}
+
+/// A density that a known flow carries.
 #[derive(Debug)]
 pub struct Refined<'m, T> {
     /// The finer grid and those below it.
@@ -39,6 +50,9 @@ pub struct Refined<'m, T> {
     lists: Lists<'m>,
     /// The emitters' shapes.
     fields: &'m mut [T],
+    /// How much the flow matters in each cell.
+    importance: &'m mut [T],
+    weighted: bool,
     sums: &'m mut [f64],
     /// What projection and transport use in turn.
     region: &'m mut [T],
@@ -92,6 +106,22 @@ impl<T: Real> Refined<'_, T> {
         Ok(())
     }
 
+    /// Sets how much the flow matters in each cell, above 0: 1 where it does not.
+    ///
+    /// # Errors
+    /// As [`Self::set_density`]; [`InputError::Index`] where none was planned for, [`InputError::Empty`] where a cell has 0.
+    pub fn set_importance(&mut self, importance: &[T]) -> Result<(), InputError> {
+        if !self.weighted {
+            return Err(InputError::Index { given: 0, count: 0 });
+        }
+        check(importance, self.cells())?;
+        if importance.contains(&T::ZERO) {
+            return Err(InputError::Empty);
+        }
+        self.importance.copy_from_slice(importance);
+        Ok(())
+    }
+
     /// Sets the shape of emitter `index`.
     ///
     /// # Errors
@@ -128,7 +158,7 @@ impl<T: Real> Refined<'_, T> {
         FileLayout::new(&grid, axis).take(faces, 1.0 / self.unit, field)
     }
 
-    /// Carries the density to the next step by the flow that was set.
+    /// Makes the flow of the step that comes next, and carries the density by it.
     ///
     /// # Errors
     /// [`Stop::TooFast`], [`Stop::Cancelled`].
@@ -145,7 +175,12 @@ impl<T: Real> Refined<'_, T> {
             self.threads,
             &mut Pool::new(&mut *self.region),
         );
-        let projected = projection.project(exec, observer, flow, None, self.tolerance, self.sums);
+        let (tolerance, sums) = (self.tolerance, &mut *self.sums);
+        let projected = if self.weighted {
+            projection.project_weighted(exec, observer, flow, self.importance, tolerance, sums)
+        } else {
+            projection.project(exec, observer, flow, None, tolerance, sums)
+        };
         if let ControlFlow::Break(()) = projected {
             return Err(Stop::Cancelled);
         }
@@ -182,10 +217,47 @@ impl<T: Real> Refined<'_, T> {
         }
     }
 
+    /// Adds smoke to the density: one number for each cell of the finer grid, x fastest.
+    ///
+    /// # Errors
+    /// As [`Self::set_density`].
+    pub fn add(&mut self, smoke: &[T]) -> Result<(), InputError> {
+        check(smoke, self.cells())?;
+        rows::add(self.rho, smoke);
+        Ok(())
+    }
+
     /// The density, one number for each cell of the finer grid, x fastest.
     #[must_use]
     pub fn density(&self) -> &[T] {
         self.rho
+    }
+
+    /// A component of the flow that carried the density here, in the layout of a file and the scene's units.
+    ///
+    /// # Errors
+    /// [`InputError`]: no such axis, wrong length.
+    pub fn velocity(&self, axis: usize, out: &mut [T]) -> Result<(), InputError> {
+        let grid = &self.levels.finest;
+        let flow = self.flows.get(self.grids.len().saturating_sub(1));
+        let field = flow.and_then(|flow| flow.get(axis)).filter(|_| axis < grid.dims);
+        let Some(field) = field else {
+            let count = grid.dims;
+            return Err(InputError::Index { given: axis, count });
+        };
+        let layout = FileLayout::new(grid, axis);
+        let (expected, given) = (layout.len(), out.len());
+        if expected != given {
+            return Err(InputError::Length { expected, given });
+        }
+        layout.read(field, [1, 0], T::from_f64(self.unit), out);
+        Ok(())
+    }
+
+    /// Numbers of a component of the flow, in the layout of a file.
+    #[must_use]
+    pub fn faces(&self, axis: usize) -> usize {
+        FileLayout::new(&self.levels.finest, axis).len()
     }
 
     /// The step of the density.

@@ -1,7 +1,8 @@
 //! Control problems for the whole solver.
 
 use super::effects::Effects;
-use super::{Memory, boundaries, grid, places};
+use super::flow::swirl;
+use super::{Components, Memory, boundaries, grid, places, to_file};
 use core::ops::ControlFlow;
 use thurible_core::grid::Grid;
 use thurible_core::{
@@ -183,8 +184,33 @@ impl Scene {
         if !self.effects.mask.is_empty() {
             solver.set_mask(&super::cast(&self.effects.mask)).unwrap();
         }
+        if self.params.method == Method::Guide {
+            self.set_reference(solver);
+        }
         for (index, target) in self.densities[1..].iter().enumerate() {
             solver.set_keyframe(index, &super::cast(target)).unwrap();
+        }
+    }
+
+    /// The flow that guides: a swirl that grows slower, at half a cell a step to begin with.
+    pub fn reference(&self, step: usize) -> Components<f64> {
+        let grid = self.problem().grid();
+        swirl(&grid, 1, 0.5 / (1.0 + step as f64))
+    }
+
+    /// Gives a solver the flow that guides.
+    pub fn set_reference<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>) {
+        let grid = self.problem().grid();
+        for step in 1..self
+            .problem()
+            .steps
+            .min(self.effects.release.unwrap_or(usize::MAX))
+        {
+            let flow = self.reference(step);
+            for axis in 0..S::DIM {
+                let faces = super::cast(&to_file(&grid, axis, &flow[axis]));
+                solver.set_reference(axis, step, &faces).unwrap();
+            }
         }
     }
 

@@ -106,6 +106,25 @@ pub fn view_mut<T>(v: &mut Components<T>) -> [&mut [T]; 3] {
     v.each_mut().map(|component| &mut component[..])
 }
 
+/// A component as a file has it: with the high wall face.
+pub fn to_file(grid: &Grid, axis: usize, v: &[f64]) -> Vec<f64> {
+    let extent = |a: usize| grid.n[a] + usize::from(a == axis && !grid.axis(a).is_ring());
+    let count: usize = (0..3).map(extent).product();
+    let number = |i: usize| {
+        let at = [
+            i % extent(0),
+            i / extent(0) % extent(1),
+            i / extent(0) / extent(1),
+        ];
+        if at[axis] == grid.n[axis] {
+            0.0
+        } else {
+            v[(at[2] * grid.n[1] + at[1]) * grid.n[0] + at[0]]
+        }
+    };
+    (0..count).map(number).collect()
+}
+
 /// Zeros in as many components as the grid has axes.
 pub fn zeros<T: Real>(grid: &Grid, slots: usize) -> Components<T> {
     core::array::from_fn(|a| {

@@ -101,7 +101,7 @@ impl<T: Real> Step<'_, T> {
 }
 
 /// Projects a field of one slot.
-fn project<T: Real>(
+pub(super) fn project<T: Real>(
     projection: &mut Projection<'_, T>,
     exec: &dyn Exec,
     observer: &mut dyn Observer,

@@ -4,6 +4,7 @@
 //! Newton's method, each correction (I + Q J(v)) d = residual by GMRES; the adjoint z = Q(b - J(v)^T z) by GMRES alone.
 
 mod equation;
+mod guided;
 
 use super::krylov::Krylov;
 use crate::exec::Exec;

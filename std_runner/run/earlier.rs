@@ -1,0 +1,131 @@
+//! What a solve takes of an earlier result: where it begins, and the flow that guides it.
+
+use super::inputs::{Inputs, narrowed, set_emitters, set_obstacles};
+use crate::exit::Failure;
+use crate::keyframes::{Earlier, ShapeError};
+use crate::report::FrameRecord;
+use crate::scene::Scene;
+use std::path::PathBuf;
+use thurible_core::{InputError, Real, Solver, Space};
+
+/// A step of an earlier result.
+#[derive(Clone, Debug)]
+pub(crate) struct Origin {
+    /// The option that named it, for messages.
+    pub option: &'static str,
+    /// The result folder.
+    pub folder: PathBuf,
+    /// The step; if there is none, its last density and its last velocity.
+    pub step: Option<usize>,
+}
+
+impl Origin {
+    /// Hands the density and the velocity of the step to `solver`; what little of the density is negative becomes 0.
+    /// Emitters are the scene's, and their steps count from there.
+    pub fn begin<T: Real, S: Space>(
+        &self,
+        scene: &Scene,
+        solver: &mut Solver<'_, T, S>,
+    ) -> Result<Inputs, Failure> {
+        set_obstacles(scene, solver, &mut Vec::new())?;
+        let (path, canvas) = (self.folder.join("result.npz"), scene.canvas());
+        let earlier = Earlier::open(&path, &canvas).map_err(|error| self.unread(&error))?;
+        if let Some(step) = self.step.filter(|&step| step >= earlier.flows) {
+            let last = earlier.flows.saturating_sub(1);
+            return Err(self.refuse(format!(
+                "has no flow of step {step}; --at is a step from 0 to {last}"
+            )));
+        }
+        let mut inputs = Inputs::default();
+        let density = earlier.density(self.step, &mut inputs.notes);
+        let density = density.map_err(|error| self.unread(&error))?;
+        solver
+            .set_source(&narrowed(density))
+            .map_err(|error| self.unusable(&error))?;
+        set_emitters(scene, solver, &mut None, &mut inputs.notes)?;
+        for axis in 0..S::DIM {
+            let faces = earlier.velocity(self.step, axis);
+            let faces = faces.map_err(|error| self.unread(&error))?;
+            solver
+                .set_initial_velocity(axis, &narrowed(faces))
+                .map_err(|error| self.unusable(&error))?;
+        }
+        Ok(inputs)
+    }
+
+    /// Hands the flow from the step on to `solver`, which follows it.
+    pub fn guide<T: Real, S: Space>(
+        &self,
+        scene: &Scene,
+        solver: &mut Solver<'_, T, S>,
+    ) -> Result<(), Failure> {
+        let (path, canvas) = (self.folder.join("result.npz"), scene.canvas());
+        let earlier = Earlier::open(&path, &canvas).map_err(|error| self.unread(&error))?;
+        let first = self.step.unwrap_or(0);
+        let (needed, steps) = (first + solver.steps(), earlier.flows);
+        if needed > steps {
+            return Err(self.refuse(format!(
+                "has the flow of {steps} steps, where {needed} are needed, {first} before the first; take fewer steps with --steps, or another result"
+            )));
+        }
+        for step in 1..solver.steps() {
+            for axis in 0..S::DIM {
+                let faces = earlier.velocity(Some(first + step), axis);
+                let faces = faces.map_err(|error| self.unread(&error))?;
+                solver
+                    .set_reference(axis, step, &narrowed(faces))
+                    .map_err(|error| self.unusable(&error))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// How far the densities of `solver` are from those after the step, as far as there are any.
+    pub fn compare<T: Real, S: Space>(
+        &self,
+        scene: &Scene,
+        solver: &Solver<'_, T, S>,
+    ) -> Result<Vec<FrameRecord>, Failure> {
+        let Some(first) = self.step else {
+            return Ok(Vec::new());
+        };
+        let (path, canvas) = (self.folder.join("result.npz"), scene.canvas());
+        let earlier = Earlier::open(&path, &canvas).map_err(|error| self.unread(&error))?;
+        let steps = 1..=solver.steps().min(earlier.densities.saturating_sub(first + 1));
+        steps
+            .map(|step| {
+                let frame = first + step;
+                let truth = earlier.density(Some(frame), &mut Vec::new());
+                let truth = truth.map_err(|error| self.unread(&error))?;
+                let ours = solver.density(step).iter().map(|x| x.to_f64());
+                let apart: f64 = ours.zip(&truth).map(|(ours, truth)| (ours - truth).powi(2)).sum();
+                let size: f64 = truth.iter().map(|truth| truth * truth).sum();
+                Ok(FrameRecord {
+                    step,
+                    frame,
+                    relative_l2: (apart / size.max(f64::MIN_POSITIVE)).sqrt(),
+                })
+            })
+            .collect()
+    }
+
+    fn refuse(&self, why: String) -> Failure {
+        Failure::Input(format!("{} {}: {why}", self.option, self.folder.display()))
+    }
+
+    fn unusable(&self, error: &InputError) -> Failure {
+        let which = self
+            .step
+            .map_or("its last step".into(), |step| format!("its step {step}"));
+        self.refuse(format!("{which} cannot be used: {error}; give another result"))
+    }
+
+    fn unread(&self, error: &ShapeError) -> Failure {
+        let sentence = format!("{} {}: {error}", self.option, self.folder.display());
+        if error.is_unreadable() {
+            Failure::File(sentence)
+        } else {
+            Failure::Input(sentence)
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! A simulation that is guided by a given flow.
+
+use crate::fields::cases::Scene;
+use crate::fields::feasible::{check_flow, faces};
+use crate::fields::naive::Naive;
+use crate::fields::{Components, add_scaled_all, dot_all, gap, largest_of, places, with_threads};
+use crate::free_flow::free;
+use thurible_core::grid::Grid;
+use thurible_core::method::simulate::guide::GuideSolver;
+use thurible_core::{
+    D2, D3, Feature, InputError, Method, Plan, PlanError, ProblemError, Real, Serial, Silent, Solver, Space,
+    Status,
+};
+
+/// A flow that begins at rest and has one step.
+fn one_step(cells: &[usize], ends: &str) -> Scene {
+    let mut scene = free(cells, ends, 2);
+    scene.params.method = Method::Guide;
+    scene.params.simulation.tolerance = 1e-12;
+    scene
+}
+
+/// v_1 of a scene.
+fn first_flow<T: Real, S: Space>(scene: &Scene) -> Components<f64> {
+    let solved = scene.solve_alone::<T, S>();
+    assert_eq!(solved.status, Status::Converged);
+    faces(&scene.problem().grid(), &solved.velocity[1])
+}
+
+/// The value of component `axis` at a place that may be beyond a wall: mirrored across, odd along its own axis.
+fn value(grid: &Grid, w: &Components<f64>, axis: usize, at: [isize; 3]) -> f64 {
+    let mut sign = 1.0;
+    let place = core::array::from_fn(|a| {
+        let n = grid.n[a] as isize;
+        if grid.axis(a).is_ring() {
+            return at[a].rem_euclid(n) as usize;
+        }
+        let i = at[a].rem_euclid(2 * n);
+        if a == axis {
+            // Faces: 0 and n are walls.
+            if i % n == 0 {
+                sign = 0.0;
+            }
+            if i > n {
+                sign = -sign;
+            }
+            (if i >= n { 2 * n - i } else { i }).rem_euclid(n) as usize
+        } else {
+            (if i >= n { 2 * n - 1 - i } else { i }) as usize
+        }
+    });
+    sign * w[axis][Naive::new(grid).id(place)]
+}
+
+/// Every component as a sum over offsets along one axis.
+fn along(grid: &Grid, w: &Components<f64>, a: usize, taps: &[(isize, f64)]) -> Components<f64> {
+    Naive::new(grid).at_faces(|axis, at| {
+        let term = |&(offset, weight): &(isize, f64)| {
+            let mut from = at.map(|i| i as isize);
+            from[a] += offset;
+            weight * value(grid, w, axis, from)
+        };
+        taps.iter().map(term).sum()
+    })
+}
+
+/// B w, tap by tap.
+fn blurred(grid: &Grid, sigma: f64, w: &Components<f64>) -> Components<f64> {
+    let radius = (3.0 * sigma).ceil() as isize;
+    let weight = |o: isize| (-0.5 * (o as f64 / sigma).powi(2)).exp();
+    let total: f64 = (-radius..=radius).map(weight).sum();
+    let taps: Vec<(isize, f64)> = (-radius..=radius).map(|o| (o, weight(o) / total)).collect();
+    (0..grid.dims).fold(w.clone(), |w, axis| along(grid, &w, axis, &taps))
+}
+
+/// L w in cells.
+fn minus_laplacian(grid: &Grid, w: &Components<f64>) -> Components<f64> {
+    let taps = [(-1, -1.0), (0, 2.0), (1, -1.0)];
+    let parts = (0..grid.dims).map(|axis| along(grid, w, axis, &taps));
+    parts
+        .reduce(|sum, part| add_scaled_all(&sum, 1.0, &part))
+        .unwrap_or_default()
+}
+
+/// The gradient of what Delta minimises has no curl, and no mean along rings.
+fn is_the_minimum<T: Real, S: Space>(cells: &[usize], ends: &str, accuracy: f64) {
+    let mut scene = one_step(cells, ends);
+    (scene.params.guide.radius, scene.params.guide.kinetic) = (1.3, 0.02);
+    scene.params.guide.smoothness = 0.05;
+    let grid = scene.problem().grid();
+    let (found, given) = (first_flow::<T, S>(&scene), scene.reference(1));
+    let guide = scene.params.guide;
+    let off = add_scaled_all(&found, -1.0, &given);
+    let twice = blurred(&grid, guide.radius, &blurred(&grid, guide.radius, &off));
+    let slope = add_scaled_all(&twice, guide.smoothness, &minus_laplacian(&grid, &found));
+    let slope = add_scaled_all(&slope, guide.kinetic, &found);
+    let naive = Naive::new(&grid);
+    let size = largest_of(&given);
+    assert!(largest_of(&off) > 1e-3 * size && largest_of(&found) > 1e-2 * size);
+    assert!(
+        naive.largest_curl(&slope) <= accuracy * size / grid.h[0],
+        "{cells:?} {ends}: curl {:e} of {size:e}",
+        naive.largest_curl(&slope)
+    );
+    for a in (0..grid.dims).filter(|&a| grid.axis(a).is_ring()) {
+        let mean = slope[a].iter().sum::<f64>() / grid.cells() as f64;
+        assert!(mean.abs() <= accuracy * size, "{mean:e}");
+    }
+}
+
+#[test]
+fn the_correction_is_the_minimum() {
+    is_the_minimum::<f64, D2>(&[16, 12], "ww", 1e-10);
+    is_the_minimum::<f64, D2>(&[13, 10], "pw", 1e-10);
+    is_the_minimum::<f64, D2>(&[10, 12], "pp", 1e-10);
+    is_the_minimum::<f64, D2>(&[260, 6], "wp", 1e-9);
+    is_the_minimum::<f64, D3>(&[7, 8, 9], "wpw", 1e-10);
+    is_the_minimum::<f32, D3>(&[8, 8, 6], "www", 2e-4);
+}
+
+#[test]
+fn admm_comes_to_the_closed_form() {
+    let mut scene = one_step(&[24, 20], "wp");
+    let closed = first_flow::<f64, D2>(&scene);
+    scene.params.guide.solver = GuideSolver::Admm;
+    let mut apart = |iterations| {
+        scene.params.guide.iterations = iterations;
+        let off = add_scaled_all(&first_flow::<f64, D2>(&scene), -1.0, &closed);
+        (dot_all(&off, &off) / dot_all(&closed, &closed)).sqrt()
+    };
+    let [one, three, many] = [1, 3, 200].map(&mut apart);
+    assert!(one < 0.05 && three < 0.5 * one, "{one:e}, {three:e}");
+    assert!(many < 1e-6, "{many:e} after 200 iterations");
+}
+
+/// Among solid cells ADMM gets to a flow that no admissible change brings nearer.
+fn guided_among_solids<T: Real, S: Space>(cells: &[usize], ends: &str, tolerance: f64) {
+    let mut scene = one_step(cells, ends);
+    scene.scheme = thurible_core::Scheme::Limited;
+    scene.effects.keep_mass = true;
+    let grid = scene.problem().grid();
+    scene.effects.solid = places(&grid)
+        .map(|at| (0..grid.dims).all(|a| at[a] * 3 / grid.n[a] == 1))
+        .collect();
+    scene.params.simulation.tolerance = tolerance;
+    scene.params.guide.iterations = 60;
+    let near = first_flow::<T, S>(&scene);
+    scene.params.guide.solver = GuideSolver::ClosedForm;
+    let rough = first_flow::<T, S>(&scene);
+    let naive = Naive::new(&grid);
+    assert!(largest_of(&near) > 0.0);
+    for (axis, faces) in near.iter().enumerate().take(grid.dims) {
+        for (at, &face) in places(&grid).zip(faces) {
+            let low = naive.step(at, axis, -1);
+            let solid = |at: [usize; 3]| scene.effects.solid[naive.id(at)];
+            assert!(
+                face == 0.0 || !(solid(at) || low.is_some_and(solid)),
+                "flow through a solid face at {at:?}"
+            );
+        }
+    }
+    let price = |flow: &Components<f64>| {
+        let mut given = scene.reference(1);
+        for (axis, faces) in given.iter_mut().enumerate().take(grid.dims) {
+            for (at, face) in places(&grid).zip(faces) {
+                let low = naive.step(at, axis, -1);
+                let solid = |at: [usize; 3]| scene.effects.solid[naive.id(at)];
+                if solid(at) || low.is_some_and(solid) {
+                    *face = 0.0;
+                }
+            }
+        }
+        let off = blurred(
+            &grid,
+            scene.params.guide.radius,
+            &add_scaled_all(flow, -1.0, &given),
+        );
+        let rough = minus_laplacian(&grid, flow);
+        dot_all(&off, &off) + scene.params.guide.smoothness * dot_all(flow, &rough)
+    };
+    let mut rest = near.clone();
+    rest.iter_mut().for_each(|component| component.fill(0.0));
+    let [near_price, rough_price, at_rest] = [&near, &rough, &rest].map(price);
+    assert!(
+        near_price < rough_price && rough_price < at_rest,
+        "ADMM {near_price:e}, the box's own eigenvectors {rough_price:e}, at rest {at_rest:e}"
+    );
+    let both = add_scaled_all(&near, 1.0, &rough);
+    let middle = both.map(|component| component.iter().map(|x| 0.5 * x).collect());
+    assert!(price(&middle) > near_price, "half way to it is nearer");
+}
+
+#[test]
+fn solid_cells_stay_closed_to_guided_flows() {
+    guided_among_solids::<f64, D2>(&[24, 18], "ww", 1e-8);
+    guided_among_solids::<f64, D3>(&[9, 12, 9], "wpw", 1e-8);
+    guided_among_solids::<f32, D2>(&[18, 24], "pw", 1e-5);
+}
+
+/// A plume without buoyancy rises where a buoyant one guides it, and its forces are those that this takes.
+#[test]
+fn a_guided_plume_rises_without_buoyancy() {
+    let mut risen = free(&[24, 32], "wp", 16);
+    risen.effects.buoyancy[1] = 2e-3;
+    let truth = risen.solve_alone::<f64, D2>();
+    let mut scene = free(&[24, 32], "wp", 16);
+    let still = scene.densities[0].clone();
+    scene.params.method = Method::Guide;
+    let apart = |threads: usize| {
+        let mut scene = scene.clone();
+        scene.params.threads = threads;
+        with_threads(threads, |exec| {
+            scene.with::<f64, D2, _>(|solver| {
+                for (step, flow) in truth.velocity.iter().enumerate().skip(1) {
+                    for (axis, faces) in flow.iter().enumerate() {
+                        solver.set_reference(axis, step, faces).unwrap();
+                    }
+                }
+                crate::fields::cases::Solved::run(&scene, solver, exec, &mut Silent)
+            })
+        })
+    };
+    let guided = apart(1);
+    check_flow(&scene, &guided, f64::EPSILON);
+    let [moved, off] = [&still, &guided.density[16]].map(|rho| gap(rho, &truth.density[16]));
+    assert!(off < 0.1 * moved, "{off} of {moved}");
+    for threads in [2, 3] {
+        assert!(apart(threads).bits() == guided.bits(), "{threads} threads");
+    }
+}
+
+#[test]
+fn what_cannot_guide_is_refused() {
+    let scene = one_step(&[8, 8], "ww");
+    scene.with::<f32, D2, _>(|solver| {
+        let faces = vec![0.0; solver.faces(0)];
+        let index = |given, count| Err(InputError::Index { given, count });
+        assert_eq!(solver.set_reference(2, 1, &faces), index(2, 2));
+        assert_eq!(solver.set_reference(0, 2, &faces), index(1, 1));
+        assert_eq!(solver.set_reference(0, 0, &faces), index(usize::MAX, 1));
+        let (expected, given) = (faces.len(), 3);
+        assert_eq!(
+            solver.set_reference(0, 1, &faces[..3]),
+            Err(InputError::Length { expected, given })
+        );
+        let mut broken = faces.clone();
+        broken[5] = f32::NAN;
+        assert_eq!(
+            solver.set_reference(0, 1, &broken),
+            Err(InputError::NotFinite { index: 5 })
+        );
+    });
+    // Without a flow to follow nothing begins.
+    let mut memory = crate::fields::Memory::new(scene.plan::<f32, D2>().bytes());
+    let mut solver = Solver::<f32, D2>::new(&scene.problem(), &scene.params, memory.block()).unwrap();
+    solver
+        .set_source(&crate::fields::cast(&scene.densities[0]))
+        .unwrap();
+    assert_eq!(solver.prepare(&Serial), Err(InputError::NoReference));
+    let mut other = scene.clone();
+    other.params.method = Method::Simulate;
+    other.with::<f32, D2, _>(|solver| {
+        let faces = vec![0.0; solver.faces(0)];
+        let none = InputError::Index { given: 0, count: 0 };
+        assert_eq!(solver.set_reference(0, 1, &faces), Err(none));
+    });
+    let mut open = scene.clone();
+    open.boundary = crate::fields::boundaries("ow");
+    (open.scheme, open.effects.keep_mass) = (thurible_core::Scheme::Limited, true);
+    let unfit = ProblemError::Unfit {
+        method: "guide",
+        feature: Feature::Open,
+    };
+    assert_eq!(
+        Plan::new::<f32, D2>(&open.problem(), &open.params).map(|_| ()),
+        Err(PlanError::Problem(unfit))
+    );
+}
