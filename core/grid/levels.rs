@@ -80,6 +80,15 @@ impl<'m, T: Real> Levels<'m, T> {
         }
     }
 
+    /// One grid without coarser ones.
+    #[must_use]
+    pub fn alone(grid: &Grid) -> Self {
+        let mut alone = Self::bare(grid, 0);
+        alone.grids.truncate(1);
+        alone.tables.clear();
+        alone
+    }
+
     /// The same with room for obstacles.
     #[must_use]
     pub fn with_obstacles(self, obstacles: bool) -> Self {

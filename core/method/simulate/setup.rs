@@ -1,5 +1,6 @@
 //! The numbers of a simulation.
 
+use super::krylov::DIRECTIONS;
 use super::params::{PdParams, SimulationParams};
 use super::step;
 use crate::grid::Grid;
@@ -52,6 +53,8 @@ impl Setup {
             viscosity: self.flow.viscosity,
             tolerance: self.tolerance,
             threads: self.flow.sweep.threads,
+            directions: DIRECTIONS,
+            adjoint: true,
         }
     }
 }
