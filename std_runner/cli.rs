@@ -7,6 +7,7 @@ use crate::commands::paper::PaperArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
+use crate::commands::track::TrackArguments;
 use clap::{Parser, Subcommand};
 
 /// Finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
@@ -28,6 +29,8 @@ pub enum Command {
     Solve(SolveArguments),
     /// Simulate the flow of a scene without control; its keyframes and method are left out.
     Simulate(SimulateArguments),
+    /// Find the flow behind frames of smoke.
+    Track(TrackArguments),
     /// Draw the steps of a result as large pictures, or as a film.
     Render(RenderArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.

@@ -1,7 +1,7 @@
 //! The program: reads the command line, runs the command, says in one sentence what went wrong.
 
 use crate::cli::{Cli, Command};
-use crate::commands::{compare, new, paper, plan, render, simulate, solve};
+use crate::commands::{compare, new, paper, plan, render, simulate, solve, track};
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
 use clap::Parser;
@@ -26,6 +26,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
     match &cli.command {
         Command::Solve(arguments) => solve::run(arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
+        Command::Track(arguments) => track::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),

@@ -13,6 +13,7 @@ mod script;
 mod smoke;
 mod templates;
 
+pub(crate) use layout::FileLayout;
 pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
 pub use crate::method::refusal::PlanError;
 pub use errors::{InputError, SavedError, SolverError};

@@ -58,8 +58,8 @@ const PIECE: usize = 1 << 13;
 
 /// Reads one array, as `.npy` files and members of `.npz` files hold it.
 pub(super) fn read_array(reader: &mut dyn Read) -> Result<Array, Fault> {
-    let header = Header::parse(&header_text(reader)?)?;
-    read_values(reader, header)
+    let header = Header::read(reader)?;
+    read_values(reader, &header)
 }
 
 /// An entry along the first axis of an array.
@@ -107,11 +107,11 @@ pub(super) fn read_entry(reader: &mut dyn Read, entry: Entry) -> Result<Array, F
         .unwrap_or(usize::MAX);
     let before = (entry as u64).saturating_mul(step as u64);
     std::io::copy(&mut reader.take(before), &mut std::io::sink())?;
-    read_values(reader, header)
+    read_values(reader, &header)
 }
 
 /// The values after a header.
-fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
+pub(super) fn read_values(reader: &mut dyn Read, header: &Header) -> Result<Array, Fault> {
     let count = header
         .shape
         .iter()
@@ -122,7 +122,7 @@ fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
             "that is too many",
         ));
     };
-    let Header { kind, .. } = header;
+    let Header { kind, .. } = *header;
     let mut values = Vec::new();
     let room = values.try_reserve_exact(count);
     room.map_err(|_| {
@@ -151,7 +151,7 @@ fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
         values = rows_first(&values, &header.shape);
     }
     Ok(Array {
-        shape: header.shape,
+        shape: header.shape.clone(),
         values,
     })
 }
@@ -182,13 +182,31 @@ fn header_text(reader: &mut dyn Read) -> Result<String, Fault> {
     String::from_utf8(text).map_err(|_| broken())
 }
 
-struct Header {
+/// What an array's header says.
+pub(super) struct Header {
     kind: Kind,
     columns_first: bool,
-    shape: Vec<usize>,
+    pub shape: Vec<usize>,
 }
 
 impl Header {
+    /// Reads the header at the start of an array.
+    pub(super) fn read(reader: &mut dyn Read) -> Result<Self, Fault> {
+        Self::parse(&header_text(reader)?)
+    }
+
+    /// The header of an entry along the first axis, and how many entries there are.
+    pub(super) fn entries(mut self) -> Result<(Self, usize), Fault> {
+        let count = steps(&mut self)?;
+        Ok((self, count))
+    }
+
+    /// Bytes of the values.
+    pub(super) fn bytes(&self) -> u64 {
+        let count = self.shape.iter().try_fold(self.kind.bytes, |product, &side| product.checked_mul(side));
+        count.map_or(u64::MAX, |count| count as u64)
+    }
+
     /// Reads `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4), }`.
     fn parse(text: &str) -> Result<Self, Fault> {
         let broken = || Fault::content("has a header that is not NumPy's", "save it by numpy.save");
@@ -228,7 +246,7 @@ impl Header {
 
 /// How a number is stored.
 #[derive(Clone, Copy)]
-struct Kind {
+pub(super) struct Kind {
     letter: char,
     bytes: usize,
     big_endian: bool,

@@ -13,7 +13,10 @@ mod shapes;
 mod templates;
 
 pub use document::Document;
-pub(crate) use method::{section, steering};
+pub(crate) use check::shown;
+pub(crate) use method::{choose, section, steering};
+pub(crate) use raw::read;
+pub(crate) use sequence::files_of;
 pub use model::{Control, Flow, Grid, Keyframe, MethodSection, Output, Scene, Time};
 
 use crate::exit::Failure;
