@@ -61,7 +61,14 @@ pub fn solve<T: Real>(
         if !(curvature > 0.0) {
             return Ok(step + 1);
         }
-        let next = advance(exec, grid, left / curvature, [view(q), view(image)], [&mut *x, &mut *r], sums);
+        let next = advance(
+            exec,
+            grid,
+            left / curvature,
+            [view(q), view(image)],
+            [&mut *x, &mut *r],
+            sums,
+        );
         turn(exec, grid, next / left, view(r), q);
         left = next;
     }
@@ -88,7 +95,11 @@ fn advance<T: Real>(
         let span = task.row * n..(task.row + 1) * n;
         let [x0, x1, x2, r0, r1, r2] = task.fields;
         let mut squares = 0.0;
-        for (axis, (x, r)) in [(x0, r0), (x1, r1), (x2, r2)].into_iter().enumerate().take(grid.dims) {
+        for (axis, (x, r)) in [(x0, r0), (x1, r1), (x2, r2)]
+            .into_iter()
+            .enumerate()
+            .take(grid.dims)
+        {
             rows::add_scaled(x, s, rows::part(q[axis], span.clone()));
             rows::add_scaled(r, -s, rows::part(image[axis], span.clone()));
             squares += rows::sum_squares(r);

@@ -145,7 +145,14 @@ pub fn combine<T: Real>(
         for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
             let own = block.of(w[axis], row);
             let low = block.beside((axis, Side::Low), Beyond::Own, r, row, before);
-            begin(out, [kinetic, data], own, block.of(g[axis], row), here, low.unwrap_or(here));
+            begin(
+                out,
+                [kinetic, data],
+                own,
+                block.of(g[axis], row),
+                here,
+                low.unwrap_or(here),
+            );
             if smooth == T::ZERO {
                 continue;
             }

@@ -68,7 +68,12 @@ impl<'a, T: Real> Level<'a, T> {
     }
 
     /// Takes its workspace from a pool; `levels` holds the grid alone.
-    pub fn carve(levels: &'a Levels<'_, T>, params: &FlowParams, threads: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn carve(
+        levels: &'a Levels<'_, T>,
+        params: &FlowParams,
+        threads: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
         let grid = &levels.finest;
         let cells = grid.cells();
         pool.group("a level of the pyramid", Sharing::Together, |pool| Self {
@@ -107,13 +112,24 @@ impl<'a, T: Real> Level<'a, T> {
             let mut pool = Pool::new(&mut *self.turn);
             let work = [(); 2].map(|()| pool.take("between axes", grid.cells()));
             let scale = grid.n[axis] as f64 / coarse.n[axis] as f64;
-            resample(exec, [coarse, grid], (Kind::Faces(axis), scale), flow[axis], out, work);
+            resample(
+                exec,
+                [coarse, grid],
+                (Kind::Faces(axis), scale),
+                flow[axis],
+                out,
+                work,
+            );
         }
         match &mut self.projection {
             None => Ok(()),
             Some(projection) => {
                 let done = projection.project(exec, observer, &mut self.flow, None, LEFT, sums);
-                if done.is_break() { Err(Stop::Cancelled) } else { Ok(()) }
+                if done.is_break() {
+                    Err(Stop::Cancelled)
+                } else {
+                    Ok(())
+                }
             }
         }
     }
@@ -161,7 +177,12 @@ impl<'a, T: Real> Level<'a, T> {
         if still {
             self.change.copy_from_slice(second);
         } else {
-            let warp = Warp::carve(grid, self.params.warp, self.threads, &mut Pool::new(&mut *self.turn));
+            let warp = Warp::carve(
+                grid,
+                self.params.warp,
+                self.threads,
+                &mut Pool::new(&mut *self.turn),
+            );
             warp.apply(exec, second, view(&self.flow), self.change, sums)?;
         }
         data::gradient_of_mean(exec, grid, [first, &*self.change], &mut self.g, self.scratch);
@@ -188,7 +209,14 @@ impl<'a, T: Real> Level<'a, T> {
     fn accept(&mut self, exec: &dyn Exec) {
         let grid = self.grid;
         let work = Work::carve(grid, &self.params, &mut Pool::new(&mut *self.turn));
-        add(exec, Shape { grid, slots: 1 }, &mut self.flow, 1.0, 1.0, view(&work.w));
+        add(
+            exec,
+            Shape { grid, slots: 1 },
+            &mut self.flow,
+            1.0,
+            1.0,
+            view(&work.w),
+        );
     }
 
     /// Adds the correction to the estimate, and the terms of f there.
@@ -218,7 +246,15 @@ impl<'a, T: Real> Level<'a, T> {
             smooth,
             kinetic,
         };
-        data::combine(exec, grid, law(0.0, 1.0, 0.0), (g, change), flow, &mut image, self.scratch);
+        data::combine(
+            exec,
+            grid,
+            law(0.0, 1.0, 0.0),
+            (g, change),
+            flow,
+            &mut image,
+            self.scratch,
+        );
         let smoothness = dot(exec, shape, flow, view(&image), sums);
         let kinetic = dot(exec, shape, flow, flow, sums);
         let all = law(1.0, params.alpha, params.beta);
@@ -240,7 +276,11 @@ impl<'a, T: Real> Level<'a, T> {
             data: 0.5 * squares,
             smoothness: 0.5 * params.alpha * smoothness,
             kinetic: 0.5 * params.beta * kinetic,
-            optimality: if effort.first > 0.0 { left / effort.first } else { 0.0 },
+            optimality: if effort.first > 0.0 {
+                left / effort.first
+            } else {
+                0.0
+            },
         })
     }
 }

@@ -94,7 +94,11 @@ impl<T: Real> Objective<'_, '_, T> {
             None => Stop::heard(observer),
             Some(projection) => {
                 let done = projection.project(exec, observer, field, None, LEFT, sums);
-                if done.is_break() { Err(Stop::Cancelled) } else { Ok(()) }
+                if done.is_break() {
+                    Err(Stop::Cancelled)
+                } else {
+                    Ok(())
+                }
             }
         }
     }
@@ -114,7 +118,15 @@ impl<T: Real> Objective<'_, '_, T> {
             smooth: scale * self.params.alpha,
             kinetic,
         };
-        data::combine(exec, self.grid, weights, (self.g, &*self.cells), w, out, self.scratch);
+        data::combine(
+            exec,
+            self.grid,
+            weights,
+            (self.g, &*self.cells),
+            w,
+            out,
+            self.scratch,
+        );
         if priced {
             self.add_price(exec, w, out);
         }

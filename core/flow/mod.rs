@@ -1,6 +1,6 @@
 //! One pair of frames: the flow that carries the first density to the second, as optical flow without divergence.
 //!
-//! Given phi_1 and phi_2 at cells, the correction w of an estimate Din minimises (Gregson, Ihrke, Thuerey & Heidrich 2014)
+//! Given phi_1 and phi_2 at cells (mathematics section 10), the correction w of an estimate Din minimises (Gregson, Ihrke, Thuerey & Heidrich 2014)
 //!
 //! ```text
 //! f(w) = 1/2 |phi_t + F w|^2 + alpha/2 <Din + w, L (Din + w)> + beta/2 |Din + w|^2      over div w = 0

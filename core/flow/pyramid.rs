@@ -9,7 +9,7 @@ use crate::grid::Grid;
 use crate::grid::gaussian::Gaussian;
 use crate::grid::levels::Levels;
 use crate::grid::spectrum::LONGEST;
-use crate::memory::{Ledger, Pool, Sharing, pooled};
+use crate::memory::{Ledger, Pool, Sharing, measured, pooled};
 use crate::observe::Observer;
 use crate::operators::blur;
 use crate::real::Real;
@@ -60,12 +60,18 @@ impl<'a, T: Real> Descent<'a, T> {
     /// Takes its workspace from a pool.
     pub fn carve(grid: &'a Grid, params: &FlowParams, threads: usize, pool: &mut Pool<'a, T>) -> Self {
         let blurred = params.sigma > 0.0;
-        let radius = if blurred { Gaussian::of(params.sigma).radius } else { 0 };
-        pool.group("frames of the next coarser grid", Sharing::Together, |pool| Self {
-            grid,
-            sigma: params.sigma,
-            fields: [(); 2].map(|()| pool.take("blurred", grid.cells())),
-            scratch: pool.take("rows", pooled(blur::along_len(grid, radius, threads))),
+        let radius = if blurred {
+            Gaussian::of(params.sigma).radius
+        } else {
+            0
+        };
+        pool.group("frames of the next coarser grid", Sharing::Together, |pool| {
+            Self {
+                grid,
+                sigma: params.sigma,
+                fields: [(); 2].map(|()| pool.take("blurred", grid.cells())),
+                scratch: pool.take("rows", pooled(blur::along_len(grid, radius, threads))),
+            }
         })
     }
 
@@ -139,13 +145,19 @@ impl<T: Real> Search<'_, '_, T> {
         for depth in (1..levels.len()).rev() {
             let Some(level) = levels.get(depth) else { continue };
             let mut level = Level::carve(level, params, *threads, &mut Pool::new(&mut *region));
-            let coarser = levels.get(depth + 1).map(|grid| (&grid.finest, view(&pyramid.coarse)));
+            let coarser = levels
+                .get(depth + 1)
+                .map(|grid| (&grid.finest, view(&pyramid.coarse)));
             level.estimate(exec, observer, coarser, sums)?;
             let own = pyramid.frames.get(depth - 1);
             let own = own.map_or([&[][..]; 2], |[first, second]| [&**first, &**second]);
             let begins = depth + 1 == levels.len();
             let products = level.correct(exec, observer, own, begins, None, sums)?;
-            efforts.iter_mut().skip(depth).take(1).for_each(|effort| *effort = products);
+            efforts
+                .iter_mut()
+                .skip(depth)
+                .take(1)
+                .for_each(|effort| *effort = products);
             for (to, from) in pyramid.coarse.iter_mut().zip(&level.flow) {
                 rows::part_mut(to, 0..from.len()).copy_from_slice(from);
             }
@@ -175,7 +187,10 @@ fn descend<T: Real>(
         let (known, next) = pyramid.frames.split_at_mut(depth);
         let Some(next) = next.first_mut() else { continue };
         for (which, to) in next.iter_mut().enumerate() {
-            let above = known.last().and_then(|frames| frames.get(which)).map(|frame| &**frame);
+            let above = known
+                .last()
+                .and_then(|frames| frames.get(which))
+                .map(|frame| &**frame);
             let Some(from) = above.or_else(|| frames.get(which).copied()) else {
                 continue;
             };
@@ -187,8 +202,20 @@ fn descend<T: Real>(
 
 /// Counts what [`Search::find`] uses in turn.
 pub fn measure<T: Real>(levels: &[Levels<'_, T>], params: &FlowParams, threads: usize, ledger: &mut Ledger) {
-    for level in levels {
-        Descent::carve(&level.finest, params, threads, &mut Pool::<T>::measuring(ledger));
-        Level::carve(level, params, threads, &mut Pool::measuring(ledger));
+    let Some((finest, coarser)) = levels.split_first() else {
+        return;
+    };
+    Descent::carve(&finest.finest, params, threads, &mut Pool::<T>::measuring(ledger));
+    Level::carve(finest, params, threads, &mut Pool::measuring(ledger));
+    for level in coarser {
+        let descent = measured::<T>(|pool| {
+            let mut pool = pool;
+            Descent::carve(&level.finest, params, threads, &mut pool);
+        });
+        let own = measured::<T>(|pool| {
+            let mut pool = pool;
+            Level::carve(level, params, threads, &mut pool);
+        });
+        ledger.line("a coarser level of the pyramid", own.max(descent), T::BYTES);
     }
 }

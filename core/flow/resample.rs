@@ -73,7 +73,10 @@ fn along<T: Real>(
         let four = taps(line, cells, faces, at[axis - 1], scale).map(|(place, weight)| {
             at[axis - 1] = place;
             let row = at[1] * n[1] + at[0];
-            (rows::part(from, row * n[0]..(row + 1) * n[0]), T::from_f64(weight))
+            (
+                rows::part(from, row * n[0]..(row + 1) * n[0]),
+                T::from_f64(weight),
+            )
         });
         let [(x0, w0), (x1, w1), (x2, w2), (x3, w3)] = four;
         rows::sum_of_four(out, [w0, w1, w2, w3], x0, x1, x2, x3);
@@ -101,7 +104,14 @@ pub fn along_rows<T: Real>(
     field: &[T],
     out: &mut [T],
 ) {
-    along(exec, (source, source.n), (0, target.n[0]), (kind, 1.0), field, out);
+    along(
+        exec,
+        (source, source.n),
+        (0, target.n[0]),
+        (kind, 1.0),
+        field,
+        out,
+    );
 }
 
 /// The rest of [`resample`], from what the first part left in `first`; `second` is work.

@@ -50,7 +50,9 @@ impl<'a, T: Real> Warp<'a, T> {
     /// Takes its workspace from a pool.
     pub fn carve(grid: &'a Grid, warping: Warping, threads: usize, pool: &mut Pool<'a, T>) -> Self {
         let way = match warping {
-            Warping::Bfecc => Way::Bfecc([(); 2].map(|()| pool.take("carried there and back", grid.cells()))),
+            Warping::Bfecc => Way::Bfecc(pool.line("a warp, there and back", |pool| {
+                [(); 2].map(|()| pool.take("carried", grid.cells()))
+            })),
             Warping::Quick => {
                 let len = transport_len::<T>(grid, threads);
                 Way::Quick {
@@ -106,7 +108,7 @@ impl<'a, T: Real> Warp<'a, T> {
 #[must_use]
 pub fn transport_len<T: Real>(grid: &Grid, threads: usize) -> usize {
     measured::<T>(|pool| {
-            let mut pool = pool;
+        let mut pool = pool;
         Transport::one_way(grid, stepping(), 1.0, threads, &mut pool);
     })
 }

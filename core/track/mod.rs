@@ -1,4 +1,4 @@
-//! A sequence of frames: the flow between each and the next, predicted from the one before (Gregson et al. 2014, mathematics section 13).
+//! A sequence of frames: the flow between each and the next, predicted from the one before (Gregson et al. 2014, mathematics section 10).
 //!
 //! ```text
 //! P_0 = Q v_init,   P_k = the implicit step from v_{k-1}
@@ -20,8 +20,8 @@ pub use plan::TrackPlan;
 
 use crate::exec::Exec;
 use crate::field::VectorMut;
-use crate::flow::pyramid::Pyramid;
 use crate::flow::MAX_LEVELS;
+use crate::flow::pyramid::Pyramid;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::memory::{ALIGN, Arena, Layout, TooSmall};

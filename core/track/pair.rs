@@ -194,7 +194,8 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
         let grid = &levels[0].finest;
         core::mem::swap(carried, before);
         let most = largest(exec, grid, before, sums);
-        let mut transport = Transport::one_way(grid, stepping(), most, params.threads, &mut Pool::new(region));
+        let mut transport =
+            Transport::one_way(grid, stepping(), most, params.threads, &mut Pool::new(region));
         let flow = Flow {
             initial: view(v),
             v: view(v),

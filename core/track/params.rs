@@ -72,7 +72,11 @@ impl<'a> Capture<'a> {
     pub(super) fn check(&self, dims: usize) -> Result<(), PlanError> {
         let given = self.cells.len();
         if given != dims {
-            return Err(ProblemError::Dimensions { expected: dims, given }.into());
+            return Err(ProblemError::Dimensions {
+                expected: dims,
+                given,
+            }
+            .into());
         }
         let problem = Problem {
             length: self.length,
@@ -166,7 +170,11 @@ impl TrackParams {
                 cg_iterations: if direct { 200 } else { 1000 },
                 tolerance: 0.0,
             },
-            predict: if hard { Prediction::Implicit } else { Prediction::None },
+            predict: if hard {
+                Prediction::Implicit
+            } else {
+                Prediction::None
+            },
             independent: !hard,
             readvect: true,
             threads: 1,
@@ -186,7 +194,11 @@ impl TrackParams {
         Choices::check(self)?;
         if self.flow.sigma > WIDEST {
             let (field, given) = ("track.sigma", self.flow.sigma as usize);
-            return Err(PlanError::OutOfRange { field, given, most: WIDEST as usize });
+            return Err(PlanError::OutOfRange {
+                field,
+                given,
+                most: WIDEST as usize,
+            });
         }
         count("threads", self.threads, MOST)
     }

@@ -47,7 +47,10 @@ pub fn run(arguments: &TrackArguments) -> Result<u8, Failure> {
         }
         return Ok(DONE);
     }
-    let folder = arguments.output.clone().unwrap_or_else(|| beside(&arguments.capture));
+    let folder = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| beside(&arguments.capture));
     let request = Request {
         scene,
         folder,
@@ -72,16 +75,27 @@ fn changes(arguments: &TrackArguments) -> Result<Vec<(String, String)>, Failure>
     if let Some(truth) = &arguments.truth {
         // Paths of a capture start at its folder, those of the command line do not.
         let absolute = std::path::absolute(truth).map_err(|error| {
-            Failure::File(format!("--truth {}: {error}; give the path of an .npz", truth.display()))
+            Failure::File(format!(
+                "--truth {}: {error}; give the path of an .npz",
+                truth.display()
+            ))
         })?;
-        add("truth", "capture.truth", Some(absolute.to_string_lossy().into_owned()));
+        add(
+            "truth",
+            "capture.truth",
+            Some(absolute.to_string_lossy().into_owned()),
+        );
     }
     Ok(all)
 }
 
 /// The result folder beside a capture.
 fn beside(capture: &Path) -> PathBuf {
-    let stem = capture.file_stem().map(|stem| stem.to_string_lossy().replace('*', ""));
-    let stem = stem.filter(|stem| !stem.is_empty()).unwrap_or_else(|| "capture".into());
+    let stem = capture
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().replace('*', ""));
+    let stem = stem
+        .filter(|stem| !stem.is_empty())
+        .unwrap_or_else(|| "capture".into());
     capture.with_file_name(format!("{}_track", stem.trim_end_matches(['_', '-'])))
 }

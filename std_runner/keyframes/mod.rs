@@ -11,6 +11,7 @@ mod check;
 mod error;
 mod font;
 mod frames;
+mod header;
 mod image;
 mod ink;
 mod note;

@@ -5,7 +5,8 @@ use std::io::{self, BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::error::Fault;
-use super::npy::{Array, Header, read_values};
+use super::header::Header;
+use super::npy::{Array, read_values};
 use super::{ShapeError, npz};
 
 /// An array in a `.npy` file, or one of a `.npz` file.
@@ -130,7 +131,10 @@ fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Option<PathBuf>),
     let mut copy = File::create(&aside)?;
     let copied = io::copy(&mut member, &mut copy);
     drop(copy);
-    match copied.map_err(|error| damaged(&error)).and_then(|_| Ok(File::open(&aside)?)) {
+    match copied
+        .map_err(|error| damaged(&error))
+        .and_then(|_| Ok(File::open(&aside)?))
+    {
         Ok(file) => Ok((BufReader::new(file), Some(aside))),
         Err(fault) => {
             let _ = std::fs::remove_file(&aside);
@@ -142,5 +146,6 @@ fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Option<PathBuf>),
 /// Whether a `.npz` file has an array of this name.
 pub(super) fn has(path: &Path, name: &str) -> bool {
     let Ok(file) = File::open(path) else { return false };
-    npz::archive(BufReader::new(file)).is_ok_and(|archive| archive.index_for_name(&format!("{name}.npy")).is_some())
+    npz::archive(BufReader::new(file))
+        .is_ok_and(|archive| archive.index_for_name(&format!("{name}.npy")).is_some())
 }

@@ -33,7 +33,8 @@ impl Measure<'_> {
             for (axis, (own, truth)) in own.iter().zip(truth).enumerate() {
                 let periodic = self.boundary.get(axis) == Some(&Boundary::Periodic);
                 let faces = faces(self.cells, (axis, periodic), cell);
-                let mean = |value: &dyn Fn(usize) -> f64| 0.5 * self.scale * (value(faces[0]) + value(faces[1]));
+                let mean =
+                    |value: &dyn Fn(usize) -> f64| 0.5 * self.scale * (value(faces[0]) + value(faces[1]));
                 let u = mean(&|face| own.get(face).map_or(0.0, |value| value.to_f64()));
                 let v = mean(&|face| truth.get(face).copied().unwrap_or(0.0));
                 gap += (u - v) * (u - v);

@@ -44,7 +44,11 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
     let path = document.folder().join(&scene.files);
     let refuse = |error: ShapeError| refused(document, &error);
     let result = path.join("result.npz");
-    let archive = if path.is_dir() && result.is_file() { result } else { path.clone() };
+    let archive = if path.is_dir() && result.is_file() {
+        result
+    } else {
+        path.clone()
+    };
     if archive.is_file() {
         let name = scene.name.as_deref();
         let of_track = name.is_none() && has_array(&archive, "captured");
@@ -86,23 +90,37 @@ fn ends_of(report: &serde_json::Value) -> Option<Vec<Boundary>> {
     let words = report.get("boundary")?.as_array()?;
     words
         .iter()
-        .map(|word| Boundary::from_name(word.as_str()?).ok().filter(|end| ENDS.contains(end)))
+        .map(|word| {
+            Boundary::from_name(word.as_str()?)
+                .ok()
+                .filter(|end| ENDS.contains(end))
+        })
         .collect()
 }
 
 /// The frames of a folder: all files of one kind, by number.
 fn in_folder(document: &Document, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let unread = |error: std::io::Error| {
-        let why = format!("names {}, which cannot be read ({error}); correct it", folder.display());
+        let why = format!(
+            "names {}, which cannot be read ({error}); correct it",
+            folder.display()
+        );
         Failure::File(format!("{}: `{KEY}` {why}", document.place(KEY)))
     };
     let entries = std::fs::read_dir(folder).map_err(unread)?;
     let all: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     let of = |ending: &str| -> Vec<PathBuf> {
-        let fits = |path: &&PathBuf| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
+        let fits = |path: &&PathBuf| {
+            path.extension()
+                .is_some_and(|own| own.eq_ignore_ascii_case(ending))
+        };
         all.iter().filter(fits).cloned().collect()
     };
-    let mut kinds: Vec<Vec<PathBuf>> = ENDINGS.map(of).into_iter().filter(|paths| !paths.is_empty()).collect();
+    let mut kinds: Vec<Vec<PathBuf>> = ENDINGS
+        .map(of)
+        .into_iter()
+        .filter(|paths| !paths.is_empty())
+        .collect();
     match (kinds.pop(), kinds.is_empty()) {
         (Some(mut paths), true) => {
             paths.sort_by_key(|path| (number(path), path.clone()));
@@ -127,7 +145,10 @@ fn in_folder(document: &Document, folder: &Path) -> Result<Vec<PathBuf>, Failure
 fn number(path: &Path) -> Option<u64> {
     let stem = path.file_stem()?.to_string_lossy().into_owned();
     let end = stem.rfind(|letter: char| letter.is_ascii_digit())? + 1;
-    let begin = stem.get(..end)?.rfind(|letter: char| !letter.is_ascii_digit()).map_or(0, |place| place + 1);
+    let begin = stem
+        .get(..end)?
+        .rfind(|letter: char| !letter.is_ascii_digit())
+        .map_or(0, |place| place + 1);
     stem.get(begin..end)?.parse().ok()
 }
 
@@ -157,13 +178,18 @@ fn refuse_gaps(document: &Document, paths: &[PathBuf]) -> Result<(), Failure> {
 
 /// The true velocities of a capture, component by component.
 pub(super) fn truth(scene: &CaptureScene, archive: &Path, axes: usize) -> Result<Vec<Series>, Failure> {
-    let own = if has_array(archive, "truth_x") { "truth" } else { "velocity" };
+    let own = if has_array(archive, "truth_x") {
+        "truth"
+    } else {
+        "velocity"
+    };
     ["x", "y", "z"]
         .iter()
         .take(axes)
         .map(|axis| {
             let name = format!("{own}_{axis}");
-            Series::open(archive, Some(&name), "capture.truth").map_err(|error| refused(&scene.document, &error))
+            Series::open(archive, Some(&name), "capture.truth")
+                .map_err(|error| refused(&scene.document, &error))
         })
         .collect()
 }

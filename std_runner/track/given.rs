@@ -63,7 +63,8 @@ impl Given {
     /// Frame `index`, from 0.
     pub fn frame(&mut self, scene: &CaptureScene, index: usize) -> Result<Vec<f64>, Failure> {
         let read = self.frames.read(self.first + index);
-        read.map(|frame| frame.values).map_err(|error| refused(&scene.document, &error))
+        read.map(|frame| frame.values)
+            .map_err(|error| refused(&scene.document, &error))
     }
 
     /// Whether there is truth.
@@ -76,7 +77,9 @@ impl Given {
         let Some(series) = self.truth.get_mut(axis) else {
             return Ok(Vec::new());
         };
-        series.read(self.first + index).map_err(|error| refused(&scene.document, &error))
+        series
+            .read(self.first + index)
+            .map_err(|error| refused(&scene.document, &error))
     }
 
     /// Reads every frame once; the largest density of all.
@@ -87,11 +90,15 @@ impl Given {
         let (mut largest, mut before): (f64, Vec<f64>) = (0.0, Vec::new());
         let mut negative: Option<(usize, usize, f64)> = None;
         for index in self.first..=self.first + self.pairs {
-            let frame = self.frames.read(index).map_err(|error| refused(&scene.document, &error))?;
+            let frame = self
+                .frames
+                .read(index)
+                .map_err(|error| refused(&scene.document, &error))?;
             if self.cells.is_empty() {
                 if !(2..=3).contains(&frame.cells.len()) || frame.values.is_empty() {
                     let found = format!("has frames of {} axes", frame.cells.len());
-                    let remedy = "a frame has the axes [y, x] or [z, y, x], after time where one array holds all";
+                    let remedy =
+                        "a frame has the axes [y, x] or [z, y, x], after time where one array holds all";
                     return Err(refuse(&self.frames, index, &found, remedy));
                 }
                 self.cells.clone_from(&frame.cells);
@@ -130,7 +137,12 @@ impl Given {
             return Ok(largest);
         }
         let remedy = "give frames with smoke in them";
-        Err(refuse(&self.frames, self.first, "and all others have no smoke anywhere", remedy))
+        Err(refuse(
+            &self.frames,
+            self.first,
+            "and all others have no smoke anywhere",
+            remedy,
+        ))
     }
 
     /// Refuses a frame that has lost all smoke, and remarks on jumps.
@@ -144,7 +156,11 @@ impl Given {
         let [was, is]: [f64; 2] = [before, now].map(|values| values.iter().map(|value| value.max(0.0)).sum());
         if was > 0.0 && is <= 0.0 {
             let remedy = "replace it, or end before it by capture.last";
-            let error = self.frames.refuse(index, "has no smoke anywhere, and the frame before has some", remedy);
+            let error = self.frames.refuse(
+                index,
+                "has no smoke anywhere, and the frame before has some",
+                remedy,
+            );
             return Err(refused(&scene.document, &error));
         }
         if was <= 0.0 {
@@ -207,7 +223,10 @@ fn range(scene: &CaptureScene, frames: &Frames) -> Result<(usize, usize), Failur
     let count = frames.count();
     let last = scene.last.unwrap_or(count.saturating_sub(1));
     if last >= count {
-        let why = format!("is {last}, but the last of {count} frames is {}; lower it", count.saturating_sub(1));
+        let why = format!(
+            "is {last}, but the last of {count} frames is {}; lower it",
+            count.saturating_sub(1)
+        );
         return Err(scene.document.refuse("capture.last", why));
     }
     if last <= scene.first {

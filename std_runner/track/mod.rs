@@ -3,6 +3,9 @@
 //! Frames are read one by one and results written one by one, so that a sequence of any length runs in the memory of three frames and one
 //! solve.
 
+mod album;
+mod arrays;
+mod ending;
 mod errors;
 mod files;
 mod given;
@@ -15,5 +18,5 @@ mod store;
 mod wheel;
 
 pub(crate) use job::{Request, run};
-pub(crate) use plan::{print_plan, planned};
+pub(crate) use plan::{planned, print_plan};
 pub(crate) use scene::CaptureScene;

@@ -72,7 +72,11 @@ pub(crate) fn planned(scene: &CaptureScene, options: &PlanOptions) -> Result<Pla
     }
 }
 
-fn plan_of(capture: &Capture<'_>, params: &TrackParams, precision: Precision) -> Result<TrackPlan, PlanError> {
+fn plan_of(
+    capture: &Capture<'_>,
+    params: &TrackParams,
+    precision: Precision,
+) -> Result<TrackPlan, PlanError> {
     match (capture.cells.len(), precision) {
         (2, Precision::F32) => TrackPlan::new::<f32, D2>(capture, params),
         (2, Precision::F64) => TrackPlan::new::<f64, D2>(capture, params),
@@ -105,7 +109,13 @@ fn over_limit(scene: &CaptureScene, options: &PlanOptions, needed: usize, limit:
 
 /// Says what is planned, buffer by buffer.
 pub(crate) fn print_plan(scene: &CaptureScene, planned: &Planned) {
-    let Planned { given, params, precision, plan, .. } = planned;
+    let Planned {
+        given,
+        params,
+        precision,
+        plan,
+        ..
+    } = planned;
     print(&format!(
         "{}: {} cells, {} frames, {}, {} threads, method {}",
         scene.document.path().display(),

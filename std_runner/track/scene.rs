@@ -77,7 +77,9 @@ impl CaptureScene {
         let mut document = if is_file {
             Document::read(path)?
         } else {
-            let name = path.file_name().map_or_else(|| ".".into(), |name| name.to_string_lossy());
+            let name = path
+                .file_name()
+                .map_or_else(|| ".".into(), |name| name.to_string_lossy());
             let text = format!("[capture]\nfiles = {}\n", Value::String(name.into_owned()));
             Document::parse(path, text)?
         };
@@ -105,7 +107,9 @@ impl CaptureScene {
                 .map(|given| document.number(key, given, Numbers::Positive))
                 .transpose()
         };
-        let mut track: Table = raw.track.map_or(Ok(Table::new()), |raw| read(&document, "track", raw))?;
+        let mut track: Table = raw
+            .track
+            .map_or(Ok(Table::new()), |raw| read(&document, "track", raw))?;
         let buoyancy = take_number(&document, &mut track, "buoyancy")?.unwrap_or(0.0);
         let initial_velocity = initial_velocity(&document, &mut track)?;
         Ok(Self {
@@ -113,9 +117,9 @@ impl CaptureScene {
             length: positive("capture.length", capture.length)?,
             dt: positive("capture.dt", capture.dt)?,
             density_scale: density_scale(&document, capture.density_scale)?,
-            first: capture
-                .first
-                .map_or(Ok(0), |first| document.whole("capture.first", first, 0..=MOST_FRAMES))?,
+            first: capture.first.map_or(Ok(0), |first| {
+                document.whole("capture.first", first, 0..=MOST_FRAMES)
+            })?,
             last: last(&document, capture.last)?,
             truth: capture.truth.map(|truth| document.folder().join(truth)),
             initial_velocity,
@@ -180,7 +184,9 @@ fn last(document: &Document, raw: Option<Value>) -> Result<Option<usize>, Failur
     match raw {
         None => Ok(None),
         Some(Value::String(word)) if word == "end" => Ok(None),
-        Some(other) => document.whole_value("capture.last", &other, 1..=MOST_FRAMES).map(Some),
+        Some(other) => document
+            .whole_value("capture.last", &other, 1..=MOST_FRAMES)
+            .map(Some),
     }
 }
 
@@ -223,6 +229,8 @@ fn params(document: &Document, mut track: Table) -> Result<TrackParams, Failure>
     }
     let mut params = TrackParams::of(minimiser);
     choose(document, "track", Some(Value::Table(track)), &mut params)?;
-    params.check().map_err(|error| document.refuse("track", format!("is refused: {error}; change it")))?;
+    params
+        .check()
+        .map_err(|error| document.refuse("track", format!("is refused: {error}; change it")))?;
     Ok(params)
 }

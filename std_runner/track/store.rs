@@ -58,7 +58,10 @@ impl Store {
             let places = bytes.chunks_exact_mut(T::BYTES);
             places.zip(chunk).for_each(|(place, value)| value.write(place));
             let written = bytes.get(..chunk.len() * T::BYTES).unwrap_or(&[]);
-            growing.file.write_all(written).map_err(|error| failed(&growing.path, error))?;
+            growing
+                .file
+                .write_all(written)
+                .map_err(|error| failed(&growing.path, error))?;
         }
         Ok(())
     }

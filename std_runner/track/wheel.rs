@@ -46,7 +46,11 @@ pub(super) fn wheel() -> Picture {
     let colour = |index: usize| {
         let (column, row) = ((index % WHEEL) as f32, (index / WHEEL) as f32);
         let at = [(column - middle) / middle, (middle - row) / middle];
-        if at[0].hypot(at[1]) > 1.0 { [255; 3] } else { of_flow(at) }
+        if at[0].hypot(at[1]) > 1.0 {
+            [255; 3]
+        } else {
+            of_flow(at)
+        }
     };
     Picture {
         width: WHEEL,

@@ -1,7 +1,9 @@
 //! The pieces of tracking: F and its adjoint, the Laplacian of faces, warps, resampling.
 
 use crate::fields::random::Random;
-use crate::fields::{Memory, assert_close, boundaries, dot, dot_all, gap, largest, places, view, view_mut, zeros};
+use crate::fields::{
+    Memory, assert_close, boundaries, dot, dot_all, gap, largest, places, view, view_mut, zeros,
+};
 use thurible_core::field::{Vector, VectorMut};
 use thurible_core::flow::data::{self, Weights};
 use thurible_core::flow::resample::{Kind, resample};
@@ -34,9 +36,23 @@ fn scratch(grid: &Grid) -> Vec<f64> {
 }
 
 /// data F^T r + smooth L w + kinetic w.
-fn combined(grid: &Grid, weights: Weights, g: Vector<'_, f64>, r: &[f64], w: Vector<'_, f64>) -> [Vec<f64>; 3] {
+fn combined(
+    grid: &Grid,
+    weights: Weights,
+    g: Vector<'_, f64>,
+    r: &[f64],
+    w: Vector<'_, f64>,
+) -> [Vec<f64>; 3] {
     let mut out = zeros(grid, 1);
-    data::combine(&Serial, grid, weights, (g, r), w, &mut view_mut(&mut out), &mut scratch(grid));
+    data::combine(
+        &Serial,
+        grid,
+        weights,
+        (g, r),
+        w,
+        &mut view_mut(&mut out),
+        &mut scratch(grid),
+    );
     out
 }
 
@@ -58,7 +74,13 @@ fn the_data_term_has_its_adjoint() {
         let [a, b, r]: [Vec<f64>; 3] = core::array::from_fn(|_| random.cells(&grid, 1));
         let w = random.faces::<f64>(&grid, 1);
         let mut g = zeros(&grid, 1);
-        data::gradient_of_mean(&Serial, &grid, [&a, &b], &mut view_mut(&mut g), &mut scratch(&grid));
+        data::gradient_of_mean(
+            &Serial,
+            &grid,
+            [&a, &b],
+            &mut view_mut(&mut g),
+            &mut scratch(&grid),
+        );
         let mut of_cells = vec![0.0; grid.cells()];
         data::apply(&Serial, &grid, view(&g), view(&w), &mut of_cells);
         let back = combined(&grid, DATA, view(&g), &r, view(&w));
@@ -78,7 +100,9 @@ fn plain_data(grid: &Grid, [a, b]: [&[f64]; 2], w: &[Vec<f64>; 3], at: [usize; 3
         .map(|axis| {
             let line = grid.axis(axis);
             let face = |index: isize| {
-                let Some(high) = line.open_face(index) else { return 0.0 };
+                let Some(high) = line.open_face(index) else {
+                    return 0.0;
+                };
                 let (mut above, mut below) = (at, at);
                 above[axis] = high;
                 below[axis] = line.cell(index - 1).unwrap();
@@ -100,9 +124,23 @@ fn curls_and_divergence(grid: &Grid, w: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
     };
     let mut rows = vec![0.0; scratch_per_thread(grid, 1)];
     if grid.dims == 2 {
-        apply_derivative::<f64, D2>(&Serial, fluid, view(&still), view(w), view_mut(&mut out), &mut rows);
+        apply_derivative::<f64, D2>(
+            &Serial,
+            fluid,
+            view(&still),
+            view(w),
+            view_mut(&mut out),
+            &mut rows,
+        );
     } else {
-        apply_derivative::<f64, D3>(&Serial, fluid, view(&still), view(w), view_mut(&mut out), &mut rows);
+        apply_derivative::<f64, D3>(
+            &Serial,
+            fluid,
+            view(&still),
+            view(w),
+            view_mut(&mut out),
+            &mut rows,
+        );
     }
     let mut cells = vec![0.0; grid.cells()];
     let work = (&mut cells[..], &mut scratch(grid)[..]);
@@ -135,7 +173,11 @@ fn projected(grid: &Grid, w: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
     let mut out = w.clone();
     let mut sums = vec![0.0; 2 * grid.rows()];
     let field: &mut VectorMut<'_, f64> = &mut view_mut(&mut out);
-    assert!(projection.project(&Serial, &mut Silent, field, None, 1e-12, &mut sums).is_continue());
+    assert!(
+        projection
+            .project(&Serial, &mut Silent, field, None, 1e-12, &mut sums)
+            .is_continue()
+    );
     out
 }
 
@@ -169,7 +211,11 @@ fn a_warp_leaves_what_does_not_change() {
     for grid in grids() {
         let (phi, v) = (random.density::<f64>(&grid), random.faces::<f64>(&grid, 1));
         for warping in [Warping::Bfecc, Warping::Quick] {
-            assert_eq!(warped(&grid, warping, &phi, &zeros(&grid, 1)), phi, "{warping:?} at rest");
+            assert_eq!(
+                warped(&grid, warping, &phi, &zeros(&grid, 1)),
+                phi,
+                "{warping:?} at rest"
+            );
         }
         let even = vec![2.5; grid.cells()];
         let after = warped(&grid, Warping::Bfecc, &even, &v);
@@ -180,7 +226,9 @@ fn a_warp_leaves_what_does_not_change() {
 #[test]
 fn a_warp_moves_a_ramp_and_stays_in_its_limits() {
     let grid = Grid::in_cells(&[32, 24], &boundaries("ww"));
-    let ramp: Vec<f64> = places(&grid).map(|[x, y, _]| 0.3 * x as f64 - 0.2 * y as f64).collect();
+    let ramp: Vec<f64> = places(&grid)
+        .map(|[x, y, _]| 0.3 * x as f64 - 0.2 * y as f64)
+        .collect();
     let mut v = zeros(&grid, 1);
     for at in places(&grid) {
         for (axis, speed) in [1.3, -0.7].into_iter().enumerate() {
@@ -198,7 +246,9 @@ fn a_warp_moves_a_ramp_and_stays_in_its_limits() {
     let mut random = Random::new(5);
     let noise = random.density::<f64>(&grid);
     let after = warped(&grid, Warping::Bfecc, &noise, &random.faces(&grid, 1));
-    let (low, high) = noise.iter().fold((1.0f64, 0.0f64), |(low, high), &x| (low.min(x), high.max(x)));
+    let (low, high) = noise
+        .iter()
+        .fold((1.0f64, 0.0f64), |(low, high), &x| (low.min(x), high.max(x)));
     assert!(after.iter().all(|&x| x >= low && x <= high));
 }
 
@@ -249,14 +299,32 @@ fn resampling_keeps_constants_and_walls() {
             let mut out = vec![0.0; target.cells()];
             let even = vec![1.5; grid.cells()];
             let kinds = (Kind::Cells, 1.0);
-            resample(&Serial, [&grid, &target], kinds, &even, &mut out, [&mut first, &mut second]);
+            resample(
+                &Serial,
+                [&grid, &target],
+                kinds,
+                &even,
+                &mut out,
+                [&mut first, &mut second],
+            );
             assert!(largest(out.iter().map(|x| x - 1.5)) < 1e-14, "{grid:?}");
             let w = random.faces::<f64>(&grid, 1);
             for axis in 0..grid.dims {
                 let kinds = (Kind::Faces(axis), 2.0);
-                resample(&Serial, [&grid, &target], kinds, &w[axis], &mut out, [&mut first, &mut second]);
+                resample(
+                    &Serial,
+                    [&grid, &target],
+                    kinds,
+                    &w[axis],
+                    &mut out,
+                    [&mut first, &mut second],
+                );
                 let on_wall = |at: &[usize; 3]| !target.axis(axis).is_ring() && at[axis] == 0;
-                assert!(places(&target).filter(on_wall).all(|at| out[target.index(at)] == 0.0));
+                assert!(
+                    places(&target)
+                        .filter(on_wall)
+                        .all(|at| out[target.index(at)] == 0.0)
+                );
             }
         }
     }
@@ -269,7 +337,10 @@ fn a_pyramid_ends_where_no_axis_shrinks() {
             levels,
             ..TrackParams::default().flow
         };
-        let finest = Grid::in_cells(cells, &boundaries("ww")[..cells.len().min(2)].repeat(2)[..cells.len()]);
+        let finest = Grid::in_cells(
+            cells,
+            &boundaries("ww")[..cells.len().min(2)].repeat(2)[..cells.len()],
+        );
         let grids = pyramid::grids(&finest, &params);
         grids.iter().map(|grid| grid.n[..cells.len()].to_vec()).collect()
     };

@@ -153,11 +153,19 @@ fn kinetic_energy_shrinks_a_lone_pair() {
     let capture = in_cells(&PERIODIC, &ends);
     let frames = [texture(1, [0.0; 2]), texture(1, [0.5, 0.0])];
     let along = |beta: f64| {
-        let found = track::<f64, D2>(&Serial, &capture, &lone(Minimiser::Direct, 1e-4, beta, 3), &frames);
+        let found = track::<f64, D2>(
+            &Serial,
+            &capture,
+            &lone(Minimiser::Direct, 1e-4, beta, 3),
+            &frames,
+        );
         found.flows[0][0].iter().sum::<f64>() / found.flows[0][0].len() as f64
     };
     let [strong, weak] = [1.0, 0.01].map(along);
-    assert!(strong > 0.02 && strong < 0.3 && weak > 1.5 * strong && weak < 0.5, "{strong}, {weak}");
+    assert!(
+        strong > 0.02 && strong < 0.3 && weak > 1.5 * strong && weak < 0.5,
+        "{strong}, {weak}"
+    );
 }
 
 /// Smooth smoke in a box of any shape, one frame an argument of time.
@@ -169,7 +177,9 @@ fn smoke(cells: &[usize], time: f64) -> Vec<f64> {
             let value = cells.iter().enumerate().map(|(axis, &n)| {
                 let at = (rest % n) as f64 / n as f64;
                 rest /= n;
-                (9.0 * at + (axis as f64 + 1.0) * (0.6 + 0.4 * time)).sin().powi(2)
+                (9.0 * at + (axis as f64 + 1.0) * (0.6 + 0.4 * time))
+                    .sin()
+                    .powi(2)
             });
             2.0 * value.product::<f64>() + 0.05 * (0.7 * cell as f64 + 0.3 * time).cos()
         })
@@ -205,7 +215,10 @@ fn admm_goes_where_the_direct_way_goes() {
         let apart = gap(&flow(Minimiser::Admm, 50), &direct);
         assert!(apart < 1e-6, "{cells:?}: {apart:e}");
         let early = gap(&flow(Minimiser::Admm, 5), &direct);
-        assert!(early > 1e-4 && early < 1.0, "{cells:?}: {early:e} after five iterations");
+        assert!(
+            early > 1e-4 && early < 1.0,
+            "{cells:?}: {early:e} after five iterations"
+        );
     }
 }
 
@@ -217,7 +230,11 @@ fn weights_and_densities_scale_together() {
         let by = |s: f64| {
             let mut params = TrackParams::of(minimiser);
             params.flow.gamma = 10.0;
-            for weight in [&mut params.flow.alpha, &mut params.flow.beta, &mut params.flow.gamma] {
+            for weight in [
+                &mut params.flow.alpha,
+                &mut params.flow.beta,
+                &mut params.flow.gamma,
+            ] {
                 *weight *= s * s;
             }
             params.flow.lambda /= s * s;
@@ -295,10 +312,14 @@ fn bits<T: Real, S: Space>(cells: &[usize], ends: &str, params: &TrackParams, th
     let params = TrackParams { threads, ..*params };
     let found = with_threads(threads, |exec| track::<T, S>(exec, &capture, &params, &frames));
     let flows = found.flows.iter().flatten().flatten().copied();
-    let said = found
-        .pairs
-        .iter()
-        .flat_map(|pair| [pair.terms.data, pair.terms.optimality, pair.misfit[1], pair.readvection]);
+    let said = found.pairs.iter().flat_map(|pair| {
+        [
+            pair.terms.data,
+            pair.terms.optimality,
+            pair.misfit[1],
+            pair.readvection,
+        ]
+    });
     flows.chain(said).map(f64::to_bits).collect()
 }
 
@@ -308,7 +329,10 @@ fn any_number_of_threads_gives_the_same_bits() {
         let one = bits::<f32, D2>(&[70, 66], "wp", &params, 1);
         assert!(one.iter().any(|&bits| bits != 0));
         for threads in [2, 3] {
-            assert!(one == bits::<f32, D2>(&[70, 66], "wp", &params, threads), "{params:?}");
+            assert!(
+                one == bits::<f32, D2>(&[70, 66], "wp", &params, threads),
+                "{params:?}"
+            );
         }
     }
     let direct = TrackParams::default();
@@ -321,7 +345,12 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn flows_have_no_divergence() {
     let (cells, ends) = ([40, 30], boundaries("ww"));
     let frames: Vec<Vec<f64>> = (0..4).map(|time| smoke(&cells, f64::from(time))).collect();
-    let found = track::<f32, D2>(&Serial, &in_cells(&cells, &ends), &TrackParams::default(), &frames);
+    let found = track::<f32, D2>(
+        &Serial,
+        &in_cells(&cells, &ends),
+        &TrackParams::default(),
+        &frames,
+    );
     for ([x, y, _], pair) in found.flows.iter().zip(&found.pairs) {
         for j in 0..30 {
             assert!(x[j * 41] == 0.0 && x[j * 41 + 40] == 0.0);
@@ -340,8 +369,16 @@ fn stillness_is_found() {
     let (cells, ends) = ([16, 12], boundaries("ww"));
     for params in some_params() {
         for frame in [vec![0.0; 192], smoke(&cells, 0.0)] {
-            let found = track::<f32, D2>(&Serial, &in_cells(&cells, &ends), &params, &[frame.clone(), frame.clone(), frame]);
-            assert!(found.flows.iter().flatten().flatten().all(|&x| x == 0.0), "{params:?}");
+            let found = track::<f32, D2>(
+                &Serial,
+                &in_cells(&cells, &ends),
+                &params,
+                &[frame.clone(), frame.clone(), frame],
+            );
+            assert!(
+                found.flows.iter().flatten().flatten().all(|&x| x == 0.0),
+                "{params:?}"
+            );
         }
     }
 }

@@ -76,9 +76,10 @@ impl<'a, T: Real> Step<'a, T> {
             let projection = Projection::carve(levels, level, 1, setup.threads, pool);
             let cells = grid.cells();
             let of_adjoint = if setup.adjoint { cells } else { 0 };
-            let [given, v, adjoint, residual, correction] = pool
-                .line("velocities, residual and correction", |pool| {
-                    [cells, cells, of_adjoint, cells, cells].map(|len| pool.take_vector("field", grid.dims, len))
+            let [given, v, adjoint, residual, correction] =
+                pool.line("velocities, residual and correction", |pool| {
+                    [cells, cells, of_adjoint, cells, cells]
+                        .map(|len| pool.take_vector("field", grid.dims, len))
                 });
             let krylov = Krylov::carve(grid, setup.directions, pool);
             let rows = setup.threads * self_advection::scratch_per_thread(grid, 1);
