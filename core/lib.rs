@@ -36,11 +36,13 @@
 //! | | [`poisson`] | the projection onto div v = 0, by eigenvectors |
 //! | | [`transport`] | A\[rho, v\] and its exact adjoint |
 //! | | [`force`] | the force that a given flow needs |
+//! | | [`flow`] | the flow between two frames of smoke, as optical flow without divergence |
 //! | | [`objective`] | keyframes and data term, the density's sweep forward and back, J as a function of the flow, coarser scenes |
 //! | | [`optimise`] | L-BFGS over trajectories, line search |
 //! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near a given one, by STFAS or Newton-CG |
 //! | ways to solve it | [`method`] | the paper's ADMM, the direct method, L-BFGS over the forces, simulation free or driven |
 //! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
+//! | from frames | [`track`] | [`Tracker`]: the flow behind a sequence of frames, in the memory of three of them |
 //!
 //! # Example
 //!
@@ -84,6 +86,7 @@
 pub mod checkpoint;
 pub mod exec;
 pub mod field;
+pub mod flow;
 pub mod force;
 pub mod grid;
 pub mod memory;
@@ -99,6 +102,7 @@ pub mod progress;
 pub mod real;
 pub mod simd;
 pub mod solver;
+pub mod track;
 pub mod transport;
 pub mod words;
 
@@ -119,6 +123,7 @@ pub use real::Real;
 pub use solver::{
     InputError, Method, Params, Plan, PlanError, Refined, Refinement, SavedError, Solver, SolverError,
 };
+pub use track::{Capture, TrackParams, TrackPlan, Tracker};
 pub use words::Named;
 
 /// The example of the README.

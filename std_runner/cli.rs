@@ -8,6 +8,7 @@ use crate::commands::paper::PaperArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
+use crate::commands::track::TrackArguments;
 use clap::{Parser, Subcommand};
 
 /// Finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
@@ -31,6 +32,8 @@ pub enum Command {
     Simulate(SimulateArguments),
     /// Simulate the flow of a scene, guided by that of a result.
     Guide(GuideArguments),
+    /// Find the flow behind frames of smoke.
+    Track(TrackArguments),
     /// Draw the steps of a result as large pictures, or as a film.
     Render(RenderArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.

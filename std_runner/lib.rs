@@ -3,7 +3,8 @@
 //! The path of the data is the order of the modules: the command line ([`cli`], acted on by [`program`] and [`commands`]) names a [`scene`], its shapes become
 //! densities ([`keyframes`]), its values become a [`problem`], whose [`plan`] says how many bytes the one block
 //! ([`region`]) must have; [`run`] solves it there on a pool of [`threads`], watched by [`progress`], and
-//! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper.
+//! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper. The flow
+//! behind frames of smoke is found by a room of its own, `track`.
 //!
 //! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`], [`undershoot`] and [`exit`] alone are the feature `embed`. Without
 //! either the library only hands on the core.
@@ -63,5 +64,7 @@ pub mod scene;
 pub mod stay;
 #[cfg(feature = "embed")]
 pub mod threads;
+#[cfg(feature = "std")]
+mod track;
 #[cfg(feature = "embed")]
 pub mod undershoot;

@@ -43,10 +43,29 @@ impl Lift<'_> {
         range: Range<usize>,
         out: &mut VectorMut<'_, T>,
     ) {
+        let cells = self.grid.cells();
+        let of_slot = |slot: usize| part(rho, (slot + 1) * cells..(slot + 2) * cells);
+        self.add_of(exec, s, of_slot, range, out);
+    }
+
+    /// `out += B rho` for fields of one slot.
+    pub fn add_now<T: Real>(&self, exec: &dyn Exec, rho: &[T], out: &mut VectorMut<'_, T>) {
+        self.add_of(exec, 1.0, |_| rho, 0..1, out);
+    }
+
+    /// `out += s B rho` in the slots `range`, by what `rho` gives of each.
+    fn add_of<'r, T: Real>(
+        &self,
+        exec: &dyn Exec,
+        s: f64,
+        rho: impl Fn(usize) -> &'r [T] + Sync,
+        range: Range<usize>,
+        out: &mut VectorMut<'_, T>,
+    ) {
         if self.is_none() {
             return;
         }
-        let (grid, cells, n) = (self.grid, self.grid.cells(), self.grid.n[0]);
+        let (grid, n) = (self.grid, self.grid.n[0]);
         for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
             for (axis, out) in task.fields.into_iter().enumerate() {
                 let Some(half) = self.half::<T>(axis, s) else {
@@ -58,7 +77,7 @@ impl Lift<'_> {
                 };
                 let Some(low) = low else { continue };
                 for slot in range.clone() {
-                    let rho = part(rho, (slot + 1) * cells..(slot + 2) * cells);
+                    let rho = rho(slot);
                     let [here, low] = [task.row, low].map(|row| part(rho, row * n..(row + 1) * n));
                     let out = part_mut(out, slot * n..(slot + 1) * n);
                     let open = self.solids.row(n, task.row);

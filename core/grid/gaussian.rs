@@ -19,12 +19,12 @@ impl Gaussian {
     /// G_j; `j` counts from 1.
     #[must_use]
     pub fn new(j: usize) -> Self {
-        Self::with_sigma((1u64 << (j - 1)) as f64)
+        Self::of((1u64 << (j - 1)) as f64)
     }
 
-    /// The Gaussian of any standard deviation above 0, in cells.
+    /// Of any standard deviation above 0, in cells.
     #[must_use]
-    pub fn with_sigma(sigma: f64) -> Self {
+    pub fn of(sigma: f64) -> Self {
         let unscaled = Self {
             sigma,
             radius: libm::ceil(3.0 * sigma) as usize,

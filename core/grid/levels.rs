@@ -80,6 +80,15 @@ impl<'m, T: Real> Levels<'m, T> {
         }
     }
 
+    /// One grid without coarser ones.
+    #[must_use]
+    pub fn alone(grid: &Grid) -> Self {
+        let mut alone = Self::bare(grid, 0);
+        alone.grids.truncate(1);
+        alone.tables.clear();
+        alone
+    }
+
     /// The same with room for obstacles.
     #[must_use]
     pub fn with_obstacles(self, obstacles: bool) -> Self {
@@ -109,8 +118,11 @@ impl<'m, T: Real> Levels<'m, T> {
         let filters = self.filters;
         let grids = &self.grids;
         let taps = Self::taps(grids);
-        let mut index = arena.take::<u16>("transfer positions", taps)?;
-        let mut weight = arena.take::<T>("transfer weights", taps)?;
+        let (mut index, mut weight): (&mut [u16], &mut [T]) = (&mut [], &mut []);
+        if taps > 0 {
+            index = arena.take("transfer positions", taps)?;
+            weight = arena.take("transfer weights", taps)?;
+        }
         let spectra = grids.iter().map(|grid| Spectrum::<T>::len(grid, filters));
         let eigenvectors = arena.take::<T>("eigenvectors", spectra.sum())?;
         let cells = grids.iter().map(Grid::cells).sum::<usize>();

@@ -138,6 +138,24 @@ impl Grid {
         Self { dims, n, h, ends }.with_inside(n)
     }
 
+    /// The same in cells: h = 1.
+    #[must_use]
+    pub fn in_cells(cells: &[usize], boundary: &[Boundary]) -> Self {
+        Self {
+            h: [1.0; 3],
+            ..Self::new(cells, boundary)
+        }
+    }
+
+    /// A closed grid in cells whose axes end as those of this one.
+    #[must_use]
+    pub fn of_cells(self, n: [usize; 3]) -> Self {
+        Self {
+            h: [1.0; 3],
+            ..self.with_inside(n)
+        }
+    }
+
     /// The same with so many cells inside along each axis.
     pub(super) fn with_inside(self, inside: [usize; 3]) -> Self {
         let n = core::array::from_fn(|a| inside[a] + self.layers(a, Side::Low) + self.layers(a, Side::High));

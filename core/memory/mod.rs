@@ -10,4 +10,4 @@ pub use arena::{Arena, Plain, TooSmall};
 pub use footprint::{ALIGN, footprint};
 pub use layout::Layout;
 pub use ledger::{Entry, Ledger, MAX_LINES, Sharing};
-pub use pool::{Pool, pooled};
+pub use pool::{Pool, measured, pooled};

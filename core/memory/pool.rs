@@ -18,6 +18,14 @@ pub const fn pooled(len: usize) -> usize {
     len.next_multiple_of(16)
 }
 
+/// Elements that `take` takes of a pool. A ledger takes much of a stack: in a frame of its own it is gone before anything else runs.
+#[inline(never)]
+pub fn measured<T>(take: impl FnOnce(Pool<'_, T>)) -> usize {
+    let mut ledger = Ledger::new();
+    take(Pool::measuring(&mut ledger));
+    ledger.elements(size_of::<T>())
+}
+
 impl<'a, T> Pool<'a, T> {
     /// A pool over `elements`.
     pub fn new(elements: &'a mut [T]) -> Self {

@@ -149,7 +149,7 @@ impl fmt::Display for Kind {
 }
 
 /// A field that holds a choice.
-pub(super) trait Field {
+pub(crate) trait Field {
     /// What it holds.
     fn value(&self) -> Value<'static>;
 
@@ -264,7 +264,7 @@ macro_rules! choices {
     };
 }
 
-pub(super) use choices;
+pub(crate) use choices;
 
 /// Choices of a method that leaves nothing to choose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -48,7 +48,7 @@ impl<'a, T: Real> Blur<'a, T> {
         } else {
             Gaussian::new(filters).radius
         };
-        pooled(threads * (grid.n[0] + 3 * radius + 1))
+        pooled(along_len(grid, radius, threads))
     }
 
     fn work_len(grid: &Grid, solids: Solids<'_>) -> usize {
@@ -106,11 +106,12 @@ impl<'a, T: Real> Blur<'a, T> {
                 solids.clear_cells(grid.n[0], out);
                 let [mut blurred, mut next] = work.each_mut().map(|field| &mut **field);
                 for j in 1..=*filters {
+                    let gaussian = Gaussian::new(j);
                     blurred.copy_from_slice(e);
                     for _ in 0..2 {
                         solids.clear_cells(grid.n[0], blurred);
                         for axis in 0..grid.dims {
-                            along(exec, grid, axis, j, blurred, next, scratch);
+                            along(exec, (grid, axis), gaussian, blurred, next, scratch);
                             core::mem::swap(&mut blurred, &mut next);
                         }
                     }
@@ -143,19 +144,23 @@ fn by_eigenvectors<T: Real>(
     });
 }
 
-/// Gaussian `j` along one axis. `scratch` holds its taps, and for every thread a row with as many values around it as the Gaussian
-/// reaches.
-fn along<T: Real>(
+/// The scratch of [`along`] for Gaussians of at most so many taps on one side, in elements.
+#[must_use]
+pub fn along_len(grid: &Grid, radius: usize, threads: usize) -> usize {
+    threads * (grid.n[0] + 3 * radius + 1)
+}
+
+/// A Gaussian along one axis of a field of cells. `scratch` holds [`along_len`] elements: its taps, and for every thread a row with as
+/// many values around it as the Gaussian reaches.
+pub fn along<T: Real>(
     exec: &dyn Exec,
-    grid: &Grid,
-    axis: usize,
-    j: usize,
+    (grid, axis): (&Grid, usize),
+    gaussian: Gaussian,
     from: &[T],
     to: &mut [T],
     scratch: &mut [T],
 ) {
     let n = grid.n[0];
-    let gaussian = Gaussian::new(j);
     let radius = gaussian.radius as isize;
     let (taps, scratch) = scratch.split_at_mut(gaussian.radius + 1);
     for (slot, (_, tap)) in taps.iter_mut().zip(gaussian.taps()) {

@@ -1,4 +1,4 @@
-//! A projection among solid cells that changes some of the flow less than the rest (Gregson 2015, eq. 5.21; mathematics section 10).
+//! A projection among solid cells that changes some of the flow less than the rest (Gregson 2015, eq. 5.21; mathematics section 11).
 
 use super::batch::{Batch, Measured};
 use super::conjugate::ease;

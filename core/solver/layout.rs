@@ -7,7 +7,7 @@ use core::ops::Range;
 
 /// Elements of one component in a file: z, y, x with x fastest, of faces one more along their own axis unless that is a ring. Cells outside
 /// open sides are in memory alone.
-pub(super) struct FileLayout<'g> {
+pub(crate) struct FileLayout<'g> {
     grid: &'g Grid,
     inside: [Range<usize>; 3],
     /// The axis of faces; `None` of cells.
@@ -15,7 +15,7 @@ pub(super) struct FileLayout<'g> {
 }
 
 /// Elements that lie side by side in memory and in a file.
-pub(super) struct Run {
+pub(crate) struct Run {
     /// The row in memory.
     pub row: usize,
     /// The first of them in that row.

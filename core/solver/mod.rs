@@ -16,6 +16,7 @@ mod templates;
 pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
 pub use crate::method::refusal::PlanError;
 pub use errors::{InputError, SavedError, SolverError};
+pub(crate) use layout::FileLayout;
 pub use layout::Strided;
 pub use plan::Plan;
 pub use refined::{MAX_DOUBLINGS, Refined, Refinement};

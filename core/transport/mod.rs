@@ -48,11 +48,12 @@ enum Ways {
 }
 
 impl Ways {
-    /// Terms of sub-steps for which there is room.
+    /// Terms of sub-steps for which there is room: on the way forward each takes the place of the one before the last.
     const fn terms(self, scheme: Scheme) -> usize {
         match (self, scheme) {
             (Self::Forward, Scheme::Limited) => limited::KEPT,
-            _ => MAX_TERMS,
+            (Self::Forward, _) => series::ROLLING,
+            (Self::Both, _) => MAX_TERMS,
         }
     }
 }
@@ -72,6 +73,8 @@ pub struct Transport<'a, T> {
     /// 0 at closed faces and exits, across which nothing differs, and 1 elsewhere, as the velocity; empty without any.
     open: VectorMut<'a, T>,
     substeps: usize,
+    /// Whether there is room for the last two terms alone.
+    rolling: bool,
     /// Where the terms of the last sub-steps are, if they are there.
     held: Option<Held>,
     states: &'a mut [T],
@@ -145,6 +148,7 @@ impl<'a, T: Real> Transport<'a, T> {
                 solids: Solids::default(),
                 open: Default::default(),
                 substeps: 1,
+                rolling: back == 0,
                 held: None,
                 states,
                 terms,

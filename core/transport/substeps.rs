@@ -103,6 +103,10 @@ impl<T: Real> Transport<'_, T> {
             sizes: &mut self.sizes[begin * grid.rows()..],
         };
         match self.scheme {
+            Scheme::Quick | Scheme::Central if self.rolling => {
+                series::sum_rolling(exec, &sub.series(), from, terms, to, self.scratch);
+                Some(0)
+            }
             Scheme::Quick | Scheme::Central => {
                 series::sum(exec, &sub.series(), from, terms, to, self.scratch)
             }

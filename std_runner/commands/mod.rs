@@ -10,3 +10,4 @@ pub mod render;
 pub mod simulate;
 pub mod solve;
 mod studio;
+pub mod track;

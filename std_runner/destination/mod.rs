@@ -20,6 +20,18 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use written::{MANIFEST, Written, is_result, manifest_of};
 
+/// A hidden folder for what grows while a result is made.
+#[derive(Debug)]
+pub struct Aside(Staging);
+
+impl Aside {
+    /// A file in it.
+    #[must_use]
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.0.below(name)
+    }
+}
+
 /// A folder that a result may be written to.
 #[derive(Clone, Debug)]
 pub struct Destination {
@@ -128,6 +140,20 @@ impl Destination {
         below
             .filter(|folder| folder.is_dir())
             .try_for_each(|folder| Staging::new(&folder, "probe").map(drop))
+    }
+
+    /// A hidden folder on the file system of the result, which is removed with what is left in it.
+    ///
+    /// # Errors
+    /// The system refused.
+    pub fn aside(&self) -> Result<Aside, Failure> {
+        let staging = Staging::new(&self.folder, "growing").map_err(|error| {
+            let shown = self.shown.display();
+            Failure::File(format!(
+                "cannot write beside {shown}: {error}; choose another folder with -o DIR"
+            ))
+        })?;
+        Ok(Aside(staging))
     }
 
     /// Where the result is, absolute.

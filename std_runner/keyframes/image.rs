@@ -51,10 +51,10 @@ pub(super) fn draw(
 }
 
 /// Values 0 ..= 1, row by row from the bottom.
-struct Picture {
-    width: usize,
-    height: usize,
-    values: Vec<f64>,
+pub(super) struct Picture {
+    pub width: usize,
+    pub height: usize,
+    pub values: Vec<f64>,
 }
 
 fn fit(picture: Picture, canvas: &Canvas) -> Vec<f64> {
@@ -76,7 +76,7 @@ fn fit(picture: Picture, canvas: &Canvas) -> Vec<f64> {
 }
 
 /// The picture, and which of its pixels are smoke: those that are `asked` for, or what they say themselves.
-fn read(path: &Path, asked: Option<Ink>) -> Result<(Picture, Ink), Fault> {
+pub(super) fn read(path: &Path, asked: Option<Ink>) -> Result<(Picture, Ink), Fault> {
     let file = BufReader::new(File::open(path)?);
     let broken = |error: png::DecodingError| match error {
         png::DecodingError::IoError(error) if error.kind() == std::io::ErrorKind::IsADirectory => {

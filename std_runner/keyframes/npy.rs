@@ -1,13 +1,12 @@
 //! Reading of NumPy arrays without trusting a byte of them.
 
-use std::io::{ErrorKind, Read};
+use std::io::Read;
 
 use super::canvas::in_words;
 use super::error::Fault;
+use super::header::Header;
 use crate::undershoot::{Undershoot, clip, place};
 
-/// Headers longer than this are no headers.
-const LONGEST_HEADER: usize = 1 << 16;
 /// More values than this (4096 cubed) fit into no grid.
 const MOST_VALUES: usize = 1 << 36;
 
@@ -58,8 +57,8 @@ const PIECE: usize = 1 << 13;
 
 /// Reads one array, as `.npy` files and members of `.npz` files hold it.
 pub(super) fn read_array(reader: &mut dyn Read) -> Result<Array, Fault> {
-    let header = Header::parse(&header_text(reader)?)?;
-    read_values(reader, header)
+    let header = Header::read(reader)?;
+    read_values(reader, &header)
 }
 
 /// An entry along the first axis of an array.
@@ -73,29 +72,12 @@ pub(super) enum Entry {
 
 /// How many entries an array has along its first axis.
 pub(super) fn read_steps(reader: &mut dyn Read) -> Result<usize, Fault> {
-    steps(&mut Header::parse(&header_text(reader)?)?)
-}
-
-/// Takes the first axis off; its length.
-fn steps(header: &mut Header) -> Result<usize, Fault> {
-    let steps = if header.shape.is_empty() {
-        0
-    } else {
-        header.shape.remove(0)
-    };
-    if steps == 0 || header.columns_first {
-        return Err(Fault::content(
-            "has an array without steps, or with its axes reversed",
-            "give an array whose first axis is time, as results of thurible have it",
-        ));
-    }
-    Ok(steps)
+    Header::read(reader)?.entries().map(|(_, count)| count)
 }
 
 /// Reads one entry along the first axis of an array, and no more of the others than it takes to pass them.
 pub(super) fn read_entry(reader: &mut dyn Read, entry: Entry) -> Result<Array, Fault> {
-    let mut header = Header::parse(&header_text(reader)?)?;
-    let steps = steps(&mut header)?;
+    let (header, steps) = Header::read(reader)?.entries()?;
     let entry = match entry {
         Entry::At(entry) => entry.min(steps - 1),
         Entry::Last => steps - 1,
@@ -107,11 +89,11 @@ pub(super) fn read_entry(reader: &mut dyn Read, entry: Entry) -> Result<Array, F
         .unwrap_or(usize::MAX);
     let before = (entry as u64).saturating_mul(step as u64);
     std::io::copy(&mut reader.take(before), &mut std::io::sink())?;
-    read_values(reader, header)
+    read_values(reader, &header)
 }
 
 /// The values after a header.
-fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
+pub(super) fn read_values(reader: &mut dyn Read, header: &Header) -> Result<Array, Fault> {
     let count = header
         .shape
         .iter()
@@ -122,7 +104,7 @@ fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
             "that is too many",
         ));
     };
-    let Header { kind, .. } = header;
+    let Header { kind, .. } = *header;
     let mut values = Vec::new();
     let room = values.try_reserve_exact(count);
     room.map_err(|_| {
@@ -151,132 +133,9 @@ fn read_values(reader: &mut dyn Read, header: Header) -> Result<Array, Fault> {
         values = rows_first(&values, &header.shape);
     }
     Ok(Array {
-        shape: header.shape,
+        shape: header.shape.clone(),
         values,
     })
-}
-
-/// The text of the header, a Python dictionary.
-fn header_text(reader: &mut dyn Read) -> Result<String, Fault> {
-    let broken = || Fault::content("is no NumPy array", "save it by numpy.save");
-    let mut start = [0; 8];
-    reader.read_exact(&mut start).map_err(|error| {
-        if error.kind() == ErrorKind::UnexpectedEof {
-            broken()
-        } else {
-            Fault::Read(error)
-        }
-    })?;
-    if !start.starts_with(b"\x93NUMPY") {
-        return Err(broken());
-    }
-    let mut length = [0; 4];
-    let used = if start[6] == 1 { 2 } else { 4 };
-    reader.read_exact(&mut length[..used]).map_err(|_| broken())?;
-    let length = u32::from_le_bytes(length) as usize;
-    if length > LONGEST_HEADER {
-        return Err(broken());
-    }
-    let mut text = vec![0; length];
-    reader.read_exact(&mut text).map_err(|_| broken())?;
-    String::from_utf8(text).map_err(|_| broken())
-}
-
-struct Header {
-    kind: Kind,
-    columns_first: bool,
-    shape: Vec<usize>,
-}
-
-impl Header {
-    /// Reads `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4), }`.
-    fn parse(text: &str) -> Result<Self, Fault> {
-        let broken = || Fault::content("has a header that is not NumPy's", "save it by numpy.save");
-        let after = |key: &str| {
-            text.split_once(key)
-                .map(|(_, rest)| rest.trim_start_matches([' ', ':']))
-                .ok_or_else(broken)
-        };
-        let kind = after("'descr'")?;
-        let Some(kind) = kind
-            .strip_prefix('\'')
-            .and_then(|rest| rest.split_once('\''))
-            .map(|(kind, _)| kind)
-        else {
-            return Err(Fault::content(
-                "is a table of records",
-                "save one plain array of numbers",
-            ));
-        };
-        let columns_first = after("'fortran_order'")?.starts_with("True");
-        let shape = after("'shape'")?
-            .strip_prefix('(')
-            .and_then(|rest| rest.split_once(')'))
-            .ok_or_else(broken)?
-            .0;
-        let sides = shape.split(',').map(str::trim).filter(|side| !side.is_empty());
-        let shape = sides
-            .map(|side| side.parse().map_err(|_| broken()))
-            .collect::<Result<Vec<usize>, Fault>>()?;
-        Ok(Self {
-            kind: Kind::parse(kind)?,
-            columns_first,
-            shape,
-        })
-    }
-}
-
-/// How a number is stored.
-#[derive(Clone, Copy)]
-struct Kind {
-    letter: char,
-    bytes: usize,
-    big_endian: bool,
-}
-
-impl Kind {
-    fn parse(text: &str) -> Result<Self, Fault> {
-        let mut letters = text.chars();
-        let (order, letter) = (letters.next().unwrap_or(' '), letters.next().unwrap_or(' '));
-        let bytes = letters.as_str().parse().unwrap_or(0);
-        let known = matches!(
-            (letter, bytes),
-            ('f', 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1)
-        );
-        if !known || !matches!(order, '<' | '>' | '|' | '=') {
-            let remedy =
-                "save it as float32 or float64 (integers and booleans will do), by array.astype('float32')";
-            return Err(Fault::content(format!("holds values of type '{text}'"), remedy));
-        }
-        Ok(Self {
-            letter,
-            bytes,
-            big_endian: order == '>',
-        })
-    }
-
-    /// The number in `bytes`, which are `self.bytes` of them.
-    fn value(self, bytes: &[u8]) -> f64 {
-        let mut raw = [0; 8];
-        for (index, &byte) in bytes.iter().take(8).enumerate() {
-            let place = if self.big_endian {
-                bytes.len() - 1 - index
-            } else {
-                index
-            };
-            raw[place] = byte;
-        }
-        let word = u64::from_le_bytes(raw);
-        match (self.letter, self.bytes) {
-            ('f', 4) => f64::from(f32::from_bits(word as u32)),
-            ('f', _) => f64::from_bits(word),
-            ('i', bytes) => {
-                let spare = 64 - 8 * bytes as u32;
-                ((word << spare) as i64 >> spare) as f64
-            }
-            _ => word as f64,
-        }
-    }
 }
 
 /// Turns values with the first index fastest into values with the last index fastest.

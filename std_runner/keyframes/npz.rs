@@ -66,13 +66,13 @@ fn read_by<R>(path: &Path, name: Option<&str>, read: How<'_, R>) -> Result<R, Fa
     }
 }
 
-fn archive(file: BufReader<File>) -> Result<ZipArchive<BufReader<File>>, Fault> {
+pub(super) fn archive(file: BufReader<File>) -> Result<ZipArchive<BufReader<File>>, Fault> {
     ZipArchive::new(file)
         .map_err(|error| Fault::content(format!("is no .npz ({error})"), "save it by numpy.savez"))
 }
 
 /// The names of all arrays, for messages.
-fn names(archive: &ZipArchive<BufReader<File>>) -> String {
+pub(super) fn names(archive: &ZipArchive<BufReader<File>>) -> String {
     let members = archive.file_names().filter_map(Result::ok);
     let names: Vec<String> = members
         .map(|name| name.strip_suffix(".npy").unwrap_or(&name).to_owned())

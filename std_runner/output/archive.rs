@@ -1,7 +1,7 @@
 //! `result.npz`: every array of a result, streamed step by step.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::Path;
 
 use thurible_core::{Output, Place};
@@ -9,7 +9,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::file::write_whole;
-use super::{Frames, GivenValues, OutputError, Samples};
+use super::{Frames, GivenValues, OutputError, Precision, Samples};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -25,6 +25,39 @@ pub(crate) fn write_archive(path: &Path, frames: &mut dyn Frames) -> Result<(), 
             // Dropped, it would try to end the file and print what it thinks of the attempt.
             core::mem::forget(archive.zip);
             return Err(error);
+        }
+        archive.zip.finish().map_err(OutputError::of(path))?;
+        Ok(())
+    })
+}
+
+/// An array whose values are in a file of their own, one entry after the other.
+pub(crate) struct Packed<'a> {
+    pub name: &'a str,
+    /// Entries that are taken.
+    pub count: usize,
+    /// Their shape, x last.
+    pub shape: &'a [usize],
+    pub values: &'a Path,
+}
+
+/// Writes `path` from arrays of `precision` that were written before, by copying.
+pub(crate) fn pack_archive(
+    path: &Path,
+    precision: Precision,
+    arrays: &[Packed<'_>],
+) -> Result<(), OutputError> {
+    write_whole(path, |file| {
+        let mut archive = Archive {
+            zip: ZipWriter::new(file),
+            path,
+            samples: Samples::new(precision),
+        };
+        for array in arrays {
+            if let Err(error) = archive.copy(array) {
+                core::mem::forget(archive.zip);
+                return Err(error);
+            }
         }
         archive.zip.finish().map_err(OutputError::of(path))?;
         Ok(())
@@ -83,6 +116,37 @@ impl Archive<'_, &mut BufWriter<File>> {
         Ok(())
     }
 
+    /// An array from a file of its values.
+    fn copy(&mut self, array: &Packed<'_>) -> Result<(), OutputError> {
+        let (kind, bytes) = self.kind();
+        let mut shape = vec![array.count];
+        shape.extend(array.shape);
+        self.begin(array.name, kind, &shape)?;
+        let expected = shape.iter().product::<usize>();
+        let file = File::open(array.values).map_err(OutputError::unread(array.values))?;
+        let mut values = file.take((expected * bytes) as u64);
+        let copied = io::copy(&mut values, &mut self.zip).map_err(OutputError::of(self.path))?;
+        let found = copied as usize / bytes;
+        if found == expected {
+            return Ok(());
+        }
+        let (path, array) = (self.path.to_owned(), array.name.to_owned());
+        Err(OutputError::Size {
+            path,
+            array,
+            found,
+            expected,
+        })
+    }
+
+    /// The type of the values as NumPy names it, and its bytes.
+    fn kind(&self) -> (&'static str, usize) {
+        match self.samples {
+            Samples::F32(_) => ("<f4", size_of::<f32>()),
+            Samples::F64(_) => ("<f8", size_of::<f64>()),
+        }
+    }
+
     /// One field of `grid` values.
     fn field(
         &mut self,
@@ -116,10 +180,7 @@ impl Archive<'_, &mut BufWriter<File>> {
         count: usize,
         field: &mut dyn FnMut(usize, &mut Samples),
     ) -> Result<(), OutputError> {
-        let kind = match self.samples {
-            Samples::F32(_) => "<f4",
-            Samples::F64(_) => "<f8",
-        };
+        let (kind, _) = self.kind();
         self.begin(name, kind, &shape)?;
         let expected: usize = shape.iter().product::<usize>() / count.max(1);
         for index in 0..count {

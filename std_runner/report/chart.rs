@@ -28,6 +28,12 @@ impl Curve {
         }
     }
 
+    /// Whether there is nothing to draw.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.pieces.iter().all(Vec::is_empty)
+    }
+
     fn last(&self) -> Option<f64> {
         self.pieces
             .last()

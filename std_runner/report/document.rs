@@ -95,7 +95,8 @@ impl Document {
         format!("Pictures and curves are in {stem}.html, which the same command writes.\n\n{blocks}")
     }
 
-    fn html(&self) -> String {
+    /// The page as HTML.
+    pub fn html(&self) -> String {
         let title = escape(&self.title);
         let head = format!(
             "<header><p class=\"brand\">thurible</p><h1>{title}</h1><p class=\"lead\">{}</p></header>\n",

@@ -15,7 +15,7 @@ mod request;
 mod settled;
 
 pub(crate) use earlier::Origin;
-pub(crate) use outcome::Outcome;
+pub(crate) use outcome::{Outcome, command_line};
 pub(crate) use request::{Outputs, Request, RunOptions};
 
 use crate::exit::Failure;

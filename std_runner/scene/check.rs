@@ -13,7 +13,7 @@ pub(super) const WEIGHTS: RangeInclusive<f64> = 1e-15..=1e15;
 
 impl Document {
     /// What stands at `key`, or the sentence for a key that is needed and missing.
-    pub(super) fn required<T>(&self, key: &str, value: Option<T>, remedy: &str) -> Result<T, Failure> {
+    pub(crate) fn required<T>(&self, key: &str, value: Option<T>, remedy: &str) -> Result<T, Failure> {
         value.ok_or_else(|| {
             Failure::Input(format!(
                 "{}: `{key}` is missing and has no default; {remedy}",
@@ -23,7 +23,7 @@ impl Document {
     }
 
     /// A whole number in `allowed`.
-    pub(super) fn whole(
+    pub(crate) fn whole(
         &self,
         key: &str,
         found: i64,
@@ -36,7 +36,7 @@ impl Document {
     }
 
     /// As [`Self::whole`], of a value that may be anything.
-    pub(super) fn whole_value(
+    pub(crate) fn whole_value(
         &self,
         key: &str,
         found: &Value,
@@ -55,7 +55,7 @@ impl Document {
     }
 
     /// A number among those allowed.
-    pub(super) fn number(&self, key: &str, found: f64, allowed: Numbers) -> Result<f64, Failure> {
+    pub(crate) fn number(&self, key: &str, found: f64, allowed: Numbers) -> Result<f64, Failure> {
         if allowed.allow(found) {
             return Ok(found);
         }
@@ -112,17 +112,17 @@ impl Document {
     }
 
     /// The choice that the word `found` stands for.
-    pub(super) fn word<T: Named>(&self, key: &str, found: &str) -> Result<T, Failure> {
+    pub(crate) fn word<T: Named>(&self, key: &str, found: &str) -> Result<T, Failure> {
         self.one_of(key, found, T::ALL)
     }
 
     /// As [`Self::word`], where only `choices` are allowed.
-    pub(super) fn one_of<T: Named>(&self, key: &str, found: &str, choices: &[T]) -> Result<T, Failure> {
+    pub(crate) fn one_of<T: Named>(&self, key: &str, found: &str, choices: &[T]) -> Result<T, Failure> {
         one_of(choices, found).map_err(|unknown| self.outside(key, format!("\"{found}\""), unknown))
     }
 
     /// The refusal of a value outside what is allowed.
-    pub(super) fn outside(&self, key: &str, found: impl Display, allowed: impl Display) -> Failure {
+    pub(crate) fn outside(&self, key: &str, found: impl Display, allowed: impl Display) -> Failure {
         self.refuse(
             key,
             format!("is {found}, but only {allowed} is allowed; change it to that"),
@@ -131,7 +131,7 @@ impl Document {
 }
 
 /// A TOML value as a short text for messages.
-pub(super) fn shown(value: &Value) -> String {
+pub(crate) fn shown(value: &Value) -> String {
     match value {
         Value::Table(_) => "a table".into(),
         Value::Array(items) => format!("a list of {}", items.len()),

@@ -115,7 +115,7 @@ fn refuse_what_moved(document: &Document, key: &str, table: &Table) -> Result<()
 }
 
 /// Makes the choices of the table at `key`.
-fn choose(
+pub(crate) fn choose(
     document: &Document,
     key: &str,
     given: Option<Value>,

@@ -12,9 +12,12 @@ mod sequence;
 mod shapes;
 mod templates;
 
+pub(crate) use check::shown;
 pub use document::Document;
-pub(crate) use method::{section, steering};
+pub(crate) use method::{choose, section, steering};
 pub use model::{Control, Flow, Grid, Keyframe, MethodSection, Output, Scene, Time};
+pub(crate) use raw::read;
+pub(crate) use sequence::files_of;
 
 use crate::exit::Failure;
 use std::path::Path;

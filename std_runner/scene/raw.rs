@@ -87,7 +87,7 @@ pub(super) struct RawOutput {
 }
 
 /// Reads `value`, which stands at key `prefix` of the scene, as a `T`.
-pub(super) fn read<T: DeserializeOwned>(
+pub(crate) fn read<T: DeserializeOwned>(
     document: &Document,
     prefix: &str,
     value: Value,
@@ -108,7 +108,7 @@ pub(super) fn read<T: DeserializeOwned>(
 
 impl Document {
     /// Refuses a key of the table at `key` that is none of `known`, as serde refuses it of a struct.
-    pub(super) fn only(&self, key: &str, table: &Table, known: &[&str]) -> Result<(), Failure> {
+    pub(crate) fn only(&self, key: &str, table: &Table, known: &[&str]) -> Result<(), Failure> {
         let Some(odd) = table.keys().find(|name| !known.contains(&name.as_str())) else {
             return Ok(());
         };

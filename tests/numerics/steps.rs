@@ -26,6 +26,8 @@ fn with_step<T: Real, R>(
         viscosity,
         tolerance,
         threads: 1,
+        directions: 20,
+        adjoint: true,
     };
     let mut ledger = Ledger::new();
     Step::<T>::carve(&levels, 0, setup, &mut Pool::measuring(&mut ledger));

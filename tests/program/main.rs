@@ -35,4 +35,5 @@ mod shape_keys;
 mod shapes;
 mod small;
 mod templates;
+mod track;
 mod undershoot;

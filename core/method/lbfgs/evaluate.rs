@@ -17,6 +17,7 @@ use crate::force::lift::Lift;
 use crate::grid::Space;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
+use crate::method::simulate::krylov::DIRECTIONS;
 use crate::method::simulate::step::{self, Step};
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::sweep::DensitySweep;
@@ -85,6 +86,8 @@ impl<T: Real> Simulated<'_, '_, T> {
                 viscosity: 0.0,
                 tolerance: 0.0,
                 threads: sweep.threads,
+                directions: DIRECTIONS,
+                adjoint: true,
             };
             Step::carve(levels, 0, step, pool);
         });
@@ -96,6 +99,8 @@ impl<T: Real> Simulated<'_, '_, T> {
             viscosity,
             tolerance: self.tolerance,
             threads: sweep.threads,
+            directions: DIRECTIONS,
+            adjoint: true,
         }
     }
 

@@ -1,4 +1,4 @@
-//! Guidance of a simulation by a given flow (Gregson 2015, Algorithm 8; mathematics section 10).
+//! Guidance of a simulation by a given flow (Gregson 2015, Algorithm 8; mathematics section 11).
 //!
 //! After each implicit step, which gives u~, the flow becomes u~ + Delta with
 //!
@@ -168,7 +168,7 @@ impl<'a, T: Real> Guide<'a, T> {
 
     /// The eigenvalues of B along every axis, from those of L: 4 sin^2(angle / 2) / h^2.
     fn fill_blurs(&mut self) {
-        let gaussian = Gaussian::with_sigma(self.params.radius);
+        let gaussian = Gaussian::of(self.params.radius);
         for (axis, blur) in self.blurs.iter_mut().enumerate().take(self.grid.dims) {
             let h = self.grid.h[axis];
             let known = self.spectrum.axes[axis].eigenvalues.chunks(ANGLES);

@@ -8,8 +8,8 @@ use crate::memory::Pool;
 use crate::real::Real;
 use crate::transport::Stop;
 
-/// Directions of a cycle at most.
-const DIRECTIONS: usize = 20;
+/// Directions of a cycle at most, and as many as a step has by default.
+pub const DIRECTIONS: usize = 20;
 /// Error of L d, relative to what is to be left of the residual.
 const ACCURACY: f64 = 0.1;
 
@@ -23,10 +23,10 @@ pub struct Krylov<'a, T> {
 }
 
 impl<'a, T: Real> Krylov<'a, T> {
-    /// Takes its workspace from a pool.
-    pub fn carve(grid: &Grid, pool: &mut Pool<'a, T>) -> Self {
+    /// Takes its workspace for cycles of at most `directions` from a pool, of which there are at most [`DIRECTIONS`].
+    pub fn carve(grid: &Grid, directions: usize, pool: &mut Pool<'a, T>) -> Self {
         pool.line("Krylov directions", |pool| Self {
-            basis: (0..=DIRECTIONS)
+            basis: (0..=directions.min(DIRECTIONS))
                 .map(|_| pool.take_vector("direction", grid.dims, grid.cells()))
                 .collect(),
         })
@@ -52,7 +52,7 @@ impl<'a, T: Real> Krylov<'a, T> {
         let size = libm::sqrt(dot(exec, shape, residual, residual, sums));
         add(exec, shape, &mut self.basis[0], 0.0, 1.0 / size, residual);
         let mut triangle = Triangle::new();
-        while triangle.columns < DIRECTIONS && triangle.left() > left {
+        while triangle.columns + 1 < self.basis.len() && triangle.left() > left {
             let (known, next) = self.basis.split_at_mut(triangle.columns + 1);
             let (last, next) = (&known[triangle.columns], &mut next[0]);
             apply(

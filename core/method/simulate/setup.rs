@@ -1,6 +1,7 @@
 //! The numbers of a simulation.
 
 use super::guide::GuideParams;
+use super::krylov::DIRECTIONS;
 use super::params::{PdParams, SimulationParams};
 use super::step;
 use crate::grid::Grid;
@@ -63,6 +64,8 @@ impl Setup {
             viscosity: self.flow.viscosity,
             tolerance: self.tolerance,
             threads: self.flow.sweep.threads,
+            directions: DIRECTIONS,
+            adjoint: true,
         }
     }
 }

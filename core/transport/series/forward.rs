@@ -1,7 +1,7 @@
 //! The sum of the series.
 
 use super::super::kernel::{Extremes, around};
-use super::super::rows::{Rows, cells, faces};
+use super::super::rows::{Cells, Rows, cells, faces};
 use super::super::runs::{Sparse, each_run};
 use super::super::terms::Terms;
 use super::{MAX_TERMS, Series, VANISHED, previous};
@@ -18,49 +18,82 @@ pub fn sum<T: Real>(
     exec: &dyn Exec,
     series: &Series<'_, T>,
     from: &[T],
-    mut terms: Terms<&mut [T]>,
+    terms: Terms<&mut [T]>,
     total: &mut [T],
     scratch: &mut [T],
 ) -> Option<usize> {
-    let rows = series.grid.rows();
-    for k in 1..=MAX_TERMS.min(terms.fields.len() / terms.stride) {
-        add_term(exec, series, k, from, &mut terms, (&mut *total, &mut *scratch));
-        let sizes = &terms.sizes[(k - 1) * rows..k * rows];
-        if k == MAX_TERMS || !(rows::largest(sizes.iter().map(|size| size.to_f64())) >= series.cut) {
+    let (rows, stride) = (series.grid.rows(), terms.stride);
+    for k in 1..=MAX_TERMS.min(terms.fields.len() / stride) {
+        let (known, fields) = terms.fields.split_at_mut((k - 1) * stride);
+        let (known_sizes, sizes) = terms.sizes.split_at_mut((k - 1) * rows);
+        let known = Terms {
+            fields: &*known,
+            stride,
+            sizes: &*known_sizes,
+        };
+        let before = previous(k, series.grid, from, &known);
+        if add_term(exec, series, k, before, [fields, &mut *total, sizes], scratch) {
             return Some(k);
         }
     }
     None
 }
 
-/// Term `k`, the sizes of its rows, and what it adds to `total`.
+/// As [`sum`], where `terms` has room for [`ROLLING`] terms: each takes the place of the one before the last.
+pub fn sum_rolling<T: Real>(
+    exec: &dyn Exec,
+    series: &Series<'_, T>,
+    from: &[T],
+    terms: Terms<&mut [T]>,
+    total: &mut [T],
+    scratch: &mut [T],
+) {
+    let (mut next, mut last) = terms.fields.split_at_mut(terms.stride);
+    let (mut next_sizes, mut last_sizes) = terms.sizes.split_at_mut(series.grid.rows());
+    for k in 1..=MAX_TERMS {
+        let before = if k == 1 {
+            Sparse {
+                cells: Cells::Plain(from),
+                sizes: None,
+            }
+        } else {
+            Sparse {
+                cells: Cells::WithHalo(&*last),
+                sizes: Some(&*last_sizes),
+            }
+        };
+        let fields = [&mut *next, &mut *total, &mut *next_sizes];
+        if add_term(exec, series, k, before, fields, scratch) {
+            return;
+        }
+        core::mem::swap(&mut next, &mut last);
+        core::mem::swap(&mut next_sizes, &mut last_sizes);
+    }
+}
+
+/// Term `k`, made from the one `before`, what it adds to the total, and the sizes of its rows: `fields` in this order. Whether it is the
+/// last.
 fn add_term<T: Real>(
     exec: &dyn Exec,
     series: &Series<'_, T>,
     k: usize,
-    first: &[T],
-    terms: &mut Terms<&mut [T]>,
-    (total, scratch): (&mut [T], &mut [T]),
-) {
+    before: Sparse<'_, T>,
+    [to, total, sizes]: [&mut [T]; 3],
+    scratch: &mut [T],
+) -> bool {
     let grid = series.grid;
-    let stride = terms.stride;
-    let (known, fields) = terms.fields.split_at_mut((k - 1) * stride);
-    let (known_sizes, sizes) = terms.sizes.split_at_mut((k - 1) * grid.rows());
-    let known = Terms {
-        fields: &*known,
-        stride,
-        sizes: &*known_sizes,
-    };
     let term = Term {
         series,
         k,
-        from: previous(k, grid, first, &known),
+        from: before,
         scales: grid.h.map(|h| T::from_f64(series.tau / k as f64 / h)),
         negligible: T::from_f64(series.negligible),
     };
-    let to = &mut fields[..halo::field_len(grid)];
-    let fields = [to, total, &mut sizes[..grid.rows()]];
+    let to = &mut to[..halo::field_len(grid)];
+    let sizes = &mut sizes[..grid.rows()];
+    let fields = [to, total, &mut *sizes];
     for_runs(exec, grid.rows(), fields, scratch, move |task| term.compute(task));
+    k == MAX_TERMS || !(rows::largest(sizes.iter().map(|size| size.to_f64())) >= series.cut)
 }
 
 /// A term and what it is made from.

@@ -11,7 +11,7 @@ mod forward;
 mod transposed;
 
 pub use adjoint::adjoint;
-pub use forward::sum;
+pub use forward::{sum, sum_rolling};
 
 use super::rows::{Cells, Velocity};
 use super::runs::Sparse;
@@ -22,6 +22,8 @@ use crate::real::Real;
 
 /// The most terms of a series after the first one.
 pub const MAX_TERMS: usize = 20;
+/// The terms that there are at a time where each is used once.
+pub const ROLLING: usize = 2;
 
 /// One sub-step.
 pub struct Series<'a, T> {

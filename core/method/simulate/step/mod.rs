@@ -45,6 +45,10 @@ pub struct Setup {
     pub tolerance: f64,
     /// Threads that scratch was planned for.
     pub threads: usize,
+    /// Directions of a cycle of GMRES at most.
+    pub directions: usize,
+    /// Whether the adjoint is solved too.
+    pub adjoint: bool,
 }
 
 /// The workspace of a step.
@@ -71,11 +75,14 @@ impl<'a, T: Real> Step<'a, T> {
         let grid = &levels.grids[level];
         pool.group("implicit step", Sharing::Together, |pool| {
             let projection = Projection::carve(levels, level, 1, setup.threads, pool);
-            let [given, v, adjoint, residual, correction] = pool
-                .line("velocities, residual and correction", |pool| {
-                    [(); 5].map(|()| pool.take_vector("field", grid.dims, grid.cells()))
+            let cells = grid.cells();
+            let of_adjoint = if setup.adjoint { cells } else { 0 };
+            let [given, v, adjoint, residual, correction] =
+                pool.line("velocities, residual and correction", |pool| {
+                    [cells, cells, of_adjoint, cells, cells]
+                        .map(|len| pool.take_vector("field", grid.dims, len))
                 });
-            let krylov = Krylov::carve(grid, pool);
+            let krylov = Krylov::carve(grid, setup.directions, pool);
             let rows = setup.threads * self_advection::scratch_per_thread(grid, 1);
             Self {
                 grid,

@@ -1,0 +1,89 @@
+//! The buffers of tracking, said once.
+
+use super::params::Prediction;
+use super::predict::{Carried, step_setup};
+use super::{Capture, TrackParams, Tracker};
+use crate::flow::pyramid::{self, Pyramid};
+use crate::flow::warp::{Warp, transport_len};
+use crate::grid::levels::Levels;
+use crate::grid::{Grid, Space};
+use crate::memory::{Layout, Ledger, Pool, Sharing, TooSmall};
+use crate::method::simulate::step::Step;
+use crate::poisson::Projection;
+use crate::real::Real;
+use core::marker::PhantomData;
+
+impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
+    /// A tracker without memory.
+    #[inline(never)]
+    pub(super) fn bare(capture: &Capture<'_>, params: &TrackParams) -> Self {
+        let finest = Grid::in_cells(capture.cells, capture.boundary);
+        let grids = pyramid::grids(&finest, &params.flow);
+        Self {
+            params: *params,
+            density_scale: capture.density_scale,
+            lift: capture.lift(),
+            unit: capture.velocity_unit(),
+            levels: grids.iter().map(Levels::alone).collect(),
+            frames: Default::default(),
+            v: Default::default(),
+            pyramid: Pyramid {
+                frames: grids.iter().skip(1).map(|_| Default::default()).collect(),
+                coarse: Default::default(),
+            },
+            carried: Default::default(),
+            sums: &mut [],
+            region: &mut [],
+            given: 0,
+            pairs: 0,
+            space: PhantomData,
+        }
+    }
+
+    /// Every buffer, in order.
+    pub(super) fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
+        let grid = *self.grid();
+        let (dims, cells) = (grid.dims, grid.cells());
+        for level in &mut self.levels {
+            layout.tables(|arena| level.fill(arena))?;
+        }
+        let [first, second, pulled] = &mut self.frames;
+        layout.work("frame", first, cells)?;
+        layout.work("next frame", second, cells)?;
+        layout.work("next frame pulled back", pulled, cells)?;
+        layout.work_vector("flow", &mut self.v, dims, cells)?;
+        for (level, [one, other]) in self.levels.iter().skip(1).zip(&mut self.pyramid.frames) {
+            layout.work("frame on a coarser grid", one, level.finest.cells())?;
+            layout.work("next frame on a coarser grid", other, level.finest.cells())?;
+        }
+        let coarse = self.levels.get(1).map_or(0, |level| level.finest.cells());
+        layout.work_vector("flow on a coarser grid", &mut self.pyramid.coarse, dims, coarse)?;
+        let of_carried = if self.params.readvect { cells } else { 0 };
+        for carried in &mut self.carried {
+            layout.work("first frame carried by the flow", carried, of_carried)?;
+        }
+        layout.work("sums of rows", &mut self.sums, 2 * grid.rows())?;
+        let (levels, params) = (&self.levels, &self.params);
+        layout.in_turn(&mut self.region, 0, |ledger| uses(levels, params, ledger))
+    }
+}
+
+/// What happens in turn.
+fn uses<T: Real>(levels: &[Levels<'_, T>], params: &TrackParams, ledger: &mut Ledger) {
+    let Some(finest) = levels.first() else { return };
+    let (grid, threads) = (&finest.finest, params.threads);
+    pyramid::measure(levels, &params.flow, threads, ledger);
+    Warp::carve(grid, params.flow.warp, threads, &mut Pool::<T>::measuring(ledger));
+    Projection::carve(finest, 0, 1, threads, &mut Pool::measuring(ledger));
+    if params.predicts(Prediction::Implicit) {
+        Step::carve(finest, 0, step_setup(threads), &mut Pool::measuring(ledger));
+    }
+    if params.predicts(Prediction::Bfecc) {
+        Carried::carve(grid, &mut Pool::<T>::measuring(ledger));
+    }
+    if params.readvect {
+        ledger.group("re-advection", Sharing::Together, |ledger| {
+            ledger.line("density transport", transport_len::<T>(grid, threads), T::BYTES);
+        });
+    }
+}

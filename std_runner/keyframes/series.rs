@@ -1,0 +1,151 @@
+//! An array whose first axis is time, read entry by entry: the memory of one, whatever their number.
+
+use std::fs::File;
+use std::io::{self, BufReader, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use super::error::Fault;
+use super::header::Header;
+use super::npy::{Array, read_values};
+use super::{ShapeError, npz};
+
+/// An array in a `.npy` file, or one of a `.npz` file.
+#[derive(Debug)]
+pub struct Series {
+    /// The scene's key that names the file, for messages.
+    key: String,
+    path: PathBuf,
+    file: BufReader<File>,
+    /// Where the values begin, and bytes of an entry.
+    begin: u64,
+    size: u64,
+    header: Entry,
+    count: usize,
+    /// A copy that is removed in the end: packed arrays are unpacked once.
+    unpacked: Option<PathBuf>,
+}
+
+/// The header of an entry.
+struct Entry(Header);
+
+impl core::fmt::Debug for Entry {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_tuple("Entry").field(&self.0.shape).finish()
+    }
+}
+
+impl Series {
+    /// Opens the array `name` of `path`, whose name is that of the file where that is a `.npy`; `key` is the scene's for it.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or has no such array.
+    pub fn open(path: &Path, name: Option<&str>, key: &str) -> Result<Self, ShapeError> {
+        Self::opened(path, name, key).map_err(|fault| fault.of(key, path))
+    }
+
+    fn opened(path: &Path, name: Option<&str>, key: &str) -> Result<Self, Fault> {
+        let (mut file, unpacked) = match name {
+            None => (BufReader::new(File::open(path)?), None),
+            Some(name) => member(path, name)?,
+        };
+        let (header, count) = Header::read(&mut file)?.entries()?;
+        Ok(Self {
+            key: key.to_owned(),
+            path: path.to_owned(),
+            begin: file.stream_position()?,
+            size: header.bytes(),
+            header: Entry(header),
+            file,
+            count,
+            unpacked,
+        })
+    }
+
+    /// Entries.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The shape of an entry, x last.
+    #[must_use]
+    pub fn shape(&self) -> &[usize] {
+        &self.header.0.shape
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Reads an entry, x fastest.
+    ///
+    /// # Errors
+    /// A file that breaks off or cannot be read.
+    pub fn read(&mut self, entry: usize) -> Result<Vec<f64>, ShapeError> {
+        let read = self.array(entry);
+        read.map(|array| array.values)
+            .map_err(|fault| fault.of(&self.key, &self.path))
+    }
+
+    fn array(&mut self, entry: usize) -> Result<Array, Fault> {
+        let place = self.begin.saturating_add(self.size.saturating_mul(entry as u64));
+        self.file.seek(SeekFrom::Start(place))?;
+        read_values(&mut self.file, &self.header.0)
+    }
+}
+
+impl Drop for Series {
+    fn drop(&mut self) {
+        if let Some(path) = self.unpacked.take() {
+            // What is left behind where temporary files go is not what the user must hear of.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// The array `name` of a `.npz`, as a file that stands at its header; packed ones are unpacked to a temporary file.
+fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Option<PathBuf>), Fault> {
+    let mut archive = npz::archive(BufReader::new(File::open(path)?))?;
+    let held = npz::names(&archive);
+    let Some(index) = archive.index_for_name(&format!("{name}.npy")) else {
+        return Err(Fault::content(
+            format!("has no array `{name}`"),
+            format!("it holds: {held}"),
+        ));
+    };
+    let damaged = |error: &dyn core::fmt::Display| {
+        Fault::content(
+            format!("holds an array `{name}` that is damaged ({error})"),
+            "copy the file again, or save it again",
+        )
+    };
+    let mut member = archive.by_index(index).map_err(|error| damaged(&error))?;
+    if let (zip::CompressionMethod::Stored, Some(begin)) = (member.compression(), member.data_start()) {
+        let mut file = BufReader::new(File::open(path)?);
+        file.seek(SeekFrom::Start(begin))?;
+        return Ok((file, None));
+    }
+    let aside = std::env::temp_dir().join(format!("thurible-{}-{index}-{name}.npy", std::process::id()));
+    let mut copy = File::create(&aside)?;
+    let copied = io::copy(&mut member, &mut copy);
+    drop(copy);
+    match copied
+        .map_err(|error| damaged(&error))
+        .and_then(|_| Ok(File::open(&aside)?))
+    {
+        Ok(file) => Ok((BufReader::new(file), Some(aside))),
+        Err(fault) => {
+            let _ = std::fs::remove_file(&aside);
+            Err(fault)
+        }
+    }
+}
+
+/// Whether a `.npz` file has an array of this name.
+pub(super) fn has(path: &Path, name: &str) -> bool {
+    let Ok(file) = File::open(path) else { return false };
+    npz::archive(BufReader::new(file))
+        .is_ok_and(|archive| archive.index_for_name(&format!("{name}.npy")).is_some())
+}

@@ -1,0 +1,79 @@
+//! The arrays of a result, and the flow that a capture may begin with.
+
+use super::plan::Planned;
+use super::scene::CaptureScene;
+use super::store::Store;
+use crate::exit::Failure;
+use crate::keyframes::Series;
+use thurible_core::{Real, Space, Tracker};
+
+/// The ends of the names of components.
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// The names of what a pair hands out, in its order.
+const PARTS: [&str; 3] = ["predicted", "correction", "velocity"];
+
+/// The numbers of the arrays in the store; none of those that there are not.
+pub(super) struct Arrays {
+    pub captured: usize,
+    pub density: usize,
+    /// Predicted, correction, velocity, truth, by axis.
+    pub faces: [[usize; 3]; 4],
+}
+
+impl Arrays {
+    /// Begins the arrays of the result.
+    pub fn begin<S: Space>(planned: &Planned, store: &mut Store) -> Result<Self, Failure> {
+        let given = &planned.given;
+        let cells: Vec<usize> = given.cells.iter().rev().copied().collect();
+        let captured = store.begin("captured", cells.clone())?;
+        let density = if planned.params.readvect {
+            store.begin("density", cells)?
+        } else {
+            usize::MAX
+        };
+        let mut faces = [[usize::MAX; 3]; 4];
+        let names = PARTS.iter().copied().chain(given.has_truth().then_some("truth"));
+        for (name, places) in names.zip(&mut faces) {
+            for (axis, place) in places.iter_mut().enumerate().take(S::DIM) {
+                *place = store.begin(&format!("{name}_{}", AXES[axis]), given.faces(axis))?;
+            }
+        }
+        Ok(Self {
+            captured,
+            density,
+            faces,
+        })
+    }
+}
+
+/// Gives the velocity of the first pair, where one is given.
+pub(super) fn give_initial_velocity<T: Real, S: Space>(
+    scene: &CaptureScene,
+    tracker: &mut Tracker<'_, T, S>,
+) -> Result<(), Failure> {
+    let Some(path) = &scene.initial_velocity else {
+        return Ok(());
+    };
+    let key = "track.initial_velocity";
+    for (axis, name) in AXES.iter().enumerate().take(S::DIM) {
+        let name = format!("velocity_{name}");
+        let refuse = |why: String| {
+            Failure::Input(format!(
+                "{}: `{key}` file `{}` {why}",
+                scene.document.place(key),
+                path.display()
+            ))
+        };
+        let mut series = Series::open(path, Some(&name), key)
+            .map_err(|error| Failure::Input(format!("{}: {error}", scene.document.place(key))))?;
+        let faces = series.read(0).map_err(|error| refuse(error.to_string()))?;
+        let faces: Vec<T> = faces.into_iter().map(T::from_f64).collect();
+        let taken = tracker.set_initial_velocity(axis, &faces);
+        taken.map_err(|error| {
+            refuse(format!(
+                "has {name} that is refused: {error}; give that of the same cells and boundary"
+            ))
+        })?;
+    }
+    Ok(())
+}

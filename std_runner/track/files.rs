@@ -1,0 +1,195 @@
+//! Which files the frames are in, and whether one is missing.
+
+use super::scene::{CaptureScene, ENDS};
+use crate::exit::Failure;
+use crate::keyframes::{Frames, Series, ShapeError, has_array};
+use crate::scene::{Document, files_of};
+use std::path::{Path, PathBuf};
+use thurible_core::{Boundary, Named};
+
+/// The key that names the frames.
+pub(super) const KEY: &str = "capture.files";
+/// Endings of files that frames come in.
+const ENDINGS: [&str; 3] = ["npy", "npz", "png"];
+
+/// What a result folder says of the frames in it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Known {
+    pub boundary: Option<Vec<Boundary>>,
+    pub length: Option<f64>,
+    pub dt: Option<f64>,
+}
+
+/// Frames, and what is known beside them.
+pub(super) struct Found {
+    pub frames: Frames,
+    /// An archive that holds true velocities.
+    pub truth: Option<PathBuf>,
+    pub known: Known,
+}
+
+/// A refusal of what is in a file, with the place of the key that names it.
+pub(super) fn refused(document: &Document, error: &ShapeError) -> Failure {
+    let sentence = format!("{}: {error}", document.place(KEY));
+    if error.is_unreadable() {
+        Failure::File(sentence)
+    } else {
+        Failure::Input(sentence)
+    }
+}
+
+/// Finds the frames of a capture.
+pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
+    let document = &scene.document;
+    let path = document.folder().join(&scene.files);
+    let refuse = |error: ShapeError| refused(document, &error);
+    let result = path.join("result.npz");
+    let archive = if path.is_dir() && result.is_file() {
+        result
+    } else {
+        path.clone()
+    };
+    if archive.is_file() {
+        let name = scene.name.as_deref();
+        let of_track = name.is_none() && has_array(&archive, "captured");
+        let name = if of_track { Some("captured") } else { name };
+        let frames = Frames::of_array(&archive, name, KEY).map_err(refuse)?;
+        let of_result = if of_track { "truth_x" } else { "velocity_x" };
+        let truth = has_array(&archive, of_result).then(|| archive.clone());
+        let known = known(&archive);
+        return Ok(Found { frames, truth, known });
+    }
+    let paths = if path.is_dir() {
+        in_folder(document, &path)?
+    } else if scene.files.contains('*') {
+        files_of(document, KEY, &scene.files)?
+    } else {
+        let why = format!("names {}, which is not there; correct it", path.display());
+        return Err(Failure::File(format!("{}: `{KEY}` {why}", document.place(KEY))));
+    };
+    refuse_gaps(document, &paths)?;
+    let frames = Frames::of_files(paths, scene.name.as_deref(), scene.ink.as_deref(), KEY).map_err(refuse)?;
+    let (truth, known) = (None, Known::default());
+    Ok(Found { frames, truth, known })
+}
+
+/// What the report beside an archive says.
+fn known(archive: &Path) -> Known {
+    let text = std::fs::read_to_string(archive.with_file_name("report.json")).unwrap_or_default();
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let number = |key: &str| report.get(key).and_then(serde_json::Value::as_f64);
+    Known {
+        boundary: ends_of(&report),
+        length: number("length"),
+        dt: number("dt"),
+    }
+}
+
+/// The boundaries in a report, if a capture may have them.
+fn ends_of(report: &serde_json::Value) -> Option<Vec<Boundary>> {
+    let words = report.get("boundary")?.as_array()?;
+    words
+        .iter()
+        .map(|word| {
+            Boundary::from_name(word.as_str()?)
+                .ok()
+                .filter(|end| ENDS.contains(end))
+        })
+        .collect()
+}
+
+/// The frames of a folder: all files of one kind, by number.
+fn in_folder(document: &Document, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let unread = |error: std::io::Error| {
+        let why = format!(
+            "names {}, which cannot be read ({error}); correct it",
+            folder.display()
+        );
+        Failure::File(format!("{}: `{KEY}` {why}", document.place(KEY)))
+    };
+    let entries = std::fs::read_dir(folder).map_err(unread)?;
+    let all: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    let of = |ending: &str| -> Vec<PathBuf> {
+        let fits = |path: &&PathBuf| {
+            path.extension()
+                .is_some_and(|own| own.eq_ignore_ascii_case(ending))
+        };
+        all.iter().filter(fits).cloned().collect()
+    };
+    let mut kinds: Vec<Vec<PathBuf>> = ENDINGS
+        .map(of)
+        .into_iter()
+        .filter(|paths| !paths.is_empty())
+        .collect();
+    match (kinds.pop(), kinds.is_empty()) {
+        (Some(mut paths), true) => {
+            paths.sort_by_key(|path| (number(path), path.clone()));
+            Ok(paths)
+        }
+        (None, _) => Err(document.refuse(
+            KEY,
+            format!("names the folder {}, which holds no .npy, .npz or .png; name the folder of the frames", folder.display()),
+        )),
+        _ => Err(document.refuse(
+            KEY,
+            format!(
+                "names the folder {}, which holds files of several kinds; say which by a pattern, as in \"{}/*.npy\"",
+                folder.display(),
+                folder.display()
+            ),
+        )),
+    }
+}
+
+/// The last number in a file's name.
+fn number(path: &Path) -> Option<u64> {
+    let stem = path.file_stem()?.to_string_lossy().into_owned();
+    let end = stem.rfind(|letter: char| letter.is_ascii_digit())? + 1;
+    let begin = stem
+        .get(..end)?
+        .rfind(|letter: char| !letter.is_ascii_digit())
+        .map_or(0, |place| place + 1);
+    stem.get(begin..end)?.parse().ok()
+}
+
+/// Refuses numbered files among which one is missing: they are evenly apart.
+fn refuse_gaps(document: &Document, paths: &[PathBuf]) -> Result<(), Failure> {
+    let numbers: Option<Vec<u64>> = paths.iter().map(|path| number(path)).collect();
+    let Some(numbers) = numbers.filter(|numbers| numbers.is_sorted()) else {
+        return Ok(());
+    };
+    let steps = || numbers.windows(2).map(|pair| pair[1] - pair[0]);
+    let usual = steps().min().unwrap_or(1);
+    match steps().position(|step| step != usual) {
+        None => Ok(()),
+        Some(at) => {
+            let [before, after] = [at, at + 1].map(|at| {
+                let name = paths.get(at).and_then(|path| path.file_name());
+                name.map_or(String::new(), |name| name.to_string_lossy().into_owned())
+            });
+            let why = format!(
+                "lacks frame {} between {before} and {after}; add it, or track the frames before and after it on their own by capture.first and capture.last",
+                numbers[at] + usual
+            );
+            Err(document.refuse(KEY, why))
+        }
+    }
+}
+
+/// The true velocities of a capture, component by component.
+pub(super) fn truth(scene: &CaptureScene, archive: &Path, axes: usize) -> Result<Vec<Series>, Failure> {
+    let own = if has_array(archive, "truth_x") {
+        "truth"
+    } else {
+        "velocity"
+    };
+    ["x", "y", "z"]
+        .iter()
+        .take(axes)
+        .map(|axis| {
+            let name = format!("{own}_{axis}");
+            Series::open(archive, Some(&name), "capture.truth")
+                .map_err(|error| refused(&scene.document, &error))
+        })
+        .collect()
+}

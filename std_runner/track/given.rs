@@ -1,0 +1,242 @@
+//! What is given: the frames and their truth, looked at once before anything is tracked.
+
+use super::files::{self, Found, refused};
+use super::scene::CaptureScene;
+use crate::exit::Failure;
+use crate::keyframes::{Frames, Series};
+use crate::plan::size_in_words;
+use crate::undershoot::{Undershoot, place};
+use thurible_core::Boundary;
+
+/// Densities are scaled to this by default.
+const FULL: f64 = 10.0;
+/// A frame whose smoke is this many times that of the one before, or less than one so many-th, is worth a remark.
+const JUMP: f64 = 3.0;
+/// Frames in which the smoke overlaps less than this part with the one before: it has moved farther than itself.
+const OVERLAP: f64 = 0.02;
+
+/// Frames that can be tracked.
+pub(crate) struct Given {
+    frames: Frames,
+    /// True velocities, component by component, if there are any.
+    truth: Vec<Series>,
+    /// The first frame among those of the files.
+    first: usize,
+    /// N: one less than frames.
+    pub pairs: usize,
+    pub cells: Vec<usize>,
+    pub boundary: Vec<Boundary>,
+    pub length: f64,
+    pub dt: f64,
+    pub density_scale: f64,
+    /// What the user should know of the frames.
+    pub remarks: Vec<String>,
+}
+
+impl Given {
+    /// Finds and checks everything that a capture names.
+    pub fn open(scene: &CaptureScene) -> Result<Self, Failure> {
+        let Found { frames, truth, known } = files::find(scene)?;
+        let (first, pairs) = range(scene, &frames)?;
+        let mut given = Self {
+            frames,
+            truth: Vec::new(),
+            first,
+            pairs,
+            cells: Vec::new(),
+            boundary: Vec::new(),
+            length: scene.length.or(known.length).unwrap_or(1.0),
+            dt: scene.dt.or(known.dt).unwrap_or(1.0),
+            density_scale: 1.0,
+            remarks: Vec::new(),
+        };
+        let largest = given.look(scene)?;
+        given.density_scale = scene.density_scale.unwrap_or(FULL / largest);
+        given.boundary = scene.ends(given.cells.len(), known.boundary.as_deref())?;
+        if let Some(archive) = scene.truth.as_ref().or(truth.as_ref()) {
+            given.truth = files::truth(scene, archive, given.cells.len())?;
+            given.check_truth(scene)?;
+        }
+        Ok(given)
+    }
+
+    /// Frame `index`, from 0.
+    pub fn frame(&mut self, scene: &CaptureScene, index: usize) -> Result<Vec<f64>, Failure> {
+        let read = self.frames.read(self.first + index);
+        read.map(|frame| frame.values)
+            .map_err(|error| refused(&scene.document, &error))
+    }
+
+    /// Whether there is truth.
+    pub fn has_truth(&self) -> bool {
+        !self.truth.is_empty()
+    }
+
+    /// The true velocity of pair `index` along an axis, in the capture's units.
+    pub fn truth(&mut self, scene: &CaptureScene, index: usize, axis: usize) -> Result<Vec<f64>, Failure> {
+        let Some(series) = self.truth.get_mut(axis) else {
+            return Ok(Vec::new());
+        };
+        series
+            .read(self.first + index)
+            .map_err(|error| refused(&scene.document, &error))
+    }
+
+    /// Reads every frame once; the largest density of all.
+    fn look(&mut self, scene: &CaptureScene) -> Result<f64, Failure> {
+        let refuse = |frames: &Frames, index: usize, found: &str, remedy: &str| {
+            refused(&scene.document, &frames.refuse(index, found, remedy))
+        };
+        let (mut largest, mut before): (f64, Vec<f64>) = (0.0, Vec::new());
+        let mut negative: Option<(usize, usize, f64)> = None;
+        for index in self.first..=self.first + self.pairs {
+            let frame = self
+                .frames
+                .read(index)
+                .map_err(|error| refused(&scene.document, &error))?;
+            if self.cells.is_empty() {
+                if !(2..=3).contains(&frame.cells.len()) || frame.values.is_empty() {
+                    let found = format!("has frames of {} axes", frame.cells.len());
+                    let remedy =
+                        "a frame has the axes [y, x] or [z, y, x], after time where one array holds all";
+                    return Err(refuse(&self.frames, index, &found, remedy));
+                }
+                self.cells.clone_from(&frame.cells);
+            }
+            if frame.cells != self.cells {
+                let found = format!(
+                    "has {} cells where the frames before have {}",
+                    size_in_words(&frame.cells),
+                    size_in_words(&self.cells)
+                );
+                return Err(refuse(&self.frames, index, &found, "give frames of one size"));
+            }
+            let shape: Vec<usize> = self.cells.iter().rev().copied().collect();
+            if let Some(at) = frame.values.iter().position(|value| !value.is_finite()) {
+                let found = format!("holds {} at {}", frame.values[at], place(at, &shape));
+                return Err(refuse(&self.frames, index, &found, "every value must be finite"));
+            }
+            if let Some(found) = Undershoot::of(&frame.values) {
+                if !found.is_small() {
+                    let [found, remedy] = found.refused(&shape);
+                    return Err(refuse(&self.frames, index, &found, &remedy));
+                }
+                let (count, frames, least) = negative.unwrap_or((0, 0, 0.0));
+                negative = Some((count + found.count, frames + 1, found.least.min(least)));
+            }
+            largest = frame.values.iter().copied().fold(largest, f64::max);
+            self.compare(scene, index, &before, &frame.values)?;
+            before = frame.values;
+        }
+        if let Some((count, frames, least)) = negative {
+            self.remarks.push(format!(
+                "{count} values in {frames} frames are below 0, the least {least:.3e}; they stay as they are"
+            ));
+        }
+        if largest > 0.0 {
+            return Ok(largest);
+        }
+        let remedy = "give frames with smoke in them";
+        Err(refuse(
+            &self.frames,
+            self.first,
+            "and all others have no smoke anywhere",
+            remedy,
+        ))
+    }
+
+    /// Refuses a frame that has lost all smoke, and remarks on jumps.
+    fn compare(
+        &mut self,
+        scene: &CaptureScene,
+        index: usize,
+        before: &[f64],
+        now: &[f64],
+    ) -> Result<(), Failure> {
+        let [was, is]: [f64; 2] = [before, now].map(|values| values.iter().map(|value| value.max(0.0)).sum());
+        if was > 0.0 && is <= 0.0 {
+            let remedy = "replace it, or end before it by capture.last";
+            let error = self.frames.refuse(
+                index,
+                "has no smoke anywhere, and the frame before has some",
+                remedy,
+            );
+            return Err(refused(&scene.document, &error));
+        }
+        if was <= 0.0 {
+            return Ok(());
+        }
+        let shared: f64 = before.iter().zip(now).map(|(a, b)| a.min(*b).max(0.0)).sum();
+        let (_, number) = self.frames.place(index);
+        let number = number.unwrap_or(index);
+        if is > JUMP * was || was > JUMP * is {
+            self.remarks.push(format!(
+                "from frame {} to {number} the smoke becomes {:.1} times as much, which no flow does: its flow means little",
+                number.saturating_sub(1),
+                is / was
+            ));
+        } else if shared < OVERLAP * was.min(is) {
+            self.remarks.push(format!(
+                "from frame {} to {number} the smoke jumps: hardly any of it is where it was, so its flow means little; give more frames a second, or raise track.levels",
+                number.saturating_sub(1)
+            ));
+        }
+        Ok(())
+    }
+
+    /// Refuses truth of other faces or of fewer steps.
+    fn check_truth(&self, scene: &CaptureScene) -> Result<(), Failure> {
+        for (axis, series) in self.truth.iter().enumerate() {
+            let expected = self.faces(axis);
+            let enough = series.count() >= self.first + self.pairs;
+            if series.shape() != expected || !enough {
+                let found = format!(
+                    "`capture.truth` file `{}` holds {} steps of {:?} faces where {} of {expected:?} are needed",
+                    series.path().display(),
+                    series.count(),
+                    series.shape(),
+                    self.first + self.pairs
+                );
+                let remedy = "give velocities of the same frames, and say `capture.boundary` as it was";
+                return Err(Failure::Input(format!(
+                    "{}: {found}; {remedy}",
+                    scene.document.place("capture.truth")
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Faces along z, y, x across an axis.
+    pub fn faces(&self, axis: usize) -> Vec<usize> {
+        let mut shape = self.cells.clone();
+        if let (Some(count), Some(end)) = (shape.get_mut(axis), self.boundary.get(axis)) {
+            *count += usize::from(*end != Boundary::Periodic);
+        }
+        shape.reverse();
+        shape
+    }
+}
+
+/// The first frame that is tracked, and how many pairs follow.
+fn range(scene: &CaptureScene, frames: &Frames) -> Result<(usize, usize), Failure> {
+    let count = frames.count();
+    let last = scene.last.unwrap_or(count.saturating_sub(1));
+    if last >= count {
+        let why = format!(
+            "is {last}, but the last of {count} frames is {}; lower it",
+            count.saturating_sub(1)
+        );
+        return Err(scene.document.refuse("capture.last", why));
+    }
+    if last <= scene.first {
+        let found = if count == 1 {
+            "holds a single frame".to_owned()
+        } else {
+            format!("leaves the frames {} to {last}", scene.first)
+        };
+        let remedy = "a flow needs two frames at least; give more, or change capture.first and capture.last";
+        return Err(scene.document.refuse(files::KEY, format!("{found}; {remedy}")));
+    }
+    Ok((scene.first, last - scene.first))
+}

@@ -1,0 +1,22 @@
+//! `thurible track`: the flow behind frames of smoke, from files to a result folder.
+//!
+//! Frames are read one by one and results written one by one, so that a sequence of any length runs in the memory of three frames and one
+//! solve.
+
+mod album;
+mod arrays;
+mod ending;
+mod errors;
+mod files;
+mod given;
+mod job;
+mod page;
+mod plan;
+mod record;
+mod scene;
+mod store;
+mod wheel;
+
+pub(crate) use job::{Request, run};
+pub(crate) use plan::{planned, print_plan};
+pub(crate) use scene::CaptureScene;

@@ -1,0 +1,346 @@
+//! `thurible track`: frames in, flows out; what is refused, what is said, what an interruption leaves.
+
+use crate::support::npz;
+use crate::support::{fresh_folder, run};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A small plume and its flow, simulated.
+fn plume(test: &str, scene: &str) -> PathBuf {
+    let folder = fresh_folder(test).join("flow");
+    let scene = format!("examples/{scene}.toml");
+    let more = [
+        "--quiet",
+        "--set",
+        "output.frames=false",
+        "--set",
+        "flow.buoyancy=0.05",
+        "--precision",
+        "f32",
+    ];
+    let ended = run(&[&["simulate", &scene, "-o", folder.to_str().unwrap()][..], &more].concat());
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    folder
+}
+
+fn track(frames: &Path, out: &Path, more: &[&str]) -> crate::support::Ended {
+    let arguments = [
+        "track",
+        frames.to_str().unwrap(),
+        "-o",
+        out.to_str().unwrap(),
+        "--threads",
+        "2",
+    ];
+    run(&[&arguments[..], more].concat())
+}
+
+fn report(folder: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join("report.json")).unwrap()).unwrap()
+}
+
+/// An array file.
+fn npy(path: &Path, shape: &[usize], values: &[f32]) {
+    let values: Vec<f64> = values.iter().map(|&value| f64::from(value)).collect();
+    fs::write(path, npz::npy(shape, &values)).unwrap();
+}
+
+/// A blob on 16 x 12 cells that moves to the right.
+fn blob(time: usize) -> Vec<f32> {
+    (0..192)
+        .map(|cell| {
+            let (x, y) = ((cell % 16) as f32, (cell / 16) as f32);
+            (-((x - 4.0 - 0.8 * time as f32).powi(2) + (y - 6.0).powi(2)) / 8.0).exp()
+        })
+        .collect()
+}
+
+/// A folder with blobs as files of these numbers.
+fn files(test: &str, numbers: &[usize]) -> PathBuf {
+    let folder = fresh_folder(test).join("frames");
+    fs::create_dir_all(&folder).unwrap();
+    for &number in numbers {
+        npy(
+            &folder.join(format!("smoke_{number}.npy")),
+            &[12, 16],
+            &blob(number),
+        );
+    }
+    folder
+}
+
+#[test]
+fn a_simulated_flow_is_found() {
+    let flow = plume("track_found", "small_odd");
+    let out = flow.with_file_name("out");
+    let ended = track(&flow, &out, &["--set", "capture.first=1"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(ended.err.contains("left, up to"), "progress: {}", ended.err);
+    let report = report(&out);
+    assert_eq!(report["kind"], "track");
+    let history = report["history"].as_array().unwrap();
+    assert_eq!(history.len(), report["steps"].as_u64().unwrap() as usize);
+    let error = history.last().unwrap()["velocity_relative_error"]
+        .as_f64()
+        .unwrap();
+    assert!(error < 0.4, "{error}");
+    let memory = &report["memory"];
+    let (planned, used) = (
+        memory["planned_bytes"].as_u64().unwrap(),
+        memory["used_bytes"].as_u64().unwrap(),
+    );
+    assert!(used >= planned && used <= planned + 8192);
+    let arrays = npz::read(&out.join("result.npz"));
+    for name in [
+        "captured",
+        "density",
+        "velocity_x",
+        "predicted_y",
+        "correction_x",
+        "truth_y",
+    ] {
+        let frames = history.len() + usize::from(name == "captured" || name == "density");
+        assert_eq!(arrays[name].shape[0], frames, "{name}");
+    }
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    for what in [
+        "carried to frame",
+        "true flow from frame",
+        "Misfit of the frames",
+        "direction and speed",
+    ] {
+        assert!(page.contains(what), "{what}");
+    }
+}
+
+#[test]
+fn every_method_and_option_is_taken() {
+    let flow = plume("track_methods", "small_3d");
+    let out = flow.with_file_name("out");
+    let fine = ["--set", "capture.first=1", "--quiet"];
+    for more in [
+        &["--method", "admm", "--precision", "f64"][..],
+        &["--method", "horn_schunck", "--set", "track.gamma=10"],
+        &[
+            "--alpha",
+            "1e-3",
+            "--beta",
+            "0.5",
+            "--set",
+            "track.warp=\"quick\"",
+            "--set",
+            "track.predict=\"bfecc\"",
+        ],
+        &[
+            "--set",
+            "track.predict=\"none\"",
+            "--set",
+            "track.readvect=false",
+            "--set",
+            "track.levels=1",
+        ],
+        &[
+            "--set",
+            "track.independent=true",
+            "--set",
+            "track.warps=2",
+            "--set",
+            "track.sigma=0",
+        ],
+        &[
+            "--set",
+            "track.cg_tolerance=\"auto\"",
+            "--set",
+            "track.buoyancy=0.05",
+        ],
+    ] {
+        let ended = track(&flow, &out, &[&fine[..], more].concat());
+        assert_eq!(ended.code, 0, "{more:?}: {}", ended.err);
+        let error = report(&out)["history"][1]["velocity_relative_error"]
+            .as_f64()
+            .unwrap();
+        assert!(error.is_finite() && error < 3.0, "{more:?}: {error}");
+    }
+}
+
+#[test]
+fn frames_come_in_files_and_captures() {
+    let frames = files("track_files", &[8, 9, 10]);
+    let out = frames.with_file_name("out");
+    let pattern = frames.join("smoke_*.npy");
+    for source in [frames.as_path(), pattern.as_path()] {
+        let ended = track(source, &out, &["--quiet"]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let arrays = npz::read(&out.join("result.npz"));
+        // By number: 10 comes after 9.
+        let last: Vec<f32> = arrays["captured"].data[2 * 192..]
+            .iter()
+            .map(|&value| value as f32)
+            .collect();
+        assert_eq!(last, blob(10));
+    }
+    let capture = frames.with_file_name("blob.toml");
+    let text = "[capture]\nfiles = \"frames/smoke_*.npy\"\nboundary = [\"periodic\", \"wall\"]\nlength = 2.0\ndt = 0.1\nlast = 1\n[track]\nbeta = 0.3\n";
+    fs::write(&capture, text).unwrap();
+    let ended = track(&capture, &out, &["--quiet"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let report = report(&out);
+    assert_eq!(
+        (report["steps"].as_u64(), report["boundary"][0].as_str()),
+        (Some(1), Some("periodic"))
+    );
+    let arrays = npz::read(&out.join("result.npz"));
+    assert_eq!(arrays["velocity_x"].shape, [1, 12, 16]);
+    let fastest = arrays["velocity_x"].data.iter().copied().fold(0.0, f64::max);
+    // 0.8 cells of 2 / 16 in a tenth of a unit of time, less what beta keeps.
+    assert!(fastest > 0.1 && fastest < 1.5, "{fastest}");
+}
+
+#[test]
+fn what_cannot_be_tracked_is_refused() {
+    let frames = files("track_refused", &[0, 1, 2, 3]);
+    let out = frames.with_file_name("out");
+    let refused = |what: &str, said: &[&str]| {
+        let ended = track(&frames, &out, &["--quiet"]);
+        assert_eq!(ended.code, 2, "{what}: {}", ended.err);
+        for words in said {
+            assert!(ended.err.contains(words), "{what}: {}", ended.err);
+        }
+        assert!(!out.exists(), "{what}");
+    };
+    let one = frames.join("smoke_2.npy");
+    fs::remove_file(&one).unwrap();
+    refused(
+        "a gap",
+        &["lacks frame 2 between smoke_1.npy and smoke_3.npy", "add it"],
+    );
+    npy(&one, &[16, 12], &blob(2));
+    refused(
+        "a size",
+        &[
+            "smoke_2.npy",
+            "12 x 16 cells where the frames before have 16 x 12",
+        ],
+    );
+    let mut values = blob(2);
+    values[20] = f32::NAN;
+    npy(&one, &[12, 16], &values);
+    refused("NaN", &["smoke_2.npy", "holds NaN at [1, 4]"]);
+    npy(
+        &one,
+        &[12, 16],
+        &blob(2).iter().map(|value| value - 0.5).collect::<Vec<_>>(),
+    );
+    refused("negative values", &["smoke_2.npy", "a density is never negative"]);
+    npy(&one, &[12, 16], &[0.0; 192]);
+    refused(
+        "a blank frame",
+        &["smoke_2.npy", "no smoke anywhere, and the frame before has some"],
+    );
+    for number in 0..4 {
+        npy(
+            &frames.join(format!("smoke_{number}.npy")),
+            &[12, 16],
+            &[0.0; 192],
+        );
+    }
+    refused("no smoke", &["all others have no smoke anywhere"]);
+    for number in 1..4 {
+        fs::remove_file(frames.join(format!("smoke_{number}.npy"))).unwrap();
+    }
+    refused("one frame", &["a single frame", "a flow needs two frames"]);
+}
+
+#[test]
+fn what_is_odd_is_said() {
+    let frames = files("track_odd", &[0, 1, 2]);
+    let out = frames.with_file_name("out");
+    let mut values = blob(1);
+    values[0] = -0.01;
+    npy(&frames.join("smoke_1.npy"), &[12, 16], &values);
+    npy(&frames.join("smoke_2.npy"), &[12, 16], &blob(13));
+    let ended = track(&frames, &out, &[]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    for words in ["below 0", "the smoke jumps"] {
+        assert!(ended.err.contains(words), "{}", ended.err);
+    }
+    assert_eq!(report(&out)["remarks"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn a_plan_and_a_ceiling_are_heard() {
+    let frames = files("track_plan", &[0, 1]);
+    let out = frames.with_file_name("out");
+    let ended = track(&frames, &out, &["--plan"]);
+    assert!(
+        ended.code == 0 && ended.out.contains("whatever the number of frames"),
+        "{}",
+        ended.err
+    );
+    assert!(!out.exists());
+    let ended = track(&frames, &out, &["--memory-limit", "20KiB"]);
+    assert!(
+        ended.code == 3 && ended.err.contains("raise --memory-limit"),
+        "{}",
+        ended.err
+    );
+}
+
+/// Ctrl-C leaves the pairs that are done.
+#[test]
+#[cfg(unix)]
+fn an_interrupted_run_is_a_shorter_result() {
+    use std::process::Stdio;
+    let frames = fresh_folder("track_interrupted").join("smoke.npy");
+    let (count, side) = (40, 128);
+    let values: Vec<f32> = (0..count * side * side)
+        .map(|index| {
+            let (x, y) = ((index % side) as f32, (index / side % side) as f32);
+            let time = (index / side / side) as f32;
+            ((0.11 * x + 0.02 * time).sin() * (0.13 * y - 0.01 * time).cos()).abs()
+        })
+        .collect();
+    npy(&frames, &[count, side, side], &values);
+    let out = frames.with_file_name("out");
+    let mut child = crate::support::thurible()
+        .args([
+            "track",
+            frames.to_str().unwrap(),
+            "-o",
+            out.to_str().unwrap(),
+            "--threads",
+            "1",
+            "--json",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = std::io::BufRead::lines(std::io::BufReader::new(child.stdout.take().unwrap()));
+    let pair = |line: &String| line.contains("\"event\":\"pair\"");
+    lines
+        .by_ref()
+        .map(Result::unwrap)
+        .find(pair)
+        .expect("a pair is done");
+    let id = child.id().to_string();
+    assert!(
+        std::process::Command::new("kill")
+            .args(["-INT", &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    lines.for_each(drop);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let report = report(&out);
+    let done = report["steps"].as_u64().unwrap() as usize;
+    assert!((1..count - 1).contains(&done), "{done} pairs");
+    assert_eq!(report["status"], "cancelled");
+    let arrays = npz::read(&out.join("result.npz"));
+    assert_eq!(
+        (arrays["captured"].shape[0], arrays["velocity_x"].shape[0]),
+        (done + 1, done)
+    );
+}
