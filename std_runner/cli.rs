@@ -5,6 +5,8 @@ use crate::commands::guide::GuideArguments;
 use crate::commands::new::NewArguments;
 use crate::commands::options::SceneArguments;
 use crate::commands::paper::PaperArguments;
+use crate::commands::readvect::ReadvectArguments;
+use crate::commands::remap::RemapArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
@@ -32,6 +34,10 @@ pub enum Command {
     Simulate(SimulateArguments),
     /// Simulate the flow of a scene, guided by that of a result.
     Guide(GuideArguments),
+    /// Carry the smoke of a result again by its flow, on finer cells if asked.
+    Readvect(ReadvectArguments),
+    /// Put the flow of a result among other solid cells.
+    Remap(RemapArguments),
     /// Find the flow behind frames of smoke.
     Track(TrackArguments),
     /// Draw the steps of a result as large pictures, or as a film.

@@ -29,6 +29,7 @@ pub mod destination;
 #[cfg(feature = "embed")]
 pub mod exit;
 #[cfg(feature = "std")]
+mod flows;
 pub mod interrupt;
 #[cfg(feature = "std")]
 pub mod keyframes;

@@ -1,7 +1,7 @@
 //! The program: reads the command line, runs the command, says in one sentence what went wrong.
 
 use crate::cli::{Cli, Command};
-use crate::commands::{compare, guide, new, paper, plan, render, simulate, solve, track};
+use crate::commands::{compare, guide, new, paper, plan, readvect, remap, render, simulate, solve, track};
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
 use clap::Parser;
@@ -27,6 +27,8 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Solve(arguments) => solve::run(arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Guide(arguments) => guide::run(arguments),
+        Command::Readvect(arguments) => readvect::run(arguments),
+        Command::Remap(arguments) => remap::run(arguments),
         Command::Track(arguments) => track::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),

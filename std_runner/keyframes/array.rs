@@ -6,7 +6,8 @@ use super::error::Fault;
 use super::note::Note;
 use super::npy::Entry;
 use super::npz;
-use super::resample::{Edge, resample, windows_of_box};
+use super::resample::resampled;
+use super::spec::EntryKey;
 use super::{Canvas, ShapeError, ShapeSpec};
 
 /// How many steps the array of a shape has along its first axis, of which each is a density.
@@ -27,25 +28,47 @@ pub fn steps_of_array(shape: &ShapeSpec, base: &Path) -> Result<usize, ShapeErro
     npz::steps(&path, shape.name.as_deref()).map_err(|fault| fault.of("file", &path))
 }
 
-/// The array, or a step of it, stretched over the box.
+/// The entry of an array that a shape asks for.
+///
+/// # Errors
+/// A word but "last"; an entry that the array has not; a file that cannot be read.
+pub(super) fn entry(path: &Path, name: Option<&str>, key: &EntryKey) -> Result<Entry, ShapeError> {
+    match key {
+        EntryKey::Word(word) if word == "last" => Ok(Entry::Last),
+        EntryKey::Word(word) => {
+            let remedy = "write a whole number from 0, or \"last\"";
+            Err(ShapeError::key("entry", format!("is {word:?}"), remedy))
+        }
+        &EntryKey::Number(number) => {
+            let count = npz::steps(path, name).map_err(|fault| fault.of("file", path))?;
+            if number < count {
+                return Ok(Entry::At(number));
+            }
+            let remedy = format!("the array has {count}, so write 0 to {}, or \"last\"", count - 1);
+            Err(ShapeError::key("entry", format!("is {number}"), remedy))
+        }
+    }
+}
+
+/// The array, or an entry of it, stretched over the box.
 pub(super) fn draw(
     path: &Path,
-    (name, step): (Option<&str>, Option<usize>),
+    (name, entry): (Option<&str>, Option<Entry>),
     canvas: &Canvas,
     notes: &mut Vec<Note>,
 ) -> Result<Vec<f64>, ShapeError> {
-    densities(path, (name, step), canvas, notes).map_err(|fault| fault.of("file", path))
+    densities(path, (name, entry), canvas, notes).map_err(|fault| fault.of("file", path))
 }
 
 fn densities(
     path: &Path,
-    (name, step): (Option<&str>, Option<usize>),
+    (name, entry): (Option<&str>, Option<Entry>),
     canvas: &Canvas,
     notes: &mut Vec<Note>,
 ) -> Result<Vec<f64>, Fault> {
-    let mut array = match step {
+    let mut array = match entry {
         None => npz::read(path, name)?,
-        Some(step) => npz::read_entry(path, name, Entry::At(step))?,
+        Some(entry) => npz::read_entry(path, name, entry)?,
     };
     if array.shape.len() != canvas.dimensions() || array.values.is_empty() {
         let order = if canvas.dimensions() == 3 {
@@ -65,18 +88,5 @@ fn densities(
         notes.push(Note::remark(format!("`{}` {text}", path.display())));
     }
     let shape: Vec<usize> = array.shape.iter().rev().copied().collect();
-    let taps: Vec<_> = shape
-        .iter()
-        .zip(&canvas.cells)
-        .enumerate()
-        .map(|(axis, (&samples, &cells))| {
-            let edge = if canvas.repeats(axis) {
-                Edge::Wrap
-            } else {
-                Edge::Clamp
-            };
-            windows_of_box(cells, samples, edge)
-        })
-        .collect();
-    Ok(resample(array.values, &shape, &taps))
+    Ok(resampled(array.values, &shape, canvas))
 }

@@ -32,6 +32,7 @@ pub use error::ShapeError;
 pub use frames::{Frame, Frames, has_array};
 pub use note::Note;
 pub(crate) use raster::DENSEST;
+pub(crate) use resample::resampled;
 pub use series::Series;
 pub use spec::ShapeSpec;
 pub use velocity::{Earlier, read_velocity};

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::npy::Entry;
 use super::solid::Solid;
 use super::{Canvas, Note, ShapeError, ShapeSpec, array, build, image};
 
@@ -52,8 +53,12 @@ impl ShapeSpec {
             return image::draw(&base.join(path), self.ink.as_deref(), canvas, notes);
         }
         if let Some(path) = &self.file {
-            let which = (self.name.as_deref(), self.step);
-            return array::draw(&base.join(path), which, canvas, notes);
+            let path = base.join(path);
+            let entry = match &self.entry {
+                Some(key) => Some(array::entry(&path, self.name.as_deref(), key)?),
+                None => self.step.map(Entry::At),
+            };
+            return array::draw(&path, (self.name.as_deref(), entry), canvas, notes);
         }
         Ok(fill(canvas, build::solid(self, canvas, base)?.as_ref()))
     }
@@ -107,6 +112,7 @@ impl ShapeSpec {
             ("weight", "text", self.weight.is_some()),
             ("ink", "image", self.ink.is_some()),
             ("name", "file", self.name.is_some()),
+            ("entry", "file", self.entry.is_some()),
             ("fit", "mesh", self.fit.is_some()),
         ];
         for (key, owner, there) in owned {

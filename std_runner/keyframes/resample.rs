@@ -38,6 +38,20 @@ pub(super) fn windows(cells: usize, samples: usize, start: f64, step: f64, edge:
     (0..cells).map(window).collect()
 }
 
+/// An array of `shape` [x, y, ..] samples, which fill the box, on the cells of `canvas`.
+pub(crate) fn resampled(values: Vec<f64>, shape: &[usize], canvas: &super::Canvas) -> Vec<f64> {
+    let axes = shape.iter().zip(&canvas.cells).enumerate();
+    let taps = axes.map(|(axis, (&samples, &cells))| {
+        let edge = if canvas.repeats(axis) {
+            Edge::Wrap
+        } else {
+            Edge::Clamp
+        };
+        windows_of_box(cells, samples, edge)
+    });
+    resample(values, shape, &taps.collect::<Vec<_>>())
+}
+
 /// Taps of an axis whose samples fill the box from side to side.
 pub(super) fn windows_of_box(cells: usize, samples: usize, edge: Edge) -> Vec<Taps> {
     windows(cells, samples, 0.0, samples as f64 / cells as f64, edge)

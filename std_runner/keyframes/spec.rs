@@ -41,6 +41,8 @@ pub struct ShapeSpec {
     pub(super) ink: Option<String>,
     /// Of `file` = "x.npz": the array.
     pub(super) name: Option<String>,
+    /// Of `file`: which entry along its first axis, where that is time.
+    pub(super) entry: Option<EntryKey>,
     /// Of `mesh`.
     pub(super) fit: Option<IgnoredAny>,
     /// Of `file`, in a sequence: the step along its first axis.
@@ -88,8 +90,16 @@ impl ShapeSpec {
     /// The names of all keys, as a table that has others beside them needs to know them.
     pub(crate) const KEYS: &[&str] = &[
         "circle", "sphere", "box", "torus", "capsule", "text", "image", "file", "mesh", "shapes", "density",
-        "font", "height", "center", "depth", "weight", "ink", "name", "fit",
+        "font", "height", "center", "depth", "weight", "ink", "name", "entry", "fit",
     ];
+}
+
+/// An entry along the first axis of an array.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "`entry` must be a whole number from 0, or \"last\"")]
+pub(super) enum EntryKey {
+    Number(usize),
+    Word(String),
 }
 
 /// `circle`, `sphere`.

@@ -16,12 +16,13 @@ mod movie;
 mod picture;
 mod reel;
 mod render;
+mod store;
 mod webp;
 
 pub use error::OutputError;
 pub use frames::{Frames, Given, GivenValues, Precision, Sample, Samples};
 
-pub(crate) use archive::{Packed, pack_archive, write_archive};
+pub(crate) use archive::write_archive;
 pub(crate) use densities::{Densities, Pictured};
 pub(crate) use file::{create_folder, write_bytes, write_whole};
 pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame};
@@ -30,4 +31,5 @@ pub(crate) use movie::Movie;
 pub(crate) use picture::{Colours, Picture};
 pub(crate) use reel::{Reel, Still};
 pub(crate) use render::{Angles, Body, Field, Film, Over, Shot, Smoke, arrow_side};
+pub(crate) use store::Store;
 pub(crate) use webp::WEBP_MOST;

@@ -2,9 +2,9 @@
 
 use super::plan::Planned;
 use super::scene::CaptureScene;
-use super::store::Store;
 use crate::exit::Failure;
 use crate::keyframes::Series;
+use crate::output::Store;
 use thurible_core::{Real, Space, Tracker};
 
 /// The ends of the names of components.

@@ -14,7 +14,6 @@ mod page;
 mod plan;
 mod record;
 mod scene;
-mod store;
 mod wheel;
 
 pub(crate) use job::{Request, run};

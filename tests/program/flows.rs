@@ -140,6 +140,194 @@ fn a_guided_flow_follows_its_reference() {
     assert!(last(&late) < 0.01, "{}", last(&late));
 }
 
+/// An array of a result: its shape and its values.
+fn array(folder: &Path, name: &str) -> (Vec<usize>, Vec<f64>) {
+    let mut all = crate::support::npz::read(&folder.join("result.npz"));
+    let found = all.remove(name).unwrap();
+    (found.shape, found.data)
+}
+
+#[test]
+fn smoke_is_carried_again_by_its_flow() {
+    let [_, result] = plume("flows_again");
+    let again = |name: &str, more: &[&str]| {
+        let folder = result.with_file_name(name);
+        well(&[&["readvect", text(&result), "--quiet", "-o", text(&folder)], more].concat());
+        folder
+    };
+    let once = again("once", &["--threads", "1"]);
+    let said = report(&once);
+    assert_eq!((&said["kind"], &said["steps"]), (&"readvect".into(), &12.into()));
+    for step in said["history"].as_array().unwrap() {
+        let apart = step["relative_l2"].as_f64().unwrap();
+        // Another transport than that of the simulation.
+        assert!(apart > 0.0 && apart < 0.08, "{step}");
+    }
+    assert_eq!(array(&once, "density").0, [13, 32, 24]);
+    assert_eq!(array(&once, "velocity_x"), array(&result, "velocity_x"));
+    let mass = |folder: &Path, step: usize, cells: usize| {
+        let (_, values) = array(folder, "density");
+        values[step * cells..(step + 1) * cells].iter().sum::<f64>()
+    };
+    let [first, last] = [0, 12].map(|step| mass(&once, step, 24 * 32));
+    assert!((last - first).abs() < 1e-4 * first);
+    let three = again("three", &["--threads", "3"]);
+    assert_eq!(
+        array(&once, "density"),
+        array(&three, "density"),
+        "on three threads"
+    );
+    // From step 4 on, on cells twice as fine, in memory that steps do not enlarge.
+    let finer = again("finer", &["--scale", "2", "--at", "4"]);
+    let said = report(&finer);
+    assert_eq!((&said["from"], &said["steps"]), (&4.into(), &8.into()));
+    assert_eq!(array(&finer, "velocity_y").0, [8, 64, 48]);
+    let less = again("less", &["--scale", "2", "--at", "9"]);
+    assert_eq!(said["planned_bytes"], report(&less)["planned_bytes"]);
+    // What follows can be taken further too.
+    well(&[
+        "readvect",
+        text(&finer),
+        "--quiet",
+        "-o",
+        text(&result.with_file_name("further")),
+    ]);
+    well(&[
+        "render",
+        text(&finer),
+        "--quiet",
+        "--steps",
+        "8",
+        "-o",
+        text(&result.with_file_name("pictures")),
+    ]);
+}
+
+#[test]
+fn a_flow_goes_round_what_is_solid_and_dyed_parts_change_least() {
+    let [scene, result] = plume("flows_round");
+    let solid = scene.with_file_name("post.toml");
+    let post = "[[obstacle]]\ncircle = { center = [0.4, 0.75], radius = 0.1 }\n[flow]";
+    fs::write(&solid, PLUME.replace("[flow]", post)).unwrap();
+    let remapped = |name: &str, more: &[&str]| {
+        let folder = result.with_file_name(name);
+        let common = [
+            "remap",
+            text(&result),
+            "--solid",
+            text(&solid),
+            "--quiet",
+            "-o",
+            text(&folder),
+        ];
+        well(&[&common[..], more].concat());
+        folder
+    };
+    let [weighted, plain] = [remapped("weighted", &[]), remapped("plain", &["--plain"])];
+    let dyed = |folder: &Path| {
+        let said = report(folder);
+        let history = said["history"].as_array().unwrap().clone();
+        let changes = history.iter().map(|step| step["changed"][1].as_f64().unwrap());
+        changes.sum::<f64>() / history.len() as f64
+    };
+    assert!(
+        dyed(&weighted) < 0.8 * dyed(&plain),
+        "{} and {}",
+        dyed(&weighted),
+        dyed(&plain)
+    );
+    let (shape, cells) = array(&weighted, "solid");
+    assert_eq!(shape, [32, 24]);
+    assert!(cells.iter().any(|&solid| solid == 1.0));
+    let (_, x) = array(&weighted, "velocity_x");
+    let (_, y) = array(&weighted, "velocity_y");
+    let (_, density) = array(&weighted, "density");
+    let fastest = x.iter().chain(&y).fold(0.0_f64, |most, v| most.max(v.abs()));
+    for step in 0..12 {
+        for cell in 0..24 * 32 {
+            let (across, up) = (cell % 24, cell / 24);
+            let low = x[(step * 32 + up) * 25 + across];
+            let high = x[(step * 32 + up) * 25 + across + 1];
+            let below = y[(step * 32 + up) * 24 + across];
+            let above = y[(step * 32 + (up + 1) % 32) * 24 + across];
+            assert!(
+                (high - low + above - below).abs() < 1e-4 * fastest,
+                "divergence at {across}, {up}"
+            );
+            if cells[cell] == 1.0 {
+                assert_eq!([low, high, below, above], [0.0; 4], "flow into a solid cell");
+                assert_eq!(density[step * 24 * 32 + cell], 0.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_taken_further_is_refused() {
+    let [scene, result] = plume("flows_no_further");
+    let result = text(&result);
+    let folder = fresh_folder("flows_no_further_out");
+    let empty = folder.join("empty.npy");
+    fs::write(&empty, crate::support::npz::npy(&[32, 24], &[0.0; 24 * 32])).unwrap();
+    let full = folder.join("full.npy");
+    fs::write(&full, crate::support::npz::npy(&[32, 24], &[1.0; 24 * 32])).unwrap();
+    let out = folder.join("out");
+    for (arguments, code, parts) in [
+        (
+            &["readvect", "no_such_folder"][..],
+            4,
+            &["report.json", "name a result folder"][..],
+        ),
+        (
+            &["readvect", result, "--at", "12"],
+            2,
+            &["no flow of step 12", "0 to 11"],
+        ),
+        (
+            &["readvect", result, "--scale", "3"],
+            2,
+            &["--scale", "1, 2, 4 and 8"],
+        ),
+        (
+            &["readvect", result, "--memory-limit", "10KiB"],
+            3,
+            &["24 x 32 cells takes", "--memory-limit"],
+        ),
+        (&["remap", result], 2, &["--solid"]),
+        (
+            &["remap", result, "--solid", "none.png"],
+            2,
+            &["--solid none.png", "cannot be read"],
+        ),
+        (
+            &["remap", result, "--solid", text(&scene)],
+            2,
+            &["--solid", "no [[obstacle]]"],
+        ),
+        (
+            &["remap", result, "--solid", text(&empty)],
+            2,
+            &["--solid", "empty"],
+        ),
+        (
+            &["remap", result, "--solid", text(&full)],
+            2,
+            &["--solid", "leaves no cell"],
+        ),
+    ] {
+        let ended = run(&[arguments, &["-o", text(&out)]].concat());
+        assert_eq!(ended.code, code, "{arguments:?}: {}", ended.err);
+        for part in parts {
+            assert!(
+                ended.err.contains(part),
+                "{arguments:?}: no {part:?} in {}",
+                ended.err
+            );
+        }
+        assert!(!out.exists() && !ended.err.contains("panicked"), "{}", ended.err);
+    }
+}
+
 #[test]
 fn what_cannot_be_followed_is_refused() {
     let [scene, result] = plume("flows_refused");
@@ -215,5 +403,41 @@ fn what_cannot_be_followed_is_refused() {
             );
         }
         assert!(!ended.err.contains("panicked"), "{}", ended.err);
+    }
+}
+
+#[test]
+fn an_entry_of_an_array_over_time_is_a_shape() {
+    let [scene, result] = plume("flows_entry");
+    let with = |entry: &str| {
+        let source = format!("file = \"plume/result.npz\"\nname = \"density\"\nentry = {entry}");
+        let circle = "circle = { center = [0.4, 0.35], radius = 0.15 }";
+        fs::write(&scene, PLUME.replace(circle, &source)).unwrap();
+        let on = result.with_file_name("entry");
+        let ended = run(&["simulate", text(&scene), "--quiet", "-o", text(&on)]);
+        (ended, on)
+    };
+    let (_, all) = array(&result, "density");
+    let cells = 24 * 32;
+    for (entry, step) in [("\"last\"", 12), ("5", 5)] {
+        let (ended, on) = with(entry);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let (_, density) = array(&on, "density");
+        let apart = density.iter().zip(&all[step * cells..]).take(cells);
+        assert!(
+            apart.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) < 1e-12,
+            "{entry}"
+        );
+    }
+    for (entry, parts) in [
+        ("13", ["`entry` is 13", "0 to 12"]),
+        ("\"first\"", ["`entry` is \"first\"", "\"last\""]),
+        ("-1", ["entry", "whole number from 0"]),
+    ] {
+        let (ended, _) = with(entry);
+        assert_eq!(ended.code, 2, "{entry}: {}", ended.err);
+        for part in parts {
+            assert!(ended.err.contains(part), "{entry}: no {part:?} in {}", ended.err);
+        }
     }
 }

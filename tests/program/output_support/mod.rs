@@ -284,6 +284,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         command: "thurible solve examples/letter_f.toml -o out".into(),
         keyframes: frames.keyframe_steps().iter().map(facts).collect(),
         templates: Vec::new(),
+        frames: Vec::new(),
         remarks: Vec::new(),
     }
 }

@@ -1,8 +1,9 @@
 //! Arrays that grow entry by entry, each in a file of its own, and are packed in the end.
 
+use super::archive::{Packed, pack_archive};
+use super::{OutputError, Precision};
 use crate::destination::{Aside, Destination};
 use crate::exit::Failure;
-use crate::output::{OutputError, Packed, Precision, pack_archive};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -21,7 +22,7 @@ struct Growing {
 }
 
 /// The arrays of a result, in a hidden folder until they are packed.
-pub(super) struct Store {
+pub(crate) struct Store {
     aside: Aside,
     arrays: Vec<Growing>,
 }

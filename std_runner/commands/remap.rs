@@ -1,0 +1,44 @@
+//! `thurible remap DIR --solid FILE`: the flow of a result among other solid cells.
+
+use super::takes::Takes;
+use crate::exit::Failure;
+use crate::flows::{Deed, Request};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `remap`.
+#[derive(Args, Debug)]
+pub struct RemapArguments {
+    /// The result folder: of `track`, `solve`, `simulate` or what follows on these.
+    #[arg(value_name = "DIR")]
+    pub result: PathBuf,
+    /// What is solid: a picture or an array over the box, or a scene whose [[obstacle]] are meant.
+    #[arg(long, value_name = "FILE")]
+    pub solid: PathBuf,
+    /// The new result folder [default: DIR with _remapped at its end].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// The step to begin at.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub at: usize,
+    /// Let all of the flow give way alike, not that outside of the smoke first.
+    #[arg(long)]
+    pub plain: bool,
+    /// What it takes.
+    #[command(flatten)]
+    pub takes: Takes,
+}
+
+/// Takes the flow there and writes the result folder; the answer is the exit code.
+pub fn run(arguments: &RemapArguments) -> Result<u8, Failure> {
+    crate::flows::run(&Request {
+        deed: Deed::Remap {
+            solid: arguments.solid.clone(),
+            weighted: !arguments.plain,
+        },
+        at: arguments.at,
+        ..arguments
+            .takes
+            .request(&arguments.result, arguments.output.as_deref(), "_remapped")
+    })
+}
