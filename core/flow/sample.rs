@@ -11,7 +11,7 @@ const FAR: f64 = 1e9;
 #[inline(always)]
 #[must_use]
 pub fn floor(x: f64) -> isize {
-    let x = x.max(-FAR).min(FAR);
+    let x = x.clamp(-FAR, FAR);
     let towards_zero = x as isize;
     towards_zero - isize::from((towards_zero as f64) > x)
 }

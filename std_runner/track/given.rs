@@ -13,7 +13,7 @@ const FULL: f64 = 10.0;
 /// A frame whose smoke is this many times that of the one before, or less than one so many-th, is worth a remark.
 const JUMP: f64 = 3.0;
 /// Frames in which the smoke overlaps less than this part with the one before: it has moved farther than itself.
-const OVERLAP: f64 = 0.02;
+const OVERLAP: f64 = 0.05;
 
 /// Frames that can be tracked.
 pub(crate) struct Given {

@@ -6,7 +6,11 @@ use crate::fields::{Memory, cast, to_file};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
 use std::alloc::System;
-use thurible_core::{D2, D3, Method, Params, Real, Serial, Silent, Solver, Space, Status};
+use thurible_core::flow::Minimiser;
+use thurible_core::{
+    Boundary, Capture, D2, D3, Method, Params, Real, Serial, Silent, Solver, Space, Status, TrackParams,
+    TrackPlan, Tracker,
+};
 
 std::thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
@@ -102,6 +106,46 @@ fn allocates_nothing<T: Real, S: Space>(scene: &Scene) {
         T::NAME,
         scene.cells
     );
+}
+
+fn tracking_allocates_nothing<T: Real, S: Space>(
+    cells: &[usize],
+    boundary: &[Boundary],
+    minimiser: Minimiser,
+) {
+    let capture = Capture::new(cells, boundary);
+    let params = TrackParams::of(minimiser);
+    let mut memory = Memory::new(TrackPlan::new::<T, S>(&capture, &params).unwrap().bytes());
+    let frame = |time: usize| -> Vec<T> {
+        let value = |cell: usize| 1.0 + (0.3 * cell as f64 + 0.5 * time as f64).sin();
+        (0..cells.iter().product())
+            .map(|cell| T::from_f64(value(cell)))
+            .collect()
+    };
+    let frames = [0, 1, 2].map(frame);
+    let mut out = vec![T::ZERO; 2 * frames[0].len()];
+    let before = count();
+    let mut tracker = Tracker::<T, S>::new(&capture, &params, memory.block()).unwrap();
+    for frame in &frames {
+        tracker.give(&Serial, frame).unwrap();
+        if tracker.is_ready() {
+            let told = &mut |_, faces: thurible_core::track::Faces<'_, T>| {
+                let len = faces.len(0);
+                faces.read(0, &mut out[..len]);
+            };
+            tracker.step(&Serial, &mut Silent, told).unwrap();
+        }
+    }
+    assert_eq!(tracker.pairs(), 2);
+    assert_eq!(count() - before, 0, "{minimiser:?} on {cells:?}");
+}
+
+#[test]
+fn nothing_is_allocated_while_frames_are_tracked() {
+    for minimiser in [Minimiser::Direct, Minimiser::Admm, Minimiser::HornSchunck] {
+        tracking_allocates_nothing::<f32, D2>(&[20, 24], &[Boundary::Wall, Boundary::Periodic], minimiser);
+        tracking_allocates_nothing::<f64, D3>(&[9, 10, 8], &[Boundary::Wall; 3], minimiser);
+    }
 }
 
 #[test]
