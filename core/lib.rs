@@ -33,12 +33,14 @@
 //! | | [`problem`] | box, time, weights; checked once |
 //! | | [`field`] | views of trajectories, their algebra, loops over rows, sums in a fixed order |
 //! | pieces | [`operators`] | divergence, gradient, self-advection and its adjoint, blur |
+//! | | [`walk`] | a random walk that places samples, and priors on them |
 //! | | [`poisson`] | the projection onto div v = 0, by eigenvectors |
 //! | | [`transport`] | A\[rho, v\] and its exact adjoint |
 //! | | [`force`] | the force that a given flow needs |
 //! | | [`objective`] | keyframes and data term, the density's sweep forward and back, J as a function of the flow, coarser scenes |
 //! | | [`optimise`] | L-BFGS over trajectories, line search |
 //! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near a given one, by STFAS or Newton-CG |
+//! | before it is solved | [`tomography`] | density from photographs |
 //! | ways to solve it | [`method`] | the paper's ADMM, the direct method, L-BFGS over the forces, simulation free or driven |
 //! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
 //!
@@ -99,7 +101,9 @@ pub mod progress;
 pub mod real;
 pub mod simd;
 pub mod solver;
+pub mod tomography;
 pub mod transport;
+pub mod walk;
 pub mod words;
 
 pub use exec::{Exec, Serial};
