@@ -4,9 +4,11 @@ use crate::commands::compare::CompareArguments;
 use crate::commands::new::NewArguments;
 use crate::commands::options::SceneArguments;
 use crate::commands::paper::PaperArguments;
+use crate::commands::photograph::PhotographArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
+use crate::commands::tomography::TomographyArguments;
 use clap::{Parser, Subcommand};
 
 /// Finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
@@ -36,6 +38,10 @@ pub enum Command {
     Compare(CompareArguments),
     /// Solve the scenes of Pan & Manocha's paper and put the results beside its own.
     Paper(PaperArguments),
+    /// Reconstruct the density of smoke from what several cameras see of it.
+    Tomography(TomographyArguments),
+    /// Take photographs of a result from several sides, for tomography.
+    Photograph(PhotographArguments),
     /// Write a commented scene to start from.
     New(NewArguments),
 }

@@ -63,5 +63,7 @@ pub mod scene;
 pub mod stay;
 #[cfg(feature = "embed")]
 pub mod threads;
+#[cfg(feature = "std")]
+mod tomography;
 #[cfg(feature = "embed")]
 pub mod undershoot;

@@ -13,7 +13,7 @@ mod reach;
 mod request;
 mod settled;
 
-pub(crate) use outcome::Outcome;
+pub(crate) use outcome::{Outcome, command_line};
 pub(crate) use request::{Outputs, Request, RunOptions};
 
 use crate::exit::Failure;

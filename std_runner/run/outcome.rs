@@ -200,7 +200,7 @@ fn scene_file(path: &Path, folder: &Path) -> String {
 
 /// The command line as it may be shown to others: absolute paths come down to their last name, so that a page tells nothing of
 /// the folders of the machine that made it, and what a shell would split stands in quotes.
-fn command_line() -> String {
+pub(crate) fn command_line() -> String {
     let arguments = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned());
     arguments
         .enumerate()

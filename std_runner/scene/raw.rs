@@ -87,7 +87,7 @@ pub(super) struct RawOutput {
 }
 
 /// Reads `value`, which stands at key `prefix` of the scene, as a `T`.
-pub(super) fn read<T: DeserializeOwned>(
+pub(crate) fn read<T: DeserializeOwned>(
     document: &Document,
     prefix: &str,
     value: Value,

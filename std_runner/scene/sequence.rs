@@ -72,14 +72,19 @@ fn by_pattern(
     pattern: &str,
     shape: &ShapeSpec,
 ) -> Result<Vec<ShapeSpec>, Failure> {
-    let key = format!("{key}.files");
+    let paths = files_of(document, &format!("{key}.files"), pattern)?;
+    Ok(paths.into_iter().map(|path| shape.of_file(path)).collect())
+}
+
+/// All files whose names fit `pattern`, which stands at `key`, by name.
+pub(crate) fn files_of(document: &Document, key: &str, pattern: &str) -> Result<Vec<PathBuf>, Failure> {
     let path = document.folder().join(pattern);
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
     let Some((before, after)) = name.as_deref().and_then(|name| name.split_once('*')) else {
         let why = format!(
             "is \"{pattern}\", which has no `*` in its last part; write it where the numbers stand, as in \"horse_*.png\""
         );
-        return Err(document.refuse(&key, why));
+        return Err(document.refuse(key, why));
     };
     let folder = path.parent().unwrap_or(Path::new("."));
     let entries = std::fs::read_dir(folder).map_err(|error| {
@@ -87,7 +92,7 @@ fn by_pattern(
             "names the folder {}, which cannot be read ({error}); correct it",
             folder.display()
         );
-        Failure::File(format!("{}: `{key}` {sentence}", document.place(&key)))
+        Failure::File(format!("{}: `{key}` {sentence}", document.place(key)))
     })?;
     let fits = |path: &PathBuf| {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
@@ -103,9 +108,9 @@ fn by_pattern(
             "is \"{pattern}\", which fits no file in {}; correct it",
             folder.display()
         );
-        return Err(document.refuse(&key, why));
+        return Err(document.refuse(key, why));
     }
-    Ok(paths.into_iter().map(|path| shape.of_file(path)).collect())
+    Ok(paths)
 }
 
 /// What stands in the place of the `*`: by number where it is one, else by its letters.

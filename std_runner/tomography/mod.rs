@@ -1,0 +1,19 @@
+//! `thurible tomography`: density of smoke from what cameras see of it, and the photographs to try it with.
+//!
+//! A file of views ([`views`]) names a box, cameras ([`cameras`]) and their pictures ([`sources`]). All pictures are read and
+//! checked before anything runs; then [`frames`] reconstructs them, each in its lane of one planned block, and [`written`] and
+//! [`page`] write the result folder. [`rig`] takes the photographs of a known density.
+
+mod cameras;
+mod frames;
+mod job;
+mod page;
+mod raw;
+mod rig;
+mod settings;
+mod sources;
+mod views;
+mod written;
+
+pub(crate) use job::{Request, reconstruct};
+pub(crate) use rig::{Rig, photograph};
