@@ -40,7 +40,7 @@
 //! | | [`objective`] | keyframes and data term, the density's sweep forward and back, J as a function of the flow, coarser scenes |
 //! | | [`optimise`] | L-BFGS over trajectories, line search |
 //! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near a given one, by STFAS or Newton-CG |
-//! | before it is solved | [`tomography`] | density from photographs |
+//! | before it is solved | [`deblur`], [`tomography`] | a sharp image from a blurred one; density from photographs |
 //! | ways to solve it | [`method`] | the paper's ADMM, the direct method, L-BFGS over the forces, simulation free or driven |
 //! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
 //!
@@ -84,6 +84,7 @@
 #![no_std]
 
 pub mod checkpoint;
+pub mod deblur;
 pub mod exec;
 pub mod field;
 pub mod force;

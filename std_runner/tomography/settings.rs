@@ -7,8 +7,9 @@ use thurible_core::Named;
 use thurible_core::tomography::{Settings, TomographyError};
 use toml::Value;
 
-/// gamma where nothing is said, of a density whose brightest ray is a quarter of the box long at density 1.
-const GAMMA: [f64; 4] = [0.0, 1.0, 0.5, 0.15];
+/// gamma of each prior in a plane and in a box where nothing is said, of a density whose brightest ray is a quarter of the box long at
+/// density 1.
+const GAMMA: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.1], [0.5, 0.03], [0.15, 0.01]];
 /// Mutations of a frame for each cell and camera, where no budget is given.
 const A_CELL_AND_CAMERA: f64 = 20.0;
 
@@ -22,17 +23,18 @@ pub(super) struct Chosen {
 pub(super) fn chosen(
     document: &Document,
     raw: &RawSettings,
-    cells: usize,
+    cells: &[usize],
     cameras: usize,
 ) -> Result<Chosen, Failure> {
     let default = Settings::default();
+    let (dims, cells) = (cells.len(), cells.iter().product::<usize>());
     let budget = (A_CELL_AND_CAMERA * cells as f64 * cameras as f64).max(1e6);
     let prior = word(document, "prior", raw.prior.as_deref(), default.prior)?;
     let gamma = automatic(document, "gamma", raw.gamma.as_ref())?;
     let settings = Settings {
         method: word(document, "method", raw.method.as_deref(), default.method)?,
         prior,
-        gamma: gamma.unwrap_or(GAMMA.get(prior as usize).copied().unwrap_or_default()),
+        gamma: gamma.unwrap_or(GAMMA.get(prior as usize).map_or(0.0, |gamma| gamma[usize::from(dims > 2)])),
         nonnegative: raw.nonnegative.unwrap_or(default.nonnegative),
         sigma: raw.sigma.unwrap_or(default.sigma),
         length: raw.length.unwrap_or(default.length),

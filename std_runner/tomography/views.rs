@@ -66,7 +66,7 @@ impl Views {
         let Chosen {
             settings,
             scaled_gamma,
-        } = chosen(&document, &raw.tomography, cells.iter().product(), cameras.len())?;
+        } = chosen(&document, &raw.tomography, &cells, cameras.len())?;
         let mut views = Self {
             length: place.side * cells.iter().copied().max().unwrap_or(1) as f64,
             cells,
