@@ -1,6 +1,7 @@
 //! The command line: which commands there are. The arguments of each are defined with its body in [`commands`](crate::commands).
 
 use crate::commands::compare::CompareArguments;
+use crate::commands::deblur::DeblurArguments;
 use crate::commands::new::NewArguments;
 use crate::commands::options::SceneArguments;
 use crate::commands::paper::PaperArguments;
@@ -42,6 +43,8 @@ pub enum Command {
     Tomography(TomographyArguments),
     /// Take photographs of a result from several sides, for tomography.
     Photograph(PhotographArguments),
+    /// Restore a sharp image from a blurred one and what blurred it.
+    Deblur(DeblurArguments),
     /// Write a commented scene to start from.
     New(NewArguments),
 }

@@ -24,6 +24,8 @@ pub mod compare;
 #[cfg(feature = "std")]
 pub mod console;
 #[cfg(feature = "std")]
+mod deblur;
+#[cfg(feature = "std")]
 pub mod destination;
 #[cfg(feature = "embed")]
 pub mod exit;

@@ -1,7 +1,7 @@
 //! The program: reads the command line, runs the command, says in one sentence what went wrong.
 
 use crate::cli::{Cli, Command};
-use crate::commands::{compare, new, paper, photograph, plan, render, simulate, solve, tomography};
+use crate::commands::{compare, deblur, new, paper, photograph, plan, render, simulate, solve, tomography};
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
 use clap::Parser;
@@ -32,6 +32,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Render(arguments) => render::run(arguments),
         Command::Tomography(arguments) => tomography::run(arguments),
         Command::Photograph(arguments) => photograph::run(arguments),
+        Command::Deblur(arguments) => deblur::run(arguments),
         Command::New(arguments) => new::run(arguments),
     }
 }

@@ -1,6 +1,7 @@
 //! The commands, each with its arguments and its body.
 
 pub mod compare;
+pub mod deblur;
 pub mod new;
 pub mod options;
 pub mod paper;
