@@ -32,7 +32,9 @@ fn richardson_lucy<T: Real>(work: Work<'_, '_, T>) {
     let [quotient, ..] = work.work;
     for (channel, plane) in work.planes.chunks_exact_mut(frame.unknowns()).enumerate() {
         let start = channel * frame.pixels();
-        let Some(measured) = work.measured.get(start..start + frame.pixels()) else { return };
+        let Some(measured) = work.measured.get(start..start + frame.pixels()) else {
+            return;
+        };
         work.blur.apply(plane, quotient);
         for (quotient, measured) in quotient.iter_mut().zip(measured) {
             let seen = quotient.to_f64().max(1e-12);
@@ -43,8 +45,10 @@ fn richardson_lucy<T: Real>(work: Work<'_, '_, T>) {
             let mut sum = 0.0;
             for number in 0..side * side {
                 // Kernel number k reaches pixel x + k - R, or the nearest that there is.
-                let near = |at: usize, k: usize, count: usize| (at + k).saturating_sub(frame.border).min(count - 1);
-                let other = near(y, number / side, frame.height) * frame.width + near(x, number % side, frame.width);
+                let near =
+                    |at: usize, k: usize, count: usize| (at + k).saturating_sub(frame.border).min(count - 1);
+                let other =
+                    near(y, number / side, frame.height) * frame.width + near(x, number % side, frame.width);
                 let kernel = work.blur.which.get(other).map_or(0, |&which| usize::from(which));
                 let value = work.blur.values.get(kernel * side * side + number);
                 let quotient = quotient.get(other).map_or(0.0, |quotient| quotient.to_f64());
@@ -66,7 +70,10 @@ fn richardson_lucy<T: Real>(work: Work<'_, '_, T>) {
 }
 
 fn inner<T: Real>(one: &[T], other: &[T]) -> f64 {
-    one.iter().zip(other).map(|(one, other)| one.to_f64() * other.to_f64()).sum()
+    one.iter()
+        .zip(other)
+        .map(|(one, other)| one.to_f64() * other.to_f64())
+        .sum()
 }
 
 /// `iterations` steps of conjugate gradients on (F^T M F + k) p = F^T M q, from where p is.
@@ -143,11 +150,15 @@ fn primal_dual<T: Real>(work: Work<'_, '_, T>, first: bool) {
         let (Some(ahead), Some(values)) = (ahead.get_mut(own.clone()), planes.get_mut(own.clone())) else {
             return;
         };
-        let (Some(across), Some(down)) = (across.get_mut(own.clone()), down.get_mut(own)) else { return };
+        let (Some(across), Some(down)) = (across.get_mut(own.clone()), down.get_mut(own)) else {
+            return;
+        };
         let (Some(seen), Some(space)) = (seen.get_mut(image.clone()), residual.get_mut(image.clone())) else {
             return;
         };
-        let (Some(measured), Some(mask)) = (measured.get(image.clone()), mask.get(image)) else { return };
+        let (Some(measured), Some(mask)) = (measured.get(image.clone()), mask.get(image)) else {
+            return;
+        };
         blur.apply(ahead, space);
         for (((seen, space), measured), &mask) in seen.iter_mut().zip(&*space).zip(measured).zip(mask) {
             let moved = seen.to_f64() + STEP * (space.to_f64() - measured.to_f64());
@@ -157,8 +168,16 @@ fn primal_dual<T: Real>(work: Work<'_, '_, T>, first: bool) {
         for place in 0..plane {
             let (x, y) = (place % wide, place / wide);
             let here = at(ahead, place);
-            let dx = if x + 1 < wide { at(ahead, place + 1) - here } else { 0.0 };
-            let dy = if y + 1 < high { at(ahead, place + wide) - here } else { 0.0 };
+            let dx = if x + 1 < wide {
+                at(ahead, place + 1) - here
+            } else {
+                0.0
+            };
+            let dy = if y + 1 < high {
+                at(ahead, place + wide) - here
+            } else {
+                0.0
+            };
             for (dual, difference) in [(&mut *across, dx), (&mut *down, dy)] {
                 if let Some(dual) = dual.get_mut(place) {
                     *dual = T::from_f64((dual.to_f64() + STEP * difference).clamp(-gamma, gamma));

@@ -30,6 +30,6 @@ mod terrain;
 pub use error::DeblurError;
 pub use kernel::{Blur, Kernels};
 pub use plane::Frame;
-pub use prior::{Clusters, ImagePrior, MOST_COLOURS};
+pub use prior::{Clusters, ImagePrior, MOST_COLOURS, change, whole};
 pub use restoration::Restoration;
 pub use settings::{Deblur, Restorer, Tuning};

@@ -1,5 +1,6 @@
 //! Priors on images. A pixel changes the terms that read it, all of which lie within a pixel of it.
 
+use super::plane::Frame;
 use crate::real::Real;
 use crate::words::named;
 use libm::pow;
@@ -55,17 +56,29 @@ pub struct Clusters {
 
 /// An image with its border, of which one pixel of one channel may be thought to be another.
 #[derive(Clone, Copy)]
-pub(super) struct Seen<'a, T> {
-    pub planes: &'a [T],
-    pub wide: usize,
-    pub high: usize,
-    pub channels: usize,
+struct Seen<'a, T> {
+    planes: &'a [T],
+    wide: usize,
+    high: usize,
+    channels: usize,
     /// Which number is replaced, and by what.
-    pub place: usize,
-    pub value: f64,
+    place: usize,
+    value: f64,
 }
 
-impl<T: Real> Seen<'_, T> {
+impl<'a, T: Real> Seen<'a, T> {
+    #[inline(always)]
+    fn of(frame: &Frame, planes: &'a [T], place: usize, value: f64) -> Self {
+        Self {
+            planes,
+            wide: frame.wide(),
+            high: frame.high(),
+            channels: frame.channels,
+            place,
+            value,
+        }
+    }
+
     /// Pixel (x, y) of a channel; nothing beyond the border.
     #[inline(always)]
     fn get(&self, channel: usize, x: isize, y: isize) -> Option<f64> {
@@ -95,7 +108,9 @@ impl<T: Real> Seen<'_, T> {
     }
 
     fn sparse(&self, channel: usize, x: isize, y: isize) -> f64 {
-        let Some(here) = self.get(channel, x, y) else { return 0.0 };
+        let Some(here) = self.get(channel, x, y) else {
+            return 0.0;
+        };
         let power = |x: f64| if x == 0.0 { 0.0 } else { pow(x.abs(), SPARSE) };
         let second = |before: Option<f64>, after: Option<f64>| match (before, after) {
             (Some(before), Some(after)) => power(before - 2.0 * here + after),
@@ -119,10 +134,16 @@ impl<T: Real> Seen<'_, T> {
         let least = used
             .map(|other| {
                 let parts = colour.iter().zip(other).take(self.channels);
-                parts.map(|(one, other)| (one - other) * (one - other)).sum::<f64>()
+                parts
+                    .map(|(one, other)| (one - other) * (one - other))
+                    .sum::<f64>()
             })
             .fold(f64::INFINITY, f64::min);
-        if least.is_finite() { clusters.mu * Real::sqrt(least) } else { 0.0 }
+        if least.is_finite() {
+            clusters.mu * Real::sqrt(least)
+        } else {
+            0.0
+        }
     }
 
     /// The terms at (x, y).
@@ -130,10 +151,14 @@ impl<T: Real> Seen<'_, T> {
         let differences = match prior {
             ImagePrior::None => 0.0,
             ImagePrior::Tv | ImagePrior::Clusters => Real::sqrt(self.steep(channel, x, y)),
-            ImagePrior::Atv => self.ahead(channel, x, y).map_or(0.0, |[dx, dy]| dx.abs() + dy.abs()),
-            ImagePrior::Mtv => {
-                Real::sqrt((0..self.channels).map(|channel| self.steep(channel, x, y)).sum::<f64>())
-            }
+            ImagePrior::Atv => self
+                .ahead(channel, x, y)
+                .map_or(0.0, |[dx, dy]| dx.abs() + dy.abs()),
+            ImagePrior::Mtv => Real::sqrt(
+                (0..self.channels)
+                    .map(|channel| self.steep(channel, x, y))
+                    .sum::<f64>(),
+            ),
             ImagePrior::Sparse => self.sparse(channel, x, y),
             ImagePrior::Gamma => self.shown(channel, x, y),
         };
@@ -147,7 +172,9 @@ impl<T: Real> Seen<'_, T> {
 
     /// Sum over the 8 neighbours of the differences on a screen.
     fn shown(&self, channel: usize, x: isize, y: isize) -> f64 {
-        let Some(here) = self.get(channel, x, y).map(screen) else { return 0.0 };
+        let Some(here) = self.get(channel, x, y).map(screen) else {
+            return 0.0;
+        };
         let mut sum = 0.0;
         for dy in -1..=1 {
             for dx in -1..=1 {
@@ -162,7 +189,7 @@ impl<T: Real> Seen<'_, T> {
     }
 
     /// The sum of all terms that read the number that is replaced.
-    pub fn local(&self, prior: ImagePrior, clusters: &Clusters) -> f64 {
+    fn local(&self, prior: ImagePrior, clusters: &Clusters) -> f64 {
         let plane = self.wide * self.high;
         let (channel, within) = (self.place / plane.max(1), self.place % plane.max(1));
         let (x, y) = ((within % self.wide) as isize, (within / self.wide) as isize);
@@ -185,8 +212,12 @@ impl<T: Real> Seen<'_, T> {
     }
 
     /// Gamma of the whole image.
-    pub fn whole(&self, prior: ImagePrior, clusters: &Clusters) -> f64 {
-        let channels = if prior == ImagePrior::Mtv { 1 } else { self.channels };
+    fn whole(&self, prior: ImagePrior, clusters: &Clusters) -> f64 {
+        let channels = if prior == ImagePrior::Mtv {
+            1
+        } else {
+            self.channels
+        };
         let mut sum = 0.0;
         for channel in 0..channels {
             for place in 0..self.wide * self.high {
@@ -198,6 +229,36 @@ impl<T: Real> Seen<'_, T> {
     }
 }
 
+/// Gamma of an image with its border, planes of the channels one after the other.
+#[must_use]
+pub fn whole<T: Real>(prior: ImagePrior, clusters: &Clusters, frame: &Frame, planes: &[T]) -> f64 {
+    Seen::of(frame, planes, usize::MAX, 0.0).whole(prior, clusters)
+}
+
+/// By how much Gamma changes where number `place` of the planes becomes `mass` more, and where it becomes so much less.
+#[inline(always)]
+#[must_use]
+pub fn change<T: Real>(
+    prior: ImagePrior,
+    clusters: &Clusters,
+    frame: &Frame,
+    planes: &[T],
+    place: usize,
+    mass: f64,
+) -> [f64; 2] {
+    if prior == ImagePrior::None {
+        return [0.0; 2];
+    }
+    let value = planes.get(place).map_or(0.0, |value| value.to_f64());
+    let local = |value| Seen::of(frame, planes, place, value).local(prior, clusters);
+    let before = local(value);
+    [local(value + mass) - before, local(value - mass) - before]
+}
+
 fn screen(light: f64) -> f64 {
-    if light > 0.0 { pow(light, 1.0 / SCREEN) } else { 0.0 }
+    if light > 0.0 {
+        pow(light, 1.0 / SCREEN)
+    } else {
+        0.0
+    }
 }

@@ -3,7 +3,7 @@
 use super::baselines::{self, Work};
 use super::error::DeblurError;
 use super::kernel::Blur;
-use super::prior::{Clusters, ImagePrior, Seen};
+use super::prior::{Clusters, ImagePrior, whole};
 use super::settings::{Deblur, Restorer};
 use super::terrain::{Ground, Spot, walk};
 use crate::memory::{Arena, Layout, Ledger, TooSmall};
@@ -43,7 +43,11 @@ impl<'m, T: Real> Buffers<'m, T> {
         let image = frame.pixels().saturating_mul(frame.channels);
         let unknowns = frame.unknowns().saturating_mul(frame.channels);
         layout.work("kernels", &mut self.kernels, problem.kernels.values.len())?;
-        layout.work("kernel of each pixel", &mut self.which, problem.kernels.which.len())?;
+        layout.work(
+            "kernel of each pixel",
+            &mut self.which,
+            problem.kernels.which.len(),
+        )?;
         layout.work("image", &mut self.measured, image)?;
         layout.work("residual", &mut self.residual, image)?;
         layout.work("mask", &mut self.mask, image)?;
@@ -55,7 +59,12 @@ impl<'m, T: Real> Buffers<'m, T> {
             Restorer::Wiener => [plane, plane, plane, frame.pixels()],
             Restorer::PrimalDual => [image, unknowns, unknowns, unknowns],
         };
-        for (work, length) in self.work.iter_mut().zip(lengths).filter(|(_, length)| *length > 0) {
+        for (work, length) in self
+            .work
+            .iter_mut()
+            .zip(lengths)
+            .filter(|(_, length)| *length > 0)
+        {
             layout.work("work of the baseline", work, length)?;
         }
         Ok(())
@@ -168,7 +177,10 @@ impl<'m, T: Real> Restoration<'m, T> {
         };
         let planes = buffers.planes.chunks_exact(frame.unknowns());
         let images = buffers.residual.chunks_exact_mut(frame.pixels());
-        for ((plane, residual), measured) in planes.zip(images).zip(buffers.measured.chunks_exact(frame.pixels())) {
+        for ((plane, residual), measured) in planes
+            .zip(images)
+            .zip(buffers.measured.chunks_exact(frame.pixels()))
+        {
             blur.apply(plane, residual);
             for (residual, &measured) in residual.iter_mut().zip(measured) {
                 *residual = measured - *residual;
@@ -247,7 +259,9 @@ impl<'m, T: Real> Restoration<'m, T> {
         let colour = |place: usize| -> [f64; 3] {
             core::array::from_fn(|channel| {
                 let value = planes.get(channel * plane + place);
-                value.filter(|_| channel < frame.channels).map_or(0.0, |value| value.to_f64())
+                value
+                    .filter(|_| channel < frame.channels)
+                    .map_or(0.0, |value| value.to_f64())
             })
         };
         let clusters = &mut self.clusters;
@@ -255,9 +269,11 @@ impl<'m, T: Real> Restoration<'m, T> {
         if first {
             // From the darkest to the brightest, evenly.
             let brightness = |place: usize| colour(place).iter().sum::<f64>();
-            let ends = (0..plane).map(brightness).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                (low.min(x), high.max(x))
-            });
+            let ends = (0..plane)
+                .map(brightness)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                    (low.min(x), high.max(x))
+                });
             for number in 0..count {
                 let wanted = ends.0 + (ends.1 - ends.0) * (number as f64 + 0.5) / count as f64;
                 let off = |place: &usize| (brightness(*place) - wanted).abs();
@@ -272,7 +288,10 @@ impl<'m, T: Real> Restoration<'m, T> {
             for place in 0..plane {
                 let own = colour(place);
                 let far = |other: &[f64; 3]| -> f64 {
-                    own.iter().zip(other).map(|(one, other)| (one - other) * (one - other)).sum()
+                    own.iter()
+                        .zip(other)
+                        .map(|(one, other)| (one - other) * (one - other))
+                        .sum()
                 };
                 let used = clusters.colours.iter().take(count).enumerate();
                 let nearest = used.min_by(|one, other| far(one.1).total_cmp(&far(other.1)));
@@ -311,7 +330,8 @@ impl<'m, T: Real> Restoration<'m, T> {
     pub fn pieces(&self) -> usize {
         match self.problem.tuning.method {
             Restorer::Walk => {
-                let all = self.problem.tuning.budget * (self.problem.frame.unknowns() * self.problem.frame.channels) as f64;
+                let all = self.problem.tuning.budget
+                    * (self.problem.frame.unknowns() * self.problem.frame.channels) as f64;
                 (all as u64).max(1).div_ceil(self.length()) as usize
             }
             Restorer::Wiener => 1,
@@ -345,16 +365,9 @@ impl<'m, T: Real> Restoration<'m, T> {
         let data: f64 = pixels
             .map(|(residual, &mask)| f64::from(mask) * residual.to_f64() * residual.to_f64())
             .sum();
-        let seen = Seen {
-            planes: &*self.buffers.planes,
-            wide: frame.wide(),
-            high: frame.high(),
-            channels: frame.channels,
-            place: usize::MAX,
-            value: 0.0,
-        };
         let tuning = self.problem.tuning;
-        [0.5 * data, tuning.gamma * seen.whole(tuning.prior, &self.clusters)]
+        let gamma = whole(tuning.prior, &self.clusters, &frame, self.buffers.planes);
+        [0.5 * data, tuning.gamma * gamma]
     }
 
     /// The restored image with its border, planes of the channels one after the other.

@@ -109,7 +109,10 @@ impl Deblur<'_> {
             return Err(DeblurError::Size);
         }
         let number = kernels.side() * kernels.side();
-        if border != kernels.radius || kernels.values.is_empty() || !kernels.values.len().is_multiple_of(number) {
+        if border != kernels.radius
+            || kernels.values.is_empty()
+            || !kernels.values.len().is_multiple_of(number)
+        {
             return Err(DeblurError::Kernel);
         }
         if kernels.side() > width || kernels.side() > height {
@@ -141,7 +144,11 @@ impl Tuning {
             ("tau", self.tau > 0.0 && self.tau < 1.0, "above 0 and below 1"),
             ("eps_min", positive(self.eps_min), "above 0"),
             ("saturation", self.saturation.is_none_or(positive), "above 0"),
-            ("colours", (1..=MOST_COLOURS).contains(&self.colours), "from 1 to 16"),
+            (
+                "colours",
+                (1..=MOST_COLOURS).contains(&self.colours),
+                "from 1 to 16",
+            ),
             ("mu", self.mu >= 0.0 && self.mu.is_finite(), "at least 0"),
             ("iterations", self.iterations > 0, "above 0"),
         ];

@@ -1,7 +1,7 @@
 //! What a chain walks on: the numbers of an image with its border.
 
 use super::kernel::Blur;
-use super::prior::{Clusters, ImagePrior, Seen};
+use super::prior::{Clusters, change};
 use super::settings::Tuning;
 use crate::real::Real;
 use crate::simd::multiversion;
@@ -55,28 +55,6 @@ impl<T: Real> Ground<'_, T> {
         let place = (spot.channel * frame.high() + y) * frame.wide() + x;
         Some(([x, y], place, spot.channel * frame.pixels()))
     }
-
-    /// Gamma's change with +eps and with -eps.
-    #[inline(always)]
-    fn charge(&self, place: usize, value: f64) -> [f64; 2] {
-        if self.tuning.prior == ImagePrior::None {
-            return [0.0; 2];
-        }
-        let frame = &self.blur.frame;
-        let local = |value| {
-            let seen = Seen {
-                planes: &*self.planes,
-                wide: frame.wide(),
-                high: frame.high(),
-                channels: frame.channels,
-                place,
-                value,
-            };
-            seen.local(self.tuning.prior, &self.clusters)
-        };
-        let before = local(value);
-        [local(value + self.eps) - before, local(value - self.eps) - before]
-    }
 }
 
 impl<T: Real> Terrain for Ground<'_, T> {
@@ -117,7 +95,15 @@ impl<T: Real> Terrain for Ground<'_, T> {
         let [along, square] = self.blur.gains(at, residual, mask);
         let value = self.planes.get(place).map_or(0.0, |value| value.to_f64());
         let mass = self.eps;
-        let [up, down] = self.charge(place, value);
+        let tuning = &self.tuning;
+        let [up, down] = change(
+            tuning.prior,
+            &self.clusters,
+            &self.blur.frame,
+            self.planes,
+            place,
+            mass,
+        );
         let half = 0.5 * mass * mass * square;
         let plus = mass * along - half - self.tuning.gamma * up;
         let minus = -mass * along - half - self.tuning.gamma * down;
@@ -133,7 +119,9 @@ impl<T: Real> Terrain for Ground<'_, T> {
 
     #[inline(always)]
     fn record(&mut self, spot: Spot, mass: f64) {
-        let Some((at, place, image)) = self.place(spot) else { return };
+        let Some((at, place, image)) = self.place(spot) else {
+            return;
+        };
         if let Some(value) = self.planes.get_mut(place) {
             *value = T::from_f64(value.to_f64() + mass);
         }

@@ -77,7 +77,9 @@ impl fmt::Display for TomographyError {
                 Fault::Count { found, expected } => {
                     write!(f, "camera {camera} has {expected} pixels, and {found} were given")
                 }
-                Fault::NotFinite { pixel } => write!(f, "camera {camera} has a pixel ({pixel}) that is not finite"),
+                Fault::NotFinite { pixel } => {
+                    write!(f, "camera {camera} has a pixel ({pixel}) that is not finite")
+                }
             },
             Self::Setting { name, allowed } => write!(f, "`{name}` must be {allowed}"),
             Self::Dark => f.write_str("all pictures are dark"),

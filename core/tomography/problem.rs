@@ -103,7 +103,11 @@ impl Settings {
             ("hull_threshold", self.hull_threshold.is_finite(), "finite"),
             ("warm_budget", part(self.warm_budget), "above 0 and at most 1"),
             ("sweeps", self.sweeps > 0, wanted),
-            ("relax", positive(self.relax) && self.relax < 2.0, "above 0 and below 2"),
+            (
+                "relax",
+                positive(self.relax) && self.relax < 2.0,
+                "above 0 and below 2",
+            ),
         ];
         let wrong = rules.into_iter().find(|(_, holds, _)| !holds);
         wrong.map_or(Ok(()), |(name, _, allowed)| {

@@ -3,8 +3,8 @@
 use super::camera::Camera;
 use super::pixels::Touched;
 use crate::real::Real;
-use crate::walk::prior::change;
 use crate::simd::multiversion;
+use crate::walk::prior::change;
 use crate::walk::{Cells, Course, Gain, Prior, Random, Terrain};
 
 multiversion! {
@@ -108,10 +108,7 @@ impl<T: Real, const D: usize> Terrain for Ground<'_, T, D> {
             minus -= self.gamma * down;
         }
         // A sample of -eps is asked for what it leaves only where it would be taken.
-        if self.nonnegative
-            && minus > plus
-            && self.cells.least(self.density, &footprint, -mass) < 0.0
-        {
+        if self.nonnegative && minus > plus && self.cells.least(self.density, &footprint, -mass) < 0.0 {
             minus = f64::NEG_INFINITY;
         }
         if minus > plus {

@@ -102,7 +102,11 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
         tuning: Tuning {
             method: arguments.method,
             // The convex optimum that the walk is judged by is that of `atv`.
-            prior: if arguments.method == Restorer::PrimalDual { ImagePrior::Atv } else { arguments.prior },
+            prior: if arguments.method == Restorer::PrimalDual {
+                ImagePrior::Atv
+            } else {
+                arguments.prior
+            },
             gamma: arguments.gamma.unwrap_or(default),
             nonnegative: !arguments.signed,
             saturation: arguments.saturation,

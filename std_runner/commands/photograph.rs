@@ -67,10 +67,14 @@ pub fn run(arguments: &PhotographArguments) -> Result<u8, Failure> {
         seed: arguments.seed,
     };
     let threads = arguments.threads.unwrap_or_else(threads::available);
-    let written = threads::with(threads, || threads::together(threads, |exec| photograph(&rig, exec)))??;
+    let written = threads::with(threads, || {
+        threads::together(threads, |exec| photograph(&rig, exec))
+    })??;
     if !arguments.quiet {
         let folder = written.shown().display();
-        console::print(&format!("views in {folder}; thurible tomography {folder} reconstructs them"));
+        console::print(&format!(
+            "views in {folder}; thurible tomography {folder} reconstructs them"
+        ));
     }
     if let Some(why) = written.diverted() {
         console::error(&format!("thurible: {why}"));
@@ -82,7 +86,9 @@ pub fn run(arguments: &PhotographArguments) -> Result<u8, Failure> {
 fn count(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=MOST).contains(&count) => Ok(count),
-        _ => Err(format!("found \"{text}\", allowed is a whole number from 1 to {MOST}")),
+        _ => Err(format!(
+            "found \"{text}\", allowed is a whole number from 1 to {MOST}"
+        )),
     }
 }
 
@@ -101,12 +107,16 @@ fn part(text: &str) -> Result<f64, String> {
 }
 
 fn size(text: &str) -> Result<(usize, usize), String> {
-    let sides = text.split_once('x').map(|(width, height)| (width.parse(), height.parse()));
+    let sides = text
+        .split_once('x')
+        .map(|(width, height)| (width.parse(), height.parse()));
     match sides {
         Some((Ok(width), Ok(height))) if (1..=16384).contains(&width) && (1..=16384).contains(&height) => {
             Ok((width, height))
         }
-        _ => Err(format!("found \"{text}\", allowed is width x height in pixels, as in 128x96")),
+        _ => Err(format!(
+            "found \"{text}\", allowed is width x height in pixels, as in 128x96"
+        )),
     }
 }
 

@@ -66,7 +66,9 @@ pub(crate) fn restore(request: &Request) -> Result<u8, Failure> {
         },
         tuning: request.tuning,
     };
-    problem.check().map_err(|error| refused(request, &problem, &error))?;
+    problem
+        .check()
+        .map_err(|error| refused(request, &problem, &error))?;
     match request.precision {
         Precision::F32 => solve::<f32>(request, &problem, &image, truth.as_ref(), light, clock),
         Precision::F64 => solve::<f64>(request, &problem, &image, truth.as_ref(), light, clock),
@@ -120,7 +122,13 @@ fn solve<T: Real>(
     if planned.saturating_add(MARGIN) > limit {
         return Err(too_large());
     }
-    let files = ["image.png", "result.npz", "report.json", "report.html", "report.md"];
+    let files = [
+        "image.png",
+        "result.npz",
+        "report.json",
+        "report.html",
+        "report.md",
+    ];
     let mut destination = Destination::check(&request.folder, files.map(PathBuf::from).to_vec())?;
     let interrupt = Interrupt::listen()?;
     let mut region = Region::new(planned).ok_or_else(too_large)?;
@@ -139,7 +147,11 @@ fn solve<T: Real>(
         image,
         light,
         inner: inner(&restoration, problem),
-        residual: restoration.residual().iter().map(|value| value.to_f64()).collect(),
+        residual: restoration
+            .residual()
+            .iter()
+            .map(|value| value.to_f64())
+            .collect(),
         history,
         interrupted: !restoration.over(),
         planned,
@@ -161,7 +173,11 @@ fn inner<T: Real>(restoration: &Restoration<'_, T>, problem: &Deblur<'_>) -> Vec
     let planes = restoration.planes().chunks_exact(frame.unknowns());
     planes
         .flat_map(|plane| {
-            let value = move |pixel| plane.get(frame.bordered(pixel)).map_or(0.0, |value| value.to_f64());
+            let value = move |pixel| {
+                plane
+                    .get(frame.bordered(pixel))
+                    .map_or(0.0, |value| value.to_f64())
+            };
             (0..frame.pixels()).map(value)
         })
         .collect()
@@ -215,7 +231,12 @@ fn go<T: Real>(
         let left = clock.total() / done as f64 * display.limit().saturating_sub(done) as f64;
         display.piece(
             done,
-            &format!("objective {:.4e}, acceptance {:.1} %, {} left", data + prior, 100.0 * acceptance, in_words(left)),
+            &format!(
+                "objective {:.4e}, acceptance {:.1} %, {} left",
+                data + prior,
+                100.0 * acceptance,
+                in_words(left)
+            ),
         );
     }
     history
@@ -223,7 +244,10 @@ fn go<T: Real>(
 
 fn print_plan(request: &Request, ledger: &Ledger, planned: usize) {
     if request.mode == Mode::Json {
-        let lines = ledger.entries().iter().map(|entry| json!({ "name": entry.name, "bytes": entry.bytes }));
+        let lines = ledger
+            .entries()
+            .iter()
+            .map(|entry| json!({ "name": entry.name, "bytes": entry.bytes }));
         let fields = json!({ "planned_bytes": planned, "ledger": lines.collect::<Vec<_>>() });
         return Display::new(Mode::Json, 0).event("plan", fields);
     }
@@ -269,8 +293,14 @@ fn say(outcome: &Outcome<'_>, destination: &Destination, display: &Display) -> u
     );
     if outcome.request.mode == Mode::Human {
         let [before, after] = [outcome.blurred_psnr, outcome.psnr].map(Option::unwrap_or_default);
-        let truth = outcome.psnr.map_or(String::new(), |_| format!(", {after:.1} dB of {before:.1} before"));
-        console::print(&format!("{} after {}{truth}", outcome.status(), in_words(outcome.seconds)));
+        let truth = outcome.psnr.map_or(String::new(), |_| {
+            format!(", {after:.1} dB of {before:.1} before")
+        });
+        console::print(&format!(
+            "{} after {}{truth}",
+            outcome.status(),
+            in_words(outcome.seconds)
+        ));
         console::print(&format!(
             "result in {}; open {}",
             folder.display(),

@@ -17,7 +17,9 @@ pub enum Light {
 impl Light {
     /// What a file holds where nothing is said: pictures sRGB, arrays light as it is.
     pub fn of(path: &Path) -> Self {
-        let png = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("png"));
+        let png = path
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("png"));
         if png { Self::Srgb } else { Self::Linear }
     }
 
@@ -60,7 +62,9 @@ pub(super) fn failed(error: ShapeError) -> Failure {
 impl Image {
     /// Reads `path`, which `key` names.
     pub fn read(key: &str, path: &Path, light: Light) -> Result<Self, Failure> {
-        let npz = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("npz"));
+        let npz = path
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("npz"));
         let Measured { shape, values, .. } =
             measured(key, path, npz.then_some("image"), None).map_err(failed)?;
         let (height, width, channels) = match *shape {
@@ -79,7 +83,10 @@ impl Image {
             width,
             height,
             channels,
-            values: (0..channels).flat_map(plane).map(|&level| light.decoded(level)).collect(),
+            values: (0..channels)
+                .flat_map(plane)
+                .map(|&level| light.decoded(level))
+                .collect(),
         };
         let below = image.values.iter().position(|&value| value < 0.0);
         if let Some(at) = below {

@@ -30,11 +30,15 @@ impl Psf {
         match text.split_once(':') {
             Some(("disc", rest)) => {
                 let radius = number(text, rest)?;
-                shape(text, radius, move |x, y| f64::from(u8::from(x * x + y * y <= radius * radius)))
+                shape(text, radius, move |x, y| {
+                    f64::from(u8::from(x * x + y * y <= radius * radius))
+                })
             }
             Some(("gaussian", rest)) => {
                 let sigma = number(text, rest)?;
-                shape(text, 3.0 * sigma, move |x, y| (-0.5 * (x * x + y * y) / (sigma * sigma)).exp())
+                shape(text, 3.0 * sigma, move |x, y| {
+                    (-0.5 * (x * x + y * y) / (sigma * sigma)).exp()
+                })
             }
             Some(("motion", rest)) => {
                 let (length, angle) = rest.split_once(',').unwrap_or((rest, "0"));
@@ -46,7 +50,10 @@ impl Psf {
 
     fn of_file(text: &str, size: [usize; 2]) -> Result<Self, Failure> {
         let path = Path::new(text);
-        let ends = |end: &str| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(end));
+        let ends = |end: &str| {
+            path.extension()
+                .is_some_and(|found| found.eq_ignore_ascii_case(end))
+        };
         if ends("npz") {
             return Self::field(text, path, size);
         }
@@ -56,7 +63,10 @@ impl Psf {
         }
         let read = measured("psf", path, None, None).map_err(failed)?.grey();
         let [height, width] = read.shape[..] else {
-            return Err(refuse(text, format!("has the shape {:?}; a kernel is rows x columns", read.shape)));
+            return Err(refuse(
+                text,
+                format!("has the shape {:?}; a kernel is rows x columns", read.shape),
+            ));
         };
         let values = square(&read.values, width, height);
         Ok(Self {
@@ -70,15 +80,28 @@ impl Psf {
         let kernels = measured("psf", path, Some("kernels"), None).map_err(failed)?;
         let index = measured("psf", path, Some("index"), None).map_err(failed)?;
         let [count, high, wide] = kernels.shape[..] else {
-            let why = format!("`kernels` has the shape {:?}; it is count x rows x columns", kernels.shape);
+            let why = format!(
+                "`kernels` has the shape {:?}; it is count x rows x columns",
+                kernels.shape
+            );
             return Err(refuse(text, why));
         };
         if index.shape != [height, width] {
-            let why = format!("`index` has the shape {:?}, and the image {height} x {width} pixels", index.shape);
+            let why = format!(
+                "`index` has the shape {:?}, and the image {height} x {width} pixels",
+                index.shape
+            );
             return Err(refuse(text, why));
         }
-        if let Some(odd) = index.values.iter().find(|&&which| !(which >= 0.0 && (which as usize) < count)) {
-            return Err(refuse(text, format!("`index` names the kernel {odd}; there are 0 to {}", count - 1)));
+        if let Some(odd) = index
+            .values
+            .iter()
+            .find(|&&which| !(which >= 0.0 && (which as usize) < count))
+        {
+            return Err(refuse(
+                text,
+                format!("`index` names the kernel {odd}; there are 0 to {}", count - 1),
+            ));
         }
         let mut values = Vec::new();
         for kernel in kernels.values.chunks_exact(high * wide) {
@@ -108,7 +131,10 @@ fn square(values: &[f64], width: usize, height: usize) -> Vec<f64> {
     let side = 2 * radius + 1;
     let mut kernel = vec![0.0; side * side];
     for (number, &value) in values.iter().enumerate() {
-        let (x, y) = (number % width + radius - width / 2, number / width + radius - height / 2);
+        let (x, y) = (
+            number % width + radius - width / 2,
+            number / width + radius - height / 2,
+        );
         if let Some(place) = kernel.get_mut(y * side + x) {
             *place = value;
         }
@@ -119,11 +145,17 @@ fn square(values: &[f64], width: usize, height: usize) -> Vec<f64> {
 /// The kernel with sum 1.
 fn normal(text: &str, mut values: Vec<f64>) -> Result<Vec<f64>, Failure> {
     if let Some(below) = values.iter().find(|value| **value < 0.0) {
-        return Err(refuse(text, format!("holds {below}; a kernel spreads light and takes none: set what is below 0 to 0")));
+        return Err(refuse(
+            text,
+            format!("holds {below}; a kernel spreads light and takes none: set what is below 0 to 0"),
+        ));
     }
     let sum: f64 = values.iter().sum();
     if !(sum > 0.0) {
-        return Err(refuse(text, "sums to nothing, so no light arrives; give a kernel with light in it"));
+        return Err(refuse(
+            text,
+            "sums to nothing, so no light arrives; give a kernel with light in it",
+        ));
     }
     values.iter_mut().for_each(|value| *value /= sum);
     Ok(values)
@@ -133,10 +165,16 @@ fn normal(text: &str, mut values: Vec<f64>) -> Result<Vec<f64>, Failure> {
 fn shape(text: &str, reach: f64, density: impl Fn(f64, f64) -> f64) -> Result<Psf, Failure> {
     let radius = (reach - 0.5).ceil().max(0.0) as usize;
     let side = 2 * radius + 1;
-    let place = |number: usize, part: usize| number as f64 - radius as f64 + (part as f64 + 0.5) / FINE as f64 - 0.5;
+    let place =
+        |number: usize, part: usize| number as f64 - radius as f64 + (part as f64 + 0.5) / FINE as f64 - 0.5;
     let mean = |number: usize| -> f64 {
         (0..FINE * FINE)
-            .map(|part| density(place(number % side, part % FINE), place(number / side, part / FINE)))
+            .map(|part| {
+                density(
+                    place(number % side, part % FINE),
+                    place(number / side, part / FINE),
+                )
+            })
             .sum()
     };
     Ok(Psf {
@@ -159,4 +197,3 @@ fn motion(text: &str, length: f64, angle: &str) -> Result<Psf, Failure> {
         f64::from(u8::from(along.abs() <= half && across.abs() <= 0.5))
     })
 }
-

@@ -34,13 +34,18 @@ pub(super) struct Outcome<'a> {
 impl Outcome<'_> {
     /// How it ended, in a word.
     pub fn status(&self) -> &'static str {
-        if self.interrupted { "cancelled" } else { "converged" }
+        if self.interrupted {
+            "cancelled"
+        } else {
+            "converged"
+        }
     }
 
     fn record(&self) -> Value {
         let tuning = self.problem.tuning;
         let ledger = self.ledger.entries().iter();
-        let ledger = ledger.map(|entry| json!({ "name": entry.name, "bytes": entry.bytes, "depth": entry.depth }));
+        let ledger =
+            ledger.map(|entry| json!({ "name": entry.name, "bytes": entry.bytes, "depth": entry.depth }));
         json!({
             "format": 1,
             "kind": "deblur",
@@ -95,8 +100,17 @@ impl Outcome<'_> {
 
 /// Writes all files into `folder`.
 pub(super) fn write(folder: &Path, outcome: &Outcome<'_>) -> Result<(), OutputError> {
-    let Image { width, height, channels, .. } = *outcome.image;
-    let shape = if channels == 1 { vec![height, width] } else { vec![height, width, channels] };
+    let Image {
+        width,
+        height,
+        channels,
+        ..
+    } = *outcome.image;
+    let shape = if channels == 1 {
+        vec![height, width]
+    } else {
+        vec![height, width, channels]
+    };
     let [image, residual] =
         [&outcome.inner, &outcome.residual].map(|planes| Image::interleaved(planes, channels));
     let arrays = [("image", &image), ("residual", &residual)].map(|(name, values)| Plain {
@@ -117,7 +131,10 @@ fn page(outcome: &Outcome<'_>) -> Result<Document, OutputError> {
         caption: caption.into(),
         png,
     };
-    let worst = outcome.residual.iter().fold(f64::MIN_POSITIVE, |most, value| most.max(value.abs()));
+    let worst = outcome
+        .residual
+        .iter()
+        .fold(f64::MIN_POSITIVE, |most, value| most.max(value.abs()));
     let left: Vec<f32> = outcome
         .residual
         .iter()
@@ -127,11 +144,19 @@ fn page(outcome: &Outcome<'_>) -> Result<Document, OutputError> {
     let kernel = outcome.problem.kernels;
     let number_of = kernel.side() * kernel.side();
     let most = kernel.values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let kernels: Vec<f32> = kernel.values.iter().take(number_of).map(|value| (value / most) as f32).collect();
+    let kernels: Vec<f32> = kernel
+        .values
+        .iter()
+        .take(number_of)
+        .map(|value| (value / most) as f32)
+        .collect();
     let pictures = vec![
         shot("as it was taken", outcome.png(&outcome.image.values)?),
         shot("restored", outcome.png(&outcome.inner)?),
-        shot("what is left, first channel", plate(&left, outcome.image.width, Tone::Difference)?),
+        shot(
+            "what is left, first channel",
+            plate(&left, outcome.image.width, Tone::Difference)?,
+        ),
         shot("the kernel", plate(&kernels, kernel.side(), Tone::Light)?),
     ];
     Ok(Document {
@@ -155,21 +180,34 @@ fn page(outcome: &Outcome<'_>) -> Result<Document, OutputError> {
 
 fn facts(outcome: &Outcome<'_>) -> Block {
     let tuning = outcome.problem.tuning;
-    let last = outcome.history.last().and_then(|entry| entry.get("objective")).and_then(Value::as_f64);
+    let last = outcome
+        .history
+        .last()
+        .and_then(|entry| entry.get("objective"))
+        .and_then(Value::as_f64);
     let mut rows = vec![
         ("objective", number(last.unwrap_or_default())),
-        ("prior, gamma", format!("{}, {}", tuning.prior.name(), number(tuning.gamma))),
+        (
+            "prior, gamma",
+            format!("{}, {}", tuning.prior.name(), number(tuning.gamma)),
+        ),
         ("seconds", seconds(outcome.seconds)),
         ("memory", bytes(outcome.planned)),
     ];
     if let (Some(before), Some(after)) = (outcome.blurred_psnr, outcome.psnr) {
-        rows.insert(0, ("PSNR, before and after", format!("{before:.2} and {after:.2} dB")));
+        rows.insert(
+            0,
+            ("PSNR, before and after", format!("{before:.2} and {after:.2} dB")),
+        );
     }
     Block::Table(Table {
         head: vec!["", ""],
         names: 1,
         ours: 2,
-        rows: rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect(),
+        rows: rows
+            .into_iter()
+            .map(|(name, value)| vec![name.to_owned(), value])
+            .collect(),
     })
 }
 
@@ -189,8 +227,14 @@ fn charts(outcome: &Outcome<'_>) -> Vec<Chart> {
         curves,
     };
     let mut charts = vec![
-        chart("The objective", vec![curve("objective", 1, "objective"), curve("prior", 2, "prior")]),
-        chart("The chains", vec![curve("acceptance", 1, "acceptance"), curve("eps", 2, "eps")]),
+        chart(
+            "The objective",
+            vec![curve("objective", 1, "objective"), curve("prior", 2, "prior")],
+        ),
+        chart(
+            "The chains",
+            vec![curve("acceptance", 1, "acceptance"), curve("eps", 2, "eps")],
+        ),
     ];
     if outcome.psnr.is_some() {
         charts.push(chart("PSNR in dB", vec![curve("PSNR", 3, "psnr")]));

@@ -81,7 +81,8 @@ impl Measured {
                     found.least,
                     place(found.at, &self.shape)
                 ),
-                "smoke gives light and takes none: take the background off, and set what is below it to 0".into(),
+                "smoke gives light and takes none: take the background off, and set what is below it to 0"
+                    .into(),
             ]);
         }
         clip(&mut self.values);
@@ -93,8 +94,13 @@ impl Measured {
     pub fn grey(mut self) -> Self {
         if self.shape.len() == 3 && self.shape.last() == Some(&3) {
             let weights = [0.2126, 0.7152, 0.0722];
-            let luminance =
-                |pixel: &[f64]| pixel.iter().zip(weights).map(|(level, weight)| level * weight).sum();
+            let luminance = |pixel: &[f64]| {
+                pixel
+                    .iter()
+                    .zip(weights)
+                    .map(|(level, weight)| level * weight)
+                    .sum()
+            };
             self.values = self.values.chunks_exact(3).map(luminance).collect();
             self.shape.truncate(2);
         }

@@ -68,5 +68,7 @@ pub(crate) fn colour_plate(values: &[f32], width: usize, channels: usize) -> Res
 }
 
 fn packed(picture: Picture) -> Result<Vec<u8>, OutputError> {
-    picture.to_png().map_err(OutputError::of(Path::new("report.html")))
+    picture
+        .to_png()
+        .map_err(OutputError::of(Path::new("report.html")))
 }

@@ -13,10 +13,10 @@ mod shapes;
 mod templates;
 
 pub use document::Document;
-pub(crate) use raw::read as read_table;
-pub(crate) use sequence::files_of;
 pub(crate) use method::{section, steering};
 pub use model::{Control, Flow, Grid, Keyframe, MethodSection, Output, Scene, Time};
+pub(crate) use raw::read as read_table;
+pub(crate) use sequence::files_of;
 
 use crate::exit::Failure;
 use std::path::Path;

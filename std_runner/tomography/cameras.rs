@@ -57,11 +57,7 @@ fn unit(a: Vector) -> Option<Vector> {
 /// The way of a camera turned by `azimuth` from the front (small y) to the right and raised by `elevation`, in degrees.
 pub(super) fn forward(azimuth: f64, elevation: f64) -> Vector {
     let (turn, rise) = (azimuth.to_radians(), elevation.to_radians());
-    [
-        -turn.sin() * rise.cos(),
-        turn.cos() * rise.cos(),
-        -rise.sin(),
-    ]
+    [-turn.sin() * rise.cos(), turn.cos() * rise.cos(), -rise.sin()]
 }
 
 impl Place {
@@ -165,10 +161,15 @@ impl Reader<'_> {
         let place = self.place;
         let turned = forward(
             self.raw.azimuth.unwrap_or(0.0),
-            if place.dims == 3 { self.raw.elevation.unwrap_or(0.0) } else { 0.0 },
+            if place.dims == 3 {
+                self.raw.elevation.unwrap_or(0.0)
+            } else {
+                0.0
+            },
         );
         let way = self.vector("direction", &self.raw.direction)?.unwrap_or(turned);
-        let way = unit(way).ok_or_else(|| self.refuse("direction", "has no length; say where the camera looks"))?;
+        let way =
+            unit(way).ok_or_else(|| self.refuse("direction", "has no length; say where the camera looks"))?;
         let [across, down] = self.frame(way)?;
         let remedy = "write the width of a pixel in the units of the box";
         let pitch = self.positive("pitch", self.raw.pitch, remedy)? / place.side;
@@ -193,13 +194,18 @@ impl Reader<'_> {
         let remedy = "write where the camera stands, in the units of the box";
         let position = self.vector("position", &self.raw.position)?;
         let position = position.ok_or_else(|| self.refuse("position", format!("is missing; {remedy}")))?;
-        let target = self.vector("target", &self.raw.target)?.unwrap_or(self.place.middle());
+        let target = self
+            .vector("target", &self.raw.target)?
+            .unwrap_or(self.place.middle());
         let way = unit(minus(target, position))
             .ok_or_else(|| self.refuse("target", "is where the camera stands; give another one"))?;
         let remedy = "write the angle in degrees that the picture is wide";
         let view = self.positive("field_of_view", self.raw.field_of_view, remedy)?;
         if view >= 180.0 {
-            return Err(self.refuse("field_of_view", format!("is {view}; write an angle below 180 degrees")));
+            return Err(self.refuse(
+                "field_of_view",
+                format!("is {view}; write an angle below 180 degrees"),
+            ));
         }
         let focal = 0.5 * self.pixels[0] / (0.5 * view).to_radians().tan();
         let [across, down] = self.frame(way)?.map(|way| scaled(way, focal));
@@ -220,29 +226,51 @@ impl Reader<'_> {
         let rows = self.raw.matrix.as_deref().unwrap_or_default();
         let fits = rows.len() == dims && rows.iter().all(|row| row.len() == dims + 1);
         if !fits || rows.iter().flatten().any(|x| !x.is_finite()) {
-            let why = format!("is not {dims} rows of {} finite numbers; write the camera's matrix", dims + 1);
+            let why = format!(
+                "is not {dims} rows of {} finite numbers; write the camera's matrix",
+                dims + 1
+            );
             return Err(self.refuse("matrix", why));
         }
         let row = |index: usize| -> (Vector, f64) {
             let row = rows.get(index).map(Vec::as_slice).unwrap_or_default();
             let mut vector = [0.0; 3];
-            vector.iter_mut().zip(row.iter().take(dims)).for_each(|(to, from)| *to = *from);
+            vector
+                .iter_mut()
+                .zip(row.iter().take(dims))
+                .for_each(|(to, from)| *to = *from);
             (vector, row.last().copied().unwrap_or_default())
         };
         let (u, depth) = (row(0), row(dims - 1));
         // In a plane the way across the picture's rows is z.
         let v = if dims == 3 { row(1) } else { ([0.0, 0.0, 1.0], 0.0) };
-        let flat = || self.refuse("matrix", "cannot be inverted, so there is no eye; check its numbers");
+        let flat = || {
+            self.refuse(
+                "matrix",
+                "cannot be inverted, so there is no eye; check its numbers",
+            )
+        };
         let eye = solve([u.0, v.0, depth.0], [-u.1, -v.1, -depth.1]).ok_or_else(flat)?;
         let length = dot(depth.0, depth.0).sqrt();
-        let sign = if dot(depth.0, minus(self.place.middle(), eye)) < 0.0 { -1.0 } else { 1.0 };
+        let sign = if dot(depth.0, minus(self.place.middle(), eye)) < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
         let norm = |way: Vector| scaled(way, sign / length);
         let (forward, u, v) = (norm(depth.0), norm(u.0), norm(v.0));
         let at = [dot(u, forward), if dims == 3 { dot(v, forward) } else { 0.5 }];
         let across = minus(u, scaled(forward, at[0]));
-        let down = if dims == 3 { minus(v, scaled(forward, at[1])) } else { [0.0; 3] };
+        let down = if dims == 3 {
+            minus(v, scaled(forward, at[1]))
+        } else {
+            [0.0; 3]
+        };
         if dot(across, down).abs() > 1e-3 * (dot(across, across) * dot(down, down)).sqrt() {
-            return Err(self.refuse("matrix", "shears its pixels; take the shear out of the pictures and the matrix"));
+            return Err(self.refuse(
+                "matrix",
+                "shears its pixels; take the shear out of the pictures and the matrix",
+            ));
         }
         Ok(Optics {
             kind: "matrix",

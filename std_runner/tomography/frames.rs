@@ -53,7 +53,8 @@ impl Watch {
         let left = self.display.limit().saturating_sub(*done as usize) as f64;
         let left = in_words(self.clock.total() / *done as f64 * left);
         self.display.event("progress", entry.clone());
-        self.display.piece(*done as usize, &format!("{text}, {left} left"));
+        self.display
+            .piece(*done as usize, &format!("{text}, {left} left"));
     }
 }
 
@@ -109,7 +110,9 @@ pub(super) fn refused(views: &Views, error: &TomographyError) -> Failure {
                 format!("(\"{name}\") sees nothing of the box; turn it to the box, or take it out"),
             )
         }
-        other => views.document.refuse("tomography", format!("cannot run: {other}")),
+        other => views
+            .document
+            .refuse("tomography", format!("cannot run: {other}")),
     }
 }
 
@@ -136,8 +139,13 @@ fn one<T: Real, const D: usize>(
     }
     let dark = !(reconstruction.total() > 0.0);
     let reprojected = |camera: usize| -> Vec<T> {
-        let pixels = reconstruction.measured(camera).iter().zip(reconstruction.residual(camera));
-        pixels.map(|(&q, &r)| if dark { T::ZERO } else { q - r }).collect()
+        let pixels = reconstruction
+            .measured(camera)
+            .iter()
+            .zip(reconstruction.residual(camera));
+        pixels
+            .map(|(&q, &r)| if dark { T::ZERO } else { q - r })
+            .collect()
     };
     let density: Vec<T> = if dark {
         vec![T::ZERO; reconstruction.density().len()]
@@ -147,7 +155,11 @@ fn one<T: Real, const D: usize>(
     Ok(Frame {
         rms_error: truth.as_deref().map(|truth| rms(&density, truth)),
         reprojected: (0..views.cameras.len()).map(reprojected).collect(),
-        residual_relative: if dark { 0.0 } else { reconstruction.residual_relative() },
+        residual_relative: if dark {
+            0.0
+        } else {
+            reconstruction.residual_relative()
+        },
         complete: dark || reconstruction.over(),
         density,
         history,

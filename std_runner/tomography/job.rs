@@ -157,7 +157,11 @@ fn plan<T: Real, const D: usize>(
     let threads = request.options.threads.unwrap_or_else(threads::available);
     let mut plan = Plan {
         lane: ledger.bytes().unwrap_or(usize::MAX),
-        lanes: if views.settings.warm { 1 } else { threads.min(views.frames) },
+        lanes: if views.settings.warm {
+            1
+        } else {
+            threads.min(views.frames)
+        },
         beside: kept.saturating_mul(T::BYTES).saturating_mul(views.frames),
         limit: request
             .options
@@ -196,7 +200,9 @@ fn too_large(request: &Request<'_>, views: &Views, plan: &Plan) -> Failure {
 fn print_plan(request: &Request<'_>, plan: &Plan) {
     let entries = plan.ledger.entries();
     if request.options.mode() == Mode::Json {
-        let ledger = entries.iter().map(|entry| json!({ "name": entry.name, "bytes": entry.bytes }));
+        let ledger = entries
+            .iter()
+            .map(|entry| json!({ "name": entry.name, "bytes": entry.bytes }));
         let fields = json!({
             "planned_bytes": plan.block(), "lanes": plan.lanes, "lane_bytes": plan.lane,
             "result_bytes": plan.beside, "ledger": ledger.collect::<Vec<_>>(),
@@ -209,7 +215,10 @@ fn print_plan(request: &Request<'_>, plan: &Plan) {
     let lines = [
         (plan.lane, "a frame".to_owned()),
         (plan.block(), format!("the block: {} at a time", plan.lanes)),
-        (plan.beside, "beside it: results until they are written".to_owned()),
+        (
+            plan.beside,
+            "beside it: results until they are written".to_owned(),
+        ),
     ];
     for (count, name) in lines {
         console::print(&format!("{:>18}  {name}", bytes::grouped(count)));

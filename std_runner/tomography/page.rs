@@ -10,8 +10,16 @@ use thurible_core::{Named, Real};
 const CAMERAS: usize = 8;
 
 /// Draws frames, animation and page into `folder`, from the result in `result`.
-pub(super) fn draw<T: Real>(result: &Path, folder: &Path, outcome: &Outcome<'_, T>) -> Result<(), OutputError> {
-    let precision = if T::BYTES == 4 { Precision::F32 } else { Precision::F64 };
+pub(super) fn draw<T: Real>(
+    result: &Path,
+    folder: &Path,
+    outcome: &Outcome<'_, T>,
+) -> Result<(), OutputError> {
+    let precision = if T::BYTES == 4 {
+        Precision::F32
+    } else {
+        Precision::F64
+    };
     let steps = outcome.frames.len().saturating_sub(1);
     let cells = outcome.views.cells.clone();
     let densities = Densities::open(&result.join(report::ARCHIVE), precision, cells, steps, Vec::new())?;
@@ -40,7 +48,10 @@ fn page<T: Real>(outcome: &Outcome<'_, T>, gallery: Gallery) -> Result<Document,
         blocks.push(Block::Pictures(slices(outcome, [nx, ny, nz])?));
     }
     let shown = outcome.frames.len() / 2;
-    blocks.push(Block::Heading(format!("What the cameras saw in frame {}", views.first + shown)));
+    blocks.push(Block::Heading(format!(
+        "What the cameras saw in frame {}",
+        views.first + shown
+    )));
     blocks.push(Block::Text(
         "Measured, what the reconstruction would show, and what is left: blue where it shows too little, orange too much.".into(),
     ));
@@ -65,11 +76,18 @@ fn page<T: Real>(outcome: &Outcome<'_, T>, gallery: Gallery) -> Result<Document,
 
 fn facts<T: Real>(outcome: &Outcome<'_, T>) -> Block {
     let settings = outcome.views.settings;
-    let worst = outcome.frames.iter().map(|frame| frame.residual_relative).fold(0.0, f64::max);
+    let worst = outcome
+        .frames
+        .iter()
+        .map(|frame| frame.residual_relative)
+        .fold(0.0, f64::max);
     let mut rows = vec![
         ("residual, at most", format!("{:.2} %", 100.0 * worst)),
         ("method", settings.method.name().into()),
-        ("prior, gamma", format!("{}, {}", settings.prior.name(), number(settings.gamma))),
+        (
+            "prior, gamma",
+            format!("{}, {}", settings.prior.name(), number(settings.gamma)),
+        ),
         ("mutations a frame, at most", number(settings.budget as f64)),
         ("seconds", seconds(outcome.seconds)),
         ("memory", bytes(outcome.plan.block())),
@@ -81,7 +99,10 @@ fn facts<T: Real>(outcome: &Outcome<'_, T>) -> Block {
         head: vec!["", ""],
         names: 1,
         ours: 2,
-        rows: rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect(),
+        rows: rows
+            .into_iter()
+            .map(|(name, value)| vec![name.to_owned(), value])
+            .collect(),
     })
 }
 
@@ -94,13 +115,20 @@ fn curve(history: &[serde_json::Value], name: &str, colour: usize, key: &str) ->
 }
 
 fn charts<T: Real>(outcome: &Outcome<'_, T>) -> Vec<Chart> {
-    let history: Vec<_> = outcome.frames.first().map(|frame| frame.history.clone()).unwrap_or_default();
+    let history: Vec<_> = outcome
+        .frames
+        .first()
+        .map(|frame| frame.history.clone())
+        .unwrap_or_default();
     let mut charts = vec![Chart {
         title: "The objective",
         note: "Of the first frame: distance from the pictures, and the prior.".into(),
         across: "mutations",
         scale: Scale::Counts,
-        curves: vec![curve(&history, "data", 1, "data"), curve(&history, "prior", 2, "prior")],
+        curves: vec![
+            curve(&history, "data", 1, "data"),
+            curve(&history, "prior", 2, "prior"),
+        ],
     }];
     let mut errors = vec![curve(&history, "residual", 1, "residual_relative")];
     if outcome.rms_error().is_some() {
@@ -120,20 +148,35 @@ fn charts<T: Real>(outcome: &Outcome<'_, T>) -> Vec<Chart> {
 fn seen<T: Real>(outcome: &Outcome<'_, T>, frame: usize) -> Result<Vec<Shot>, OutputError> {
     let views = outcome.views;
     let mut shots = Vec::new();
-    let Some(found) = outcome.frames.get(frame) else { return Ok(shots) };
+    let Some(found) = outcome.frames.get(frame) else {
+        return Ok(shots);
+    };
     let mut rows: [Vec<f32>; 3] = Default::default();
     let flat = views.cells.len() == 2;
-    let same = views.cameras.iter().all(|view| Some(view.pixels) == views.cameras.first().map(|view| view.pixels));
+    let same = views
+        .cameras
+        .iter()
+        .all(|view| Some(view.pixels) == views.cameras.first().map(|view| view.pixels));
     for (number, view) in views.cameras.iter().enumerate() {
-        let Ok(measured) = views.picture(view, frame) else { continue };
-        let shown: Vec<f64> = found.reprojected.get(number).into_iter().flatten().map(|x| x.to_f64()).collect();
+        let Ok(measured) = views.picture(view, frame) else {
+            continue;
+        };
+        let shown: Vec<f64> = found
+            .reprojected
+            .get(number)
+            .into_iter()
+            .flatten()
+            .map(|x| x.to_f64())
+            .collect();
         let full = measured.values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let light = |values: &[f64]| values.iter().map(|x| (x / full) as f32).collect::<Vec<f32>>();
         let left = |(shown, measured): (&f64, &f64)| (5.0 * (shown - measured) / full) as f32;
         let left: Vec<f32> = shown.iter().zip(&measured.values).map(left).collect();
         let trio = [light(&measured.values), light(&shown), left];
         if flat && same {
-            rows.iter_mut().zip(&trio).for_each(|(rows, values)| rows.extend(values));
+            rows.iter_mut()
+                .zip(&trio)
+                .for_each(|(rows, values)| rows.extend(values));
         } else if number < CAMERAS {
             shots.extend(three(&trio, view.pixels[0], &view.name)?);
         }
@@ -162,8 +205,14 @@ fn three(values: &[Vec<f32>; 3], width: usize, name: &str) -> Result<Vec<Shot>, 
 
 /// Through the middle of the box, across each axis.
 fn slices<T: Real>(outcome: &Outcome<'_, T>, [nx, ny, nz]: [usize; 3]) -> Result<Vec<Shot>, OutputError> {
-    let Some(frame) = outcome.frames.get(outcome.frames.len() / 2) else { return Ok(Vec::new()) };
-    let full = frame.density.iter().map(|x| x.to_f64()).fold(f64::MIN_POSITIVE, f64::max);
+    let Some(frame) = outcome.frames.get(outcome.frames.len() / 2) else {
+        return Ok(Vec::new());
+    };
+    let full = frame
+        .density
+        .iter()
+        .map(|x| x.to_f64())
+        .fold(f64::MIN_POSITIVE, f64::max);
     let at = |[x, y, z]: [usize; 3]| {
         let value = frame.density.get((z * ny + y) * nx + x);
         value.map_or(0.0, |value| (value.to_f64() / full) as f32)

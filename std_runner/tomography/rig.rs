@@ -11,9 +11,9 @@ use crate::scene::Document;
 use core::ops::RangeInclusive;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use thurible_core::Exec;
 use thurible_core::tomography::{Camera, photograph as expose};
 use thurible_core::walk::{Cells, Random};
-use thurible_core::Exec;
 
 /// Rays along a side of a pixel.
 const FINE: usize = 2;
@@ -62,8 +62,14 @@ fn failed(error: crate::keyframes::ShapeError) -> Failure {
 impl Subject {
     fn of(rig: &Rig) -> Result<Self, Failure> {
         let folder = rig.result.is_dir();
-        let path = if folder { rig.result.join("result.npz") } else { rig.result.clone() };
-        let single = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("npy"));
+        let path = if folder {
+            rig.result.join("result.npz")
+        } else {
+            rig.result.clone()
+        };
+        let single = path
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("npy"));
         let array = (!single).then(|| rig.array.clone());
         let report = folder
             .then(|| std::fs::read_to_string(rig.result.join("report.json")).ok())
@@ -146,7 +152,11 @@ fn description(rig: &Rig, subject: &Subject, first: &usize) -> (String, [usize; 
     let sides: Vec<f64> = subject.cells.iter().map(|&count| count as f64).collect();
     let diagonal = sides.iter().map(|x| x * x).sum::<f64>().sqrt();
     let around = sides.iter().take(2).map(|x| x * x).sum::<f64>().sqrt();
-    let rise = if dims == 3 { rig.elevation.to_radians() } else { 0.0 };
+    let rise = if dims == 3 {
+        rig.elevation.to_radians()
+    } else {
+        0.0
+    };
     let high = sides.get(2).copied().unwrap_or(1.0) * rise.cos() + around * rise.sin().abs();
     let room = if rig.pinhole { MARGIN } else { 1.0 };
     let square = [around.max(1.0), high].map(|cells| ((room * cells).ceil() as usize).next_multiple_of(2));
@@ -155,7 +165,11 @@ fn description(rig: &Rig, subject: &Subject, first: &usize) -> (String, [usize; 
         None if dims == 2 => [longest.max(square[0]), 1],
         None => square,
     };
-    let scale = (square[0] as f64 / pixels[0] as f64).max(if dims == 3 { square[1] as f64 / pixels[1] as f64 } else { 0.0 });
+    let scale = (square[0] as f64 / pixels[0] as f64).max(if dims == 3 {
+        square[1] as f64 / pixels[1] as f64
+    } else {
+        0.0
+    });
     let cells: Vec<String> = subject.cells.iter().map(usize::to_string).collect();
     let mut text = format!(
         "# {} views of frames from {first} on, by thurible photograph.\n\n[box]\ncells = [{}]\nlength = {}\n\n[pictures]\ndt = {}\n\n[truth]\nfile = \"truth.npz\"\narray = \"density\"\n",
@@ -170,13 +184,24 @@ fn description(rig: &Rig, subject: &Subject, first: &usize) -> (String, [usize; 
         if rig.pinhole {
             let way = forward(azimuth, if dims == 3 { rig.elevation } else { 0.0 });
             let eye: Vec<String> = (0..dims)
-                .map(|axis| format!("{:.9}", side * (0.5 * sides[axis] - DISTANCE * diagonal * way[axis])))
+                .map(|axis| {
+                    format!(
+                        "{:.9}",
+                        side * (0.5 * sides[axis] - DISTANCE * diagonal * way[axis])
+                    )
+                })
                 .collect();
             let half = (0.5 * scale * pixels[0] as f64 / (DISTANCE * diagonal)).atan();
             let angle = 2.0 * half.to_degrees();
-            text += &format!("kind = \"pinhole\"\nposition = [{}]\nfield_of_view = {angle:.6}\n", eye.join(", "));
+            text += &format!(
+                "kind = \"pinhole\"\nposition = [{}]\nfield_of_view = {angle:.6}\n",
+                eye.join(", ")
+            );
         } else {
-            text += &format!("kind = \"orthographic\"\nazimuth = {azimuth}\npitch = {:.9}\n", side * scale);
+            text += &format!(
+                "kind = \"orthographic\"\nazimuth = {azimuth}\npitch = {:.9}\n",
+                side * scale
+            );
             if dims == 3 {
                 text += &format!("elevation = {}\n", rig.elevation);
             }
@@ -197,7 +222,10 @@ fn take<const D: usize>(
     let document = Document::parse(Path::new(FILE), text.to_owned())?;
     let longest = subject.cells.iter().copied().max().unwrap_or(1) as f64;
     let mut sides = [1.0; 3];
-    sides.iter_mut().zip(&subject.cells).for_each(|(to, &count)| *to = count as f64);
+    sides
+        .iter_mut()
+        .zip(&subject.cells)
+        .for_each(|(to, &count)| *to = count as f64);
     let place = Place {
         dims: D,
         origin: [0.0; 3],
@@ -262,7 +290,11 @@ fn write(
         .enumerate()
         .map(|(number, taken)| Plain {
             name: format!("camera_{number}"),
-            shape: if flat { vec![frames, width] } else { vec![frames, height, width] },
+            shape: if flat {
+                vec![frames, width]
+            } else {
+                vec![frames, height, width]
+            },
             parts: taken.iter().map(Vec::as_slice).collect(),
         })
         .collect();
@@ -276,7 +308,9 @@ fn write(
     };
     write_arrays(&folder.join("truth.npz"), &[truth])?;
     for (number, taken) in pictures.cameras.iter().enumerate() {
-        let Some(picture) = taken.get(frames / 2) else { continue };
+        let Some(picture) = taken.get(frames / 2) else {
+            continue;
+        };
         let most = picture.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
         let light: Vec<f32> = picture.iter().map(|pixel| pixel / most).collect();
         let name = format!("camera_{number:02}.png");

@@ -34,7 +34,11 @@ pub(super) fn chosen(
     let settings = Settings {
         method: word(document, "method", raw.method.as_deref(), default.method)?,
         prior,
-        gamma: gamma.unwrap_or(GAMMA.get(prior as usize).map_or(0.0, |gamma| gamma[usize::from(dims > 2)])),
+        gamma: gamma.unwrap_or(
+            GAMMA
+                .get(prior as usize)
+                .map_or(0.0, |gamma| gamma[usize::from(dims > 2)]),
+        ),
         nonnegative: raw.nonnegative.unwrap_or(default.nonnegative),
         sigma: raw.sigma.unwrap_or(default.sigma),
         length: raw.length.unwrap_or(default.length),
@@ -51,9 +55,10 @@ pub(super) fn chosen(
         relax: raw.relax.unwrap_or(default.relax),
     };
     settings.check().map_err(|error| match error {
-        TomographyError::Setting { name, allowed } => {
-            document.refuse(&format!("tomography.{name}"), format!("must be {allowed}; change it"))
-        }
+        TomographyError::Setting { name, allowed } => document.refuse(
+            &format!("tomography.{name}"),
+            format!("must be {allowed}; change it"),
+        ),
         other => document.refuse("tomography", other),
     })?;
     Ok(Chosen {

@@ -36,7 +36,11 @@ impl Source {
                     name: name.clone(),
                 };
                 let axes = one.read(document, key, 0)?.shape.len();
-                if axes < dims || path.extension().is_some_and(|end| end.eq_ignore_ascii_case("png")) {
+                if axes < dims
+                    || path
+                        .extension()
+                        .is_some_and(|end| end.eq_ignore_ascii_case("png"))
+                {
                     return Ok(one);
                 }
                 let frames = entries("file", &path, name.as_deref()).map_err(refuse(document, key))?;
@@ -61,9 +65,16 @@ impl Source {
     /// The file of a frame, in words.
     pub fn shown(&self, frame: usize) -> String {
         match self {
-            Self::Files(files) => files.get(frame).map(|path| path.display().to_string()).unwrap_or_default(),
+            Self::Files(files) => files
+                .get(frame)
+                .map(|path| path.display().to_string())
+                .unwrap_or_default(),
             Self::Array { path, name, .. } => {
-                format!("{}, {}[{frame}]", path.display(), name.as_deref().unwrap_or_default())
+                format!(
+                    "{}, {}[{frame}]",
+                    path.display(),
+                    name.as_deref().unwrap_or_default()
+                )
             }
             Self::One { path, .. } => path.display().to_string(),
         }
@@ -97,7 +108,11 @@ pub(super) fn refuse<'a>(document: &'a Document, key: &'a str) -> impl Fn(ShapeE
 
 /// Refuses a sequence whose numbers leave one out.
 fn no_gap(document: &Document, key: &str, pattern: &str, files: &[PathBuf]) -> Result<(), Failure> {
-    let name = Path::new(pattern).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let name = Path::new(pattern)
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
     let (before, after) = name.split_once('*').unwrap_or_default();
     let number = |path: &PathBuf| -> Option<u64> {
         let name = path.file_name()?.to_str()?;

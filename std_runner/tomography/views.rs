@@ -46,7 +46,11 @@ pub(super) struct View {
 impl Views {
     /// Reads `path`, or the file of views in it, and all pictures that it names.
     pub fn load(path: &Path, assignments: &[String]) -> Result<Self, Failure> {
-        let path = if path.is_dir() { path.join(FILE) } else { path.to_owned() };
+        let path = if path.is_dir() {
+            path.join(FILE)
+        } else {
+            path.to_owned()
+        };
         let text = std::fs::read_to_string(&path).map_err(|error| {
             let shown = path.display();
             Failure::File(format!(
@@ -90,7 +94,9 @@ impl Views {
     fn check_numbers(&self) -> Result<(), Failure> {
         for (key, value) in [("pictures.dt", self.dt), ("pictures.scale", self.scale)] {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(self.document.refuse(key, format!("is {value}; write a number above 0")));
+                return Err(self
+                    .document
+                    .refuse(key, format!("is {value}; write a number above 0")));
             }
         }
         Ok(())
@@ -110,7 +116,11 @@ impl Views {
         }
         let last = last.unwrap_or(most.saturating_sub(1));
         if last >= most || self.first > last {
-            let why = format!("asks for the frames {} to {last}; there are 0 to {}", self.first, most.saturating_sub(1));
+            let why = format!(
+                "asks for the frames {} to {last}; there are 0 to {}",
+                self.first,
+                most.saturating_sub(1)
+            );
             return Err(self.document.refuse("pictures", why));
         }
         self.frames = last + 1 - self.first;
@@ -124,7 +134,11 @@ impl Views {
             let mut dark = Vec::new();
             for view in &self.cameras {
                 let picture = self.picture(view, frame)?;
-                notes.extend(picture.note.map(|note| format!("{} {note}", view.source.shown(self.first + frame))));
+                notes.extend(
+                    picture
+                        .note
+                        .map(|note| format!("{} {note}", view.source.shown(self.first + frame))),
+                );
                 let most = picture.values.iter().copied().fold(0.0, f64::max);
                 brightest = brightest.max(most);
                 if !(most > self.settings.hull_threshold) {
@@ -172,7 +186,10 @@ impl Views {
         }
         picture.clip().map_err(|[found, remedy]| {
             let file = view.source.shown(frame);
-            self.document.refuse(&view.key, format!("(\"{}\") `{file}` {found}; {remedy}", view.name))
+            self.document.refuse(
+                &view.key,
+                format!("(\"{}\") `{file}` {found}; {remedy}", view.name),
+            )
         })?;
         picture.values.iter_mut().for_each(|value| *value *= self.scale);
         Ok(picture)
@@ -200,7 +217,10 @@ impl Views {
 
     /// Pixels of all cameras.
     pub fn pixels(&self) -> usize {
-        self.cameras.iter().map(|view| view.pixels[0] * view.pixels[1]).sum()
+        self.cameras
+            .iter()
+            .map(|view| view.pixels[0] * view.pixels[1])
+            .sum()
     }
 }
 
@@ -229,7 +249,11 @@ fn place(document: &Document, raw: &RawBox) -> Result<(Place, Vec<usize>), Failu
         let why = format!("is {given:?}; write {dims} finite numbers, the lower corner of the box");
         return Err(document.refuse("box.origin", why));
     }
-    let cells: Vec<usize> = raw.cells.iter().filter_map(|&count| usize::try_from(count).ok()).collect();
+    let cells: Vec<usize> = raw
+        .cells
+        .iter()
+        .filter_map(|&count| usize::try_from(count).ok())
+        .collect();
     let of = |values: &mut dyn Iterator<Item = f64>, rest: f64| {
         let mut vector = [rest; 3];
         vector.iter_mut().zip(values).for_each(|(to, from)| *to = from);
@@ -250,8 +274,15 @@ fn view(document: &Document, number: usize, raw: &RawCamera, place: &Place) -> R
     let first = source.read(document, &key, 0)?;
     let pixels = size_of(&first.shape).filter(|size| size[0] > 0 && (place.dims == 3 || size[1] == 1));
     let pixels = pixels.ok_or_else(|| {
-        let wanted = if place.dims == 3 { "rows and columns" } else { "one row of pixels, in a plane" };
-        document.refuse(&key, format!("has pictures of shape {:?}; a picture has {wanted}", first.shape))
+        let wanted = if place.dims == 3 {
+            "rows and columns"
+        } else {
+            "one row of pixels, in a plane"
+        };
+        document.refuse(
+            &key,
+            format!("has pictures of shape {:?}; a picture has {wanted}", first.shape),
+        )
     })?;
     Ok(View {
         name: raw.name.clone().unwrap_or_else(|| format!("camera {number}")),

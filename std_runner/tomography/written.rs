@@ -24,7 +24,11 @@ pub(super) struct Outcome<'a, T> {
 impl<T: Real> Outcome<'_, T> {
     /// How it ended, in a word.
     pub fn status(&self) -> &'static str {
-        if self.interrupted { "cancelled" } else { "converged" }
+        if self.interrupted {
+            "cancelled"
+        } else {
+            "converged"
+        }
     }
 
     /// The mean of the frames' errors, where the truth is known.
@@ -64,9 +68,12 @@ impl<T: Real> Outcome<'_, T> {
             fields["pixels"] = view.pixels.to_vec().into();
             fields
         });
-        let ledger = self.plan.ledger.entries().iter().map(|entry| {
-            json!({ "name": entry.name, "bytes": entry.bytes, "depth": entry.depth })
-        });
+        let ledger = self
+            .plan
+            .ledger
+            .entries()
+            .iter()
+            .map(|entry| json!({ "name": entry.name, "bytes": entry.bytes, "depth": entry.depth }));
         let history = self.frames.iter().flat_map(|frame| frame.history.iter().cloned());
         let frames = self.frames.iter().enumerate().map(|(number, frame)| {
             json!({
@@ -111,18 +118,34 @@ impl<T: Real> Outcome<'_, T> {
 pub(super) fn write<T: Real>(folder: &Path, outcome: &Outcome<'_, T>) -> Result<(), OutputError> {
     let views = outcome.views;
     let with_frames = |shape: &mut dyn Iterator<Item = usize>| {
-        core::iter::once(outcome.frames.len()).chain(shape).collect::<Vec<usize>>()
+        core::iter::once(outcome.frames.len())
+            .chain(shape)
+            .collect::<Vec<usize>>()
     };
     let mut arrays = vec![Plain {
         name: "density".into(),
         shape: with_frames(&mut views.cells.iter().rev().copied()),
-        parts: outcome.frames.iter().map(|frame| frame.density.as_slice()).collect(),
+        parts: outcome
+            .frames
+            .iter()
+            .map(|frame| frame.density.as_slice())
+            .collect(),
     }];
     for (number, view) in views.cameras.iter().enumerate() {
         let [width, height] = view.pixels;
-        let size = if views.cells.len() == 2 { vec![width] } else { vec![height, width] };
+        let size = if views.cells.len() == 2 {
+            vec![width]
+        } else {
+            vec![height, width]
+        };
         let parts = outcome.frames.iter();
-        let parts = parts.map(|frame| frame.reprojected.get(number).map(Vec::as_slice).unwrap_or_default());
+        let parts = parts.map(|frame| {
+            frame
+                .reprojected
+                .get(number)
+                .map(Vec::as_slice)
+                .unwrap_or_default()
+        });
         arrays.push(Plain {
             name: format!("reprojection_{number}"),
             shape: with_frames(&mut size.into_iter()),

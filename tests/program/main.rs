@@ -12,6 +12,7 @@ mod support;
 
 mod compare;
 mod damaged;
+mod deblur;
 mod effects;
 mod files;
 #[cfg(unix)]
@@ -34,4 +35,5 @@ mod shape_keys;
 mod shapes;
 mod small;
 mod templates;
+mod tomography;
 mod undershoot;

@@ -55,7 +55,11 @@ fn pairs<const D: usize, const N: usize, const APART: usize>(
     let last = N - N / 3;
     let mut place = first;
     while place < last {
-        let lanes = if place + LANES + APART <= N { LANES } else { last - place };
+        let lanes = if place + LANES + APART <= N {
+            LANES
+        } else {
+            last - place
+        };
         for lane in 0..lanes {
             let (here, there) = (place + lane, place + lane + APART);
             let difference = patch.values[here] - patch.values[there];
