@@ -16,9 +16,11 @@
 //! | `prior` | priors on images, and how exactly a pixel changes them |
 //! | `terrain` | what the walk walks on |
 //! | `restoration` | its memory, its walk, its objective |
+//! | `colours` | the colours that pixels gather at |
 //! | `baselines` | Richardson-Lucy, Wiener, Chambolle-Pock |
 
 mod baselines;
+mod colours;
 mod error;
 mod kernel;
 mod plane;

@@ -1,6 +1,7 @@
 //! An image on its way: its block of memory, its walk, its objective.
 
 use super::baselines::{self, Work};
+use super::colours::gather;
 use super::error::DeblurError;
 use super::kernel::Blur;
 use super::prior::{Clusters, ImagePrior, whole};
@@ -13,8 +14,6 @@ use core::mem::MaybeUninit;
 
 /// Mutations a pixel after which colours are gathered again.
 const GATHER: u64 = 10;
-/// Passes of the search for colours.
-const PASSES: usize = 8;
 
 /// The restoration of an image.
 pub struct Restoration<'m, T> {
@@ -161,7 +160,9 @@ impl<'m, T: Real> Restoration<'m, T> {
         }
         self.renew();
         if self.problem.tuning.prior == ImagePrior::Clusters {
-            self.gather(true);
+            let tuning = self.problem.tuning;
+            (self.clusters.count, self.clusters.mu) = (tuning.colours, tuning.mu);
+            gather(&mut self.clusters, &frame, self.buffers.planes, true);
         }
         Ok(())
     }
@@ -245,65 +246,12 @@ impl<'m, T: Real> Restoration<'m, T> {
             left -= count;
             let now = course.walked().mutations;
             if self.problem.tuning.prior == ImagePrior::Clusters && now % every == 0 {
-                self.gather(false);
-            }
-        }
-    }
-
-    /// Searches the colours that pixels gather at by K-means, from those of before or from colours along the image.
-    fn gather(&mut self, first: bool) {
-        let frame = self.problem.frame;
-        let plane = frame.unknowns();
-        let count = self.problem.tuning.colours;
-        let planes = &*self.buffers.planes;
-        let colour = |place: usize| -> [f64; 3] {
-            core::array::from_fn(|channel| {
-                let value = planes.get(channel * plane + place);
-                value
-                    .filter(|_| channel < frame.channels)
-                    .map_or(0.0, |value| value.to_f64())
-            })
-        };
-        let clusters = &mut self.clusters;
-        (clusters.count, clusters.mu) = (count, self.problem.tuning.mu);
-        if first {
-            // From the darkest to the brightest, evenly.
-            let brightness = |place: usize| colour(place).iter().sum::<f64>();
-            let ends = (0..plane)
-                .map(brightness)
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                    (low.min(x), high.max(x))
-                });
-            for number in 0..count {
-                let wanted = ends.0 + (ends.1 - ends.0) * (number as f64 + 0.5) / count as f64;
-                let off = |place: &usize| (brightness(*place) - wanted).abs();
-                let near = (0..plane).min_by(|one, other| off(one).total_cmp(&off(other)));
-                if let (Some(slot), Some(near)) = (clusters.colours.get_mut(number), near) {
-                    *slot = colour(near);
-                }
-            }
-        }
-        for _ in 0..PASSES {
-            let mut sums = [([0.0; 3], 0.0); super::prior::MOST_COLOURS];
-            for place in 0..plane {
-                let own = colour(place);
-                let far = |other: &[f64; 3]| -> f64 {
-                    own.iter()
-                        .zip(other)
-                        .map(|(one, other)| (one - other) * (one - other))
-                        .sum()
-                };
-                let used = clusters.colours.iter().take(count).enumerate();
-                let nearest = used.min_by(|one, other| far(one.1).total_cmp(&far(other.1)));
-                if let Some((sum, number)) = nearest.and_then(|(number, _)| sums.get_mut(number)) {
-                    sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
-                    *number += 1.0;
-                }
-            }
-            for (colour, (sum, number)) in clusters.colours.iter_mut().zip(sums) {
-                if number > 0.0 {
-                    *colour = sum.map(|sum| sum / number);
-                }
+                gather(
+                    &mut self.clusters,
+                    &self.problem.frame,
+                    self.buffers.planes,
+                    false,
+                );
             }
         }
     }

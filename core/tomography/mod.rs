@@ -14,7 +14,8 @@
 //! | `pixels` | the pixels that a place touches, with their weights; F of a density |
 //! | `terrain` | what the walk walks on: gains, records, the hull |
 //! | `problem` | what is asked for, and what is refused |
-//! | `reconstruction` | a frame: its memory, its walk, its energy |
+//! | `reconstruction` | a frame: its memory, its energy |
+//! | `way` | a frame from its begin to its end |
 //! | `rays` | integrals along rays |
 //! | `sart` | SART, the baseline |
 
@@ -26,6 +27,7 @@ mod rays;
 mod reconstruction;
 mod sart;
 mod terrain;
+mod way;
 
 pub use camera::{Camera, Lens, Seen};
 pub use error::{Fault, TomographyError};

@@ -2,6 +2,7 @@
 
 use super::light::{Image, Light};
 use super::psf::Psf;
+use super::request::Request;
 use super::written::{Outcome, write};
 use crate::destination::Destination;
 use crate::exit::{DONE, FILE, Failure, INTERRUPTED};
@@ -12,27 +13,12 @@ use crate::region::{MARGIN, Region, touch};
 use crate::{bytes, console};
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use thurible_core::deblur::{Deblur, DeblurError, Frame, Kernels, Restoration, Tuning};
+use thurible_core::deblur::{Deblur, DeblurError, Frame, Kernels, Restoration};
 use thurible_core::memory::Ledger;
 use thurible_core::{Named, Real};
 
 /// Mutations between two looks at whether the user wants to stop.
 const BREATH: u64 = 100_000;
-
-/// What is asked for.
-pub(crate) struct Request {
-    pub image: PathBuf,
-    pub psf: String,
-    pub light: Option<Light>,
-    pub truth: Option<PathBuf>,
-    pub folder: PathBuf,
-    pub tuning: Tuning,
-    pub precision: Precision,
-    pub limit: Option<usize>,
-    /// Whether the plan is all that is wanted.
-    pub plan: bool,
-    pub mode: Mode,
-}
 
 /// Restores an image; the answer is the exit code.
 pub(crate) fn restore(request: &Request) -> Result<u8, Failure> {

@@ -3,7 +3,9 @@
 mod job;
 mod light;
 mod psf;
+mod request;
 mod written;
 
-pub(crate) use job::{Request, restore};
+pub(crate) use job::restore;
 pub(crate) use light::Light;
+pub(crate) use request::Request;

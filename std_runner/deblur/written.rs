@@ -1,7 +1,7 @@
 //! The image, `result.npz`, `report.json` and the page of a restoration.
 
-use super::job::Request;
 use super::light::{Image, Light};
+use super::request::Request;
 use crate::output::{OutputError, Plain, Tone, colour_plate, plate, write_arrays, write_bytes};
 use crate::report::{self, Block, Chart, Curve, Document, Scale, Shot, Table, bytes, number, seconds};
 use crate::run::command_line;

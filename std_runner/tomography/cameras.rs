@@ -1,21 +1,11 @@
 //! Cameras as people say where they are, and as the core takes them: in cells, from the box's lower corner.
 
+use super::place::Place;
 use super::raw::RawCamera;
+use super::vector::{Vector, cross, dot, minus, scaled, solve, unit};
 use crate::exit::Failure;
 use crate::scene::Document;
 use thurible_core::tomography::{Camera, Lens};
-
-type Vector = [f64; 3];
-
-/// The box in the units of the cameras.
-pub(super) struct Place {
-    pub dims: usize,
-    pub origin: Vector,
-    /// Side of a cell.
-    pub side: f64,
-    /// Cells along each axis, 1 beyond the dimensions.
-    pub cells: Vector,
-}
 
 /// How a camera sees, in cells; in a plane z is 0 everywhere.
 #[derive(Clone, Copy, Debug)]
@@ -29,58 +19,10 @@ pub(super) struct Optics {
     pitch: f64,
 }
 
-pub(super) fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-fn scaled(a: Vector, by: f64) -> Vector {
-    a.map(|x| x * by)
-}
-
-fn minus(a: Vector, b: Vector) -> Vector {
-    core::array::from_fn(|axis| a[axis] - b[axis])
-}
-
-fn unit(a: Vector) -> Option<Vector> {
-    let length = dot(a, a).sqrt();
-    (length > 1e-12 && length.is_finite()).then(|| scaled(a, 1.0 / length))
-}
-
 /// The way of a camera turned by `azimuth` from the front (small y) to the right and raised by `elevation`, in degrees.
 pub(super) fn forward(azimuth: f64, elevation: f64) -> Vector {
     let (turn, rise) = (azimuth.to_radians(), elevation.to_radians());
     [-turn.sin() * rise.cos(), turn.cos() * rise.cos(), -rise.sin()]
-}
-
-impl Place {
-    /// The middle of the box, in the units of the cameras.
-    pub fn middle(&self) -> Vector {
-        core::array::from_fn(|axis| {
-            if axis < self.dims {
-                self.origin[axis] + 0.5 * self.side * self.cells[axis]
-            } else {
-                0.0
-            }
-        })
-    }
-
-    fn in_cells(&self, place: Vector) -> Vector {
-        core::array::from_fn(|axis| {
-            if axis < self.dims {
-                (place[axis] - self.origin[axis]) / self.side
-            } else {
-                0.0
-            }
-        })
-    }
 }
 
 /// Reads camera `key` of the file, whose pictures have `pixels` across and down.
@@ -282,20 +224,6 @@ impl Reader<'_> {
             pitch: 1.0,
         })
     }
-}
-
-/// x with rows x = right, by Cramer's rule; nothing where the rows lie in a plane.
-fn solve(rows: [Vector; 3], right: Vector) -> Option<Vector> {
-    let [a, b, c] = rows;
-    let whole = dot(a, cross(b, c));
-    let size = [a, b, c].map(|row| dot(row, row).sqrt()).iter().product::<f64>();
-    if !(whole.abs() > 1e-9 * size) {
-        return None;
-    }
-    let parts = [cross(b, c), cross(c, a), cross(a, b)];
-    Some(core::array::from_fn(|axis| {
-        (0..3).map(|row| right[row] * parts[row][axis]).sum::<f64>() / whole
-    }))
 }
 
 impl Optics {

@@ -1,7 +1,8 @@
 //! A file of views, read and checked: the box, the cameras, every picture.
 
-use super::cameras::{Optics, Place, optics};
-use super::raw::{RawBox, RawCamera, RawTruth, RawViews};
+use super::cameras::{Optics, optics};
+use super::place::{Place, place};
+use super::raw::{RawCamera, RawTruth, RawViews};
 use super::settings::{Chosen, chosen};
 use super::sources::{Source, refuse};
 use crate::exit::Failure;
@@ -13,8 +14,6 @@ use toml::Value;
 
 /// The file that is looked for in a folder of views.
 pub(super) const FILE: &str = "views.toml";
-/// Cells along an axis, at most.
-const MOST: i64 = 4096;
 
 /// What a file of views says.
 pub(super) struct Views {
@@ -231,41 +230,6 @@ fn size_of(shape: &[usize]) -> Option<[usize; 2]> {
         [height, width] => Some([width, height]),
         _ => None,
     }
-}
-
-fn place(document: &Document, raw: &RawBox) -> Result<(Place, Vec<usize>), Failure> {
-    let dims = raw.cells.len();
-    let fits = |&count: &i64| (2..=MOST).contains(&count);
-    if !(2..=3).contains(&dims) || !raw.cells.iter().all(fits) {
-        let why = format!("is {:?}; write two or three counts from 2 to {MOST}", raw.cells);
-        return Err(document.refuse("box.cells", why));
-    }
-    let length = raw.length.unwrap_or(1.0);
-    if !(length > 0.0 && length.is_finite()) {
-        return Err(document.refuse("box.length", format!("is {length}; write a number above 0")));
-    }
-    let given = raw.origin.clone().unwrap_or(vec![0.0; dims]);
-    if given.len() != dims || given.iter().any(|x| !x.is_finite()) {
-        let why = format!("is {given:?}; write {dims} finite numbers, the lower corner of the box");
-        return Err(document.refuse("box.origin", why));
-    }
-    let cells: Vec<usize> = raw
-        .cells
-        .iter()
-        .filter_map(|&count| usize::try_from(count).ok())
-        .collect();
-    let of = |values: &mut dyn Iterator<Item = f64>, rest: f64| {
-        let mut vector = [rest; 3];
-        vector.iter_mut().zip(values).for_each(|(to, from)| *to = from);
-        vector
-    };
-    let place = Place {
-        dims,
-        origin: of(&mut given.into_iter(), 0.0),
-        side: length / cells.iter().copied().max().unwrap_or(1) as f64,
-        cells: of(&mut cells.iter().map(|&count| count as f64), 1.0),
-    };
-    Ok((place, cells))
 }
 
 fn view(document: &Document, number: usize, raw: &RawCamera, place: &Place) -> Result<View, Failure> {

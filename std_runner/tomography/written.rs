@@ -1,7 +1,7 @@
 //! `result.npz` and `report.json` of a reconstruction.
 
 use super::frames::Frame;
-use super::job::Plan;
+use super::plan::Plan;
 use super::views::Views;
 use crate::output::{OutputError, Plain, write_arrays, write_bytes};
 use crate::report;
