@@ -245,7 +245,7 @@ impl<'m, T: Real> Restoration<'m, T> {
             self.course = course;
             left -= count;
             let now = course.walked().mutations;
-            if self.problem.tuning.prior == ImagePrior::Clusters && now % every == 0 {
+            if self.problem.tuning.prior == ImagePrior::Clusters && now.is_multiple_of(every) {
                 gather(
                     &mut self.clusters,
                     &self.problem.frame,

@@ -217,13 +217,14 @@ fn slices<T: Real>(outcome: &Outcome<'_, T>, [nx, ny, nz]: [usize; 3]) -> Result
         let value = frame.density.get((z * ny + y) * nx + x);
         value.map_or(0.0, |value| (value.to_f64() / full) as f32)
     };
-    type Cell = [usize; 3];
-    let cuts: [(&str, usize, usize, &dyn Fn(usize, usize) -> Cell); 3] = [
+    // Name, sides, and the cell of a pixel across and up.
+    type Cut<'a> = (&'a str, usize, usize, &'a dyn Fn(usize, usize) -> [usize; 3]);
+    let cuts: [Cut<'_>; 3] = [
         ("across x", ny, nz, &|across, up| [nx / 2, across, up]),
         ("across y", nx, nz, &|across, up| [across, ny / 2, up]),
         ("across z", nx, ny, &|across, up| [across, up, nz / 2]),
     ];
-    let shot = |(name, width, height, cell): (&str, usize, usize, &dyn Fn(usize, usize) -> Cell)| {
+    let shot = |(name, width, height, cell): Cut<'_>| {
         let values: Vec<f32> = (0..width * height)
             .map(|pixel| at(cell(pixel % width, height - 1 - pixel / width)))
             .collect();

@@ -76,31 +76,39 @@ fn pairs<const D: usize, const N: usize, const APART: usize>(
     }
 }
 
+/// 1 where a place of the patch lies in the box, else 0.
+#[inline(always)]
+fn within<const D: usize, const SIDE: usize, const N: usize>(patch: &Patch<D, SIDE, N>, place: usize) -> f64 {
+    match &patch.inside {
+        None => 1.0,
+        Some(inside) => inside[place],
+    }
+}
+
 /// Sum over cells of the change of the length of the forward differences.
 #[inline(always)]
 pub(super) fn tv<const D: usize, const N: usize>(patch: &Patch<D, 4, N>, mass: f64) -> [f64; 2] {
     let strides = strides::<D, 4>();
     let [values, weights] = [&patch.values, &patch.weights];
     let (mut plus, mut minus) = (0.0, 0.0);
-    let last = N - strides[D - 1];
-    for place in 0..last {
-        let mut squares = [0.0; 3];
-        let mut touched = 0.0;
+    // Terms of the footprint, and of the cells just before it along each axis.
+    let first = N / 3 - strides[D - 1];
+    for place in first..N - N / 3 {
+        let (mut before, mut both, mut square) = (0.0, 0.0, 0.0);
         for stride in strides {
-            let there = patch.inside.map_or(1.0, |inside| inside[place + stride]);
+            let there = within(patch, place + stride);
             let difference = there * (values[place + stride] - values[place]);
             let added = there * mass * (weights[place + stride] - weights[place]);
-            touched += added.abs();
-            for (square, sign) in squares.iter_mut().zip([0.0, 1.0, -1.0]) {
-                let changed = difference + sign * added;
-                *square += changed * changed;
-            }
+            before += difference * difference;
+            both += difference * added;
+            square += added * added;
         }
-        let here = patch.inside.map_or(1.0, |inside| inside[place]);
-        if touched * here > 0.0 {
-            let [before, up, down] = squares.map(Real::sqrt);
-            plus += up - before;
-            minus += down - before;
+        if square * within(patch, place) > 0.0 {
+            // |d + s|^2 and |d - s|^2; rounding must not make them negative.
+            let [up, down] = [2.0 * both, -2.0 * both].map(|twice| (before + twice + square).max(0.0));
+            let before = Real::sqrt(before);
+            plus += Real::sqrt(up) - before;
+            minus += Real::sqrt(down) - before;
         }
     }
     [plus, minus]
@@ -116,16 +124,14 @@ pub(super) fn l2<const D: usize, const N: usize>(patch: &Patch<D, 6, N>, mass: f
         let mut sum = 0.0;
         for stride in strides {
             for other in [place - stride, place + stride] {
-                let there = patch.inside.map_or(1.0, |inside| inside[other]);
-                sum += there * (of[other] - of[place]);
+                sum += within(patch, other) * (of[other] - of[place]);
             }
         }
         sum
     };
     for place in reach..N - reach {
         let added = laplacian(&patch.weights, place);
-        let here = patch.inside.map_or(1.0, |inside| inside[place]);
-        if added != 0.0 && here > 0.0 {
+        if added != 0.0 && within(patch, place) > 0.0 {
             both += laplacian(&patch.values, place) * added;
             square += added * added;
         }
