@@ -33,6 +33,7 @@
 //! | | [`problem`] | box, time, weights; checked once |
 //! | | [`field`] | views of trajectories, their algebra, loops over rows, sums in a fixed order |
 //! | pieces | [`operators`] | divergence, gradient, self-advection and its adjoint, blur |
+//! | | [`walk`] | a random walk that places samples, and priors on them |
 //! | | [`poisson`] | the projection onto div v = 0, by eigenvectors |
 //! | | [`transport`] | A\[rho, v\] and its exact adjoint |
 //! | | [`force`] | the force that a given flow needs |
@@ -40,6 +41,7 @@
 //! | | [`objective`] | keyframes and data term, the density's sweep forward and back, J as a function of the flow, coarser scenes |
 //! | | [`optimise`] | L-BFGS over trajectories, line search |
 //! | | [`nso`] | the Navier-Stokes problem: the cheapest forced flow near a given one, by STFAS or Newton-CG |
+//! | before it is solved | [`deblur`], [`tomography`] | a sharp image from a blurred one; density from photographs |
 //! | ways to solve it | [`method`] | the paper's ADMM, the direct method, L-BFGS over the forces, simulation free or driven |
 //! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
 //! | from frames | [`track`] | [`Tracker`]: the flow behind a sequence of frames, in the memory of three of them |
@@ -84,6 +86,7 @@
 #![no_std]
 
 pub mod checkpoint;
+pub mod deblur;
 pub mod exec;
 pub mod field;
 pub mod flow;
@@ -102,8 +105,10 @@ pub mod progress;
 pub mod real;
 pub mod simd;
 pub mod solver;
+pub mod tomography;
 pub mod track;
 pub mod transport;
+pub mod walk;
 pub mod words;
 
 pub use exec::{Exec, Serial};

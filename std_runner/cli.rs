@@ -1,15 +1,18 @@
 //! The command line: which commands there are. The arguments of each are defined with its body in [`commands`](crate::commands).
 
 use crate::commands::compare::CompareArguments;
+use crate::commands::deblur::DeblurArguments;
 use crate::commands::guide::GuideArguments;
 use crate::commands::new::NewArguments;
 use crate::commands::options::SceneArguments;
 use crate::commands::paper::PaperArguments;
+use crate::commands::photograph::PhotographArguments;
 use crate::commands::readvect::ReadvectArguments;
 use crate::commands::remap::RemapArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
+use crate::commands::tomography::TomographyArguments;
 use crate::commands::track::TrackArguments;
 use clap::{Parser, Subcommand};
 
@@ -48,6 +51,12 @@ pub enum Command {
     Compare(CompareArguments),
     /// Solve the scenes of Pan & Manocha's paper and put the results beside its own.
     Paper(PaperArguments),
+    /// Reconstruct the density of smoke from what several cameras see of it.
+    Tomography(TomographyArguments),
+    /// Take photographs of a result from several sides, for tomography.
+    Photograph(PhotographArguments),
+    /// Restore a sharp image from a blurred one and what blurred it.
+    Deblur(DeblurArguments),
     /// Write a commented scene to start from.
     New(NewArguments),
 }

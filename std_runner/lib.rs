@@ -25,6 +25,8 @@ pub mod compare;
 #[cfg(feature = "std")]
 pub mod console;
 #[cfg(feature = "std")]
+mod deblur;
+#[cfg(feature = "std")]
 pub mod destination;
 #[cfg(feature = "embed")]
 pub mod exit;
@@ -65,6 +67,7 @@ pub mod scene;
 pub mod stay;
 #[cfg(feature = "embed")]
 pub mod threads;
+mod tomography;
 #[cfg(feature = "std")]
 mod track;
 #[cfg(feature = "embed")]

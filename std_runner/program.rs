@@ -1,7 +1,10 @@
 //! The program: reads the command line, runs the command, says in one sentence what went wrong.
 
 use crate::cli::{Cli, Command};
-use crate::commands::{compare, guide, new, paper, plan, readvect, remap, render, simulate, solve, track};
+use crate::commands::{
+    compare, deblur, guide, new, paper, photograph, plan, readvect, remap, render, simulate, solve,
+    tomography, track,
+};
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
 use clap::Parser;
@@ -34,6 +37,9 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
         Command::Render(arguments) => render::run(arguments),
+        Command::Tomography(arguments) => tomography::run(arguments),
+        Command::Photograph(arguments) => photograph::run(arguments),
+        Command::Deblur(arguments) => deblur::run(arguments),
         Command::New(arguments) => new::run(arguments),
     }
 }

@@ -1,10 +1,12 @@
 //! The commands, each with its arguments and its body.
 
 pub mod compare;
+pub mod deblur;
 pub mod guide;
 pub mod new;
 pub mod options;
 pub mod paper;
+pub mod photograph;
 pub mod plan;
 pub mod readvect;
 pub mod remap;
@@ -13,4 +15,5 @@ pub mod simulate;
 pub mod solve;
 mod studio;
 mod takes;
+pub mod tomography;
 pub mod track;

@@ -75,8 +75,47 @@ fn fit(picture: Picture, canvas: &Canvas) -> Vec<f64> {
     resample(picture.values, &shape, &taps)
 }
 
+/// The bytes of a PNG file.
+pub(super) struct Decoded {
+    pub width: usize,
+    pub height: usize,
+    bytes: Vec<u8>,
+    color: png::ColorType,
+    wide: bool,
+}
+
+impl Decoded {
+    /// Its pixels, row by row from the top.
+    pub fn pixels(&self) -> Pixels<'_> {
+        Pixels {
+            bytes: &self.bytes,
+            color: self.color,
+            wide: self.wide,
+        }
+    }
+}
+
 /// The picture, and which of its pixels are smoke: those that are `asked` for, or what they say themselves.
 pub(super) fn read(path: &Path, asked: Option<Ink>) -> Result<(Picture, Ink), Fault> {
+    let decoded = decoded(path)?;
+    let pixels = decoded.pixels();
+    if asked == Some(Ink::Alpha) && !pixels.are_transparent() {
+        return Err(Fault::content(
+            "is opaque everywhere, and `ink` is \"alpha\"",
+            "write ink = \"dark\" or \"light\"",
+        ));
+    }
+    let ink = asked.unwrap_or_else(|| Ink::of(&pixels));
+    let picture = Picture {
+        width: decoded.width,
+        height: decoded.height,
+        values: pixels.densities(ink, decoded.width),
+    };
+    Ok((picture, ink))
+}
+
+/// Reads a PNG file.
+pub(super) fn decoded(path: &Path) -> Result<Decoded, Fault> {
     let file = BufReader::new(File::open(path)?);
     let broken = |error: png::DecodingError| match error {
         png::DecodingError::IoError(error) if error.kind() == std::io::ErrorKind::IsADirectory => {
@@ -119,22 +158,12 @@ pub(super) fn read(path: &Path, asked: Option<Ink>) -> Result<(Picture, Ink), Fa
             "save it with 8 or 16 bits a channel",
         ));
     }
-    let pixels = Pixels {
-        bytes: bytes.get(..frame.buffer_size()).unwrap_or(&bytes),
-        color: frame.color_type,
-        wide: frame.bit_depth == BitDepth::Sixteen,
-    };
-    if asked == Some(Ink::Alpha) && !pixels.are_transparent() {
-        return Err(Fault::content(
-            "is opaque everywhere, and `ink` is \"alpha\"",
-            "write ink = \"dark\" or \"light\"",
-        ));
-    }
-    let ink = asked.unwrap_or_else(|| Ink::of(&pixels));
-    let picture = Picture {
+    bytes.truncate(frame.buffer_size());
+    Ok(Decoded {
         width: frame.width as usize,
         height: frame.height as usize,
-        values: pixels.densities(ink, frame.width as usize),
-    };
-    Ok((picture, ink))
+        bytes,
+        color: frame.color_type,
+        wide: frame.bit_depth == BitDepth::Sixteen,
+    })
 }

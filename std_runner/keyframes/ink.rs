@@ -133,6 +133,16 @@ impl Pixels<'_> {
         low.iter().zip(high).all(|(&low, high)| !(high - low > most))
     }
 
+    /// One number for a grey pixel, red, green and blue for one of colour: 0 ..= 1, from the top, as they are stored. Alpha is left out.
+    pub(super) fn channels(&self) -> (usize, Vec<f64>) {
+        let count = if self.color.samples() < 3 { 1 } else { 3 };
+        let top = self.top();
+        let values = self
+            .all()
+            .flat_map(|levels| levels.into_iter().take(count).map(move |level| level / top));
+        (count, values.collect())
+    }
+
     /// Densities 0 ..= 1 of rows of `width` pixels, bottom row first.
     pub(super) fn densities(&self, ink: Ink, width: usize) -> Vec<f64> {
         let top = self.top();

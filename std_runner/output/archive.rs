@@ -4,12 +4,15 @@ use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::Path;
 
-use thurible_core::{Output, Place};
+use thurible_core::{Output, Place, Real};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::file::write_whole;
 use super::{Frames, GivenValues, OutputError, Precision, Samples};
+
+/// Numbers that are written at a time.
+const PIECE: usize = 1 << 12;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -204,16 +207,56 @@ impl Archive<'_, &mut BufWriter<File>> {
     }
 
     fn begin(&mut self, name: &str, kind: &str, shape: &[usize]) -> Result<(), OutputError> {
-        let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Stored)
-            .large_file(true);
         self.zip
-            .start_file(format!("{name}.npy"), options)
+            .start_file(format!("{name}.npy"), stored())
             .map_err(OutputError::of(self.path))?;
         self.zip
             .write_all(&header(kind, shape))
             .map_err(OutputError::of(self.path))
     }
+}
+
+/// An array in memory, in parts that follow each other along its first axis.
+pub(crate) struct Plain<'a, T> {
+    pub name: String,
+    pub shape: Vec<usize>,
+    pub parts: Vec<&'a [T]>,
+}
+
+/// Writes arrays as they are into the archive `path`.
+pub(crate) fn write_arrays<T: Real>(path: &Path, arrays: &[Plain<'_, T>]) -> Result<(), OutputError> {
+    write_whole(path, |file| {
+        let mut zip = ZipWriter::new(file);
+        if let Err(error) = arrays.iter().try_for_each(|array| put(&mut zip, array)) {
+            // As above.
+            core::mem::forget(zip);
+            return Err(OutputError::of(path)(error));
+        }
+        zip.finish().map_err(OutputError::of(path))?;
+        Ok(())
+    })
+}
+
+fn put<T: Real>(zip: &mut ZipWriter<&mut BufWriter<File>>, array: &Plain<'_, T>) -> io::Result<()> {
+    let kind = if T::BYTES == 4 { "<f4" } else { "<f8" };
+    zip.start_file(format!("{}.npy", array.name), stored())?;
+    zip.write_all(&header(kind, &array.shape))?;
+    let mut bytes = Vec::with_capacity(PIECE * T::BYTES);
+    for values in array.parts.iter().flat_map(|part| part.chunks(PIECE)) {
+        bytes.resize(values.len() * T::BYTES, 0);
+        for (bytes, value) in bytes.chunks_exact_mut(T::BYTES).zip(values) {
+            value.write(bytes);
+        }
+        zip.write_all(&bytes)?;
+    }
+    Ok(())
+}
+
+/// Members are stored as they are, of any size.
+fn stored() -> SimpleFileOptions {
+    SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .large_file(true)
 }
 
 /// The name of the array of a component.

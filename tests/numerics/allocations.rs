@@ -42,7 +42,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-fn count() -> usize {
+pub fn count() -> usize {
     COUNT.with(Cell::get)
 }
 

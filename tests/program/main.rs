@@ -12,6 +12,7 @@ mod support;
 
 mod compare;
 mod damaged;
+mod deblur;
 mod effects;
 mod files;
 mod flows;
@@ -35,5 +36,6 @@ mod shape_keys;
 mod shapes;
 mod small;
 mod templates;
+mod tomography;
 mod track;
 mod undershoot;

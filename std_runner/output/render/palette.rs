@@ -66,7 +66,7 @@ impl Palette {
 }
 
 /// The level of a value -1 ..= 1.
-pub(super) fn signed(value: f32) -> u8 {
+pub(crate) fn signed(value: f32) -> u8 {
     (128.0 + value.clamp(-1.0, 1.0) * 127.0).round() as u8
 }
 

@@ -1,0 +1,136 @@
+//! `thurible deblur IMAGE --psf X`: a sharp image from a blurred one.
+
+use crate::bytes;
+use crate::deblur::{Light, Request, restore};
+use crate::exit::Failure;
+use crate::problem::Precision;
+use crate::progress::Mode;
+use clap::Args;
+use std::path::PathBuf;
+use thurible_core::Named;
+use thurible_core::deblur::{ImagePrior, Restorer, Tuning};
+
+/// Arguments of `deblur`.
+#[derive(Args, Debug)]
+pub struct DeblurArguments {
+    /// The image: .png, .npy, or .npz with an array `image`.
+    pub image: PathBuf,
+    /// What blurred it: disc:RADIUS, motion:LENGTH,DEGREES, gaussian:SIGMA, a .png or .npy of the kernel, or a .npz with `kernels` and `index`.
+    #[arg(long, value_name = "X")]
+    pub psf: String,
+    /// The result folder.
+    #[arg(short, long, value_name = "DIR", default_value = "out/deblur")]
+    pub output: PathBuf,
+    /// The walk, or a baseline: richardson_lucy, wiener, primal_dual.
+    #[arg(long, value_name = "M", default_value = "walk", value_parser = word::<Restorer>)]
+    pub method: Restorer,
+    /// What is charged: none, tv, atv, mtv, sparse, gamma or clusters.
+    #[arg(long, value_name = "P", default_value = "tv", value_parser = word::<ImagePrior>)]
+    pub prior: ImagePrior,
+    /// How much of it; of wiener the noise [default: 3e-4; of sparse and gamma 1e-4; of wiener 3e-3].
+    #[arg(long, value_name = "X")]
+    pub gamma: Option<f64>,
+    /// Leave out pixels of at least this.
+    #[arg(long, value_name = "LEVEL", num_args = 0..=1, default_missing_value = "1.0")]
+    pub saturation: Option<f64>,
+    /// Let pixels fall below 0.
+    #[arg(long)]
+    pub signed: bool,
+    /// Mutations for each pixel and channel.
+    #[arg(long, value_name = "N", default_value_t = Tuning::default().budget)]
+    pub budget: f64,
+    /// Standard deviation of a mutation, in widths of the kernel.
+    #[arg(long, value_name = "X", default_value_t = Tuning::default().sigma)]
+    pub sigma: f64,
+    /// By how much the first chain changes a pixel.
+    #[arg(long, value_name = "X", default_value_t = Tuning::default().eps)]
+    pub eps: f64,
+    /// By what that is multiplied after a chain that recorded too little.
+    #[arg(long, value_name = "X", default_value_t = Tuning::default().tau)]
+    pub tau: f64,
+    /// How small it gets.
+    #[arg(long, value_name = "X", default_value_t = Tuning::default().eps_min)]
+    pub eps_min: f64,
+    /// Colours of the prior clusters.
+    #[arg(long, value_name = "K", default_value_t = Tuning::default().colours)]
+    pub colours: usize,
+    /// What distance from them costs, in gamma.
+    #[arg(long, value_name = "X", default_value_t = Tuning::default().mu)]
+    pub mu: f64,
+    /// Iterations of a baseline.
+    #[arg(long, value_name = "N", default_value_t = Tuning::default().iterations)]
+    pub iterations: usize,
+    /// Which random numbers.
+    #[arg(long, value_name = "N", default_value_t = Tuning::default().seed)]
+    pub seed: u64,
+    /// How the image stores light [default: srgb of .png, linear of arrays].
+    #[arg(long, value_enum)]
+    pub light: Option<Light>,
+    /// The sharp image, to be compared with.
+    #[arg(long, value_name = "FILE")]
+    pub truth: Option<PathBuf>,
+    /// Precision of all numbers.
+    #[arg(long, value_enum, default_value_t = Precision::F32)]
+    pub precision: Precision,
+    /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].
+    #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
+    pub memory_limit: Option<usize>,
+    /// Print the memory that it takes, to the byte, and stop.
+    #[arg(long)]
+    pub plan: bool,
+    /// Print nothing but errors.
+    #[arg(long, conflicts_with = "json")]
+    pub quiet: bool,
+    /// Print JSON lines.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Restores the image; the answer is the exit code.
+pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
+    let default = match (arguments.method, arguments.prior) {
+        (Restorer::Wiener, _) => 3e-3,
+        (_, ImagePrior::Sparse | ImagePrior::Gamma) => 1e-4,
+        _ => Tuning::default().gamma,
+    };
+    restore(&Request {
+        image: arguments.image.clone(),
+        psf: arguments.psf.clone(),
+        light: arguments.light,
+        truth: arguments.truth.clone(),
+        folder: arguments.output.clone(),
+        tuning: Tuning {
+            method: arguments.method,
+            // The convex optimum that the walk is judged by is that of `atv`.
+            prior: if arguments.method == Restorer::PrimalDual {
+                ImagePrior::Atv
+            } else {
+                arguments.prior
+            },
+            gamma: arguments.gamma.unwrap_or(default),
+            nonnegative: !arguments.signed,
+            saturation: arguments.saturation,
+            sigma: arguments.sigma,
+            budget: arguments.budget,
+            eps: arguments.eps,
+            tau: arguments.tau,
+            eps_min: arguments.eps_min,
+            colours: arguments.colours,
+            mu: arguments.mu,
+            iterations: arguments.iterations,
+            seed: arguments.seed,
+        },
+        precision: arguments.precision,
+        limit: arguments.memory_limit,
+        plan: arguments.plan,
+        mode: match (arguments.quiet, arguments.json) {
+            (true, _) => Mode::Quiet,
+            (_, true) => Mode::Json,
+            _ => Mode::Human,
+        },
+    })
+}
+
+fn word<T: Named>(text: &str) -> Result<T, String> {
+    T::from_name(text).map_err(|allowed| format!("found \"{text}\", allowed is {allowed}"))
+}

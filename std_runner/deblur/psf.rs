@@ -1,0 +1,199 @@
+//! Kernels: named shapes, an image or array, or several with an index image.
+
+use super::light::failed;
+use crate::exit::Failure;
+use crate::keyframes::measured;
+use std::path::Path;
+
+/// Samples along a side of a number of a kernel.
+const FINE: usize = 16;
+/// Kernels of a greater radius are refused.
+const MOST: usize = 127;
+
+/// Kernels as they are read.
+pub(super) struct Psf {
+    pub radius: usize,
+    /// (2R + 1)^2 numbers each, of sum 1.
+    pub values: Vec<f64>,
+    /// The kernel of each pixel, where there are several.
+    pub which: Vec<u16>,
+}
+
+fn refuse(text: &str, why: impl core::fmt::Display) -> Failure {
+    Failure::Input(format!("--psf {text}: {why}"))
+}
+
+impl Psf {
+    /// `disc:R`, `motion:LENGTH,DEGREES`, `gaussian:SIGMA`, or a file; a `.npz` with `kernels` (K, s, s) and `index` (rows, columns) has
+    /// one for each of the `size` pixels.
+    pub fn read(text: &str, size: [usize; 2]) -> Result<Self, Failure> {
+        match text.split_once(':') {
+            Some(("disc", rest)) => {
+                let radius = number(text, rest)?;
+                shape(text, radius, move |x, y| {
+                    f64::from(u8::from(x * x + y * y <= radius * radius))
+                })
+            }
+            Some(("gaussian", rest)) => {
+                let sigma = number(text, rest)?;
+                shape(text, 3.0 * sigma, move |x, y| {
+                    (-0.5 * (x * x + y * y) / (sigma * sigma)).exp()
+                })
+            }
+            Some(("motion", rest)) => {
+                let (length, angle) = rest.split_once(',').unwrap_or((rest, "0"));
+                motion(text, number(text, length)?, angle)
+            }
+            _ => Self::of_file(text, size),
+        }
+    }
+
+    fn of_file(text: &str, size: [usize; 2]) -> Result<Self, Failure> {
+        let path = Path::new(text);
+        let ends = |end: &str| {
+            path.extension()
+                .is_some_and(|found| found.eq_ignore_ascii_case(end))
+        };
+        if ends("npz") {
+            return Self::field(text, path, size);
+        }
+        if !["png", "npy"].into_iter().any(ends) {
+            let why = "is neither a shape nor a file of kernels; write disc:3, motion:11,30, gaussian:1.5, or name a .png, .npy or .npz";
+            return Err(refuse(text, why));
+        }
+        let read = measured("psf", path, None, None).map_err(failed)?.grey();
+        let [height, width] = read.shape[..] else {
+            return Err(refuse(
+                text,
+                format!("has the shape {:?}; a kernel is rows x columns", read.shape),
+            ));
+        };
+        let values = square(&read.values, width, height);
+        Ok(Self {
+            radius: width.max(height) / 2,
+            values: normal(text, values)?,
+            which: Vec::new(),
+        })
+    }
+
+    fn field(text: &str, path: &Path, [width, height]: [usize; 2]) -> Result<Self, Failure> {
+        let kernels = measured("psf", path, Some("kernels"), None).map_err(failed)?;
+        let index = measured("psf", path, Some("index"), None).map_err(failed)?;
+        let [count, high, wide] = kernels.shape[..] else {
+            let why = format!(
+                "`kernels` has the shape {:?}; it is count x rows x columns",
+                kernels.shape
+            );
+            return Err(refuse(text, why));
+        };
+        if index.shape != [height, width] {
+            let why = format!(
+                "`index` has the shape {:?}, and the image {height} x {width} pixels",
+                index.shape
+            );
+            return Err(refuse(text, why));
+        }
+        if let Some(odd) = index
+            .values
+            .iter()
+            .find(|&&which| !(which >= 0.0 && (which as usize) < count))
+        {
+            return Err(refuse(
+                text,
+                format!("`index` names the kernel {odd}; there are 0 to {}", count - 1),
+            ));
+        }
+        let mut values = Vec::new();
+        for kernel in kernels.values.chunks_exact(high * wide) {
+            values.extend(normal(text, square(kernel, wide, high))?);
+        }
+        Ok(Self {
+            radius: wide.max(high) / 2,
+            values,
+            which: index.values.iter().map(|&which| which as u16).collect(),
+        })
+    }
+}
+
+fn number(text: &str, found: &str) -> Result<f64, Failure> {
+    match found.trim().parse() {
+        Ok(number) if number > 0.0 && number < MOST as f64 => Ok(number),
+        _ => Err(refuse(
+            text,
+            format!("found \"{found}\", allowed is a number of pixels above 0 and below {MOST}"),
+        )),
+    }
+}
+
+/// A kernel of odd sides, the smaller one in its middle.
+fn square(values: &[f64], width: usize, height: usize) -> Vec<f64> {
+    let radius = width.max(height) / 2;
+    let side = 2 * radius + 1;
+    let mut kernel = vec![0.0; side * side];
+    for (number, &value) in values.iter().enumerate() {
+        let (x, y) = (
+            number % width + radius - width / 2,
+            number / width + radius - height / 2,
+        );
+        if let Some(place) = kernel.get_mut(y * side + x) {
+            *place = value;
+        }
+    }
+    kernel
+}
+
+/// The kernel with sum 1.
+fn normal(text: &str, mut values: Vec<f64>) -> Result<Vec<f64>, Failure> {
+    if let Some(below) = values.iter().find(|value| **value < 0.0) {
+        return Err(refuse(
+            text,
+            format!("holds {below}; a kernel spreads light and takes none: set what is below 0 to 0"),
+        ));
+    }
+    let sum: f64 = values.iter().sum();
+    if !(sum > 0.0) {
+        return Err(refuse(
+            text,
+            "sums to nothing, so no light arrives; give a kernel with light in it",
+        ));
+    }
+    values.iter_mut().for_each(|value| *value /= sum);
+    Ok(values)
+}
+
+/// The means of a density over the numbers of a kernel that reaches `reach` pixels.
+fn shape(text: &str, reach: f64, density: impl Fn(f64, f64) -> f64) -> Result<Psf, Failure> {
+    let radius = (reach - 0.5).ceil().max(0.0) as usize;
+    let side = 2 * radius + 1;
+    let place =
+        |number: usize, part: usize| number as f64 - radius as f64 + (part as f64 + 0.5) / FINE as f64 - 0.5;
+    let mean = |number: usize| -> f64 {
+        (0..FINE * FINE)
+            .map(|part| {
+                density(
+                    place(number % side, part % FINE),
+                    place(number / side, part / FINE),
+                )
+            })
+            .sum()
+    };
+    Ok(Psf {
+        radius,
+        values: normal(text, (0..side * side).map(mean).collect())?,
+        which: Vec::new(),
+    })
+}
+
+/// A straight way of `length` pixels, turned by some degrees from the right upwards, as wide as a pixel.
+fn motion(text: &str, length: f64, angle: &str) -> Result<Psf, Failure> {
+    let degrees: f64 = angle
+        .trim()
+        .parse()
+        .map_err(|_| refuse(text, format!("found \"{angle}\", allowed is an angle in degrees")))?;
+    let (turn, half) = (degrees.to_radians(), 0.5 * length);
+    let (cos, sin) = (turn.cos(), -turn.sin());
+    shape(text, half, move |x, y| {
+        let (along, across) = (x * cos + y * sin, -x * sin + y * cos);
+        f64::from(u8::from(along.abs() <= half && across.abs() <= 0.5))
+    })
+}

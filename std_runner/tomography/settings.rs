@@ -1,0 +1,102 @@
+//! The section `tomography` of a file of views.
+
+use super::raw::RawSettings;
+use crate::exit::Failure;
+use crate::scene::Document;
+use thurible_core::Named;
+use thurible_core::tomography::{Settings, TomographyError};
+use toml::Value;
+
+/// gamma of each prior in a plane and in a box where nothing is said, of a density whose brightest ray is a quarter of the box long at
+/// density 1.
+const GAMMA: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.1], [0.5, 0.03], [0.15, 0.01]];
+/// Mutations of a frame for each cell and camera, where no budget is given.
+const A_CELL_AND_CAMERA: f64 = 20.0;
+
+/// The settings, and whether gamma is still to be scaled by the pictures.
+pub(super) struct Chosen {
+    pub settings: Settings,
+    pub scaled_gamma: bool,
+}
+
+/// Reads the settings for a box of `cells` seen by `cameras`.
+pub(super) fn chosen(
+    document: &Document,
+    raw: &RawSettings,
+    cells: &[usize],
+    cameras: usize,
+) -> Result<Chosen, Failure> {
+    let default = Settings::default();
+    let (dims, cells) = (cells.len(), cells.iter().product::<usize>());
+    let budget = (A_CELL_AND_CAMERA * cells as f64 * cameras as f64).max(1e6);
+    let prior = word(document, "prior", raw.prior.as_deref(), default.prior)?;
+    let gamma = automatic(document, "gamma", raw.gamma.as_ref())?;
+    let settings = Settings {
+        method: word(document, "method", raw.method.as_deref(), default.method)?,
+        prior,
+        gamma: gamma.unwrap_or(
+            GAMMA
+                .get(prior as usize)
+                .map_or(0.0, |gamma| gamma[usize::from(dims > 2)]),
+        ),
+        nonnegative: raw.nonnegative.unwrap_or(default.nonnegative),
+        sigma: raw.sigma.unwrap_or(default.sigma),
+        length: raw.length.unwrap_or(default.length),
+        budget: whole(document, raw.budget.unwrap_or(budget))?,
+        eps: automatic(document, "eps", raw.eps.as_ref())?,
+        accept: raw.accept.unwrap_or(default.accept),
+        tolerance: raw.tolerance.unwrap_or(default.tolerance),
+        rule: word(document, "walk", raw.walk.as_deref(), default.rule)?,
+        hull_threshold: raw.hull_threshold.unwrap_or(default.hull_threshold),
+        seed: raw.seed.unwrap_or(default.seed),
+        warm: raw.warm.unwrap_or(default.warm),
+        warm_budget: raw.warm_budget.unwrap_or(default.warm_budget),
+        sweeps: raw.sweeps.unwrap_or(default.sweeps),
+        relax: raw.relax.unwrap_or(default.relax),
+    };
+    settings.check().map_err(|error| match error {
+        TomographyError::Setting { name, allowed } => document.refuse(
+            &format!("tomography.{name}"),
+            format!("must be {allowed}; change it"),
+        ),
+        other => document.refuse("tomography", other),
+    })?;
+    Ok(Chosen {
+        settings,
+        scaled_gamma: gamma.is_none(),
+    })
+}
+
+fn word<T: Named>(document: &Document, key: &str, found: Option<&str>, default: T) -> Result<T, Failure> {
+    found.map_or(Ok(default), |found| {
+        T::from_name(found).map_err(|allowed| {
+            document.refuse(
+                &format!("tomography.{key}"),
+                format!("is \"{found}\"; allowed is {allowed}"),
+            )
+        })
+    })
+}
+
+/// A number, or `None` for "auto".
+fn automatic(document: &Document, key: &str, found: Option<&Value>) -> Result<Option<f64>, Failure> {
+    match found {
+        None => Ok(None),
+        Some(Value::String(word)) if word == "auto" => Ok(None),
+        Some(Value::Float(number)) => Ok(Some(*number)),
+        Some(Value::Integer(number)) => Ok(Some(*number as f64)),
+        Some(other) => Err(document.refuse(
+            &format!("tomography.{key}"),
+            format!("is {other}; write a number, or \"auto\""),
+        )),
+    }
+}
+
+/// Mutations, which people write as 6e6.
+fn whole(document: &Document, found: f64) -> Result<u64, Failure> {
+    if (1.0..1e15).contains(&found) {
+        return Ok(found as u64);
+    }
+    let why = format!("is {found}; write a number of mutations from 1 on, as in 6e6");
+    Err(document.refuse("tomography.budget", why))
+}

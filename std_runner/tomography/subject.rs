@@ -1,0 +1,94 @@
+//! What is photographed: the densities of a result or of a file.
+
+use crate::exit::Failure;
+use crate::keyframes::{Measured, entries, measured};
+use core::ops::RangeInclusive;
+use serde_json::Value;
+use std::path::PathBuf;
+
+/// What is photographed, and how.
+pub(crate) struct Rig {
+    /// A result folder, or a file with an array of densities.
+    pub result: PathBuf,
+    /// The array of a file.
+    pub array: String,
+    pub views: usize,
+    pub folder: PathBuf,
+    pub pinhole: bool,
+    pub elevation: f64,
+    /// Pixels across and down.
+    pub size: Option<(usize, usize)>,
+    pub frames: Option<RangeInclusive<usize>>,
+    /// Standard deviation of noise, in parts of the brightest pixel.
+    pub noise: f64,
+    pub seed: u64,
+}
+
+/// The density that is photographed.
+pub(super) struct Subject {
+    pub path: PathBuf,
+    array: Option<String>,
+    pub length: f64,
+    pub dt: f64,
+    pub frames: usize,
+    /// Cells along x, y (and z).
+    pub cells: Vec<usize>,
+}
+
+fn failed(error: crate::keyframes::ShapeError) -> Failure {
+    if error.is_unreadable() {
+        Failure::File(error.to_string())
+    } else {
+        Failure::Input(error.to_string())
+    }
+}
+
+impl Subject {
+    /// What `rig` names.
+    pub fn of(rig: &Rig) -> Result<Self, Failure> {
+        let folder = rig.result.is_dir();
+        let path = if folder {
+            rig.result.join("result.npz")
+        } else {
+            rig.result.clone()
+        };
+        let single = path
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("npy"));
+        let array = (!single).then(|| rig.array.clone());
+        let report = folder
+            .then(|| std::fs::read_to_string(rig.result.join("report.json")).ok())
+            .flatten();
+        let report: Value = report
+            .and_then(|text| serde_json::from_str(&text).ok())
+            .unwrap_or_default();
+        let number = |key: &str| report.get(key).and_then(Value::as_f64).unwrap_or(1.0);
+        let frames = entries("result", &path, array.as_deref()).map_err(failed)?;
+        let first = measured("result", &path, array.as_deref(), Some(0)).map_err(failed)?;
+        let cells: Vec<usize> = first.shape.iter().rev().copied().collect();
+        if !(2..=3).contains(&cells.len()) || cells.iter().any(|&count| count < 2) {
+            return Err(Failure::Input(format!(
+                "{}: `{}` has entries of shape {:?}; give densities whose first axis is time, of two or three axes more",
+                path.display(),
+                rig.array,
+                first.shape
+            )));
+        }
+        Ok(Self {
+            length: number("length"),
+            dt: number("dt"),
+            path,
+            array,
+            frames,
+            cells,
+        })
+    }
+
+    /// The density of a frame.
+    pub fn density(&self, frame: usize) -> Result<Vec<f32>, Failure> {
+        let Measured { values, .. } =
+            measured("result", &self.path, self.array.as_deref(), Some(frame)).map_err(failed)?;
+        // Transport may undershoot; a camera sees no less than nothing.
+        Ok(values.into_iter().map(|value| value.max(0.0) as f32).collect())
+    }
+}

@@ -1,0 +1,265 @@
+//! A file of views, read and checked: the box, the cameras, every picture.
+
+use super::cameras::{Optics, optics};
+use super::place::{Place, place};
+use super::raw::{RawCamera, RawTruth, RawViews};
+use super::settings::{Chosen, chosen};
+use super::sources::{Source, refuse};
+use crate::exit::Failure;
+use crate::keyframes::{Measured, measured};
+use crate::scene::{Document, read};
+use std::path::{Path, PathBuf};
+use thurible_core::tomography::Settings;
+use toml::Value;
+
+/// The file that is looked for in a folder of views.
+pub(super) const FILE: &str = "views.toml";
+
+/// What a file of views says.
+pub(super) struct Views {
+    pub document: Document,
+    /// Cells along x, y (and z).
+    pub cells: Vec<usize>,
+    pub length: f64,
+    pub dt: f64,
+    /// Number of the first frame, and how many there are.
+    pub first: usize,
+    pub frames: usize,
+    scale: f64,
+    pub cameras: Vec<View>,
+    pub settings: Settings,
+    truth: Option<(PathBuf, Option<String>)>,
+    /// What was found in the pictures.
+    pub notes: Vec<String>,
+}
+
+/// A camera with its pictures.
+pub(super) struct View {
+    pub name: String,
+    key: String,
+    pub pixels: [usize; 2],
+    pub optics: Optics,
+    source: Source,
+}
+
+impl Views {
+    /// Reads `path`, or the file of views in it, and all pictures that it names.
+    pub fn load(path: &Path, assignments: &[String]) -> Result<Self, Failure> {
+        let path = if path.is_dir() {
+            path.join(FILE)
+        } else {
+            path.to_owned()
+        };
+        let text = std::fs::read_to_string(&path).map_err(|error| {
+            let shown = path.display();
+            Failure::File(format!(
+                "cannot read the views {shown}: {error}; give a file of views, or a folder with {FILE} in it, as `thurible photograph` writes one"
+            ))
+        })?;
+        let mut document = Document::parse(&path, text)?;
+        for assignment in assignments {
+            document.set(assignment)?;
+        }
+        let raw: RawViews = read(&document, "", Value::Table(document.table().clone()))?;
+        let (place, cells) = place(&document, &raw.r#box)?;
+        let mut cameras = Vec::new();
+        for (number, camera) in raw.camera.iter().enumerate() {
+            cameras.push(view(&document, number, camera, &place)?);
+        }
+        let Chosen {
+            settings,
+            scaled_gamma,
+        } = chosen(&document, &raw.tomography, &cells, cameras.len())?;
+        let mut views = Self {
+            length: place.side * cells.iter().copied().max().unwrap_or(1) as f64,
+            cells,
+            dt: raw.pictures.dt.unwrap_or(1.0),
+            scale: raw.pictures.scale.unwrap_or(1.0),
+            first: raw.pictures.first.unwrap_or(0),
+            frames: 0,
+            cameras,
+            settings,
+            truth: None,
+            notes: Vec::new(),
+            document,
+        };
+        views.check_numbers()?;
+        views.count(raw.pictures.last)?;
+        views.look(scaled_gamma)?;
+        views.truth = views.truth_of(raw.truth)?;
+        Ok(views)
+    }
+
+    fn check_numbers(&self) -> Result<(), Failure> {
+        for (key, value) in [("pictures.dt", self.dt), ("pictures.scale", self.scale)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(self
+                    .document
+                    .refuse(key, format!("is {value}; write a number above 0")));
+            }
+        }
+        Ok(())
+    }
+
+    /// How many frames there are: as many of each camera.
+    fn count(&mut self, last: Option<usize>) -> Result<(), Failure> {
+        let counts = self.cameras.iter().map(|view| view.source.frames());
+        let most = counts.max().unwrap_or(0);
+        if let Some(short) = self.cameras.iter().find(|view| view.source.frames() < most) {
+            let why = format!(
+                "(\"{}\") has {} frames, and another camera {most}; give as many of each, or choose by pictures.first and pictures.last",
+                short.name,
+                short.source.frames()
+            );
+            return Err(self.document.refuse(&short.key, why));
+        }
+        let last = last.unwrap_or(most.saturating_sub(1));
+        if last >= most || self.first > last {
+            let why = format!(
+                "asks for the frames {} to {last}; there are 0 to {}",
+                self.first,
+                most.saturating_sub(1)
+            );
+            return Err(self.document.refuse("pictures", why));
+        }
+        self.frames = last + 1 - self.first;
+        Ok(())
+    }
+
+    /// Looks at every picture once: sizes, numbers, and how bright they are.
+    fn look(&mut self, scaled_gamma: bool) -> Result<(), Failure> {
+        let (mut brightest, mut notes) = (0.0_f64, Vec::new());
+        for frame in 0..self.frames {
+            let mut dark = Vec::new();
+            for view in &self.cameras {
+                let picture = self.picture(view, frame)?;
+                notes.extend(
+                    picture
+                        .note
+                        .map(|note| format!("{} {note}", view.source.shown(self.first + frame))),
+                );
+                let most = picture.values.iter().copied().fold(0.0, f64::max);
+                brightest = brightest.max(most);
+                if !(most > self.settings.hull_threshold) {
+                    dark.push(view);
+                }
+            }
+            if let Some(view) = dark.first()
+                && dark.len() < self.cameras.len()
+            {
+                let why = format!(
+                    "(\"{}\") is dark in frame {}, where other cameras see smoke: nothing can be where a camera sees none; take the camera out, or check `{}`",
+                    view.name,
+                    self.first + frame,
+                    view.source.shown(self.first + frame)
+                );
+                return Err(self.document.refuse(&view.key, why));
+            }
+        }
+        if !(brightest > 0.0) {
+            let why = "have nothing but zeros in all frames; there is no smoke to reconstruct: check the files and `pictures.scale`";
+            return Err(self.document.refuse("camera", why));
+        }
+        if scaled_gamma {
+            let longest = self.cells.iter().copied().max().unwrap_or(1) as f64;
+            self.settings.gamma *= 4.0 * brightest / longest;
+        }
+        self.notes = notes;
+        Ok(())
+    }
+
+    /// The picture of a camera in a frame, in density times cells.
+    pub fn picture(&self, view: &View, frame: usize) -> Result<Measured, Failure> {
+        let frame = self.first + frame;
+        let mut picture = view.source.read(&self.document, &view.key, frame)?;
+        let size = size_of(&picture.shape);
+        if size != Some(view.pixels) {
+            let why = format!(
+                "(\"{}\") has a picture of {:?} pixels, `{}`, where its first has {:?}; give pictures of one size",
+                view.name,
+                size.unwrap_or_default(),
+                view.source.shown(frame),
+                view.pixels
+            );
+            return Err(self.document.refuse(&view.key, why));
+        }
+        picture.clip().map_err(|[found, remedy]| {
+            let file = view.source.shown(frame);
+            self.document.refuse(
+                &view.key,
+                format!("(\"{}\") `{file}` {found}; {remedy}", view.name),
+            )
+        })?;
+        picture.values.iter_mut().for_each(|value| *value *= self.scale);
+        Ok(picture)
+    }
+
+    fn truth_of(&self, raw: Option<RawTruth>) -> Result<Option<(PathBuf, Option<String>)>, Failure> {
+        let Some(raw) = raw else { return Ok(None) };
+        let truth = (self.document.folder().join(&raw.file), raw.array);
+        let shape: Vec<usize> = self.cells.iter().rev().copied().collect();
+        let found = measured("truth.file", &truth.0, truth.1.as_deref(), Some(self.first))
+            .map_err(refuse(&self.document, "truth"))?;
+        if found.shape != shape {
+            let why = format!("has frames of {:?} cells, and the box has {shape:?}", found.shape);
+            return Err(self.document.refuse("truth", why));
+        }
+        Ok(Some(truth))
+    }
+
+    /// The true density of a frame, where it is known.
+    pub fn truth(&self, frame: usize) -> Option<Vec<f64>> {
+        let (path, name) = self.truth.as_ref()?;
+        let found = measured("truth.file", path, name.as_deref(), Some(self.first + frame)).ok()?;
+        Some(found.values)
+    }
+
+    /// Pixels of all cameras.
+    pub fn pixels(&self) -> usize {
+        self.cameras
+            .iter()
+            .map(|view| view.pixels[0] * view.pixels[1])
+            .sum()
+    }
+}
+
+/// Width and height of a picture; a row of numbers is one pixel high.
+fn size_of(shape: &[usize]) -> Option<[usize; 2]> {
+    match *shape {
+        [width] => Some([width, 1]),
+        [height, width] => Some([width, height]),
+        _ => None,
+    }
+}
+
+fn view(document: &Document, number: usize, raw: &RawCamera, place: &Place) -> Result<View, Failure> {
+    let key = format!("camera[{number}]");
+    let source = Source::of(document, &key, raw, place.dims)?;
+    let first = source.read(document, &key, 0)?;
+    let pixels = size_of(&first.shape).filter(|size| size[0] > 0 && (place.dims == 3 || size[1] == 1));
+    let pixels = pixels.ok_or_else(|| {
+        let wanted = if place.dims == 3 {
+            "rows and columns"
+        } else {
+            "one row of pixels, in a plane"
+        };
+        document.refuse(
+            &key,
+            format!("has pictures of shape {:?}; a picture has {wanted}", first.shape),
+        )
+    })?;
+    Ok(View {
+        name: raw.name.clone().unwrap_or_else(|| format!("camera {number}")),
+        optics: optics(document, &key, raw, place, pixels)?,
+        pixels,
+        source,
+        key,
+    })
+}
+
+impl View {
+    /// Its key in the file.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+}

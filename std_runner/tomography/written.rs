@@ -1,0 +1,159 @@
+//! `result.npz` and `report.json` of a reconstruction.
+
+use super::frames::Frame;
+use super::plan::Plan;
+use super::views::Views;
+use crate::output::{OutputError, Plain, write_arrays, write_bytes};
+use crate::report;
+use crate::run::command_line;
+use serde_json::{Value, json};
+use std::path::Path;
+use thurible_core::{Named, Real};
+
+/// What a run came to.
+pub(super) struct Outcome<'a, T> {
+    pub views: &'a Views,
+    pub frames: Vec<Frame<T>>,
+    pub interrupted: bool,
+    pub plan: &'a Plan,
+    /// Bytes that the block took.
+    pub used: usize,
+    pub seconds: f64,
+}
+
+impl<T: Real> Outcome<'_, T> {
+    /// How it ended, in a word.
+    pub fn status(&self) -> &'static str {
+        if self.interrupted {
+            "cancelled"
+        } else {
+            "converged"
+        }
+    }
+
+    /// The mean of the frames' errors, where the truth is known.
+    pub fn rms_error(&self) -> Option<f64> {
+        let errors: Vec<f64> = self.frames.iter().filter_map(|frame| frame.rms_error).collect();
+        (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64)
+    }
+
+    fn settings(&self) -> Value {
+        let settings = self.views.settings;
+        json!({
+            "method": settings.method.name(),
+            "prior": settings.prior.name(),
+            "gamma": settings.gamma,
+            "nonnegative": settings.nonnegative,
+            "sigma": settings.sigma,
+            "length": settings.length,
+            "budget": settings.budget,
+            "eps": settings.eps,
+            "accept": settings.accept,
+            "tolerance": settings.tolerance,
+            "walk": settings.rule.name(),
+            "hull_threshold": settings.hull_threshold,
+            "seed": settings.seed,
+            "warm": settings.warm,
+            "warm_budget": settings.warm_budget,
+            "sweeps": settings.sweeps,
+            "relax": settings.relax,
+        })
+    }
+
+    fn record(&self) -> Value {
+        let views = self.views;
+        let cameras = views.cameras.iter().map(|view| {
+            let mut fields = view.optics.fields();
+            fields["name"] = view.name.clone().into();
+            fields["pixels"] = view.pixels.to_vec().into();
+            fields
+        });
+        let ledger = self
+            .plan
+            .ledger
+            .entries()
+            .iter()
+            .map(|entry| json!({ "name": entry.name, "bytes": entry.bytes, "depth": entry.depth }));
+        let history = self.frames.iter().flat_map(|frame| frame.history.iter().cloned());
+        let frames = self.frames.iter().enumerate().map(|(number, frame)| {
+            json!({
+                "frame": views.first + number, "complete": frame.complete,
+                "residual_relative": frame.residual_relative, "rms_error": frame.rms_error,
+            })
+        });
+        json!({
+            "format": 1,
+            "kind": "tomography",
+            "cells": views.cells,
+            "boundary": vec!["wall"; views.cells.len()],
+            "length": views.length,
+            "dt": views.dt,
+            "steps": self.frames.len().saturating_sub(1),
+            "keyframes": Vec::<Value>::new(),
+            "precision": T::NAME,
+            "threads": self.plan.threads,
+            "version": env!("CARGO_PKG_VERSION"),
+            "status": self.status(),
+            "seconds": self.seconds,
+            "memory": {
+                "planned_bytes": self.plan.block(),
+                "used_bytes": self.used,
+                "lanes": self.plan.lanes,
+                "result_bytes": self.plan.beside,
+                "ledger": ledger.collect::<Vec<_>>(),
+            },
+            "scene": views.document.text(),
+            "overrides": views.document.assignments().collect::<Vec<_>>(),
+            "command": command_line(),
+            "cameras": cameras.collect::<Vec<_>>(),
+            "tomography": self.settings(),
+            "frames": frames.collect::<Vec<_>>(),
+            "rms_error": self.rms_error(),
+            "history": history.collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// Writes both files into `folder`.
+pub(super) fn write<T: Real>(folder: &Path, outcome: &Outcome<'_, T>) -> Result<(), OutputError> {
+    let views = outcome.views;
+    let with_frames = |shape: &mut dyn Iterator<Item = usize>| {
+        core::iter::once(outcome.frames.len())
+            .chain(shape)
+            .collect::<Vec<usize>>()
+    };
+    let mut arrays = vec![Plain {
+        name: "density".into(),
+        shape: with_frames(&mut views.cells.iter().rev().copied()),
+        parts: outcome
+            .frames
+            .iter()
+            .map(|frame| frame.density.as_slice())
+            .collect(),
+    }];
+    for (number, view) in views.cameras.iter().enumerate() {
+        let [width, height] = view.pixels;
+        let size = if views.cells.len() == 2 {
+            vec![width]
+        } else {
+            vec![height, width]
+        };
+        let parts = outcome.frames.iter();
+        let parts = parts.map(|frame| {
+            frame
+                .reprojected
+                .get(number)
+                .map(Vec::as_slice)
+                .unwrap_or_default()
+        });
+        arrays.push(Plain {
+            name: format!("reprojection_{number}"),
+            shape: with_frames(&mut size.into_iter()),
+            parts: parts.collect(),
+        });
+    }
+    write_arrays(&folder.join(report::ARCHIVE), &arrays)?;
+    let path = folder.join("report.json");
+    let json = serde_json::to_vec_pretty(&outcome.record()).map_err(OutputError::of(&path))?;
+    write_bytes(&path, &json)
+}

@@ -1,0 +1,196 @@
+//! `thurible deblur`: sharper images, and everything that is refused.
+
+use crate::support::npz::{npy, read};
+use crate::support::{Ended, fresh_folder, run};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A bright square on grey, 32 x 24, blurred by a box of 5 x 5, and itself.
+fn images(folder: &Path) {
+    let sharp = |x: usize, y: usize| {
+        if (12..24).contains(&x) && (10..20).contains(&y) {
+            0.8
+        } else {
+            0.2
+        }
+    };
+    let (mut truth, mut blurred) = (Vec::new(), Vec::new());
+    for y in 4..28 {
+        for x in 4..36 {
+            truth.push(sharp(x, y));
+            let sum: f64 = (0..25).map(|k| sharp(x + k % 5 - 2, y + k / 5 - 2)).sum();
+            blurred.push(sum / 25.0);
+        }
+    }
+    for (name, values) in [("truth.npy", truth), ("blurred.npy", blurred)] {
+        fs::write(folder.join(name), npy(&[24, 32], &values)).unwrap();
+    }
+    fs::write(folder.join("psf.npy"), npy(&[5, 5], &[1.0; 25])).unwrap();
+}
+
+fn deblur(folder: &Path, image: &str, out: &str, more: &[&str]) -> Ended {
+    let (image, out) = (folder.join(image), folder.join(out));
+    run(&[&["deblur", text(&image), "--quiet", "-o", text(&out)], more].concat())
+}
+
+fn report(folder: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join("report.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn an_image_becomes_sharper_by_every_method() {
+    let folder = fresh_folder("deblur_methods");
+    images(&folder);
+    let (psf, truth) = (folder.join("psf.npy"), folder.join("truth.npy"));
+    for (method, gain) in [
+        ("walk", 8.0),
+        ("richardson_lucy", 3.0),
+        ("wiener", 2.0),
+        ("primal_dual", 8.0),
+    ] {
+        let more = [
+            "--psf",
+            text(&psf),
+            "--truth",
+            text(&truth),
+            "--method",
+            method,
+            "--iterations",
+            "300",
+        ];
+        let ended = deblur(&folder, "blurred.npy", method, &more);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let out = folder.join(method);
+        let report = report(&out);
+        assert_eq!(report["kind"], "deblur");
+        let [before, after] = ["blurred_psnr", "psnr"].map(|key| report[key].as_f64().unwrap());
+        assert!(after > before + gain, "{method}: {before} dB becomes {after} dB");
+        assert_eq!(read(&out.join("result.npz"))["image"].shape, [24, 32]);
+        for file in ["image.png", "report.html"] {
+            assert!(out.join(file).is_file());
+        }
+        let history = report["history"].as_array().unwrap();
+        let objective = |entry: &Value| entry["objective"].as_f64().unwrap();
+        assert!(objective(history.last().unwrap()) <= objective(&history[0]));
+    }
+}
+
+/// Kernels for each pixel that are all the same are that kernel.
+#[test]
+fn a_field_of_one_kernel_is_that_kernel() {
+    let folder = fresh_folder("deblur_field");
+    images(&folder);
+    let psf = folder.join("psf.npy");
+    let pack = |kernels: &[u8], index: &[u8]| {
+        use std::io::Write;
+        let mut zip = zip::ZipWriter::new(fs::File::create(folder.join("field.npz")).unwrap());
+        for (name, bytes) in [("kernels.npy", kernels), ("index.npy", index)] {
+            zip.start_file(name, zip::write::SimpleFileOptions::default())
+                .unwrap();
+            zip.write_all(bytes).unwrap();
+        }
+        zip.finish().unwrap();
+    };
+    pack(&npy(&[2, 5, 5], &[1.0; 50]), &npy(&[24, 32], &[1.0; 24 * 32]));
+    let field = folder.join("field.npz");
+    for (name, psf) in [("one", &psf), ("many", &field)] {
+        let ended = deblur(
+            &folder,
+            "blurred.npy",
+            name,
+            &["--psf", text(psf), "--budget", "20"],
+        );
+        assert_eq!(ended.code, 0, "{}", ended.err);
+    }
+    let image = |name: &str| read(&folder.join(name).join("result.npz"))["image"].data.clone();
+    assert_eq!(image("one"), image("many"));
+}
+
+#[test]
+fn what_cannot_be_is_refused_in_a_sentence() {
+    let folder = fresh_folder("deblur_refusals");
+    images(&folder);
+    let write = |name: &str, shape: &[usize], value: f64| {
+        fs::write(
+            folder.join(name),
+            npy(shape, &vec![value; shape.iter().product()]),
+        )
+        .unwrap();
+    };
+    write("nothing.npy", &[5, 5], 0.0);
+    write("minus.npy", &[5, 5], -1.0);
+    write("large.npy", &[41, 41], 1.0);
+    write("line.npy", &[5], 1.0);
+    write("nan.npy", &[24, 32], f64::NAN);
+    write("below.npy", &[24, 32], -0.5);
+    write("small.npy", &[12, 12], 0.5);
+    write("bright.npy", &[24, 32], 2.0);
+    let at = |name: &str| text(&folder.join(name)).to_owned();
+    let (good, truth) = (at("psf.npy"), at("small.npy"));
+    let cases: &[(&str, &[&str], &[&str])] = &[
+        (
+            "blurred.npy",
+            &["--psf", &at("nothing.npy")],
+            &["nothing.npy", "sums to nothing"],
+        ),
+        (
+            "blurred.npy",
+            &["--psf", &at("minus.npy")],
+            &["minus.npy", "takes none"],
+        ),
+        (
+            "blurred.npy",
+            &["--psf", &at("large.npy")],
+            &["41 x 41", "larger than the image"],
+        ),
+        ("blurred.npy", &["--psf", &at("line.npy")], &["rows x columns"]),
+        ("blurred.npy", &["--psf", "square:3"], &["square:3", "disc:3"]),
+        ("blurred.npy", &["--psf", "disc:-1"], &["disc:-1", "above 0"]),
+        ("nan.npy", &["--psf", &good], &["nan.npy", "NaN"]),
+        ("below.npy", &["--psf", &good], &["below.npy", "at least 0"]),
+        ("gone.npy", &["--psf", &good], &["gone.npy"]),
+        (
+            "blurred.npy",
+            &["--psf", &good, "--truth", &truth],
+            &["--truth", "12 x 12"],
+        ),
+        (
+            "bright.npy",
+            &["--psf", &good, "--saturation"],
+            &["--saturation", "no pixel below"],
+        ),
+        (
+            "blurred.npy",
+            &["--psf", &good, "--tau", "1"],
+            &["--tau", "below 1"],
+        ),
+        (
+            "blurred.npy",
+            &["--psf", &good, "--prior", "smooth"],
+            &["smooth", "clusters"],
+        ),
+        (
+            "blurred.npy",
+            &["--psf", &good, "--memory-limit", "9KiB"],
+            &["--memory-limit", "bytes"],
+        ),
+    ];
+    for (image, more, words) in cases {
+        let ended = deblur(&folder, image, "no", more);
+        assert!(
+            [2, 3, 4].contains(&ended.code),
+            "{more:?}: {} {}",
+            ended.code,
+            ended.err
+        );
+        for word in *words {
+            assert!(ended.err.contains(word), "{image} {more:?}: {}", ended.err);
+        }
+        assert!(!folder.join("no").exists());
+    }
+}

@@ -1,0 +1,443 @@
+//! `thurible photograph` and `thurible tomography`: from a known density to its reconstruction, and everything that is refused.
+
+use crate::support::npz::{npy, read};
+use crate::support::{fresh_folder, run};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Two frames of a disc that moves, 20 x 16 cells, and in a box.
+fn density(folder: &Path, dims: usize) -> PathBuf {
+    let cells: &[usize] = if dims == 2 { &[20, 16] } else { &[10, 9, 8] };
+    let count: usize = cells.iter().product();
+    let mut values = Vec::new();
+    for frame in 0..2 {
+        for index in 0..count {
+            let mut rest = index;
+            let square: f64 = cells
+                .iter()
+                .enumerate()
+                .map(|(axis, &count)| {
+                    let at = (rest % count) as f64 + 0.5;
+                    rest /= count;
+                    let middle = 0.5 * count as f64 + if axis == 0 { frame as f64 } else { 0.0 };
+                    (at - middle).powi(2)
+                })
+                .sum();
+            values.push(f64::from(u8::from(square < if dims == 2 { 20.0 } else { 6.0 })));
+        }
+    }
+    let mut shape = vec![2];
+    shape.extend(cells.iter().rev());
+    let path = folder.join("density.npy");
+    fs::write(&path, npy(&shape, &values)).unwrap();
+    path
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn report(folder: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join("report.json")).unwrap()).unwrap()
+}
+
+/// Views of a density in a fresh folder.
+fn views(test: &str, dims: usize, more: &[&str]) -> (PathBuf, PathBuf) {
+    let folder = fresh_folder(test);
+    let (density, views) = (density(&folder, dims), folder.join("views"));
+    let mut arguments = vec![
+        "photograph",
+        text(&density),
+        "--views",
+        "6",
+        "--quiet",
+        "-o",
+        text(&views),
+    ];
+    arguments.extend(more);
+    let ended = run(&arguments);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    (folder, views)
+}
+
+fn reconstruct(views: &Path, out: &Path, more: &[&str]) -> crate::support::Ended {
+    let mut arguments = vec!["tomography", text(views), "--quiet", "-o", text(out)];
+    arguments.extend(more);
+    run(&arguments)
+}
+
+#[test]
+fn a_known_density_comes_back() {
+    for (dims, more) in [(2, &[][..]), (2, &["--pinhole"]), (3, &[]), (3, &["--pinhole"])] {
+        let (folder, views) = views(&format!("tomography_{dims}_{}", more.len()), dims, more);
+        let out = folder.join("out");
+        let ended = reconstruct(&views, &out, &["--set", "tomography.budget=5e5"]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let report = report(&out);
+        assert_eq!(report["kind"], "tomography");
+        assert_eq!(report["steps"], 1);
+        let error = report["rms_error"].as_f64().unwrap();
+        assert!(error < 0.17, "{dims}D {more:?}: RMS error {error}");
+        assert!(report["history"].as_array().unwrap().len() > 4);
+        let arrays = read(&out.join("result.npz"));
+        assert_eq!(arrays["density"].shape[0], 2);
+        assert_eq!(arrays["density"].shape.len(), dims + 1);
+        assert!(arrays["density"].data.iter().all(|&value| value >= 0.0));
+        assert_eq!(arrays["reprojection_5"].shape[0], 2);
+        for file in ["report.html", "frames/frame_0001.png", "animation.png"] {
+            assert!(out.join(file).is_file(), "{file}");
+        }
+    }
+}
+
+#[test]
+fn threads_change_no_bit_and_seeds_do() {
+    let (folder, views) = views("tomography_bits", 2, &[]);
+    let density = |name: &str, more: &[&str]| {
+        let out = folder.join(name);
+        let budget = ["--set", "tomography.budget=50000"];
+        let ended = reconstruct(&views, &out, &[&budget[..], more].concat());
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        read(&out.join("result.npz"))["density"].data.clone()
+    };
+    let one = density("one", &["--threads", "1"]);
+    assert_eq!(one, density("two", &["--threads", "2"]));
+    assert_eq!(one, density("three", &["--threads", "3"]));
+    assert_ne!(one, density("seed", &["--set", "tomography.seed=2"]));
+    let warm = density("warm", &["--set", "tomography.warm=true"]);
+    assert_ne!(one, warm);
+}
+
+#[test]
+fn the_plan_is_kept_and_a_ceiling_refuses() {
+    let (folder, views) = views("tomography_plan", 2, &[]);
+    let planned = run(&["tomography", text(&views), "--plan", "--json", "--threads", "2"]);
+    let plan: Value = serde_json::from_str(planned.out.trim()).unwrap();
+    let out = folder.join("out");
+    let ended = reconstruct(
+        &views,
+        &out,
+        &["--threads", "2", "--set", "tomography.budget=1000"],
+    );
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert_eq!(report(&out)["memory"]["planned_bytes"], plan["planned_bytes"]);
+    let refused = reconstruct(
+        &views,
+        &folder.join("no"),
+        &["--threads", "2", "--memory-limit", "9KiB"],
+    );
+    assert_eq!(refused.code, 3);
+    for word in ["bytes", "--memory-limit", "box.cells"] {
+        assert!(refused.err.contains(word), "{}", refused.err);
+    }
+}
+
+/// A file of views, changed, and what the refusal names.
+#[test]
+fn bad_views_are_refused_in_a_sentence() {
+    let (folder, views) = views("tomography_refusals", 2, &[]);
+    let good = fs::read_to_string(views.join("views.toml")).unwrap();
+    let cases: &[(&str, &str, &[&str])] = &[
+        ("cells = [20, 16]", "cells = [20]", &["box.cells", "two or three"]),
+        ("cells = [20, 16]", "cells = [1, 16]", &["box.cells"]),
+        ("length = 1", "length = -1", &["box.length", "above 0"]),
+        (
+            "kind = \"orthographic\"",
+            "kind = \"fisheye\"",
+            &["camera[0].kind", "pinhole"],
+        ),
+        (
+            "azimuth = 0\n",
+            "azimuth = 0\ncenter = [9.0, 9.0]\n",
+            &["camera[0]", "sees nothing of the box"],
+        ),
+        ("azimuth = 0\n", "azimuth = 0\nroll = 3\n", &["roll"]),
+        (
+            "array = \"camera_1\"",
+            "array = \"camera_77\"",
+            &["camera[1]", "camera_77", "it holds"],
+        ),
+        (
+            "file = \"pictures.npz\"\narray = \"camera_2\"\n",
+            "",
+            &["camera[2]", "needs its pictures"],
+        ),
+        (
+            "file = \"pictures.npz\"\narray = \"camera_2\"\n",
+            "files = \"missing_*.png\"\n",
+            &["missing_*.png", "fits no file"],
+        ),
+        ("dt = 1", "dt = 0", &["pictures.dt"]),
+        ("dt = 1", "dt = 1\nlast = 7", &["pictures", "there are 0 to 1"]),
+        (
+            "[pictures]",
+            "[tomography]\nprior = \"smooth\"\n[pictures]",
+            &["tomography.prior", "sad"],
+        ),
+        (
+            "[pictures]",
+            "[tomography]\ngamma = -1.0\n[pictures]",
+            &["tomography.gamma", "at least 0"],
+        ),
+        (
+            "[pictures]",
+            "[tomography]\nbudget = 0\n[pictures]",
+            &["tomography.budget"],
+        ),
+    ];
+    for (from, to, words) in cases {
+        assert!(good.contains(from), "{from}");
+        fs::write(views.join("bad.toml"), good.replacen(from, to, 1)).unwrap();
+        let ended = reconstruct(&views.join("bad.toml"), &folder.join("no"), &[]);
+        assert_eq!(ended.code, 2, "{to}: {}", ended.err);
+        for word in *words {
+            assert!(ended.err.contains(word), "{to}: {}", ended.err);
+        }
+        assert_eq!(ended.err.trim().lines().count(), 1, "{}", ended.err);
+    }
+    assert_eq!(
+        reconstruct(&folder.join("nowhere"), &folder.join("no"), &[]).code,
+        4
+    );
+}
+
+/// Pictures that will not do.
+#[test]
+fn bad_pictures_are_refused_in_a_sentence() {
+    let folder = fresh_folder("tomography_pictures");
+    let head = "[box]\ncells = [8, 8]\n";
+    let camera =
+        |azimuth: f64, source: &str| format!("[[camera]]\nazimuth = {azimuth}\npitch = 0.125\n{source}\n");
+    let lit = [0.0, 0.0, 1.0, 3.0, 3.0, 1.0, 0.0, 0.0];
+    let write =
+        |name: &str, values: &[f64]| fs::write(folder.join(name), npy(&[values.len()], values)).unwrap();
+    write("good.npy", &lit);
+    write("nan.npy", &[0.0, f64::NAN, 1.0, 3.0, 3.0, 1.0, 0.0, 0.0]);
+    write("dark.npy", &[0.0; 8]);
+    write("below.npy", &[-5.0, 0.0, 1.0, 3.0, 3.0, 1.0, 0.0, 0.0]);
+    for (name, values) in [
+        ("s_1.npy", &lit[..]),
+        ("s_2.npy", &lit),
+        ("s_4.npy", &lit),
+        ("s_5.npy", &lit),
+    ] {
+        write(name, values);
+    }
+    for (name, values) in [("t_1.npy", &lit[..]), ("t_2.npy", &lit[..6])] {
+        write(name, values);
+    }
+    let cases: &[(&str, &str, &[&str])] = &[
+        (
+            "file = \"good.npy\"",
+            "file = \"nan.npy\"",
+            &["nan.npy", "holds NaN at [1]", "finite"],
+        ),
+        (
+            "file = \"good.npy\"",
+            "file = \"dark.npy\"",
+            &["camera[1]", "dark", "dark.npy"],
+        ),
+        (
+            "file = \"dark.npy\"",
+            "file = \"dark.npy\"",
+            &["nothing but zeros"],
+        ),
+        (
+            "file = \"good.npy\"",
+            "file = \"below.npy\"",
+            &["below.npy", "below 0", "-5"],
+        ),
+        (
+            "files = \"s_*.npy\"",
+            "files = \"s_*.npy\"",
+            &["frame 3 is missing", "s_*.npy"],
+        ),
+        (
+            "files = \"t_*.npy\"",
+            "files = \"t_*.npy\"",
+            &["t_2.npy", "one size"],
+        ),
+        (
+            "file = \"good.npy\"",
+            "files = \"t_*.npy\"",
+            &["camera[0]", "1 frames", "2"],
+        ),
+        (
+            "file = \"good.npy\"",
+            "file = \"gone.npy\"",
+            &["gone.npy", "cannot be read"],
+        ),
+    ];
+    for (one, other, words) in cases {
+        let path = folder.join("views.toml");
+        fs::write(
+            &path,
+            format!("{head}{}{}", camera(0.0, one), camera(90.0, other)),
+        )
+        .unwrap();
+        let ended = reconstruct(&path, &folder.join("no"), &[]);
+        assert!(
+            ended.code == 2 || ended.code == 4,
+            "{other}: {} {}",
+            ended.code,
+            ended.err
+        );
+        for word in *words {
+            assert!(ended.err.contains(word), "{one}, {other}: {}", ended.err);
+        }
+    }
+}
+
+/// Numbers slightly below 0, as a background taken off leaves them, become 0 and are told; a dark frame is empty.
+#[test]
+fn noise_below_zero_and_dark_frames_are_taken() {
+    let folder = fresh_folder("tomography_noise");
+    let lit = [-0.01, 0.0, 1.0, 3.0, 3.0, 1.0, 0.0, 0.0];
+    let frames: Vec<f64> = lit.into_iter().chain([0.0; 8]).collect();
+    fs::write(folder.join("q.npy"), npy(&[2, 8], &frames)).unwrap();
+    let camera = |azimuth: f64| format!("[[camera]]\nazimuth = {azimuth}\npitch = 0.125\nfile = \"q.npy\"\n");
+    let path = folder.join("views.toml");
+    fs::write(
+        &path,
+        format!("[box]\ncells = [8, 8]\n{}{}", camera(0.0), camera(90.0)),
+    )
+    .unwrap();
+    let out = folder.join("out");
+    let ended = run(&[
+        "tomography",
+        text(&path),
+        "-o",
+        text(&out),
+        "--set",
+        "tomography.budget=20000",
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(ended.err.contains("below 0"), "{}", ended.err);
+    let density = read(&out.join("result.npz"))["density"].data.clone();
+    assert!(density[..64].iter().sum::<f64>() > 4.0);
+    assert!(density[64..].iter().all(|&value| value == 0.0));
+}
+
+/// A camera given as a matrix sees what the same camera given by its place sees.
+#[test]
+fn a_matrix_is_the_same_camera() {
+    let (folder, views) = views("tomography_matrix", 3, &["--pinhole", "--elevation", "0"]);
+    let good = fs::read_to_string(views.join("views.toml")).unwrap();
+    let number = |key: &str| -> Vec<f64> {
+        let rest = good.split(key).nth(1).unwrap().lines().next().unwrap();
+        rest.trim_matches(|c: char| " =[]".contains(c))
+            .split(", ")
+            .map(|x| x.parse().unwrap())
+            .collect()
+    };
+    let (eye, angle) = (number("position"), number("field_of_view")[0]);
+    let pictures = read(&views.join("pictures.npz"));
+    let [height, width] = pictures["camera_0"].shape[1..] else {
+        unreachable!()
+    };
+    // The first camera looks along y: u = f (x - ex) / (y - ey) + w/2, v = -f (z - ez) / (y - ey) + h/2.
+    let f = 0.5 * width as f64 / (0.5 * angle).to_radians().tan();
+    let (cx, cy) = (0.5 * width as f64, 0.5 * height as f64);
+    let rows = [
+        [f, cx, 0.0, -f * eye[0] - cx * eye[1]],
+        [0.0, cy, -f, f * eye[2] - cy * eye[1]],
+        [0.0, 1.0, 0.0, -eye[1]],
+    ];
+    let start = good.find("kind = \"pinhole\"").unwrap();
+    let end = start + good[start..].find("file =").unwrap();
+    let changed = format!(
+        "{}kind = \"matrix\"\nmatrix = {rows:?}\n{}",
+        &good[..start],
+        &good[end..]
+    );
+    fs::write(views.join("matrix.toml"), changed).unwrap();
+    let density = |file: &str| {
+        let out = folder.join(file);
+        let ended = reconstruct(
+            &views.join(file),
+            &out,
+            &[
+                "--precision",
+                "f64",
+                "--set",
+                "tomography.budget=20000",
+                "--set",
+                "pictures.last=0",
+            ],
+        );
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let cameras = report(&out)["cameras"][0].clone();
+        (cameras, read(&out.join("result.npz"))["density"].data.clone())
+    };
+    let ((by_place, one), (by_matrix, other)) = (density("views.toml"), density("matrix.toml"));
+    for key in ["eye", "across", "down", "forward", "at"] {
+        let list = |value: &Value| -> Vec<f64> {
+            value[key]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|x| x.as_f64().unwrap())
+                .collect()
+        };
+        for (one, other) in list(&by_place).iter().zip(list(&by_matrix)) {
+            assert!(
+                (one - other).abs() < 1e-6 * one.abs().max(1.0),
+                "{key}: {one} {other}"
+            );
+        }
+    }
+    let (sum, apart): (f64, f64) = (
+        one.iter().sum(),
+        one.iter().zip(&other).map(|(a, b)| (a - b).abs()).sum(),
+    );
+    assert!(apart < 0.2 * sum, "{apart} of {sum}");
+}
+
+/// Ctrl-C: what is done is written.
+#[test]
+#[cfg(unix)]
+fn an_interrupt_leaves_what_is_done() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    let (folder, views) = views("tomography_interrupt", 2, &[]);
+    let out = folder.join("out");
+    let mut program = crate::support::thurible()
+        .args([
+            "tomography",
+            text(&views),
+            "--json",
+            "-o",
+            text(&out),
+            "--threads",
+            "1",
+        ])
+        .args([
+            "--set",
+            "tomography.budget=1e9",
+            "--set",
+            "tomography.tolerance=0",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(program.stdout.take().unwrap())
+        .lines()
+        .map(Result::unwrap);
+    assert!(lines.any(|line| line.contains("\"plan\"")));
+    std::thread::sleep(core::time::Duration::from_millis(300));
+    let kill = format!("kill -INT {}", program.id());
+    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+    let _: Vec<String> = lines.collect();
+    assert_eq!(program.wait().unwrap().code(), Some(130));
+    let report = report(&out);
+    assert_eq!(report["status"], "cancelled");
+    assert_eq!(report["steps"], 0);
+    assert!(
+        read(&out.join("result.npz"))["density"]
+            .data
+            .iter()
+            .any(|&value| value > 0.0)
+    );
+}
