@@ -132,15 +132,14 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
     }
 
     /// Its two problems have closed steps for |u|^2 alone.
-    fn takes(_: &Params, feature: Feature) -> bool {
+    fn takes(params: &Params, feature: Feature) -> bool {
         match feature {
+            // STFAS knows no faces that are exits.
+            Feature::Open => params.admm.nso.solver == NsoSolver::NewtonCg,
             Feature::Solids | Feature::Buoyancy => true,
-            Feature::Smoothness
-            | Feature::Schedule
-            | Feature::Mask
-            | Feature::Open
-            | Feature::Templates
-            | Feature::Jets => false,
+            Feature::Smoothness | Feature::Schedule | Feature::Mask | Feature::Templates | Feature::Jets => {
+                false
+            }
         }
     }
 
