@@ -29,9 +29,10 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
     let mut v0: [Vec<f32>; 3] = core::array::from_fn(|axis| vec![0.0; v[axis].len() / SLOTS]);
     let [mut p, mut pbar] = [0; 2].map(|_| vec![0f32; len]);
     let mut table = vec![0f32; local::table_len::<S>()];
-    local::fill_table::<f32, S>(grid.h, &mut table);
+    local::fill_table::<f32, S>(grid.h, false, &mut table);
     let mut level = LevelMut {
         grid: &grid,
+        solids: Default::default(),
         state: State {
             v: writable(&mut v),
             w: writable(&mut w),

@@ -174,6 +174,9 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
             };
             let other = match feature {
                 Feature::Templates => format!("the method {}", Method::Templates.name()),
+                Feature::Open if method == Method::Admm.name() => {
+                    "another method, or set `method.admm.nso` to \"newton_cg\"".into()
+                }
                 _ => "another method".into(),
             };
             let why = format!("is more than the method {method} can do; {otherwise}, or take {other}");

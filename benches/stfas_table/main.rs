@@ -1,6 +1,6 @@
 //! The table of STFAS: by which factor a V(2,2) cycle reduces the residual of NSO, asymptotically, in double precision.
 //!
-//! `cargo bench --bench stfas_table`, all in about three minutes; `-- --quick` the small rows alone; `-- --floor` instead the
+//! `cargo bench --bench stfas_table`, all in about four minutes; `-- --quick` the small rows alone; `-- --floor` instead the
 //! residuals that single and double precision come down to, beside the tolerance of the paper. Ends with 1 when a row that has
 //! a bound misses it.
 
@@ -15,7 +15,7 @@ use floors::floors;
 use residuals::{FLOOR, cycles};
 use std::process::ExitCode;
 use std::time::Instant;
-use thurible_bench::navier_stokes::Case;
+use thurible_bench::navier_stokes::{Case, Obstacle};
 use thurible_bench::scenes::letter_f;
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::{Colours, D2, D3, Exec, Silent, Space};
@@ -67,6 +67,7 @@ fn main() -> ExitCode {
     at_rest(exec, &mut table);
     other_boxes(exec, &mut table);
     fast_flows(exec, &mut table);
+    solids(exec, &mut table);
     local_damping_cases(exec, &mut table);
     if !table.quick {
         real_runs(exec, &mut table);
@@ -114,6 +115,52 @@ fn synthetic_3d(exec: &dyn Exec, table: &mut Table) {
             table.case::<D3>(exec, &name, &Case::new(&[n; 3], steps, *courant), Some(0.2));
         }
     }
+}
+
+/// A disc, and plates of one cell with two free ends or one: between cells of all coarser grids, and where the second would go through.
+fn solids(exec: &dyn Exec, table: &mut Table) {
+    table.title("Among solids, kappa = 1, Courant 1");
+    let flat: &[(usize, usize)] = if table.quick {
+        &[(32, 20)]
+    } else {
+        &[(32, 20), (32, 80), (64, 20), (128, 40)]
+    };
+    for &(n, steps) in flat {
+        for (name, obstacle) in obstacles(n) {
+            let name = format!("{n}x{n}, N = {steps}, {name}");
+            let obstacle = Some(obstacle);
+            let case = Case {
+                obstacle,
+                ..Case::new(&[n, n], steps, 1.0)
+            };
+            table.case::<D2>(exec, &name, &case, Some(0.3));
+        }
+    }
+    let deep: &[usize] = if table.quick { &[16] } else { &[16, 32] };
+    for &n in deep {
+        for (name, obstacle) in obstacles(n) {
+            let name = format!("{n}x{n}x{n}, N = 16, {name}");
+            let obstacle = Some(obstacle);
+            let case = Case {
+                obstacle,
+                ..Case::new(&[n; 3], 16, 1.0)
+            };
+            table.case::<D3>(exec, &name, &case, Some(0.3));
+        }
+    }
+}
+
+/// What stands in a box of `n` cells a side.
+fn obstacles(n: usize) -> [(&'static str, Obstacle); 5] {
+    let across = [0.25, 0.75];
+    let from_a_wall = [0.0, 0.75];
+    [
+        ("ball", Obstacle::Ball(0.2 * n as f64)),
+        ("plate", Obstacle::Plate(n / 2 - 1, across)),
+        ("plate, lost", Obstacle::Plate(n / 2 - 2, across)),
+        ("plate at a wall", Obstacle::Plate(n / 2 - 1, from_a_wall)),
+        ("plate at a wall, lost", Obstacle::Plate(n / 2 - 2, from_a_wall)),
+    ]
 }
 
 fn at_rest(exec: &dyn Exec, table: &mut Table) {

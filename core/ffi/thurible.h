@@ -370,8 +370,7 @@ typedef struct {
     uint32_t scheme;
     // Whether each keyframe has a region that `thurible_set_region` sets: 0, the default, or 1.
     uint32_t keyframe_regions;
-    // Whether there are solid cells, which `thurible_set_solids` sets: 0, the default, or 1. They need limited transport; ADMM
-    // knows none.
+    // Whether there are solid cells, which `thurible_set_solids` sets: 0, the default, or 1. They need limited transport.
     uint32_t solids;
     // Whether force may act only where `thurible_set_mask` says: 0, the default, or 1. ADMM knows no mask.
     uint32_t mask;

@@ -6,6 +6,7 @@ use crate::field::rows::{self, part, part_mut};
 use crate::field::{Vector, VectorMut, reborrow};
 use crate::grid::solids::{Solids, closed, exit};
 use crate::grid::{Grid, Side};
+use crate::memory::Pool;
 use crate::real::Real;
 use core::ops::Range;
 
@@ -26,6 +27,17 @@ impl Lift<'_> {
     /// Whether nothing is pushed.
     fn is_none(&self) -> bool {
         self.acceleration == [0.0; 3]
+    }
+
+    /// Takes a field for B rho: a trajectory of faces along the axes that have any buoyancy.
+    pub fn take<'a, T: Real>(&self, pool: &mut Pool<'a, T>) -> VectorMut<'a, T> {
+        let len = self.grid.cells() * self.slots;
+        pool.line("buoyancy at faces", |pool| {
+            self.acceleration.map(|b| match b {
+                0.0 => Default::default(),
+                _ => pool.take("component", len),
+            })
+        })
     }
 
     /// Half of `s` times the acceleration along an axis, if there is any.

@@ -19,7 +19,7 @@ use crate::exec::Exec;
 use crate::field::{Vector, VectorMut, rows, subtract_next, subtract_previous};
 use crate::grid::Space;
 use crate::operators::divergence::add_gradient;
-use crate::operators::plaquette::{Adjoint, Advection, Derivative};
+use crate::operators::plaquette::{Adjoint, Advection, Bend, Derivative};
 use crate::operators::self_advection::{Fluid, Reads, Start, for_blocks};
 use crate::real::Real;
 
@@ -108,7 +108,7 @@ pub fn apply_adjoint<T: Real, S: Space>(
 }
 
 /// `out_k += J(d_k)^T w_k` in every slot, without viscosity: with the derivative and its adjoint, D^T D d + J(d)^T w is the
-/// second derivative of 1/2 sum |w(v)|^2 along d, since J is linear in v but for a constant.
+/// second derivative of 1/2 sum |w(v)|^2 along d, since J is linear in v but for a constant. What happens at exits is left out: there J has a kink.
 pub fn add_curvature<T: Real, S: Space>(
     exec: &dyn Exec,
     fluid: Fluid<'_>,
@@ -117,6 +117,6 @@ pub fn add_curvature<T: Real, S: Space>(
     out: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    let reads = Reads::new(Adjoint(T::ZERO), d, w);
+    let reads = Reads::new(Bend, d, w);
     for_blocks::<T, S, _, _>(exec, fluid, reads, Start::Kept, out, scratch, |_, _, _, _| {});
 }

@@ -172,7 +172,7 @@ impl<'m, T: Real> Levels<'m, T> {
         Solids::new(self.solids.get(begin..end).unwrap_or(&[]), self.obstacles)
     }
 
-    /// Sets which cells of the finest grid are solid, and what follows for those that it halves to.
+    /// Sets which cells of the finest grid are solid, and what follows for the coarser ones.
     pub fn set_solids(&mut self, solid: impl Fn(usize) -> bool) {
         let finest = self.finest.cells();
         let Some((mut fine, mut rest)) = self.solids.split_at_mut_checked(finest) else {
@@ -183,13 +183,10 @@ impl<'m, T: Real> Levels<'m, T> {
         }
         solids::fill(&self.finest, fine);
         for pair in self.grids.windows(2) {
-            let (from, to) = (&pair[0], &pair[1]);
-            let [fine_cells, coarse_cells] = [from, to].map(|grid| grid.inside().map(|inside| inside.len()));
-            let halves = (0..from.dims).all(|axis| fine_cells[axis] == 2 * coarse_cells[axis]);
-            let Some((coarse, after)) = rest.split_at_mut_checked(to.cells()).filter(|_| halves) else {
+            let Some((coarse, after)) = rest.split_at_mut_checked(pair[1].cells()) else {
                 return;
             };
-            solids::coarsen(from, fine, to, coarse);
+            solids::coarsen(&pair[0], fine, &pair[1], coarse);
             (fine, rest) = (coarse, after);
         }
     }

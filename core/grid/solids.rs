@@ -8,6 +8,7 @@
 
 use super::{Axis, D2, D3, Grid, Side, Space};
 use crate::real::Real;
+use core::ops::Range;
 
 /// The cell is solid, or outside the box.
 pub const SOLID: u16 = 1;
@@ -78,6 +79,51 @@ impl<'a> Solids<'a> {
         self.bits.get(row * n..(row + 1) * n).unwrap_or(&[])
     }
 
+    /// The faces of cell `at` that solid cells close, in the order of [`Grid::closed_faces`].
+    #[inline(always)]
+    #[must_use]
+    pub fn closed_faces(&self, grid: &Grid, at: [usize; 3]) -> usize {
+        if !self.there {
+            return 0;
+        }
+        (0..2 * grid.dims).fold(0, |faces, face| {
+            let (axis, high) = (face / 2, face % 2 == 1);
+            let of = if high {
+                grid.beside(at, axis, Side::High)
+            } else {
+                Some(at)
+            };
+            let is_closed = of.is_some_and(|of| self.of_cell(grid, of) & closed(axis) != 0);
+            faces | usize::from(is_closed) << face
+        })
+    }
+
+    /// Whether the plaquette at an edge of cell `at` does nothing: that of an axis pair with its number, on these sides along both.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_dead(
+        &self,
+        grid: &Grid,
+        at: [usize; 3],
+        (pair, axes): (usize, [usize; 2]),
+        sides: [usize; 2],
+    ) -> bool {
+        if !self.there {
+            return false;
+        }
+        let mut of = Some(at);
+        for (axis, _) in axes.into_iter().zip(sides).filter(|(_, side)| *side == 1) {
+            of = of.and_then(|of| grid.beside(of, axis, Side::High));
+        }
+        of.is_some_and(|of| self.of_cell(grid, of) & dead(pair) != 0)
+    }
+
+    /// The bits of a cell.
+    #[inline(always)]
+    fn of_cell(&self, grid: &Grid, at: [usize; 3]) -> u16 {
+        self.bits.get(grid.index(at)).copied().unwrap_or(0)
+    }
+
     /// Sets a field of cells, of rows of `n`, to 0 in solid ones.
     pub fn clear_cells<T: Real>(&self, n: usize, field: &mut [T]) {
         if self.there {
@@ -122,40 +168,63 @@ fn set_outside(grid: &Grid, bits: &mut [u16]) {
     }
 }
 
-/// The cells of an axis of the finer grid that cell `at` of the coarser one is made of: one and the same for a cell outside.
-fn children_along(fine: Axis, coarse: Axis, at: usize) -> [usize; 2] {
+/// The cells of an axis of the finer grid that cell `at` of the coarser one reaches into: one and the same for a cell outside.
+fn children_along(fine: Axis, coarse: Axis, at: usize) -> Range<usize> {
     let (inside, from) = (coarse.inside(), fine.inside());
     if at < inside.start {
-        [0, 0]
+        0..1
     } else if at >= inside.end {
-        [from.end, from.end]
+        from.end..from.end + 1
     } else {
-        let first = from.start + (at - inside.start) * from.len() / inside.len();
-        [first, first + usize::from(from.len() > inside.len())]
+        let (cells, place) = (inside.len().max(1), (at - inside.start) * from.len());
+        from.start + place / cells..from.start + (place + from.len()).div_ceil(cells)
     }
 }
 
-/// Fills the table of `coarse` from that of `fine`, which halves exactly to it: a cell is solid where all its children are, and a face
-/// closed where all its fine faces are.
+/// The low faces of an axis of the finer grid around that of cell `at` of the coarser one: one where the two are at the same place.
+fn faces_along(fine: Axis, coarse: Axis, at: usize) -> [usize; 2] {
+    let (inside, from) = (coarse.inside(), fine.inside());
+    let (cells, place) = (inside.len().max(1), at.saturating_sub(inside.start) * from.len());
+    let around = [place / cells, place.div_ceil(cells)];
+    around.map(|face| match fine.is_ring() {
+        true => face % from.len().max(1),
+        false => from.start + face,
+    })
+}
+
+/// Fills the table of `coarse` from that of `fine`: a cell is solid where all cells are that it reaches into, and a face closed where all fine
+/// faces are that it is made of, those which restriction takes the mean of.
 pub fn coarsen(fine: &Grid, table: &[u16], coarse: &Grid, bits: &mut [u16]) {
-    let along = |axis: usize, at: usize| children_along(fine.axis(axis), coarse.axis(axis), at);
-    let children = |at: [usize; 3]| {
-        let offsets = (0..1 << coarse.dims).map(|child: usize| [child & 1, child >> 1 & 1, child >> 2 & 1]);
-        offsets.map(move |offset| -> [usize; 3] { core::array::from_fn(|a| along(a, at[a])[offset[a]]) })
+    let children = |axis: usize, at: usize| match axis < coarse.dims {
+        true => children_along(fine.axis(axis), coarse.axis(axis), at),
+        false => 0..1,
+    };
+    let all = |ranges: [Range<usize>; 3], has: u16| {
+        let [x, y, z] = ranges;
+        z.flat_map(|z| y.clone().map(move |y| (y, z)))
+            .all(|(y, z)| x.clone().all(|x| table[fine.index([x, y, z])] & has != 0))
     };
     for row in 0..coarse.rows() {
         for x in 0..coarse.n[0] {
             let at = coarse.cell_at(row, x);
-            let solid = children(at).all(|child| table[fine.index(child)] & SOLID != 0);
+            let solid = all(core::array::from_fn(|axis| children(axis, at[axis])), SOLID);
             bits[coarse.index(at)] = if solid { SOLID } else { 0 };
         }
     }
     set_outside(coarse, bits);
     close(coarse, bits, |_, cell, _, axis| {
         let at = coarse.cell_at(cell / coarse.n[0], cell % coarse.n[0]);
-        let first = along(axis, at[axis])[0];
-        let mut faces = children(at).filter(|child| child[axis] == first);
-        faces.all(|face| table[fine.index(face)] & closed(axis) != 0)
+        let around = faces_along(fine.axis(axis), coarse.axis(axis), at[axis]);
+        around.into_iter().all(|face| {
+            let of = |other| {
+                if other == axis {
+                    face..face + 1
+                } else {
+                    children(other, at[other])
+                }
+            };
+            all(core::array::from_fn(of), closed(axis))
+        })
     });
 }
 

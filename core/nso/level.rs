@@ -3,6 +3,7 @@
 use super::damping::LocalDamping;
 use crate::field::transfer::Place;
 use crate::field::{Vector, VectorMut, view};
+use crate::grid::solids::Solids;
 use crate::grid::{Grid, Space};
 use crate::memory::Pool;
 use crate::real::Real;
@@ -41,6 +42,8 @@ pub struct Rhs<'a, T> {
 pub struct System<'a, T> {
     /// The grid.
     pub grid: &'a Grid,
+    /// The solid cells in it.
+    pub solids: Solids<'a>,
     /// The row that the fields begin with: 0 unless they are a part of the grid's rows.
     pub first: usize,
     /// Slots T.
@@ -74,6 +77,8 @@ pub struct System<'a, T> {
 pub struct LevelMut<'a, T> {
     /// The grid.
     pub grid: &'a Grid,
+    /// The solid cells in it.
+    pub solids: Solids<'a>,
     /// The unknowns.
     pub state: State<'a, T>,
     /// The given velocity before slot 1, a field of one slot.
@@ -84,7 +89,7 @@ pub struct LevelMut<'a, T> {
     pub scale: T,
     /// Right-hand side of equation b, empty on the finest level.
     pub b: &'a mut [T],
-    /// Right-hand side of equation c, empty on the finest level.
+    /// Right-hand side of equation c; on the finest level buoyancy, along the axes that have any.
     pub c: VectorMut<'a, T>,
     /// Right-hand side of equation d, empty on the finest level.
     pub d: &'a mut [T],
@@ -109,10 +114,16 @@ pub struct Coefficients<T> {
 
 impl<'a, T: Real> LevelMut<'a, T> {
     /// A coarse level, in elements of a pool.
-    pub fn coarse<S: Space>(grid: &'a Grid, table: &'a [T], slots: usize, pool: &mut Pool<'a, T>) -> Self {
+    pub fn coarse<S: Space>(
+        (grid, solids): (&'a Grid, Solids<'a>),
+        table: &'a [T],
+        slots: usize,
+        pool: &mut Pool<'a, T>,
+    ) -> Self {
         let len = grid.cells() * slots;
         Self {
             grid,
+            solids,
             state: State {
                 v: pool.take_vector("v", S::DIM, len),
                 w: pool.take_vector("w", S::DIM, len),
@@ -139,13 +150,25 @@ impl<'a, T: Real> LevelMut<'a, T> {
                 c: view(&self.c),
                 d: self.d,
             },
-            ..left_hand_side(self.grid, coefficients, &self.state, &self.v0, self.table)
+            ..left_hand_side(
+                (self.grid, self.solids),
+                coefficients,
+                &self.state,
+                &self.v0,
+                self.table,
+            )
         }
     }
 
     /// The level's left-hand sides, to read, and its right-hand sides, to write: a, c by component, b and d.
     pub(super) fn sides(&mut self, coefficients: &Coefficients<T>) -> (System<'_, T>, [&mut [T]; 8]) {
-        let left = left_hand_side(self.grid, coefficients, &self.state, &self.v0, self.table);
+        let left = left_hand_side(
+            (self.grid, self.solids),
+            coefficients,
+            &self.state,
+            &self.v0,
+            self.table,
+        );
         let [a0, a1, a2] = self.a.each_mut().map(|c| &mut **c);
         let [c0, c1, c2] = self.c.each_mut().map(|c| &mut **c);
         (left, [a0, a1, a2, c0, c1, c2, self.b, self.d])
@@ -154,7 +177,7 @@ impl<'a, T: Real> LevelMut<'a, T> {
 
 /// The equations with 0 on the right.
 fn left_hand_side<'a, T: Real>(
-    grid: &'a Grid,
+    (grid, solids): (&'a Grid, Solids<'a>),
     coefficients: &Coefficients<T>,
     state: &'a State<'_, T>,
     v0: &'a VectorMut<'_, T>,
@@ -162,6 +185,7 @@ fn left_hand_side<'a, T: Real>(
 ) -> System<'a, T> {
     System {
         grid,
+        solids,
         first: 0,
         slots: coefficients.slots,
         kappa: coefficients.kappa,

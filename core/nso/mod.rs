@@ -2,6 +2,7 @@
 //!
 //! For targets t_k: the smallest kappa |v_k - t_k|^2 + |w_k|^2 over flows v driven by forces w.
 
+mod closing;
 mod collect;
 pub mod colours;
 pub mod damping;

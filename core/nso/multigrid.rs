@@ -3,7 +3,7 @@
 use super::colours::Colours;
 use super::level::{Coefficients, LevelMut, State};
 use super::params::{Norm, Setup};
-use super::workspace::{Bases, Parts, Workspace};
+use super::workspace::{Bases, Closing, Parts, Workspace};
 use super::{residual, smoother};
 use crate::exec::Exec;
 use crate::field::{VectorMut, means};
@@ -24,6 +24,8 @@ pub struct Finest<'a, T> {
     pub v0: VectorMut<'a, T>,
     /// The targets t_k.
     pub target: VectorMut<'a, T>,
+    /// The right-hand side of equation c, buoyancy; empty where there is none.
+    pub lift: VectorMut<'a, T>,
     /// A vector field that may be overwritten: the damped target, should damping be needed.
     pub spare: VectorMut<'a, T>,
 }
@@ -36,8 +38,9 @@ pub struct Nso<'a, T, S> {
     pub(super) setup: Setup,
     parts: Parts,
     pub(super) scratch: &'a mut [T],
-    sums: &'a mut [f64],
+    pub(super) sums: &'a mut [f64],
     pub(super) spare: VectorMut<'a, T>,
+    pub(super) closing: Option<Closing<'a, T>>,
     space: PhantomData<S>,
 }
 
@@ -93,12 +96,13 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
     ) -> Self {
         let first = LevelMut {
             grid: &hierarchy.finest,
+            solids: hierarchy.solids(0),
             state: finest.state,
             v0: finest.v0,
             a: finest.target,
             scale: T::from_f64(setup.kappa),
             b: &mut [],
-            c: Default::default(),
+            c: finest.lift,
             d: &mut [],
             table: &*bases.tables[0],
         };
@@ -111,6 +115,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
             scratch: workspace.scratch,
             sums,
             spare: finest.spare,
+            closing: workspace.closing,
             space: PhantomData,
         }
     }

@@ -6,6 +6,7 @@ use super::level::System;
 use super::pass::{Pass, row_changes};
 use crate::exec::RowTask;
 use crate::field::rows;
+use crate::grid::solids::closed;
 use crate::grid::{Grid, Side, Space};
 use crate::real::Real;
 use crate::simd::multiversion;
@@ -71,7 +72,7 @@ impl<'a, T: Real> Pending<'a, T> {
             fields: [v0, v1, v2, w0, w1, w2, p, pbar],
             ..
         } = task;
-        let System { grid, .. } = self.pass.given;
+        let System { grid, solids, .. } = self.pass.given;
         let own = self.of_row(row);
         let walls = grid.axis(0).open_face(0).is_none();
         for (axis, (v, w)) in [(v0, w0), (v1, w1), (v2, w2)]
@@ -81,13 +82,17 @@ impl<'a, T: Real> Pending<'a, T> {
         {
             let below = (axis > 0).then(|| grid.neighbour(row, axis, Side::Low));
             let below = below.flatten().map(|below| self.of_row(below));
-            for (field, quantity) in [(v, 2 * axis), (w, S::FACES + 2 * axis)] {
+            for (field, quantity) in [(&mut *v, 2 * axis), (&mut *w, S::FACES + 2 * axis)] {
                 if axis == 0 {
                     own.add_to(field, quantity, 0, walls);
                     own.add_to(field, quantity + 1, 1, walls);
                 } else if let Some(below) = &below {
                     own.add_to(field, quantity, 0, false);
                     below.add_to(field, quantity + 1, 0, false);
+                }
+                if solids.there() {
+                    // Rounding is all that there is.
+                    solids.clear(grid.n[0], row, closed(axis), field);
                 }
             }
         }

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! phi(v) = kappa/2 sum |v_k - t_k|^2 + 1/2 sum |w_k(v)|^2
-//!          over div v_k = 0, w_k = P[v_k - v_{k-1} + Adv(v_k)]
+//!          over div v_k = 0, w_k = P[v_k - v_{k-1} + Adv(v_k) - B rho_k]
 //! g_k    = kappa (v_k - t_k) + Q[w_k - w_{k+1} + J(v_k)^T w_k]
 //! H d    = kappa d + Q[D^T P D d + J(d)^T w],  D d = d_k - d_{k-1} + J(v_k) d_k
 //! ```
@@ -13,6 +13,7 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::force;
+use crate::force::lift::Lift;
 use crate::force::time_line::{TimeLine, drag};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
@@ -44,6 +45,10 @@ pub struct Problem<'a, T> {
     pub v0: Vector<'a, T>,
     /// The targets t_k.
     pub target: Vector<'a, T>,
+    /// Buoyancy, by the densities rho_0 .. rho_N.
+    pub lift: Lift<'a>,
+    /// These densities.
+    pub rho: &'a [T],
 }
 
 /// The problem at a flow v, with the fields of its solver.
@@ -117,7 +122,7 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
             grid: &self.levels.finest,
             slots: self.setup.slots,
             viscosity: self.setup.viscosity,
-            solids: Default::default(),
+            solids: self.levels.solids(0),
         }
     }
 
@@ -266,6 +271,8 @@ impl<'a, 'm, T: Real> Reduced<'a, 'm, T> {
             reborrow(&mut self.work),
             self.region,
         );
+        let Problem { lift, rho, .. } = self.problem;
+        lift.add(exec, -1.0, rho, 0..lift.slots, &mut self.work);
         self.project(exec, observer, Output::Work)
     }
 }

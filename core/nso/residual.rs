@@ -11,7 +11,7 @@
 use super::level::{Coefficients, LevelMut, System};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, rows, subtract_next, subtract_previous};
-use crate::grid::solids::Solids;
+use crate::grid::solids::closed;
 use crate::grid::{Grid, Space};
 use crate::operators::divergence::{add_divergence, add_gradient};
 use crate::operators::plaquette::{self, Adjoint, Advection, accumulate};
@@ -102,7 +102,7 @@ pub fn of_block<T: Real, S: Space>(
     // Left-hand sides of the nonlinear parts first, with their sign turned at once.
     out.list().into_iter().for_each(|row| row.fill(T::ZERO));
     accumulate::<T, S, _>(
-        (block, row, Solids::default()),
+        (block, row, system.solids),
         Adjoint(system.viscosity),
         system.v,
         system.w,
@@ -110,7 +110,7 @@ pub fn of_block<T: Real, S: Space>(
         work,
     );
     accumulate::<T, S, _>(
-        (block, row, Solids::default()),
+        (block, row, system.solids),
         Advection(system.viscosity),
         system.v,
         [&[]; 3],
@@ -133,8 +133,12 @@ pub fn of_block<T: Real, S: Space>(
         subtract_previous(block, row, system.v[axis], system.v0[axis], c);
         rows::scale_in_place(c, minus);
         rows::add(c, target(system.rhs.c, axis, block, row));
-        block.clear_closed(axis, row, a);
-        block.clear_closed(axis, row, c);
+        for equation in [a, c] {
+            block.clear_closed(axis, row, equation);
+            if system.solids.there() {
+                system.solids.clear(block.grid.n[0], row, closed(axis), equation);
+            }
+        }
     }
     for (equation, field, rhs) in [
         (&mut *out.b, system.v, system.rhs.b),

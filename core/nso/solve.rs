@@ -159,20 +159,32 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
         let level = &mut self.levels[0];
         level.state.p.fill(T::ZERO);
         level.state.pbar.fill(T::ZERO);
+        self.force_of_state(exec, false);
+    }
+
+    /// w from v by equation c, with or without a pressure.
+    pub(super) fn force_of_state(&mut self, exec: &dyn Exec, with_pressure: bool) {
+        let level = &mut self.levels[0];
+        let p = if with_pressure { &*level.state.p } else { &[] };
         crate::force::from_velocity::<T, S>(
             exec,
             Fluid {
                 grid: level.grid,
                 slots: self.coefficients.slots,
                 viscosity: self.setup.viscosity,
-                solids: Default::default(),
+                solids: level.solids,
             },
             view(&level.state.v),
             view(&level.v0),
-            &[],
+            p,
             reborrow(&mut level.state.w),
             self.scratch,
         );
+        for (w, lift) in level.state.w.iter_mut().zip(&level.c) {
+            if !lift.is_empty() {
+                rows::sub(w, lift);
+            }
+        }
     }
 }
 

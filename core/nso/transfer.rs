@@ -7,8 +7,9 @@ use super::level::{Coefficients, LevelMut, place_of};
 use super::params::Split;
 use super::residual;
 use crate::exec::{Exec, RowBuffers, Serial, for_rows, for_slabs};
-use crate::field::transfer::{Move, Placed};
+use crate::field::transfer::{Move, Place, Placed};
 use crate::field::{Block, view};
+use crate::grid::solids::{Solids, closed};
 use crate::grid::tables::Tables;
 use crate::grid::taps::Transfer;
 use crate::grid::{Grid, Space};
@@ -42,6 +43,7 @@ pub fn restrict_solution<T: Real>(
             cell: Transfer::RestrictCell,
             face: Transfer::RestrictFace,
         },
+        solids: coarse.solids,
         slots,
         factor: T::ONE,
         overwrite: true,
@@ -75,6 +77,7 @@ pub fn add_prolonged<T: Real>(
             cell: Transfer::ProlongCell,
             face: Transfer::ProlongFace,
         },
+        solids: fine.solids,
         slots,
         factor: s,
         overwrite: false,
@@ -87,6 +90,8 @@ pub fn add_prolonged<T: Real>(
 #[derive(Clone, Copy)]
 struct FieldsMove<'a, T> {
     step: Move<'a, T>,
+    /// Those of the target, at whose closed faces nothing arrives.
+    solids: Solids<'a>,
     slots: usize,
     factor: T,
     /// Whether what the fields hold is overwritten, or added to.
@@ -111,6 +116,10 @@ impl<T: Real> FieldsMove<'_, T> {
                     values,
                 };
                 self.add_row(field, task.row, out, task.scratch);
+                if let (Place::Face(axis), true) = (field.place, self.solids.there()) {
+                    self.solids
+                        .clear(self.step.target.n[0], task.row, closed(axis), out);
+                }
             }
         });
     }

@@ -1,7 +1,7 @@
 //! One FAS V(2,2) cycle (paper Algorithm 2), coarsened in space alone.
 //!
 //! No copy of the coarse solution is kept: it is subtracted from the fine one on the way down, and added
-//! again, corrected, on the way up.
+//! again, corrected, on the way up. Among solid cells projections on the finest grid end it (see [`closing`](super::closing)).
 
 use super::multigrid::Nso;
 use super::transfer::{add_prolonged, restrict_residual, restrict_solution};
@@ -37,7 +37,8 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
             }
             self.remove_means(exec, level);
         }
-        flow
+        flow?;
+        self.close(exec, observer)
     }
 
     /// x_c = R x, f_c = lhs(x_c) + R residual(x), x -= P x_c.

@@ -3,9 +3,11 @@
 use super::level::LevelMut;
 use super::params::{Setup, SmootherMemory};
 use super::{local, smoother, transfer};
+use crate::field::VectorMut;
 use crate::grid::levels::{self, Levels, MAX_LEVELS};
 use crate::grid::{Grid, Space};
 use crate::memory::{Arena, Pool, Sharing, TooSmall, pooled};
+use crate::poisson::Projection;
 use crate::real::Real;
 use core::marker::PhantomData;
 
@@ -28,7 +30,9 @@ impl<'m, T: Real> Bases<'m, T> {
     ///
     /// # Errors
     /// [`TooSmall`].
-    pub fn carve<S: Space>(arena: &mut Arena<'m>, grids: &[Grid]) -> Result<Self, TooSmall> {
+    pub fn carve<S: Space>(arena: &mut Arena<'m>, levels: &Levels<'_, T>) -> Result<Self, TooSmall> {
+        let grids = &levels.grids;
+        let among_solids = levels.solids(0).there();
         let elements = arena.take::<T>("smoother bases", pooled(local::table_len::<S>()) * grids.len())?;
         if arena.ledger().is_some() {
             return Ok(Self::bare(grids));
@@ -36,11 +40,31 @@ impl<'m, T: Real> Bases<'m, T> {
         let mut pool = Pool::new(elements);
         let fill = |grid: &Grid| {
             let table = pool.take("basis", local::table_len::<S>());
-            local::fill_table::<T, S>(grid.h, table);
+            local::fill_table::<T, S>(grid.h, among_solids, table);
             table
         };
         Ok(Self {
             tables: grids.iter().map(fill).collect(),
+        })
+    }
+}
+
+/// What ends a cycle among solid cells: see [`closing`](super::closing).
+pub(super) struct Closing<'a, T> {
+    /// Equation a, left-hand side minus right-hand side.
+    pub(super) excess: VectorMut<'a, T>,
+    pub(super) projection: Projection<'a, T>,
+}
+
+impl<'a, T: Real> Closing<'a, T> {
+    /// Takes it from a pool where there are solids.
+    fn carve(levels: &'a Levels<'_, T>, setup: &Setup, pool: &mut Pool<'a, T>) -> Option<Self> {
+        let (grid, slots) = (&levels.finest, setup.slots);
+        levels.solids(0).there().then(|| {
+            pool.line("end of a cycle among solids", |pool| Self {
+                excess: pool.take_vector("equation a", grid.dims, grid.cells() * slots),
+                projection: Projection::carve(levels, 0, slots, setup.threads, pool),
+            })
         })
     }
 }
@@ -77,6 +101,7 @@ pub struct Workspace<'a, T, S> {
     pub(super) coarse: heapless::Vec<LevelMut<'a, T>, MAX_LEVELS>,
     pub(super) scratch: &'a mut [T],
     pub(super) parts: Parts,
+    pub(super) closing: Option<Closing<'a, T>>,
     space: PhantomData<S>,
 }
 
@@ -91,10 +116,12 @@ impl<'a, T: Real, S: Space> Workspace<'a, T, S> {
         let slots = setup.slots;
         let parts = Parts::new::<S>(&hierarchy.finest, slots, setup.threads, setup.memory);
         pool.group("Navier-Stokes problem (NSO)", Sharing::Together, |pool| {
-            let grids = hierarchy.grids.iter().zip(&bases.tables).skip(1);
+            let grids = hierarchy.grids.iter().zip(&bases.tables).enumerate().skip(1);
             let coarse = pool.line("coarse levels", |pool| {
                 grids
-                    .map(|(grid, base)| LevelMut::coarse::<S>(grid, base, slots, pool))
+                    .map(|(level, (grid, base))| {
+                        LevelMut::coarse::<S>((grid, hierarchy.solids(level)), base, slots, pool)
+                    })
                     .collect()
             });
             let uses = [
@@ -108,6 +135,7 @@ impl<'a, T: Real, S: Space> Workspace<'a, T, S> {
                 coarse,
                 scratch: pool.take_longest("smoothing or transfer", &uses),
                 parts,
+                closing: Closing::carve(hierarchy, setup, pool),
                 space: PhantomData,
             }
         })

@@ -3,12 +3,14 @@
 use crate::exec::{Exec, Serial, join};
 use crate::field::{Vector, VectorMut, reborrow};
 use crate::force;
+use crate::force::lift::Lift;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::memory::{Pool, Sharing};
 use crate::objective::script::Script;
 use crate::objective::sweep::{self, DensitySweep};
 use crate::observe::{Event, Observer, Silent};
+use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
 use crate::problem::Problem;
 use crate::progress::Objective;
@@ -82,6 +84,28 @@ impl Setup {
     #[must_use]
     pub fn weighs(&self) -> bool {
         self.smoothing > 0.0 || self.scheduled || self.masked
+    }
+
+    /// A fluid in all slots of the finest grid.
+    #[must_use]
+    pub fn fluid<'a, T: Real>(&self, levels: &'a Levels<'_, T>) -> Fluid<'a> {
+        Fluid {
+            grid: &levels.finest,
+            slots: self.sweep.slots,
+            viscosity: self.viscosity,
+            solids: levels.solids(0),
+        }
+    }
+
+    /// Buoyancy on the finest grid.
+    #[must_use]
+    pub fn lift<'a, T: Real>(&self, levels: &'a Levels<'_, T>) -> Lift<'a> {
+        Lift {
+            grid: &levels.finest,
+            slots: self.sweep.slots,
+            solids: levels.solids(0),
+            acceleration: self.buoyancy,
+        }
     }
 
     /// Whether the densities push the flow.

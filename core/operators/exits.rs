@@ -12,7 +12,7 @@
 use crate::field::rows::{part, part_mut};
 use crate::field::{Block, Vector};
 use crate::grid::solids::{OUTSIDE, Solids, exit};
-use crate::operators::plaquette::{Adjoint, Advection, Derivative, Drag};
+use crate::operators::plaquette::{Adjoint, Advection, Bend, Derivative, Drag};
 use crate::real::Real;
 
 /// What a rule of the plaquettes does at exits.
@@ -41,6 +41,12 @@ impl<T: Real> AtExits<T> for Adjoint<T> {
 }
 
 impl<T: Real> AtExits<T> for Drag<T> {
+    fn leaving(self, _out: T, _second: T) -> T {
+        T::ZERO
+    }
+}
+
+impl<T: Real> AtExits<T> for Bend {
     fn leaving(self, _out: T, _second: T) -> T {
         T::ZERO
     }

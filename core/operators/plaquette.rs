@@ -160,6 +160,16 @@ impl<T: Real> Rule<T> for Drag<T> {
     }
 }
 
+/// J(v)^T m alone, as [`Adjoint`] without viscosity.
+#[derive(Clone, Copy, Debug)]
+pub struct Bend;
+
+impl<T: Real> Rule<T> for Bend {
+    fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
+        Adjoint(T::ZERO).contribute(velocity, second, inverse, out);
+    }
+}
+
 /// Rows of scratch that [`accumulate`] needs.
 pub const SCRATCH_ROWS: usize = 7;
 

@@ -111,8 +111,8 @@ def solve(
     the machine offers. `memory_limit` is in bytes, of the one block in which it is solved.
 
     `source` may be None where `emitters` make all smoke. `buoyancy` is the acceleration of the flow where the density is 1: a number, up
-    along the last of x, y (and z), or one for each of them; "admm" knows none. `solids` is True in cells that no smoke gets into, with
-    limited transport and not for "admm". `schedule` says by step what the price of the force is
+    along the last of x, y (and z), or one for each of them. `solids` is True in cells that no smoke gets into, with
+    limited transport. `schedule` says by step what the price of the force is
     multiplied by (not for "admm"): linear in its logarithm between the steps. `mask` says where force
     may act, in each cell from 0 (as good as nowhere) to 1, in between at 1 / mask^2 times the price (not for "admm"). `weights` and `regions` belong to keyframes, by their steps:
     what the error of one is multiplied by, as a whole, and in each cell by an array of numbers from 0 to 1; 1 where nothing is said. From

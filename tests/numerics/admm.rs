@@ -7,7 +7,7 @@ use crate::fields::random::Random;
 use crate::fields::{
     Components, add_scaled_all, assert_close, gap, grid, largest, largest_of, places, with_threads,
 };
-use thurible_core::{D2, D3, NsoSolver, Params, Progress, Real, Scheme, Silent, Space, Status};
+use thurible_core::{D2, D3, Method, NsoSolver, Params, Progress, Real, Scheme, Silent, Space, Status};
 
 /// Solves circle to two circles on two threads: as the paper does, or with the defaults.
 fn two_circles(from_rest: bool) -> (Scene, Solved) {
@@ -271,4 +271,56 @@ fn newton_in_space_and_on_any_box() {
             progress.report.series("nso_residuals")
         );
     }
+}
+
+/// With buoyancy AO and NSO meet where the direct method does: J is a function of the flow whose gradient both halves share.
+#[test]
+fn buoyancy_ends_where_the_direct_method_does() {
+    let mut scene = Scene::small(&[20, 20], "ww", 8);
+    scene.force_weight = 1e3;
+    scene.effects.buoyancy[1] = 8e-3;
+    (scene.params.iterations, scene.params.admm.ao_iterations) = (120, 4);
+    (scene.params.admm.penalty, scene.params.admm.density_tolerance) = (5e2, 1e-4);
+    let mut direct = scene.clone();
+    (direct.params.method, direct.params.iterations) = (Method::Direct, 300);
+    direct.params.direct.tolerance = 1e-6;
+    let [admm, least] = [&scene, &direct].map(|scene| {
+        let solved = scene.solve_alone::<f64, D2>();
+        check(scene, &solved, f64::EPSILON);
+        solved.objective.iter().sum::<f64>()
+    });
+    let mut still = direct.clone();
+    still.effects.buoyancy = [0.0; 3];
+    let without: f64 = still.solve_alone::<f64, D2>().objective.iter().sum();
+    assert!(
+        (least - without).abs() > 0.05 * least,
+        "buoyancy does not matter: {without} without, {least} with"
+    );
+    assert!(
+        admm < 1.01 * least,
+        "J = {admm} by ADMM, {least} by the direct method"
+    );
+}
+
+/// Around a plate both solvers of the Navier-Stokes problem find the same flow, and the violation of the conditions falls.
+#[test]
+fn a_plate_in_the_way() {
+    let mut scene = Scene::small(&[24, 21], "wp", 8).among_solids();
+    (scene.params.iterations, scene.force_weight) = (12, 1e3);
+    let solved = scene.solve_alone::<f64, D2>();
+    let kkt = |progress: &Progress| fact(progress, "kkt");
+    let [first, last] =
+        [solved.history.first(), solved.history.last()].map(|progress| kkt(progress.unwrap()));
+    assert!(last < 0.5 * first, "{last:e} after {first:e}");
+    for progress in &solved.history {
+        assert!(fact(progress, "nso_residuals") < 1e-5);
+        assert!(progress.report.series("nso_residuals").len() <= 4, "cycles");
+    }
+    scene.params.admm.nso.solver = NsoSolver::NewtonCg;
+    let newton = scene.solve_alone::<f64, D2>();
+    let [one, two] = [&solved, &newton].map(|solved| solved.objective.iter().sum::<f64>());
+    assert!(
+        (one - two).abs() < 0.02 * one,
+        "{one} by STFAS, {two} by Newton-CG"
+    );
 }

@@ -184,5 +184,7 @@ fn nothing_is_allocated() {
         }
         allocates_nothing::<f32, D3>(&by(&[6, 7, 8], "wpw", 4));
         allocates_nothing::<f64, D3>(&by(&[5, 5, 5], "ppp", 3));
+        allocates_nothing::<f32, D2>(&by(&[33, 20], "wp", 5).among_solids());
+        allocates_nothing::<f64, D3>(&by(&[8, 9, 8], "www", 4).among_solids());
     }
 }

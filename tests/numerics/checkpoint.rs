@@ -29,14 +29,18 @@ pub fn by(method: Method, scene: Scene) -> Scene {
     scene.with_everything()
 }
 
-/// Calls `work` with a solver that has nothing yet.
+/// Calls `work` with a solver that has nothing yet but its solid cells.
 pub fn with_empty<T: Real, S: Space, R>(
     scene: &Scene,
     fill: u8,
     work: impl FnOnce(&mut Solver<'_, T, S>) -> R,
 ) -> R {
     let mut memory = Memory::filled(scene.plan::<T, S>().bytes(), fill);
-    work(&mut Solver::<T, S>::new(&scene.problem(), &scene.params, memory.block()).unwrap())
+    let mut solver = Solver::<T, S>::new(&scene.problem(), &scene.params, memory.block()).unwrap();
+    if !scene.effects.solid.is_empty() {
+        solver.set_solids(&scene.effects.solid).unwrap();
+    }
+    work(&mut solver)
 }
 
 pub fn save<T: Real, S: Space>(solver: &mut Solver<'_, T, S>) -> Vec<u8> {
@@ -124,6 +128,8 @@ fn every_method_goes_on_with_the_same_bits() {
         goes_on::<f64, D2>(&by(method, Scene::small(&[32, 20], "wp", 5)));
         goes_on::<f32, D3>(&by(method, Scene::small(&[16, 8, 8], "www", 4)));
         goes_on::<f64, D3>(&by(method, Scene::small(&[6, 5, 7], "pww", 4)));
+        goes_on::<f32, D2>(&by(method, Scene::small(&[33, 20], "wp", 5)).among_solids());
+        goes_on::<f64, D3>(&by(method, Scene::small(&[8, 9, 8], "www", 4)).among_solids());
     }
 }
 

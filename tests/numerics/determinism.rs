@@ -11,7 +11,8 @@ use thurible_core::{D2, D3, Method, Params, Real, Scheme, Silent, Space};
 /// The level is one for the whole process, so only one test at a time may change it.
 static LEVEL: Mutex<()> = Mutex::new(());
 
-fn in_2d() -> [Scene; 4] {
+/// Scenes by `limited` transport are solved among solid cells.
+fn in_2d() -> [Scene; 5] {
     let long = Scene::small(&[300, 9], "pw", 4);
     let wide = Scene::small(&[37, 18], "wp", 6);
     let mut papers = Scene {
@@ -19,15 +20,23 @@ fn in_2d() -> [Scene; 4] {
         ..Scene::small(&[11, 13], "pp", 5)
     };
     papers.params.admm.nso.colours = Colours::PowerOfTwo;
-    [Scene::small(&[20, 16], "ww", 5), wide, papers, long]
+    let among_solids = Scene {
+        scheme: Scheme::Limited,
+        ..Scene::small(&[33, 20], "wp", 5)
+    };
+    [Scene::small(&[20, 16], "ww", 5), wide, papers, long, among_solids]
 }
 
-fn in_3d() -> [Scene; 2] {
+fn in_3d() -> [Scene; 3] {
     [
         Scene::small(&[18, 8, 7], "wwp", 4),
         Scene {
             scheme: Scheme::SemiLagrangian,
             ..Scene::small(&[7, 6, 9], "pww", 3)
+        },
+        Scene {
+            scheme: Scheme::Limited,
+            ..Scene::small(&[9, 8, 8], "www", 3)
         },
     ]
 }
@@ -64,7 +73,9 @@ fn bits<T: Real, S: Space>(scene: &Scene, threads: usize) -> Vec<u64> {
         };
         scene.params.pd.gathering = 0.01;
         scene.params.lbfgs.nested = scene.params.direct.nested;
+        let among_solids = scene.scheme == Scheme::Limited;
         let scene = scene.with_everything();
+        let scene = if among_solids { scene.among_solids() } else { scene };
         // More real threads than these would only wait for each other.
         if threads > 3 {
             return scene.solve::<T, S>(&Backwards(threads), &mut Silent).bits();

@@ -3,6 +3,7 @@
 use crate::fields::Memory;
 use crate::fields::cases::{Scene, Solved};
 use crate::fields::control::Control;
+use crate::fields::effects::block;
 use crate::fields::feasible::check;
 use crate::fields::naive::Naive;
 use crate::fields::places;
@@ -114,15 +115,6 @@ pub const NONE: On = On {
     jets: false,
     smoothing: 0.0,
 };
-
-/// A block in the middle and a plate one cell thick beside it.
-fn block(grid: &Grid) -> Vec<bool> {
-    let inside = |at: [usize; 3]| {
-        let middle = (0..grid.dims).all(|a| (3 * grid.n[a] / 8..grid.n[a] / 2 + 1).contains(&at[a]));
-        middle || (at[0] == grid.n[0] - 3 && at[1] < grid.n[1] / 2)
-    };
-    places(grid).map(inside).collect()
-}
 
 /// A density that is 0 in solid cells and outside the box.
 fn outside(grid: &Grid, solid: &[bool], mut rho: Vec<f64>) -> Vec<f64> {
@@ -507,13 +499,6 @@ fn what_a_method_cannot_is_refused_by_name() {
             },
         ),
         (
-            Feature::Buoyancy,
-            Problem {
-                buoyancy: [0.0, 1.0, 0.0],
-                ..base
-            },
-        ),
-        (
             Feature::Schedule,
             Problem {
                 schedule: &[(0, 2.0)],
@@ -732,7 +717,14 @@ fn around_a_plate<T: Real, S: Space>(method: Method, cells: &[usize], ends: &str
 
 #[test]
 fn smoke_goes_around_solids() {
-    for method in [Method::Direct, Method::Lbfgs, Method::Pd, Method::Simulate] {
+    let methods = [
+        Method::Direct,
+        Method::Lbfgs,
+        Method::Pd,
+        Method::Simulate,
+        Method::Admm,
+    ];
+    for method in methods {
         around_a_plate::<f64, D2>(method, &[32, 32], "ww", 6);
         around_a_plate::<f32, D2>(method, &[24, 20], "pw", 5);
         around_a_plate::<f32, D3>(method, &[16, 16, 16], "wpw", 4);

@@ -2,12 +2,13 @@
 
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
-use crate::fields::{Components, Memory, flow, grid, largest, largest_of, zeros};
+use crate::fields::{Components, Memory, flow, grid, largest, largest_of, places, zeros};
 use thurible_core::field::Block;
 use thurible_core::field::transfer::{Move, Place, Placed};
 use thurible_core::grid::levels::{Levels, MAX_LEVELS, hierarchy};
+use thurible_core::grid::solids::{SOLID, closed};
 use thurible_core::grid::taps::{Transfer, taps};
-use thurible_core::grid::{Axis, Boundary, Grid};
+use thurible_core::grid::{Axis, Boundary, Grid, Side};
 use thurible_core::memory::Arena;
 
 /// The weights of a transfer as a full matrix, targets by sources.
@@ -268,6 +269,72 @@ fn restriction_keeps_flows_free_of_divergence() {
             );
             assert!(level > 0 || speed > 0.0);
             v = coarse;
+        }
+    }
+}
+
+/// Solid cells of a coarser grid are those all of whose cells are solid, its closed faces those that restriction makes of closed ones alone; so
+/// a flow around solids stays one.
+#[test]
+fn coarser_grids_close_what_is_closed_throughout() {
+    let mut random = Random::new(71);
+    for (cells, ends) in [
+        (&[16, 12][..], "ww"),
+        (&[13, 10], "pw"),
+        (&[9, 11], "wp"),
+        (&[8, 7, 9], "wpw"),
+    ] {
+        let finest = grid(cells, ends);
+        let solid: Vec<bool> = places(&finest)
+            .map(|at| at[0] / 4 % 2 == 1 || random.unit() < 0.3)
+            .collect();
+        let mut memory = Memory::new(1 << 20);
+        let mut levels = Levels::<f64>::bare(&finest, 0).with_obstacles(true);
+        levels.fill(&mut Arena::new(memory.block())).unwrap();
+        levels.set_solids(|cell| solid[cell]);
+        for (level, pair) in levels.grids.windows(2).enumerate() {
+            let (fine, coarse) = (&pair[0], &pair[1]);
+            let bits = |level: usize, grid: &Grid, at: [usize; 3]| {
+                levels.solids(level).row(grid.n[0], grid.row(at[1], at[2]))[at[0]]
+            };
+            let sources = |at: [usize; 3], own: Option<usize>| -> Vec<[usize; 3]> {
+                let along = |axis: usize| -> Vec<usize> {
+                    if axis >= fine.dims {
+                        return vec![0];
+                    }
+                    let transfer = if own == Some(axis) {
+                        Transfer::RestrictFace
+                    } else {
+                        Transfer::RestrictCell
+                    };
+                    let taps = taps(transfer, at[axis], fine.axis(axis), coarse.axis(axis));
+                    taps.iter().map(|tap| tap.0).collect()
+                };
+                let [x, y, z] = [0, 1, 2].map(along);
+                let rows = z.iter().flat_map(|&z| y.iter().map(move |&y| (y, z)));
+                rows.flat_map(|(y, z)| x.iter().map(move |&x| [x, y, z]))
+                    .collect()
+            };
+            for at in places(coarse) {
+                let all_solid = sources(at, None)
+                    .into_iter()
+                    .all(|at| bits(level, fine, at) & SOLID != 0);
+                assert_eq!(
+                    bits(level + 1, coarse, at) & SOLID != 0,
+                    all_solid,
+                    "{cells:?} {at:?}"
+                );
+                for axis in 0..coarse.dims {
+                    if coarse.beside(at, axis, Side::Low).is_none() {
+                        continue;
+                    }
+                    let all_closed = sources(at, Some(axis))
+                        .into_iter()
+                        .all(|at| bits(level, fine, at) & closed(axis) != 0);
+                    let found = bits(level + 1, coarse, at) & closed(axis) != 0;
+                    assert_eq!(found, all_closed, "{cells:?}, face {at:?} of axis {axis}");
+                }
+            }
         }
     }
 }

@@ -231,6 +231,8 @@ fn what_the_memory_held_before_does_not_matter() {
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[32, 20], "wp", 5)));
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[290, 7], "wp", 4)));
         rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[6, 5, 7], "pww", 4)));
+        rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[33, 20], "wp", 5)).among_solids());
+        rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[8, 9, 8], "www", 4)).among_solids());
     }
 }
 

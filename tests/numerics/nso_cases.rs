@@ -1,10 +1,12 @@
 //! Random Navier-Stokes problems, as the core reads them and slot by slot.
 
+use crate::fields::naive::Solid;
 use crate::fields::random::Random;
 use crate::fields::spacetime::{Case, Equations, Residual, trajectories, trajectory};
-use crate::fields::{Components, grid, view};
+use crate::fields::{Components, grid, places, view};
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::coarsen;
+use thurible_core::grid::solids::{self, SOLID, Solids};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::{Rhs, System};
 use thurible_core::nso::local::{fill_table, table_len};
@@ -41,6 +43,15 @@ pub fn grids(cells: &[usize], ends: &str) -> [Grid; 2] {
     ]
 }
 
+/// The bits of solid cells.
+pub fn bits(grid: &Grid, solid: Solid) -> Vec<u16> {
+    let mut bits: Vec<u16> = places(grid)
+        .map(|at| if solid(grid, at) { SOLID } else { 0 })
+        .collect();
+    solids::fill(grid, &mut bits);
+    bits
+}
+
 /// Right-hand sides of all four equations, random.
 pub fn right_hand_sides(random: &mut Random, grid: &Grid) -> Residual {
     let vectors = |random: &mut Random| (0..SLOTS).map(|_| random.faces(grid, 1)).collect();
@@ -62,7 +73,17 @@ pub struct Both<T> {
     pub equations: Equations,
     pub rhs: Option<Sides<T>>,
     pub table: Vec<T>,
+    /// Bits of the solid cells, if there are any.
+    bits: Vec<u16>,
 }
+
+/// Solid cells here and there, so that cells have all kinds of closed faces.
+fn scattered(_: &Grid, [x, y, z]: [usize; 3]) -> bool {
+    (5 * x + 3 * y + 7 * z).is_multiple_of(6) || (x == 1 && y == 1)
+}
+
+/// Without solids and among some.
+pub const SOLIDS: [Option<Solid>; 2] = [None, Some(scattered)];
 
 impl<T: Real> Both<T> {
     /// With right-hand sides as on a coarse grid, or with a target alone as on the finest.
@@ -73,8 +94,9 @@ impl<T: Real> Both<T> {
         speed: f64,
         viscosity: f64,
         coarse: bool,
+        solid: Option<Solid>,
     ) -> Self {
-        let case = Case::<T>::random(random, grid, SLOTS, speed * grid.h[0]);
+        let case = Case::<T>::random(random, grid, SLOTS, speed * grid.h[0]).among(solid);
         let mut equations = case.equations(kappa, viscosity);
         let mut rhs = None;
         if coarse {
@@ -88,8 +110,9 @@ impl<T: Real> Both<T> {
             equations.rhs = r;
         }
         let mut table = vec![T::ZERO; table_len::<S>()];
-        fill_table::<T, S>(grid.h, &mut table);
+        fill_table::<T, S>(grid.h, solid.is_some(), &mut table);
         Both {
+            bits: solid.map_or_else(Vec::new, |solid| bits(grid, solid)),
             case,
             equations,
             rhs,
@@ -118,6 +141,11 @@ impl<T: Real> Both<T> {
         };
         System {
             grid: &case.grid,
+            solids: if self.bits.is_empty() {
+                Solids::default()
+            } else {
+                Solids::new(&self.bits, true)
+            },
             first: 0,
             slots: SLOTS,
             kappa,

@@ -4,7 +4,7 @@ use crate::fields;
 use crate::fields::random::Random;
 use crate::fields::spacetime::{Case, setup, trajectories, trajectory};
 use crate::fields::{Components, gap, grid, largest};
-use crate::nso_cases::{Both, IN_2D, IN_3D, SLOTS, grids};
+use crate::nso_cases::{Both, IN_2D, IN_3D, SLOTS, SOLIDS, grids};
 use thurible_core::field::Block;
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::System;
@@ -43,13 +43,14 @@ fn found<T: Real, S: Space>(system: &System<'_, T>) -> [Vec<T>; 8] {
 
 fn residual_agrees<T: Real, S: Space>(list: &[(&[usize], &str)]) {
     let mut random = Random::new(61);
-    for (grid, coarse) in list
+    let cases = list
         .iter()
         .flat_map(|(cells, ends)| grids(cells, ends))
         .flat_map(|grid| [(grid, false), (grid, true)])
-    {
+        .flat_map(|(grid, coarse)| SOLIDS.map(|solid| (grid, coarse, solid)));
+    for (grid, coarse, solid) in cases {
         let viscosity = if coarse { 0.2 * grid.h[0] * grid.h[0] } else { 0.0 };
-        let both = Both::<T>::new::<S>(&mut random, &grid, 0.7, 2.0, viscosity, coarse);
+        let both = Both::<T>::new::<S>(&mut random, &grid, 0.7, 2.0, viscosity, coarse, solid);
         let (found, expected) = (
             found::<T, S>(&both.system(2.0, LocalDamping::NONE)),
             both.equations.residual(),
@@ -65,8 +66,9 @@ fn residual_agrees<T: Real, S: Space>(list: &[(&[usize], &str)]) {
             let scale = T::EPSILON * (1.0 + largest(expected.iter().copied()));
             assert!(
                 error <= 60.0 * scale,
-                "part {i} on {:?}, coarse {coarse}: off by {error:e}",
-                grid.n
+                "part {i} on {:?}, coarse {coarse}, solids {}: off by {error:e}",
+                grid.n,
+                solid.is_some()
             );
         }
     }

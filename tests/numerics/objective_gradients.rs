@@ -1,7 +1,9 @@
 //! Gradients of the objective, of the data term alone and by every way to write the problem, against differences.
 
+use crate::effects::among;
 use crate::fields;
 use crate::fields::control::Control;
+use crate::fields::effects::Effects;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
 use crate::fields::{Components, add_scaled_all, cast, dot, dot_all, flow, grid, slot_of_all, zeros};
@@ -116,6 +118,66 @@ fn data_term_of_a_trajectory() {
     trajectory_gradient(&[9, 7], "pw", Scheme::Quick, 1e-4);
     trajectory_gradient(&[5, 6, 4], "wpw", Scheme::Central, 1e-3);
     trajectory_gradient(&[6, 6], "pp", Scheme::SemiLagrangian, 2e-5);
+}
+
+/// With buoyancy AO's objective has the force of v among the densities of v*: its gradient by v*, taken from AO's direction at v* = v.
+fn gradient_with_buoyancy(cells: &[usize], ends: &str, scheme: Scheme, first: f64) {
+    let mut random = Random::new(29);
+    let drawn = Drawn::new(&mut random, cells, ends, scheme, 0.8);
+    let grid = &drawn.grid;
+    let buoyancy = [0.3, -0.5, if grid.dims == 3 { 0.4 } else { 0.0 }];
+    let control = Control {
+        buoyancy,
+        ..drawn.control(10.0, 0.01, 0.0)
+    };
+    let slots = control.steps - 1;
+    let v: Components<f64> = flow::rough(&mut random, grid, slots, 1.6);
+    let d: Components<f64> = flow::rough(&mut random, grid, slots, 1.0);
+    let found = control.solve(&v, &zeros(grid, slots), 1);
+    let price = |t: f64| price_among(&control, &v, &add_scaled_all(&v, t, &d));
+    let value = |t: f64| data_term(&control, &add_scaled_all(&v, t, &d)) + price(t);
+    assert!(price(0.0) > 0.1 * value(0.0), "the force does not count");
+    taylor(
+        &format!("AO with buoyancy on {cells:?} {ends}, {scheme:?}"),
+        first,
+        -control.penalty * dot_all(&found.direction, &d),
+        value,
+    );
+}
+
+/// 1/2 sum |P[v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k - B rho_k]|^2 with the densities that `carrying` carries, by the second implementation.
+fn price_among(control: &Control<'_, f64>, v: &Components<f64>, carrying: &Components<f64>) -> f64 {
+    let (grid, slots) = (control.grid, control.steps - 1);
+    let naive = Naive {
+        viscosity: control.viscosity,
+        ..Naive::new(grid)
+    };
+    let effects = Effects {
+        buoyancy: control.buoyancy,
+        ..Effects::default()
+    };
+    let of = |v: &Components<f64>, step: usize| match step.checked_sub(1) {
+        None => control.initial.clone(),
+        Some(slot) => slot_of_all(grid, slots, slot, v),
+    };
+    let (mut rho, mut sum) = (control.source.to_vec(), 0.0);
+    for step in 1..=slots {
+        rho = naive.transport(control.advection.into(), &of(carrying, step - 1), &rho);
+        let now = of(v, step);
+        let w = add_scaled_all(&now, -1.0, &of(v, step - 1));
+        let w = add_scaled_all(&w, 1.0, &naive.advection(&now));
+        let w = add_scaled_all(&w, -1.0, &effects.lift(&naive, &rho));
+        let w = among(grid, &vec![false; grid.cells()], w);
+        sum += 0.5 * dot_all(&w, &w);
+    }
+    sum
+}
+
+#[test]
+fn advection_problem_with_buoyancy() {
+    gradient_with_buoyancy(&[8, 10], "ww", Scheme::Central, 1e-4);
+    gradient_with_buoyancy(&[9, 8], "pw", Scheme::Limited, 1e-5);
+    gradient_with_buoyancy(&[5, 6, 4], "wpw", Scheme::Central, 1e-4);
 }
 
 /// The objective as a function of the flow, of weights that make both parts count.

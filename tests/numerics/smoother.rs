@@ -4,8 +4,9 @@ use crate::fields;
 use crate::fields::random::Random;
 use crate::fields::spacetime::{Case, Residual};
 use crate::fields::{grid, index, largest, local, places, zeros};
-use crate::nso_cases::{Both, IN_2D, IN_3D, SLOTS, grids};
+use crate::nso_cases::{self, Both, IN_2D, IN_3D, SLOTS, SOLIDS, grids};
 use thurible_core::grid::Grid;
+use thurible_core::grid::solids::Solids;
 use thurible_core::nso::colours::{Cells, Colours};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::System;
@@ -45,11 +46,13 @@ fn solved_in_any_lanes<T: Real, S: Space>(
 fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
     let mut random = Random::new(63);
     let mut orders = [0; 1 << SLOTS];
-    for (n, (grid, coarse)) in list
+    let cases = list
         .iter()
         .flat_map(|(cells, ends)| grids(cells, ends))
-        .flat_map(|grid| [(grid, false), (grid, true)])
-        .enumerate()
+        .flat_map(|grid| [(grid, false), (grid, true)]);
+    for (solid, (n, (grid, coarse))) in SOLIDS
+        .into_iter()
+        .flat_map(|solid| cases.clone().enumerate().map(move |case| (solid, case)))
     {
         let (kappa, outside, viscosity) = (
             [1.0, 0.05][n % 2],
@@ -62,7 +65,7 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
             },
             LocalDamping::NONE,
         ][n % 7 % 2];
-        let both = Both::<T>::new::<S>(&mut random, &grid, kappa, 1.5, viscosity, coarse);
+        let both = Both::<T>::new::<S>(&mut random, &grid, kappa, 1.5, viscosity, coarse, solid);
         let (system, residual) = (both.system(outside, damping), both.equations.residual());
         for row in 0..grid.rows() {
             let [y, z] = grid.row_at(row);
@@ -87,8 +90,9 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
                     for (quantity, expected) in expected.iter().enumerate() {
                         let found = out[(quantity * SLOTS + k) * half + i].to_f64();
                         let what = format!(
-                            "{:?}, coarse {coarse}, cell {at:?}, slot {k}, quantity {quantity}",
-                            grid.n
+                            "{:?}, coarse {coarse}, solids {}, cell {at:?}, slot {k}, quantity {quantity}",
+                            grid.n,
+                            solid.is_some()
                         );
                         fields::assert_close(&what, found, *expected, scale, tolerance);
                     }
@@ -163,9 +167,11 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
     let orders = [Colours::RedBlack, Colours::PowerOfTwo]
         .into_iter()
         .flat_map(|colours| shared.map(|(split, threads)| (colours, split, threads)));
-    for ((cells, ends), (colours, split, threads)) in list
+    let cases = list
         .iter()
-        .flat_map(|&g| orders.clone().map(move |order| (g, order)))
+        .flat_map(|&g| orders.clone().map(move |order| (g, order)));
+    for (((cells, ends), (colours, split, threads)), solid) in
+        cases.flat_map(|case| SOLIDS.map(|solid| (case, solid)))
     {
         let grid = grid(cells, ends);
         let mut case = Case::<f64>::towards(
@@ -176,12 +182,14 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
                 .map(|c| c.iter().map(|x| 1e-9 * x).collect()),
         );
         case.v = zeros(&grid, SLOTS);
+        let mut case = case.among(solid);
+        let bits = solid.map_or_else(Vec::new, |solid| nso_cases::bits(&grid, solid));
         let before = case.equations(0.6, 0.0).residual().norm(grid.h[0]);
         let memory = SmootherMemory { lanes: 8, split };
         let mut waiting = vec![f64::NAN; waiting_len::<S>(&grid, SLOTS, threads, split)];
         let mut scratch = vec![f64::NAN; threads * scratch_len::<S>(&grid, SLOTS, memory)];
         let mut table = vec![0.0; table_len::<S>()];
-        fill_table::<f64, S>(grid.h, &mut table);
+        fill_table::<f64, S>(grid.h, solid.is_some(), &mut table);
         let coefficients = thurible_core::nso::level::Coefficients {
             slots: SLOTS,
             kappa: 0.6,
@@ -191,6 +199,11 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
         };
         let mut level = thurible_core::nso::level::LevelMut {
             grid: &grid,
+            solids: if solid.is_some() {
+                Solids::new(&bits, true)
+            } else {
+                Solids::default()
+            },
             state: thurible_core::nso::level::State {
                 v: fields::view_mut(&mut case.v),
                 w: fields::view_mut(&mut case.w),
@@ -217,7 +230,8 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
         let worst = largest(last_cells(&grid, colours).flat_map(|at| of_cell(&grid, &after, at)));
         assert!(
             worst < 1e-7 * before,
-            "{cells:?} {ends} {colours:?} {split:?} on {threads}: {worst:e} is left of {before:e}"
+            "{cells:?} {ends} {colours:?} {split:?} on {threads}, solids {}: {worst:e} is left of {before:e}",
+            solid.is_some()
         );
     }
 }

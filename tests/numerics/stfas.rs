@@ -1,7 +1,9 @@
 //! STFAS: how fast V-cycles converge.
 
+use crate::fields::naive::Solid;
 use crate::fields::spacetime::{Case, setup};
-use crate::fields::{flow, grid};
+use crate::fields::{add_scaled_all, flow, grid, largest_of, places};
+use thurible_core::grid::Grid;
 use thurible_core::nso::Setup;
 use thurible_core::nso::colours::Colours;
 use thurible_core::{D2, D3, NsoParams, Real, Serial, Space};
@@ -193,4 +195,78 @@ fn at_rest_the_factor_is_the_same_for_all_weights_and_steps() {
             .converges_by::<D2>(0.1);
         }
     }
+}
+
+/// A disc or ball beside the middle.
+fn disc(grid: &Grid, at: [usize; 3]) -> bool {
+    let along = |axis: usize| at[axis] as f64 + 0.5 - 0.47 * grid.n[axis] as f64;
+    let radius = 0.2 * grid.n[0] as f64;
+    (0..grid.dims).map(|axis| along(axis).powi(2)).sum::<f64>() < radius * radius
+}
+
+/// A plate of one cell that the next grid has as closed faces.
+fn plate(grid: &Grid, at: [usize; 3]) -> bool {
+    at[0] == grid.n[0] / 2 - 1 && at[1] >= grid.n[1] / 4 && at[1] < 3 * grid.n[1] / 4
+}
+
+/// A plate of one cell at a wall, of which the grid after the next has nothing.
+fn lost_plate(grid: &Grid, at: [usize; 3]) -> bool {
+    at[0] == grid.n[0] / 2 - 2 && at[1] < 3 * grid.n[1] / 4
+}
+
+/// The case of a scene among solids: its target is projected, and it is as fast as before.
+fn among<T: Real>(scene: &Scene<'_>, solid: Solid) -> Case<T> {
+    let grid = grid(scene.cells, scene.ends);
+    let cells: Vec<bool> = places(&grid).map(|at| solid(&grid, at)).collect();
+    let swirl = crate::effects::among(&grid, &cells, flow::swirl(&grid, scene.slots, scene.courant));
+    let target = flow::scaled(&grid, scene.slots, &swirl, scene.courant);
+    Case::towards(&grid, scene.slots, target).among(Some(solid))
+}
+
+/// What a cycle among solids leaves, from rest and near the rounding floor, by the core and by the second implementation.
+fn converges_among<S: Space>(cells: &[usize], ends: &str, solid: Solid) {
+    let scene = Scene::new(cells, ends, 7);
+    let mut case = among::<f64>(&scene, solid);
+    let list = case.residuals::<S>(&Serial, &scene.setup(), 4);
+    for pair in list.windows(2).take_while(|pair| pair[0] > 1e-9 * list[0]) {
+        assert!(
+            pair[1] <= 0.3 * pair[0],
+            "{cells:?} {ends}: a V-cycle leaves {} of {}",
+            pair[1],
+            pair[0]
+        );
+    }
+    let residual = case.equations(scene.kappa, 0.0).residual().norm(case.grid.h[0]);
+    assert!(
+        residual < 1e-5 * list[0],
+        "{cells:?} {ends}: {residual:e} is left of {:e}",
+        list[0]
+    );
+    let mut single = among::<f32>(&scene, solid);
+    let list = single.residuals::<S>(&Serial, &scene.setup(), 3);
+    assert!(list[3] < 1e-4 * list[0], "{cells:?} {ends} in f32: {list:?}");
+}
+
+#[test]
+fn solids_in_the_way() {
+    let solids: [Solid; 3] = [disc, plate, lost_plate];
+    for solid in solids {
+        converges_among::<D2>(&[32, 32], "ww", solid);
+        converges_among::<D2>(&[33, 20], "wp", solid);
+        converges_among::<D2>(&[24, 27], "pw", solid);
+        converges_among::<D3>(&[16, 12, 13], "wpw", solid);
+    }
+}
+
+/// A solution stays where it is, whatever the smoother does to the cells around closed faces.
+#[test]
+fn solutions_among_solids_stay() {
+    let scene = Scene::new(&[20, 18], "ww", 5);
+    let mut case = among::<f64>(&scene, disc);
+    case.residuals::<D2>(&Serial, &scene.setup(), 12);
+    let before = case.clone();
+    let list = case.residuals::<D2>(&Serial, &scene.setup(), 1);
+    assert!(list[0] < 1e-13 && list[1] < 1e-13, "{list:?}");
+    let change = largest_of(&add_scaled_all(&case.v, -1.0, &before.v));
+    assert!(change < 1e-12, "the flow changes by {change:e}");
 }

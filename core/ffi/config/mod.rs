@@ -104,8 +104,7 @@ pub struct ThuribleConfig {
     pub scheme: u32,
     /// Whether each keyframe has a region that `thurible_set_region` sets: 0, the default, or 1.
     pub keyframe_regions: u32,
-    /// Whether there are solid cells, which `thurible_set_solids` sets: 0, the default, or 1. They need limited transport; ADMM
-    /// knows none.
+    /// Whether there are solid cells, which `thurible_set_solids` sets: 0, the default, or 1. They need limited transport.
     pub solids: u32,
     /// Whether force may act only where `thurible_set_mask` says: 0, the default, or 1. ADMM knows no mask.
     pub mask: u32,

@@ -238,10 +238,6 @@ static void configurations(void) {
     OK(thurible_plan(&config, NULL, NULL, NULL));
     config.scheme = THURIBLE_SCHEME_QUICK;
     refused(&config, THURIBLE_RESULT_CONFIG, "only limited transport");
-    config = good;
-    config.solids = 1;
-    config.method = THURIBLE_METHOD_ADMM;
-    refused(&config, THURIBLE_RESULT_CONFIG, "the method admm knows no solid cells");
     WRONG(release = 4, "release is 4; it must be from 2");
     WRONG(release = 3, "a keyframe is at step 4, after the release at step 3");
     double weights[2] = {2.0, 0.0};
@@ -266,7 +262,7 @@ static void configurations(void) {
     ODD(emitter_count = THURIBLE_MOST_EMITTERS + 1, "emitter_count is 33; it must be at most 32");
     ODD(schedule = NULL, "schedule is null or misaligned, but schedule_count is not 0");
     ODD(schedule_count = THURIBLE_MOST_FACTORS + 1, "schedule_count is 65; it must be at most 64");
-    ODD(method = THURIBLE_METHOD_ADMM, "the method admm knows no buoyancy");
+    ODD(method = THURIBLE_METHOD_ADMM, "the method admm knows no schedule");
 #define EMITS(change, words) emitter.change, refused(&effects, THURIBLE_RESULT_CONFIG, words), emitter = good_emitter
     const ThuribleEmitter good_emitter = emitter;
     EMITS(to = 1, "emitter 0 must emit from a step to a later one");
@@ -847,7 +843,7 @@ static double mass_at(const Scene *scene, const Thurible *solver, uint32_t field
 }
 
 /* A scene of eight steps with everything: an emitter by a rate and one that fills up, a keyframe at step 4 with weight and region, a schedule,
- * buoyancy where the method knows it, and a release at step 6. What it points to is the caller's. */
+ * buoyancy, and a release at step 6. What it points to is the caller's. */
 static void add_effects(Scene *scene, uint32_t method, ThuribleEmitter emitters[2], const double *weight, const ThuribleFactor *factors) {
     ThuribleConfig *config = &scene->config;
     memset(emitters, 0, 2 * sizeof emitters[0]);
@@ -868,8 +864,8 @@ static void add_effects(Scene *scene, uint32_t method, ThuribleEmitter emitters[
     config->keyframe_regions = 1;
     config->match_mass = 0;
     config->release = 6;
+    config->buoyancy[1] = 0.02;
     if (method != THURIBLE_METHOD_ADMM) {
-        config->buoyancy[1] = 0.02;
         config->schedule = factors;
         config->schedule_count = 2;
         config->mask = 1;
@@ -1218,7 +1214,6 @@ int main(void) {
         saves_and_goes_on(THURIBLE_PRECISION_F64, 2, 9, method);
         saves_and_goes_on(THURIBLE_PRECISION_F32, 3, 6, method);
         saves_and_goes_on(THURIBLE_PRECISION_F64, 3, 8, method);
-        if (method == THURIBLE_METHOD_ADMM) continue;
         solids(THURIBLE_PRECISION_F32, 2, method);
         solids(THURIBLE_PRECISION_F64, 3, method);
     }

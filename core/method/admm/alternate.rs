@@ -81,28 +81,47 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         exec: &dyn Exec,
         script: &Script<'_, T>,
     ) -> Result<Objective, Status> {
-        self.project(exec, &mut Silent)?;
+        self.project(exec, &mut Silent, Projected::Flow)?;
+        let data = self.data(exec, &mut Silent, script)?;
+        if data.is_finite() {
+            let rho = &mut self.animation.rho;
+            rho.copy_from_slice(&self.region[..rho.len()]);
+        }
         self.consistent_force(exec, &mut Silent)?;
-        let objective = self.objective(exec, &mut Silent, script).and_then(finite)?;
-        let rho = &mut self.animation.rho;
-        rho.copy_from_slice(&self.region[..rho.len()]);
-        Ok(objective)
+        let force = self.force_term(exec);
+        finite(Objective { data, ..force })
     }
 
-    /// Projects v.
-    pub(super) fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Status> {
+    /// Projects v or w.
+    pub(super) fn project(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        which: Projected,
+    ) -> Result<(), Status> {
         let (slots, threads) = (self.slots(), self.threads());
         let tolerance = self.setup.ao.flow.projection_tolerance;
         let Animation { levels, v, sums, .. } = &mut self.animation;
+        let field = match which {
+            Projected::Flow => v,
+            Projected::Force => &mut self.w,
+        };
         let mut pool = Pool::new(&mut *self.region);
         let projected = Projection::carve(levels, 0, slots, threads, &mut pool)
-            .project(exec, observer, v, None, tolerance, sums);
+            .project(exec, observer, field, None, tolerance, sums);
         if projected.is_break() {
             Err(Status::Cancelled)
         } else {
             Ok(())
         }
     }
+}
+
+/// What is projected.
+#[derive(Clone, Copy)]
+pub(super) enum Projected {
+    Flow,
+    Force,
 }
 
 /// Refuses an objective that is not finite.

@@ -1,6 +1,7 @@
 //! The stop (mathematics section 5).
 
 use super::Admm;
+use super::alternate::Projected;
 use super::report::Course;
 use crate::exec::Exec;
 use crate::field::{sums, view};
@@ -41,13 +42,36 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
     }
 
-    /// Data term of what v carries, force term of w; the region then begins with the densities of v. A flow too fast to transport counts as infinitely bad.
-    pub(crate) fn objective(
+    /// Data term of what v carries, force term of w, which with buoyancy becomes the force among these densities.
+    pub(super) fn objective(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         script: &Script<'_, T>,
     ) -> Result<Objective, Status> {
+        let data = self.data(exec, observer, script)?;
+        if self.setup.ao.flow.lifts() && data.is_finite() {
+            self.exchange_lift(exec, observer)?;
+        }
+        let force = self.force_term(exec);
+        Ok(Objective { data, ..force })
+    }
+
+    /// w, the force among the densities that v* carries, becomes that among those that v carries, with which the region begins.
+    fn exchange_lift(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Status> {
+        let lift = self.setup.ao.flow.lift(&self.animation.levels);
+        lift.add(exec, 1.0, self.animation.rho, 0..lift.slots, &mut self.w);
+        lift.add(exec, -1.0, self.region, 0..lift.slots, &mut self.w);
+        self.project(exec, observer, Projected::Force)
+    }
+
+    /// Data term of what v carries; the region then begins with the densities of v. A flow too fast to transport counts as infinitely bad.
+    pub(crate) fn data(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        script: &Script<'_, T>,
+    ) -> Result<f64, Status> {
         let (grid, slots) = (&self.animation.levels.finest, self.slots());
         let mut pool = Pool::new(&mut *self.region);
         let rho = pool.take("densities of v", densities(grid, slots));
@@ -63,12 +87,15 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             Err(Stop::Cancelled) => return Err(Status::Cancelled),
             Err(Stop::TooFast) => f64::INFINITY,
         };
+        Ok(data)
+    }
+
+    /// The force term of w.
+    pub(super) fn force_term(&mut self, exec: &dyn Exec) -> Objective {
+        let (grid, slots) = (&self.animation.levels.finest, self.slots());
         let force = 0.5
             * self.setup.ao.flow.force_weight
             * sums::sum_squares(exec, grid, slots, view(&self.w), self.animation.sums);
-        Ok(Objective {
-            data,
-            ..Objective::of_force(force, force)
-        })
+        Objective::of_force(force, force)
     }
 }

@@ -1,7 +1,7 @@
 //! The paper's method (its section 4): ADMM between the advection problem (AO) and the Navier-Stokes problem (NSO).
 //!
 //! ```text
-//! v*   <- argmin 1/2 <e, C e> + K/2 |v* - v - lambda/K|^2        density: AO
+//! v*   <- argmin 1/2 <e, C e> + K/2 |v* - v - lambda/K|^2        density: AO, with buoyancy + r/2 |w|^2
 //! v, w <- argmin K/2 |v - v* + lambda/K|^2 + r/2 |w|^2            velocity: NSO with t = v* - lambda/K
 //! lambda <- lambda + K beta (v - v*)                              multiplier
 //! ```
@@ -26,7 +26,7 @@ use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::field::{Vector, VectorMut, means, view};
 use crate::grid::Space;
-use crate::memory::{Layout, Ledger, Pool, TooSmall};
+use crate::memory::{Layout, Ledger, Pool, Sharing, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts};
 use crate::method::params::Params;
@@ -99,6 +99,16 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
         ao::measure(levels, &setup.ao, &mut pool);
         let nso = setup.nso();
         match nso.params.solver {
+            NsoSolver::Stfas if setup.ao.flow.lifts() => {
+                pool.group(
+                    "Navier-Stokes problem among densities",
+                    Sharing::Together,
+                    |pool| {
+                        setup.ao.flow.lift(levels).take(pool);
+                        Workspace::<T, S>::carve(levels, bases, &nso, pool);
+                    },
+                );
+            }
             NsoSolver::Stfas => {
                 Workspace::<T, S>::carve(levels, bases, &nso, &mut pool);
             }
@@ -121,17 +131,15 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         Self::with(&Setup::new(problem, params))
     }
 
-    /// Its two problems have closed steps for |u|^2 alone, and the Navier-Stokes problem knows no densities.
-    fn takes(_: &Params, feature: Feature) -> bool {
+    /// Its two problems have closed steps for |u|^2 alone.
+    fn takes(params: &Params, feature: Feature) -> bool {
         match feature {
-            Feature::Smoothness
-            | Feature::Buoyancy
-            | Feature::Solids
-            | Feature::Schedule
-            | Feature::Mask
-            | Feature::Open
-            | Feature::Templates
-            | Feature::Jets => false,
+            // STFAS knows no faces that are exits.
+            Feature::Open => params.admm.nso.solver == NsoSolver::NewtonCg,
+            Feature::Solids | Feature::Buoyancy => true,
+            Feature::Smoothness | Feature::Schedule | Feature::Mask | Feature::Templates | Feature::Jets => {
+                false
+            }
         }
     }
 
@@ -188,7 +196,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         let sums = means::sums_len(&grid, self.slots()).max(2 * grid.rows() + self.slots());
         self.animation.layout(layout, sums)?;
         layout.tables(|arena| {
-            self.bases = Bases::carve::<S>(arena, &self.animation.levels.grids)?;
+            self.bases = Bases::carve::<S>(arena, &self.animation.levels)?;
             Ok(())
         })?;
         layout.keep_vector("force w (AO: direction)", &mut self.w, S::DIM, len)?;

@@ -4,6 +4,7 @@
 //! The coarse solve begins the same way, down to 16 cells across in 2D and 8 in 3D, and lives in the bytes that AO and NSO
 //! are going to use in turn, so it asks for no memory of its own; where it does not fit, the flow begins at rest.
 
+use super::alternate::Projected;
 use super::{Admm, Setup};
 use crate::exec::{Capped, Exec};
 use crate::field::{reborrow, view};
@@ -60,7 +61,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             v.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
         self.pbar.fill(T::ZERO);
-        self.project(exec, observer)
+        self.project(exec, observer, Projected::Flow)
     }
 
     /// The setup of the coarse solve on as many threads as its memory allows, or `None` when there is to be no coarse solve.

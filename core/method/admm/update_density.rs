@@ -35,7 +35,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             rho: self.animation.rho,
             script,
         };
-        let solved = ao::solve(
+        let solved = ao::solve::<T, S>(
             exec,
             observer,
             &self.animation.levels,

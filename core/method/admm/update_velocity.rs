@@ -12,7 +12,6 @@ use crate::method::animation::Animation;
 use crate::nso::level::State;
 use crate::nso::{Ended, Finest, Info, NSO, Nso, NsoSolver, Workspace, newton};
 use crate::observe::{Event, Observer};
-use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
 use crate::progress::Status;
 use crate::real::Real;
@@ -57,10 +56,16 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         let Animation {
             levels,
             v,
+            rho,
             initial,
             sums,
             ..
         } = &mut self.animation;
+        let mut pool = Pool::new(&mut *self.region);
+        let lift = self.setup.ao.flow.lift(levels);
+        let mut lifted = lift.take(&mut pool);
+        lifted.iter_mut().for_each(|component| component.fill(T::ZERO));
+        lift.add(exec, 1.0, rho, 0..lift.slots, &mut lifted);
         let finest = Finest {
             state: State {
                 v: reborrow(v),
@@ -70,9 +75,9 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             },
             v0: reborrow(initial),
             target: reborrow(&mut self.target),
+            lift: lifted,
             spare: reborrow(spare),
         };
-        let mut pool = Pool::new(&mut *self.region);
         let workspace = Workspace::carve(levels, &self.bases, &setup, &mut pool);
         Nso::<T, S>::new(levels, &self.bases, finest, &setup, workspace, sums).solve(exec, observer)
     }
@@ -84,6 +89,8 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             w: reborrow(&mut self.w),
             v0: view(&self.animation.initial),
             target: view(&self.target),
+            lift: self.setup.ao.flow.lift(&self.animation.levels),
+            rho: self.animation.rho,
         };
         newton::solve::<T, S>(
             exec,
@@ -130,7 +137,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         }
     }
 
-    /// w = P[v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k] with its pressure, so that equations b, c and d hold before the first cycle.
+    /// w = P[v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k - B rho_k] with its pressure, so that equations b, c and d hold before the first cycle.
     pub(crate) fn consistent_force(
         &mut self,
         exec: &dyn Exec,
@@ -138,12 +145,10 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     ) -> Result<(), Status> {
         let (grid, slots, threads) = (&self.animation.levels.finest, self.slots(), self.threads());
         let scratch = &mut self.region[..threads * force::scratch_per_thread(grid, slots)];
-        let fluid = Fluid {
-            grid,
-            slots,
-            viscosity: self.setup.ao.flow.viscosity,
-            solids: Default::default(),
-        };
+        let (fluid, lift) = (
+            self.setup.ao.flow.fluid(&self.animation.levels),
+            self.setup.ao.flow.lift(&self.animation.levels),
+        );
         force::from_velocity::<T, S>(
             exec,
             fluid,
@@ -153,6 +158,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
             reborrow(&mut self.w),
             scratch,
         );
+        lift.add(exec, -1.0, self.animation.rho, 0..slots, &mut self.w);
         let mut projection = Projection::carve(
             &self.animation.levels,
             0,

@@ -38,7 +38,9 @@ impl<T: Real> Group<'_, '_, T> {
             } else {
                 V::PAIRED[lane]
             };
-            let closed = grid.closed_faces([self.x + 2 * cell.min(self.count - 1), y, z]);
+            let at = [self.x + 2 * cell.min(self.count - 1), y, z];
+            let solids = self.system.solids;
+            let closed = grid.closed_faces(at) | solids.closed_faces(grid, at);
             let wall = |face: usize| closed >> face & 1 == 1;
             let row = &self.system.table[closed * Place::<S>::SIZE..][..Place::<S>::SIZE];
             for (q, &value) in row.iter().enumerate() {
@@ -46,7 +48,9 @@ impl<T: Real> Group<'_, '_, T> {
             }
             for e in 0..S::EDGES {
                 let edge = Edge::new::<S>(e);
-                let free = !wall(edge.face_a()) && !wall(edge.face_b());
+                let free = !wall(edge.face_a())
+                    && !wall(edge.face_b())
+                    && !solids.is_dead(grid, at, (e / 4, [edge.a, edge.b]), [edge.side_a, edge.side_b]);
                 for (i, axis) in [edge.a, edge.b].into_iter().enumerate() {
                     let inverse = if free {
                         T::from_f64(0.25 / grid.h[axis])

@@ -1,6 +1,10 @@
 //! H = 1 - u u^T, the Householder reflection of each combination of walls (Golub & Van Loan, Matrix
 //! Computations, section 5.1), and the normal g that it turns on e_p. p is a face along y, which is free in
 //! all cells of a row or in none.
+//!
+//! Solid cells close faces here and there, so p may be closed among them. H turns g on e_p all the same, and e_p on g: the
+//! closed face is then one of the unknowns, mixed with others. Nothing couples with it, so it comes out as 0 but for rounding.
+//! Where all faces are closed H is 1, and nothing changes.
 
 use super::lanes::{at, unroll};
 use crate::grid::Space;
@@ -45,15 +49,15 @@ fn normal<S: Space>(h: [f64; 3], walls: usize) -> [f64; 6] {
     g
 }
 
-/// Fills the table for cells of size `h`.
-pub fn fill_table<T: Real, S: Space>(h: [f64; 3], table: &mut [T]) {
+/// Fills the table for cells of size `h`. Among solids p is the face below whatever is closed, elsewhere a free one.
+pub fn fill_table<T: Real, S: Space>(h: [f64; 3], among_solids: bool, table: &mut [T]) {
     for (walls, row) in table.chunks_exact_mut(Place::<S>::SIZE).enumerate() {
         let g = normal::<S>(h, walls);
         let squared: f64 = g.iter().map(|g| g * g).sum();
-        let above_wall = walls >> BELOW & 1 == 1;
+        let above_wall = !among_solids && walls >> BELOW & 1 == 1;
         let p = if above_wall { ABOVE } else { BELOW };
-        if g[p] == 0.0 {
-            // No grid has cells with walls on both sides along y.
+        if squared == 0.0 || (g[p] == 0.0 && !among_solids) {
+            // No grid without solids has cells with walls on both sides along y.
             row.fill(T::ZERO);
             continue;
         }

@@ -120,7 +120,7 @@ impl<T: Real> Row<'_, '_, T> {
         } = self;
         let slots = system.slots;
         let most = (lanes / V::LANES).min(GROUPS);
-        let above_wall = system.grid.wall_below(row, 1);
+        let above_wall = pivots_above(system, row);
         let (gathered, scratch) = scratch.split_at_mut(most * Gathered::<S>::SIZE * V::LANES);
         for start in (0..cells.count).step_by(most * V::LANES) {
             let part = Cells {
@@ -196,7 +196,7 @@ impl<T: Real> Row<'_, '_, T> {
             x: cells.start,
             first: 0,
             count: cells.count,
-            above_wall: system.grid.wall_below(row, 1),
+            above_wall: pivots_above(system, row),
             in_order: true,
         };
         group.fill_header::<S, V>(each, long_header);
@@ -224,6 +224,11 @@ impl<T: Real> Row<'_, '_, T> {
         line.eliminate::<S, P>(system.slots - 1);
         line.back_substitute::<S, P>(&mut out);
     }
+}
+
+/// Whether p is the face above in this row: where there is a wall below. Among solids p is the face below everywhere, open or not.
+fn pivots_above<T>(system: &System<'_, T>, row: usize) -> bool {
+    !system.solids.there() && system.grid.wall_below(row, 1)
 }
 
 /// Values of the parts of scratch of [`Row::solve_slots`]: what is gathered, the header and what is stored of

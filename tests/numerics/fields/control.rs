@@ -15,7 +15,7 @@ use thurible_core::objective::sweep;
 use thurible_core::operators::blur::Metric;
 use thurible_core::optimise::descent::Function;
 use thurible_core::optimise::quasi_newton::fields;
-use thurible_core::{Advection, Boundary, Event, Objective, Observer, Real, Serial, Silent, Space};
+use thurible_core::{Advection, Boundary, D2, D3, Event, Objective, Observer, Real, Serial, Silent, Space};
 
 /// A flow that should carry `source` to the targets.
 pub struct Control<'a, T> {
@@ -80,7 +80,12 @@ impl<T: Real> Control<'_, T> {
             script: &script,
         };
         let mut step = 1.0;
-        let info = ao::solve(
+        let solve = if grid.dims == 2 {
+            ao::solve::<T, D2>
+        } else {
+            ao::solve::<T, D3>
+        };
+        let info = solve(
             &Serial,
             &mut Silent,
             &levels,

@@ -2,8 +2,9 @@
 
 use super::cases::{Scene, balls};
 use super::naive::Naive;
-use super::{Components, grid};
-use thurible_core::{Emitter, Feature, Method, Named, Supply, Template, TemplateKind};
+use super::{Components, grid, places};
+use thurible_core::grid::Grid;
+use thurible_core::{Emitter, Feature, Method, Named, Scheme, Supply, Template, TemplateKind};
 
 /// All of it; nothing by default.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +28,15 @@ pub struct Effects {
     pub mask: Vec<f64>,
     /// Whether keyframes keep the mass that they are given.
     pub keep_mass: bool,
+}
+
+/// A block in the middle and a plate one cell thick beside it.
+pub fn block(grid: &Grid) -> Vec<bool> {
+    let inside = |at: [usize; 3]| {
+        let middle = (0..grid.dims).all(|a| (3 * grid.n[a] / 8..grid.n[a] / 2 + 1).contains(&at[a]));
+        middle || (at[0] == grid.n[0] - 3 && at[1] < grid.n[1] / 2)
+    };
+    places(grid).map(inside).collect()
 }
 
 impl Scene {
@@ -95,6 +105,13 @@ impl Scene {
             scene.effects.mask.clear();
         }
         scene
+    }
+
+    /// The same among solid cells, by `limited` transport.
+    pub fn among_solids(mut self) -> Self {
+        self.scheme = Scheme::Limited;
+        self.effects.solid = block(&self.problem().grid());
+        self
     }
 
     /// The same with a template of each kind.

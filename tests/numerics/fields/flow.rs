@@ -44,7 +44,7 @@ pub fn courant<T: Real>(grid: &Grid, slots: usize, v: &Components<T>) -> f64 {
     super::largest((0..slots).map(|k| Naive::new(grid).courant(&slot_of_all(grid, slots, k, v))))
 }
 
-fn scaled<T: Real>(grid: &Grid, slots: usize, v: &Components<f64>, to: f64) -> Components<T> {
+pub fn scaled<T: Real>(grid: &Grid, slots: usize, v: &Components<f64>, to: f64) -> Components<T> {
     let now = courant(grid, slots, v);
     cast_all(
         &v.each_ref()

@@ -125,7 +125,11 @@ fn scaled(by: f64, matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
 
 /// P O P with P the projection onto changes that keep the cell's divergence.
 fn tangential(o: &[Vec<f64>], faces: &[Face]) -> Vec<Vec<f64>> {
-    let squared: f64 = faces.iter().map(|f| f.normal * f.normal).sum();
+    let squared = faces
+        .iter()
+        .map(|f| f.normal * f.normal)
+        .sum::<f64>()
+        .max(f64::MIN_POSITIVE);
     let n = faces.len();
     let p = |i: usize, j: usize| f64::from(u8::from(i == j)) - faces[i].normal * faces[j].normal / squared;
     let entry = |i: usize, j: usize| {
@@ -180,6 +184,7 @@ pub fn changes(
             scaled(weight, &outside(problem, k, &faces))
         };
         let o = tangential(&o, &faces);
+        let mut closed = true;
         let (v, w, p, pbar) = (k * size, k * size + n, k * size + 2 * n, k * size + 2 * n + 1);
         for (f, face) in faces.iter().enumerate() {
             let (a, c, i) = (v + f, w + f, naive.id(face.at));
@@ -187,6 +192,7 @@ pub fn changes(
             if face.normal == 0.0 {
                 continue;
             }
+            closed = false;
             (right[a], right[c]) = (residual.a[k][face.axis][i], residual.c[k][face.axis][i]);
             (matrix[a][v + f], matrix[a][w + f], matrix[a][pbar]) = (problem.kappa, 1.0, -face.normal);
             (matrix[c][v + f], matrix[c][w + f], matrix[c][p]) = (1.0, -1.0, -face.normal);
@@ -202,6 +208,11 @@ pub fn changes(
                 matrix[c][v + e] += j[f][e];
             }
             (matrix[p][v + f], matrix[pbar][w + f]) = (face.normal, face.normal);
+        }
+        if closed {
+            // Nothing can change.
+            (matrix[p][p], matrix[pbar][pbar]) = (1.0, 1.0);
+            continue;
         }
         (right[p], right[pbar]) = (residual.b[k][naive.id(at)], residual.d[k][naive.id(at)]);
     }

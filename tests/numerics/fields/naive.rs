@@ -12,6 +12,16 @@ pub struct Naive {
     pub grid: Grid,
     /// Kinematic viscosity nu.
     pub viscosity: f64,
+    /// Which cells are solid.
+    pub solid: Solid,
+}
+
+/// Whether a cell is solid.
+pub type Solid = fn(&Grid, [usize; 3]) -> bool;
+
+/// Nothing is.
+fn nowhere(_: &Grid, _: [usize; 3]) -> bool {
+    false
 }
 
 impl Naive {
@@ -20,6 +30,15 @@ impl Naive {
         Naive {
             grid: *grid,
             viscosity: 0.0,
+            solid: nowhere,
+        }
+    }
+
+    /// On `grid`, among solid cells.
+    pub fn among(grid: &Grid, solid: Option<Solid>) -> Self {
+        Naive {
+            solid: solid.unwrap_or(nowhere),
+            ..Naive::new(grid)
         }
     }
 
@@ -47,9 +66,11 @@ impl Naive {
         (at[2] * self.grid.n[1] + at[1]) * self.grid.n[0] + at[0]
     }
 
-    /// Whether the low face of a cell along `axis` is a wall.
+    /// Whether the low face of a cell along `axis` is a wall, or closed by a solid cell.
     pub fn wall(&self, at: [usize; 3], axis: usize) -> bool {
-        !self.grid.axis(axis).is_ring() && at[axis] == 0
+        let is_solid = |at: [usize; 3]| (self.solid)(&self.grid, at);
+        self.step(at, axis, -1)
+            .is_none_or(|low| is_solid(at) || is_solid(low))
     }
 
     /// The velocity at the low (0) or high (1) face of a cell.

@@ -13,12 +13,15 @@ impl Naive {
         }
     }
 
-    /// Calls `visit` with the axes a, b of every plaquette that is not on a wall and the places of its faces A-, A+, B-, B+.
+    /// Calls `visit` with the axes a, b of every plaquette that is not on a wall or at a closed face, and the places of its faces A-, A+, B-, B+.
     pub fn each_plaquette(&self, mut visit: impl FnMut((usize, usize), [[usize; 3]; 4])) {
         for &(a, b) in self.pairs() {
             for at in places(&self.grid) {
                 if let (Some(below), Some(left)) = (self.step(at, b, -1), self.step(at, a, -1)) {
-                    visit((a, b), [below, at, left, at]);
+                    let faces = [(a, below), (a, at), (b, left), (b, at)];
+                    if !faces.iter().any(|&(axis, at)| self.wall(at, axis)) {
+                        visit((a, b), [below, at, left, at]);
+                    }
                 }
             }
         }

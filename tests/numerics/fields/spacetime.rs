@@ -1,6 +1,6 @@
 //! The Navier-Stokes problem: run by the core, and its residual in a plain second implementation (section 5).
 
-use super::naive::Naive;
+use super::naive::{Naive, Solid};
 use super::random::Random;
 use super::{Components, Memory, index, largest, places, slot, slot_of_all, view_mut, zeros};
 use thurible_core::grid::Grid;
@@ -13,7 +13,7 @@ use thurible_core::nso::{Bases, Finest, Nso, Setup, SmootherMemory, Split, Works
 use thurible_core::{Exec, NsoParams, Real, Space};
 
 /// The unknowns and data of a Navier-Stokes problem, trajectories all but v_0.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Case<T> {
     pub grid: Grid,
     pub slots: usize,
@@ -26,6 +26,8 @@ pub struct Case<T> {
     /// The velocity before slot 1.
     pub v0: Components<T>,
     pub target: Components<T>,
+    /// Which cells are solid, if any are.
+    pub solid: Option<Solid>,
 }
 
 /// One thread, all lanes, a few planes at a time; tolerance 0, so that only the cap on cycles ends a solve.
@@ -61,6 +63,7 @@ impl<T: Real> Case<T> {
             pbar: cells(),
             v0: zeros(grid, 1),
             target,
+            solid: None,
         }
     }
 
@@ -88,16 +91,40 @@ impl<T: Real> Case<T> {
             pbar: cells(),
             v0,
             target,
+            solid: None,
         }
+    }
+
+    /// The same among solid cells, at whose closed faces nothing flows.
+    pub fn among(mut self, solid: Option<Solid>) -> Self {
+        let naive = Naive::among(&self.grid, solid);
+        self.solid = solid;
+        for (slots, field) in [
+            (self.slots, &mut self.v),
+            (self.slots, &mut self.w),
+            (self.slots, &mut self.target),
+            (1, &mut self.v0),
+        ] {
+            for (axis, component) in field.iter_mut().enumerate().take(self.grid.dims) {
+                for at in places(&self.grid).filter(|&at| naive.wall(at, axis)) {
+                    (0..slots).for_each(|k| component[index(&self.grid, slots, k, at)] = T::ZERO);
+                }
+            }
+        }
+        self
     }
 
     /// Calls `work` with the problem as the core solves it.
     pub fn run<S: Space, R>(&mut self, setup: &Setup, work: impl FnOnce(&mut Nso<'_, T, S>) -> R) -> R {
         let (grid, slots) = (self.grid, self.slots);
-        let mut memory = Memory::new(1 << 21);
+        let mut memory = Memory::new(1 << 22);
         let mut arena = Arena::new(memory.block());
-        let levels = Levels::<T>::carve(&mut arena, &grid, 0).unwrap();
-        let bases = Bases::<T>::carve::<S>(&mut arena, &levels.grids).unwrap();
+        let mut levels = Levels::<T>::bare(&grid, 0).with_obstacles(self.solid.is_some());
+        levels.fill(&mut arena).unwrap();
+        if let Some(solid) = self.solid {
+            levels.set_solids(|cell| solid(&grid, grid.cell_at(cell / grid.n[0], cell % grid.n[0])));
+        }
+        let bases = Bases::<T>::carve::<S>(&mut arena, &levels).unwrap();
         let mut ledger = Ledger::new();
         let mut measure = Pool::measuring(&mut ledger);
         Workspace::<T, S>::carve(&levels, &bases, setup, &mut measure);
@@ -115,6 +142,7 @@ impl<T: Real> Case<T> {
             },
             v0: view_mut(&mut self.v0),
             target: view_mut(&mut self.target),
+            lift: Default::default(),
             spare: view_mut(&mut spare),
         };
         let mut nso = Nso::<T, S>::new(&levels, &bases, finest, setup, workspace, &mut sums);
@@ -155,7 +183,7 @@ impl<T: Real> Case<T> {
         Equations {
             naive: Naive {
                 viscosity,
-                ..Naive::new(grid)
+                ..Naive::among(grid, self.solid)
             },
             kappa,
             v: vectors(&self.v),

@@ -3,12 +3,13 @@
 //!
 //! A fixed-point iteration: forward and backward through the flow (see [`crate::objective::sweep`]); candidate
 //! Q(v_i + lambda_i/K + A_v^T mu_i / K); then v* moves a part alpha of the way, halved until the objective
-//! 1/2 <e, C e> + K/2 sum |v* - v - lambda/K|^2 falls.
+//! 1/2 <e, C e> + K/2 sum |v* - v - lambda/K|^2 falls, to which buoyancy adds a term (see [`lifted`]).
 //!
 //! From the second iteration of a call on, the direction is candidate - v* + beta (the direction before): the momentum of
 //! Polyak's heavy ball, in the same bytes, since the projection is linear. beta = 0 is the paper's iteration.
 
 mod call;
+mod lifted;
 mod trial;
 
 pub use crate::progress::MAX_RESIDUALS;
@@ -16,8 +17,8 @@ pub use call::{Fields, Info, Setup};
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{VectorMut, reborrow, rows, sums, view};
-use crate::grid::Grid;
 use crate::grid::levels::Levels;
+use crate::grid::{Grid, Space};
 use crate::memory::{Pool, Sharing};
 use crate::observe::{Event, Observer, Phase};
 use crate::poisson::Projection;
@@ -49,7 +50,7 @@ pub fn measure<'l, T: Real>(levels: &'l Levels<'_, T>, setup: &Setup, pool: &mut
 ///
 /// # Errors
 /// [`Stop::Cancelled`]; [`Stop::TooFast`] when v itself cannot be transported.
-pub fn solve<T: Real>(
+pub fn solve<T: Real, S: Space>(
     exec: &dyn Exec,
     observer: &mut dyn Observer,
     levels: &Levels<'_, T>,
@@ -66,7 +67,9 @@ pub fn solve<T: Real>(
         let mut trial = Trial::carve(levels, setup, &mut Pool::new(&mut *region));
         if iteration == 0 {
             info.data = trial.carry(exec, observer, &fields, 0.0, sums)?;
-            info.objective = info.data + distance(exec, grid, setup, &fields, 0.0, sums);
+            info.objective = info.data
+                + trial.price::<S>(exec, observer, &fields, sums)?
+                + distance(exec, grid, setup, &fields, 0.0, sums);
             info.data_before = info.data;
             fields
                 .direction
@@ -81,7 +84,7 @@ pub fn solve<T: Real>(
         if let (Err(_), Some(last)) = (info.residuals.push(residual), info.residuals.last_mut()) {
             *last = residual;
         }
-        blend(
+        blend::<T, S>(
             exec,
             observer,
             levels,
@@ -127,7 +130,7 @@ fn project<T: Real>(
 }
 
 /// Moves v* along the direction, alpha halved until the objective falls below `before`; leaves v* where it is if it never does.
-fn blend<T: Real>(
+fn blend<T: Real, S: Space>(
     exec: &dyn Exec,
     observer: &mut dyn Observer,
     levels: &Levels<'_, T>,
@@ -149,6 +152,11 @@ fn blend<T: Real>(
             Ok(data) => data,
         };
         let after = data + distance(exec, grid, setup, fields, *step, sums);
+        let after = if after < before {
+            after + trial.price::<S>(exec, observer, fields, sums)?
+        } else {
+            after
+        };
         if after < before {
             (info.step, info.data, info.objective) = (*step, data, after);
             break;
@@ -167,6 +175,7 @@ fn blend<T: Real>(
         });
     } else {
         trial.carry(exec, observer, fields, 0.0, sums)?;
+        trial.price::<S>(exec, observer, fields, sums)?;
     }
     *step = (2.0 * *step).min(1.0);
     Ok(())

@@ -1,21 +1,23 @@
 //! A flow that AO tries: where it carries the density, the way back, and how far it is from where it should stay.
 
 use super::call::{Fields, Setup};
+use super::lifted::{Lifted, WithLift};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, reborrow, rows, sums, view};
-use crate::grid::Grid;
 use crate::grid::levels::Levels;
+use crate::grid::{Grid, Space};
 use crate::memory::{Pool, Sharing};
 use crate::objective::sweep::{DensitySweep, densities};
 use crate::observe::Observer;
 use crate::real::Real;
 use crate::transport::{Flow, Stop};
 
-/// A flow that is tried, in the shared pool: its densities and what carries them.
+/// A flow that is tried, in the shared pool: its densities, what carries them, and the force that v needs among them where they push it.
 pub struct Trial<'a, T> {
     /// Its densities.
     pub rho: &'a mut [T],
     sweep: DensitySweep<'a, T>,
+    lifted: Option<Lifted<'a, T>>,
 }
 
 impl<'a, T: Real> Trial<'a, T> {
@@ -25,6 +27,7 @@ impl<'a, T: Real> Trial<'a, T> {
         pool.group("forward and backward", Sharing::Together, |pool| Self {
             rho: pool.take("densities of a trial", densities(&levels.finest, sweep.slots)),
             sweep: DensitySweep::carve(levels, 0, sweep, pool),
+            lifted: Lifted::carve(levels, setup, pool),
         })
     }
 
@@ -47,6 +50,20 @@ impl<'a, T: Real> Trial<'a, T> {
         };
         self.sweep
             .carry(exec, observer, &flow, self.rho, fields.script, sums)
+    }
+
+    /// What the force of v costs by the densities that were carried last: nothing but where they push the flow.
+    pub fn price<S: Space>(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        fields: &Fields<'_, T>,
+        sums: &mut [f64],
+    ) -> Result<f64, Stop> {
+        match &mut self.lifted {
+            Some(lifted) => lifted.price::<S>(exec, observer, fields, self.rho, sums),
+            None => Ok(0.0),
+        }
     }
 
     /// `direction` = v + lambda/K + A_v^T mu / K - v* + `momentum` direction, all at v* (paper Algorithm 1, lines 6 to 9), not
@@ -85,19 +102,22 @@ impl<'a, T: Real> Trial<'a, T> {
             self.rho,
             script,
             sums,
-            &mut |exec: &dyn Exec, slot: usize, gradient: Vector<'_, T>| {
-                let buffers = RowBuffers::fields(reborrow(direction));
-                for_rows(exec, grid.rows(), buffers, |task| {
-                    let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;
-                    for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
-                        let out = &mut out[slot * n..(slot + 1) * n];
-                        rows::scale_in_place(out, momentum);
-                        rows::add_scaled(out, scale, &gradient[axis][task.row * n..(task.row + 1) * n]);
-                        rows::add(out, &v[axis][span.clone()]);
-                        rows::add(out, &multiplier[axis][span.clone()]);
-                        rows::sub(out, &star[axis][span.clone()]);
-                    }
-                });
+            &mut WithLift {
+                lifted: self.lifted.as_ref(),
+                at_flow: |exec: &dyn Exec, slot: usize, gradient: Vector<'_, T>| {
+                    let buffers = RowBuffers::fields(reborrow(direction));
+                    for_rows(exec, grid.rows(), buffers, |task| {
+                        let span = (task.row * slots + slot) * n..(task.row * slots + slot + 1) * n;
+                        for (axis, out) in task.fields.into_iter().enumerate().take(grid.dims) {
+                            let out = &mut out[slot * n..(slot + 1) * n];
+                            rows::scale_in_place(out, momentum);
+                            rows::add_scaled(out, scale, &gradient[axis][task.row * n..(task.row + 1) * n]);
+                            rows::add(out, &v[axis][span.clone()]);
+                            rows::add(out, &multiplier[axis][span.clone()]);
+                            rows::sub(out, &star[axis][span.clone()]);
+                        }
+                    });
+                },
             },
         )
     }
