@@ -83,7 +83,8 @@ impl Choices {
             choices.params.method = Method::Templates;
         }
         if let Some(options) = options {
-            set_options(&mut choices.params, &options)?;
+            let method = choices.params.method;
+            set_options(choices.params.choices_mut(method), &options)?;
         }
         if choices.scene.steps == 0 {
             return Err(refused(
@@ -159,7 +160,7 @@ impl Choices {
 }
 
 /// One word for all axes, or one for each of x, y (and z).
-fn boundary(value: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<Boundary>> {
+pub(crate) fn boundary(value: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<Boundary>> {
     if value.extract::<&str>().is_ok() {
         return Ok(vec![word("boundary", value)?; axes]);
     }
@@ -183,15 +184,16 @@ fn boundary(value: &Bound<'_, PyAny>, axes: usize) -> PyResult<Vec<Boundary>> {
 }
 
 /// The options of the method that was chosen.
-fn set_options(params: &mut Params, given: &Bound<'_, PyAny>) -> PyResult<()> {
+pub(crate) fn set_options(
+    choices: &mut dyn thurible_core::choices::Choices,
+    given: &Bound<'_, PyAny>,
+) -> PyResult<()> {
     let given = given.cast::<PyDict>().map_err(|_| {
         refused(
             "options",
             "is no dict; give the options of the method by their names",
         )
     })?;
-    let method = params.method;
-    let choices = params.choices_mut(method);
     let table = choices.table();
     for (name, value) in given.iter() {
         let name: String = read("a name in options", &name, "a string")?;

@@ -148,7 +148,7 @@ impl Inputs<'_> {
     }
 }
 
-fn unusable(field: &str, error: InputError) -> PyErr {
+pub(crate) fn unusable(field: &str, error: InputError) -> PyErr {
     refused(field, format!("cannot be used: {error}; change it"))
 }
 
@@ -220,7 +220,10 @@ fn faces<S: Space>(common: &Common, axis: usize, periodic: &[bool]) -> Common {
     }
 }
 
-fn untyped<'a, 'py>(field: &str, value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyUntypedArray>> {
+pub(crate) fn untyped<'a, 'py>(
+    field: &str,
+    value: &'a Bound<'py, PyAny>,
+) -> PyResult<&'a Bound<'py, PyUntypedArray>> {
     if is_masked(value)? {
         return Err(PyTypeError::new_err(format!(
             "{field} is a masked array, whose hidden values would be taken as they are; give {field}.filled(0)"
@@ -244,7 +247,7 @@ fn is_masked(value: &Bound<'_, PyAny>) -> PyResult<bool> {
 }
 
 /// An array of numbers `T` as all others.
-fn array<'py, T: Number>(
+pub(crate) fn array<'py, T: Number>(
     field: &str,
     value: &Bound<'py, PyAny>,
     common: &Common,
@@ -311,7 +314,7 @@ fn density<'a, T: Number>(field: &str, array: &'a PyReadonlyArrayDyn<'_, T>) -> 
 }
 
 /// The numbers in order, x fastest; copied only if they do not lie so.
-fn numbers<'a, T: Number>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<Cow<'a, [T]>> {
+pub(crate) fn numbers<'a, T: Number>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<Cow<'a, [T]>> {
     match array.as_slice() {
         Ok(numbers) if array.is_c_contiguous() => return Ok(Cow::Borrowed(numbers)),
         _ => {}

@@ -1,7 +1,7 @@
 //! Thurible in Python: `thurible.solve` and `thurible.plan` on NumPy's arrays.
 //!
 //! The arguments ([`choices`], [`effects`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
-//! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block.
+//! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`] is a way of its own.
 
 pub mod block;
 pub mod choices;
@@ -12,6 +12,9 @@ pub mod plan;
 pub mod solution;
 pub mod solve;
 mod templates;
+pub mod track;
+pub mod tracked;
+pub mod tracking;
 pub mod watch;
 pub mod words;
 
@@ -26,6 +29,10 @@ mod thurible {
     use crate::solution::{Given, Solution};
     #[pymodule_export]
     use crate::solve::solve;
+    #[pymodule_export]
+    use crate::track::track;
+    #[pymodule_export]
+    use crate::tracked::Track;
     #[pymodule_export]
     use crate::watch::Iteration;
 

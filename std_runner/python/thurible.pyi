@@ -164,6 +164,53 @@ def plan(
 
     Emitters need no shape here, and `solids`, `mask` and `regions` may be True."""
 
+def track(
+    frames: Numbers,
+    *,
+    boundary: Literal["wall", "periodic"] | Sequence[Literal["wall", "periodic"]] = "wall",
+    length: float = 1.0,
+    dt: float = 1.0,
+    density_scale: float | None = None,
+    buoyancy: float = 0.0,
+    initial_velocity: Sequence[Numbers] | None = None,
+    method: Literal["direct", "admm", "horn_schunck"] = "direct",
+    options: Mapping[str, Any] | None = None,
+    threads: int | None = None,
+    memory_limit: int | None = None,
+) -> Track:
+    """Finds the flow behind frames of smoke, an array of shape (frames, ny, nx) or (frames, nz, ny, nx).
+
+    `options` are those of `[track]` in a capture file: alpha, beta, levels, predict and so on."""
+
+@final
+class Track:
+    """The flow behind frames of smoke: N pairs."""
+
+    @property
+    def velocity(self) -> tuple[Numbers, ...]:
+        """The flow of each pair along x, y (and z), of shape (N, faces)."""
+    @property
+    def predicted(self) -> tuple[Numbers, ...]:
+        """What it was before the frames of a pair were looked at."""
+    @property
+    def correction(self) -> tuple[Numbers, ...]:
+        """What was added to that."""
+    @property
+    def density(self) -> Numbers | None:
+        """The first frame carried by the flow, of the shape of the frames; None where options say readvect False."""
+    @property
+    def history(self) -> list[dict[str, Any]]:
+        """What is said of each pair, as in report.json."""
+    @property
+    def density_scale(self) -> float:
+        """What densities were multiplied by."""
+    @property
+    def planned_bytes(self) -> int:
+        """Bytes of the block."""
+    @property
+    def threads(self) -> int:
+        """Threads that it ran on."""
+
 @final
 class Plan:
     """The memory of a solve."""

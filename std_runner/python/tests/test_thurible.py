@@ -729,6 +729,51 @@ class Refusals(unittest.TestCase):
         self.refuse(TypeError, "there is no option of this method penalty; there are history", options={"penalty": 1.0})
 
 
+class Track(unittest.TestCase):
+    """The flow behind frames."""
+
+    def frames(self, dtype, shape=(20, 24), count=4):
+        return np.stack([blob(shape, [0.5] * (len(shape) - 1) + [0.35 + 0.03 * k], 0.25, dtype) for k in range(count)])
+
+    def test_a_moving_blob_is_found(self):
+        for dtype, boundary in [(np.float32, "wall"), (np.float64, ["periodic", "wall"])]:
+            frames = self.frames(dtype)
+            found = thurible.track(frames, boundary=boundary, length=24.0, threads=2, options={"beta": 0.01, "alpha": 0.1})
+            u, v = found.velocity
+            self.assertEqual((u.dtype, u.shape), (dtype, (3, 20, 25 if boundary == "wall" else 24)))
+            self.assertEqual(v.shape, (3, 21, 24))
+            self.assertGreater(u[2, 9:11, 10].mean(), 0.3)
+            for own, predicted, correction in zip(found.velocity, found.predicted, found.correction):
+                np.testing.assert_allclose(own, predicted + correction, atol=1e-5)
+            if boundary == "wall":
+                self.assertLess(np.abs(np.diff(u, axis=2) + np.diff(v, axis=1)).max(), 1e-4)
+            np.testing.assert_array_equal(found.density[0], frames[0])
+            self.assertEqual([pair["frame"] for pair in found.history], [0, 1, 2])
+            self.assertLess(found.history[0]["misfit"], 0.9 * found.history[0]["misfit_predicted"])
+            self.assertGreater(found.planned_bytes, 0)
+
+    def test_in_3d_and_by_every_method(self):
+        frames = self.frames(np.float32, (9, 10, 12), 3)
+        for method in ["direct", "admm", "horn_schunck"]:
+            found = thurible.track(frames, method=method, options={"levels": 2, "readvect": False})
+            self.assertEqual([component.shape for component in found.velocity], [(2, 9, 10, 13), (2, 9, 11, 12), (2, 10, 10, 12)])
+            self.assertIsNone(found.density)
+
+    def test_what_is_wrong_is_refused(self):
+        frames = self.frames(np.float32)
+        for error, words, given in [
+            (ValueError, "a flow needs two frames", {"frames": frames[:1]}),
+            (ValueError, "no smoke", {"frames": 0 * frames}),
+            (ValueError, "value 5 is not finite", {"frames": np.where(np.arange(frames.size).reshape(frames.shape) == 5, np.nan, frames)}),
+            (ValueError, "has 2 axes", {"frames": frames[0]}),
+            (ValueError, "must be .direct. or", {"method": "magic"}),
+            (TypeError, "there is no option of this method gravity", {"options": {"gravity": 1}}),
+            (MemoryError, "memory_limit", {"memory_limit": 1000}),
+        ]:
+            with self.assertRaisesRegex(error, words):
+                thurible.track(**{"frames": frames, **given})
+
+
 class Stubs(unittest.TestCase):
     def test_they_say_what_is_there(self):
         stubs = pathlib.Path(thurible.__file__).with_name("__init__.pyi")
