@@ -44,6 +44,15 @@ impl<'g> FileLayout<'g> {
         }
     }
 
+    /// Where a cell of the box is in a file; `None` outside the box.
+    pub fn place(&self, at: [usize; 3]) -> Option<usize> {
+        let mut place = 0;
+        for (inside, at) in self.inside.iter().zip(at).rev() {
+            place = place * inside.len() + at.checked_sub(inside.start).filter(|at| *at < inside.len())?;
+        }
+        Some(place)
+    }
+
     pub fn extent(&self, axis: usize) -> usize {
         let ends = self.axis == Some(axis) && !self.grid.axis(axis).is_ring();
         self.inside[axis].len() + usize::from(ends)
@@ -87,8 +96,14 @@ impl<'g> FileLayout<'g> {
         }
     }
 
-    /// [`Self::write`] of a component whose length and numbers are checked.
-    pub fn take<T: Real>(&self, faces: &[T], unit: f64, field: &mut [T]) -> Result<(), InputError> {
+    /// [`Self::write_slot`] of a component whose length and numbers are checked.
+    pub fn take<T: Real>(
+        &self,
+        faces: &[T],
+        unit: f64,
+        field: &mut [T],
+        slot: [usize; 2],
+    ) -> Result<(), InputError> {
         let (expected, given) = (self.len(), faces.len());
         if given != expected {
             return Err(InputError::Length { expected, given });
@@ -96,17 +111,24 @@ impl<'g> FileLayout<'g> {
         if let Some(index) = faces.iter().position(|x| !x.is_finite()) {
             return Err(InputError::NotFinite { index });
         }
-        self.write(faces, T::from_f64(unit), field);
+        self.write_slot(faces, T::from_f64(unit), field, slot);
         Ok(())
     }
 
     /// A field of one time level in memory from one in the layout of a file, times `unit`; 0 on walls and outside the box.
     pub fn write<T: Real>(&self, given: &[T], unit: T, field: &mut [T]) {
-        field.fill(T::ZERO);
+        self.write_slot(given, unit, field, [1, 0]);
+    }
+
+    /// [`Self::write`] to time level `slot` of a trajectory of `slots`.
+    fn write_slot<T: Real>(&self, given: &[T], unit: T, field: &mut [T], [slots, slot]: [usize; 2]) {
         let n = self.grid.n[0];
+        for row in field.chunks_exact_mut(slots * n) {
+            row.iter_mut().skip(slot * n).take(n).for_each(|x| *x = T::ZERO);
+        }
         for Run { row, x, file, count } in self.runs() {
             let from = given.get(file..file + count).unwrap_or(&[]);
-            let begin = row * n + x;
+            let begin = (row * slots + slot) * n + x;
             let to = field.get_mut(begin..begin + count).unwrap_or(&mut []);
             to.iter_mut().zip(from).for_each(|(to, &x)| *to = x * unit);
         }

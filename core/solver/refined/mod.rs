@@ -125,7 +125,7 @@ impl<T: Real> Refined<'_, T> {
         let Some(field) = flow.get_mut(axis).filter(|_| axis < count) else {
             return Err(InputError::Index { given: axis, count });
         };
-        FileLayout::new(&grid, axis).take(faces, 1.0 / self.unit, field)
+        FileLayout::new(&grid, axis).take(faces, 1.0 / self.unit, field, [1, 0])
     }
 
     /// Carries the density to the next step by the flow that was set.
