@@ -65,3 +65,5 @@ pub mod stay;
 pub mod threads;
 #[cfg(feature = "embed")]
 pub mod undershoot;
+#[cfg(feature = "std")]
+pub mod windows;

@@ -35,6 +35,16 @@ pub struct Destination {
     diverted: Option<String>,
 }
 
+/// A hidden folder that is removed with all that is in it.
+pub(crate) struct Scratch(Staging);
+
+impl Scratch {
+    /// The path of a file in it.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.0.below(name)
+    }
+}
+
 impl Destination {
     /// Checks `folder` for a result with the files `planned`.
     ///
@@ -128,6 +138,20 @@ impl Destination {
         below
             .filter(|folder| folder.is_dir())
             .try_for_each(|folder| Staging::new(&folder, "probe").map(drop))
+    }
+
+    /// A folder on the same disc for files that nobody is to see; it goes when the value does.
+    ///
+    /// # Errors
+    /// It could not be made.
+    pub(crate) fn scratch(&self) -> Result<Scratch, Failure> {
+        let made = Staging::new(&self.folder, "windows");
+        made.map(Scratch).map_err(|error| {
+            Failure::File(format!(
+                "cannot write beside the result folder {}: {error}; choose another one with -o DIR",
+                self.shown.display()
+            ))
+        })
     }
 
     /// Where the result is, absolute.

@@ -16,12 +16,13 @@ mod movie;
 mod picture;
 mod reel;
 mod render;
+mod series;
 mod webp;
 
 pub use error::OutputError;
 pub use frames::{Frames, Given, GivenValues, Precision, Sample, Samples};
 
-pub(crate) use archive::write_archive;
+pub(crate) use archive::{array_name, write_archive};
 pub(crate) use densities::{Densities, Pictured};
 pub(crate) use file::{create_folder, write_bytes, write_whole};
 pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame};
@@ -29,4 +30,5 @@ pub(crate) use lines::Vectors;
 pub(crate) use movie::Movie;
 pub(crate) use reel::{Reel, Still};
 pub(crate) use render::{Angles, Body, Film, Shot};
+pub(crate) use series::Series;
 pub(crate) use webp::WEBP_MOST;

@@ -20,6 +20,7 @@ pub(super) fn page(title: &str, record: &RunRecord, gallery: &Gallery) -> String
         section("From the source to the last step", "strip", &strip(gallery)),
         section("Keyframes", "keyframes", &keyframes(record, gallery)),
         found_templates(record),
+        windows(record),
         section("Convergence", "charts", &charts::charts(record)),
         section(
             "Memory",
@@ -175,6 +176,14 @@ fn found_templates(record: &RunRecord) -> String {
         table if table.is_empty() => table,
         table => section("Templates", "templates", &table),
     }
+}
+
+/// The windows, where there are any.
+fn windows(record: &RunRecord) -> String {
+    if record.windows.is_empty() {
+        return String::new();
+    }
+    section("Windows", "windows", &tables::windows(record))
 }
 
 fn scene(record: &RunRecord) -> String {

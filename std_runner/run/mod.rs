@@ -3,6 +3,8 @@
 //! `RunOptions::solve` plans the scene and takes its one block of memory; the job solves it there, watched by
 //! [`progress`](crate::progress), and writes the folder.
 
+pub(crate) mod drawn;
+mod found;
 pub mod frames;
 pub mod inputs;
 mod job;
@@ -12,6 +14,8 @@ mod outcome;
 mod reach;
 mod request;
 mod settled;
+mod targets;
+mod windows;
 
 pub(crate) use outcome::Outcome;
 pub(crate) use request::{Outputs, Request, RunOptions};

@@ -35,3 +35,5 @@ mod shapes;
 mod small;
 mod templates;
 mod undershoot;
+#[cfg(unix)]
+mod windows;
