@@ -15,7 +15,7 @@ use crate::threads;
 use again::Origin;
 use core::mem::MaybeUninit;
 use std::path::Path;
-use thurible_core::{PlanError, ProblemError, Refined, Silent};
+use thurible_core::{Refined, Silent};
 
 /// Bytes a finer cell while shapes are drawn, in double precision, or a picture is.
 const BESIDE: usize = 28;
@@ -44,14 +44,8 @@ impl Plan {
         let problem = OwnedProblem::of(&scene);
         let block = Refined::<f32>::bytes(&problem.problem(), doublings(scale), threads);
         let block = block.map_err(|error| {
-            let why = match error {
-                PlanError::Problem(ProblemError::Unfit { .. }) => {
-                    "smoke that leaves by open sides cannot be carried anew".to_owned()
-                }
-                other => other.to_string(),
-            };
             Failure::Input(format!(
-                "--scale {scale}: {why}; ask for a smaller scale, or leave it out"
+                "--scale {scale}: {error}; ask for a smaller scale, or leave it out"
             ))
         })?;
         Ok(Self {
@@ -241,9 +235,11 @@ impl<'m> Finer<'m> {
 
     /// What is drawn of the step.
     pub fn still(&self) -> Still {
+        let mut density = vec![0.0; self.refined.cells()];
+        self.refined.read_density(&mut density);
         Still {
             cells: self.cells.clone(),
-            density: self.refined.density().to_vec(),
+            density,
             body: self.body.clone(),
         }
     }
