@@ -72,3 +72,5 @@ mod tomography;
 mod track;
 #[cfg(feature = "embed")]
 pub mod undershoot;
+#[cfg(feature = "std")]
+pub mod windows;

@@ -3,7 +3,7 @@
 use thurible_core::{Advection, Boundary, Emitter, Problem, Template};
 
 /// The owned form of the core's [`Problem`], which borrows its lists.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OwnedProblem {
     /// Cells per axis.
     pub cells: Vec<usize>,
@@ -92,6 +92,20 @@ impl OwnedProblem {
             match_mass,
             advection,
             projection_tolerance,
+        }
+    }
+
+    /// The same without anything that steers: its flow is simulated.
+    pub fn unsteered(&self) -> Self {
+        Self {
+            keyframes: Vec::new(),
+            keyframe_weights: Vec::new(),
+            keyframe_regions: false,
+            templates: Vec::new(),
+            release: None,
+            schedule: Vec::new(),
+            mask: false,
+            ..self.clone()
         }
     }
 

@@ -7,9 +7,11 @@ use crate::problem::{OwnedProblem, Precision, params_of, refusal};
 use crate::region::MARGIN;
 use crate::scene::Scene;
 use crate::threads;
+use crate::windows::{Window, Windows};
 use serde_json::{Value, json};
 use thurible_core::method::registry::most_iterations;
-use thurible_core::{Entry, Named, Params, Plan, Sharing};
+use thurible_core::method::registry::steers;
+use thurible_core::{Entry, Method, Named, Params, Plan, PlanError, Sharing};
 
 /// What the command line asks of a plan.
 #[derive(Clone, Copy, Debug)]
@@ -31,15 +33,89 @@ pub struct Planned {
     pub params: Params,
     /// f32 or f64.
     pub precision: Precision,
-    /// The core's plan: every buffer, to the byte.
+    /// The core's plan: every buffer, to the byte. Of windows it is that of the one that takes most.
     pub plan: Plan,
+    /// `[method] window` and `stride`, where the scene is longer than a window.
+    pub windows: Option<Windows>,
 }
 
 impl Planned {
     /// Iterations that the solver reports at most.
     pub fn most_iterations(&self) -> usize {
-        most_iterations(&self.problem.problem(), &self.params)
+        let one = most_iterations(&self.problem.problem(), &self.params);
+        let searched = self
+            .windows()
+            .iter()
+            .filter(|window| window.is_searched())
+            .count();
+        one.saturating_mul(searched.max(1))
     }
+
+    /// The windows; none where the scene is solved as a whole.
+    pub fn windows(&self) -> Vec<Window> {
+        self.windows
+            .map_or(Vec::new(), |windows| windows.of(&self.problem))
+    }
+
+    /// Bytes of the block for another problem of the same kind.
+    pub fn bytes_of(&self, problem: &OwnedProblem, precision: Precision) -> Result<usize, PlanError> {
+        plan_of(problem, self.windows, &self.params, precision).map(|plan| plan.bytes())
+    }
+}
+
+/// The parameters of a flow that nothing steers.
+pub fn free(params: &Params) -> Params {
+    Params {
+        method: Method::Simulate,
+        ..*params
+    }
+}
+
+/// The plan of a problem, or of that of its windows that takes most; a flow that nothing steers fits into it too.
+fn plan_of(
+    problem: &OwnedProblem,
+    windows: Option<Windows>,
+    params: &Params,
+    precision: Precision,
+) -> Result<Plan, PlanError> {
+    let Some(windows) = windows.filter(|windows| windows.length < problem.steps) else {
+        return problem.plan(params, precision);
+    };
+    problem.problem().check()?;
+    let mut kinds: Vec<(bool, OwnedProblem)> = Vec::new();
+    let mut add = |searched, problem: OwnedProblem| {
+        let same = |(known, other): &(bool, OwnedProblem)| *known == searched && *other == problem;
+        if !kinds.iter().any(same) {
+            kinds.push((searched, problem));
+        }
+    };
+    for window in windows.of(problem) {
+        add(window.is_searched(), window.problem(problem));
+        if let Some(way) = window.way(problem) {
+            add(true, way);
+            // Where the way leads nowhere, the window does without.
+            let alone = Window {
+                ahead: None,
+                ..window
+            };
+            add(alone.is_searched(), alone.problem(problem));
+        }
+    }
+    if steers(params) {
+        let piece = windows.of(&problem.unsteered());
+        piece
+            .iter()
+            .for_each(|piece| add(false, piece.problem(&problem.unsteered())));
+    }
+    let plan = |(searched, problem): &(bool, OwnedProblem)| {
+        let free = free(params);
+        problem.plan(if *searched { params } else { &free }, precision)
+    };
+    let plans = kinds.iter().map(plan).collect::<Result<Vec<_>, _>>()?;
+    plans
+        .into_iter()
+        .max_by_key(Plan::bytes)
+        .ok_or(PlanError::TooLarge)
 }
 
 /// Bytes of the block for `plan`, with the margin that bumpalo needs.
@@ -56,14 +132,18 @@ pub fn make(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> {
     let problem = OwnedProblem::of(scene);
     let ceiling = ceiling(options).map(|limit| limit.saturating_sub(MARGIN));
     let params = params_of(scene, options.threads.unwrap_or_else(threads::available), ceiling);
-    let plan = problem
-        .plan(&params, options.precision)
-        .map_err(|error| refusal(scene, error))?;
+    let windows = scene
+        .method
+        .windows
+        .filter(|windows| windows.length < problem.steps);
+    let plan =
+        plan_of(&problem, windows, &params, options.precision).map_err(|error| refusal(scene, error))?;
     Ok(Planned {
         problem,
         params,
         precision: options.precision,
         plan,
+        windows,
     })
 }
 
@@ -100,18 +180,22 @@ fn over_limit(scene: &Scene, planned: &Planned, options: &PlanOptions, limit: us
         bytes::grouped(needed)
     )];
     let fits = |precision| {
-        planned
-            .problem
-            .plan(&planned.params, precision)
-            .is_ok_and(|plan| block_bytes(&plan) <= limit)
+        let bytes = planned.bytes_of(&planned.problem, precision);
+        bytes.is_ok_and(|bytes| bytes.saturating_add(MARGIN) <= limit)
     };
     if planned.precision == Precision::F64 && fits(Precision::F32) {
         ways.push("use --precision f32, which fits".into());
     }
     ways.push(match largest_grid(planned, limit) {
         Some(cells) => format!("set `grid.cells` to {cells:?}, the largest grid of this shape that fits"),
+        None if planned.windows.is_some() => {
+            "make `method.window` shorter, as no grid of this shape fits with so many steps".into()
+        }
         None => "take fewer steps, as no grid of this shape fits with so many".into(),
     });
+    if planned.windows.is_none() {
+        ways.push("solve it in parts by `method.window`".into());
+    }
     Failure::Memory(format!(
         "{}: the solve needs {} bytes ({}), but {whose} {} bytes ({}); {}",
         scene.document.path().display(),
@@ -131,9 +215,8 @@ pub fn largest_grid(planned: &Planned, limit: usize) -> Option<Vec<usize>> {
         .map(|quarter| scaled(&planned.problem.cells, 4 * quarter, longest, 4))
         .find(|cells| {
             let smaller = planned.problem.resized(cells.clone(), planned.problem.steps);
-            smaller
-                .plan(&planned.params, planned.precision)
-                .is_ok_and(|plan| block_bytes(&plan) <= limit)
+            let bytes = planned.bytes_of(&smaller, planned.precision);
+            bytes.is_ok_and(|bytes| bytes.saturating_add(MARGIN) <= limit)
         })
 }
 
@@ -145,7 +228,10 @@ pub fn scaled(cells: &[usize], over: usize, under: usize, unit: usize) -> Vec<us
 
 /// A plan as JSON: for `plan --json` and the first line of `solve --json`.
 pub fn plan_fields(planned: &Planned) -> Value {
-    json!({
+    let held = planned
+        .windows
+        .map_or(planned.problem.steps, |windows| windows.length);
+    let mut fields = json!({
         "cells": planned.problem.cells,
         "steps": planned.problem.steps,
         "precision": planned.precision.name(),
@@ -156,12 +242,17 @@ pub fn plan_fields(planned: &Planned) -> Value {
         "method_bytes": planned.plan.method_bytes(),
         "paper_bound_bytes": planned.plan.paper_bound(),
         "saved_bytes": planned.plan.saved_bytes(),
-        "bytes_per_cell_and_step": planned.plan.bytes() as f64 / (planned.problem.cells.iter().product::<usize>() * planned.problem.steps) as f64,
+        "bytes_per_cell_and_step": planned.plan.bytes() as f64 / (planned.problem.cells.iter().product::<usize>() * held) as f64,
         "keyframes": planned.problem.keyframes,
         "boundary": planned.problem.boundary.iter().map(|&boundary| boundary.name()).collect::<Vec<_>>(),
         "phases": phases(planned.plan.entries(), planned.plan.bytes()),
         "ledger": planned.plan.entries().iter().map(entry_fields).collect::<Vec<_>>(),
-    })
+    });
+    if let Some(Windows { length, stride }) = planned.windows {
+        let count = planned.windows().len();
+        fields["windows"] = json!({ "length": length, "stride": stride, "count": count });
+    }
+    fields
 }
 
 fn entry_fields(entry: &Entry) -> Value {

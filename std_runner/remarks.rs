@@ -43,7 +43,8 @@ pub fn keyframe_errors<T: Real, S: Space>(
     steps.iter().enumerate().map(error).collect()
 }
 
-fn distance<T: Real>(found: &[T], wanted: &[T]) -> f64 {
+/// |found - wanted| / |wanted|.
+pub(crate) fn distance<T: Real>(found: &[T], wanted: &[T]) -> f64 {
     let (mut off, mut size) = (0.0, 0.0);
     for (found, wanted) in found.iter().zip(wanted) {
         let (found, wanted) = (found.to_f64(), wanted.to_f64());
@@ -53,7 +54,8 @@ fn distance<T: Real>(found: &[T], wanted: &[T]) -> f64 {
     (off / size).sqrt()
 }
 
-fn densest<T: Real>(density: &[T]) -> f64 {
+/// The largest density.
+pub(crate) fn densest<T: Real>(density: &[T]) -> f64 {
     density.iter().map(|density| density.to_f64()).fold(0.0, f64::max)
 }
 

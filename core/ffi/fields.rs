@@ -1,4 +1,4 @@
-//! Fields of the result by a code: densities, targets and regions, velocities, forces, and what emitters added.
+//! Fields of the result by a code: densities, targets and regions, velocities, forces, and what emitters added to density and force.
 
 use crate::each;
 use crate::instance::{self, Body, Thurible};
@@ -25,6 +25,8 @@ pub enum ThuribleField {
     Region = 4,
     /// What emitters added to the density after step 0 .. N-1, where there are emitters. It lies nowhere, so that it cannot be viewed.
     Emission = 5,
+    /// A component of what emitters with a velocity added beside the force at step 0 .. N-2, where there are any. It lies nowhere either.
+    EmitterForce = 6,
 }
 
 /// What a code stands for.
@@ -38,6 +40,8 @@ enum What {
     Regions,
     /// What emitters added.
     Emission,
+    /// What emitters with a velocity added beside the force.
+    EmitterForce,
 }
 
 /// What a code stands for, if the instance has it.
@@ -49,6 +53,7 @@ fn what(body: &Body, field: u32) -> Result<What, ThuribleResult> {
         (ThuribleField::Force, What::Output(FORCE)),
         (ThuribleField::Region, What::Regions),
         (ThuribleField::Emission, What::Emission),
+        (ThuribleField::EmitterForce, What::EmitterForce),
     ];
     let found = codes.into_iter().find(|&(code, _)| code as u32 == field);
     found
@@ -58,6 +63,7 @@ fn what(body: &Body, field: u32) -> Result<What, ThuribleResult> {
             What::Targets => true,
             What::Regions => body.sizes.regions > 0,
             What::Emission => body.sizes.emitters > 0,
+            What::EmitterForce => each!(&body.solver, solver => solver.has_jets()),
         })
         .ok_or(ThuribleResult::Index)
 }
@@ -73,6 +79,8 @@ enum Place {
     Part(Part),
     /// What was added after a step.
     Emission(usize),
+    /// What was added beside the force of a step, along an axis.
+    EmitterForce(usize, usize),
 }
 
 impl Place {
@@ -82,14 +90,20 @@ impl Place {
             What::Output(output) => Part::new(body, output, step, axis).map(Self::Part),
             What::Targets if step < sizes.keyframes && axis == 0 => Ok(Self::Target(step)),
             What::Regions if step < sizes.regions && axis == 0 => Ok(Self::Region(step)),
-            What::Emission if step < sizes.steps && axis == 0 => {
-                if each!(&body.solver, solver => solver.is_finished()) {
-                    Ok(Self::Emission(step))
-                } else {
-                    Err(ThuribleResult::NoResult)
-                }
+            What::Emission if step < sizes.steps && axis == 0 => Self::Emission(step).of_result(body),
+            What::EmitterForce if step + 1 < sizes.steps && axis < sizes.dims => {
+                Self::EmitterForce(step, axis).of_result(body)
             }
             _ => Err(ThuribleResult::Index),
+        }
+    }
+
+    /// A place that there is only in a result.
+    fn of_result(self, body: &Body) -> Result<Self, ThuribleResult> {
+        if each!(&body.solver, solver => solver.is_finished()) {
+            Ok(self)
+        } else {
+            Err(ThuribleResult::NoResult)
         }
     }
 
@@ -99,7 +113,7 @@ impl Place {
             Self::Target(index) => Ok(cells(solver.keyframe(index))),
             Self::Region(index) => Ok(cells(solver.keyframe_region(index))),
             Self::Part(part) => Ok(part.view(solver)),
-            Self::Emission(_) => Err(ThuribleResult::Index),
+            Self::Emission(_) | Self::EmitterForce(..) => Err(ThuribleResult::Index),
         }
     }
 
@@ -122,6 +136,12 @@ impl Place {
                 solver.emission(&Serial, step, out);
                 return Ok(());
             }
+            Self::EmitterForce(step, axis) => {
+                // SAFETY: the caller's promise.
+                let out = unsafe { array::<T>(out, bytes, solver.faces(axis)) }?;
+                solver.jet(step, axis, out);
+                return Ok(());
+            }
         };
         // SAFETY: the caller's promise.
         let out = unsafe { array::<T>(out, bytes, solver.cells()) }?;
@@ -132,7 +152,7 @@ impl Place {
 
 /// Where a `ThuribleField` of the result lies, without copying: after `thurible_finish` or `thurible_solve`, and until the next call
 /// that changes the instance; what was given, step 0 of densities and velocities, the keyframes and their regions, at any time. `axis` is 0 for
-/// all but velocities and forces. A field that the method does not give is refused; `thurible_output` says which it gives.
+/// all but velocities, forces and those of emitters. A field that the method does not give is refused; `thurible_output` says which it gives.
 ///
 /// # Safety
 /// `instance` as in `thurible_close`; `view` is null or may be written.
@@ -174,6 +194,7 @@ pub unsafe extern "C" fn thurible_copy_bytes(
                 What::Output(output) => output,
                 // One element for each cell, as a density.
                 What::Targets | What::Regions | What::Emission => DENSITY,
+                What::EmitterForce => VELOCITY,
             };
             bytes.write(bytes_of(body, &output, axis)?);
             Ok(())

@@ -240,6 +240,8 @@ typedef enum {
     THURIBLE_FIELD_REGION = 4,
     // What emitters added to the density after step 0 .. N-1, where there are emitters. It lies nowhere, so that it cannot be viewed.
     THURIBLE_FIELD_EMISSION = 5,
+    // A component of what emitters with a velocity added beside the force at step 0 .. N-2, where there are any. It lies nowhere either.
+    THURIBLE_FIELD_EMITTER_FORCE = 6,
 } ThuribleField;
 
 // What a template does around its middle.
@@ -702,7 +704,7 @@ ThuribleResult thurible_read_output(const Thurible *instance, size_t index, size
 
 // Where a `ThuribleField` of the result lies, without copying: after `thurible_finish` or `thurible_solve`, and until the next call
 // that changes the instance; what was given, step 0 of densities and velocities, the keyframes and their regions, at any time. `axis` is 0 for
-// all but velocities and forces. A field that the method does not give is refused; `thurible_output` says which it gives.
+// all but velocities, forces and those of emitters. A field that the method does not give is refused; `thurible_output` says which it gives.
 // Safety: `instance` as in `thurible_close`; `view` is null or may be written.
 ThuribleResult thurible_view(const Thurible *instance,
                              uint32_t field,

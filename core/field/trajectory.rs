@@ -35,6 +35,22 @@ pub fn dot<T: Real>(
     })
 }
 
+/// <x, y> over all faces and the first `first` slots.
+pub fn dot_of_first<T: Real>(
+    exec: &dyn Exec,
+    shape: Shape<'_>,
+    first: usize,
+    [x, y]: [Vector<'_, T>; 2],
+    sums: &mut [f64],
+) -> f64 {
+    let Shape { grid, slots } = shape;
+    let len = first.min(slots) * grid.n[0];
+    sums::total(exec, grid, sums, |row| {
+        let part = |field| rows::part(sums::row(grid, slots, field, row), 0..len);
+        (0..grid.dims).map(|a| rows::dot(part(x[a]), part(y[a]))).sum()
+    })
+}
+
 /// `out = s out + t x`; with s = 0 `out` may hold anything.
 pub fn add<T: Real>(
     exec: &dyn Exec,

@@ -114,17 +114,29 @@ impl Axis {
         start + (if i >= n { 2 * n - 1 - i } else { i }) as usize
     }
 
-    /// The face at index `i`; behind a wall its mirror image, through which it flows the other way (-1). `None` on a wall, where nothing flows.
-    #[inline(always)]
+    /// The faces that stand for face `i`, counted from the first inside the box, each with its factor: behind a wall the mirror image, through
+    /// which it flows the other way; behind an open side what lies as far from the face there, on the other side of it in value too. None on a
+    /// wall, where nothing flows.
     #[must_use]
-    pub fn mirrored_face(self, i: isize) -> Option<(usize, f64)> {
+    pub fn continued_face(self, i: isize) -> heapless::Vec<(usize, f64), 2> {
         if self.is_ring() {
-            return Some((self.wrapped(i), 1.0));
+            return heapless::Vec::from_iter([(self.wrapped(i), 1.0)]);
         }
-        let n = self.cells as isize;
-        let i = i.rem_euclid(2 * n);
-        let (face, sign) = if i < n { (i, 1.0) } else { (2 * n - i, -1.0) };
-        (i % n != 0).then_some((face as usize, sign))
+        let Range { start, end } = self.inside();
+        let n = (end - start) as isize;
+        let face = |i: isize| start + i as usize;
+        let (side, at, mirrored) = match i {
+            i if i <= 0 => (Side::Low, 0, -i),
+            i if i >= n => (Side::High, n, 2 * n - i),
+            i => return heapless::Vec::from_iter([(face(i), 1.0)]),
+        };
+        let mirrored = mirrored.clamp(0, n);
+        match (self.ends.opens(side), mirrored == at) {
+            (false, true) => heapless::Vec::new(),
+            (false, false) => heapless::Vec::from_iter([(face(mirrored), -1.0)]),
+            (true, true) => heapless::Vec::from_iter([(face(at), 1.0)]),
+            (true, false) => heapless::Vec::from_iter([(face(at), 2.0), (face(mirrored), -1.0)]),
+        }
     }
 
     /// The point `x`, counted in cells from the centre of cell 0, moved to the outermost centre where it lies between that

@@ -157,7 +157,7 @@ impl Grid {
     }
 
     /// The same with so many cells inside along each axis.
-    pub(super) fn with_inside(self, inside: [usize; 3]) -> Self {
+    pub(crate) fn with_inside(self, inside: [usize; 3]) -> Self {
         let n = core::array::from_fn(|a| inside[a] + self.layers(a, Side::Low) + self.layers(a, Side::High));
         Self { n, ..self }
     }

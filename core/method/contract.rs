@@ -138,6 +138,17 @@ pub trait Contract<'m, T: Real, S: Space> {
         [&[]; 3]
     }
 
+    /// The forces beside what [`Self::idle_parts`] gives; `None` where a method has none, or its work needs the elements that hold them.
+    fn spent(&mut self) -> Option<(Parts<'_, 'm, T>, Vector<'_, T>)> {
+        None
+    }
+
+    /// Begins the search at v as it stands in the animation, which is projected, instead of where the method begins by itself; whether it can.
+    fn begin_at(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> bool {
+        let _ = (exec, script);
+        false
+    }
+
     /// The unknowns of templates, where it searches for them: see [`Place`](super::templates::unknowns::Place).
     fn unknowns(&self) -> &[T] {
         &[]

@@ -95,10 +95,18 @@ impl<'a, T: Real> DataTerm<'a, T> {
         self.image
     }
 
-    /// The data term of a whole trajectory of densities.
-    pub fn total(&mut self, exec: &dyn Exec, rho: &[T], script: &Script<'_, T>, sums: &mut [f64]) -> f64 {
+    /// The data term of a trajectory of densities, of the keyframes at `last` or before.
+    pub fn total(
+        &mut self,
+        exec: &dyn Exec,
+        rho: &[T],
+        script: &Script<'_, T>,
+        last: usize,
+        sums: &mut [f64],
+    ) -> f64 {
         let cells = self.grid().cells();
-        script.steps().enumerate().fold(0.0, |sum, (index, step)| {
+        let there = script.steps().enumerate().take_while(|(_, step)| *step <= last);
+        there.fold(0.0, |sum, (index, step)| {
             let rho = &rho[step * cells..][..cells];
             sum + self.evaluate(exec, rho, &script.wanted(index, cells), sums)
         })

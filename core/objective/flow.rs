@@ -253,10 +253,10 @@ impl<T: Real> Evaluation<'_, '_, T> {
         Ok(Objective { data, ..force })
     }
 
-    /// The data term of densities that were carried already.
-    pub fn data(&mut self, exec: &dyn Exec) -> f64 {
+    /// The data term of densities that were carried already, of the keyframes at `last` or before.
+    pub fn data(&mut self, exec: &dyn Exec, last: usize) -> f64 {
         let mut pool = Pool::new(&mut *self.region);
         let mut sweep = DensitySweep::carve(self.levels, self.level, &self.setup.sweep, &mut pool);
-        sweep.data(exec, self.rho, &self.script, self.sums)
+        sweep.data(exec, self.rho, &self.script, last, self.sums)
     }
 }

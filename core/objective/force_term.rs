@@ -193,6 +193,22 @@ impl<'a, T: Real> Evaluation<'a, '_, T> {
         Objective::of_force(price, plain)
     }
 
+    /// [`Self::price`] of the force in the first `slots` slots alone.
+    pub fn price_of_first<S: Space>(&mut self, exec: &dyn Exec, w: Vector<'_, T>, slots: usize) -> Objective {
+        let (all, shape) = (self.price::<S>(exec, w), self.shape());
+        if slots >= shape.slots {
+            return all;
+        }
+        let weight = 0.5 * self.setup.force_weight;
+        let mut of = |z| weight * trajectory::dot_of_first(exec, shape, slots, [w, z], self.sums);
+        let plain = of(w);
+        if self.setup.weighs() {
+            Objective::of_force(of(view(&self.priced)), plain)
+        } else {
+            Objective::of_force(plain, plain)
+        }
+    }
+
     /// Makes [`Self::priced`], of the force of the last [`Self::price`], the derivative along fields free of divergence: with a mask it has
     /// to be projected for that.
     ///

@@ -157,7 +157,7 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         for step in 0..=self.slots {
             self.carry_step(exec, observer, flow, rho, step, script, sums)?;
         }
-        Ok(self.data.total(exec, rho, script, sums))
+        Ok(self.data.total(exec, rho, script, usize::MAX, sums))
     }
 
     /// Transports the density of `step` to the next one, and adds what is emitted on the way.
@@ -206,9 +206,16 @@ impl<'a, T: Real> DensitySweep<'a, T> {
         Ok(out)
     }
 
-    /// The data term of densities that were carried.
-    pub fn data(&mut self, exec: &dyn Exec, rho: &[T], script: &Script<'_, T>, sums: &mut [f64]) -> f64 {
-        self.data.total(exec, rho, script, sums)
+    /// The data term of densities that were carried, of the keyframes at `last` or before.
+    pub fn data(
+        &mut self,
+        exec: &dyn Exec,
+        rho: &[T],
+        script: &Script<'_, T>,
+        last: usize,
+        sums: &mut [f64],
+    ) -> f64 {
+        self.data.total(exec, rho, script, last, sums)
     }
 
     /// Backwards through the flow that carried `rho`, with a companion.

@@ -10,7 +10,8 @@
 //!
 //! The children of a face carry together what it carries. The differences of what the first rule makes, over half the length, are what the
 //! second one makes of the differences: so div f is the second rule along all axes of div F, and 0 where that is 0 around.
-//! Behind a wall stands the mirror image: of a component along the wall the same, of one through it the opposite.
+//! Behind a wall stands the mirror image: of a component along the wall the same, of one through it the opposite. Behind an open side a component
+//! along it is mirrored too, and one through it goes on as it comes, F_{-1} = 2 F_0 - F_1: there div F is what it is on this side.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, rows};
@@ -19,8 +20,10 @@ use crate::real::Real;
 
 /// Values beside a row that its children ask for: one before, two after.
 const BESIDE: usize = 3;
-/// The most values that make one.
+/// Values of the coarser grid that make one.
 const TAPS: usize = 4;
+/// The most that stand for them where some are beyond the box.
+const PLACES: usize = 2 * TAPS;
 
 /// How a value is made of those of the coarser grid along an axis.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -32,7 +35,7 @@ enum Rule {
 }
 
 /// Places on the coarser grid and their weights.
-type Taps = heapless::Vec<(usize, f64), TAPS>;
+type Taps = heapless::Vec<(usize, f64), PLACES>;
 
 impl Rule {
     /// Weights of the values at offsets -1, 0, 1, 2 from the parent, for its first child and its second.
@@ -46,24 +49,36 @@ impl Rule {
         }
     }
 
-    /// The value of the coarser grid at index `i` of `axis`, and its sign; `None` where that is 0.
-    fn source(self, axis: Axis, i: isize) -> Option<(usize, f64)> {
+    /// What stands for the value of the coarser grid at index `i`, counted from the first inside.
+    fn sources(self, axis: Axis, i: isize) -> heapless::Vec<(usize, f64), 2> {
         match self {
-            Self::Along => axis.mirrored_face(i),
-            Self::Across => Some((axis.mirrored(i), 1.0)),
+            Self::Along => axis.continued_face(i),
+            Self::Across => {
+                heapless::Vec::from_iter([(axis.mirrored(axis.inside().start as isize + i), 1.0)])
+            }
         }
     }
 
-    /// What makes value `i` of the finer grid; `axis` is that of the coarser one.
+    /// How many values there are inside, an open side at the end counted.
+    fn count(self, axis: Axis) -> usize {
+        let inside = axis.inside();
+        inside.len() + usize::from(self == Self::Along && inside.end < axis.cells())
+    }
+
+    /// What makes value `i` of the finer grid; `axis` is that of the coarser one. Nothing outside the box.
     fn taps(self, axis: Axis, i: usize) -> Taps {
+        let last = 2 * axis.inside().len() + self.count(axis) - axis.inside().len();
+        let Some(i) = i.checked_sub(axis.inside().start).filter(|i| *i < last) else {
+            return Taps::new();
+        };
         let weights = self.weights()[i % 2];
         let taps = weights
             .into_iter()
             .enumerate()
             .filter(|&(_, weight)| weight != 0.0);
-        taps.filter_map(|(offset, weight)| {
-            let (at, sign) = self.source(axis, (i / 2 + offset) as isize - 1)?;
-            Some((at, sign * weight))
+        taps.flat_map(|(offset, weight)| {
+            let sources = self.sources(axis, (i / 2 + offset) as isize - 1);
+            sources.into_iter().map(move |(at, factor)| (at, factor * weight))
         })
         .collect()
     }
@@ -114,32 +129,30 @@ pub fn double<T: Real>(
                     );
                 }
             }
-            let rule = rule(component, 0);
-            surround(rule, from.axis(0), sum);
-            expand(rule, sum, out);
+            expand(rule(component, 0), from.axis(0), sum, out);
         }
     });
 }
 
-/// Fills the values beside a row: `row` has one before it and two after it.
-fn surround<T: Real>(rule: Rule, axis: Axis, row: &mut [T]) {
-    let n = axis.cells();
-    for i in [-1, n as isize, n as isize + 1] {
-        let source = rule.source(axis, i);
-        let value = source.map_or(T::ZERO, |(at, sign)| {
-            row.get(1 + at)
-                .map_or(T::ZERO, |&value| T::from_f64(sign) * value)
+/// `out` = the children of a row, which has one value before it and two after it, to be filled.
+fn expand<T: Real>(rule: Rule, axis: Axis, row: &mut [T], out: &mut [T]) {
+    let (start, count) = (axis.inside().start, rule.count(axis));
+    let line = rows::part_mut(row, start..start + count + BESIDE);
+    for i in [-1, count as isize, count as isize + 1] {
+        let sources = rule.sources(axis, i);
+        let value = sources.into_iter().fold(T::ZERO, |sum, (at, factor)| {
+            let value = line.get(1 + at - start).copied().unwrap_or(T::ZERO);
+            sum + T::from_f64(factor) * value
         });
-        if let Some(place) = row.get_mut((1 + i) as usize) {
+        if let Some(place) = line.get_mut((1 + i) as usize) {
             *place = value;
         }
     }
-}
-
-/// `out` = the children of a row, which has one value before it and two after it.
-fn expand<T: Real>(rule: Rule, row: &[T], out: &mut [T]) {
     let weights = rule.weights().map(|weights| weights.map(T::from_f64));
-    for (children, around) in out.chunks_exact_mut(2).zip(row.windows(TAPS)) {
+    let inside = start..start + axis.inside().len() + count;
+    out.fill(T::ZERO);
+    let children = rows::part_mut(out, inside).chunks_mut(2);
+    for (children, around) in children.zip(line.windows(TAPS)) {
         for (child, weights) in children.iter_mut().zip(weights) {
             let products = around.iter().zip(weights).map(|(&value, weight)| weight * value);
             *child = products.fold(T::ZERO, |sum, product| sum + product);

@@ -5,6 +5,7 @@ use super::{InputError, Solver};
 use crate::checkpoint::Mix;
 use crate::field::rows;
 use crate::grid::Space;
+use crate::grid::levels::Levels;
 use crate::grid::solids::SOLID;
 use crate::method::animation::Animation;
 use crate::real::Real;
@@ -32,19 +33,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             return Err(InputError::NoFluid);
         }
         let levels = &mut self.engine.get_mut().parts().animation.levels;
-        let (grid, inside) = (levels.finest, levels.finest.inside());
-        let [nx, ny, _] = inside.clone().map(|inside| inside.len());
-        levels.set_solids(|cell| {
-            let [x, y, z] = grid.cell_at(cell / grid.n[0], cell % grid.n[0]);
-            let here = |axis: usize, at: usize| at.wrapping_sub(inside[axis].start);
-            let index = (here(2, z).wrapping_mul(ny).wrapping_add(here(1, y))).wrapping_mul(nx);
-            let there = !grid.is_outside([x, y, z]);
-            there
-                && solid
-                    .get(index.wrapping_add(here(0, x)))
-                    .copied()
-                    .unwrap_or(false)
-        });
+        put_solids(levels, solid);
         let mut mix = Mix::new();
         solid.iter().for_each(|&solid| mix.word(u64::from(solid)));
         self.solid_print = mix.finish();
@@ -74,6 +63,13 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub fn set_source(&mut self, density: &[T]) -> Result<(), InputError> {
         let mass = self.mass_of(density)?;
         let largest = density.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
+        self.put_source(density, largest);
+        self.mass = mass;
+        Ok(())
+    }
+
+    /// Writes rho_0, of at most `largest`.
+    pub(super) fn put_source(&mut self, density: &[T], largest: f64) {
         let emitters = 0..self.lists.spans.len() / 2;
         let largest = emitters.fold(largest, |most, index| most.max(self.emitted(index)));
         let parts = self.engine.get_mut().parts();
@@ -83,9 +79,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let rho = rows::part_mut(rho, 0..grid.cells());
         FileLayout::of_cells(grid).write(density, T::ONE, rho);
         levels.solids(0).clear_cells(grid.n[0], rho);
-        self.mass = mass;
         self.finished = false;
-        Ok(())
     }
 
     /// Sets the shape of emitter `index`: where it adds smoke, and how much of its rate or target there.
@@ -245,7 +239,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             });
         }
         let field = &mut self.engine.get_mut().parts().animation.initial[axis];
-        FileLayout::new(&grid, axis).take(faces, 1.0 / self.units.velocity, field)?;
+        FileLayout::new(&grid, axis).take(faces, 1.0 / self.units.velocity, field, [1, 0])?;
         (self.prepared, self.finished) = (None, false);
         Ok(())
     }
@@ -268,7 +262,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if self.reference == Some(false) {
             v.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
-        FileLayout::new(&grid, axis).take_slot(
+        FileLayout::new(&grid, axis).take(
             faces,
             1.0 / self.units.velocity,
             &mut v[axis],
@@ -279,17 +273,33 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     }
 }
 
-/// Refuses a density of another length, or that is not finite or negative somewhere.
-pub(super) fn check<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
+/// Sets which cells are solid: one flag for each inside the box, x fastest.
+pub(super) fn put_solids<T: Real>(levels: &mut Levels<'_, T>, solid: &[bool]) {
+    let grid = levels.finest;
+    let layout = FileLayout::of_cells(&grid);
+    levels.set_solids(|cell| {
+        let place = layout.place(grid.cell_at(cell / grid.n[0], cell % grid.n[0]));
+        place.and_then(|place| solid.get(place)).copied().unwrap_or(false)
+    });
+}
+
+/// Refuses a density of another length, or that is not finite somewhere.
+pub(super) fn finite<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
     if density.len() != cells {
         return Err(InputError::Length {
             expected: cells,
             given: density.len(),
         });
     }
-    if let Some(index) = density.iter().position(|x| !x.is_finite()) {
-        return Err(InputError::NotFinite { index });
+    match density.iter().position(|x| !x.is_finite()) {
+        Some(index) => Err(InputError::NotFinite { index }),
+        None => Ok(()),
     }
+}
+
+/// Refuses a density of another length, or that is not finite or negative somewhere.
+pub(super) fn check<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
+    finite(density, cells)?;
     if let Some(index) = density.iter().position(|&x| x < T::ZERO) {
         return Err(InputError::Negative { index });
     }

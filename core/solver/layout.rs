@@ -44,6 +44,15 @@ impl<'g> FileLayout<'g> {
         }
     }
 
+    /// Where a cell of the box is in a file; `None` outside the box.
+    pub fn place(&self, at: [usize; 3]) -> Option<usize> {
+        let mut place = 0;
+        for (inside, at) in self.inside.iter().zip(at).rev() {
+            place = place * inside.len() + at.checked_sub(inside.start).filter(|at| *at < inside.len())?;
+        }
+        Some(place)
+    }
+
     pub fn extent(&self, axis: usize) -> usize {
         let ends = self.axis == Some(axis) && !self.grid.axis(axis).is_ring();
         self.inside[axis].len() + usize::from(ends)
@@ -87,18 +96,13 @@ impl<'g> FileLayout<'g> {
         }
     }
 
-    /// [`Self::write`] of a component whose length and numbers are checked.
-    pub fn take<T: Real>(&self, faces: &[T], unit: f64, field: &mut [T]) -> Result<(), InputError> {
-        self.take_slot(faces, unit, field, [1, 0])
-    }
-
-    /// The same to time level `slot` of a trajectory of `slots`.
-    pub fn take_slot<T: Real>(
+    /// [`Self::write_slot`] of a component whose length and numbers are checked.
+    pub fn take<T: Real>(
         &self,
         faces: &[T],
         unit: f64,
         field: &mut [T],
-        slots: [usize; 2],
+        slot: [usize; 2],
     ) -> Result<(), InputError> {
         let (expected, given) = (self.len(), faces.len());
         if given != expected {
@@ -107,7 +111,7 @@ impl<'g> FileLayout<'g> {
         if let Some(index) = faces.iter().position(|x| !x.is_finite()) {
             return Err(InputError::NotFinite { index });
         }
-        self.write_slot(faces, T::from_f64(unit), field, slots);
+        self.write_slot(faces, T::from_f64(unit), field, slot);
         Ok(())
     }
 
@@ -116,10 +120,12 @@ impl<'g> FileLayout<'g> {
         self.write_slot(given, unit, field, [1, 0]);
     }
 
+    /// [`Self::write`] to time level `slot` of a trajectory of `slots`.
     fn write_slot<T: Real>(&self, given: &[T], unit: T, field: &mut [T], [slots, slot]: [usize; 2]) {
         let n = self.grid.n[0];
-        let rows = field.chunks_exact_mut(n).skip(slot).step_by(slots);
-        rows.for_each(|row| row.fill(T::ZERO));
+        for row in field.chunks_exact_mut(slots * n) {
+            row.iter_mut().skip(slot * n).take(n).for_each(|x| *x = T::ZERO);
+        }
         for Run { row, x, file, count } in self.runs() {
             let from = given.get(file..file + count).unwrap_or(&[]);
             let begin = (row * slots + slot) * n + x;

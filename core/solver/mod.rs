@@ -12,6 +12,7 @@ mod saved;
 mod script;
 mod smoke;
 mod templates;
+mod window;
 
 pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
 pub use crate::method::refusal::PlanError;

@@ -135,6 +135,12 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         }
     }
 
+    /// Whether emitters give their smoke a velocity: then [`Self::jet`] is not 0.
+    #[must_use]
+    pub fn has_jets(&self) -> bool {
+        !self.lists.jets.is_empty()
+    }
+
     /// Component `axis` of what emitters add to the force u_step (step 0 .. N-2) to give their smoke its velocity: T - K v_step, with K and T of
     /// [`Jets`]. As [`Self::force`]; to be asked after [`Self::finish`].
     pub fn jet(&self, step: usize, axis: usize, out: &mut [T]) {

@@ -8,6 +8,7 @@ use crate::plan::{self, Planned, block_bytes, plan_fields, scaled, size_in_words
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
 use crate::scene::Scene;
+use crate::windows::Windows;
 use serde_json::{Value, json};
 use thurible_core::{Named, Plan};
 
@@ -65,12 +66,7 @@ fn others(planned: &Planned) -> Vec<Other> {
             true
         }
     });
-    let bytes_of = |problem: &OwnedProblem, precision| {
-        problem
-            .plan(&planned.params, precision)
-            .ok()
-            .map(|plan| plan.bytes())
-    };
+    let bytes_of = |problem: &OwnedProblem, precision| planned.bytes_of(problem, precision).ok();
     sizes
         .into_iter()
         .map(|(cells, steps)| {
@@ -99,6 +95,12 @@ fn print_plan(scene: &Scene, planned: &Planned, others: &[Other]) {
         planned.params.threads,
         planned.params.method.name()
     ));
+    if let Some(Windows { length, stride }) = planned.windows {
+        print(&format!(
+            "{} windows of {length} steps, a new one every {stride}; what follows is one of them",
+            planned.windows().len()
+        ));
+    }
     print(&format!("\n{:>18}  buffer", "bytes"));
     for entry in plan.entries() {
         print(&format!(

@@ -133,6 +133,7 @@ mod tests {
     fn history(totals: &[f64]) -> Vec<IterationRecord> {
         let entry = |(index, &data): (usize, &f64)| IterationRecord {
             iteration: index + 1,
+            window: None,
             seconds: index as f64 + 1.0,
             objective: ObjectiveRecord {
                 data,

@@ -260,7 +260,7 @@ fn stored() -> SimpleFileOptions {
 }
 
 /// The name of the array of a component.
-fn array_name(output: &Output, axis: usize) -> String {
+pub(crate) fn array_name(output: &Output, axis: usize) -> String {
     match (output.place, AXES.get(axis)) {
         (Place::Faces, Some(axis)) => format!("{}_{axis}", output.name),
         _ => output.name.into(),
@@ -305,7 +305,7 @@ fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
 }
 
 /// Writes `values` through a small buffer.
-fn push<T: Copy, const N: usize>(
+pub(super) fn push<T: Copy, const N: usize>(
     sink: &mut impl Write,
     values: &[T],
     bytes: impl Fn(T) -> [u8; N],

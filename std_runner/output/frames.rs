@@ -29,6 +29,28 @@ impl Samples {
         }
     }
 
+    /// Their precision.
+    pub fn precision(&self) -> Precision {
+        match self {
+            Self::F32(_) => Precision::F32,
+            Self::F64(_) => Precision::F64,
+        }
+    }
+
+    /// So many zeros, in the precision that it has.
+    pub fn clear(&mut self, count: usize) {
+        match self {
+            Self::F32(values) => {
+                values.clear();
+                values.resize(count, 0.0);
+            }
+            Self::F64(values) => {
+                values.clear();
+                values.resize(count, 0.0);
+            }
+        }
+    }
+
     /// How many.
     pub fn len(&self) -> usize {
         match self {

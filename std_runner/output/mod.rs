@@ -17,13 +17,14 @@ mod picture;
 mod plate;
 mod reel;
 mod render;
+mod series;
 mod store;
 mod webp;
 
 pub use error::OutputError;
 pub use frames::{Frames, Given, GivenValues, Precision, Sample, Samples};
 
-pub(crate) use archive::{Plain, write_archive, write_arrays};
+pub(crate) use archive::{Plain, array_name, write_archive, write_arrays};
 pub(crate) use densities::{Densities, Pictured};
 pub(crate) use file::{create_folder, write_bytes, write_whole};
 pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame};
@@ -33,5 +34,6 @@ pub(crate) use picture::{Colours, Picture};
 pub(crate) use plate::{Tone, colour_plate, plate};
 pub(crate) use reel::{Reel, Still};
 pub(crate) use render::{Angles, Body, Field, Film, Over, Shot, Smoke, arrow_side};
+pub(crate) use series::Series;
 pub(crate) use store::Store;
 pub(crate) use webp::WEBP_MOST;

@@ -30,6 +30,8 @@ pub struct Watch {
     pub display: Display,
     /// All iterations so far.
     pub history: Vec<IterationRecord>,
+    /// The window that is solved, where there are windows, and the iterations of those before.
+    window: Option<(usize, usize)>,
     interrupt: Interrupt,
     /// Whether the user has heard that the solve stops.
     told: bool,
@@ -42,9 +44,15 @@ impl Watch {
             clock,
             display,
             history: Vec::with_capacity(limit.min(ROWS)),
+            window: None,
             interrupt,
             told: false,
         }
+    }
+
+    /// What follows is of window `number`; its iterations are counted on.
+    pub fn enter_window(&mut self, number: usize) {
+        self.window = Some((number, self.history.len()));
     }
 
     /// Records an outer iteration that is over.
@@ -55,7 +63,12 @@ impl Watch {
             self.clock.nested();
         }
         self.display.iteration(progress, seconds, self.clock.nested);
-        self.history.push(IterationRecord::new(seconds, progress));
+        let mut record = IterationRecord::new(seconds, progress);
+        if let Some((number, before)) = self.window {
+            record.window = Some(number);
+            record.iteration += before;
+        }
+        self.history.push(record);
     }
 
     /// Whether the user has interrupted the solve; says so once.

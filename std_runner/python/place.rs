@@ -211,15 +211,30 @@ pub fn emission<T: Number, S: Space>(
     shape: &[usize],
     exec: &dyn Exec,
 ) -> Option<(Block, Place)> {
-    let (steps, cells) = (solver.steps(), shape.iter().product::<usize>());
-    let mut block = Block::new(footprint(steps.checked_mul(cells)?, T::BYTES)?)?;
-    let added = Arena::new(block.bytes_mut())
-        .take::<T>("array", steps * cells)
-        .ok()?;
-    for (step, added) in added.chunks_exact_mut(cells).enumerate() {
-        solver.emission(exec, step, added);
-    }
-    let shape = [steps].into_iter().chain(shape.iter().copied());
+    made(solver.steps(), shape, |step, added| solver.emission(exec, step, added))
+}
+
+/// What emitters with a velocity added beside each force along `axis`, as [`emission`]; `shape` is that of such a force.
+pub fn jets<T: Number, S: Space>(
+    solver: &Solver<'_, T, S>,
+    shape: &[usize],
+    axis: usize,
+) -> Option<(Block, Place)> {
+    made(solver.steps() - 1, shape, |step, added| solver.jet(step, axis, added))
+}
+
+/// An array of `count` fields of this shape, each as `make` writes it.
+fn made<T: Number>(
+    count: usize,
+    shape: &[usize],
+    mut make: impl FnMut(usize, &mut [T]),
+) -> Option<(Block, Place)> {
+    let len = shape.iter().product::<usize>();
+    let mut block = Block::new(footprint(count.checked_mul(len)?, T::BYTES)?)?;
+    let fields = Arena::new(block.bytes_mut()).take::<T>("array", count * len).ok()?;
+    let fields = fields.chunks_exact_mut(len).enumerate();
+    fields.for_each(|(step, field)| make(step, field));
+    let shape = [count].into_iter().chain(shape.iter().copied());
     Some((block, Place::dense(shape.collect())))
 }
 

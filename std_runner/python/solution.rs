@@ -18,6 +18,8 @@ pub struct Solution {
     pub(crate) block: Block,
     pub(crate) fields: Vec<Field>,
     pub(crate) emission: Option<(Block, Place)>,
+    /// For each axis; none where no emitter has a velocity.
+    pub(crate) emitter_force: Vec<(Block, Place)>,
     pub(crate) precision: Precision,
     pub(crate) objective: Objective,
     pub(crate) ended: Ended,
@@ -75,6 +77,18 @@ impl Solution {
     fn emission<'py>(this: &Bound<'py, Self>) -> Option<Bound<'py, PyAny>> {
         let (block, place) = this.get().emission.as_ref()?;
         Some(typed!(this.get().precision, view(this, block, place)))
+    }
+
+    /// What emitters with a velocity added beside the forces, along x, y (and z) and of the same shape; None where there are none.
+    #[getter]
+    fn emitter_force<'py>(this: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyTuple>>> {
+        let added = this.get().emitter_force.iter();
+        let arrays: Vec<_> = added
+            .map(|(block, place)| typed!(this.get().precision, view(this, block, place)))
+            .collect();
+        (!arrays.is_empty())
+            .then(|| PyTuple::new(this.py(), arrays))
+            .transpose()
     }
 
     /// Velocities 1 .. steps - 1 as they lie in the solver's memory: nothing is copied. Each cell has its low face, so that the last

@@ -119,6 +119,7 @@ impl Job<'_> {
         } else {
             Some(emission(py, &mut solver, &common.shape, params.threads)?)
         };
+        let emitter_force = emitter_force(&solver, &common.shape, &periodic)?;
         let fields = fields(&solver, start, &choices.scene.boundary);
         let objective = solver.objective();
         let errors = keyframe_errors(&solver, &choices.scene.problem());
@@ -143,6 +144,7 @@ impl Job<'_> {
         Ok(Solution {
             fields,
             emission,
+            emitter_force,
             precision: common.precision,
             objective,
             ended,
@@ -167,6 +169,23 @@ fn emission<T: Number, S: Space>(
     let bytes = solver.steps() * shape.iter().product::<usize>() * T::BYTES;
     let added = py.detach(|| watch::on_threads(threads, |exec| place::emission(solver, shape, exec)))?;
     added.ok_or_else(|| no_memory(bytes))
+}
+
+/// What emitters with a velocity added beside the forces, along each axis; none where there are none. `shape` is that of a density.
+fn emitter_force<T: Number, S: Space>(
+    solver: &Solver<'_, T, S>,
+    shape: &[usize],
+    periodic: &[bool],
+) -> PyResult<Vec<(Block, Place)>> {
+    let along = |(axis, &periodic): (usize, &bool)| {
+        let mut shape = shape.to_vec();
+        let own = shape.iter_mut().rev().skip(axis).take(1);
+        own.for_each(|count| *count += usize::from(!periodic));
+        let bytes = (solver.steps() - 1) * shape.iter().product::<usize>() * T::BYTES;
+        place::jets(solver, &shape, axis).ok_or_else(|| no_memory(bytes))
+    };
+    let axes = periodic.iter().enumerate().filter(|_| solver.has_jets());
+    axes.map(along).collect()
 }
 
 fn no_memory(bytes: usize) -> PyErr {

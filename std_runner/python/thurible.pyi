@@ -316,6 +316,9 @@ class Solution:
     def emission(self) -> NDArray[Any] | None:
         """What emitters added to the density after each step, of shape (steps, (nz,) ny, nx); None where there are none."""
     @property
+    def emitter_force(self) -> tuple[NDArray[Any], ...] | None:
+        """What emitters with a velocity added beside the forces, along x, y (and z) and of the same shape; None where there are none."""
+    @property
     def velocity_in_place(self) -> tuple[NDArray[Any], ...]:
         """Velocities 1 .. steps - 1 as they lie in the solver's memory: nothing is copied.
 

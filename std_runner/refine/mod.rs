@@ -8,13 +8,14 @@ use crate::keyframes::{Note, ShapeSpec};
 use crate::output::{Body, OutputError, Reel, Still};
 use crate::problem::OwnedProblem;
 use crate::region::MARGIN;
-use crate::run::inputs::{drawn, refuse, solid_cells};
+use crate::run::drawn::{drawn, refuse};
+use crate::run::inputs::solid_cells;
 use crate::scene::Scene;
 use crate::threads;
 use again::Origin;
 use core::mem::MaybeUninit;
 use std::path::Path;
-use thurible_core::{PlanError, ProblemError, Refined, Refinement, Scheme, Silent};
+use thurible_core::{Refined, Refinement, Scheme, Silent};
 
 /// Bytes a finer cell while shapes are drawn, in double precision, or a picture is.
 const BESIDE: usize = 28;
@@ -45,14 +46,8 @@ impl Plan {
         let refinement = refinement(scale, threads);
         let block = Refined::<f32>::bytes(&problem.problem(), refinement);
         let block = block.map_err(|error| {
-            let why = match error {
-                PlanError::Problem(ProblemError::Unfit { .. }) => {
-                    "smoke that leaves by open sides cannot be carried anew".to_owned()
-                }
-                other => other.to_string(),
-            };
             Failure::Input(format!(
-                "--scale {scale}: {why}; ask for a smaller scale, or leave it out"
+                "--scale {scale}: {error}; ask for a smaller scale, or leave it out"
             ))
         })?;
         Ok(Self {
@@ -246,9 +241,11 @@ impl<'m> Finer<'m> {
 
     /// What is drawn of the step.
     pub fn still(&self) -> Still {
+        let mut density = vec![0.0; self.refined.cells()];
+        self.refined.read_density(&mut density);
         Still {
             cells: self.cells.clone(),
-            density: self.refined.density().to_vec(),
+            density,
             body: self.body.clone(),
         }
     }

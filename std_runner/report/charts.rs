@@ -2,7 +2,8 @@
 
 use super::axes::Scale;
 use super::chart::{Chart, Curve};
-use super::record::{IterationRecord, RunRecord};
+use super::iteration::IterationRecord;
+use super::record::RunRecord;
 use thurible_core::{Fact, Kind};
 
 /// All figures that this run has data for, as HTML.
@@ -18,7 +19,7 @@ pub(super) fn charts(record: &RunRecord) -> String {
 
 /// The iterations of one grid after the other, coarsest first; a method without coarser grids has one piece.
 pub(crate) fn by_grid(history: &[IterationRecord]) -> impl Iterator<Item = &[IterationRecord]> {
-    history.chunk_by(|before, after| before.level == after.level)
+    history.chunk_by(|before, after| before.level == after.level && before.window == after.window)
 }
 
 fn objective(history: &[IterationRecord]) -> Chart {

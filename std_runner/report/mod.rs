@@ -5,6 +5,7 @@ mod chart;
 mod charts;
 mod document;
 mod found;
+mod iteration;
 mod page;
 mod record;
 mod tables;
@@ -16,15 +17,13 @@ use std::path::{Path, PathBuf};
 pub use axes::Scale;
 pub use chart::{Chart, Curve};
 pub use document::Table;
-pub use record::{
-    AdvectionRecord, Facts, FrameRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord,
-    ObjectiveRecord, RunRecord, SecondsRecord,
-};
+pub use iteration::{Facts, IterationRecord, ObjectiveRecord, WindowRecord};
+pub use record::{AdvectionRecord, FrameRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
 
 pub(crate) use charts::by_grid;
 pub(crate) use document::{Block, Document, Shot};
 pub use found::TemplateRecord;
-pub(crate) use record::{by_name, cells};
+pub(crate) use iteration::{by_name, cells};
 
 pub(crate) use found::templates;
 pub(crate) use tables::{product, smoothness};

@@ -23,6 +23,7 @@ pub(super) fn page(title: &str, record: &RunRecord, gallery: &Gallery) -> String
         section("Keyframes", "keyframes", &keyframes(record, gallery)),
         found_templates(record),
         earlier_frames(record),
+        windows(record),
         section("Convergence", "charts", &charts::charts(record)),
         section(
             "Memory",
@@ -201,6 +202,14 @@ fn earlier_frames(record: &RunRecord) -> String {
         "<table class=\"figures\"><thead><tr><th>step</th><td>step of the earlier result</td><td>apart (relative L2)</td></tr></thead><tbody>{rows}</tbody></table>"
     );
     section("Beside the earlier result", "scroll", &table)
+}
+
+/// The windows, where there are any.
+fn windows(record: &RunRecord) -> String {
+    if record.windows.is_empty() {
+        return String::new();
+    }
+    section("Windows", "windows", &tables::windows(record))
 }
 
 fn scene(record: &RunRecord) -> String {

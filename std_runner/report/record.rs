@@ -1,11 +1,11 @@
 //! The facts of a run, as `report.json` holds them.
 
 use super::found::TemplateRecord;
+use super::iteration::{IterationRecord, ObjectiveRecord, WindowRecord, by_name};
 use crate::stay::Stay;
-use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use thurible_core::grid::Side;
-use thurible_core::{Boundary, Fact, Kind, Method, Named, Objective, Progress, Status};
+use thurible_core::{Boundary, Method, Named, Status};
 
 /// Everything that a program needs to check a result without its scene; values that are not finite become `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -87,6 +87,9 @@ pub struct RunRecord {
     /// How far the densities are from those of the result that the simulation began with or was guided by; none without one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<FrameRecord>,
+    /// The windows that it was solved in; none where it was solved as a whole.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub windows: Vec<WindowRecord>,
     /// Sentences about what the status alone does not say; mostly none.
     pub remarks: Vec<String>,
 }
@@ -100,11 +103,6 @@ pub struct FrameRecord {
     pub frame: usize,
     /// Euclidean distance, in parts of the size of the earlier one.
     pub relative_l2: f64,
-}
-
-/// Writes a choice as the word that stands for it.
-pub(crate) fn by_name<T: Named, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(choice.name())
 }
 
 /// Writes how axes end, each as a word, or as one for either side where they differ.
@@ -126,123 +124,6 @@ pub struct AdvectionRecord {
     pub scheme: String,
     /// Truncation error that the transport's exponential series may have.
     pub tolerance: f64,
-}
-
-/// The objective, its two parts, and what of the second is not for curls.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ObjectiveRecord {
-    /// Distance from the keyframes.
-    pub data: f64,
-    /// The price of the forces, r/2 sum <u, (1 + s^2 C^T C) u>.
-    pub force: f64,
-    /// r/2 times the squared forces.
-    pub plain: f64,
-}
-
-impl From<Objective> for ObjectiveRecord {
-    fn from(Objective { data, force, plain }: Objective) -> Self {
-        Self { data, force, plain }
-    }
-}
-
-impl ObjectiveRecord {
-    /// The sum of both.
-    pub fn total(&self) -> f64 {
-        self.data + self.force
-    }
-}
-
-impl Serialize for ObjectiveRecord {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        #[derive(Serialize)]
-        struct Parts {
-            data: f64,
-            force: f64,
-            force_plain: f64,
-            total: f64,
-        }
-        Parts {
-            data: self.data,
-            force: self.force,
-            force_plain: self.plain,
-            total: self.total(),
-        }
-        .serialize(serializer)
-    }
-}
-
-/// One outer iteration.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct IterationRecord {
-    /// Number of the iteration, from 1.
-    pub iteration: usize,
-    /// Since the solve began.
-    pub seconds: f64,
-    /// The objective after the iteration.
-    #[serde(flatten)]
-    pub objective: ObjectiveRecord,
-    /// Cells of the grid that it worked on, where the method tells it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub level: Option<Vec<usize>>,
-    /// What the method has to tell beside that, by name.
-    #[serde(flatten)]
-    pub facts: Facts,
-}
-
-impl IterationRecord {
-    /// Of an iteration that ended `seconds` after the solve began.
-    pub(crate) fn new(seconds: f64, progress: &Progress) -> Self {
-        Self {
-            iteration: progress.iteration,
-            seconds,
-            objective: progress.objective.into(),
-            level: (progress.level_iteration > 0).then(|| cells(progress)),
-            facts: Facts::of(progress),
-        }
-    }
-}
-
-/// Cells of the grid that an iteration worked on.
-pub(crate) fn cells(progress: &Progress) -> Vec<usize> {
-    progress.cells.into_iter().filter(|&count| count > 1).collect()
-}
-
-/// What a method tells of an iteration, each fact with its values.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Facts(pub Vec<(Fact, Vec<f64>)>);
-
-impl Facts {
-    fn of(progress: &Progress) -> Self {
-        let facts = progress.report.iter();
-        Self(facts.map(|(fact, values)| (fact, values.to_vec())).collect())
-    }
-
-    /// The values of the fact with this name, or none.
-    pub fn series(&self, name: &str) -> &[f64] {
-        let found = self.0.iter().find(|(fact, _)| fact.name == name);
-        found.map_or(&[], |(_, values)| values)
-    }
-
-    /// The last value of the fact with this name.
-    pub fn get(&self, name: &str) -> Option<f64> {
-        self.series(name).last().copied()
-    }
-}
-
-impl Serialize for Facts {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for (fact, values) in &self.0 {
-            let value = values.first().copied().unwrap_or(f64::NAN);
-            match fact.kind {
-                Kind::Number => map.serialize_entry(fact.name, &value)?,
-                Kind::Count => map.serialize_entry(fact.name, &(value as u64))?,
-                Kind::Flag => map.serialize_entry(fact.name, &(value != 0.0))?,
-                Kind::Series => map.serialize_entry(fact.name, values)?,
-            }
-        }
-        map.end()
-    }
 }
 
 /// The section `memory` of `report.json`.

@@ -1,7 +1,8 @@
 //! Tables of the report: parameters, memory, time.
 
 use super::charts::by_grid;
-use super::record::{IterationRecord, LedgerLine, RunRecord};
+use super::iteration::{IterationRecord, WindowRecord};
+use super::record::{LedgerLine, RunRecord};
 use super::words::{bytes, count, escape, grouped, number, seconds};
 use thurible_core::Named;
 
@@ -83,6 +84,37 @@ pub(crate) fn smoothness(record: &RunRecord) -> String {
     }
 }
 
+/// The windows, a line each.
+pub(super) fn windows(record: &RunRecord) -> String {
+    let row = |window: &WindowRecord| {
+        let end = window.start + window.steps;
+        let keyframes = match window.keyframes.as_slice() {
+            [] => "none".to_owned(),
+            [one] => one.to_string(),
+            [first, .., last] => format!("{first} to {last}"),
+        };
+        let begun = if window.continued {
+            "the last window"
+        } else {
+            "the start"
+        };
+        format!(
+            "<tr><th>{} to {end}</th><td>{}</td><td>{keyframes}</td><td>{begun}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            window.start,
+            window.kept,
+            window.iterations,
+            escape(&window.status.name().replace('_', " ")),
+            number(window.objective.total()),
+            seconds(window.seconds)
+        )
+    };
+    let rows: String = record.windows.iter().map(row).collect();
+    format!(
+        "<table><thead><tr><th>Steps</th><td>kept</td><td>keyframes</td><td>begun from</td><td>iterations</td><td>ended</td><td>J</td><td></td></tr></thead>\
+         <tbody>{rows}</tbody></table>"
+    )
+}
+
 /// Where the time went, as bars.
 pub(super) fn times(record: &RunRecord) -> String {
     let spent = record.seconds;
@@ -97,8 +129,13 @@ pub(super) fn times(record: &RunRecord) -> String {
             ("Rest of the iterations".to_owned(), spent.other, None),
             ("Nested start on coarser grids".to_owned(), spent.nested, None),
         ]
-    } else {
+    } else if record.windows.is_empty() {
         times_by_grid(record)
+    } else {
+        vec![
+            ("Nested starts on coarser grids".to_owned(), spent.nested, None),
+            ("Iterations".to_owned(), spent.other, None),
+        ]
     };
     rows.push(("Making the result feasible".to_owned(), spent.finish, None));
     rows.push(("Reading, drawing, planning".to_owned(), spent.setup, None));

@@ -1,6 +1,7 @@
 //! What a solve takes of an earlier result: where it begins, and the flow that guides it.
 
-use super::inputs::{Inputs, narrowed, set_emitters, set_obstacles};
+use super::drawn::narrowed;
+use super::inputs::{Inputs, set_emitters, set_obstacles};
 use crate::exit::Failure;
 use crate::keyframes::{Earlier, ShapeError};
 use crate::report::FrameRecord;
@@ -21,11 +22,12 @@ pub(crate) struct Origin {
 
 impl Origin {
     /// Hands the density and the velocity of the step to `solver`; what little of the density is negative becomes 0.
-    /// Emitters are the scene's, and their steps count from there.
+    /// Emitters are the scene's, all or those `among` them, and their steps count from there.
     pub fn begin<T: Real, S: Space>(
         &self,
         scene: &Scene,
         solver: &mut Solver<'_, T, S>,
+        among: Option<&[usize]>,
     ) -> Result<Inputs, Failure> {
         set_obstacles(scene, solver, &mut Vec::new())?;
         let (path, canvas) = (self.folder.join("result.npz"), scene.canvas());
@@ -42,7 +44,7 @@ impl Origin {
         solver
             .set_source(&narrowed(density))
             .map_err(|error| self.unusable(&error))?;
-        set_emitters(scene, solver, &mut None, &mut inputs.notes)?;
+        set_emitters(scene, solver, among, &mut None, &mut inputs.notes)?;
         for axis in 0..S::DIM {
             let faces = earlier.velocity(self.step, axis);
             let faces = faces.map_err(|error| self.unread(&error))?;

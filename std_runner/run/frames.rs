@@ -7,13 +7,13 @@ use thurible_core::{Boundary, Exec, Output, Real, Solver, Space};
 /// Which cells are solid, 1 or 0.
 const SOLID: &str = "solid";
 /// What was added after each step.
-const EMISSION: &str = "emission";
+pub(super) const EMISSION: &str = "emission";
 /// Where force may act.
 const MASK: &str = "mask";
 /// What emitters add to the force to give their smoke its velocity, along each axis.
 const JETS: [&str; 3] = ["emitter_force_x", "emitter_force_y", "emitter_force_z"];
 /// Where each keyframe matters.
-const REGION: &str = "keyframe_region";
+pub(super) const REGION: &str = "keyframe_region";
 
 /// A solver, its problem and its number type.
 pub struct SolverFrames<'a, 'm, T: Real, S: Space> {
@@ -76,39 +76,8 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
     }
 
     fn given(&self) -> Vec<Given> {
-        let OwnedProblem {
-            steps,
-            keyframes,
-            keyframe_weights,
-            keyframe_regions,
-            emitters,
-            solids,
-            schedule,
-            mask,
-            ..
-        } = self.problem;
-        let factors = (0..steps - 1).map(|slot| self.solver.force_factor(slot));
-        let all = [
-            (*solids, SOLID, GivenValues::Cells),
-            (*mask, MASK, GivenValues::Cells),
-            (!emitters.is_empty(), EMISSION, GivenValues::Fields(*steps)),
-            (*keyframe_regions, REGION, GivenValues::Fields(keyframes.len())),
-            (
-                !keyframe_weights.is_empty(),
-                "keyframe_weight",
-                GivenValues::Numbers(keyframe_weights.clone()),
-            ),
-            (
-                !schedule.is_empty(),
-                "force_weight_schedule",
-                GivenValues::Numbers(factors.collect()),
-            ),
-        ];
-        let pushes = emitters.iter().any(|emitter| emitter.velocity.is_some());
-        let jets = JETS.into_iter().enumerate().take(self.problem.cells.len());
-        let jets = jets.map(|(axis, name)| (pushes, name, GivenValues::Faces(steps - 1, axis)));
-        let there = all.into_iter().chain(jets).filter(|(there, ..)| *there);
-        there.map(|(_, name, values)| Given { name, values }).collect()
+        let factors = (0..self.problem.steps - 1).map(|slot| self.solver.force_factor(slot));
+        given(self.problem, factors.collect())
     }
 
     fn given_field(&mut self, name: &str, index: usize, out: &mut Samples) {
@@ -135,6 +104,43 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
             _ => {}
         }
     }
+}
+
+/// What a scene gives for its steps, with the factors of its force's price.
+pub(super) fn given(problem: &OwnedProblem, factors: Vec<f64>) -> Vec<Given> {
+    let OwnedProblem {
+        steps,
+        keyframes,
+        keyframe_weights,
+        keyframe_regions,
+        emitters,
+        solids,
+        schedule,
+        mask,
+        cells,
+        ..
+    } = problem;
+    let all = [
+        (*solids, SOLID, GivenValues::Cells),
+        (*mask, MASK, GivenValues::Cells),
+        (!emitters.is_empty(), EMISSION, GivenValues::Fields(*steps)),
+        (*keyframe_regions, REGION, GivenValues::Fields(keyframes.len())),
+        (
+            !keyframe_weights.is_empty(),
+            "keyframe_weight",
+            GivenValues::Numbers(keyframe_weights.clone()),
+        ),
+        (
+            !schedule.is_empty(),
+            "force_weight_schedule",
+            GivenValues::Numbers(factors),
+        ),
+    ];
+    let pushes = emitters.iter().any(|emitter| emitter.velocity.is_some());
+    let jets = JETS.into_iter().enumerate().take(cells.len());
+    let jets = jets.map(|(axis, name)| (pushes, name, GivenValues::Faces(steps - 1, axis)));
+    let there = all.into_iter().chain(jets).filter(|(there, ..)| *there);
+    there.map(|(_, name, values)| Given { name, values }).collect()
 }
 
 fn room<T: Real + Sample>(out: &mut Samples, count: usize) -> &mut [T] {

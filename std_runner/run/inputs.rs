@@ -1,8 +1,10 @@
 //! What a solve starts from: drawn from the scene, or read from an earlier result, one field at a time.
 
+use super::drawn::{drawn, narrowed, refusal, refuse};
 use super::reach::Reach;
+use super::targets::{Which, check_reach, set_keyframes};
 use crate::exit::Failure;
-use crate::keyframes::{Note, ShapeError, ShapeSpec, read_velocity};
+use crate::keyframes::{Note, read_velocity};
 use crate::scene::Scene;
 use thurible_core::{InputError, Real, Solver, SolverError, Space};
 
@@ -25,7 +27,9 @@ pub fn set_inputs<T: Real, S: Space>(
     let mut notes = Vec::new();
     let reach = set_smoke(scene, solver, &mut notes)?;
     set_mask(scene, solver, &mut notes)?;
-    let mass_factors = set_keyframes(scene, solver, (masses, reach), &mut notes)?;
+    check_reach(scene, reach)?;
+    let which = Which { masses, among: None };
+    let mass_factors = set_keyframes(scene, solver, which, &mut notes)?;
     Ok(Inputs { mass_factors, notes })
 }
 
@@ -43,67 +47,30 @@ pub(super) fn set_smoke<T: Real, S: Space>(
         }
         solver.set_source(&density).map_err(refuse(scene, "source"))?;
     }
-    set_emitters(scene, solver, &mut reach, notes)?;
-    if let Some(path) = &scene.control.initial_velocity {
-        let velocity =
-            read_velocity(path, &scene.canvas()).map_err(|error| refusal(scene, "control", &error))?;
-        for (axis, faces) in velocity.into_iter().enumerate() {
-            solver
-                .set_initial_velocity(axis, &narrowed(faces))
-                .map_err(refuse(scene, "control.initial_velocity"))?;
-        }
-    }
+    set_emitters(scene, solver, None, &mut reach, notes)?;
+    set_velocity(scene, solver)?;
     Ok(reach)
 }
 
-/// Sets all keyframes; what each was multiplied by.
-fn set_keyframes<T: Real, S: Space>(
+/// Sets the given velocity.
+pub(super) fn set_velocity<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
-    (masses, reach): (Option<&[f64]>, Option<Reach>),
-    notes: &mut Vec<Note>,
-) -> Result<Vec<f64>, Failure> {
-    let mut mass_factors = Vec::new();
-    for keyframe in &scene.keyframes {
-        let density: Vec<T> = drawn(scene, &keyframe.key, &keyframe.shape, notes)?;
-        let numbers = || density.iter().map(|x| x.to_f64());
-        let mass: f64 = numbers().sum();
-        if let Some(part) = reach.as_ref().and_then(|reach| reach.cut_off(numbers())) {
-            let why = format!(
-                "cannot be reached: {:.0} % of it lies where obstacles let no smoke come; open a way, or put an emitter there",
-                100.0 * part
-            );
-            return Err(scene.document.refuse(&keyframe.key, why));
-        }
-        let key = format!("{}.region", keyframe.key);
-        let region = keyframe.region.as_ref();
-        let region: Option<Vec<T>> = region
-            .map(|region| drawn(scene, &key, region, notes))
-            .transpose()?;
-        for step in keyframe.stay().steps() {
-            if let Some(region) = &region {
-                solver
-                    .set_region(mass_factors.len(), region)
-                    .map_err(refuse(scene, &key))?;
-            }
-            let to_free = masses
-                .and_then(|masses| masses.get(step))
-                .map_or(1.0, |free| free / mass);
-            let density: Vec<T> = density
-                .iter()
-                .map(|x| T::from_f64(x.to_f64() * to_free))
-                .collect();
-            let factor = solver
-                .set_keyframe(mass_factors.len(), &density)
-                .map_err(refuse(scene, &keyframe.key))?;
-            mass_factors.push(factor * to_free);
-        }
+) -> Result<(), Failure> {
+    let Some(path) = &scene.control.initial_velocity else {
+        return Ok(());
+    };
+    let velocity = read_velocity(path, &scene.canvas()).map_err(|error| refusal(scene, "control", &error))?;
+    for (axis, faces) in velocity.into_iter().enumerate() {
+        solver
+            .set_initial_velocity(axis, &narrowed(faces))
+            .map_err(refuse(scene, "control.initial_velocity"))?;
     }
-    Ok(mass_factors)
+    Ok(())
 }
 
 /// Draws where force may act.
-fn set_mask<T: Real, S: Space>(
+pub(super) fn set_mask<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
     notes: &mut Vec<Note>,
@@ -158,14 +125,17 @@ pub(super) fn set_obstacles<T: Real, S: Space>(
     Ok(Some(Reach::new(&scene.canvas(), &solid)))
 }
 
-/// Draws the shape of every emitter, and fills what it reaches with smoke.
+/// Draws the shapes of the emitters, of all or those `among` them, and fills what they reach with smoke.
 pub(super) fn set_emitters<T: Real, S: Space>(
     scene: &Scene,
     solver: &mut Solver<'_, T, S>,
+    among: Option<&[usize]>,
     reach: &mut Option<Reach>,
     notes: &mut Vec<Note>,
 ) -> Result<(), Failure> {
-    for (index, emitter) in scene.emitters.iter().enumerate() {
+    let there = |(number, _): &(usize, _)| among.is_none_or(|among| among.contains(number));
+    let emitters = scene.emitters.iter().enumerate().filter(there);
+    for (index, (_, emitter)) in emitters.enumerate() {
         let shape: Vec<T> = drawn(scene, &emitter.key, &emitter.shape, notes)?;
         if let Some(reach) = reach {
             reach.fill(shape.iter().map(|x| x.to_f64()));
@@ -175,59 +145,6 @@ pub(super) fn set_emitters<T: Real, S: Space>(
             .map_err(refuse(scene, &emitter.key))?;
     }
     Ok(())
-}
-
-/// The sentence for a field of `key` that the solver refuses.
-pub(crate) fn refuse<'s>(scene: &'s Scene, key: &str) -> impl Fn(InputError) -> Failure + use<'s> {
-    let key = key.to_string();
-    move |error: InputError| {
-        match error {
-        // They were finite when they were drawn.
-        InputError::NotFinite { .. } => scene.document.refuse(
-            &key,
-            "has numbers too large for the precision of the solve; make them smaller",
-        ),
-        InputError::AboveOne { .. } => scene.document.refuse(
-            &key,
-            "has values above 1, but here a cell counts from 0 to 1; take out its `density`, or scale its file to that",
-        ),
-        other => scene
-            .document
-            .refuse(&key, format!("cannot be used: {other}; change it in the scene")),
-    }
-    }
-}
-
-/// Draws a shape, which stands at `key`, on the cells of the scene.
-pub(crate) fn drawn<T: Real>(
-    scene: &Scene,
-    key: &str,
-    shape: &ShapeSpec,
-    notes: &mut Vec<Note>,
-) -> Result<Vec<T>, Failure> {
-    let mut said = Vec::new();
-    let density = shape
-        .rasterise_noting(&scene.canvas(), scene.document.folder(), &mut said)
-        .map_err(|error| refusal(scene, key, &error))?;
-    notes.extend(said.into_iter().map(|note| note.of(key)));
-    Ok(narrowed(density))
-}
-
-/// `values` rounded to the precision of the solve.
-pub(super) fn narrowed<T: Real>(values: Vec<f64>) -> Vec<T> {
-    values.into_iter().map(T::from_f64).collect()
-}
-
-/// The failure for a shape's error, with the place of its key in the scene.
-fn refusal(scene: &Scene, table: &str, error: &ShapeError) -> Failure {
-    let (ShapeError::Key { key, .. } | ShapeError::File { key, .. } | ShapeError::Read { key, .. }) = error;
-    let place = scene.document.place(&format!("{table}.{key}"));
-    let sentence = format!("{place}: in {table}: {error}");
-    if error.is_unreadable() {
-        Failure::File(sentence)
-    } else {
-        Failure::Input(sentence)
-    }
 }
 
 /// The failure for a solver that could not be made in a block of the planned size.

@@ -1,5 +1,6 @@
 //! A planned solve in its block of memory: solve, make feasible, write, report.
 
+use super::found::Found;
 use super::frames::SolverFrames;
 use super::inputs::{Inputs, set_inputs, solver_refusal};
 use super::masses;
@@ -40,18 +41,18 @@ fn densities_bytes(planned: &Planned) -> usize {
 
 /// A solve that is ready to run.
 pub(super) struct Job {
-    options: RunOptions,
-    request: Request,
-    planned: Planned,
+    pub options: RunOptions,
+    pub request: Request,
+    pub planned: Planned,
     /// Bytes that the block takes from the system.
-    footprint: usize,
+    pub footprint: usize,
 }
 
 /// A solve that is over, its arrays and its report written.
-struct Solved {
-    destination: Destination,
-    record: RunRecord,
-    watch: Watch,
+pub(super) struct Solved {
+    pub destination: Destination,
+    pub record: RunRecord,
+    pub watch: Watch,
 }
 
 impl Job {
@@ -136,6 +137,9 @@ impl Job {
         exec: &dyn Exec,
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
+        if self.planned.windows.is_some() {
+            return self.solve_in_windows::<T, S>(exec, block);
+        }
         let masses = masses::of_a_free_flow::<T, S>(&self.request.scene, &self.planned, exec, block)?;
         let problem = self.planned.problem.problem();
         let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block)
@@ -162,11 +166,13 @@ impl Job {
         let facts = Facts {
             scene: &self.request.scene,
             planned: &self.planned,
+            problem: &self.planned.problem,
             footprint: self.footprint,
             mass_factors: &inputs.mass_factors,
             folder: destination.folder(),
         };
-        let mut record = facts.record(&solver, ended, &mut watch);
+        let found = Found::of(&solver, &self.planned.problem);
+        let mut record = facts.record(found, ended, &mut watch);
         if let Some(truth) = self.request.reference.as_ref().or(self.request.from.as_ref()) {
             record.frames = truth.compare(&self.request.scene, &solver)?;
         }
@@ -190,12 +196,12 @@ impl Job {
             reference.guide(scene, solver)?;
         }
         match &self.request.from {
-            Some(from) => from.begin(scene, solver),
+            Some(from) => from.begin(scene, solver, None),
             None => set_inputs(scene, solver, masses),
         }
     }
 
-    fn watch(&self) -> Result<Watch, Failure> {
+    pub(super) fn watch(&self) -> Result<Watch, Failure> {
         let interrupt = self
             .request
             .interrupt
@@ -207,7 +213,7 @@ impl Job {
     }
 
     /// Projects v_0 and warns if it needed that.
-    fn prepare<T: Real, S: Space>(
+    pub(super) fn prepare<T: Real, S: Space>(
         &self,
         solver: &mut Solver<'_, T, S>,
         exec: &dyn Exec,
@@ -229,7 +235,8 @@ impl Job {
     }
 }
 
-fn iterate<T: Real, S: Space>(
+/// Iterates to the end, and records what is heard of it.
+pub(super) fn iterate<T: Real, S: Space>(
     solver: &mut Solver<'_, T, S>,
     exec: &dyn Exec,
     watch: &mut Watch,

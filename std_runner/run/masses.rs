@@ -2,11 +2,10 @@
 
 use super::inputs::set_smoke;
 use crate::exit::Failure;
-use crate::plan::Planned;
-use crate::problem::OwnedProblem;
+use crate::plan::{self, Planned};
 use crate::scene::Scene;
 use core::mem::MaybeUninit;
-use thurible_core::{Exec, Method, Params, Real, Silent, Solver, Space};
+use thurible_core::{Exec, Real, Silent, Solver, Space};
 
 /// The mass of the smoke at every step of a flow that nothing steers, simulated in the block of the solve; `None` where no keyframe asks.
 ///
@@ -21,20 +20,7 @@ pub(super) fn of_a_free_flow<T: Real, S: Space>(
     if !scene.asks_a_free_flow() {
         return Ok(None);
     }
-    let free = OwnedProblem {
-        keyframes: Vec::new(),
-        keyframe_weights: Vec::new(),
-        keyframe_regions: false,
-        templates: Vec::new(),
-        release: None,
-        schedule: Vec::new(),
-        mask: false,
-        ..planned.problem.clone()
-    };
-    let params = Params {
-        method: Method::Simulate,
-        ..planned.params
-    };
+    let (free, params) = (planned.problem.unsteered(), plan::free(&planned.params));
     let unknown = |why: &str| {
         let why = format!("cannot be true here: {why}; set it to false, or let the emitters add by a rate");
         scene.document.refuse("control.match_mass", why)

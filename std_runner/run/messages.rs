@@ -6,10 +6,12 @@ use crate::console;
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::plan::{Planned, plan_fields, size_in_words};
+use crate::problem::OwnedProblem;
 use crate::progress::{Display, Mode, Watch, in_words};
 use crate::remarks::{self, KeyframeError};
 use crate::report::{KeyframeRecord, RunRecord, template_lines};
 use crate::scene::Scene;
+use crate::windows::Window;
 use serde_json::json;
 use std::path::Path;
 use thurible_core::{Named, Status};
@@ -28,6 +30,56 @@ pub(super) fn plan(display: &Display, scene: &Scene, planned: &Planned) {
         planned.precision.name(),
         planned.params.threads
     ));
+}
+
+/// Says how many windows there are.
+pub(super) fn windows(display: &Display, windows: &[Window]) {
+    let longest = windows.iter().map(|window| window.steps).max().unwrap_or(0);
+    let count = windows.len();
+    display.note(&format!(
+        "{count} windows of {longest} steps at most, one after the other in this memory"
+    ));
+}
+
+/// Says which window is next.
+pub(super) fn window(
+    display: &Display,
+    problem: &OwnedProblem,
+    (number, count): (usize, usize),
+    window: &Window,
+) {
+    let (start, end) = (window.start, window.start + window.steps);
+    let steps = window
+        .keyframes
+        .iter()
+        .filter_map(|number| problem.keyframes.get(*number));
+    let steps: Vec<usize> = steps.copied().collect();
+    let ahead = window.beyond().and_then(|number| problem.keyframes.get(number));
+    display.event(
+        "window",
+        json!({ "window": number, "start": start, "steps": window.steps, "keyframes": steps, "ahead": ahead }),
+    );
+    let to = match steps.as_slice() {
+        [] => String::new(),
+        [one] => format!(", to the keyframe at {one}"),
+        [first, .., last] => format!(", to the keyframes from {first} to {last}"),
+    };
+    let then = match ahead {
+        Some(step) => format!(", on the way to the keyframe at {step}"),
+        None if steps.is_empty() => ", simulated".into(),
+        None => String::new(),
+    };
+    display.note(&format!(
+        "window {} of {count}: steps {start} to {end}{to}{then}",
+        number + 1
+    ));
+}
+
+/// That a result has fewer than the `whole` steps of its scene.
+pub(super) fn short(record: &RunRecord, whole: usize) -> Option<String> {
+    let RunRecord { steps, .. } = record;
+    (*steps < whole)
+        .then(|| format!("the result ends at step {steps} of {whole}: the windows after it were not solved"))
 }
 
 /// Says how the solve ended, and where the result is.

@@ -3,7 +3,9 @@
 //! `RunOptions::solve` plans the scene and takes its one block of memory; the job solves it there, watched by
 //! [`progress`](crate::progress), and writes the folder.
 
+pub(crate) mod drawn;
 mod earlier;
+mod found;
 pub mod frames;
 pub mod inputs;
 mod job;
@@ -13,6 +15,8 @@ mod outcome;
 mod reach;
 mod request;
 mod settled;
+mod targets;
+mod windows;
 
 pub(crate) use earlier::Origin;
 pub(crate) use outcome::{Outcome, command_line};

@@ -1,22 +1,19 @@
 //! The outcome of a solve: its [`RunRecord`], from which `report.json` and `report.html` are written, and its pictures.
 
+use super::found::{Found, gradients, windows_fall};
 use crate::exit::{FILE, code_of};
 use crate::output::Gallery;
-use crate::owned::OwnedProblem;
 use crate::plan::Planned;
-use crate::problem::Precision;
+use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Clock, Watch};
-use crate::remarks::{KeyframeError, OF_SCENES, keyframe_errors, or_else, remarks, still_falls};
-use crate::report::{
-    AdvectionRecord, IterationRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord,
-    templates,
-};
+use crate::remarks::{KeyframeError, OF_SCENES, or_else, remarks, still_falls};
+use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
 use crate::scene::{Keyframe, Scene};
 use crate::stay::Stay;
 use std::fs;
 use std::path::Path;
 use thurible_core::method::registry::resolved;
-use thurible_core::{Emitter, Named, Real, Solver, Space, Status, Supply};
+use thurible_core::{Named, Status};
 
 /// The outcome of a solve, as a comparison needs it.
 pub(crate) struct Outcome {
@@ -44,8 +41,10 @@ pub(super) fn exit_code(status: Status, diverted: bool) -> u8 {
 pub(super) struct Facts<'a> {
     /// The scene, for its text.
     pub scene: &'a Scene,
-    /// Problem, parameters and ledger.
+    /// Parameters and ledger.
     pub planned: &'a Planned,
+    /// What was solved: all of the scene, or as much of it as there is a result of.
+    pub problem: &'a OwnedProblem,
     /// Bytes that the block takes from the system.
     pub footprint: usize,
     /// What each keyframe was multiplied by, for every step that it stands at.
@@ -55,21 +54,22 @@ pub(super) struct Facts<'a> {
 }
 
 impl Facts<'_> {
-    /// The record of what `solver` came to, as `watch` saw it; `ended` is how its last step ended.
-    pub fn record<T: Real, S: Space>(
-        &self,
-        solver: &Solver<'_, T, S>,
-        ended: Status,
-        watch: &mut Watch,
-    ) -> RunRecord {
-        let problem = &self.planned.problem;
-        let errors = keyframe_errors(solver, &problem.problem());
-        let of_finest =
-            |record: &&IterationRecord| record.level.as_ref().is_none_or(|cells| *cells == problem.cells);
-        let gradients = watch.history.iter().filter(of_finest);
-        let gradients = gradients.filter_map(|record| record.facts.get("gradient_norm"));
-        let falls = still_falls(ended, gradients);
-        let [density_min, density_max] = density_range(solver);
+    /// The record of what was found, as `watch` saw it; `ended` is how its last step ended.
+    pub fn record(&self, found: Found, ended: Status, watch: &mut Watch) -> RunRecord {
+        let problem = self.problem;
+        let Found {
+            errors,
+            densities: [density_min, density_max],
+            outflow,
+            objective,
+            templates,
+            windows,
+        } = found;
+        let falls = if windows.is_empty() {
+            still_falls(ended, gradients(&watch.history, &problem.cells))
+        } else {
+            windows_fall(&windows, &watch.history, &problem.cells)
+        };
         let (buoyancy, gravity_axis) = buoyancy(&problem.buoyancy, problem.cells.len());
         RunRecord {
             format: 1,
@@ -84,7 +84,7 @@ impl Facts<'_> {
             acceleration: problem.buoyancy[..problem.cells.len()].to_vec(),
             release: problem.release,
             solid: problem.solids,
-            outflow: outflow(solver, problem),
+            outflow,
             emission: !problem.emitters.is_empty(),
             force_weight: problem.force_weight,
             force_smoothness: self.smoothness(),
@@ -96,7 +96,7 @@ impl Facts<'_> {
             method: self.planned.params.method,
             precision: self.planned.precision.name().into(),
             status: ended.of_result(true),
-            objective: solver.objective().into(),
+            objective: objective.into(),
             density_min,
             density_max,
             history: core::mem::take(&mut watch.history),
@@ -109,8 +109,9 @@ impl Facts<'_> {
             overrides: self.scene.document.assignments().map(Into::into).collect(),
             command: command_line(),
             keyframes: self.keyframes(&errors),
-            templates: templates(solver),
+            templates,
             frames: Vec::new(),
+            windows,
             remarks: or_else(
                 remarks(
                     &problem.problem(),
@@ -127,8 +128,11 @@ impl Facts<'_> {
 
     /// s of the price of the force, as a length.
     fn smoothness(&self) -> f64 {
-        let Planned { problem, params, .. } = self.planned;
-        resolved(&problem.problem(), params).scaled_smoothing().sqrt() * problem.length
+        let problem = self.problem;
+        resolved(&problem.problem(), &self.planned.params)
+            .scaled_smoothing()
+            .sqrt()
+            * problem.length
     }
 
     fn memory(&self) -> MemoryRecord {
@@ -229,23 +233,6 @@ fn quoted(text: &str) -> String {
     } else {
         format!("'{}'", text.replace('\'', r"'\''"))
     }
-}
-
-/// The mass that left by open sides, if it is known.
-fn outflow<T: Real, S: Space>(solver: &Solver<'_, T, S>, problem: &OwnedProblem) -> Option<f64> {
-    let fills = |emitter: &Emitter| matches!(emitter.supply, Supply::Target(_));
-    let known = problem.problem().is_open() && !problem.emitters.iter().any(fills);
-    let left: f64 = solver.density(solver.steps()).iter().map(|x| x.to_f64()).sum();
-    known.then(|| solver.mass_at(solver.steps()) - left)
-}
-
-/// The smallest and the largest density of all steps.
-fn density_range<T: Real, S: Space>(solver: &Solver<'_, T, S>) -> [f64; 2] {
-    let densities = (0..=solver.steps()).flat_map(|step| solver.density(step));
-    densities.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], density| {
-        let density = density.to_f64();
-        [least.min(density), most.max(density)]
-    })
 }
 
 #[cfg(test)]

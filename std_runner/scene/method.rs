@@ -5,8 +5,10 @@ use super::document::Document;
 use super::model::MethodSection;
 use super::raw::{RawAdvection, RawProjection, read};
 use crate::exit::Failure;
+use crate::windows::Windows;
 use thurible_core::choices::{self, Choices, Kind, Numbers};
 use thurible_core::method::registry::steers;
+use thurible_core::problem::MAX_STEPS;
 use thurible_core::solver::MAX_ITERATIONS;
 use thurible_core::{Advection, Method, Named, Params, Problem};
 use toml::{Table, Value};
@@ -55,9 +57,12 @@ pub(super) fn method(
     let mut table = table(document, "method", method)?;
     let sections: Vec<String> = Method::ALL.iter().map(|&method| section(method)).collect();
     let within = sections.iter().filter_map(|key| key.strip_prefix("method."));
-    let known = ["name", "iterations"].into_iter().chain(within);
+    let known = ["name", "iterations", "window", "stride"]
+        .into_iter()
+        .chain(within);
     document.only("method", &table, &known.chain(["projection"]).collect::<Vec<_>>())?;
     let mut params = name_and_iterations(document, &mut table, templates)?;
+    let windows = windows(document, &mut table, params.method)?;
     let projection = table.remove("projection");
     for (&method, key) in Method::ALL.iter().zip(&sections) {
         let given = match key.strip_prefix("method.") {
@@ -68,6 +73,7 @@ pub(super) fn method(
     }
     Ok(MethodSection {
         params,
+        windows,
         projection_tolerance: projection_tolerance(document, projection)?,
     })
 }
@@ -87,6 +93,41 @@ fn name_and_iterations(document: &Document, table: &mut Table, templates: bool) 
         params.iterations = document.whole(key, read(document, key, count)?, 1..=MAX_ITERATIONS)?;
     }
     Ok(params)
+}
+
+/// `window` and `stride`, which are taken out of `table`, for a method that can be left and taken up again.
+fn windows(document: &Document, table: &mut Table, method: Method) -> Result<Option<Windows>, Failure> {
+    let (window, stride) = (table.remove("window"), table.remove("stride"));
+    let key = "method.stride";
+    let Some(window) = window else {
+        let why = "stands without `window`, whose next one it would begin; write window = 40, or take it out";
+        return stride.map_or(Ok(None), |_| Err(document.refuse(key, why)));
+    };
+    if matches!(method, Method::Templates | Method::Pd) {
+        let why = format!(
+            "is more than the method {} can do, whose {}; leave it out, or take the method {}",
+            method.name(),
+            match method {
+                Method::Templates => "templates are searched for all steps at once",
+                _ => "force looks for a keyframe however far it is",
+            },
+            Method::Direct.name()
+        );
+        return Err(document.refuse("method.window", why));
+    }
+    let length = document.whole_value("method.window", &window, 2..=MAX_STEPS)?;
+    let stride = match stride {
+        None => length / 2,
+        Some(stride) => document.whole_value(key, &stride, 1..=MAX_STEPS)?,
+    };
+    if stride >= length {
+        let why = format!(
+            "is {stride}, but a window of {length} steps knows no velocity from which another could begin so late; make it {} at most",
+            length - 1
+        );
+        return Err(document.refuse(key, why));
+    }
+    Ok(Some(Windows { length, stride }))
 }
 
 fn projection_tolerance(document: &Document, raw: Option<Value>) -> Result<f64, Failure> {

@@ -3,6 +3,7 @@
 use super::document::Document;
 use crate::keyframes::{Canvas, ShapeSpec};
 use crate::stay::Stay;
+use crate::windows::Windows;
 use std::path::PathBuf;
 use thurible_core::{Advection, Boundary, Emitter, Params, Supply, Template};
 
@@ -130,6 +131,8 @@ pub struct Control {
 pub struct MethodSection {
     /// The method, its iterations and the choices of every method; threads and ceiling are no business of a scene.
     pub params: Params,
+    /// `window` and `stride`, where the scene is solved window by window.
+    pub windows: Option<Windows>,
     /// `[method.projection] tolerance`
     pub projection_tolerance: f64,
 }

@@ -153,15 +153,20 @@ pub fn among(grid: &Grid, solid: &[bool], v: Components<f64>) -> Components<f64>
     v
 }
 
-/// Gradients by the flow and by the forces against differences. Where smoke is filled up to a target, only what transport leaves well below
-/// or above it: at equality the derivative jumps.
+/// [`gradients_at`] about one cell a step.
 pub fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, first: f64) {
+    gradients_at::<S>(1.0, cells, ends, scheme, on, first);
+}
+
+/// Gradients by the flow and by the forces against differences, at `speed` times a cell a step. Where smoke is filled up to a target, only what transport leaves well below
+/// or above it: at equality the derivative jumps.
+fn gradients_at<S: Space>(speed: f64, cells: &[usize], ends: &str, scheme: Scheme, on: On, first: f64) {
     let mut random = Random::new(37);
     let grid = grid(cells, ends);
     let solid: Vec<bool> = if on.solids { block(&grid) } else { Vec::new() };
     let density = |random: &mut Random| outside(&grid, &solid, random.density(&grid));
     let source: Vec<f64> = density(&mut random);
-    let initial = among(&grid, &solid, flow::rough(&mut random, &grid, 1, 0.8));
+    let initial = among(&grid, &solid, flow::rough(&mut random, &grid, 1, 0.8 * speed));
     let mut fields = [density(&mut random), density(&mut random)].concat();
     if on.regions {
         fields.extend(density(&mut random).iter().map(|x: &f64| x.min(1.0)));
@@ -223,8 +228,8 @@ pub fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, on: On, 
         viscosity: 0.01,
         smoothing: on.smoothing,
     };
-    let at: Components<f64> = among(&grid, &solid, flow::rough(&mut random, &grid, 4, 1.2));
-    let d: Components<f64> = among(&grid, &solid, flow::rough(&mut random, &grid, 4, 1.0));
+    let at: Components<f64> = among(&grid, &solid, flow::rough(&mut random, &grid, 4, 1.2 * speed));
+    let d: Components<f64> = among(&grid, &solid, flow::rough(&mut random, &grid, 4, speed));
     let (found, _) = control.direct::<S>(&at, 1.0);
     let weight = 3.0 * found.data / found.force;
     let (_, gradient) = control.direct::<S>(&at, weight);
@@ -284,6 +289,7 @@ fn gradients_with_each_feature_and_with_all() {
     gradients::<D3>(&[5, 6, 4], "wpw", Scheme::Central, ALL, 1e-5);
     let among_solids = On { solids: true, ..NONE };
     gradients::<D2>(&[12, 11], "wp", Scheme::Limited, among_solids, 1e-6);
+    gradients_at::<D2>(0.3, &[270, 6], "ww", Scheme::Limited, among_solids, 1e-6);
     let all = On { solids: true, ..ALL };
     gradients::<D2>(&[12, 11], "ww", Scheme::Limited, all, 1e-6);
     gradients::<D3>(&[8, 8, 8], "wpw", Scheme::Limited, all, 1e-6);

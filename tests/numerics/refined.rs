@@ -125,6 +125,114 @@ fn a_flow_without_divergence_stays_so_and_is_what_the_formula_says() {
     }
 }
 
+/// Open sides are passed by a flow without divergence, which has none on the finer grid either, and carries out there what it does here.
+#[test]
+fn a_flow_out_of_the_box_stays_without_divergence() {
+    let mut random = Random::new(76);
+    for (cells, ends) in [
+        (&[9, 8][..], "oh"),
+        (&[8, 7], "lw"),
+        (&[7, 10], "po"),
+        (&[6, 5, 4], "lpo"),
+        (&[4, 6, 5], "hww"),
+    ] {
+        let from = grid(cells, ends);
+        let to = grid(&cells.iter().map(|n| 2 * n).collect::<Vec<_>>(), ends);
+        let v: Components<f64> = crate::effects::among(&from, &[], random.faces(&from, 1));
+        let fine = doubled(&from, &to, &v, 1);
+        assert_eq!(
+            fine,
+            doubled(&from, &to, &v, 3),
+            "{cells:?} {ends}: on three threads"
+        );
+        let outward = |grid: &Grid, v: &Components<f64>| -> [f64; 2] {
+            let (mut inside, mut out) = (0.0_f64, 0.0_f64);
+            for (at, div) in places(grid).zip(Naive::new(grid).divergence(v)) {
+                if grid.is_outside(at) {
+                    out += (div * grid.h[0]).powi(2);
+                } else {
+                    inside = inside.max((div * grid.h[0]).abs());
+                }
+            }
+            [inside, out]
+        };
+        let ([coarse, through], [left, fine_through]) = (outward(&from, &v), outward(&to, &fine));
+        assert!(
+            coarse < 1e-11 && left < 1e-11,
+            "{cells:?} {ends}: {coarse:e}, {left:e}"
+        );
+        assert!(
+            through > 0.1 && fine_through > through,
+            "{cells:?} {ends}: {through}, {fine_through}"
+        );
+        for (at, axis) in places(&to).flat_map(|at| (0..to.dims).map(move |axis| (at, axis))) {
+            // Only the faces between the box and what is outside are left to those cells.
+            let inside = to.inside();
+            let beyond = (0..to.dims).any(|a| {
+                if a == axis {
+                    at[a] < inside[a].start || at[a] > inside[a].end
+                } else {
+                    !inside[a].contains(&at[a])
+                }
+            });
+            assert!(
+                !beyond || fine[axis][to.index(at)] == 0.0,
+                "{cells:?} {ends}: {axis} {at:?}"
+            );
+        }
+    }
+}
+
+/// Smoke leaves by the finer grid's open sides, more cells than a projection knows along an axis with one too.
+#[test]
+fn smoke_leaves_on_the_finer_grid() {
+    for (cells, ends) in [(&[8, 6][..], "wh"), (&[136, 8], "ow"), (&[4, 5, 6], "pwo")] {
+        let ends = &boundaries(ends);
+        let from = Grid::new(cells, ends);
+        let fine: Vec<usize> = cells.iter().map(|n| 2 * n).collect();
+        let problem = problem(&fine, ends, &[]);
+        let bytes = Refined::<f64>::bytes(&problem, 1, 2).unwrap();
+        let mut memory = Memory::new(bytes);
+        let mut refined = Refined::<f64>::carve(&problem, 1, 2, memory.block()).unwrap();
+        let count: usize = fine.iter().product();
+        assert_eq!(refined.cells(), count);
+        refined.set_density(&vec![1.0; count]).unwrap();
+        let v: Components<f64> = crate::effects::among(&from, &[], Random::new(77).faces(&from, 1));
+        let v: Components<f64> = v.map(|c| c.iter().map(|x| 0.3 * from.h[0] * x).collect());
+        let unit = problem.length / problem.dt;
+        for axis in 0..from.dims {
+            let walls = usize::from(!from.axis(axis).is_ring());
+            let inside = from.inside();
+            let mut n: [usize; 3] = core::array::from_fn(|a| inside[a].len());
+            n[axis] += walls;
+            let face = |i: usize| {
+                let at = [i % n[0], i / n[0] % n[1], i / n[0] / n[1]];
+                let at: [usize; 3] = core::array::from_fn(|a| inside[a].start + at[a]);
+                if at[axis] < from.n[axis] {
+                    unit * v[axis][from.index(at)]
+                } else {
+                    0.0
+                }
+            };
+            let faces: Vec<f64> = (0..n[0] * n[1] * n[2]).map(face).collect();
+            refined.set_velocity(axis, &faces).unwrap();
+        }
+        refined.advance(&Serial, &mut Silent).unwrap();
+        let mut rho = vec![f64::NAN; count];
+        refined.read_density(&mut rho);
+        let mass: f64 = rho.iter().sum();
+        assert!(
+            mass < count as f64 - 0.01 && mass > 0.5 * count as f64,
+            "{cells:?}: {mass} of {count}"
+        );
+        assert!(rho.iter().all(|x| (-1e-9..=1.0 + 1e-9).contains(x)));
+        let mut means = vec![f64::NAN; cells.iter().product()];
+        refined.means(&Serial, &mut means);
+        let parts: f64 = means.iter().sum();
+        assert!((mass - (1 << from.dims) as f64 * parts).abs() < 1e-9 * mass);
+    }
+}
+
 #[test]
 fn the_children_of_a_face_carry_what_it_carries() {
     let from = grid(&[6, 5, 4], "wpw");

@@ -68,6 +68,48 @@ fn an_interrupt_writes_what_there_is() {
     );
 }
 
+/// In windows: the result ends with the one that was stopped, or where that would have begun.
+#[test]
+fn an_interrupt_among_windows_leaves_a_shorter_result() {
+    let folder = fresh_folder("interrupted_windows");
+    let scene = folder.join("scene.toml");
+    let text = "[grid]\ncells = [24, 20]\n[time]\nsteps = 60\n[source]\ncircle = { center = [0.4, 0.5], radius = 0.2 }\n[[keyframe]]\nstep = 4\n\
+                circle = { center = [0.5, 0.5], radius = 0.2 }\n[[keyframe]]\nstep = 60\ncircle = { center = [0.6, 0.5], radius = 0.2 }\n[method]\n\
+                window = 8\niterations = 200\ndirect = { tolerance = 1e-12, nested = false }\n[output]\nframes = false\n";
+    std::fs::write(&scene, text).unwrap();
+    let out = folder.join("out");
+    let mut program = crate::support::thurible()
+        .args([
+            "solve",
+            scene.to_str().unwrap(),
+            "--json",
+            "-o",
+            out.to_str().unwrap(),
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(program.stdout.take().unwrap())
+        .lines()
+        .map(Result::unwrap);
+    assert!(
+        lines.any(|line| line.contains("\"window\"") && line.contains("\"start\":8")),
+        "no window was seen"
+    );
+    signal(&program, &["INT"]);
+    let rest: Vec<String> = lines.collect();
+    assert_eq!(program.wait().unwrap().code(), Some(130));
+    assert!(rest.last().unwrap().contains("\"cancelled\""), "{rest:?}");
+    let outcome = verify("interrupted_windows", &out);
+    let steps = outcome.report["steps"].as_u64().unwrap();
+    assert!(
+        (8..60).contains(&steps) && outcome.targets.len() == 1,
+        "{steps} steps"
+    );
+    assert!(outcome.report["remarks"][0].as_str().unwrap().contains("of 60"));
+}
+
 /// Two signals while the program sleeps, so that it hears both at once.
 #[test]
 fn a_second_interrupt_ends_at_once() {

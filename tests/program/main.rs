@@ -39,3 +39,5 @@ mod templates;
 mod tomography;
 mod track;
 mod undershoot;
+#[cfg(unix)]
+mod windows;

@@ -208,14 +208,6 @@ fn what_cannot_be_finer_is_refused_with_a_sentence() {
         3,
         "--scale 8: 192 x 128 cells take ",
     );
-    // What leaves by open sides is not carried anew.
-    let open = solved(
-        "refined_open",
-        &FLOW
-            .replace("[\"periodic\", \"wall\"]", "[\"periodic\", \"open\"]")
-            .replace("= 10", "= 1"),
-    );
-    refused(&open, &["--scale", "2"], 2, "leaves by open sides");
     // A report that says less than it should.
     let report = result.join("report.json");
     let whole = fs::read_to_string(&report).unwrap();

@@ -962,6 +962,22 @@ static void emits(uint32_t precision, uint32_t dimensions, uint32_t method) {
             free(force);
         }
     }
+    /* Emitter 0 pushes from its first step on: there it adds something, and after its last nothing. */
+    for (size_t step = 0; step < 7 && method != THURIBLE_METHOD_ADMM; step++) {
+        double largest = 0.0;
+        for (size_t axis = 0; axis < dimensions; axis++) {
+            size_t faces = 0;
+            OK(thurible_copy_bytes(solver, THURIBLE_FIELD_EMITTER_FORCE, axis, &faces));
+            void *push = aligned(faces);
+            OK(thurible_copy(solver, THURIBLE_FIELD_EMITTER_FORCE, step, axis, push, faces));
+            for (size_t face = 0; face < faces / scene.number; face++) largest = fmax(largest, fabs(get(push, scene.number, face)));
+            IS(thurible_copy(solver, THURIBLE_FIELD_EMITTER_FORCE, step, axis, push, faces - 1), LENGTH);
+            free(push);
+        }
+        CHECK((largest > 0.0) == (step + 1 > emitters[0].from && step + 1 <= emitters[0].to));
+    }
+    if (method == THURIBLE_METHOD_ADMM) IS(thurible_copy(solver, THURIBLE_FIELD_EMITTER_FORCE, 0, 0, field, bytes), INDEX);
+    else IS(thurible_copy(solver, THURIBLE_FIELD_EMITTER_FORCE, 7, 0, field, bytes), INDEX);
     IS(thurible_copy(solver, THURIBLE_FIELD_EMISSION, 8, 0, field, bytes), INDEX);
     IS(thurible_copy(solver, THURIBLE_FIELD_EMISSION, 1, 1, field, bytes), INDEX);
     IS(thurible_copy(solver, THURIBLE_FIELD_EMISSION, 1, 0, field, bytes - 1), LENGTH);

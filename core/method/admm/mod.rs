@@ -190,6 +190,15 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         }
     }
 
+    fn spent(&mut self) -> Option<(Parts<'_, 'm, T>, Vector<'_, T>)> {
+        let parts = Parts {
+            animation: &mut self.animation,
+            setup: &mut self.setup.ao.flow,
+            region: self.region,
+        };
+        Some((parts, view(&self.w)))
+    }
+
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let grid = self.setup.grid;
         let len = grid.cells() * self.slots();

@@ -161,6 +161,23 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         }
     }
 
+    fn spent(&mut self) -> Option<(Parts<'_, 'm, T>, Vector<'_, T>)> {
+        let (slots, pairs) = (self.animation.slots, self.setup.history);
+        let which = [pairs, self.descent.newton.direction];
+        let (force, region) =
+            quasi_newton::fields::view_and_behind(&self.setup.grid, slots, which, self.rest);
+        let parts = Parts {
+            region,
+            animation: &mut self.animation,
+            setup: &mut self.setup.flow,
+        };
+        Some((parts, force))
+    }
+
+    fn begin_at(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> bool {
+        self.begin_on_finest(exec, script)
+    }
+
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let Self {
             animation,

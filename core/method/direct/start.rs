@@ -46,6 +46,21 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         coarsest
     }
 
+    /// Begins on the finest grid with v as it is, projected; whether that is a flow.
+    pub(super) fn begin_on_finest(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> bool {
+        self.level = Some(0);
+        self.descent = Descent::new(self.setup.history);
+        let mut work = self.work(0, script);
+        let tolerance = work.evaluation.setup.projection_tolerance;
+        let projected = work.evaluation.project(exec, &mut Silent, &mut work.v, tolerance);
+        let usable = projected.is_ok_and(f64::is_finite);
+        drop(work);
+        if !usable {
+            self.level = None;
+        }
+        usable
+    }
+
     /// Prolongs the flow to the next finer grid and goes on there.
     pub(super) fn ascend(
         &mut self,

@@ -122,7 +122,7 @@ impl<T: Real> Simulated<'_, '_, T> {
             return Ok(force);
         }
         self.simulate::<S>(exec, observer, Push::by(u), warm, v)?;
-        let data = self.evaluation.data(exec);
+        let data = self.evaluation.data(exec, usize::MAX);
         Ok(Objective { data, ..force })
     }
 

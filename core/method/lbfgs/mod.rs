@@ -192,6 +192,22 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
         }
     }
 
+    fn spent(&mut self) -> Option<(Parts<'_, 'm, T>, Vector<'_, T>)> {
+        let (slots, pairs) = (self.animation.slots, self.setup.history);
+        let parts = Parts {
+            region: quasi_newton::fields::behind(&self.setup.grid, slots, pairs, self.rest),
+            animation: &mut self.animation,
+            setup: &mut self.setup.flow,
+        };
+        Some((parts, view(&self.u)))
+    }
+
+    /// The forces begin as those that v needs.
+    fn begin_at(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> bool {
+        self.begun = self.make_feasible(exec, script).is_ok();
+        self.begun
+    }
+
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let setup = self.setup;
         let sums = quasi_newton::fields::sums_per_row(setup.history) * setup.grid.rows();

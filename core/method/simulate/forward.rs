@@ -94,6 +94,15 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         }
     }
 
+    fn spent(&mut self) -> Option<(Parts<'_, 'm, T>, Vector<'_, T>)> {
+        let parts = Parts {
+            animation: &mut self.animation,
+            setup: &mut self.setup.flow,
+            region: self.region,
+        };
+        Some((parts, view(&self.w)))
+    }
+
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let Self {
             animation,

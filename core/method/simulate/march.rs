@@ -261,7 +261,7 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         let (mut evaluation, v) = self.animation.evaluation(flow, script, self.region);
         let mut objective = Objective::default();
         if gathered {
-            objective.data = evaluation.data(exec);
+            objective.data = evaluation.data(exec, usize::MAX);
             evaluation
                 .force::<S>(exec, &mut Silent, view(v), w)
                 .map_err(|_| Status::Cancelled)?;

@@ -100,7 +100,7 @@ impl<'a, T: Real> Search<'a, '_, T> {
         let evaluation = &mut simulated.evaluation;
         sum.add_to(exec, true, evaluation.rho, u);
         let force = evaluation.projected::<S>(exec, observer, u)?;
-        let data = evaluation.data(exec);
+        let data = evaluation.data(exec, usize::MAX);
         Ok(Objective { data, ..force })
     }
 

@@ -56,6 +56,20 @@ pub fn behind<'a, T>(grid: &Grid, slots: usize, pairs: usize, elements: &'a mut 
     elements.get_mut(taken..).unwrap_or_default()
 }
 
+/// Field `which` of those that [`take`] took from the front of `elements`, and what lies behind all of them.
+pub fn view_and_behind<'a, T>(
+    grid: &Grid,
+    slots: usize,
+    [pairs, which]: [usize; 2],
+    elements: &'a mut [T],
+) -> (Vector<'a, T>, &'a mut [T]) {
+    let taken = fields_of(pairs) * grid.dims * pooled(grid.cells() * slots);
+    match elements.split_at_mut_checked(taken) {
+        Some((fields, behind)) => (view(grid, slots, which, fields), behind),
+        None => ([&[]; 3], &mut []),
+    }
+}
+
 /// Lets `map` write the field of the image from that of the gradient, and passes on whether it did.
 pub fn prepare<'a, T>(
     fields: &mut Fields<'a, T>,

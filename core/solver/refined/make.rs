@@ -8,7 +8,7 @@ use crate::method::refusal::{PlanError, count};
 use crate::objective::script::Lists;
 use crate::operators::refine;
 use crate::poisson::Projection;
-use crate::problem::{Feature, Problem, ProblemError};
+use crate::problem::{Problem, ProblemError};
 use crate::real::Real;
 use crate::solver::{MAX_THREADS, SolverError, script};
 use crate::transport::Stepping;
@@ -56,10 +56,10 @@ impl<'m, T: Real> Refined<'m, T> {
         let Refinement {
             doublings, threads, ..
         } = refinement;
-        problem.check()?;
-        if problem.is_open() {
-            let (method, feature) = ("refined", Feature::Open);
-            return Err(ProblemError::Unfit { method, feature }.into());
+        match problem.check() {
+            // What is refined has no divergence: only obstacles ask for a projection.
+            Err(ProblemError::OpenCells { .. }) if !problem.solids => {}
+            checked => checked?,
         }
         if doublings > MAX_DOUBLINGS {
             return Err(PlanError::OutOfRange {
@@ -93,6 +93,7 @@ impl<'m, T: Real> Refined<'m, T> {
             sums: &mut [],
             region: &mut [],
             threads,
+            projects: problem.solids || !finest.is_open(),
             tolerance: problem.projection_tolerance,
             stepping: Stepping::from(problem.advection),
             largest: 0.0,
@@ -113,12 +114,15 @@ impl<'m, T: Real> Refined<'m, T> {
         self.importance = arena.take("importance", weights)?;
         self.sums = arena.take("sums of rows", 2 * grid.rows())?;
         (self.lists, self.fields) = script::carve(problem, arena)?;
-        let (levels, stepping, threads) = (&self.levels, self.stepping, self.threads);
+        let (levels, stepping, threads, projects) =
+            (&self.levels, self.stepping, self.threads, self.projects);
         let doubling = self.grids.iter().map(refine::scratch_per_thread).max();
         let mut layout = Layout::carve(arena);
         layout.in_turn(&mut self.region, 0, |ledger| {
             ledger.line("doubling", threads * doubling.unwrap_or(0), T::BYTES);
-            Projection::carve(levels, 0, 1, threads, &mut Pool::measuring(ledger));
+            if projects {
+                Projection::carve(levels, 0, 1, threads, &mut Pool::measuring(ledger));
+            }
             carrier(levels, stepping, 1.0, threads, &mut Pool::measuring(ledger));
         })
     }
@@ -139,14 +143,16 @@ fn free<'a>(problem: &Problem<'a>) -> Problem<'a> {
 
 /// The grid whose cells are as often twice as long; `None` if there is none.
 fn halved(grid: &Grid, halvings: usize) -> Option<Grid> {
-    let mut coarse = *grid;
     let by = 1 << halvings;
-    for axis in 0..grid.dims {
-        if !grid.n[axis].is_multiple_of(by) {
+    let (mut h, mut inside) = (grid.h, grid.inside().map(|inside| inside.len()));
+    for (n, h) in inside.iter_mut().zip(&mut h).take(grid.dims) {
+        if !n.is_multiple_of(by) {
             return None;
         }
-        coarse.n[axis] /= by;
-        coarse.h[axis] *= by as f64;
+        *n /= by;
+        *h *= by as f64;
     }
+    let mut coarse = grid.with_inside(inside);
+    coarse.h = h;
     Some(coarse)
 }

@@ -1,13 +1,13 @@
 //! A known flow taken to another grid or among other solid cells, step by step, and the density that it carries there.
 //!
 //! Memory is that of one step on the finer grid, whatever the number of steps. The flow of a step is doubled as often as it takes, keeping its
-//! divergence ([`refine`]), and projected, which finds something to do among solid cells alone: theirs are drawn anew. With an importance the
-//! rest of the flow gives way to them first ([`Projection::project_weighted`]).
+//! divergence ([`refine`]), and projected, which finds something to do among solid cells alone: theirs are drawn anew. In a box that is open and
+//! has none that is left out. With an importance the rest of the flow gives way to solid cells first ([`Projection::project_weighted`]).
 
 mod make;
 
 use super::InputError;
-use super::inputs::check;
+use super::inputs::{check, put_solids};
 use super::layout::FileLayout;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
@@ -57,6 +57,8 @@ pub struct Refined<'m, T> {
     /// What projection and transport use in turn.
     region: &'m mut [T],
     threads: usize,
+    /// Whether the flow is projected on the finer grid.
+    projects: bool,
     tolerance: f64,
     stepping: Stepping,
     largest: f64,
@@ -66,10 +68,10 @@ pub struct Refined<'m, T> {
 }
 
 impl<T: Real> Refined<'_, T> {
-    /// The finer grid's cells.
+    /// The finer grid's cells, inside the box.
     #[must_use]
     pub fn cells(&self) -> usize {
-        self.levels.finest.cells()
+        FileLayout::of_cells(&self.levels.finest).len()
     }
 
     /// Sets which cells of the finer grid are solid, before any density: one flag for each, x fastest.
@@ -87,8 +89,7 @@ impl<T: Real> Refined<'_, T> {
                 given: solid.len(),
             });
         }
-        self.levels
-            .set_solids(|cell| solid.get(cell).copied().unwrap_or(false));
+        put_solids(&mut self.levels, solid);
         Ok(())
     }
 
@@ -98,7 +99,7 @@ impl<T: Real> Refined<'_, T> {
     /// [`InputError`]: wrong length, a value that is negative or not finite.
     pub fn set_density(&mut self, density: &[T]) -> Result<(), InputError> {
         check(density, self.cells())?;
-        self.rho.copy_from_slice(density);
+        FileLayout::of_cells(&self.levels.finest).write(density, T::ONE, self.rho);
         let n = self.levels.finest.n[0];
         self.levels.solids(0).clear_cells(n, self.rho);
         self.largest = density.iter().fold(self.largest, |most, x| most.max(x.to_f64()));
@@ -127,12 +128,12 @@ impl<T: Real> Refined<'_, T> {
     /// # Errors
     /// As [`Self::set_density`], or [`InputError::Index`].
     pub fn set_emitter(&mut self, index: usize, shape: &[T]) -> Result<(), InputError> {
-        let cells = self.cells();
-        check(shape, cells)?;
+        check(shape, self.cells())?;
+        let cells = self.levels.finest.cells();
         let count = self.lists.spans.len() / 2;
         let field = self.fields.get_mut(index * cells..(index + 1) * cells);
         let field = field.ok_or(InputError::Index { given: index, count })?;
-        field.copy_from_slice(shape);
+        FileLayout::of_cells(&self.levels.finest).write(shape, T::ONE, field);
         let n = self.levels.finest.n[0];
         self.levels.solids(0).clear_cells(n, field);
         let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
@@ -155,7 +156,7 @@ impl<T: Real> Refined<'_, T> {
         let Some(field) = flow.get_mut(axis).filter(|_| axis < count) else {
             return Err(InputError::Index { given: axis, count });
         };
-        FileLayout::new(&grid, axis).take(faces, 1.0 / self.unit, field)
+        FileLayout::new(&grid, axis).take(faces, 1.0 / self.unit, field, [1, 0])
     }
 
     /// Makes the flow of the step that comes next, and carries the density by it.
@@ -168,21 +169,18 @@ impl<T: Real> Refined<'_, T> {
         let Some(flow) = self.flows.get_mut(last) else {
             return Ok(());
         };
-        let mut projection = Projection::carve(
-            &self.levels,
-            0,
-            1,
-            self.threads,
-            &mut Pool::new(&mut *self.region),
-        );
-        let (tolerance, sums) = (self.tolerance, &mut *self.sums);
-        let projected = if self.weighted {
-            projection.project_weighted(exec, observer, flow, self.importance, tolerance, sums)
-        } else {
-            projection.project(exec, observer, flow, None, tolerance, sums)
-        };
-        if let ControlFlow::Break(()) = projected {
-            return Err(Stop::Cancelled);
+        if self.projects {
+            let pool = &mut Pool::new(&mut *self.region);
+            let mut projection = Projection::carve(&self.levels, 0, 1, self.threads, pool);
+            let (tolerance, sums) = (self.tolerance, &mut *self.sums);
+            let projected = if self.weighted {
+                projection.project_weighted(exec, observer, flow, self.importance, tolerance, sums)
+            } else {
+                projection.project(exec, observer, flow, None, tolerance, sums)
+            };
+            if let ControlFlow::Break(()) = projected {
+                return Err(Stop::Cancelled);
+            }
         }
         let pool = &mut Pool::new(&mut *self.region);
         let mut transport = carrier(&self.levels, self.stepping, self.largest, self.threads, pool);
@@ -227,7 +225,7 @@ impl<T: Real> Refined<'_, T> {
         Ok(())
     }
 
-    /// The density, one number for each cell of the finer grid, x fastest.
+    /// The density as it is stored: one number for each cell of the finer grid, those outside open sides, where it is 0, among them.
     #[must_use]
     pub fn density(&self) -> &[T] {
         self.rho
@@ -260,25 +258,32 @@ impl<T: Real> Refined<'_, T> {
         FileLayout::new(&self.levels.finest, axis).len()
     }
 
+    /// `out` = the density, one number for each of [`Self::cells`], x fastest.
+    pub fn read_density(&self, out: &mut [T]) {
+        FileLayout::of_cells(&self.levels.finest).read(self.rho, [1, 0], T::ONE, out);
+    }
+
     /// The step of the density.
     #[must_use]
     pub fn step(&self) -> usize {
         self.step
     }
 
-    /// `out` = the means of the density over each cell of the result's grid.
+    /// `out` = the means of the density over each cell of the result's grid, inside the box.
     pub fn means(&self, exec: &dyn Exec, out: &mut [T]) {
         let (fine, coarse) = (&self.levels.finest, &self.grids[0]);
-        let by = fine.n[0] / coarse.n[0];
+        let [from, to] = [fine, coarse].map(Grid::inside);
+        let by = from[0].len() / to[0].len();
         let deep = if fine.dims == 3 { by } else { 1 };
         let share = T::from_f64(1.0 / (by * by * deep) as f64);
-        let n = fine.n[0];
-        for_rows(exec, coarse.rows(), RowBuffers::fields([out]), |task| {
-            let ([out], [y, z]) = (task.fields, coarse.row_at(task.row));
+        let (n, ny) = (fine.n[0], to[1].len());
+        for_rows(exec, ny * to[2].len(), RowBuffers::fields([out]), |task| {
+            let ([out], [y, z]) = (task.fields, [task.row % ny, task.row / ny]);
             out.fill(T::ZERO);
             for child in 0..by * deep {
-                let row = fine.row(by * y + child % by, deep * z + child / by);
-                let children = rows::part(&*self.rho, row * n..(row + 1) * n);
+                let y = from[1].start + by * y + child % by;
+                let first = fine.row(y, from[2].start + deep * z + child / by) * n + from[0].start;
+                let children = rows::part(&*self.rho, first..first + from[0].len());
                 for (out, children) in out.iter_mut().zip(children.chunks_exact(by)) {
                     children.iter().for_each(|&child| *out += share * child);
                 }

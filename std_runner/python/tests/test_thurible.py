@@ -266,6 +266,12 @@ class Effects(unittest.TestCase):
         for method in ("direct", "lbfgs", "simulate"):
             found = thurible.solve(None, {6: self.above}, emitters=emitters, match_mass=False, method=method, iterations=2)
             self.assertGreater(found.velocity[0][2].max(), 0.01, method)
+            self.assertEqual([part.shape for part in found.emitter_force], [force.shape for force in found.force])
+            # What they add at first takes a flow at rest to their velocity, where the shape is 1, over one step.
+            first = found.emitter_force[0][0]
+            self.assertAlmostEqual(first.max(), 0.03, delta=3e-3)
+            self.assertEqual(np.abs(found.emitter_force[1][0]).max(), 0)
+            self.assertEqual(first[:, 1:][self.below == 0].max(), 0)
         with self.assertRaisesRegex(ValueError, "the method admm knows no velocity of emitters"):
             thurible.plan(self.shape, [6], emitters=emitters, method="admm", smoothness=0.0)
         with self.assertRaisesRegex(ValueError, r"emitters\[0\]..velocity.\] has 1 entries, but must have 2"):
@@ -317,6 +323,7 @@ class Effects(unittest.TestCase):
             for solution in (found, plain):
                 self.assertLess(np.abs(divergence(solution.force)).max(), 1e-3 * max(np.abs(component).max() for component in solution.force))
             self.assertIsNone(plain.emission)
+            self.assertIsNone(found.emitter_force)
 
     def test_keyframes_take_the_mass_of_the_smoke(self):
         found = thurible.solve(None, {4: self.above, 8: self.above}, emitters=[{"shape": self.below, "from": 1, "to": 6, "rate": 0.5}], iterations=3)

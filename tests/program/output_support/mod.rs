@@ -225,6 +225,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         gravity_axis: Some(1),
         acceleration: vec![0.0; 2],
         release: None,
+        windows: Vec::new(),
         solid: false,
         outflow: None,
         emission: false,
@@ -300,6 +301,7 @@ fn entry(iteration: usize) -> IterationRecord {
     let wobble = 1.0 + 0.15 * (2.3 * late).sin();
     let cycles = (0..5).map(|cycle| 0.02 * (-0.1 * late).exp() * 0.17_f64.powi(cycle));
     IterationRecord {
+        window: None,
         iteration,
         seconds: 3.9 * late,
         objective: ObjectiveRecord {

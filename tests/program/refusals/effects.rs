@@ -6,6 +6,55 @@ use super::{METHOD, OUTPUT, SOURCE, STEP, STEPS, Spoiled, TARGET, spoiled};
 const WHOLE_SOURCE: &str = "[source]\ncircle = { center = [0.5, 0.5], radius = 0.3 }\n";
 
 pub const EFFECTS: &[Spoiled] = &[
+    // windows
+    spoiled(
+        METHOD,
+        "window = 1",
+        &["scene.toml:11: `method.window` is 1", "whole number from 2"],
+    ),
+    spoiled(
+        METHOD,
+        "window = \"all\"",
+        &["`method.window` is \"all\"", "whole number from 2"],
+    ),
+    spoiled(
+        METHOD,
+        "stride = 2",
+        &[
+            "scene.toml:11: `method.stride` stands without `window`",
+            "write window = 40",
+        ],
+    ),
+    spoiled(
+        METHOD,
+        "window = 3\nstride = 0",
+        &["scene.toml:12: `method.stride` is 0", "whole number from 1"],
+    ),
+    spoiled(
+        METHOD,
+        "window = 3\nstride = 3",
+        &[
+            "scene.toml:12: `method.stride` is 3",
+            "a window of 3 steps",
+            "2 at most",
+        ],
+    ),
+    spoiled(
+        METHOD,
+        "name = \"pd\"\nwindow = 3",
+        &[
+            "`method.window` is more than the method pd can do",
+            "take the method direct",
+        ],
+    ),
+    spoiled(
+        METHOD,
+        "window = 3\n[[template]]\nkind = \"wind\"\ncenter = [0.5, 0.5]\nradius = 0.3",
+        &[
+            "`method.window` is more than the method templates can do",
+            "all steps at once",
+        ],
+    ),
     // steps of emitters
     spoiled(
         SOURCE,

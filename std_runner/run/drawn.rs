@@ -1,0 +1,59 @@
+//! Shapes of a scene on its cells, and the sentences where they cannot be used.
+
+use crate::exit::Failure;
+use crate::keyframes::{Note, ShapeError, ShapeSpec};
+use crate::scene::Scene;
+use thurible_core::{InputError, Real};
+
+/// The sentence for a field of `key` that the solver refuses.
+pub(crate) fn refuse<'s>(scene: &'s Scene, key: &str) -> impl Fn(InputError) -> Failure + use<'s> {
+    let key = key.to_string();
+    move |error: InputError| {
+        match error {
+        // They were finite when they were drawn.
+        InputError::NotFinite { .. } => scene.document.refuse(
+            &key,
+            "has numbers too large for the precision of the solve; make them smaller",
+        ),
+        InputError::AboveOne { .. } => scene.document.refuse(
+            &key,
+            "has values above 1, but here a cell counts from 0 to 1; take out its `density`, or scale its file to that",
+        ),
+        other => scene
+            .document
+            .refuse(&key, format!("cannot be used: {other}; change it in the scene")),
+    }
+    }
+}
+
+/// Draws a shape, which stands at `key`, on the cells of the scene.
+pub(crate) fn drawn<T: Real>(
+    scene: &Scene,
+    key: &str,
+    shape: &ShapeSpec,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<T>, Failure> {
+    let mut said = Vec::new();
+    let density = shape
+        .rasterise_noting(&scene.canvas(), scene.document.folder(), &mut said)
+        .map_err(|error| refusal(scene, key, &error))?;
+    notes.extend(said.into_iter().map(|note| note.of(key)));
+    Ok(narrowed(density))
+}
+
+/// `values` rounded to the precision of the solve.
+pub(super) fn narrowed<T: Real>(values: Vec<f64>) -> Vec<T> {
+    values.into_iter().map(T::from_f64).collect()
+}
+
+/// The failure for a shape's error, with the place of its key in the scene.
+pub(super) fn refusal(scene: &Scene, table: &str, error: &ShapeError) -> Failure {
+    let (ShapeError::Key { key, .. } | ShapeError::File { key, .. } | ShapeError::Read { key, .. }) = error;
+    let place = scene.document.place(&format!("{table}.{key}"));
+    let sentence = format!("{place}: in {table}: {error}");
+    if error.is_unreadable() {
+        Failure::File(sentence)
+    } else {
+        Failure::Input(sentence)
+    }
+}

@@ -1,0 +1,80 @@
+//! Keyframes for a solver: which, and scaled to which mass.
+
+use super::drawn::{drawn, refuse};
+use super::reach::Reach;
+use crate::exit::Failure;
+use crate::keyframes::Note;
+use crate::scene::Scene;
+use thurible_core::{Real, Solver, Space};
+
+/// Refuses a keyframe of which obstacles let no smoke come to too much.
+pub(super) fn check_reach(scene: &Scene, reach: Option<Reach>) -> Result<(), Failure> {
+    let Some(reach) = reach else {
+        return Ok(());
+    };
+    for keyframe in &scene.keyframes {
+        let density: Vec<f64> = drawn(scene, &keyframe.key, &keyframe.shape, &mut Vec::new())?;
+        if let Some(part) = reach.cut_off(density.iter().copied()) {
+            let why = format!(
+                "cannot be reached: {:.0} % of it lies where obstacles let no smoke come; open a way, or put an emitter there",
+                100.0 * part
+            );
+            return Err(scene.document.refuse(&keyframe.key, why));
+        }
+    }
+    Ok(())
+}
+
+/// Which keyframes a solver is given, and the mass that they take.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Which<'a> {
+    /// The mass at each step of the scene, where the solver does not know it.
+    pub masses: Option<&'a [f64]>,
+    /// The numbers of the keyframes, of all their steps; `None` is all of them.
+    pub among: Option<&'a [usize]>,
+}
+
+/// Sets keyframes; what each was multiplied by.
+pub(super) fn set_keyframes<T: Real, S: Space>(
+    scene: &Scene,
+    solver: &mut Solver<'_, T, S>,
+    Which { masses, among }: Which<'_>,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, Failure> {
+    let (mut mass_factors, mut number) = (Vec::new(), 0);
+    for keyframe in &scene.keyframes {
+        let numbered = keyframe.stay().steps().zip(number..);
+        number += keyframe.hold + 1;
+        let wanted = |(_, number): &(usize, usize)| among.is_none_or(|among| among.contains(number));
+        let steps: Vec<usize> = numbered.filter(wanted).map(|(step, _)| step).collect();
+        if steps.is_empty() {
+            continue;
+        }
+        let density: Vec<T> = drawn(scene, &keyframe.key, &keyframe.shape, notes)?;
+        let mass: f64 = density.iter().map(|x| x.to_f64()).sum();
+        let key = format!("{}.region", keyframe.key);
+        let region = keyframe.region.as_ref();
+        let region: Option<Vec<T>> = region
+            .map(|region| drawn(scene, &key, region, notes))
+            .transpose()?;
+        for step in steps {
+            if let Some(region) = &region {
+                solver
+                    .set_region(mass_factors.len(), region)
+                    .map_err(refuse(scene, &key))?;
+            }
+            let to_free = masses
+                .and_then(|masses| masses.get(step))
+                .map_or(1.0, |free| free / mass);
+            let density: Vec<T> = density
+                .iter()
+                .map(|x| T::from_f64(x.to_f64() * to_free))
+                .collect();
+            let factor = solver
+                .set_keyframe(mass_factors.len(), &density)
+                .map_err(refuse(scene, &keyframe.key))?;
+            mass_factors.push(factor * to_free);
+        }
+    }
+    Ok(mass_factors)
+}

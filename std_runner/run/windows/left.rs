@@ -1,0 +1,145 @@
+//! What a window leaves to the next: the density and the velocity there, and the rest of its flow to begin the search with.
+
+use crate::destination::Aside;
+use crate::exit::Failure;
+use crate::keyframes::Note;
+use crate::output::{Frames, OutputError, Sample, Samples, Series};
+use crate::run::drawn::{drawn, refuse};
+use crate::run::Origin;
+use crate::run::inputs::{set_emitters, set_obstacles, set_velocity};
+use crate::scene::Scene;
+use crate::windows::Window;
+use thurible_core::output::{DENSITY, VELOCITY};
+use thurible_core::{InputError, Real, Solver, Space};
+
+/// Files that hold it, so that memory has to hold no more than a field.
+pub(super) struct Left {
+    density: Series,
+    /// The velocities from there on, for each axis.
+    velocity: Vec<Series>,
+    samples: Samples,
+}
+
+impl Left {
+    /// Nothing yet, in files of this name.
+    pub fn new(scratch: &Aside, name: &str, dims: usize, samples: Samples) -> Result<Self, Failure> {
+        let file = |what: &str| Series::create(&scratch.file(&format!("{name}_{what}"))).map_err(failed);
+        let along = (0..dims).map(|axis| file(&format!("velocity_{axis}")));
+        Ok(Self {
+            density: file("density")?,
+            velocity: along.collect::<Result<_, _>>()?,
+            samples,
+        })
+    }
+
+    /// Whether a window has left something.
+    pub fn is_there(&self) -> bool {
+        self.density.count() > 0
+    }
+
+    /// Takes what is left of the frames of `window` after the steps that it keeps.
+    pub fn take(&mut self, frames: &dyn Frames, window: &Window) -> Result<(), Failure> {
+        let Self {
+            density,
+            velocity,
+            samples,
+        } = self;
+        density.clear().map_err(failed)?;
+        frames.read(&DENSITY, window.keeps, 0, samples);
+        density.append(samples).map_err(failed)?;
+        for (axis, series) in velocity.iter_mut().enumerate() {
+            series.clear().map_err(failed)?;
+            for step in window.keeps..window.steps {
+                frames.read(&VELOCITY, step, axis, samples);
+                series.append(samples).map_err(failed)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The density where the next window begins.
+    pub fn density(&mut self) -> Result<&mut Samples, Failure> {
+        self.density.read(0, &mut self.samples).map_err(failed)?;
+        Ok(&mut self.samples)
+    }
+
+    /// Hands `solver` the smoke, the flow and the obstacles that `window` begins with: those of the scene, or of the earlier result `from`,
+    /// where no window was before.
+    pub fn begin<T: Real + Sample, S: Space>(
+        &mut self,
+        scene: &Scene,
+        from: Option<&Origin>,
+        window: &Window,
+        solver: &mut Solver<'_, T, S>,
+        notes: &mut Vec<Note>,
+    ) -> Result<(), Failure> {
+        let among = Some(window.emitters.as_slice());
+        if !self.is_there() {
+            if let Some(from) = from {
+                notes.extend(from.begin(scene, solver, among)?.notes);
+                return Ok(());
+            }
+            set_obstacles(scene, solver, notes)?;
+            match &scene.source {
+                Some(source) => solver
+                    .set_source(&drawn::<T>(scene, "source", source, notes)?)
+                    .map_err(refuse(scene, "source"))?,
+                // Emitters are to make it.
+                None => {
+                    self.samples.clear(solver.cells());
+                    solver.go_on_from(T::list(&mut self.samples)).map_err(unusable)?;
+                }
+            }
+            set_emitters(scene, solver, among, &mut None, notes)?;
+            return set_velocity(scene, solver);
+        }
+        let mut unheard = Vec::new();
+        set_obstacles(scene, solver, &mut unheard)?;
+        set_emitters(scene, solver, among, &mut None, &mut unheard)?;
+        for axis in 0..S::DIM {
+            let faces = self.velocity(axis, 0)?;
+            solver
+                .set_initial_velocity(axis, T::list(faces))
+                .map_err(unusable)?;
+        }
+        solver.go_on_from(T::list(self.density()?)).map_err(unusable)
+    }
+
+    /// Gives `solver` the rest of the flow, its last velocity standing on, to begin the search of so many steps with.
+    pub fn give<T: Real + Sample, S: Space>(
+        &mut self,
+        solver: &mut Solver<'_, T, S>,
+        steps: usize,
+    ) -> Result<(), Failure> {
+        for axis in 0..S::DIM {
+            for step in 1..steps {
+                let faces = self.velocity(axis, step)?;
+                solver
+                    .give_velocity(step, axis, T::list(faces))
+                    .map_err(unusable)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The velocity so many steps after the begin, or the last one that there is.
+    fn velocity(&mut self, axis: usize, step: usize) -> Result<&mut Samples, Failure> {
+        if let Some(series) = self.velocity.get(axis) {
+            let last = series.count().saturating_sub(1);
+            series.read(step.min(last), &mut self.samples).map_err(failed)?;
+        }
+        Ok(&mut self.samples)
+    }
+}
+
+/// The failure of a file.
+pub(super) fn failed(error: OutputError) -> Failure {
+    Failure::File(error.to_string())
+}
+
+/// The failure of a field that a window gave and the next refuses.
+fn unusable(error: InputError) -> Failure {
+    Failure::NotFinite(format!(
+        "what a window left cannot be gone on from: {error}; try --precision f64 or more `time.steps`"
+    ))
+}
