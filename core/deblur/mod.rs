@@ -15,7 +15,8 @@
 //! | `plane` | an image with its border |
 //! | `prior` | priors on images, and how exactly a pixel changes them |
 //! | `terrain` | what the walk walks on |
-//! | `restoration` | its memory, its walk, its objective |
+//! | `restoration` | its memory, its objective |
+//! | `way` | chains of the walk, iterations of a baseline |
 //! | `colours` | the colours that pixels gather at |
 //! | `baselines` | Richardson-Lucy, Wiener, Chambolle-Pock |
 
@@ -28,6 +29,7 @@ mod prior;
 mod restoration;
 mod settings;
 mod terrain;
+mod way;
 
 pub use error::DeblurError;
 pub use kernel::{Blur, Kernels};

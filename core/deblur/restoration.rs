@@ -1,39 +1,35 @@
 //! An image on its way: its block of memory, its walk, its objective.
 
-use super::baselines::{self, Work};
 use super::colours::gather;
 use super::error::DeblurError;
 use super::kernel::Blur;
 use super::prior::{Clusters, ImagePrior, whole};
 use super::settings::{Deblur, Restorer};
-use super::terrain::{Ground, Spot, walk};
+use super::terrain::Spot;
 use crate::memory::{Arena, Layout, Ledger, TooSmall};
 use crate::real::Real;
 use crate::walk::{Course, Rule, Walked};
 use core::mem::MaybeUninit;
 
-/// Mutations a pixel after which colours are gathered again.
-const GATHER: u64 = 10;
-
 /// The restoration of an image.
 pub struct Restoration<'m, T> {
-    problem: Deblur<'m>,
-    buffers: Buffers<'m, T>,
-    course: Course<Spot>,
-    eps: f64,
-    clusters: Clusters,
-    iterations: usize,
+    pub(super) problem: Deblur<'m>,
+    pub(super) buffers: Buffers<'m, T>,
+    pub(super) course: Course<Spot>,
+    pub(super) eps: f64,
+    pub(super) clusters: Clusters,
+    pub(super) iterations: usize,
 }
 
 #[derive(Default)]
-struct Buffers<'m, T> {
-    kernels: &'m mut [T],
-    which: &'m mut [u16],
-    measured: &'m mut [T],
-    residual: &'m mut [T],
-    mask: &'m mut [u16],
-    planes: &'m mut [T],
-    work: [&'m mut [T]; 4],
+pub(super) struct Buffers<'m, T> {
+    pub(super) kernels: &'m mut [T],
+    pub(super) which: &'m mut [u16],
+    pub(super) measured: &'m mut [T],
+    pub(super) residual: &'m mut [T],
+    pub(super) mask: &'m mut [u16],
+    pub(super) planes: &'m mut [T],
+    pub(super) work: [&'m mut [T]; 4],
 }
 
 impl<'m, T: Real> Buffers<'m, T> {
@@ -168,7 +164,7 @@ impl<'m, T: Real> Restoration<'m, T> {
     }
 
     /// r = q - f * p.
-    fn renew(&mut self) {
+    pub(super) fn renew(&mut self) {
         let frame = self.problem.frame;
         let buffers = &mut self.buffers;
         let blur = Blur {
@@ -185,73 +181,6 @@ impl<'m, T: Real> Restoration<'m, T> {
             blur.apply(plane, residual);
             for (residual, &measured) in residual.iter_mut().zip(measured) {
                 *residual = measured - *residual;
-            }
-        }
-    }
-
-    /// Goes on: about one chain of the walk, or an iteration of a baseline. Whether it is done.
-    pub fn advance(&mut self, most: u64) -> bool {
-        if self.over() {
-            return true;
-        }
-        match self.problem.tuning.method {
-            Restorer::Walk => self.walk(most),
-            method => {
-                let buffers = &mut self.buffers;
-                let work = Work {
-                    problem: &self.problem,
-                    blur: Blur {
-                        frame: self.problem.frame,
-                        values: &*buffers.kernels,
-                        which: &*buffers.which,
-                    },
-                    measured: buffers.measured,
-                    residual: buffers.residual,
-                    mask: buffers.mask,
-                    planes: buffers.planes,
-                    work: &mut buffers.work,
-                };
-                baselines::iterate(method, work, self.iterations == 0);
-                self.iterations += 1;
-                self.renew();
-            }
-        }
-        self.over()
-    }
-
-    fn walk(&mut self, most: u64) {
-        let mut left = most;
-        let every = GATHER * self.length();
-        while left > 0 && !self.course.over() {
-            let mut course = self.course;
-            let before = course.walked().mutations;
-            let count = left.min(every - before % every);
-            let buffers = &mut self.buffers;
-            let mut ground = Ground {
-                blur: Blur {
-                    frame: self.problem.frame,
-                    values: &*buffers.kernels,
-                    which: &*buffers.which,
-                },
-                mask: buffers.mask,
-                residual: buffers.residual,
-                planes: buffers.planes,
-                clusters: self.clusters,
-                tuning: self.problem.tuning,
-                eps: self.eps,
-            };
-            walk(&mut ground, &mut course, count);
-            self.eps = ground.eps;
-            self.course = course;
-            left -= count;
-            let now = course.walked().mutations;
-            if self.problem.tuning.prior == ImagePrior::Clusters && now.is_multiple_of(every) {
-                gather(
-                    &mut self.clusters,
-                    &self.problem.frame,
-                    self.buffers.planes,
-                    false,
-                );
             }
         }
     }

@@ -35,8 +35,9 @@ fn taps(from: Axis, cells: usize, faces: bool, i: usize, scale: f64) -> Taps {
     core::array::from_fn(|k| {
         let (place, weight) = (first - 1 + k as isize, weights[k] * scale);
         if faces {
-            from.mirrored_face(place)
-                .map_or((0, 0.0), |(face, sign)| (face, sign * weight))
+            // Between walls and on rings one face stands for it, if any does.
+            let face = from.continued_face(place).first().copied();
+            face.map_or((0, 0.0), |(face, sign)| (face, sign * weight))
         } else {
             (from.mirrored(place), weight)
         }

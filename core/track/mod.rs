@@ -120,7 +120,7 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
             let (given, count) = (axis, grid.dims);
             return Err(InputError::Index { given, count });
         }
-        FileLayout::new(&grid, axis).take(faces, 1.0 / unit, self.v[axis])
+        FileLayout::new(&grid, axis).take(faces, 1.0 / unit, self.v[axis], [1, 0])
     }
 
     /// Gives the next frame, one density a cell, x fastest. Densities may be negative.

@@ -18,7 +18,9 @@ pub use axes::Scale;
 pub use chart::{Chart, Curve};
 pub use document::Table;
 pub use iteration::{Facts, IterationRecord, ObjectiveRecord, WindowRecord};
-pub use record::{AdvectionRecord, FrameRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
+pub use record::{
+    AdvectionRecord, FrameRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord,
+};
 
 pub(crate) use charts::by_grid;
 pub(crate) use document::{Block, Document, Shot};
