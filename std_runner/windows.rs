@@ -200,9 +200,11 @@ impl Window {
     }
 
     /// The steps of the scene whose keyframes are judged by it. That of the first step that is not kept is among them, since what leads there
-    /// is.
+    /// is; where the way ahead leads is none of them, and all that are seen come before.
     pub fn judges(&self) -> RangeInclusive<usize> {
         let last = if self.is_last { self.steps } else { self.keeps + 1 };
+        let aim = self.ahead.as_ref().map(Ahead::aim);
+        let last = aim.map_or(last, |aim| last.min(aim - 1));
         self.start + 2..=self.start + last
     }
 
@@ -354,7 +356,7 @@ mod tests {
         let seen = windows[2].problem(&whole);
         assert_eq!(
             (windows[2].start, &seen.keyframes, &seen.keyframe_weights),
-            (10, &vec![6], &vec![2.0])
+            (10, &vec![6, 9], &vec![2.0, 3.0])
         );
         // The first is judged by the window before, in which what leads to it is kept.
         assert!(windows[1].judges().contains(&11) && !windows[2].judges().contains(&11));
