@@ -79,8 +79,10 @@ typedef enum {
     THURIBLE_RESULT_NO_EMITTER = 23,
     // All cells are solid.
     THURIBLE_RESULT_NO_FLUID = 24,
+    // The flow that the method follows was not set.
+    THURIBLE_RESULT_NO_REFERENCE = 25,
     // The library's fault: a refusal that this interface has no word for.
-    THURIBLE_RESULT_UNKNOWN = 25,
+    THURIBLE_RESULT_UNKNOWN = 26,
 } ThuribleResult;
 
 // What an event is about.
@@ -200,6 +202,8 @@ typedef enum {
     THURIBLE_METHOD_SIMULATE = 4,
     // L-BFGS over the amplitudes, middles and radii of templates. There must be some.
     THURIBLE_METHOD_TEMPLATES = 5,
+    // A simulation that is guided by the flow that `thurible_set_reference` gives. There may be no keyframes.
+    THURIBLE_METHOD_GUIDE = 6,
 } ThuribleMethod;
 
 // How ADMM solves its Navier-Stokes problems.
@@ -434,6 +438,18 @@ typedef struct {
     uint32_t templates_reserved;
     // Templates: stop as `direct_tolerance`.
     double templates_tolerance;
+    // Guidance: what is larger than so many cells follows the given flow.
+    double guide_radius;
+    // Guidance: how smooth the correction of a step is.
+    double guide_smoothness;
+    // Guidance: how dear the kinetic energy of the correction is.
+    double guide_kinetic;
+    // Guidance by ADMM: its penalty.
+    double guide_penalty;
+    // Guidance by ADMM: its iterations for each step, from 1 to 1000.
+    uint32_t guide_iterations;
+    // Guidance: a `ThuribleGuideSolver`; automatic by default.
+    uint32_t guide_solver;
 } ThuribleConfig;
 
 // A task: call it with the `argument` that came with it and an index below the number of tasks.
@@ -641,6 +657,15 @@ ThuribleResult thurible_set_keyframe(Thurible *instance,
 // Sets component `axis` of the velocity at step 0, in the layout of `thurible_copy` and the scene's units; 0 where it is not set.
 // Safety: As `thurible_set_source`.
 ThuribleResult thurible_set_initial_velocity(Thurible *instance, size_t axis, const void *faces, size_t bytes);
+
+// Sets component `axis` of the flow of step `step` that the method of guidance follows, from 1 to steps - 1, as `thurible_set_initial_velocity`; a
+// step that is not set is at rest.
+// Safety: As `thurible_set_source`.
+ThuribleResult thurible_set_reference(Thurible *instance,
+                                      size_t axis,
+                                      size_t step,
+                                      const void *faces,
+                                      size_t bytes);
 
 // One iteration. `executor`, `observer` and `progress` may be null: one thread, nobody who watches, and see `thurible_progress`. How
 // a solve ends is in the progress; this returns only refusals.

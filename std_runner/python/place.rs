@@ -211,7 +211,9 @@ pub fn emission<T: Number, S: Space>(
     shape: &[usize],
     exec: &dyn Exec,
 ) -> Option<(Block, Place)> {
-    made(solver.steps(), shape, |step, added| solver.emission(exec, step, added))
+    made(solver.steps(), shape, |step, added| {
+        solver.emission(exec, step, added)
+    })
 }
 
 /// What emitters with a velocity added beside each force along `axis`, as [`emission`]; `shape` is that of such a force.
@@ -220,7 +222,9 @@ pub fn jets<T: Number, S: Space>(
     shape: &[usize],
     axis: usize,
 ) -> Option<(Block, Place)> {
-    made(solver.steps() - 1, shape, |step, added| solver.jet(step, axis, added))
+    made(solver.steps() - 1, shape, |step, added| {
+        solver.jet(step, axis, added)
+    })
 }
 
 /// An array of `count` fields of this shape, each as `make` writes it.
@@ -231,7 +235,9 @@ fn made<T: Number>(
 ) -> Option<(Block, Place)> {
     let len = shape.iter().product::<usize>();
     let mut block = Block::new(footprint(count.checked_mul(len)?, T::BYTES)?)?;
-    let fields = Arena::new(block.bytes_mut()).take::<T>("array", count * len).ok()?;
+    let fields = Arena::new(block.bytes_mut())
+        .take::<T>("array", count * len)
+        .ok()?;
     let fields = fields.chunks_exact_mut(len).enumerate();
     fields.for_each(|(step, field)| make(step, field));
     let shape = [count].into_iter().chain(shape.iter().copied());
