@@ -262,12 +262,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if self.reference == Some(false) {
             v.iter_mut().for_each(|component| component.fill(T::ZERO));
         }
-        FileLayout::new(&grid, axis).take(
-            faces,
-            1.0 / self.units.velocity,
-            &mut v[axis],
-            [slots, step - 1],
-        )?;
+        FileLayout::new(&grid, axis).take(faces, 1.0 / self.units.velocity, v[axis], [slots, step - 1])?;
         (self.reference, self.finished) = (Some(true), false);
         Ok(())
     }

@@ -2,9 +2,8 @@
 
 use super::importance::{distances, importance};
 use super::known::{Known, refuse};
-use super::page;
-use super::page::{Record, StepRecord};
-use super::{Deed, Request};
+use super::page::{self, Record, StepRecord};
+use super::request::{Deed, Request};
 use crate::bytes::{self, rounded};
 use crate::destination::Destination;
 use crate::exit::{DONE, Failure, INTERRUPTED, NOT_FINITE};
@@ -25,8 +24,8 @@ use thurible_core::{Advection, Boundary, Named, Real, Refined, Refinement, Schem
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Does what `request` asks for.
-pub(super) fn run(request: &Request) -> Result<u8, Failure> {
+/// Does what `request` asks for and writes the result folder; the answer is the exit code.
+pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let clock = Clock::start();
     let mut known = Known::open(&request.from)?;
     if request.at >= known.steps {
