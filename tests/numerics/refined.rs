@@ -191,9 +191,9 @@ fn smoke_leaves_on_the_finer_grid() {
         let from = Grid::new(cells, ends);
         let fine: Vec<usize> = cells.iter().map(|n| 2 * n).collect();
         let problem = problem(&fine, ends, &[]);
-        let bytes = Refined::<f64>::bytes(&problem, 1, 2).unwrap();
+        let bytes = Refined::<f64>::bytes(&problem, finer(1, 2)).unwrap();
         let mut memory = Memory::new(bytes);
-        let mut refined = Refined::<f64>::carve(&problem, 1, 2, memory.block()).unwrap();
+        let mut refined = Refined::<f64>::carve(&problem, finer(1, 2), memory.block()).unwrap();
         let count: usize = fine.iter().product();
         assert_eq!(refined.cells(), count);
         refined.set_density(&vec![1.0; count]).unwrap();

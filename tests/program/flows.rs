@@ -238,7 +238,7 @@ fn a_flow_goes_round_what_is_solid_and_dyed_parts_change_least() {
     );
     let (shape, cells) = array(&weighted, "solid");
     assert_eq!(shape, [32, 24]);
-    assert!(cells.iter().any(|&solid| solid == 1.0));
+    assert!(cells.contains(&1.0));
     let (_, x) = array(&weighted, "velocity_x");
     let (_, y) = array(&weighted, "velocity_y");
     let (_, density) = array(&weighted, "density");

@@ -89,7 +89,7 @@ impl<'m, T: Real> Refined<'m, T> {
             lists: Lists::default(),
             fields: &mut [],
             importance: &mut [],
-            weighted: refinement.weighted && problem.solids,
+            weighted: refinement.weighted && problem.solids && !finest.is_open(),
             sums: &mut [],
             region: &mut [],
             threads,

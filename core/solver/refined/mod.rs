@@ -30,7 +30,7 @@ pub const MAX_DOUBLINGS: usize = 3;
 pub struct Refinement {
     /// How often cells are halved; 0 for a flow that stays on its grid.
     pub doublings: usize,
-    /// Whether [`Refined::set_importance`] says where the flow should stay as it is; only among solid cells.
+    /// Whether [`Refined::set_importance`] says where the flow should stay as it is; only among solid cells, between walls or on rings.
     pub weighted: bool,
     /// Threads that scratch is planned for.
     pub threads: usize,
@@ -221,7 +221,8 @@ impl<T: Real> Refined<'_, T> {
     /// As [`Self::set_density`].
     pub fn add(&mut self, smoke: &[T]) -> Result<(), InputError> {
         check(smoke, self.cells())?;
-        rows::add(self.rho, smoke);
+        FileLayout::of_cells(&self.levels.finest).write(smoke, T::ONE, self.next);
+        rows::add(self.rho, self.next);
         Ok(())
     }
 
