@@ -1,7 +1,7 @@
 //! One FAS V(2,2) cycle (paper Algorithm 2), coarsened in space alone.
 //!
 //! No copy of the coarse solution is kept: it is subtracted from the fine one on the way down, and added
-//! again, corrected, on the way up. Among solid cells projections on the finest grid end it (see [`closing`](super::closing)).
+//! again, corrected, on the way up. Among solid cells projections on the finest grid end it (see `closing`).
 
 use super::multigrid::Nso;
 use super::transfer::{add_prolonged, restrict_residual, restrict_solution};

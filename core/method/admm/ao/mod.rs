@@ -3,7 +3,7 @@
 //!
 //! A fixed-point iteration: forward and backward through the flow (see [`crate::objective::sweep`]); candidate
 //! Q(v_i + lambda_i/K + A_v^T mu_i / K); then v* moves a part alpha of the way, halved until the objective
-//! 1/2 <e, C e> + K/2 sum |v* - v - lambda/K|^2 falls, to which buoyancy adds a term (see [`lifted`]).
+//! 1/2 <e, C e> + K/2 sum |v* - v - lambda/K|^2 falls, to which buoyancy adds a term (see `lifted`).
 //!
 //! From the second iteration of a call on, the direction is candidate - v* + beta (the direction before): the momentum of
 //! Polyak's heavy ball, in the same bytes, since the projection is linear. beta = 0 is the paper's iteration.
