@@ -12,7 +12,7 @@ pub struct RemapArguments {
     /// The result folder: of `track`, `solve`, `simulate` or what follows on these.
     #[arg(value_name = "DIR")]
     pub result: PathBuf,
-    /// What is solid: a picture or an array over the box, or a scene whose [[obstacle]] are meant.
+    /// What is solid: a picture or an array over the box, or a scene whose obstacles are meant.
     #[arg(long, value_name = "FILE")]
     pub solid: PathBuf,
     /// The new result folder [default: DIR with _remapped at its end].
