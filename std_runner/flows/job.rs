@@ -2,25 +2,25 @@
 
 use super::importance::{distances, importance};
 use super::known::{Known, refuse};
+use super::measure::{apart, changes};
 use super::page::{self, Record, StepRecord};
+use super::place::{problem, solid};
 use super::request::{Deed, Request};
 use crate::bytes::{self, rounded};
 use crate::destination::Destination;
 use crate::exit::{DONE, Failure, INTERRUPTED, NOT_FINITE};
 use crate::interrupt::Interrupt;
-use crate::keyframes::{Note, ShapeSpec};
 use crate::output::{Precision as Written, Store, write_whole};
 use crate::owned::OwnedProblem;
 use crate::plan::size_in_words;
 use crate::problem::Precision;
 use crate::progress::{Clock, Display};
 use crate::region::{MARGIN, Region, touch};
-use crate::scene::Scene;
 use crate::{run, threads};
 use core::mem::MaybeUninit;
 use serde_json::json;
 use std::path::PathBuf;
-use thurible_core::{Advection, Boundary, Named, Real, Refined, Refinement, Scheme, Silent, Status};
+use thurible_core::{Boundary, Named, Real, Refined, Refinement, Silent, Status};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -60,54 +60,6 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     match request.precision.unwrap_or(known.precision) {
         Precision::F32 => job.run::<f32>(&mut known),
         Precision::F64 => job.run::<f64>(&mut known),
-    }
-}
-
-/// The solid cells that the flow goes among: those of the result, or of the file that takes their place.
-fn solid(request: &Request, known: &mut Known) -> Result<Option<Vec<bool>>, Failure> {
-    let Deed::Remap { solid, .. } = &request.deed else {
-        return known.solid(request.deed.scale());
-    };
-    let canvas = known.canvas(1);
-    let told = |why: String| Failure::Input(format!("--solid {}: {why}", solid.display()));
-    let is_scene = solid.extension().is_some_and(|extension| extension == "toml");
-    let covered = if is_scene {
-        let cells = format!("grid.cells={:?}", canvas.cells);
-        let scene = Scene::load_free(solid, &[cells])?;
-        let drawn = run::inputs::solid_cells(&scene, &mut Vec::new())?;
-        drawn.ok_or_else(|| told("has no [[obstacle]]; write one".into()))?
-    } else {
-        let shape = ShapeSpec::default().of_file(solid.clone());
-        let mut notes: Vec<Note> = Vec::new();
-        let drawn = shape.rasterise_noting(&canvas, std::path::Path::new("."), &mut notes);
-        let drawn = drawn.map_err(|error| told(error.to_string()))?;
-        drawn.into_iter().map(|part| part >= 0.5).collect()
-    };
-    match covered.iter().filter(|&&solid| solid).count() {
-        0 => Err(told(
-            "covers no cell by half, so that nothing would be solid".into(),
-        )),
-        all if all == covered.len() => Err(told("leaves no cell to the flow".into())),
-        _ => Ok(Some(covered)),
-    }
-}
-
-/// The problem of the grid that the flow goes to.
-fn problem(known: &Known, request: &Request, solids: bool) -> OwnedProblem {
-    let plain = OwnedProblem::new(known.canvas(request.deed.scale()).cells, Vec::new());
-    // What is reported of transport elsewhere is that of `quick`, which knows no solid cells.
-    let scheme = if solids { Scheme::Limited } else { Scheme::Quick };
-    OwnedProblem {
-        boundary: known.boundary.clone(),
-        steps: known.steps - request.at,
-        length: known.length,
-        dt: known.dt,
-        solids,
-        advection: Advection {
-            scheme,
-            ..plain.advection
-        },
-        ..plain
     }
 }
 
@@ -206,6 +158,11 @@ impl Job<'_> {
             Status::NotFinite => NOT_FINITE,
             _ => DONE,
         })
+    }
+
+    /// Whether the flow gets other solid cells.
+    fn remaps(&self) -> bool {
+        matches!(self.request.deed, Deed::Remap { .. })
     }
 
     /// Bytes of the block.
@@ -345,7 +302,9 @@ impl Job<'_> {
                 frame: now + 1,
                 seconds: self.clock.total() - begun,
                 relative_l2: truth.map(|truth| apart(&means, &truth)),
-                changed: self.changes(&given, &flow, &smoke),
+                changed: self
+                    .remaps()
+                    .then(|| changes(&self.problem, &given, &flow, &smoke)),
             });
             display.piece(step + 1, &format!("step {}", step + 1));
         }
@@ -363,32 +322,6 @@ impl Job<'_> {
             known.finer(&smoke, scale)
         };
         Ok(smoke.into_iter().map(T::from_f64).collect())
-    }
-
-    /// By what part of itself the flow changed: everywhere, and weighted by the smoke at each face. Nothing where it goes to finer cells.
-    fn changes<T: Real>(&self, given: &[Vec<T>], flow: &[Vec<T>], smoke: &[f64]) -> Option<[f64; 2]> {
-        let Deed::Remap { .. } = self.request.deed else {
-            return None;
-        };
-        let mut sums = [[0.0; 2]; 2];
-        for (axis, (given, flow)) in given.iter().zip(flow).enumerate() {
-            let mut n = self.problem.cells.clone();
-            let stride: usize = n.iter().take(axis).product();
-            n[axis] += usize::from(self.problem.boundary[axis] != Boundary::Periodic);
-            for (face, (given, flow)) in given.iter().zip(flow).enumerate() {
-                // The cell above the face, or the last one below the wall.
-                let (along, rest) = (face / stride % n[axis], face / (stride * n[axis]));
-                let cell = along.min(self.problem.cells[axis] - 1);
-                let place = (rest * self.problem.cells[axis] + cell) * stride + face % stride;
-                let dyed = smoke.get(place).copied().unwrap_or_default();
-                let (change, size) = (flow.to_f64() - given.to_f64(), given.to_f64());
-                for (sums, weight) in sums.iter_mut().zip([1.0, dyed]) {
-                    sums[0] += weight * change * change;
-                    sums[1] += weight * size * size;
-                }
-            }
-        }
-        Some(sums.map(|[change, size]| (change / size.max(f64::MIN_POSITIVE)).sqrt()))
     }
 
     fn record<T: Real>(&self, status: Status, memory: (usize, usize), history: Vec<StepRecord>) -> Record {
@@ -415,15 +348,4 @@ impl Job<'_> {
             command: run::command_line(),
         }
     }
-}
-
-/// Euclidean distance, in parts of the size of the second.
-fn apart<T: Real>(ours: &[T], truth: &[f64]) -> f64 {
-    let apart: f64 = ours
-        .iter()
-        .zip(truth)
-        .map(|(ours, truth)| (ours.to_f64() - truth).powi(2))
-        .sum();
-    let size: f64 = truth.iter().map(|truth| truth * truth).sum();
-    (apart / size.max(f64::MIN_POSITIVE)).sqrt()
 }

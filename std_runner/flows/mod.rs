@@ -3,7 +3,9 @@
 mod importance;
 mod job;
 mod known;
+mod measure;
 mod page;
+mod place;
 mod request;
 
 pub(crate) use job::run;

@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use thurible::bytes::grouped;
 use thurible::remarks::{OF_PYTHON, keyframe_errors, or_else, remarks, still_falls};
-use thurible_core::{D2, D3, Solver, SolverError, Space, Status};
+use thurible_core::{D2, D3, Method, Solver, SolverError, Space, Status};
 
 /// Finds the smallest force that carries the smoke of `source` to `keyframes`, a dict {step: array} or pairs (step, array).
 ///
@@ -101,6 +101,12 @@ impl Job<'_> {
             inputs,
             progress,
         } = self;
+        if params.method == Method::Guide && inputs.reference.is_none() {
+            return Err(refused(
+                "reference",
+                "is missing, so that there is no flow to follow; give the velocity of a solution",
+            ));
+        }
         let planned_bytes = plan.bytes();
         let mut block = Block::new(planned_bytes).ok_or_else(|| no_memory(planned_bytes))?;
         let start = block.address();

@@ -13,7 +13,7 @@ __version__: str
 
 Numbers: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
 Boundary: TypeAlias = Literal["wall", "periodic", "open", "open_low", "open_high"]
-Method: TypeAlias = Literal["direct", "admm", "lbfgs", "pd", "simulate", "templates"]
+Method: TypeAlias = Literal["direct", "admm", "lbfgs", "pd", "simulate", "templates", "guide"]
 Advection: TypeAlias = Literal["quick", "central", "semi_lagrangian", "limited"]
 
 class Options(TypedDict, total=False):
@@ -38,6 +38,12 @@ class Options(TypedDict, total=False):
     drive: float
     attenuation: float
     gathering: float
+    radius: float
+    """guide: what is larger than so many cells follows `reference`."""
+    smoothness: float
+    kinetic: float
+    iterations: int
+    solver: Literal["auto", "closed_form", "admm"]
 
 Emitter = TypedDict(
     "Emitter",

@@ -736,6 +736,22 @@ class Refusals(unittest.TestCase):
         self.refuse(TypeError, "there is no option of this method penalty; there are history", options={"penalty": 1.0})
 
 
+class Guide(unittest.TestCase):
+    def test_a_flow_is_followed(self):
+        y, x = np.mgrid[0:24, 0:20]
+        source = (np.hypot(x - 9.5, y - 7.5) < 4).astype(np.float64)
+        rises = thurible.solve(source, {}, steps=6, method="simulate", buoyancy=5e-3)
+        still = thurible.solve(source, {}, steps=6, method="guide", reference=rises.velocity)
+        apart = np.linalg.norm(still.density[6] - rises.density[6]) / np.linalg.norm(source - rises.density[6])
+        self.assertLess(apart, 0.1)
+        loose = thurible.solve(source, {}, steps=6, method="guide", reference=rises.velocity, options={"kinetic": 100.0})
+        self.assertGreater(np.linalg.norm(loose.density[6] - rises.density[6]), np.linalg.norm(still.density[6] - rises.density[6]))
+        with self.assertRaisesRegex(ValueError, r"reference\[0\] has shape"):
+            thurible.solve(source, {}, steps=5, method="guide", reference=rises.velocity)
+        with self.assertRaisesRegex(ValueError, "there is no flow to follow"):
+            thurible.solve(source, {}, steps=6, method="guide")
+
+
 class Track(unittest.TestCase):
     """The flow behind frames."""
 
