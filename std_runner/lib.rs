@@ -32,6 +32,7 @@ pub mod destination;
 pub mod exit;
 #[cfg(feature = "std")]
 mod flows;
+#[cfg(feature = "std")]
 pub mod interrupt;
 #[cfg(feature = "std")]
 pub mod keyframes;
@@ -67,6 +68,7 @@ pub mod scene;
 pub mod stay;
 #[cfg(feature = "embed")]
 pub mod threads;
+#[cfg(feature = "std")]
 mod tomography;
 #[cfg(feature = "std")]
 mod track;

@@ -1194,7 +1194,7 @@ static void guides(uint32_t precision, uint32_t dimensions) {
     size_t bytes = 0;
     OK(thurible_copy_bytes(solver, THURIBLE_FIELD_VELOCITY, 1, &bytes));
     void *wind = aligned(bytes);
-    for (size_t face = 0; face < bytes / scene.number; face++) set(wind, scene.number, face, 0.02);
+    for (size_t face = 0; face < bytes / scene.number; face++) put(wind, scene.number, face, 0.02);
     IS(thurible_set_reference(solver, 1, 4, wind, bytes), INDEX);
     IS(thurible_set_reference(solver, 3, 1, wind, bytes), INDEX);
     IS(thurible_set_reference(solver, 1, 1, wind, bytes - scene.number), LENGTH);
