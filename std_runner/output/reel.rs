@@ -209,7 +209,8 @@ impl Reel {
         let &[nx, ny, nz] = self.densities.cells.as_slice() else {
             return Ok(None);
         };
-        if amount <= 0.0 {
+        // What was photographed has no flow for detail to go with.
+        if amount <= 0.0 || !self.has(Vectors::Velocity) {
             return Ok(None);
         }
         let mut drift = self.drift.take().filter(|drift| drift.step() <= step);

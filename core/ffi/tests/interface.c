@@ -186,7 +186,7 @@ static void configurations(void) {
     WRONG(precision = 16, "precision is 16");
     WRONG(dimensions = 4, "dimensions is 4");
     WRONG(boundary[0] = 5, "boundary is 5");
-    WRONG(method = 6, "method is 6");
+    WRONG(method = 7, "method is 7");
     WRONG(length = -1.0, "length is -1");
     WRONG(dt = 0.0, "dt is 0");
     WRONG(steps = 1, "steps is 1");
