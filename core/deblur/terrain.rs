@@ -106,15 +106,12 @@ impl<T: Real> Terrain for Ground<'_, T> {
         );
         let half = 0.5 * mass * mass * square;
         let plus = mass * along - half - self.tuning.gamma * up;
-        let minus = -mass * along - half - self.tuning.gamma * down;
-        if minus > plus && !(self.tuning.nonnegative && value - mass < 0.0) {
-            Gain {
-                energy: minus,
-                mass: -mass,
-            }
+        let minus = if self.tuning.nonnegative && value - mass < 0.0 {
+            f64::NEG_INFINITY
         } else {
-            Gain { energy: plus, mass }
-        }
+            -mass * along - half - self.tuning.gamma * down
+        };
+        Gain::better([plus, minus], mass)
     }
 
     #[inline(always)]

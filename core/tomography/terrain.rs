@@ -111,14 +111,7 @@ impl<T: Real, const D: usize> Terrain for Ground<'_, T, D> {
         if self.nonnegative && minus > plus && self.cells.least(self.density, &footprint, -mass) < 0.0 {
             minus = f64::NEG_INFINITY;
         }
-        if minus > plus {
-            Gain {
-                energy: minus,
-                mass: -mass,
-            }
-        } else {
-            Gain { energy: plus, mass }
-        }
+        Gain::better([plus, minus], mass)
     }
 
     #[inline(always)]

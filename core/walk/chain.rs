@@ -18,6 +18,20 @@ impl Gain {
         energy: -1.0,
         mass: 0.0,
     };
+
+    /// The better of samples of + and - `mass`, by what they gain; that of + where they gain the same.
+    #[inline(always)]
+    #[must_use]
+    pub fn better([plus, minus]: [f64; 2], mass: f64) -> Self {
+        if minus > plus {
+            Self {
+                energy: minus,
+                mass: -mass,
+            }
+        } else {
+            Self { energy: plus, mass }
+        }
+    }
 }
 
 /// What a chain walks on.
