@@ -1,5 +1,6 @@
 //! Ctrl-C: what there is is written, and a second one ends the program.
 
+use crate::support::endless::Endless;
 use crate::support::fresh_folder;
 use crate::support::verify::verify;
 use std::io::{BufRead, BufReader};
@@ -78,29 +79,22 @@ fn an_interrupt_among_windows_leaves_a_shorter_result() {
                 window = 8\niterations = 200\ndirect = { tolerance = 1e-12, nested = false }\n[output]\nframes = false\n";
     std::fs::write(&scene, text).unwrap();
     let out = folder.join("out");
-    let mut program = crate::support::thurible()
-        .args([
-            "solve",
-            scene.to_str().unwrap(),
-            "--json",
-            "-o",
-            out.to_str().unwrap(),
-        ])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(program.stdout.take().unwrap())
-        .lines()
-        .map(Result::unwrap);
+    let mut command = crate::support::thurible();
+    command.args([
+        "solve",
+        scene.to_str().unwrap(),
+        "--json",
+        "-o",
+        out.to_str().unwrap(),
+    ]);
+    let second = |line: &str| line.contains("\"window\"") && line.contains("\"start\":8");
+    let ended = Endless::seen(&mut command, second).stop();
+    assert_eq!(ended.code, 130, "{}", ended.err);
     assert!(
-        lines.any(|line| line.contains("\"window\"") && line.contains("\"start\":8")),
-        "no window was seen"
+        ended.out.lines().last().unwrap().contains("\"cancelled\""),
+        "{}",
+        ended.out
     );
-    signal(&program, &["INT"]);
-    let rest: Vec<String> = lines.collect();
-    assert_eq!(program.wait().unwrap().code(), Some(130));
-    assert!(rest.last().unwrap().contains("\"cancelled\""), "{rest:?}");
     let outcome = verify("interrupted_windows", &out);
     let steps = outcome.report["steps"].as_u64().unwrap();
     assert!(

@@ -398,39 +398,29 @@ fn a_matrix_is_the_same_camera() {
 #[test]
 #[cfg(unix)]
 fn an_interrupt_leaves_what_is_done() {
-    use std::io::{BufRead, BufReader};
-    use std::process::{Command, Stdio};
+    use crate::support::endless::Endless;
     let (folder, views) = views("tomography_interrupt", 2, &[]);
     let out = folder.join("out");
-    let mut program = crate::support::thurible()
-        .args([
-            "tomography",
-            text(&views),
-            "--json",
-            "-o",
-            text(&out),
-            "--threads",
-            "1",
-        ])
-        .args([
-            "--set",
-            "tomography.budget=1e9",
-            "--set",
-            "tomography.tolerance=0",
-        ])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(program.stdout.take().unwrap())
-        .lines()
-        .map(Result::unwrap);
-    assert!(lines.any(|line| line.contains("\"plan\"")));
+    let mut command = crate::support::thurible();
+    command.args([
+        "tomography",
+        text(&views),
+        "--json",
+        "-o",
+        text(&out),
+        "--threads",
+        "1",
+    ]);
+    command.args([
+        "--set",
+        "tomography.budget=1e9",
+        "--set",
+        "tomography.tolerance=0",
+    ]);
+    let running = Endless::seen(&mut command, |line| line.contains("\"plan\""));
     std::thread::sleep(core::time::Duration::from_millis(300));
-    let kill = format!("kill -INT {}", program.id());
-    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
-    let _: Vec<String> = lines.collect();
-    assert_eq!(program.wait().unwrap().code(), Some(130));
+    let ended = running.stop();
+    assert_eq!(ended.code, 130, "{}", ended.err);
     let report = report(&out);
     assert_eq!(report["status"], "cancelled");
     assert_eq!(report["steps"], 0);

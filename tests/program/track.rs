@@ -291,7 +291,7 @@ fn a_plan_and_a_ceiling_are_heard() {
 #[test]
 #[cfg(unix)]
 fn an_interrupted_run_is_a_shorter_result() {
-    use std::process::Stdio;
+    use crate::support::endless::Endless;
     let frames = fresh_folder("track_interrupted").join("smoke.npy");
     let (count, side) = (40, 128);
     let values: Vec<f32> = (0..count * side * side)
@@ -303,37 +303,11 @@ fn an_interrupted_run_is_a_shorter_result() {
         .collect();
     npy(&frames, &[count, side, side], &values);
     let out = frames.with_file_name("out");
-    let mut child = crate::support::thurible()
-        .args([
-            "track",
-            frames.to_str().unwrap(),
-            "-o",
-            out.to_str().unwrap(),
-            "--threads",
-            "1",
-            "--json",
-        ])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let mut lines = std::io::BufRead::lines(std::io::BufReader::new(child.stdout.take().unwrap()));
-    let pair = |line: &String| line.contains("\"event\":\"pair\"");
-    lines
-        .by_ref()
-        .map(Result::unwrap)
-        .find(pair)
-        .expect("a pair is done");
-    let id = child.id().to_string();
-    assert!(
-        std::process::Command::new("kill")
-            .args(["-INT", &id])
-            .status()
-            .unwrap()
-            .success()
-    );
-    lines.for_each(drop);
-    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let mut command = crate::support::thurible();
+    command.args(["track", frames.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    command.args(["--threads", "1", "--json"]);
+    let ended = Endless::seen(&mut command, |line| line.contains("\"event\":\"pair\"")).stop();
+    assert_eq!(ended.code, 130, "{}", ended.err);
     let report = report(&out);
     let done = report["steps"].as_u64().unwrap() as usize;
     assert!((1..count - 1).contains(&done), "{done} pairs");

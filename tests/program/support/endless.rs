@@ -14,17 +14,25 @@ pub struct Endless {
 impl Endless {
     /// Starts `command`, and waits for an iteration.
     pub fn begin(command: &mut Command) -> Self {
+        let command = command.args(["--json", "--set", "method.iterations=1000000"]);
+        Self::seen(command, |line| line.contains("\"iteration\""))
+    }
+
+    /// Starts `command`, which prints lines of JSON, and waits for one that `is_it`.
+    pub fn seen(command: &mut Command, is_it: impl Fn(&str) -> bool) -> Self {
         let mut program = command
-            .args(["--json", "--set", "method.iterations=1000000"])
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
         let mut lines = BufReader::new(program.stdout.take().unwrap());
         let mut line = String::new();
-        while !line.contains("\"iteration\"") {
+        while !is_it(&line) {
             line.clear();
-            assert!(lines.read_line(&mut line).unwrap() > 0, "no iteration was seen");
+            assert!(
+                lines.read_line(&mut line).unwrap() > 0,
+                "what is waited for was not seen"
+            );
         }
         Self { program, lines }
     }
