@@ -56,3 +56,8 @@ pub fn code_of(status: Status) -> u8 {
         Status::Cancelled => INTERRUPTED,
     }
 }
+
+/// The exit code of a run that ended with `status`, its result where it should be or `diverted` elsewhere.
+pub fn code_of_result(status: Status, diverted: bool) -> u8 {
+    if diverted { FILE } else { code_of(status) }
+}

@@ -28,6 +28,8 @@ pub mod console;
 mod deblur;
 #[cfg(feature = "std")]
 pub mod destination;
+#[cfg(feature = "std")]
+mod distance;
 #[cfg(feature = "embed")]
 pub mod exit;
 #[cfg(feature = "std")]

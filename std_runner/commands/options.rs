@@ -10,25 +10,18 @@ use clap::Args;
 use std::path::PathBuf;
 use thurible_core::Named;
 
-/// Options of every command that plans or solves.
+/// What a command takes of the machine, and how it tells its progress.
 #[derive(Args, Debug)]
-pub struct Options {
+pub struct Resources {
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<usize>,
-    /// Precision of all fields [default: f32; of `simulate`, whose forces are almost zero: f64].
+    /// Precision of all fields [default: f32; of `simulate` and `guide`, where forces may be almost zero: f64; where a result is taken further: its own].
     #[arg(long, value_enum)]
     pub precision: Option<Precision>,
     /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].
     #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
     pub memory_limit: Option<usize>,
-    /// Overrides of single keys of the scene.
-    #[arg(
-        long,
-        value_name = "KEY=VALUE",
-        help = "Override any key of the scene, as in --set time.steps=20 or --set 'keyframe[0].text=\"G\"'"
-    )]
-    pub set: Vec<String>,
     /// Print nothing but errors.
     #[arg(long, conflicts_with = "json")]
     pub quiet: bool,
@@ -37,16 +30,7 @@ pub struct Options {
     pub json: bool,
 }
 
-impl Options {
-    /// The options of the plan.
-    pub fn plan(&self) -> PlanOptions {
-        PlanOptions {
-            precision: self.precision.unwrap_or(Precision::F32),
-            threads: self.threads,
-            limit: self.memory_limit,
-        }
-    }
-
+impl Resources {
     /// How progress is shown: a bar, JSON lines or nothing.
     pub fn mode(&self) -> Mode {
         match (self.quiet, self.json) {
@@ -54,6 +38,37 @@ impl Options {
             (_, true) => Mode::Json,
             _ => Mode::Human,
         }
+    }
+}
+
+/// Options of every command that plans or solves.
+#[derive(Args, Debug)]
+pub struct Options {
+    /// Those of the machine.
+    #[command(flatten)]
+    pub resources: Resources,
+    /// Overrides of single keys of the scene.
+    #[arg(
+        long,
+        value_name = "KEY=VALUE",
+        help = "Override any key of the scene, as in --set time.steps=20 or --set 'keyframe[0].text=\"G\"'"
+    )]
+    pub set: Vec<String>,
+}
+
+impl Options {
+    /// The options of the plan.
+    pub fn plan(&self) -> PlanOptions {
+        PlanOptions {
+            precision: self.resources.precision.unwrap_or(Precision::F32),
+            threads: self.resources.threads,
+            limit: self.resources.memory_limit,
+        }
+    }
+
+    /// How progress is shown.
+    pub fn mode(&self) -> Mode {
+        self.resources.mode()
     }
 
     /// The options of a solve that writes `outputs`.

@@ -1,8 +1,9 @@
 //! `thurible readvect DIR`: the flow of a result carries its smoke again.
 
-use super::takes::Takes;
+use super::options::Resources;
+use super::takes::request;
 use crate::exit::Failure;
-use crate::flows::{Deed, Request};
+use crate::flows::Deed;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -21,22 +22,19 @@ pub struct ReadvectArguments {
     /// Cells 1, 2, 4 or 8 times as fine in every direction.
     #[arg(long, value_name = "1|2|4|8", value_parser = scale, default_value = "1")]
     pub scale: usize,
-    /// What it takes.
+    /// Those of the machine.
     #[command(flatten)]
-    pub takes: Takes,
+    pub resources: Resources,
 }
 
 /// Carries the smoke and writes the result folder; the answer is the exit code.
 pub fn run(arguments: &ReadvectArguments) -> Result<u8, Failure> {
-    crate::flows::run(&Request {
-        deed: Deed::Readvect {
-            scale: arguments.scale,
-        },
-        at: arguments.at,
-        ..arguments
-            .takes
-            .request(&arguments.result, arguments.output.as_deref(), "_readvect")
-    })
+    let deed = Deed::Readvect {
+        scale: arguments.scale,
+    };
+    let from = (arguments.result.as_path(), arguments.at);
+    let to = (arguments.output.as_deref(), "_readvect");
+    crate::flows::run(&request(&arguments.resources, from, to, deed))
 }
 
 /// Reads how many times as fine cells are to be; the error says what is allowed.

@@ -1,8 +1,9 @@
 //! `thurible remap DIR --solid FILE`: the flow of a result among other solid cells.
 
-use super::takes::Takes;
+use super::options::Resources;
+use super::takes::request;
 use crate::exit::Failure;
-use crate::flows::{Deed, Request};
+use crate::flows::Deed;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -24,21 +25,18 @@ pub struct RemapArguments {
     /// Let all of the flow give way alike, not that outside of the smoke first.
     #[arg(long)]
     pub plain: bool,
-    /// What it takes.
+    /// Those of the machine.
     #[command(flatten)]
-    pub takes: Takes,
+    pub resources: Resources,
 }
 
 /// Takes the flow there and writes the result folder; the answer is the exit code.
 pub fn run(arguments: &RemapArguments) -> Result<u8, Failure> {
-    crate::flows::run(&Request {
-        deed: Deed::Remap {
-            solid: arguments.solid.clone(),
-            weighted: !arguments.plain,
-        },
-        at: arguments.at,
-        ..arguments
-            .takes
-            .request(&arguments.result, arguments.output.as_deref(), "_remapped")
-    })
+    let deed = Deed::Remap {
+        solid: arguments.solid.clone(),
+        weighted: !arguments.plain,
+    };
+    let from = (arguments.result.as_path(), arguments.at);
+    let to = (arguments.output.as_deref(), "_remapped");
+    crate::flows::run(&request(&arguments.resources, from, to, deed))
 }

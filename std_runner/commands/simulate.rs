@@ -78,7 +78,7 @@ impl Simulation<'_> {
             images: scene.output.frames,
         });
         // Without control the forces are the residuals of the steps, which single precision would not resolve.
-        options.plan.precision = self.options.precision.unwrap_or(Precision::F64);
+        options.plan.precision = self.options.resources.precision.unwrap_or(Precision::F64);
         let folder = self.output.map(Path::to_owned).unwrap_or_else(|| {
             let mut name = scene.output.folder.clone().into_os_string();
             name.push(end);

@@ -52,11 +52,7 @@ pub(super) struct Image {
 }
 
 pub(super) fn failed(error: ShapeError) -> Failure {
-    if error.is_unreadable() {
-        Failure::File(error.to_string())
-    } else {
-        Failure::Input(error.to_string())
-    }
+    error.failure(error.to_string())
 }
 
 impl Image {

@@ -200,15 +200,7 @@ fn facts(outcome: &Outcome<'_>) -> Block {
             ("PSNR, before and after", format!("{before:.2} and {after:.2} dB")),
         );
     }
-    Block::Table(Table {
-        head: vec!["", ""],
-        names: 1,
-        ours: 2,
-        rows: rows
-            .into_iter()
-            .map(|(name, value)| vec![name.to_owned(), value])
-            .collect(),
-    })
+    Block::Table(Table::of_facts(rows))
 }
 
 fn charts(outcome: &Outcome<'_>) -> Vec<Chart> {

@@ -1,14 +1,15 @@
 //! A written result whose flow is known: what it is, and its arrays, read one step at a time.
 
 use crate::exit::Failure;
-use crate::keyframes::{Canvas, Series, ShapeError, resampled};
+use crate::keyframes::{Canvas, Earlier, Series, ShapeError, has_array, measured, resampled};
 use crate::problem::Precision;
+use crate::report::ARCHIVE;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use thurible_core::{Boundary, Named};
 
-const AXES: [&str; 3] = ["x", "y", "z"];
+const KEY: &str = "result";
 
 /// A result folder with a flow.
 pub(super) struct Known {
@@ -20,13 +21,9 @@ pub(super) struct Known {
     pub length: f64,
     pub dt: f64,
     pub precision: Precision,
-    /// Steps of the flow.
-    pub steps: usize,
-    /// The frames that were captured, or else the densities.
-    pub density: Series,
-    velocity: Vec<Series>,
+    /// Frames that were captured, or else densities, and the flow.
+    earlier: Earlier,
     emission: Option<Series>,
-    solid: Option<Series>,
 }
 
 impl Known {
@@ -59,66 +56,50 @@ impl Known {
             let number = report.get(key).and_then(Value::as_f64);
             number.filter(|&number| number > 0.0).ok_or_else(|| foreign(key))
         };
-        let archive = folder.join("result.npz");
-        let open =
-            |name: &str| Series::open(&archive, Some(name), "result").map_err(|error| unread(folder, &error));
-        let velocity: Vec<Series> = AXES
-            .iter()
-            .take(cells.len())
-            .map(|axis| open(&format!("velocity_{axis}")))
-            .collect::<Result<_, _>>()?;
-        let has = |name: &str| crate::keyframes::has_array(&archive, name);
-        let optional = |name: &str| has(name).then(|| open(name)).transpose();
+        let boundary = boundary(folder, ends, cells.len())?;
+        let (archive, length) = (folder.join(ARCHIVE), real("length")?);
+        let canvas = canvas(&cells, &boundary, length, 1);
+        let earlier = Earlier::open(&archive, canvas).map_err(|error| unread(folder, &error))?;
+        let emission = has_array(&archive, "emission").then(|| Series::open(&archive, Some("emission"), KEY));
         Ok(Self {
             folder: folder.to_owned(),
-            boundary: boundary(folder, ends, cells.len())?,
-            length: real("length")?,
+            length,
             dt: real("dt")?,
             precision: match report.get("precision").and_then(Value::as_str) {
                 Some("f64") => Precision::F64,
                 _ => Precision::F32,
             },
-            steps: velocity.iter().map(Series::count).min().unwrap_or(0),
-            density: open(if has("captured") { "captured" } else { "density" })?,
-            velocity,
-            emission: optional("emission")?,
-            solid: optional("solid")?,
+            earlier,
+            emission: emission.transpose().map_err(|error| unread(folder, &error))?,
             cells,
+            boundary,
         })
+    }
+
+    /// Steps of the flow.
+    pub fn steps(&self) -> usize {
+        self.earlier.flows()
     }
 
     /// The cells that are there on a grid `scale` times as fine.
     pub fn canvas(&self, scale: usize) -> Canvas {
-        Canvas {
-            cells: self.cells.iter().map(|count| count * scale).collect(),
-            length: self.length,
-            periodic: self
-                .boundary
-                .iter()
-                .map(|&end| end == Boundary::Periodic)
-                .collect(),
-        }
+        canvas(&self.cells, &self.boundary, self.length, scale)
     }
 
     /// A component of the flow of a step.
     pub fn flow(&mut self, axis: usize, step: usize) -> Result<Vec<f64>, Failure> {
-        let read = self.velocity.get_mut(axis).map(|series| series.read(step));
-        read.unwrap_or_else(|| Ok(Vec::new()))
-            .map_err(|error| unread(&self.folder, &error))
+        let read = self.earlier.velocity(Some(step), axis);
+        read.map_err(|error| unread(&self.folder, &error))
     }
 
-    /// The density of a step, no less than 0 anywhere.
-    pub fn smoke(&mut self, step: usize) -> Result<Vec<f64>, Failure> {
-        let read = self
-            .density
-            .read(step)
-            .map_err(|error| unread(&self.folder, &error))?;
-        if let Some(place) = read.iter().position(|value| !value.is_finite()) {
-            let why =
-                format!("has a density of step {step} that is not finite at cell {place}; make it again");
-            return Err(refuse(&self.folder, &why));
+    /// The density of a step, no less than 0 anywhere, if there is one.
+    pub fn smoke(&mut self, step: usize) -> Result<Option<Vec<f64>>, Failure> {
+        if step >= self.earlier.densities() {
+            return Ok(None);
         }
-        Ok(read.into_iter().map(|value| value.max(0.0)).collect())
+        let read = self.earlier.frame(Some(step));
+        let read = read.map_err(|error| unread(&self.folder, &error))?;
+        Ok(Some(read.into_iter().map(|value| value.max(0.0)).collect()))
     }
 
     /// A density on cells `scale` times as fine, linear between the cells.
@@ -138,19 +119,17 @@ impl Known {
     }
 
     /// The solid cells on a grid `scale` times as fine, if there are any.
-    pub fn solid(&mut self, scale: usize) -> Result<Option<Vec<bool>>, Failure> {
-        let Some(series) = &mut self.solid else {
+    pub fn solid(&self, scale: usize) -> Result<Option<Vec<bool>>, Failure> {
+        let archive = self.folder.join(ARCHIVE);
+        if !has_array(&archive, "solid") {
             return Ok(None);
-        };
-        // An array of cells is a series of planes.
-        let planes = (0..series.count()).map(|plane| series.read(plane));
-        let read: Result<Vec<Vec<f64>>, ShapeError> = planes.collect();
-        let coarse = read.map_err(|error| unread(&self.folder, &error))?.concat();
-        let n: Vec<usize> = self.cells.clone();
-        let fine: Vec<usize> = n.iter().map(|count| count * scale).collect();
+        }
+        let coarse = measured(KEY, &archive, Some("solid"), None);
+        let coarse = coarse.map_err(|error| unread(&self.folder, &error))?.values;
+        let fine: Vec<usize> = self.cells.iter().map(|count| count * scale).collect();
         let of = |index: usize| {
             let (mut rest, mut place, mut stride) = (index, 0, 1);
-            for (fine, coarse) in fine.iter().zip(&n) {
+            for (fine, coarse) in fine.iter().zip(&self.cells) {
                 place += rest % fine / scale * stride;
                 rest /= fine;
                 stride *= coarse;
@@ -158,6 +137,15 @@ impl Known {
             coarse.get(place).is_some_and(|&solid| solid != 0.0)
         };
         Ok(Some((0..fine.iter().product()).map(of).collect()))
+    }
+}
+
+/// The cells of a box `scale` times as fine as `cells`.
+fn canvas(cells: &[usize], boundary: &[Boundary], length: f64, scale: usize) -> Canvas {
+    Canvas {
+        cells: cells.iter().map(|count| count * scale).collect(),
+        length,
+        periodic: boundary.iter().map(|&end| end == Boundary::Periodic).collect(),
     }
 }
 
@@ -177,10 +165,5 @@ pub(super) fn refuse(folder: &Path, why: &str) -> Failure {
 }
 
 fn unread(folder: &Path, error: &ShapeError) -> Failure {
-    let sentence = format!("{}: {error}", folder.display());
-    if error.is_unreadable() {
-        Failure::File(sentence)
-    } else {
-        Failure::Input(sentence)
-    }
+    error.failure(format!("{}: {error}", folder.display()))
 }

@@ -1,4 +1,4 @@
-//! How far flows and densities are from what they were.
+//! How far flows are from what they were.
 
 use crate::owned::OwnedProblem;
 use thurible_core::{Boundary, Real};
@@ -29,15 +29,4 @@ pub(super) fn changes<T: Real>(
         }
     }
     sums.map(|[change, size]| (change / size.max(f64::MIN_POSITIVE)).sqrt())
-}
-
-/// Euclidean distance, in parts of the size of the second.
-pub(super) fn apart<T: Real>(ours: &[T], truth: &[f64]) -> f64 {
-    let apart: f64 = ours
-        .iter()
-        .zip(truth)
-        .map(|(ours, truth)| (ours.to_f64() - truth).powi(2))
-        .sum();
-    let size: f64 = truth.iter().map(|truth| truth * truth).sum();
-    (apart / size.max(f64::MIN_POSITIVE)).sqrt()
 }

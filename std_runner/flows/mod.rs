@@ -7,6 +7,7 @@ mod measure;
 mod page;
 mod place;
 mod request;
+mod walk;
 
 pub(crate) use job::run;
 pub(crate) use request::{Deed, Request};

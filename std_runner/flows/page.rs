@@ -2,7 +2,9 @@
 
 use crate::keyframes::Series;
 use crate::output::{OutputError, Smoke, write_bytes};
-use crate::report::{Block, Chart, Curve, Document, Scale, Shot, Table, by_name, bytes, number, seconds};
+use crate::report::{
+    Block, Chart, Curve, Document, Shot, Table, by_name, by_side, bytes, evenly, number, seconds,
+};
 use serde::Serialize;
 use std::path::Path;
 use thurible_core::{Boundary, Named, Scheme, Status};
@@ -16,7 +18,7 @@ pub(super) struct Record {
     pub format: u32,
     pub kind: &'static str,
     pub cells: Vec<usize>,
-    #[serde(serialize_with = "words")]
+    #[serde(serialize_with = "by_side")]
     pub boundary: Vec<Boundary>,
     pub length: f64,
     pub dt: f64,
@@ -56,10 +58,6 @@ pub(super) struct StepRecord {
     pub changed: Option<[f64; 2]>,
 }
 
-fn words<S: serde::Serializer>(ends: &[Boundary], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(ends.iter().map(|end| end.name()))
-}
-
 /// Writes the page of the result in `folder`.
 pub(super) fn write(folder: &Path, record: &Record) -> Result<(), OutputError> {
     let document = Document {
@@ -90,10 +88,7 @@ fn strip(folder: &Path, record: &Record) -> Result<Vec<Shot>, OutputError> {
         OutputError::unread(&archive)(std::io::Error::other(error.to_string()))
     };
     let mut density = Series::open(&archive, Some("density"), "result").map_err(unread)?;
-    let shown = SHOWN.min(record.steps + 1);
-    let picked: Vec<usize> = (0..shown)
-        .map(|index| (index * record.steps).checked_div(shown - 1).unwrap_or(0))
-        .collect();
+    let picked: Vec<usize> = evenly(record.steps + 1, SHOWN).collect();
     let mut full = 0.0f64;
     for &step in &picked {
         full = density
@@ -137,42 +132,15 @@ fn facts(record: &Record) -> Table {
         ),
         ("the same where there is smoke", mean(|changed| changed[1])),
     ];
-    let rows = rows
-        .into_iter()
-        .filter_map(|(name, value)| Some(vec![name.to_owned(), value?]));
-    Table {
-        head: vec!["", ""],
-        names: 1,
-        ours: 2,
-        rows: rows.collect(),
-    }
+    Table::of_facts(rows.into_iter().filter_map(|(name, value)| Some((name, value?))))
 }
 
 fn charts(record: &Record) -> Vec<Chart> {
     let curve = |name: &str, colour: usize, of: &dyn Fn(&StepRecord) -> Option<f64>| {
-        let points = record
-            .history
-            .iter()
-            .filter_map(|step| Some((step.frame as f64, of(step)?)));
-        Curve::new(
-            name,
-            colour,
-            points
-                .filter(|(_, value)| *value > 0.0)
-                .collect::<Vec<_>>()
-                .into_iter(),
-        )
+        let points = record.history.iter().map(|step| (step.frame as f64, of(step)));
+        Curve::above_zero(name, colour, points)
     };
-    let chart = |title, note: &str, curves: Vec<Curve>| {
-        let drawn: Vec<Curve> = curves.into_iter().filter(|curve| !curve.is_empty()).collect();
-        (!drawn.is_empty()).then(|| Chart {
-            title,
-            note: note.into(),
-            across: "step",
-            scale: Scale::Counts,
-            curves: drawn,
-        })
-    };
+    let chart = |title, note: &str, curves: Vec<Curve>| Chart::of_counts(title, note, "step", curves);
     let all = [
         chart(
             "Density beside the earlier result's",

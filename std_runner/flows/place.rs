@@ -1,17 +1,27 @@
-//! Where a flow is taken to: the solid cells there, and the problem of that grid.
+//! Where a flow is taken to, and how: the solid cells there, the problem of that grid.
 
 use super::known::Known;
 use super::request::{Deed, Request};
 use crate::exit::Failure;
 use crate::keyframes::{Note, ShapeSpec};
 use crate::owned::OwnedProblem;
+use crate::progress::Clock;
 use crate::run;
 use crate::scene::Scene;
 use std::path::Path;
-use thurible_core::{Advection, Scheme};
+use thurible_core::{Advection, Refinement, Scheme};
+
+/// What is going to be done.
+pub(super) struct Job<'a> {
+    pub request: &'a Request,
+    pub problem: OwnedProblem,
+    pub refinement: Refinement,
+    pub solid: Option<Vec<bool>>,
+    pub clock: Clock,
+}
 
 /// The solid cells that the flow goes among: those of the result, or of the file that takes their place.
-pub(super) fn solid(request: &Request, known: &mut Known) -> Result<Option<Vec<bool>>, Failure> {
+pub(super) fn solid(request: &Request, known: &Known) -> Result<Option<Vec<bool>>, Failure> {
     let Deed::Remap { solid, .. } = &request.deed else {
         return known.solid(request.deed.scale());
     };
@@ -46,7 +56,7 @@ pub(super) fn problem(known: &Known, request: &Request, solids: bool) -> OwnedPr
     let scheme = if solids { Scheme::Limited } else { Scheme::Quick };
     OwnedProblem {
         boundary: known.boundary.clone(),
-        steps: known.steps - request.at,
+        steps: known.steps() - request.at,
         length: known.length,
         dt: known.dt,
         solids,

@@ -1,5 +1,6 @@
 //! Why a shape was refused.
 
+use crate::exit::Failure;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +45,15 @@ impl ShapeError {
     /// True where the file could not be read, as opposed to bad content (the program ends with another exit code).
     pub fn is_unreadable(&self) -> bool {
         matches!(self, Self::Read { .. })
+    }
+
+    /// The failure that says `sentence`, with the exit code that belongs to this.
+    pub(crate) fn failure(&self, sentence: String) -> Failure {
+        if self.is_unreadable() {
+            Failure::File(sentence)
+        } else {
+            Failure::Input(sentence)
+        }
     }
 
     pub(super) fn key(key: impl Into<String>, found: impl Into<String>, remedy: impl Into<String>) -> Self {

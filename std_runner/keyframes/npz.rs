@@ -5,6 +5,7 @@ use std::io::{self, BufReader, Read};
 use std::path::Path;
 
 use zip::ZipArchive;
+use zip::read::ZipFile;
 use zip::result::ZipError;
 
 use super::error::Fault;
@@ -23,12 +24,6 @@ pub(super) fn read_entry(path: &Path, name: Option<&str>, entry: Entry) -> Resul
 /// How many entries such an array has along its first axis.
 pub(super) fn steps(path: &Path, name: Option<&str>) -> Result<usize, Fault> {
     read_by(path, name, &npy::read_steps)
-}
-
-/// Whether a `.npz` file has an array `name`.
-pub(super) fn holds(path: &Path, name: &str) -> Result<bool, Fault> {
-    let archive = archive(BufReader::new(File::open(path)?))?;
-    Ok(archive.index_for_name(&format!("{name}.npy")).is_some())
 }
 
 /// How an array is read.
@@ -72,7 +67,7 @@ pub(super) fn archive(file: BufReader<File>) -> Result<ZipArchive<BufReader<File
 }
 
 /// The names of all arrays, for messages.
-pub(super) fn names(archive: &ZipArchive<BufReader<File>>) -> String {
+fn names(archive: &ZipArchive<BufReader<File>>) -> String {
     let members = archive.file_names().filter_map(Result::ok);
     let names: Vec<String> = members
         .map(|name| name.strip_suffix(".npy").unwrap_or(&name).to_owned())
@@ -80,38 +75,47 @@ pub(super) fn names(archive: &ZipArchive<BufReader<File>>) -> String {
     names.join(", ")
 }
 
-/// Reads the array `name` by `read`, and the rest of its member for the sake of the checksum.
-fn read_member<R>(file: BufReader<File>, name: &str, read: How<'_, R>) -> Result<R, Fault> {
-    let mut archive = archive(file)?;
-    let held = names(&archive);
+/// What is wrong with the array `name`, whose bytes are not those that were saved.
+pub(super) fn damaged(name: &str, error: &dyn core::fmt::Display) -> Fault {
+    Fault::content(
+        format!("holds an array `{name}` that is damaged ({error})"),
+        "copy the file again, or save it again",
+    )
+}
+
+/// The member of `archive` that is the array `name`.
+pub(super) fn member<'a>(
+    archive: &'a mut ZipArchive<BufReader<File>>,
+    name: &str,
+) -> Result<ZipFile<'a, BufReader<File>>, Fault> {
     let Some(index) = archive.index_for_name(&format!("{name}.npy")) else {
+        let held = names(archive);
         return Err(Fault::content(
             format!("has no array `{name}`"),
             format!("it holds: {held}"),
         ));
     };
-    let damaged = |error: String| {
-        Fault::content(
-            format!("holds an array `{name}` that is damaged ({error})"),
-            "copy the file again, or save it again",
-        )
-    };
-    let member = archive.by_index(index).map_err(|error| match error {
+    archive.by_index(index).map_err(|error| match error {
         ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) => Fault::content(
             format!("holds an array `{name}` that is packed in an unknown way ({error})"),
             "save it by numpy.savez or numpy.savez_compressed",
         ),
-        other => damaged(other.to_string()),
-    })?;
+        other => damaged(name, &other),
+    })
+}
+
+/// Reads the array `name` by `read`, and the rest of its member for the sake of the checksum.
+fn read_member<R>(file: BufReader<File>, name: &str, read: How<'_, R>) -> Result<R, Fault> {
+    let mut archive = archive(file)?;
     let mut member = Watched {
-        inner: member,
+        inner: member(&mut archive, name)?,
         failed: None,
     };
     let array = read(&mut member);
     // The checksum is compared at the member's end, which the array's last value need not be.
     let _ = io::copy(&mut member, &mut io::sink());
     match member.failed {
-        Some(error) => Err(damaged(error)),
+        Some(error) => Err(damaged(name, &error)),
         None => array,
     }
 }

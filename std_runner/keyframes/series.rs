@@ -89,7 +89,7 @@ impl Series {
             .map_err(|fault| fault.of(&self.key, &self.path))
     }
 
-    fn array(&mut self, entry: usize) -> Result<Array, Fault> {
+    pub(super) fn array(&mut self, entry: usize) -> Result<Array, Fault> {
         let place = self.begin.saturating_add(self.size.saturating_mul(entry as u64));
         self.file.seek(SeekFrom::Start(place))?;
         read_values(&mut self.file, &self.header.0)
@@ -105,34 +105,27 @@ impl Drop for Series {
     }
 }
 
-/// The array `name` of a `.npz`, as a file that stands at its header; packed ones are unpacked to a temporary file.
+/// The array `name` of a `.npz`, as a file that stands at its header; packed ones are unpacked to a temporary file. Either way it is read through
+/// once, for its checksum.
 fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Option<PathBuf>), Fault> {
     let mut archive = npz::archive(BufReader::new(File::open(path)?))?;
-    let held = npz::names(&archive);
-    let Some(index) = archive.index_for_name(&format!("{name}.npy")) else {
-        return Err(Fault::content(
-            format!("has no array `{name}`"),
-            format!("it holds: {held}"),
-        ));
-    };
-    let damaged = |error: &dyn core::fmt::Display| {
-        Fault::content(
-            format!("holds an array `{name}` that is damaged ({error})"),
-            "copy the file again, or save it again",
-        )
-    };
-    let mut member = archive.by_index(index).map_err(|error| damaged(&error))?;
+    let mut member = npz::member(&mut archive, name)?;
     if let (zip::CompressionMethod::Stored, Some(begin)) = (member.compression(), member.data_start()) {
+        io::copy(&mut member, &mut io::sink()).map_err(|error| npz::damaged(name, &error))?;
         let mut file = BufReader::new(File::open(path)?);
         file.seek(SeekFrom::Start(begin))?;
         return Ok((file, None));
     }
-    let aside = std::env::temp_dir().join(format!("thurible-{}-{index}-{name}.npy", std::process::id()));
+    let aside = std::env::temp_dir().join(format!(
+        "thurible-{}-{begin}-{name}.npy",
+        std::process::id(),
+        begin = member.header_start()
+    ));
     let mut copy = File::create(&aside)?;
     let copied = io::copy(&mut member, &mut copy);
     drop(copy);
     match copied
-        .map_err(|error| damaged(&error))
+        .map_err(|error| npz::damaged(name, &error))
         .and_then(|_| Ok(File::open(&aside)?))
     {
         Ok(file) => Ok((BufReader::new(file), Some(aside))),

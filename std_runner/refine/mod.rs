@@ -3,6 +3,7 @@
 mod again;
 
 use crate::bytes;
+use crate::distance::relative_l2;
 use crate::exit::Failure;
 use crate::keyframes::{Note, ShapeSpec};
 use crate::output::{Body, OutputError, Reel, Still};
@@ -251,16 +252,10 @@ impl<'m> Finer<'m> {
     }
 }
 
-/// Euclidean distance, in parts of the size of the second.
+/// How far a density is from another.
 fn apart(one: &[f32], other: &[f32]) -> f64 {
-    let square = |x: f32| f64::from(x) * f64::from(x);
-    let distance: f64 = one
-        .iter()
-        .zip(other)
-        .map(|(one, other)| square(one - other))
-        .sum();
-    let size: f64 = other.iter().copied().map(square).sum();
-    (distance / size.max(f64::MIN_POSITIVE)).sqrt()
+    let pairs = one.iter().zip(other);
+    relative_l2(pairs.map(|(&one, &other)| [one, other].map(f64::from)))
 }
 
 fn failed(error: OutputError) -> Failure {

@@ -28,6 +28,16 @@ impl Curve {
         }
     }
 
+    /// One of the points whose value is above 0, which is what a logarithmic axis can show.
+    pub(crate) fn above_zero(
+        name: &str,
+        colour: usize,
+        points: impl Iterator<Item = (f64, Option<f64>)>,
+    ) -> Self {
+        let there = points.filter_map(|(at, value)| Some((at, value.filter(|&value| value > 0.0)?)));
+        Self::new(name, colour, there)
+    }
+
     /// Whether there is nothing to draw.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -57,6 +67,23 @@ pub struct Chart {
 }
 
 impl Chart {
+    /// The curves that are not empty over counts of what `across` names; nothing where all are.
+    pub(crate) fn of_counts(
+        title: &'static str,
+        note: &str,
+        across: &'static str,
+        mut curves: Vec<Curve>,
+    ) -> Option<Self> {
+        curves.retain(|curve| !curve.is_empty());
+        (!curves.is_empty()).then(|| Self {
+            title,
+            note: note.into(),
+            across,
+            scale: Scale::Counts,
+            curves,
+        })
+    }
+
     /// A figure: title, legend with the last values, curves.
     pub fn to_html(&self) -> String {
         let legend: String = self.curves.iter().map(legend_entry).collect();

@@ -52,6 +52,12 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
+/// Some of `count` entries, at most `most`: evenly chosen, the first and the last among them.
+pub(crate) fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
+    let (shown, last) = (most.min(count), count.saturating_sub(1));
+    (0..shown).map(move |index| (index * last).checked_div(shown - 1).unwrap_or(0))
+}
+
 /// A picture with a line below it.
 pub(crate) struct Shot {
     /// The line below it, as plain text.
@@ -140,6 +146,17 @@ fn figures(shots: &[Shot]) -> String {
 }
 
 impl Table {
+    /// Names and what belongs to each.
+    pub(crate) fn of_facts<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> Self {
+        let row = |(name, value): (&str, String)| vec![name.to_owned(), value];
+        Self {
+            head: vec!["", ""],
+            names: 1,
+            ours: 2,
+            rows: rows.into_iter().map(row).collect(),
+        }
+    }
+
     fn html(&self) -> String {
         let cells = |row: &mut dyn Iterator<Item = &str>| {
             let cell = |(column, text): (usize, &str)| match column {

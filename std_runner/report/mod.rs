@@ -23,9 +23,10 @@ pub use record::{
 };
 
 pub(crate) use charts::by_grid;
-pub(crate) use document::{Block, Document, Shot};
+pub(crate) use document::{Block, Document, Shot, evenly};
 pub use found::TemplateRecord;
 pub(crate) use iteration::{by_name, cells};
+pub(crate) use record::by_side;
 
 pub(crate) use found::templates;
 pub(crate) use tables::{product, smoothness};

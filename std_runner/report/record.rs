@@ -106,7 +106,7 @@ pub struct FrameRecord {
 }
 
 /// Writes how axes end, each as a word, or as one for either side where they differ.
-fn by_side<S: Serializer>(ends: &[Boundary], serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn by_side<S: Serializer>(ends: &[Boundary], serializer: S) -> Result<S::Ok, S::Error> {
     let side = |end: &Boundary, side: Side| if end.opens(side) { "open" } else { "wall" };
     let one = |end: &Boundary| match end {
         Boundary::OpenLow | Boundary::OpenHigh => {

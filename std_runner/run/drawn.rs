@@ -51,9 +51,5 @@ pub(super) fn refusal(scene: &Scene, table: &str, error: &ShapeError) -> Failure
     let (ShapeError::Key { key, .. } | ShapeError::File { key, .. } | ShapeError::Read { key, .. }) = error;
     let place = scene.document.place(&format!("{table}.{key}"));
     let sentence = format!("{place}: in {table}: {error}");
-    if error.is_unreadable() {
-        Failure::File(sentence)
-    } else {
-        Failure::Input(sentence)
-    }
+    error.failure(sentence)
 }

@@ -2,6 +2,7 @@
 
 use super::drawn::narrowed;
 use super::inputs::{Inputs, set_emitters, set_obstacles};
+use crate::distance::relative_l2;
 use crate::exit::Failure;
 use crate::keyframes::{Earlier, ShapeError};
 use crate::report::FrameRecord;
@@ -30,10 +31,9 @@ impl Origin {
         among: Option<&[usize]>,
     ) -> Result<Inputs, Failure> {
         set_obstacles(scene, solver, &mut Vec::new())?;
-        let (path, canvas) = (self.folder.join("result.npz"), scene.canvas());
-        let earlier = Earlier::open(&path, &canvas).map_err(|error| self.unread(&error))?;
-        if let Some(step) = self.step.filter(|&step| step >= earlier.flows) {
-            let last = earlier.flows.saturating_sub(1);
+        let mut earlier = self.open(scene)?;
+        if let Some(step) = self.step.filter(|&step| step >= earlier.flows()) {
+            let last = earlier.flows().saturating_sub(1);
             return Err(self.refuse(format!(
                 "has no flow of step {step}; --at is a step from 0 to {last}"
             )));
@@ -61,10 +61,9 @@ impl Origin {
         scene: &Scene,
         solver: &mut Solver<'_, T, S>,
     ) -> Result<(), Failure> {
-        let (path, canvas) = (self.folder.join("result.npz"), scene.canvas());
-        let earlier = Earlier::open(&path, &canvas).map_err(|error| self.unread(&error))?;
+        let mut earlier = self.open(scene)?;
         let first = self.step.unwrap_or(0);
-        let (needed, steps) = (first + solver.steps(), earlier.flows);
+        let (needed, steps) = (first + solver.steps(), earlier.flows());
         if needed > steps {
             return Err(self.refuse(format!(
                 "has the flow of {steps} steps, where {needed} are needed, {first} before the first; take fewer steps with --steps, or another result"
@@ -91,24 +90,26 @@ impl Origin {
         let Some(first) = self.step else {
             return Ok(Vec::new());
         };
-        let (path, canvas) = (self.folder.join("result.npz"), scene.canvas());
-        let earlier = Earlier::open(&path, &canvas).map_err(|error| self.unread(&error))?;
-        let steps = 1..=solver.steps().min(earlier.densities.saturating_sub(first + 1));
+        let mut earlier = self.open(scene)?;
+        let steps = 1..=solver.steps().min(earlier.densities().saturating_sub(first + 1));
         steps
             .map(|step| {
                 let frame = first + step;
                 let truth = earlier.density(Some(frame), &mut Vec::new());
                 let truth = truth.map_err(|error| self.unread(&error))?;
-                let ours = solver.density(step).iter().map(|x| x.to_f64());
-                let apart: f64 = ours.zip(&truth).map(|(ours, truth)| (ours - truth).powi(2)).sum();
-                let size: f64 = truth.iter().map(|truth| truth * truth).sum();
+                let pairs = solver.density(step).iter().zip(truth);
                 Ok(FrameRecord {
                     step,
                     frame,
-                    relative_l2: (apart / size.max(f64::MIN_POSITIVE)).sqrt(),
+                    relative_l2: relative_l2(pairs.map(|(ours, truth)| [ours.to_f64(), truth])),
                 })
             })
             .collect()
+    }
+
+    fn open(&self, scene: &Scene) -> Result<Earlier, Failure> {
+        let path = self.folder.join("result.npz");
+        Earlier::open(&path, scene.canvas()).map_err(|error| self.unread(&error))
     }
 
     fn refuse(&self, why: String) -> Failure {
@@ -124,10 +125,6 @@ impl Origin {
 
     fn unread(&self, error: &ShapeError) -> Failure {
         let sentence = format!("{} {}: {error}", self.option, self.folder.display());
-        if error.is_unreadable() {
-            Failure::File(sentence)
-        } else {
-            Failure::Input(sentence)
-        }
+        error.failure(sentence)
     }
 }

@@ -1,10 +1,9 @@
 //! What a solve prints before and after, and its failures.
 
-use super::outcome::exit_code;
 use crate::bytes;
 use crate::console;
 use crate::destination::Destination;
-use crate::exit::Failure;
+use crate::exit::{Failure, code_of_result};
 use crate::plan::{Planned, plan_fields, size_in_words};
 use crate::problem::OwnedProblem;
 use crate::progress::{Display, Mode, Watch, in_words};
@@ -90,7 +89,7 @@ pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, destination:
         "result",
         json!({
             "status": status.name(),
-            "exit_code": exit_code(status, destination.diverted().is_some()),
+            "exit_code": code_of_result(status, destination.diverted().is_some()),
             "iterations": record.history.len(),
             "seconds": watch.clock.seconds(),
             "objective": objective,

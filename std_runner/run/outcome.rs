@@ -1,7 +1,7 @@
 //! The outcome of a solve: its [`RunRecord`], from which `report.json` and `report.html` are written, and its pictures.
 
 use super::found::{Found, gradients, windows_fall};
-use crate::exit::{FILE, code_of};
+use crate::exit::code_of_result;
 use crate::output::Gallery;
 use crate::plan::Planned;
 use crate::problem::{OwnedProblem, Precision};
@@ -28,13 +28,8 @@ pub(crate) struct Outcome {
 impl Outcome {
     /// The exit code.
     pub fn exit_code(&self) -> u8 {
-        exit_code(self.record.status, self.diverted)
+        code_of_result(self.record.status, self.diverted)
     }
-}
-
-/// The exit code of a solve whose result is where it should be, or `diverted` elsewhere.
-pub(super) fn exit_code(status: Status, diverted: bool) -> u8 {
-    if diverted { FILE } else { code_of(status) }
 }
 
 /// What the record holds that the solver does not know.

@@ -129,11 +129,7 @@ fn number_of(path: &Path, before: usize, after: usize) -> (Option<u64>, String) 
 fn of_array(document: &Document, key: &str, shape: &ShapeSpec) -> Result<Vec<ShapeSpec>, Failure> {
     let count = steps_of_array(shape, document.folder()).map_err(|error| {
         let sentence = format!("{}: in {key}: {error}", document.place(key));
-        if error.is_unreadable() {
-            Failure::File(sentence)
-        } else {
-            Failure::Input(sentence)
-        }
+        error.failure(sentence)
     })?;
     Ok((0..count).map(|step| shape.of_step(step)).collect())
 }

@@ -24,7 +24,7 @@ use thurible_core::{Named, Real};
 pub(crate) fn reconstruct(request: &Request<'_>) -> Result<u8, Failure> {
     let clock = Clock::start();
     let views = Views::load(request.views, &request.options.set)?;
-    match (views.cells.len(), request.options.precision) {
+    match (views.cells.len(), request.options.resources.precision) {
         (2, Some(Precision::F64)) => solve::<f64, 2>(request, views, clock),
         (2, _) => solve::<f32, 2>(request, views, clock),
         (_, Some(Precision::F64)) => solve::<f64, 3>(request, views, clock),

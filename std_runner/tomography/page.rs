@@ -95,15 +95,7 @@ fn facts<T: Real>(outcome: &Outcome<'_, T>) -> Block {
     if let Some(error) = outcome.rms_error() {
         rows.insert(0, ("RMS error against the truth, mean", format!("{error:.4}")));
     }
-    Block::Table(Table {
-        head: vec!["", ""],
-        names: 1,
-        ours: 2,
-        rows: rows
-            .into_iter()
-            .map(|(name, value)| vec![name.to_owned(), value])
-            .collect(),
-    })
+    Block::Table(Table::of_facts(rows))
 }
 
 fn curve(history: &[serde_json::Value], name: &str, colour: usize, key: &str) -> Curve {

@@ -45,7 +45,11 @@ pub(super) fn plan<T: Real, const D: usize>(
     let mut ledger = Ledger::new();
     Reconstruction::<T, D>::plan(problem, &mut ledger);
     let kept = problem.cells.len().saturating_add(views.pixels());
-    let threads = request.options.threads.unwrap_or_else(threads::available);
+    let threads = request
+        .options
+        .resources
+        .threads
+        .unwrap_or_else(threads::available);
     let mut plan = Plan {
         lane: ledger.bytes().unwrap_or(usize::MAX),
         lanes: if views.settings.warm {
@@ -56,13 +60,14 @@ pub(super) fn plan<T: Real, const D: usize>(
         beside: kept.saturating_mul(T::BYTES).saturating_mul(views.frames),
         limit: request
             .options
+            .resources
             .memory_limit
             .or_else(bytes::of_machine)
             .unwrap_or(usize::MAX),
         ledger,
         threads,
     };
-    while plan.all() > plan.limit && plan.lanes > 1 && request.options.threads.is_none() {
+    while plan.all() > plan.limit && plan.lanes > 1 && request.options.resources.threads.is_none() {
         plan.lanes /= 2;
     }
     if plan.all() > plan.limit {
@@ -73,7 +78,7 @@ pub(super) fn plan<T: Real, const D: usize>(
 
 /// The failure of what does not fit.
 pub(super) fn too_large(request: &Request<'_>, views: &Views, plan: &Plan) -> Failure {
-    let whose = if request.options.memory_limit.is_some() {
+    let whose = if request.options.resources.memory_limit.is_some() {
         "--memory-limit allows"
     } else {
         "the system gives no more than"

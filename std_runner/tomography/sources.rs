@@ -98,11 +98,7 @@ impl Source {
 pub(super) fn refuse<'a>(document: &'a Document, key: &'a str) -> impl Fn(ShapeError) -> Failure + 'a {
     move |error| {
         let sentence = format!("{}: in {key}: {error}", document.place(key));
-        if error.is_unreadable() {
-            Failure::File(sentence)
-        } else {
-            Failure::Input(sentence)
-        }
+        error.failure(sentence)
     }
 }
 

@@ -36,11 +36,7 @@ pub(super) struct Subject {
 }
 
 fn failed(error: crate::keyframes::ShapeError) -> Failure {
-    if error.is_unreadable() {
-        Failure::File(error.to_string())
-    } else {
-        Failure::Input(error.to_string())
-    }
+    error.failure(error.to_string())
 }
 
 impl Subject {

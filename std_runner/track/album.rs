@@ -5,7 +5,7 @@ use super::record::TrackRecord;
 use super::wheel::{self, Plane};
 use crate::keyframes::{Series, ShapeError};
 use crate::output::{Angles, Field, OutputError, Over, Picture, Shot, Smoke, arrow_side};
-use crate::report::{Block, Shot as Shown, number};
+use crate::report::{Block, Shot as Shown, evenly, number};
 use std::path::Path;
 use thurible_core::Boundary;
 
@@ -39,7 +39,7 @@ impl<'a> Album<'a> {
         };
         let mut captured = open("captured").map_err(unread)?;
         let mut full = 0.0f64;
-        for index in picked(record.steps + 1) {
+        for index in evenly(record.steps + 1, SHOWN) {
             full = captured
                 .read(index)
                 .map_err(unread)?
@@ -66,7 +66,7 @@ impl<'a> Album<'a> {
         for (series, name) in rows {
             let Some(series) = series else { continue };
             let mut shots = Vec::new();
-            for index in picked(self.record.steps + 1) {
+            for index in evenly(self.record.steps + 1, SHOWN) {
                 let values = series.read(index).unwrap_or_default();
                 let values = values.into_iter().map(|value| value as f32).collect();
                 let smoke = Smoke::new(&cells, values, full, None);
@@ -79,7 +79,7 @@ impl<'a> Album<'a> {
 
     /// Some flows: arrows over the frame, colours, and the true ones.
     pub fn flows(&mut self, blocks: &mut Vec<Block>) -> Result<(), OutputError> {
-        let picked = picked(self.record.steps);
+        let picked: Vec<usize> = evenly(self.record.steps, SHOWN).collect();
         let own: Vec<Plane> = picked
             .iter()
             .map(|&index| plane(self.record, &mut self.velocity, index))
@@ -146,15 +146,6 @@ impl<'a> Album<'a> {
         }
         Ok(film.develop())
     }
-}
-
-/// Some of `count` entries, first and last among them.
-fn picked(count: usize) -> Vec<usize> {
-    let shown = SHOWN.min(count);
-    let last = count.saturating_sub(1);
-    (0..shown)
-        .map(|index| (index * last).checked_div(shown - 1).unwrap_or(0))
-        .collect()
 }
 
 fn shown(caption: String, picture: &Picture) -> Result<Shown, OutputError> {

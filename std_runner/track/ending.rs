@@ -6,7 +6,7 @@ use super::record::{Ended, PairRecord, TrackRecord};
 use super::scene::CaptureScene;
 use crate::console;
 use crate::destination::Destination;
-use crate::exit::{DONE, FILE, Failure, INTERRUPTED, NOT_FINITE};
+use crate::exit::{Failure, INTERRUPTED, code_of_result};
 use crate::output::Store;
 use crate::output::{OutputError, Precision, write_whole};
 use crate::problem;
@@ -72,15 +72,10 @@ pub(super) fn finish(
     if let Some(why) = &diverted {
         console::error(&format!("thurible: {why}"));
     }
-    match status {
-        _ if diverted.is_some() => Ok(FILE),
-        Status::Cancelled => Ok(INTERRUPTED),
-        Status::NotFinite => {
-            console::error(&format!("thurible: {}", not_finite(pairs)));
-            Ok(NOT_FINITE)
-        }
-        _ => Ok(DONE),
+    if status == Status::NotFinite && diverted.is_none() {
+        console::error(&format!("thurible: {}", not_finite(pairs)));
     }
+    Ok(code_of_result(status, diverted.is_some()))
 }
 
 fn not_finite(pairs: usize) -> Failure {

@@ -31,11 +31,7 @@ pub(super) struct Found {
 /// A refusal of what is in a file, with the place of the key that names it.
 pub(super) fn refused(document: &Document, error: &ShapeError) -> Failure {
     let sentence = format!("{}: {error}", document.place(KEY));
-    if error.is_unreadable() {
-        Failure::File(sentence)
-    } else {
-        Failure::Input(sentence)
-    }
+    error.failure(sentence)
 }
 
 /// Finds the frames of a capture.

@@ -3,7 +3,7 @@
 use super::album::Album;
 use super::record::{PairRecord, TrackRecord};
 use crate::output::{OutputError, write_bytes};
-use crate::report::{Block, Chart, Curve, Document, Scale, Table, bytes, number, seconds};
+use crate::report::{Block, Chart, Curve, Document, Table, bytes, number, seconds};
 use std::path::Path;
 use thurible_core::{Named, Status};
 
@@ -118,15 +118,7 @@ fn facts(record: &TrackRecord) -> Table {
             .collect();
         rows.push(("chosen", chosen.join(", ")));
     }
-    Table {
-        head: vec!["", ""],
-        names: 1,
-        ours: 2,
-        rows: rows
-            .into_iter()
-            .map(|(name, value)| vec![name.to_owned(), value])
-            .collect(),
-    }
+    Table::of_facts(rows)
 }
 
 fn ledger(record: &TrackRecord) -> Table {
@@ -144,29 +136,10 @@ fn ledger(record: &TrackRecord) -> Table {
 
 fn charts(record: &TrackRecord) -> Vec<Chart> {
     let curve = |name: &str, colour: usize, of: &dyn Fn(&PairRecord) -> Option<f64>| {
-        let points = record
-            .history
-            .iter()
-            .filter_map(|pair| Some((pair.frame as f64, of(pair)?)));
-        Curve::new(
-            name,
-            colour,
-            points
-                .filter(|(_, value)| *value > 0.0)
-                .collect::<Vec<_>>()
-                .into_iter(),
-        )
+        let points = record.history.iter().map(|pair| (pair.frame as f64, of(pair)));
+        Curve::above_zero(name, colour, points)
     };
-    let chart = |title, note: &str, curves: Vec<Curve>| {
-        let drawn: Vec<Curve> = curves.into_iter().filter(|curve| !curve.is_empty()).collect();
-        (!drawn.is_empty()).then(|| Chart {
-            title,
-            note: note.into(),
-            across: "frame",
-            scale: Scale::Counts,
-            curves: drawn,
-        })
-    };
+    let chart = |title, note: &str, curves: Vec<Curve>| Chart::of_counts(title, note, "frame", curves);
     let all = [
         chart(
             "Error of the velocity",

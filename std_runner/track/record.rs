@@ -3,12 +3,12 @@
 use super::errors::Errors;
 use super::plan::Planned;
 use super::scene::CaptureScene;
-use crate::report::{LedgerLine, by_name};
+use crate::report::{LedgerLine, by_name, by_side};
 use serde::Serialize;
 use serde_json::{Value, json};
 use thurible_core::choices::{Choices, Value as Chosen};
 use thurible_core::track::Pair;
-use thurible_core::{Boundary, Named, Status, TrackParams};
+use thurible_core::{Boundary, Status, TrackParams};
 
 /// Everything that a program needs to check a result without its capture.
 #[derive(Clone, Debug, Serialize)]
@@ -16,7 +16,7 @@ pub(crate) struct TrackRecord {
     pub format: u32,
     pub kind: &'static str,
     pub cells: Vec<usize>,
-    #[serde(serialize_with = "words")]
+    #[serde(serialize_with = "by_side")]
     pub boundary: Vec<Boundary>,
     pub length: f64,
     pub dt: f64,
@@ -162,8 +162,4 @@ fn chosen(params: &TrackParams, buoyancy: f64) -> Value {
         .collect();
     all.insert("buoyancy".into(), json!(buoyancy));
     Value::Object(all)
-}
-
-fn words<S: serde::Serializer>(ends: &[Boundary], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(ends.iter().map(|end| end.name()))
 }
