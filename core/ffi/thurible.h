@@ -434,8 +434,8 @@ typedef struct {
     double simulation_tolerance;
     // Templates: pairs of L-BFGS from 1 to 8.
     uint32_t templates_history;
-    // For later versions; must be 0.
-    uint32_t templates_reserved;
+    // Direct: iterations at most on each coarser grid, from 1 to 100000, or `THURIBLE_AUTOMATIC`.
+    uint32_t direct_coarse_iterations;
     // Templates: stop as `direct_tolerance`.
     double templates_tolerance;
     // Guidance: what is larger than so many cells follows the given flow.

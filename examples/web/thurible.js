@@ -12,7 +12,7 @@ const CONFIG = layout(`
   double admm_relaxation; double admm_ao_momentum; double admm_density_tolerance; uint32_t admm_ao_iterations; uint32_t admm_nested;
   uint32_t nso_solver; uint32_t nso_cycles; double nso_tolerance; uint32_t nso_norm; uint32_t nso_colours; double lbfgs_tolerance;
   uint32_t lbfgs_history; uint32_t lbfgs_nested; double pd_drive; double pd_attenuation; double pd_gathering; double simulation_tolerance;
-  uint32_t templates_history; uint32_t templates_reserved; double templates_tolerance;
+  uint32_t templates_history; uint32_t direct_coarse_iterations; double templates_tolerance;
   double guide_radius; double guide_smoothness; double guide_kinetic; double guide_penalty; uint32_t guide_iterations; uint32_t guide_solver;
 `);
 const EMITTER = layout(`

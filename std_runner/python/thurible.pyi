@@ -25,6 +25,8 @@ class Options(TypedDict, total=False):
     """direct, lbfgs, templates: relative decrease of the objective at which it stops; simulate: where a step stops."""
     nested: bool
     """direct, admm, lbfgs: whether coarser grids are solved first."""
+    coarse_iterations: int | Literal["auto"] | None
+    """direct: iterations at most on each coarser grid; more find cheaper ways where a shape changes much."""
     penalty: float
     relaxation: float
     ao_iterations: int

@@ -37,6 +37,23 @@ fn the_nested_start_is_ahead() {
 }
 
 #[test]
+fn coarser_grids_take_as_many_iterations_as_are_asked_for() {
+    let on_coarser = |most: Option<usize>| {
+        let mut scene = direct(Scene::small(&[32, 32], "ww", 12));
+        (scene.params.iterations, scene.params.direct.coarse_iterations) = (1, most);
+        scene.densities = vec![balls([0.3, 0.3]), balls([0.7, 0.7])];
+        let solved = scene.solve_alone::<f64, D2>();
+        check(&scene, &solved, f64::EPSILON);
+        solved
+            .history
+            .iter()
+            .filter(|progress| progress.level == 1)
+            .count()
+    };
+    assert_eq!([Some(3), Some(120), None].map(on_coarser), [3, 120, 100]);
+}
+
+#[test]
 fn a_flow_that_is_given_goes_on_where_it_is_free() {
     let mut scene = direct(Scene {
         force_weight: 1e6,

@@ -162,8 +162,8 @@ pub struct ThuribleConfig {
     pub simulation_tolerance: f64,
     /// Templates: pairs of L-BFGS from 1 to 8.
     pub templates_history: u32,
-    /// For later versions; must be 0.
-    pub templates_reserved: u32,
+    /// Direct: iterations at most on each coarser grid, from 1 to 100000, or `THURIBLE_AUTOMATIC`.
+    pub direct_coarse_iterations: u32,
     /// Templates: stop as `direct_tolerance`.
     pub templates_tolerance: f64,
     /// Guidance: what is larger than so many cells follows the given flow.
@@ -192,10 +192,11 @@ macro_rules! held {
 
 impl ThuribleConfig {
     /// Every field that holds a choice of a method, and what the core calls it.
-    fn held(&mut self) -> [Held<'_>; 29] {
+    fn held(&mut self) -> [Held<'_>; 30] {
         held! { self:
             direct_history "direct.history",
             direct_nested "direct.nested",
+            direct_coarse_iterations "direct.coarse_iterations",
             direct_tolerance "direct.tolerance",
             admm_penalty "admm.penalty",
             admm_relaxation "admm.relaxation",

@@ -111,11 +111,7 @@ impl ThuribleConfig {
         self.held()
             .into_iter()
             .try_for_each(|held| held.read(&mut params))?;
-        let reserved = [("templates_reserved", self.templates_reserved)];
-        match reserved.into_iter().find(|(_, given)| *given != 0) {
-            None => Ok(params),
-            Some((field, given)) => Err(ConfigError::Code { field, given }),
-        }
+        Ok(params)
     }
 }
 

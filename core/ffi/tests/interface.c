@@ -299,7 +299,7 @@ static void configurations(void) {
     ODD(template_count = THURIBLE_MOST_TEMPLATES + 1, "template_count is 17; it must be at most 16");
     ODD(template_count = 0, "there is no template");
     ODD(templates_history = 9, "templates.history is 9");
-    ODD(templates_reserved = 1, "templates_reserved is 1");
+    ODD(direct_coarse_iterations = 100001, "direct.coarse_iterations is 100001");
     ODD(guide_radius = 0.0, "guide.radius is 0");
     ODD(guide_solver = 3, "guide_solver is 3");
     effects.template_count = 0;

@@ -64,7 +64,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         if level == 0 {
             self.setup.iterations
         } else {
-            coarse_iterations(level, self.threads.len() - 1)
+            coarse_iterations(level, self.threads.len() - 1, self.setup.coarse_iterations)
         }
     }
 
@@ -133,11 +133,13 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             history,
             tolerance,
             nested,
+            coarse_iterations,
             overlap: _,
         } = params.direct;
         mix.word(history.unwrap_or(DirectParams::MOST_BY_DEFAULT) as u64);
         mix.real(tolerance);
         mix.word(u64::from(nested));
+        mix.word(coarse_iterations.map_or(0, |most| most as u64));
     }
 
     fn animation(&self) -> &Animation<'m, T> {

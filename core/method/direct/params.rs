@@ -8,9 +8,12 @@ use crate::problem::Problem;
 
 /// Iterations at most on the coarsest grid, where they cost nothing, and on those between it and the finest.
 const COARSE_ITERATIONS: [usize; 2] = [100, 60];
-/// Iterations at most on grid `level` > 0, of which `coarsest` is the last.
-pub(super) fn coarse_iterations(level: usize, coarsest: usize) -> usize {
-    COARSE_ITERATIONS[usize::from(level < coarsest)]
+/// Iterations on a coarser grid that may be asked for.
+const MOST_COARSE_ITERATIONS: usize = 100_000;
+
+/// Iterations at most on grid `level` > 0, of which `coarsest` is the last, where `chosen` of them are asked for.
+pub(super) fn coarse_iterations(level: usize, coarsest: usize, chosen: Option<usize>) -> usize {
+    chosen.unwrap_or(COARSE_ITERATIONS[usize::from(level < coarsest)])
 }
 
 /// What a caller chooses for the direct method.
@@ -22,6 +25,8 @@ pub struct DirectParams {
     pub tolerance: f64,
     /// Whether the flow begins as that of the same scene on coarser grids.
     pub nested: bool,
+    /// Iterations at most on each coarser grid; by default few, which is fast. More find cheaper ways where a shape changes a great deal.
+    pub coarse_iterations: Option<usize>,
     /// Whether two threads take different tasks where fields are small; by default where memory allows it. Changes no result.
     pub overlap: Option<bool>,
 }
@@ -32,6 +37,7 @@ impl Default for DirectParams {
             history: None,
             tolerance: 1e-4,
             nested: true,
+            coarse_iterations: None,
             overlap: None,
         }
     }
@@ -43,6 +49,8 @@ choices!(DirectParams, "direct" {
     tolerance: tolerance, Kind::Number(Numbers::Below(1.0)),
         "converged when the objective falls by less than this part of itself, twice in a row";
     nested: nested, Kind::Flag, "begin with the flow of the same scene on coarser grids";
+    coarse_iterations: coarse_iterations, Kind::Automatic(MOST_COARSE_ITERATIONS),
+        "iterations on each coarser grid at most; 600 for a shape that changes much";
 });
 
 impl DirectParams {
@@ -58,7 +66,7 @@ impl DirectParams {
             .take_while(|pair| self.nested && coarse::begins_on(&pair[0], &pair[1]))
             .count();
         (1..=coarser)
-            .map(|level| coarse_iterations(level, coarser))
+            .map(|level| coarse_iterations(level, coarser, self.coarse_iterations))
             .fold(on_finest, usize::saturating_add)
     }
 }

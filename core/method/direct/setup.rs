@@ -23,6 +23,8 @@ pub struct Setup {
     pub tolerance: f64,
     /// Whether the flow begins on coarser grids.
     pub nested: bool,
+    /// Iterations at most on each of them, where that is chosen.
+    pub coarse_iterations: Option<usize>,
     /// Iterations on the finest grid at most.
     pub iterations: usize,
     /// Whether two steps are one on the coarser grids: where every keyframe's step is even and leaves a time level to steer by.
@@ -37,6 +39,7 @@ impl Setup {
             history,
             tolerance,
             nested,
+            coarse_iterations,
             overlap,
         } = params.direct;
         let mut flow = flow::Setup::new(problem, params.threads);
@@ -49,6 +52,7 @@ impl Setup {
             history: history.unwrap_or(DirectParams::MOST_BY_DEFAULT),
             tolerance,
             nested,
+            coarse_iterations,
             iterations: params.iterations,
             halves_time: problem.steps.is_multiple_of(2) && problem.keyframes.iter().all(even),
         }
