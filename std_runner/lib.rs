@@ -55,6 +55,8 @@ pub mod program;
 #[cfg(feature = "std")]
 pub mod progress;
 #[cfg(feature = "std")]
+pub mod quoted;
+#[cfg(feature = "std")]
 mod refine;
 #[cfg(feature = "std")]
 pub mod region;

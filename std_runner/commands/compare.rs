@@ -2,7 +2,7 @@
 
 use super::options::{MethodList, Options};
 use crate::compare::{self, Comparison, publish, scenes_by_method};
-use crate::exit::{FILE, Failure, INTERRUPTED};
+use crate::exit::Failure;
 use crate::interrupt::Interrupt;
 use crate::run::Outputs;
 use crate::scene::{Document, Scene};
@@ -59,13 +59,7 @@ pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
     facts["scene"] = json!(name);
     publish::write(&mut page, STEM, &compare::page(&name, &comparison), &facts)?;
     publish::announce(options.mode, &page, STEM, &compare::summary(&comparison), facts);
-    Ok(if page.diverted().is_some() {
-        FILE
-    } else if interrupt.asked() {
-        INTERRUPTED
-    } else {
-        comparison.exit_code()
-    })
+    Ok(publish::code(&page, &interrupt, comparison.exit_code()))
 }
 
 /// The folder of a comparison beside that of a solve.

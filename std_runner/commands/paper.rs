@@ -4,10 +4,11 @@ use super::options::{MethodList, Options};
 use crate::bytes::rounded;
 use crate::compare::{Comparison, listed, publish};
 use crate::console;
-use crate::exit::{DONE, FILE, Failure, INTERRUPTED};
+use crate::exit::{DONE, Failure};
 use crate::interrupt::Interrupt;
-use crate::paper::{self, Entry, GROUPS, SECTIONS, Scale, Selection, SolvedScene};
+use crate::paper::{self, Entry, SECTIONS, Selection, SolvedScene};
 use crate::plan::{self, size_in_words};
+use crate::quoted::Scale;
 use crate::run::{Outputs, RunOptions};
 use clap::Args;
 use serde_json::{Value, json};
@@ -86,13 +87,7 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
     let table = format!("{}\n{}\n", paper::table(&solved).markdown(), paper::verdict::RULE);
     let facts = facts(&solved, arguments.scale);
     publish::announce(options.mode, &folder, STEM, &table, facts);
-    Ok(if folder.diverted().is_some() {
-        FILE
-    } else if interrupt.asked() {
-        INTERRUPTED
-    } else {
-        exit_code(&solved)
-    })
+    Ok(publish::code(&folder, &interrupt, exit_code(&solved)))
 }
 
 impl PaperArguments {
@@ -142,13 +137,10 @@ fn list(selection: &Selection<'_>, options: &RunOptions) -> Result<u8, Failure> 
             ));
         }
     }
-    for (group, members) in GROUPS
+    paper::known()
+        .lines()
         .iter()
-        .filter(|(_, members)| members.len() < SECTIONS.len())
-    {
-        console::print(&format!("{group:<10}{}", members.join(" ")));
-    }
-    console::print(&format!("{:<10}all of them; without a name: table2", "all"));
+        .for_each(|line| console::print(line));
     Ok(DONE)
 }
 

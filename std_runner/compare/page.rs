@@ -4,6 +4,7 @@ use super::columns::{COLUMNS, MEMORY, cells};
 use super::comparison::Comparison;
 use super::figures::{Figures, descends, finest};
 use super::words::listed;
+use crate::quoted::machine;
 use crate::report::{
     Block, Chart, Curve, Document, IterationRecord, RunRecord, Scale, Shot, Table, number, product, seconds,
     smoothness,
@@ -90,34 +91,12 @@ fn steps(stay: Stay) -> String {
 
 /// Which program on which machine made the figures, and what the columns mean.
 pub(crate) fn measured(record: &RunRecord) -> String {
-    let build = if cfg!(debug_assertions) {
-        ", a debug build, whose times say little"
-    } else {
-        ""
-    };
     format!(
-        "All figures but those marked as the paper's own were produced by this one run: thurible {}{build}, in {} on {} of {} ({}). Seconds count from the first \
+        "All figures but those marked as the paper's own were produced by this one run: {}. Seconds count from the first \
          iteration on, coarser grids and ADMM's nested start included, and leave out reading, drawing and writing. \"To 1 %\" is when the objective first came within 1 % of the least that \
          any method of this run ended with; \"to worst end\" is when it came to where the worst of them ended, single passes aside, so that every method that descends has such a time. Objectives on coarser grids are not comparable and not shown.",
-        record.version,
-        record.precision,
-        if record.threads == 1 {
-            "1 thread".to_owned()
-        } else {
-            format!("{} threads", record.threads)
-        },
-        crate::threads::available(),
-        processor()
+        machine(&record.version, &record.precision, record.threads)
     )
-}
-
-/// The processor's name from /proc/cpuinfo.
-fn processor() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text
-        .lines()
-        .find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    name.map_or_else(|| "processor unknown".into(), |(_, name)| name.trim().to_owned())
 }
 
 fn table(rows: &[Figures]) -> Table {

@@ -1,8 +1,9 @@
-//! The folder of a page, and the page in it: shared by `compare` and `paper`.
+//! The folder of a page, and the page in it: shared by `compare`, `paper` and `thesis`.
 
 use crate::console;
 use crate::destination::Destination;
-use crate::exit::Failure;
+use crate::exit::{FILE, Failure, INTERRUPTED};
+use crate::interrupt::Interrupt;
 use crate::output::{OutputError, write_bytes};
 use crate::progress::{Display, Mode};
 use crate::report::{self, Document};
@@ -71,5 +72,16 @@ pub(crate) fn announce(mode: Mode, destination: &Destination, stem: &str, table:
     }
     if let Some(why) = destination.diverted() {
         console::error(&format!("thurible: {why}"));
+    }
+}
+
+/// The exit code of a page whose runs ended with `ended`.
+pub(crate) fn code(destination: &Destination, interrupt: &Interrupt, ended: u8) -> u8 {
+    if destination.diverted().is_some() {
+        FILE
+    } else if interrupt.asked() {
+        INTERRUPTED
+    } else {
+        ended
     }
 }

@@ -3,6 +3,8 @@
 //! The paper is Z. Pan and D. Manocha, "Efficient Optimal Control of Smoke using Spacetime Multigrid" (arXiv 1608.01102). Where it
 //! uses meshes and motion capture, shapes of balls and capsules stand in; places and sizes of shapes are ours.
 
+use crate::quoted::NOT_GIVEN;
+
 /// A scene, and by what it may be solved.
 pub(crate) struct Entry {
     /// Name of its result folder.
@@ -82,9 +84,6 @@ const ANIMALS: &str = include_str!("animals.toml");
 const GENUS: &str = include_str!("../../examples/genus.toml");
 const FIGURE: &str = include_str!("figure.toml");
 const SPHERE: &str = include_str!("../../examples/moving_sphere.toml");
-
-/// What stands where the paper gives no figure.
-pub(crate) const NOT_GIVEN: &str = "\u{2013}";
 
 /// A row of the paper's Table 2 with what its text says of LBFGS, in the order of [`Quoted::cells`].
 const fn row(cells: [&'static str; 7]) -> Option<Quoted> {

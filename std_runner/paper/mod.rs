@@ -2,16 +2,13 @@
 
 mod catalogue;
 mod page;
-mod scale;
 mod sections;
 mod selection;
 mod tables;
 pub(crate) mod verdict;
 
-pub use scale::Scale;
-
 pub(crate) use catalogue::Entry;
 pub(crate) use page::page;
-pub(crate) use sections::{GROUPS, SECTIONS};
-pub(crate) use selection::Selection;
+pub(crate) use sections::SECTIONS;
+pub(crate) use selection::{Selection, known};
 pub(crate) use tables::{SolvedScene, table};

@@ -1,11 +1,11 @@
 //! The page of the paper's scenes.
 
 use super::catalogue::Entry;
-use super::scale::Scale;
 use super::sections::{Content, GROUPS, SECTIONS, Section};
 use super::tables::{SolvedScene, beside, quoted_from, table};
 use super::verdict;
 use crate::compare;
+use crate::quoted::Scale;
 use crate::report::{Block, Chart, Curve, Document, RunRecord};
 use thurible_core::Named;
 

@@ -1,10 +1,10 @@
 //! From names on the command line to the scenes that are to be solved.
 
 use super::catalogue::{ENTRIES, Entry};
-use super::scale::Scale;
 use super::sections::{GROUPS, SECTIONS, Section};
 use crate::compare::{Lineup, listed, scenes_by_method};
 use crate::exit::Failure;
+use crate::quoted::{Names, Scale};
 use crate::run::RunOptions;
 use crate::scene::Document;
 use std::path::{Path, PathBuf};
@@ -112,38 +112,18 @@ impl Selection<'_> {
 
 /// The sections that `names` ask for, in the order of the page; Table 2 if there are none.
 fn sections(names: &[String]) -> Result<Vec<&'static Section>, Failure> {
-    let mut wanted = Vec::new();
-    for name in names {
-        match GROUPS.iter().find(|(group, _)| group == name) {
-            Some((_, members)) => wanted.extend_from_slice(members),
-            None => wanted.push(
-                SECTIONS
-                    .iter()
-                    .find(|section| section.name == name)
-                    .ok_or_else(|| unknown(name))?
-                    .name,
-            ),
-        }
-    }
-    if names.is_empty() {
-        wanted.extend_from_slice(GROUPS[0].1);
-    }
-    Ok(SECTIONS
-        .iter()
-        .filter(|section| wanted.contains(&section.name))
-        .collect())
+    let chosen = known().chosen(names)?;
+    let is_chosen = |section: &&Section| chosen.contains(&section.name);
+    Ok(SECTIONS.iter().filter(is_chosen).collect())
 }
 
-fn unknown(name: &str) -> Failure {
-    let known: Vec<&str> = SECTIONS
-        .iter()
-        .map(|section| section.name)
-        .chain(GROUPS.iter().map(|(group, _)| *group))
-        .collect();
-    Failure::Input(format!(
-        "the paper's list has no \"{name}\", only {}; name one of these, `thurible paper --list` says what they are",
-        known.join(", ")
-    ))
+/// The names of sections and groups.
+pub(crate) fn known() -> Names {
+    Names {
+        command: "paper",
+        parts: SECTIONS.iter().map(|section| section.name).collect(),
+        groups: &GROUPS,
+    }
 }
 
 impl Section {

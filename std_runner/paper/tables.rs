@@ -1,9 +1,9 @@
 //! The tables of the page: all figures of this run, and the same columns from this run and from the paper.
 
-use super::catalogue::{Entry, NOT_GIVEN, QUOTED, QUOTED_FROM, QUOTED_OF_ADMM};
-use super::scale::Scale;
+use super::catalogue::{Entry, QUOTED, QUOTED_FROM, QUOTED_OF_ADMM};
 use super::verdict;
 use crate::compare::{self, COLUMNS, Comparison, Figures};
+use crate::quoted::{NOT_GIVEN, Scale};
 use crate::report::{Table, product};
 use thurible_core::{Method, Named};
 

@@ -1,7 +1,8 @@
 //! Which rows of the page count as failed.
 
-use super::catalogue::{Entry, NOT_GIVEN};
+use super::catalogue::Entry;
 use crate::compare::{self, Figures};
+use crate::quoted::NOT_GIVEN;
 use crate::remarks::MISSED;
 use thurible_core::{Method, Status};
 

@@ -1,8 +1,8 @@
-//! The scale of the paper's grids on the command line.
+//! The scale of a publication's grids on the command line.
 
 use crate::plan::scaled;
 
-/// The paper's cells along each axis, divided by 1, 2, 4 or 8.
+/// A publication's cells along each axis, divided by 1, 2, 4 or 8.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scale {
     divisor: usize,
@@ -22,6 +22,12 @@ impl Scale {
     /// `cells` made smaller, each a multiple of 4.
     pub fn cells(self, cells: &[usize]) -> Vec<usize> {
         scaled(cells, 1, self.divisor, 4)
+    }
+
+    /// By how much cells along an axis are fewer.
+    #[must_use]
+    pub fn divisor(self) -> usize {
+        self.divisor
     }
 
     /// The scale as it is written, as in "1/4".
