@@ -12,6 +12,7 @@ use crate::commands::remap::RemapArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
+use crate::commands::thesis::ThesisArguments;
 use crate::commands::tomography::TomographyArguments;
 use crate::commands::track::TrackArguments;
 use clap::{Parser, Subcommand};
@@ -51,6 +52,8 @@ pub enum Command {
     Compare(CompareArguments),
     /// Solve the scenes of Pan & Manocha's paper and put the results beside its own.
     Paper(PaperArguments),
+    /// Make the figures of Gregson's thesis on captures, photographs and images, and put them beside its own.
+    Thesis(ThesisArguments),
     /// Reconstruct the density of smoke from what several cameras see of it.
     Tomography(TomographyArguments),
     /// Take photographs of a result from several sides, for tomography.

@@ -3,7 +3,8 @@
 //! The path of the data is the order of the modules: the command line ([`cli`], acted on by [`program`] and [`commands`]) names a [`scene`], its shapes become
 //! densities ([`keyframes`]), its values become a [`problem`], whose [`plan`] says how many bytes the one block
 //! ([`region`]) must have; [`run`] solves it there on a pool of [`threads`], watched by [`progress`], and
-//! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper. The flow
+//! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper, and a room of its own, `thesis`, for the figures of
+//! Gregson's thesis. The flow
 //! behind frames of smoke is found by a room of its own, `track`.
 //!
 //! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`], [`undershoot`] and [`exit`] alone are the feature `embed`. Without
@@ -70,6 +71,8 @@ pub mod run;
 pub mod scene;
 #[cfg(feature = "embed")]
 pub mod stay;
+#[cfg(feature = "std")]
+mod thesis;
 #[cfg(feature = "embed")]
 pub mod threads;
 #[cfg(feature = "std")]

@@ -2,7 +2,7 @@
 
 use crate::cli::{Cli, Command};
 use crate::commands::{
-    compare, deblur, guide, new, paper, photograph, plan, readvect, remap, render, simulate, solve,
+    compare, deblur, guide, new, paper, photograph, plan, readvect, remap, render, simulate, solve, thesis,
     tomography, track,
 };
 use crate::console;
@@ -36,6 +36,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Plan(arguments) => plan::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
+        Command::Thesis(arguments) => thesis::run(arguments),
         Command::Render(arguments) => render::run(arguments),
         Command::Tomography(arguments) => tomography::run(arguments),
         Command::Photograph(arguments) => photograph::run(arguments),

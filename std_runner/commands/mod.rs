@@ -15,5 +15,6 @@ pub mod simulate;
 pub mod solve;
 mod studio;
 mod takes;
+pub mod thesis;
 pub mod tomography;
 pub mod track;

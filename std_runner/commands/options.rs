@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use thurible_core::Named;
 
 /// What a command takes of the machine, and how it tells its progress.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Resources {
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = threads::parse)]
@@ -42,7 +42,7 @@ impl Resources {
 }
 
 /// Options of every command that plans or solves.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Options {
     /// Those of the machine.
     #[command(flatten)]

@@ -96,12 +96,12 @@ impl Image {
         }
         Ok(image)
     }
+}
 
-    /// Values with the channel last.
-    pub fn interleaved(values: &[f64], channels: usize) -> Vec<f64> {
-        let pixels = values.len() / channels.max(1);
-        (0..values.len())
-            .filter_map(|place| values.get(place % channels * pixels + place / channels).copied())
-            .collect()
-    }
+/// Planes of the channels as values with the channel last.
+pub(crate) fn interleaved(values: &[f64], channels: usize) -> Vec<f64> {
+    let pixels = values.len() / channels.max(1);
+    (0..values.len())
+        .filter_map(|place| values.get(place % channels * pixels + place / channels).copied())
+        .collect()
 }

@@ -7,5 +7,6 @@ mod request;
 mod written;
 
 pub(crate) use job::restore;
-pub(crate) use light::Light;
+pub(crate) use light::{Light, interleaved};
+pub(crate) use psf::Psf;
 pub(crate) use request::Request;

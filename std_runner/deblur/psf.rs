@@ -4,6 +4,7 @@ use super::light::failed;
 use crate::exit::Failure;
 use crate::keyframes::measured;
 use std::path::Path;
+use thurible_core::deblur::{Blur, Frame};
 
 /// Samples along a side of a number of a kernel.
 const FINE: usize = 16;
@@ -11,7 +12,7 @@ const FINE: usize = 16;
 const MOST: usize = 127;
 
 /// Kernels as they are read.
-pub(super) struct Psf {
+pub(crate) struct Psf {
     pub radius: usize,
     /// (2R + 1)^2 numbers each, of sum 1.
     pub values: Vec<f64>,
@@ -46,6 +47,27 @@ impl Psf {
             }
             _ => Self::of_file(text, size),
         }
+    }
+
+    /// What it makes of planes of light whose border has the kernel's radius, for an image of so many pixels across and down and so many channels.
+    pub fn blurred(&self, planes: &[f64], [width, height, channels]: [usize; 3]) -> Vec<f64> {
+        let blur = Blur {
+            frame: Frame {
+                width,
+                height,
+                channels,
+                border: self.radius,
+            },
+            values: &self.values,
+            which: &self.which,
+        };
+        let mut image = vec![0.0; blur.frame.pixels() * channels];
+        let planes = planes.chunks_exact(blur.frame.unknowns());
+        let images = image.chunks_exact_mut(blur.frame.pixels());
+        planes
+            .zip(images)
+            .for_each(|(plane, image)| blur.apply(plane, image));
+        image
     }
 
     fn of_file(text: &str, size: [usize; 2]) -> Result<Self, Failure> {

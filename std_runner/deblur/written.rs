@@ -1,6 +1,6 @@
 //! The image, `result.npz`, `report.json` and the page of a restoration.
 
-use super::light::{Image, Light};
+use super::light::{Image, Light, interleaved};
 use super::request::Request;
 use crate::output::{OutputError, Plain, Tone, colour_plate, plate, write_arrays, write_bytes};
 use crate::report::{self, Block, Chart, Curve, Document, Scale, Shot, Table, bytes, number, seconds};
@@ -90,7 +90,7 @@ impl Outcome<'_> {
     /// Planes as a PNG file, coded as the image was.
     fn png(&self, planes: &[f64]) -> Result<Vec<u8>, OutputError> {
         let channels = self.image.channels;
-        let values: Vec<f32> = Image::interleaved(planes, channels)
+        let values: Vec<f32> = interleaved(planes, channels)
             .into_iter()
             .map(|light| self.light.coded(light.clamp(0.0, 1.0)) as f32)
             .collect();
@@ -111,8 +111,7 @@ pub(super) fn write(folder: &Path, outcome: &Outcome<'_>) -> Result<(), OutputEr
     } else {
         vec![height, width, channels]
     };
-    let [image, residual] =
-        [&outcome.inner, &outcome.residual].map(|planes| Image::interleaved(planes, channels));
+    let [image, residual] = [&outcome.inner, &outcome.residual].map(|planes| interleaved(planes, channels));
     let arrays = [("image", &image), ("residual", &residual)].map(|(name, values)| Plain {
         name: name.into(),
         shape: shape.clone(),

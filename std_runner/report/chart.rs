@@ -9,6 +9,7 @@ const MOST_DOTS: usize = 60;
 const FILE_STYLE: &str = include_str!("chart.css");
 
 /// A named curve, in pieces where it is interrupted.
+#[derive(Clone)]
 pub struct Curve {
     /// Name in the legend.
     pub name: String,
@@ -53,6 +54,7 @@ impl Curve {
 }
 
 /// Curves; the vertical axis is logarithmic.
+#[derive(Clone)]
 pub struct Chart {
     /// Title above the chart.
     pub title: &'static str,

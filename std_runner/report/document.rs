@@ -20,6 +20,7 @@ pub(crate) struct Document {
 }
 
 /// A part of a page.
+#[derive(Clone)]
 pub(crate) enum Block {
     /// A title within the page.
     Heading(String),
@@ -59,6 +60,7 @@ pub(crate) fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
 }
 
 /// A picture with a line below it.
+#[derive(Clone)]
 pub(crate) struct Shot {
     /// The line below it, as plain text.
     pub caption: String,

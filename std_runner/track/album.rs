@@ -1,13 +1,12 @@
 //! The pictures of a result's page: frames, arrows and colours.
 
-use super::errors::faces;
+use super::middle::Middle;
 use super::record::TrackRecord;
 use super::wheel::{self, Plane};
 use crate::keyframes::{Series, ShapeError};
 use crate::output::{Angles, Field, OutputError, Over, Picture, Shot, Smoke, arrow_side};
 use crate::report::{Block, Shot as Shown, evenly, number};
 use std::path::Path;
-use thurible_core::Boundary;
 
 /// Pictures in a row, at most.
 const SHOWN: usize = 6;
@@ -82,14 +81,14 @@ impl<'a> Album<'a> {
         let picked: Vec<usize> = evenly(self.record.steps, SHOWN).collect();
         let own: Vec<Plane> = picked
             .iter()
-            .map(|&index| plane(self.record, &mut self.velocity, index))
+            .map(|&index| middle(self.record).plane(&mut self.velocity, index))
             .collect();
         let truth: Vec<Plane> = if self.truth.is_empty() {
             Vec::new()
         } else {
             picked
                 .iter()
-                .map(|&index| plane(self.record, &mut self.truth, index))
+                .map(|&index| middle(self.record).plane(&mut self.truth, index))
                 .collect()
         };
         let fastest = own.iter().chain(&truth).map(Plane::fastest).fold(0.0, f32::max);
@@ -121,7 +120,7 @@ impl<'a> Album<'a> {
     /// Arrows over the frame that they start from.
     fn arrows(&mut self, index: usize, plane: &Plane, fastest: f32) -> Result<Picture, OutputError> {
         let values = self.captured.read(index).unwrap_or_default();
-        let smoke = Smoke::new(&plane.cells, slice(self.record, &values), self.full, None);
+        let smoke = Smoke::new(&plane.cells, middle(self.record).slice(&values), self.full, None);
         let [nx, ny] = plane.cells;
         let pixels = (LONGEST / nx.max(ny)).max(2);
         let shot = Shot {
@@ -155,51 +154,12 @@ fn shown(caption: String, picture: &Picture) -> Result<Shown, OutputError> {
     Ok(Shown { caption, png })
 }
 
-/// Cells of the plane that is shown, and the index of cell (across, up) of it.
-fn shape(record: &TrackRecord) -> ([usize; 2], impl Fn(usize, usize) -> usize + use<>) {
-    let (cells, middle) = match *record.cells.as_slice() {
-        [nx, ny, nz] => ([nx, nz], Some((nx, ny))),
-        [nx, ny] => ([nx, ny], None),
-        _ => ([1, 1], None),
-    };
-    let across = cells[0];
-    let index = move |x: usize, up: usize| match middle {
-        Some((nx, ny)) => (up * ny + ny / 2) * nx + x,
-        None => up * across + x,
-    };
-    (cells, index)
-}
-
-/// The density of that plane.
-fn slice(record: &TrackRecord, values: &[f64]) -> Vec<f32> {
-    let ([nx, ny], index) = shape(record);
-    let at = |cell: usize| {
-        values
-            .get(index(cell % nx, cell / nx))
-            .map_or(0.0, |&value| value as f32)
-    };
-    (0..nx * ny).map(at).collect()
-}
-
-/// The flow in that plane at the centres of the cells, in cells a frame.
-fn plane(record: &TrackRecord, velocity: &mut [Series], step: usize) -> Plane {
-    let (cells, index) = shape(record);
+/// The plane that is shown.
+fn middle(record: &TrackRecord) -> Middle<'_> {
     let longest = record.cells.iter().copied().max().unwrap_or(1) as f64;
-    let unit = record.dt * longest / record.length;
-    let mut flow = vec![[0.0; 2]; cells[0] * cells[1]];
-    let last = record.cells.len() - 1;
-    for (component, axis) in [0, last].into_iter().enumerate() {
-        let Some(series) = velocity.get_mut(axis) else {
-            continue;
-        };
-        let values = series.read(step).unwrap_or_default();
-        let periodic = record.boundary.get(axis) == Some(&Boundary::Periodic);
-        for (cell, flow) in flow.iter_mut().enumerate() {
-            let place = index(cell % cells[0], cell / cells[0]);
-            let [low, high] = faces(&record.cells, (axis, periodic), place);
-            let value = |face: usize| values.get(face).copied().unwrap_or_default();
-            flow[component] = (0.5 * unit * (value(low) + value(high))) as f32;
-        }
+    Middle {
+        cells: &record.cells,
+        boundary: &record.boundary,
+        unit: record.dt * longest / record.length,
     }
-    Plane { cells, flow }
 }

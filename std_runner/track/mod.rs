@@ -10,6 +10,7 @@ mod errors;
 mod files;
 mod given;
 mod job;
+mod middle;
 mod page;
 mod plan;
 mod record;
@@ -17,5 +18,7 @@ mod scene;
 mod wheel;
 
 pub(crate) use job::{Request, run};
+pub(crate) use middle::Middle;
 pub(crate) use plan::{planned, print_plan};
 pub(crate) use scene::CaptureScene;
+pub(crate) use wheel::{Plane, wheel};

@@ -8,7 +8,7 @@ const WHEEL: usize = 120;
 const LONGEST: usize = 320;
 
 /// A flow at the centres of the cells of a plane, x fastest, rows from the bottom.
-pub(super) struct Plane {
+pub(crate) struct Plane {
     /// Cells across and up.
     pub cells: [usize; 2],
     pub flow: Vec<[f32; 2]>,
@@ -41,7 +41,7 @@ impl Plane {
 }
 
 /// What the colours mean: every direction around the middle, faster outwards.
-pub(super) fn wheel() -> Picture {
+pub(crate) fn wheel() -> Picture {
     let middle = 0.5 * (WHEEL - 1) as f32;
     let colour = |index: usize| {
         let (column, row) = ((index % WHEEL) as f32, (index / WHEEL) as f32);
