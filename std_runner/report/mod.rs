@@ -31,7 +31,7 @@ pub(crate) use record::by_side;
 pub(crate) use found::templates;
 pub(crate) use tables::{product, smoothness};
 pub(crate) use templates::lines as template_lines;
-pub(crate) use words::{bytes, number, seconds};
+pub(crate) use words::{bytes, count, number, seconds};
 
 use crate::output::{
     ANIMATION, Densities, Frames, Gallery, OutputError, Pictured, Precision, create_folder, frame,

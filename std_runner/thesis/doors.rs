@@ -14,7 +14,7 @@ use crate::track::{self, CaptureScene};
 use crate::{deblur, threads};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use thurible_core::Method;
+use thurible_core::{Method, Status};
 
 /// A scene that nobody steers.
 pub(super) struct Free<'a> {
@@ -54,6 +54,11 @@ impl Bench<'_> {
                 interrupt: Some(bench.interrupt.clone()),
                 ..Request::new(scene, folder.to_owned(), Clock::start())
             })?;
+            // A flow that became too fast to follow.
+            if outcome.record.status == Status::Stalled {
+                let why = outcome.record.remarks.first().cloned();
+                return Err(Halt::Failed(why.unwrap_or_else(|| "stalled".into())));
+            }
             Ok(outcome.exit_code())
         })
     }

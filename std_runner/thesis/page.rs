@@ -4,7 +4,7 @@ use super::figure::Figure;
 use super::sheet::Sheet;
 use crate::commands::options::Options;
 use crate::quoted::{NOT_GIVEN, Scale, machine};
-use crate::report::{Block, Document, Table, bytes, seconds};
+use crate::report::{Block, Document, Table, bytes, count, seconds};
 use crate::run::command_line;
 use crate::threads;
 use serde_json::{Value, json};
@@ -24,10 +24,11 @@ pub(crate) struct Done {
 impl Done {
     fn ended(&self) -> String {
         let [rows, failed] = self.sheet.counts();
+        let rows = count(rows, "row");
         match (self.whole, failed) {
-            (false, _) => format!("interrupted after {rows} rows"),
-            (true, 0) => format!("{rows} rows"),
-            (true, _) => format!("{rows} rows, {failed} failed"),
+            (false, _) => format!("interrupted after {rows}"),
+            (true, 0) => rows,
+            (true, _) => format!("{rows}, {failed} failed"),
         }
     }
 }
@@ -43,7 +44,7 @@ pub(crate) fn page(asked: &[&'static Figure], done: &[Done], scale: Scale, optio
     ];
     let mut done = done.iter();
     for figure in asked {
-        blocks.push(Block::Heading(format!("{}: {}", figure.name, figure.title)));
+        blocks.push(Block::Heading(figure.title.into()));
         blocks.push(Block::Text(figure.text.into()));
         blocks.push(Block::Text(format!("The thesis: {}", figure.thesis)));
         match done.next() {

@@ -31,32 +31,35 @@ fn lift(longest: usize, steps: usize) -> f64 {
     0.045 * longest as f64 / 256.0 * (236.0 / steps as f64).powi(2)
 }
 
-/// Waves that stir the whole box for some steps: turbulence that the tracker does not know.
-fn stir(cells: &[usize], speed: f64) -> String {
+/// Waves that stir the whole box for some steps: turbulence that the tracker does not know. `part` is about their speed in parts of that of
+/// rising smoke.
+fn stir(cells: &[usize], part: f64) -> String {
     let longest = cells.iter().copied().max().unwrap_or(1) as f64;
     let middle: Vec<f64> = cells.iter().map(|&count| 0.5 * count as f64).collect();
-    let one = |seed: usize, part: f64| {
-        let (radius, size) = (4.0 * longest, longest * part);
+    let one = |seed: usize, waves: f64| {
+        let (radius, size) = (4.0 * longest, longest * waves);
         format!(
             "[[template]]\nkind = \"noise\"\ncenter = {middle:?}\nradius = {radius:?}\nsize = {size:?}\nseed = {seed}\nto = {STIRRED}\namplitude = {:?}\n",
-            speed / STIRRED as f64
+            part * RISE * longest / STIRRED as f64
         )
     };
     one(1, 0.25) + &one(2, 0.12)
 }
 
+/// Speed of rising smoke in boxes a step, about.
+const RISE: f64 = 5e-3;
 /// Steps of the simulation in which the box is stirred.
 const STIRRED: usize = 12;
 
 /// Puffs that rise in turbulent air: the smoke of chapter 5.
 pub(super) fn smoke(bench: &Bench<'_>) -> Play {
-    let (cells, frames) = (bench.cells(&[32, 32, 64]), 60);
+    let (cells, frames) = (bench.cells(&[48, 48, 96]), 60);
     let fine: Vec<usize> = cells.iter().map(|count| 2 * count).collect();
     let longest = fine.iter().copied().max().unwrap_or(1);
     let puffs = [
-        ([0.36, 0.46, 0.34], 0.17),
-        ([0.64, 0.54, 0.42], 0.15),
-        ([0.48, 0.52, 0.76], 0.12),
+        ([0.34, 0.44, 0.38], 0.25),
+        ([0.68, 0.58, 0.52], 0.22),
+        ([0.46, 0.54, 0.96], 0.2),
     ];
     Play {
         name: "smoke",
@@ -64,7 +67,7 @@ pub(super) fn smoke(bench: &Bench<'_>) -> Play {
         buoyancy: lift(longest, 4 * (frames - 1)),
         viscosity: 0.0,
         tables: String::new(),
-        stir: stir(&fine, 0.3),
+        stir: stir(&fine, 0.05),
         cells,
         frames,
         emits: false,
@@ -73,7 +76,7 @@ pub(super) fn smoke(bench: &Bench<'_>) -> Play {
 
 /// A thin tube of smoke that rises steadily: that of figures 3.8 and 3.9.
 pub(super) fn tube(bench: &Bench<'_>) -> Play {
-    let (cells, frames) = (bench.cells(&[24, 24, 64]), 31);
+    let (cells, frames) = (bench.cells(&[32, 32, 80]), 31);
     let fine: Vec<usize> = cells.iter().map(|count| 2 * count).collect();
     let [wide, high] = [0, 2].map(|axis| fine.get(axis).copied().unwrap_or(1) as f64);
     let speed = 0.5 * high / (4 * (frames - 1)) as f64;
@@ -90,7 +93,7 @@ pub(super) fn tube(bench: &Bench<'_>) -> Play {
         buoyancy: 0.5 * lift(high as usize, 4 * (frames - 1)),
         viscosity: 0.01,
         tables: vent,
-        stir: stir(&fine, 0.04),
+        stir: stir(&fine, 0.03),
         cells,
         frames,
         emits: false,
@@ -99,7 +102,7 @@ pub(super) fn tube(bench: &Bench<'_>) -> Play {
 
 /// Dye that sinks into still water and opens: the bloom.
 pub(super) fn bloom(bench: &Bench<'_>) -> Play {
-    let (cells, frames) = (bench.cells(&[40, 40, 40]), 41);
+    let (cells, frames) = (bench.cells(&[48, 48, 48]), 41);
     let fine: Vec<usize> = cells.iter().map(|count| 2 * count).collect();
     let drops = [([0.5, 0.5, 0.8], 0.12), ([0.47, 0.52, 0.94], 0.07)];
     Play {
@@ -108,7 +111,7 @@ pub(super) fn bloom(bench: &Bench<'_>) -> Play {
         buoyancy: -0.6 * lift(2 * fine.iter().copied().max().unwrap_or(1), 4 * (frames - 1)),
         viscosity: 0.02,
         tables: String::new(),
-        stir: stir(&fine, 0.03),
+        stir: stir(&fine, 0.06),
         cells,
         frames,
         emits: false,
@@ -117,22 +120,19 @@ pub(super) fn bloom(bench: &Bench<'_>) -> Play {
 
 /// Puffs from a vent below a solid ball: figure 5.3.
 pub(super) fn ball(bench: &Bench<'_>) -> Play {
-    let (cells, frames) = (bench.cells(&[32, 32, 64]), 61);
+    let (cells, frames) = (bench.cells(&[48, 48, 96]), 61);
     let fine: Vec<usize> = cells.iter().map(|count| 2 * count).collect();
     let longest = fine.iter().copied().max().unwrap_or(1);
-    let puffs: String = [(0, 14), (22, 36)]
-        .map(|(from, to)| {
-            format!("[[emitter]]\nfrom = {from}\nto = {to}\nrate = 0.08\nfile = \"source.npz\"\nname = \"density\"\n")
-        })
-        .concat();
+    // One puff in each stretch of the simulation.
+    let puffs = "[[emitter]]\nfrom = 0\nto = 13\nrate = 0.08\nfile = \"source.npz\"\nname = \"density\"\n";
     let wide = fine.first().copied().unwrap_or(1) as f64;
     Play {
         name: "ball",
         source: blobs(&fine, &[([0.5, 0.5, 0.14], 0.15)], 3),
         buoyancy: lift(longest, 4 * (frames - 1)),
         viscosity: 0.0,
-        tables: puffs + &solid_ball([0.5 * wide, 0.5 * wide, 0.62 * wide], 0.16 * wide),
-        stir: stir(&fine, 0.1),
+        tables: puffs.to_owned() + &solid_ball([0.5 * wide, 0.5 * wide, 0.62 * wide], 0.16 * wide),
+        stir: stir(&fine, 0.15),
         cells,
         frames,
         emits: true,

@@ -14,7 +14,7 @@ use std::rc::Rc;
 /// Steps of the simulation a frame.
 pub(super) const STEPS: usize = 4;
 /// Frames of a stretch.
-const STRETCH: usize = 10;
+const STRETCH: usize = 5;
 /// The archive of frames and flows, and that of the density at the beginning.
 const ARCHIVE: &str = "truth.npz";
 const SOURCE: &str = "source.npz";

@@ -36,6 +36,7 @@ mod shape_keys;
 mod shapes;
 mod small;
 mod templates;
+mod thesis;
 mod tomography;
 mod track;
 mod undershoot;

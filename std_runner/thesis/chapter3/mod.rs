@@ -17,7 +17,7 @@ pub(super) const FIGURES: [Figure; 5] = [
     ),
     Figure::new(
         ("fig3.8", "Figures 3.8 and 3.9: a tube of smoke by 16 cameras"),
-        "A jet of our own that rises steadily, simulated on twice the cells and restricted to 24 x 24 x 64 (at full size); 20 mutations for each cell and camera. Accepted are samples that were \
+        "A jet of our own that rises steadily, simulated on twice the cells and restricted to 32 x 32 x 80 (at full size); 20 mutations for each cell and camera. Accepted are samples that were \
          recorded. Where the thesis' figures show how samples gather, the curve of the residual stands here.",
         "16 cameras, SAD, 100 million mutations in 65000 chains, 6 minutes a frame on one core: positive samples first, then a mixture.",
         room(80.0, 500.0),
@@ -28,14 +28,14 @@ pub(super) const FIGURES: [Figure; 5] = [
             "fig3.10",
             "Figures 3.10 and 3.11: smoke by 15 cameras, without a prior",
         ),
-        "The puffs of figure 5.2 in the middle of their time, 32 x 32 x 64 cells (at full size); 20 mutations for each cell and camera, in 10000 and in 65000 chains.",
+        "The puffs of figure 5.2 in the middle of their time, 48 x 48 x 96 cells (at full size); 20 mutations for each cell and camera, in 10000 and in 65000 chains.",
         "15 views, no prior, 200 million mutations in 10000 chains (figure 3.11: 65000), 14 minutes a frame; 5 to 10 % accepted.",
         room(260.0, 500.0),
         subjects::figure_10,
     ),
     Figure::new(
         ("fig3.12", "Figure 3.12: a bloom of dye"),
-        "Dye of our own that sinks into still water, 40 x 40 x 40 cells (at full size; the thesis has 200 x 200 x 200, 125 times as many), 15 cameras; 20 mutations for each cell and camera.",
+        "Dye of our own that sinks into still water, 48 x 48 x 48 cells (at full size; the thesis has 200 x 200 x 200, 72 times as many), 15 cameras; 20 mutations for each cell and camera.",
         "SAD, 200 x 200 x 200 cells, 400 million mutations in 10000 chains, 31 minutes a frame; 5 to 10 % accepted.",
         room(220.0, 500.0),
         subjects::figure_12,

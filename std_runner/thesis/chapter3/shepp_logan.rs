@@ -132,11 +132,14 @@ fn row(way: &Way, made: &Made, cells: &[usize], scale: Scale) -> Row {
     let row = Row::new(way.name, format!("{}, {VIEWS} views", product(cells)))
         .with("RMS error", error)
         .with("the least on the way", best)
-        .with(
-            "million mutations",
-            last(history, "mutations").map(|count| count * 1e-6),
-        )
         .of(made);
+    let mutations = last(history, "mutations").map(|count| count * 1e-6);
+    let walks = way.gamma > 0.0 || way.name == "walk";
+    let row = if walks {
+        row.with("million mutations", mutations)
+    } else {
+        row
+    };
     let Some(thesis) = way.thesis else { return row };
     let row = row
         .thesis("thesis: RMS error", thesis)

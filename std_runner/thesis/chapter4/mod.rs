@@ -12,7 +12,7 @@ use super::figure::{Figure, plane};
 pub(super) const FIGURES: [Figure; 7] = [
     Figure::new(
         ("fig4.3", "Figures 4.3 to 4.7: photographs in motion"),
-        "The thesis' photographs are not ours, so images are drawn here and below: 256 x 256 pixels at full size, linear light, noise of 0.005. Lines and wheels stand for the train, lamps that burn \
+        "The thesis' photographs are not ours, so images are drawn here and below: 192 x 192 pixels at full size, linear light, noise of 0.005. Lines and wheels stand for the train, lamps that burn \
          out for the car (saturated pixels are left out), spray for the fountain; each is moved by 11 pixels. Weights of the priors are the thesis', which were chosen for its images; 100 mutations a pixel.",
         "Photographs; 100 mutations a pixel, sigma 32 pixels; gamma 0.001, 0.0015 and 0.003, sparse 0.00025, 0.0005 and 0.0001, TV 0.00025. No errors.",
         plane(90.0, 6.0),

@@ -8,7 +8,7 @@ use super::turned;
 use thurible_core::deblur::{ImagePrior, Tuning};
 
 /// Pixels along a side.
-const SIDE: usize = 256;
+const SIDE: usize = 192;
 /// Those of 0.7 million pixels.
 const LARGE: usize = 836;
 
@@ -97,9 +97,8 @@ pub(super) fn figure_11(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), 
 
 /// Five colours: total variation against clusters.
 pub(super) fn figure_12(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), Halt> {
-    let size = (side(bench, SIDE) / 2, 3);
+    let size = (side(bench, 128), 3);
     let photograph = bench.blur("five_colours", size, "disc:4".into(), (&colours, 1.0))?;
-    let clusters = walk("walk, clusters", ImagePrior::Clusters, 3e-4);
     let ways = [
         Way {
             thesis: &[("thesis: PSNR, dB", "32.0 (text 31.91)")],
@@ -107,12 +106,7 @@ pub(super) fn figure_12(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), 
         },
         Way {
             thesis: &[("thesis: PSNR, dB", "32.7")],
-            tuning: Tuning {
-                colours: 5,
-                mu: 3.0,
-                ..clusters.tuning
-            },
-            ..clusters
+            ..walk("walk, clusters", ImagePrior::Clusters, 3e-4)
         },
     ];
     bench.restore(sheet, ("five_colours", ""), &photograph, &ways)

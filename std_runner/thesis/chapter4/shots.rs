@@ -2,9 +2,10 @@
 
 use super::super::bench::{Bench, Halt, Made};
 use super::super::doors::put;
+use super::super::truth::unread;
 use super::images::Sharp;
 use crate::deblur::{Light, Psf, Request, interleaved};
-use crate::exit::Failure;
+use crate::keyframes::measured;
 use crate::output::colour_plate;
 use crate::problem::Precision;
 use crate::progress::Mode;
@@ -31,15 +32,7 @@ impl Photograph {
     /// What was photographed, and the photograph.
     pub fn shots(&self) -> Result<Vec<Shot>, Halt> {
         let [seen, truth] = &self.pictures;
-        let shot = |(caption, values): (&str, &Vec<f64>)| {
-            let levels = values
-                .iter()
-                .map(|&light| Light::Srgb.coded(light.clamp(0.0, 1.0)) as f32);
-            Ok(Shot {
-                caption: caption.into(),
-                png: colour_plate(&levels.collect::<Vec<_>>(), self.side, self.channels)?,
-            })
-        };
+        let shot = |(caption, light): (&str, &Vec<f64>)| shot(caption, light, self.side, self.channels);
         [("sharp", truth), ("photograph", seen)]
             .into_iter()
             .map(shot)
@@ -112,17 +105,25 @@ impl Bench<'_> {
     }
 }
 
-/// The restored image of a run.
+/// The restored image of a run, as screens show light.
 pub(super) fn restored(caption: &str, made: &Made) -> Result<Shot, Halt> {
-    let path = made.folder.join("image.png");
-    let png = std::fs::read(&path).map_err(|error| {
-        let path = path.display();
-        Halt::Broken(Failure::File(format!(
-            "cannot read {path}: {error}; run it again"
-        )))
-    })?;
+    let image = measured("result", &made.archive(), Some("image"), None).map_err(unread)?;
+    let width = image.shape.get(1).copied().unwrap_or(1);
+    shot(
+        caption,
+        &image.values,
+        width,
+        image.shape.get(2).copied().unwrap_or(1),
+    )
+}
+
+/// Light, the channel last, as a picture.
+fn shot(caption: &str, light: &[f64], width: usize, channels: usize) -> Result<Shot, Halt> {
+    let levels = light
+        .iter()
+        .map(|&light| Light::Srgb.coded(light.clamp(0.0, 1.0)) as f32);
     Ok(Shot {
         caption: caption.into(),
-        png,
+        png: colour_plate(&levels.collect::<Vec<_>>(), width, channels)?,
     })
 }

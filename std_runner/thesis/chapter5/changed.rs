@@ -171,10 +171,10 @@ fn noise(change: &Change) -> String {
     let one = |(seed, from): (usize, usize)| {
         format!(
             "[[template]]\nkind = \"noise\"\ncenter = {middle:?}\nradius = {:?}\nsize = {:?}\nseed = {seed}\nfrom = {from}\nto = {}\namplitude = {:?}\n",
-            400.0 * cell,
-            6.0 * cell,
+            4.0 * change.capture.length,
+            4.0 * cell,
             (from + each).min(last),
-            0.06 * cell
+            NOISE * change.capture.length
         )
     };
     (0..last.saturating_sub(1))
@@ -184,6 +184,8 @@ fn noise(change: &Change) -> String {
         .collect()
 }
 
+/// Acceleration by the noise, in boxes and steps of the truth: about a quarter of the speed of rising smoke comes of it.
+const NOISE: f64 = 2e-5;
 /// The radius of the guidance, in cells.
 const RADIUS: f64 = 2.0;
 

@@ -11,8 +11,8 @@ use super::figure::{Figure, room};
 pub(super) const FIGURES: [Figure; 10] = [
     Figure::new(
         ("fig5.1", "Figure 5.1: the flow in a slice"),
-        "Puffs that rise in turbulent air, simulated on 64 x 64 x 128 cells with four steps a frame and restricted to 32 x 32 x 64 cells and 60 frames (at full size; the thesis has 50 x 100 x 50 cells, \
-         3.8 times as many, and 118 frames, and looks at slice 25). All rows but the last are the thesis' methods with the weights of its Table 5.1.",
+        "Puffs that rise in turbulent air, simulated on 96 x 96 x 192 cells with four steps a frame and restricted to 48 x 48 x 96 cells and 60 frames (at full size; the thesis has 50 x 100 x 50 cells, \
+         1.1 times as many, and 118 frames, and looks at slice 25). All rows but the last are the thesis' methods with the weights of its Table 5.1.",
         "Norm error, angle and direction of three methods in slice 25 of 50 x 100 x 50 cells; colours to about 0.6 and 90 degrees.",
         room(420.0, 500.0),
         slices::figure_1,
@@ -29,7 +29,7 @@ pub(super) const FIGURES: [Figure; 10] = [
     ),
     Figure::new(
         ("fig5.3", "Figure 5.3: a capture at half its size"),
-        "Puffs from a vent rise round a solid ball, 32 x 32 x 64 cells and 61 frames at full size (the thesis: 100 x 200 x 100, 30 times as many, and 150 frames). The tracker knows of no ball. Frames are \
+        "Puffs from a vent rise round a solid ball, 48 x 48 x 96 cells and 61 frames at full size (the thesis: 100 x 200 x 100, 9 times as many, and 150 frames). The tracker knows of no ball. Frames are \
          blurred, then made half as large by means over 2 x 2 x 2 cells. alpha 1e-4, beta 1.",
         "Native size, and half size with blurs of 0, 0.5 and 1; RMS to 0.1, angles to 100 degrees over 150 frames: a strong blur drifts faster. No units.",
         room(420.0, 500.0),
@@ -44,7 +44,7 @@ pub(super) const FIGURES: [Figure; 10] = [
     ),
     Figure::new(
         ("fig5.5", "Figure 5.5: simulated on from captured states"),
-        "The capture of figure 5.1, and dye that sinks into still water (40 x 40 x 40 cells, 41 frames): tracked by our own method, and simulated on for ten frames from the state of every tenth.",
+        "The capture of figure 5.1, and dye that sinks into still water (48 x 48 x 48 cells, 41 frames at full size; the thesis' bloom has 200 x 200 x 200): tracked by our own method, and simulated on for ten frames from the state of every tenth.",
         "Bloom and smoke, from every tenth frame: the bloom follows for over a second, the smoke parts sooner; no numbers.",
         room(520.0, 500.0),
         again::figure_5,
