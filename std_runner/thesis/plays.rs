@@ -10,7 +10,7 @@ type Blob = ([f64; 3], f64);
 /// The sum of blobs with even tops, whose smoke is grained.
 fn blobs(cells: &[usize], blobs: &[Blob], seed: u64) -> Vec<f64> {
     let wide = cells.first().copied().unwrap_or(1) as f64;
-    let grain = texture(cells, wide / 40.0, seed);
+    let grain = texture(cells, (wide / 40.0).max(2.5), seed);
     let [nx, ny] = [0, 1].map(|axis| cells.get(axis).copied().unwrap_or(1));
     let inside = |cell: usize| {
         let place = [cell % nx, cell / nx % ny, cell / (nx * ny)].map(|at| (at as f64 + 0.5) / wide);

@@ -54,7 +54,7 @@ fn the_list_names_every_figure_of_the_thesis() {
             .lines()
             .find(|line| line.starts_with(&format!("{name} ")));
         let line = line.unwrap_or_else(|| panic!("{name} is not listed"));
-        assert!(line.contains(", about ") && line.ends_with('B'), "{line}");
+        assert!(line.contains(" about ") && line.ends_with('B'), "{line}");
     }
     let alias = |line: &str| line.split_whitespace().eq(["fig3.9", "fig3.8"]);
     assert!(ended.out.lines().any(alias), "{}", ended.out);
