@@ -124,7 +124,7 @@ fn list(scale: Scale) {
     for figure in thesis::figures() {
         let [seconds, bytes] = figure.expected(scale);
         console::print(&format!(
-            "{:<10}{:<58}about {}, {}",
+            "{:<10}{:<62}about {}, {}",
             figure.name,
             figure.title,
             in_words(seconds),
