@@ -126,7 +126,8 @@ pub use problem::{
 pub use progress::{Fact, Kind, Objective, Progress, Report, Status};
 pub use real::Real;
 pub use solver::{
-    InputError, Method, Params, Plan, PlanError, Refined, Refinement, SavedError, Solver, SolverError,
+    Elsewhere, InputError, Method, Params, Plan, PlanError, Refined, Refinement, SavedError, Solver,
+    SolverError,
 };
 pub use track::{Capture, TrackParams, TrackPlan, Tracker};
 pub use words::Named;

@@ -94,6 +94,11 @@ pub enum InputError {
     },
     /// The method follows a flow, and none was given.
     NoReference,
+    /// A field of so many cells has no room to be resampled.
+    TooFine {
+        /// Its cells.
+        cells: usize,
+    },
 }
 
 impl fmt::Display for InputError {
@@ -116,6 +121,9 @@ impl fmt::Display for InputError {
             ),
             Self::NoKeyframe { index } => write!(f, "keyframe {index} was not set"),
             Self::NoReference => write!(f, "there is no flow to follow: one must be set before"),
+            Self::TooFine { cells } => {
+                write!(f, "its {cells} cells are too many to be resampled in this memory")
+            }
         }
     }
 }

@@ -243,29 +243,6 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         (self.prepared, self.finished) = (None, false);
         Ok(())
     }
-
-    /// Sets a component of the flow of step `step`, from 1 to N - 1, that the method follows, as [`Self::set_initial_velocity`]. Where no step is
-    /// set it is at rest.
-    ///
-    /// # Errors
-    /// [`InputError`]: a method that follows none, no such axis or step, wrong length, a value that is not finite.
-    pub fn set_reference(&mut self, axis: usize, step: usize, faces: &[T]) -> Result<(), InputError> {
-        let grid = *self.grid();
-        let slots = self.animation().slots;
-        let axes = if self.reference.is_some() { grid.dims } else { 0 };
-        for (given, count) in [(axis, axes), (step.wrapping_sub(1), slots)] {
-            if given >= count {
-                return Err(InputError::Index { given, count });
-            }
-        }
-        let v = &mut self.engine.get_mut().parts().animation.v;
-        if self.reference == Some(false) {
-            v.iter_mut().for_each(|component| component.fill(T::ZERO));
-        }
-        FileLayout::new(&grid, axis).take(faces, 1.0 / self.units.velocity, v[axis], [slots, step - 1])?;
-        (self.reference, self.finished) = (Some(true), false);
-        Ok(())
-    }
 }
 
 /// Sets which cells are solid: one flag for each inside the box, x fastest.

@@ -5,6 +5,7 @@ mod fingerprint;
 mod inputs;
 mod layout;
 mod plan;
+mod reference;
 mod refined;
 mod release;
 mod results;
@@ -20,6 +21,7 @@ pub use errors::{InputError, SavedError, SolverError};
 pub(crate) use layout::FileLayout;
 pub use layout::Strided;
 pub use plan::Plan;
+pub use reference::Elsewhere;
 pub use refined::{MAX_DOUBLINGS, Refined, Refinement};
 
 use crate::exec::Exec;

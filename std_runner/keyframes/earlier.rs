@@ -44,6 +44,22 @@ impl Earlier {
         })
     }
 
+    /// The same on the cells that it has, where the box has as many axes.
+    #[must_use]
+    pub fn as_it_is(mut self) -> Self {
+        let cells: Vec<usize> = self.density.shape().iter().rev().copied().collect();
+        if cells.len() == self.canvas.cells.len() {
+            self.canvas.cells = cells;
+        }
+        self
+    }
+
+    /// The cells that it is read on.
+    #[must_use]
+    pub fn canvas(&self) -> &Canvas {
+        &self.canvas
+    }
+
     /// How many densities there are.
     #[must_use]
     pub fn densities(&self) -> usize {

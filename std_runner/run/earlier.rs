@@ -4,11 +4,13 @@ use super::drawn::narrowed;
 use super::inputs::{Inputs, set_emitters, set_obstacles};
 use crate::distance::relative_l2;
 use crate::exit::Failure;
-use crate::keyframes::{Earlier, ShapeError};
+use crate::keyframes::{Canvas, Earlier, ShapeError};
 use crate::report::FrameRecord;
 use crate::scene::Scene;
+use serde_json::Value;
+use std::fs;
 use std::path::PathBuf;
-use thurible_core::{InputError, Real, Solver, Space};
+use thurible_core::{Elsewhere, InputError, Real, Serial, Solver, Space};
 
 /// A step of an earlier result.
 #[derive(Clone, Debug)]
@@ -61,7 +63,7 @@ impl Origin {
         scene: &Scene,
         solver: &mut Solver<'_, T, S>,
     ) -> Result<(), Failure> {
-        let mut earlier = self.open(scene)?;
+        let mut earlier = self.open(scene)?.as_it_is();
         let first = self.step.unwrap_or(0);
         let (needed, steps) = (first + solver.steps(), earlier.flows());
         if needed > steps {
@@ -69,16 +71,49 @@ impl Origin {
                 "has the flow of {steps} steps, where {needed} are needed, {first} before the first; take fewer steps with --steps, or another result"
             )));
         }
+        let elsewhere = self.elsewhere(scene, &earlier);
         for step in 1..solver.steps() {
-            for axis in 0..S::DIM {
+            let read = |axis: usize| {
                 let faces = earlier.velocity(Some(first + step), axis);
-                let faces = faces.map_err(|error| self.unread(&error))?;
-                solver
-                    .set_reference(axis, step, &narrowed(faces))
-                    .map_err(|error| self.unusable(&error))?;
-            }
+                faces.map(narrowed).map_err(|error| self.unread(&error))
+            };
+            let faces: Vec<Vec<T>> = (0..S::DIM).map(read).collect::<Result<_, _>>()?;
+            let mut all = faces.iter().map(Vec::as_slice);
+            let set = match elsewhere {
+                Some(from) => {
+                    let faces = core::array::from_fn(|_| all.next().unwrap_or(&[]));
+                    solver.set_reference_from(&Serial, step, from, faces)
+                }
+                None => all
+                    .enumerate()
+                    .try_for_each(|(axis, faces)| solver.set_reference(axis, step, faces)),
+            };
+            set.map_err(|error| self.unusable(&error))?;
         }
         Ok(())
+    }
+
+    /// The grid of the flow, where it has other cells than the scene; a report that is not there leaves length and step as the scene's.
+    fn elsewhere(&self, scene: &Scene, earlier: &Earlier) -> Option<Elsewhere> {
+        let canvas = scene.canvas();
+        let cells = earlier.canvas();
+        if cells.cells == canvas.cells {
+            return None;
+        }
+        let report = fs::read(self.folder.join("report.json")).unwrap_or_default();
+        let report: Value = serde_json::from_slice(&report).unwrap_or_default();
+        let said = |key: &str| report.get(key).and_then(Value::as_f64).filter(|&x| x > 0.0);
+        let length = said("length").unwrap_or(canvas.length);
+        let dt = said("dt").unwrap_or(scene.time.dt);
+        let size = Canvas {
+            length,
+            ..cells.clone()
+        }
+        .cell_size();
+        Some(Elsewhere {
+            cells: cells.cells_3d(),
+            unit: size / dt,
+        })
     }
 
     /// How far the densities of `solver` are from those after the step, as far as there are any.
@@ -90,7 +125,10 @@ impl Origin {
         let Some(first) = self.step else {
             return Ok(Vec::new());
         };
-        let mut earlier = self.open(scene)?;
+        let mut earlier = self.open(scene)?.as_it_is();
+        if self.elsewhere(scene, &earlier).is_some() {
+            return Ok(Vec::new());
+        }
         let steps = 1..=solver.steps().min(earlier.densities().saturating_sub(first + 1));
         steps
             .map(|step| {

@@ -192,13 +192,14 @@ impl Job {
         masses: Option<&[f64]>,
     ) -> Result<Inputs, Failure> {
         let scene = &self.request.scene;
+        let inputs = match &self.request.from {
+            Some(from) => from.begin(scene, solver, None)?,
+            None => set_inputs(scene, solver, masses)?,
+        };
         if let Some(reference) = &self.request.reference {
             reference.guide(scene, solver)?;
         }
-        match &self.request.from {
-            Some(from) => from.begin(scene, solver, None),
-            None => set_inputs(scene, solver, masses),
-        }
+        Ok(inputs)
     }
 
     pub(super) fn watch(&self) -> Result<Watch, Failure> {

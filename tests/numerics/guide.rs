@@ -3,13 +3,16 @@
 use crate::fields::cases::Scene;
 use crate::fields::feasible::{check_flow, faces};
 use crate::fields::naive::Naive;
-use crate::fields::{Components, add_scaled_all, dot_all, gap, largest_of, places, with_threads};
+use crate::fields::{
+    Components, add_scaled_all, boundaries, cubic, dot_all, flow, gap, largest_of, places, to_file,
+    with_threads,
+};
 use crate::free_flow::free;
 use thurible_core::grid::Grid;
 use thurible_core::method::simulate::guide::GuideSolver;
 use thurible_core::{
-    D2, D3, Feature, InputError, Method, Plan, PlanError, ProblemError, Real, Serial, Silent, Solver, Space,
-    Status,
+    D2, D3, Elsewhere, Feature, InputError, Method, Plan, PlanError, ProblemError, Real, Serial, Silent,
+    Solver, Space, Status,
 };
 
 /// A flow that begins at rest and has one step.
@@ -114,6 +117,7 @@ fn the_correction_is_the_minimum() {
     is_the_minimum::<f64, D2>(&[13, 10], "pw", 1e-10);
     is_the_minimum::<f64, D2>(&[10, 12], "pp", 1e-10);
     is_the_minimum::<f64, D2>(&[260, 6], "wp", 1e-9);
+    is_the_minimum::<f64, D2>(&[1024, 16], "wp", 1e-9);
     is_the_minimum::<f64, D3>(&[7, 8, 9], "wpw", 1e-10);
     is_the_minimum::<f32, D3>(&[8, 8, 6], "www", 2e-4);
 }
@@ -229,6 +233,72 @@ fn a_guided_plume_rises_without_buoyancy() {
     }
 }
 
+/// A flow of other cells guides as what cubics make of it on the scene's.
+#[test]
+fn a_flow_of_other_cells_guides() {
+    for ends in ["wp", "ww"] {
+        let scene = one_step(&[16, 12], ends);
+        let (problem, grid) = (scene.problem(), scene.problem().grid());
+        let source = Grid::in_cells(&[8, 9], &boundaries(ends));
+        let given: Components<f64> = flow::swirl(&source, 1, 0.8);
+        let cells: Components<f64> = Naive::new(&grid).at_faces(|axis, at| {
+            let place = core::array::from_fn(|a| {
+                let half = if a == axis { 0.0 } else { 0.5 };
+                (at[a] as f64 + half) * source.n[a] as f64 / grid.n[a] as f64
+            });
+            let ratio = grid.n[axis] as f64 / source.n[axis] as f64;
+            ratio * cubic::at(&source, &given[axis], Some(axis), place)
+        });
+        // In the scene's units a cell of either grid has another size.
+        let [of_source, of_grid] = [9.0, 16.0].map(|n| problem.length / n / problem.dt);
+        let along = |elsewhere: bool| {
+            let solved = scene.with::<f64, D2, _>(|solver| {
+                let file = |grid: &Grid, v: &Components<f64>, unit: f64, axis: usize| -> Vec<f64> {
+                    to_file(grid, axis, &v[axis])
+                        .into_iter()
+                        .map(|x| x * unit)
+                        .collect()
+                };
+                if elsewhere {
+                    let faces: [Vec<f64>; 2] = [0, 1].map(|axis| file(&source, &given, of_source, axis));
+                    let from = Elsewhere {
+                        cells: [8, 9, 1],
+                        unit: of_source,
+                    };
+                    let all = [&*faces[0], &*faces[1], &[]];
+                    solver.set_reference_from(&Serial, 1, from, all).unwrap();
+                } else {
+                    for axis in 0..2 {
+                        let faces = file(&grid, &cells, of_grid, axis);
+                        solver.set_reference(axis, 1, &faces).unwrap();
+                    }
+                }
+                crate::fields::cases::Solved::run(&scene, solver, &Serial, &mut Silent)
+            });
+            faces(&grid, &solved.velocity[1])
+        };
+        let [elsewhere, here] = [along(true), along(false)];
+        let apart = largest_of(&add_scaled_all(&elsewhere, -1.0, &here));
+        assert!(
+            largest_of(&here) > 0.0 && apart < 1e-9 * largest_of(&here),
+            "{ends}: {apart:e} of {:e}",
+            largest_of(&here)
+        );
+    }
+    let scene = one_step(&[8, 8], "ww");
+    scene.with::<f32, D2, _>(|solver| {
+        let from = |cells| Elsewhere { cells, unit: 1.0 };
+        let refused = solver.set_reference_from(&Serial, 1, from([512, 512, 1]), [&[]; 3]);
+        let cells = 512 * 512;
+        assert_eq!(refused, Err(InputError::TooFine { cells }));
+        let refused = solver.set_reference_from(&Serial, 2, from([4, 4, 1]), [&[]; 3]);
+        assert_eq!(refused, Err(InputError::Index { given: 1, count: 1 }));
+        let refused = solver.set_reference_from(&Serial, 1, from([4, 4, 1]), [&[0.0; 20], &[0.0; 3], &[]]);
+        let (expected, given) = (20, 3);
+        assert_eq!(refused, Err(InputError::Length { expected, given }));
+    });
+}
+
 #[test]
 fn what_cannot_guide_is_refused() {
     let scene = one_step(&[8, 8], "ww");
@@ -265,7 +335,7 @@ fn what_cannot_guide_is_refused() {
         assert_eq!(solver.set_reference(0, 1, &faces), Err(none));
     });
     let mut open = scene.clone();
-    open.boundary = crate::fields::boundaries("ow");
+    open.boundary = boundaries("ow");
     (open.scheme, open.effects.keep_mass) = (thurible_core::Scheme::Limited, true);
     let unfit = ProblemError::Unfit {
         method: "guide",

@@ -3,6 +3,7 @@
 pub mod carry;
 pub mod cases;
 pub mod control;
+pub mod cubic;
 pub mod effects;
 pub mod feasible;
 pub mod flow;
