@@ -12,6 +12,7 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows::part_mut;
 use crate::field::{Block, Vector, VectorMut, reborrow};
 use crate::grid::geometry::Beyond;
+use crate::grid::solids::Solids;
 use crate::grid::{Grid, Side};
 use crate::operators::divergence::{add_divergence, add_gradient};
 use crate::real::Real;
@@ -171,10 +172,11 @@ pub fn combine<T: Real>(
     });
 }
 
-/// `out += gamma D^T D w` at faces; `cells` is work.
+/// `out += gamma D^T D w` at faces, D in fluid cells; `cells` is work.
 pub fn add_divergence_price<T: Real>(
     exec: &dyn Exec,
     grid: &Grid,
+    solids: Solids<'_>,
     gamma: f64,
     w: Vector<'_, T>,
     out: &mut VectorMut<'_, T>,
@@ -187,6 +189,7 @@ pub fn add_divergence_price<T: Real>(
         cells.fill(T::ZERO);
         add_divergence(&block, task.row, T::ONE, w, cells, part_mut(task.scratch, 0..n));
     });
+    solids.clear_cells(n, cells);
     let (cells, scale) = (&*cells, T::from_f64(-gamma));
     let buffers = RowBuffers::fields(reborrow(out)).with_scratch(scratch);
     for_rows(exec, grid.rows(), buffers, |task| {

@@ -14,6 +14,7 @@ use crate::exec::Exec;
 use crate::field::trajectory::{Shape, add, dot};
 use crate::field::{Vector, VectorMut, view};
 use crate::grid::Grid;
+use crate::grid::solids::Solids;
 use crate::memory::Pool;
 use crate::observe::Observer;
 use crate::poisson::Projection;
@@ -136,7 +137,15 @@ impl<T: Real> Objective<'_, '_, T> {
     pub fn add_price(&mut self, exec: &dyn Exec, w: Vector<'_, T>, out: &mut VectorMut<'_, T>) {
         if self.params.gamma > 0.0 && !self.params.is_hard() {
             let work = (&mut *self.cells, &mut *self.scratch);
-            data::add_divergence_price(exec, self.grid, self.params.gamma, w, out, work);
+            data::add_divergence_price(
+                exec,
+                self.grid,
+                Solids::default(),
+                self.params.gamma,
+                w,
+                out,
+                work,
+            );
         }
     }
 

@@ -19,6 +19,7 @@
 //! | `resample` | fields between grids of any ratio |
 //! | `level` | one grid of the pyramid: estimate, warp, w |
 //! | `pyramid` | the grids and their frames |
+//! | `yielding` | a flow among solid cells whose change is small where it matters, and smooth |
 
 mod conjugate;
 pub mod data;
@@ -29,6 +30,7 @@ pub mod pyramid;
 pub mod resample;
 pub mod sample;
 pub mod warp;
+pub mod yielding;
 
 pub use params::{FlowParams, Minimiser, Warping};
 pub use pyramid::MAX_LEVELS;

@@ -144,7 +144,15 @@ fn curls_and_divergence(grid: &Grid, w: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
     }
     let mut cells = vec![0.0; grid.cells()];
     let work = (&mut cells[..], &mut scratch(grid)[..]);
-    data::add_divergence_price(&Serial, grid, 1.0, view(w), &mut view_mut(&mut out), work);
+    data::add_divergence_price(
+        &Serial,
+        grid,
+        Solids::default(),
+        1.0,
+        view(w),
+        &mut view_mut(&mut out),
+        work,
+    );
     out
 }
 

@@ -128,6 +128,7 @@ pub(super) fn figure_9(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), H
         let deed = Deed::Remap {
             solid: scene.folder.join("ball.toml"),
             weighted,
+            smoothness: 0.0,
         };
         let made = bench.take(folder, (&change.track.folder, change.begin), deed);
         if let Ok(made) = &made {
