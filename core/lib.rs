@@ -112,6 +112,7 @@ pub mod walk;
 pub mod words;
 
 pub use exec::{Exec, Serial};
+pub use flow::{turbulence::Turbulence, yielding::Yielding};
 pub use grid::{Boundary, D2, D3, Space};
 pub use memory::{Entry, Sharing};
 pub use method::choices;

@@ -15,6 +15,7 @@ use crate::commands::solve::SolveArguments;
 use crate::commands::thesis::ThesisArguments;
 use crate::commands::tomography::TomographyArguments;
 use crate::commands::track::TrackArguments;
+use crate::commands::upsample::UpsampleArguments;
 use clap::{Parser, Subcommand};
 
 /// Finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
@@ -40,6 +41,8 @@ pub enum Command {
     Guide(GuideArguments),
     /// Carry the smoke of a result again by its flow, on finer cells if asked.
     Readvect(ReadvectArguments),
+    /// Take the flow of a result to finer cells, with turbulence that its own were too coarse for.
+    Upsample(UpsampleArguments),
     /// Put the flow of a result among other solid cells.
     Remap(RemapArguments),
     /// Find the flow behind frames of smoke.

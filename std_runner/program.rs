@@ -3,7 +3,7 @@
 use crate::cli::{Cli, Command};
 use crate::commands::{
     compare, deblur, guide, new, paper, photograph, plan, readvect, remap, render, simulate, solve, thesis,
-    tomography, track,
+    tomography, track, upsample,
 };
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
@@ -31,6 +31,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Guide(arguments) => guide::run(arguments),
         Command::Readvect(arguments) => readvect::run(arguments),
+        Command::Upsample(arguments) => upsample::run(arguments),
         Command::Remap(arguments) => remap::run(arguments),
         Command::Track(arguments) => track::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),

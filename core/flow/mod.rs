@@ -19,6 +19,7 @@
 //! | `resample` | fields between grids of any ratio |
 //! | `level` | one grid of the pyramid: estimate, warp, w |
 //! | `pyramid` | the grids and their frames |
+//! | `turbulence` | what is too fine for a flow's grid, made up on a finer one |
 //! | `yielding` | a flow among solid cells whose change is small where it matters, and smooth |
 
 mod conjugate;
@@ -29,6 +30,7 @@ pub mod params;
 pub mod pyramid;
 pub mod resample;
 pub mod sample;
+pub mod turbulence;
 pub mod warp;
 pub mod yielding;
 

@@ -29,6 +29,16 @@ pub fn weights(t: f64) -> [f64; 4] {
     ]
 }
 
+/// The four cells around the place `x`, in cells from the low end of the axis, mirrored at walls, and their weights.
+#[inline(always)]
+#[must_use]
+pub fn four(axis: Axis, x: f64) -> [(usize, f64); 4] {
+    let x = x - 0.5;
+    let i = floor(x);
+    let weights = weights(x - i as f64);
+    core::array::from_fn(|k| (axis.mirrored(i - 1 + k as isize), weights[k]))
+}
+
 /// Four cells along an axis and their weights.
 #[derive(Clone, Copy)]
 struct Four<T> {

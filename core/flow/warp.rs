@@ -79,10 +79,18 @@ impl<'a, T: Real> Warp<'a, T> {
         let grid = self.grid;
         match self.way {
             Way::Bfecc([there, back]) => {
-                trace(exec, grid, v, -1.0, phi, there, None);
-                trace(exec, grid, v, 1.0, there, back, None);
-                compensate(exec, grid, phi, back);
-                trace(exec, grid, v, -1.0, back, out, Some(phi));
+                bfecc(
+                    exec,
+                    grid,
+                    Ride {
+                        v,
+                        s: -1.0,
+                        own: None,
+                    },
+                    phi,
+                    [there, back],
+                    out,
+                );
                 Ok(())
             }
             Way::Quick { rest, threads } => {
@@ -121,12 +129,50 @@ pub fn largest<T: Real>(exec: &dyn Exec, grid: &Grid, field: &[T], sums: &mut [f
     })
 }
 
-/// `to` = S_s `from`; limited to the values of `limits` around X, if there are any.
+/// What carries a field, and how.
+#[derive(Clone, Copy)]
+struct Ride<'a, T> {
+    v: Vector<'a, T>,
+    /// Times v in cells: 1 carries along it for a frame.
+    s: f64,
+    /// Of a field that holds c - x of coordinates c that are carried, their axis.
+    own: Option<usize>,
+}
+
+/// Coordinates c that ride on a flow for a step, S_s by BFECC: `u` holds c - x along `axis` at cells. `v` times `s` is in cells a step.
+pub fn carry_coordinate<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    (v, s): (Vector<'_, T>, f64),
+    (axis, u): (usize, &mut [T]),
+    [there, back, out]: [&mut [T]; 3],
+) {
+    let own = Some(axis);
+    bfecc(exec, grid, Ride { v, s, own }, u, [there, back], out);
+    u.copy_from_slice(out);
+}
+
+/// `out` = S_s phi by BFECC, limited to the values of phi around X.
+fn bfecc<T: Real>(
+    exec: &dyn Exec,
+    grid: &Grid,
+    ride: Ride<'_, T>,
+    phi: &[T],
+    [there, back]: [&mut [T]; 2],
+    out: &mut [T],
+) {
+    trace(exec, grid, ride, phi, there, None);
+    let home = Ride { s: -ride.s, ..ride };
+    trace(exec, grid, home, there, back, None);
+    compensate(exec, grid, phi, back);
+    trace(exec, grid, ride, back, out, Some(phi));
+}
+
+/// `to` = S_s `from`; limited to the values of `limits` around X, if there are any. What holds c - x gets X - x.
 fn trace<T: Real>(
     exec: &dyn Exec,
     grid: &Grid,
-    v: Vector<'_, T>,
-    s: f64,
+    ride: Ride<'_, T>,
     from: &[T],
     to: &mut [T],
     limits: Option<&[T]>,
@@ -134,7 +180,8 @@ fn trace<T: Real>(
     for_rows(exec, grid.rows(), RowBuffers::fields([to]), |task| {
         let [out] = task.fields;
         for (x, out) in out.iter_mut().enumerate() {
-            let place = departure(grid, v, s, grid.cell_at(task.row, x));
+            let cell = grid.cell_at(task.row, x);
+            let place = departure(grid, ride.v, ride.s, cell);
             let value = cubic(grid, from, place);
             *out = match limits {
                 None => value,
@@ -144,6 +191,9 @@ fn trace<T: Real>(
                     if above > high { high } else { above }
                 }
             };
+            if let Some(axis) = ride.own {
+                *out += T::from_f64(place[axis] - (cell[axis] as f64 + 0.5));
+            }
         }
     });
 }

@@ -179,6 +179,16 @@ impl Grid {
         self.ends.iter().take(self.dims).any(|end| end.is_open())
     }
 
+    /// The cells inside the box between walls where it has open sides.
+    #[must_use]
+    pub(crate) fn closed(&self) -> Self {
+        let ends = self
+            .ends
+            .map(|end| if end.is_open() { Boundary::Wall } else { end });
+        let n = self.inside().map(|inside| inside.len());
+        Self { n, ends, ..*self }
+    }
+
     /// The cells inside the box along each axis.
     #[must_use]
     pub fn inside(&self) -> [Range<usize>; 3] {

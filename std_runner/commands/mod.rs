@@ -18,3 +18,4 @@ mod takes;
 pub mod thesis;
 pub mod tomography;
 pub mod track;
+pub mod upsample;

@@ -1,7 +1,7 @@
 //! `thurible remap DIR --solid FILE`: the flow of a result among other solid cells.
 
 use super::options::Resources;
-use super::takes::request;
+use super::takes::{not_negative, request};
 use crate::exit::Failure;
 use crate::flows::Deed;
 use clap::Args;
@@ -25,6 +25,9 @@ pub struct RemapArguments {
     /// Let all of the flow give way alike, not that outside of the smoke first.
     #[arg(long)]
     pub plain: bool,
+    /// How dear the vorticity of the change is, beside the change itself: a smooth change takes 5 to 15 times as long.
+    #[arg(long, value_name = "A", value_parser = not_negative, default_value = "0")]
+    pub alpha: f64,
     /// Those of the machine.
     #[command(flatten)]
     pub resources: Resources,
@@ -35,6 +38,7 @@ pub fn run(arguments: &RemapArguments) -> Result<u8, Failure> {
     let deed = Deed::Remap {
         solid: arguments.solid.clone(),
         weighted: !arguments.plain,
+        smoothness: arguments.alpha,
     };
     let from = (arguments.result.as_path(), arguments.at);
     let to = (arguments.output.as_deref(), "_remapped");

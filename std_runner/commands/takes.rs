@@ -27,3 +27,11 @@ pub(super) fn request(
         mode: resources.mode(),
     }
 }
+
+/// Reads a number that is at least 0; the error says what is allowed.
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok();
+    number
+        .filter(|number: &f64| (0.0..=1e6).contains(number))
+        .ok_or_else(|| format!("found \"{text}\", allowed is a number from 0 to 1e6"))
+}

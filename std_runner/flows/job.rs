@@ -3,7 +3,7 @@
 use super::known::{Known, refuse};
 use super::page::{self, Record, StepRecord};
 use super::place::{Job, problem, solid};
-use super::request::{Deed, Request};
+use super::request::Request;
 use super::walk::Walk;
 use crate::bytes::{self, rounded};
 use crate::destination::Destination;
@@ -18,7 +18,7 @@ use crate::report::ARCHIVE;
 use crate::{console, run, threads};
 use serde_json::json;
 use std::path::PathBuf;
-use thurible_core::{Named, Real, Refined, Refinement, Status};
+use thurible_core::{Named, Real, Refined, Status};
 
 /// Does what `request` asks for and writes the result folder; the answer is the exit code.
 pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
@@ -32,20 +32,9 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
         );
         return Err(refuse(&request.from, &why));
     }
-    let scale = request.deed.scale();
-    if scale > 1 && known.emits() {
-        let why = format!(
-            "has emitters, which are drawn again by `thurible render --scale {scale}`; leave --scale out"
-        );
-        return Err(refuse(&request.from, &why));
-    }
     let solid = solid(request, &known)?;
     let problem = problem(&known, request, solid.is_some());
-    let refinement = Refinement {
-        doublings: scale.checked_ilog2().map_or(0, |doublings| doublings as usize),
-        weighted: matches!(request.deed, Deed::Remap { weighted: true, .. }),
-        threads: request.threads,
-    };
+    let refinement = request.deed.refinement(request.threads);
     let job = Job {
         request,
         problem,
@@ -171,6 +160,7 @@ impl Job<'_> {
     }
 
     fn record<T: Real>(&self, status: Status, memory: (usize, usize), history: Vec<StepRecord>) -> Record {
+        let priced = self.refinement.weighted.map(|how| how.smoothness);
         Record {
             format: 1,
             kind: self.request.deed.name(),
@@ -181,6 +171,9 @@ impl Job<'_> {
             steps: history.len(),
             from: self.request.at,
             solid: self.solid.is_some(),
+            turbulence: self.refinement.turbulence.map(|given| given.strength),
+            seed: self.refinement.turbulence.map(|given| given.seed),
+            smoothness: priced.filter(|&alpha| alpha > 0.0),
             advection: self.problem.advection.scheme,
             precision: T::NAME,
             threads: self.refinement.threads,

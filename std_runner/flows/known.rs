@@ -1,7 +1,7 @@
 //! A written result whose flow is known: what it is, and its arrays, read one step at a time.
 
 use crate::exit::Failure;
-use crate::keyframes::{Canvas, Earlier, Series, ShapeError, has_array, measured, resampled};
+use crate::keyframes::{Canvas, Earlier, Series, ShapeError, has_array, measured};
 use crate::problem::Precision;
 use crate::report::ARCHIVE;
 use serde_json::Value;
@@ -102,20 +102,10 @@ impl Known {
         Ok(Some(read.into_iter().map(|value| value.max(0.0)).collect()))
     }
 
-    /// A density on cells `scale` times as fine, linear between the cells.
-    pub fn finer(&self, smoke: &[f64], scale: usize) -> Vec<f64> {
-        resampled(smoke.to_vec(), &self.cells, &self.canvas(scale))
-    }
-
     /// What emitters added after a step.
     pub fn emission(&mut self, step: usize) -> Result<Option<Vec<f64>>, Failure> {
         let read = self.emission.as_mut().map(|series| series.read(step));
         read.transpose().map_err(|error| unread(&self.folder, &error))
-    }
-
-    /// Whether emitters added smoke.
-    pub fn emits(&self) -> bool {
-        self.emission.is_some()
     }
 
     /// The solid cells on a grid `scale` times as fine, if there are any.

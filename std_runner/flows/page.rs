@@ -26,6 +26,14 @@ pub(super) struct Record {
     /// The step of the earlier result that it begins with.
     pub from: usize,
     pub solid: bool,
+    /// Strength and seed of turbulence that was added.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turbulence: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// How dear the vorticity of the change was, if it had a price.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smoothness: Option<f64>,
     #[serde(serialize_with = "by_name")]
     pub advection: Scheme,
     pub precision: &'static str,
@@ -56,6 +64,17 @@ pub(super) struct StepRecord {
     /// By what part of itself the flow changed: everywhere, and where there is smoke.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub changed: Option<[f64; 2]>,
+    /// Iterations in which the flow gave way, smoothly.
+    #[serde(skip_serializing_if = "is_none")]
+    pub iterations: usize,
+    /// The kinetic energy of the finer flow without the turbulence and with it, 1/2 the mean of |v|^2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<[f64; 2]>,
+}
+
+/// Whether there were none.
+fn is_none(count: &usize) -> bool {
+    *count == 0
 }
 
 /// Writes the page of the result in `folder`.
@@ -131,8 +150,28 @@ fn facts(record: &Record) -> Table {
             mean(|changed| changed[0]),
         ),
         ("the same where there is smoke", mean(|changed| changed[1])),
+        (
+            "price of the change's vorticity, alpha",
+            record.smoothness.map(number),
+        ),
+        (
+            "turbulence, 1 as the spectrum goes on",
+            record.turbulence.map(number),
+        ),
+        ("its seed", record.seed.map(|seed| seed.to_string())),
+        (
+            "kinetic energy that it adds, in parts of the flow's, mean of all steps",
+            added(&record.history),
+        ),
     ];
     Table::of_facts(rows.into_iter().filter_map(|(name, value)| Some((name, value?))))
+}
+
+/// By what part of itself turbulence raised the kinetic energy, in the mean of all steps.
+fn added(history: &[StepRecord]) -> Option<String> {
+    let sums = history.iter().filter_map(|step| step.energy);
+    let [before, after] = sums.fold([0.0; 2], |sum, energy| [sum[0] + energy[0], sum[1] + energy[1]]);
+    (before > 0.0).then(|| number(after / before - 1.0))
 }
 
 fn charts(record: &Record) -> Vec<Chart> {
@@ -146,6 +185,16 @@ fn charts(record: &Record) -> Vec<Chart> {
             "Density beside the earlier result's",
             "distance, in parts of it",
             vec![curve("apart", 1, &|step| step.relative_l2)],
+        ),
+        chart(
+            "Kinetic energy",
+            "1/2 the mean of |v|^2",
+            vec![
+                curve("flow on finer cells", 2, &|step| {
+                    step.energy.map(|energy| energy[0])
+                }),
+                curve("with turbulence", 1, &|step| step.energy.map(|energy| energy[1])),
+            ],
         ),
         chart(
             "Change of the flow",

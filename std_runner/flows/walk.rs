@@ -12,7 +12,7 @@ use crate::output::Store;
 use crate::threads;
 use core::fmt::Display;
 use core::mem::MaybeUninit;
-use thurible_core::{Boundary, Real, Refined, Silent};
+use thurible_core::{Boundary, Real, Refined, Serial, Silent};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -50,18 +50,19 @@ impl<'a, 'm, T: Real> Walk<'a, 'm, T> {
         let smoke = known
             .smoke(job.request.at)?
             .ok_or_else(|| no_density(job, job.request.at))?;
-        let scale = job.request.deed.scale();
-        let finer = if scale == 1 {
-            narrowed(&smoke)
-        } else {
-            narrowed(&known.finer(&smoke, scale))
-        };
-        refined.set_density(&finer).map_err(|error| unusable(&error))?;
+        refined
+            .set_density_of_result(&Serial, &narrowed(&smoke))
+            .map_err(|error| unusable(&error))?;
         let (density, velocity) = arrays::<T>(job, store)?;
         store.push(density, refined.density())?;
-        let weighted = job.solid.as_ref().filter(|_| job.refinement.weighted);
+        let weighted = matches!(job.request.deed, Deed::Remap { weighted: true, .. });
+        if job.refinement.weighted.is_some() && !weighted {
+            let alike = vec![T::ONE; refined.cells()];
+            refined.set_importance(&alike).map_err(|error| unusable(&error))?;
+        }
+        let near = job.solid.as_ref().filter(|_| weighted);
         Ok(Self {
-            squared: weighted.map(|solid| distances(&job.problem.cells, &job.problem.boundary, solid)),
+            squared: near.map(|solid| distances(&job.problem.cells, &job.problem.boundary, solid)),
             means: vec![T::ZERO; known.cells.iter().product()],
             smoke: Some(smoke),
             job,
@@ -97,7 +98,10 @@ impl<'a, 'm, T: Real> Walk<'a, 'm, T> {
             return Ok(None);
         }
         if let Some(emission) = self.known.emission(now)? {
-            let added = self.refined.add(&narrowed(&emission));
+            let emission = narrowed(&emission);
+            let added = threads::together(job.refinement.threads, |exec| {
+                self.refined.add_of_result(exec, &emission)
+            });
             added.map_err(|error| unusable(job, &error))?;
         }
         let flow = self.keep()?;
@@ -106,12 +110,15 @@ impl<'a, 'm, T: Real> Walk<'a, 'm, T> {
             _ => None,
         };
         self.smoke = self.known.smoke(now + 1)?;
+        let effort = self.refined.effort();
         Ok(Some(StepRecord {
             step: step + 1,
             frame: now + 1,
             seconds: job.clock.total() - begun,
             relative_l2: self.apart(),
             changed,
+            iterations: effort.iterations,
+            energy: job.refinement.turbulence.map(|_| effort.energy),
         }))
     }
 

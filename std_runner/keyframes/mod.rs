@@ -36,7 +36,6 @@ pub use frames::{Frame, Frames, has_array};
 pub(crate) use measured::{Measured, entries, measured};
 pub use note::Note;
 pub(crate) use raster::DENSEST;
-pub(crate) use resample::resampled;
 pub use series::Series;
 pub use spec::ShapeSpec;
 pub use velocity::read_velocity;

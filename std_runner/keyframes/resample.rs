@@ -39,7 +39,7 @@ pub(super) fn windows(cells: usize, samples: usize, start: f64, step: f64, edge:
 }
 
 /// An array of `shape` [x, y, ..] samples, which fill the box, on the cells of `canvas`.
-pub(crate) fn resampled(values: Vec<f64>, shape: &[usize], canvas: &super::Canvas) -> Vec<f64> {
+pub(super) fn resampled(values: Vec<f64>, shape: &[usize], canvas: &super::Canvas) -> Vec<f64> {
     let axes = shape.iter().zip(&canvas.cells).enumerate();
     let taps = axes.map(|(axis, (&samples, &cells))| {
         let edge = if canvas.repeats(axis) {

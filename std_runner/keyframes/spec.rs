@@ -1,6 +1,6 @@
 //! The keys of a shape, as the scene file writes them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -67,16 +67,6 @@ impl ShapeSpec {
             image,
             ..self.clone()
         }
-    }
-
-    /// The first density of the archive of a result.
-    pub(crate) fn of_result(archive: &Path) -> Self {
-        Self {
-            name: Some("density".into()),
-            ..Self::default()
-        }
-        .of_file(archive.into())
-        .of_step(0)
     }
 
     /// The same at a step of its array.

@@ -5,7 +5,7 @@ mod again;
 use crate::bytes;
 use crate::distance::relative_l2;
 use crate::exit::Failure;
-use crate::keyframes::{Note, ShapeSpec};
+use crate::keyframes::Note;
 use crate::output::{Body, OutputError, Reel, Still};
 use crate::problem::OwnedProblem;
 use crate::region::MARGIN;
@@ -16,7 +16,7 @@ use crate::threads;
 use again::Origin;
 use core::mem::MaybeUninit;
 use std::path::Path;
-use thurible_core::{Refined, Refinement, Scheme, Silent};
+use thurible_core::{Refined, Refinement, Scheme, Serial, Silent};
 
 /// Bytes a finer cell while shapes are drawn, in double precision, or a picture is.
 const BESIDE: usize = 28;
@@ -95,8 +95,8 @@ impl Plan {
 fn refinement(scale: usize, threads: usize) -> Refinement {
     Refinement {
         doublings: scale.checked_ilog2().map_or(0, |doublings| doublings as usize),
-        weighted: false,
         threads,
+        ..Refinement::default()
     }
 }
 
@@ -182,17 +182,20 @@ impl<'m> Finer<'m> {
             apart(&once, &begins) <= SAME
         });
         self.notes.clear();
-        let source = match &plan.scene.source {
-            Some(source) if is_drawn => drawn(&plan.scene, "source", source, &mut self.notes)?,
-            _ if begins.iter().all(|&x| x == 0.0) => vec![0.0; self.refined.cells()],
+        let set = match &plan.scene.source {
+            Some(source) if is_drawn => {
+                let source: Vec<f32> = drawn(&plan.scene, "source", source, &mut self.notes)?;
+                self.refined.set_density(&source)
+            }
             _ => {
-                let text = "the result does not begin with the source of its scene: its first density is taken, as smooth as it is";
-                self.notes.push(Note::remark(text.into()));
-                let step = ShapeSpec::of_result(reel.archive());
-                drawn(&plan.scene, "source", &step, &mut self.notes)?
+                if begins.iter().any(|&x| x != 0.0) {
+                    let text = "the result does not begin with the source of its scene: its first density is taken, as smooth as it is";
+                    self.notes.push(Note::remark(text.into()));
+                }
+                let begins: Vec<f32> = begins.into_iter().map(|x| x.max(0.0)).collect();
+                self.refined.set_density_of_result(&Serial, &begins)
             }
         };
-        let set = self.refined.set_density(&source);
         set.map_err(refuse(&plan.scene, "source"))
     }
 

@@ -58,5 +58,7 @@ mod track;
 mod transforms;
 mod transport;
 mod transport_refusals;
+mod turbulence;
 mod walk;
 mod words;
+mod yielding;

@@ -5,13 +5,14 @@ use crate::fields::feasible::faces;
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
 use crate::fields::{
-    Components, Memory, boundaries, flow, grid, largest, largest_of, places, view, view_mut, with_threads,
-    zeros,
+    Components, Memory, boundaries, cubic, flow, grid, largest, largest_of, places, view, view_mut,
+    with_threads, zeros,
 };
 use thurible_core::grid::Grid;
 use thurible_core::operators::refine;
 use thurible_core::{
     Boundary, Emitter, InputError, PlanError, Problem, Refined, Refinement, Scheme, Serial, Silent, Supply,
+    Yielding,
 };
 
 const GRIDS: [(&[usize], &str); 7] = [
@@ -28,8 +29,8 @@ const GRIDS: [(&[usize], &str); 7] = [
 fn finer(doublings: usize, threads: usize) -> Refinement {
     Refinement {
         doublings,
-        weighted: false,
         threads,
+        ..Refinement::default()
     }
 }
 
@@ -259,7 +260,7 @@ fn the_children_of_a_face_carry_what_it_carries() {
 }
 
 /// A smooth flow through a box, at faces in the layout of a file.
-fn files(grid: &Grid, v: &Components<f64>) -> Vec<Vec<f64>> {
+pub fn files(grid: &Grid, v: &Components<f64>) -> Vec<Vec<f64>> {
     (0..grid.dims)
         .map(|axis| {
             let walls = !grid.axis(axis).is_ring();
@@ -279,7 +280,7 @@ fn files(grid: &Grid, v: &Components<f64>) -> Vec<Vec<f64>> {
 }
 
 /// A problem on `cells` of a few steps.
-fn problem<'a>(cells: &'a [usize], ends: &'a [Boundary], emitters: &'a [Emitter]) -> Problem<'a> {
+pub fn problem<'a>(cells: &'a [usize], ends: &'a [Boundary], emitters: &'a [Emitter]) -> Problem<'a> {
     Problem {
         steps: 4,
         emitters,
@@ -395,6 +396,50 @@ fn flow_and_smoke_stay_out_of_solid_cells_of_the_finer_grid() {
     }
 }
 
+/// A density of the result's cells is doubled by cubics, once for each halving of the cells, and so is what emitters add.
+#[test]
+fn a_density_is_doubled_by_cubics() {
+    for (cells, ends, doublings) in [(&[8, 6][..], "wp", 1), (&[6, 5], "ww", 3), (&[4, 5, 6], "pww", 2)] {
+        let ends = &boundaries(ends);
+        let fine: Vec<usize> = cells.iter().map(|n| n << doublings).collect();
+        let problem = problem(&fine, ends, &[]);
+        let mut grid = Grid::in_cells(cells, ends);
+        // Here and there some smoke, beside which cubics undershoot.
+        let mut random = Random::new(78);
+        let smoke = places(&grid).map(|at| {
+            if (at[0] + 2 * at[1]) % 3 == 0 {
+                random.unit()
+            } else {
+                0.0
+            }
+        });
+        let given: Vec<f64> = smoke.collect();
+        let mut expected = given.clone();
+        for _ in 0..doublings {
+            let next = grid.of_cells(core::array::from_fn(|a| {
+                if a < grid.dims { 2 * grid.n[a] } else { 1 }
+            }));
+            let places = places(&next).map(|at| at.map(|i| 0.5 * (i as f64 + 0.5)));
+            expected = places
+                .map(|place| cubic::at(&grid, &expected, None, place))
+                .collect();
+            grid = next;
+        }
+        assert!(expected.iter().any(|&x| x < 0.0), "{cells:?}: nothing to cut off");
+        expected.iter_mut().for_each(|x| *x = x.max(0.0));
+        let bytes = Refined::<f64>::bytes(&problem, finer(doublings, 2)).unwrap();
+        let mut memory = Memory::new(bytes);
+        let mut refined = Refined::<f64>::carve(&problem, finer(doublings, 2), memory.block()).unwrap();
+        with_threads(2, |exec| refined.set_density_of_result(exec, &given)).unwrap();
+        let gap = |found: &[f64], by: f64| largest(found.iter().zip(&expected).map(|(x, y)| x - by * y));
+        assert!(gap(refined.density(), 1.0) < 1e-13, "{cells:?}");
+        refined.add_of_result(&Serial, &given).unwrap();
+        assert!(gap(refined.density(), 2.0) < 1e-13, "{cells:?}");
+        let short = refined.set_density_of_result(&Serial, &given[1..]);
+        assert!(matches!(short, Err(InputError::Length { .. })));
+    }
+}
+
 #[test]
 fn memory_does_not_grow_with_steps() {
     let ends = &boundaries("www");
@@ -474,8 +519,9 @@ fn what_matters_keeps_its_flow() {
         let through = |importance: Option<&[f64]>, threads: usize| {
             let how = Refinement {
                 doublings: 0,
-                weighted: importance.is_some(),
+                weighted: importance.map(|_| Yielding::default()),
                 threads,
+                ..Refinement::default()
             };
             let mut memory = Memory::new(Refined::<f64>::bytes(&problem, how).unwrap());
             let mut refined = Refined::<f64>::carve(&problem, how, memory.block()).unwrap();

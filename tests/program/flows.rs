@@ -134,6 +134,36 @@ fn a_guided_flow_follows_its_reference() {
         &[&weightless[..], &["--set", "method.guide.solver=\"admm\""]].concat(),
     );
     assert!((last(&admm) - last(&near)).abs() < 1e-3);
+    // On finer cells it leads as well; how far the densities are is not known there.
+    let finer = guided(
+        "finer",
+        &[&weightless[..], &["--set", "grid.cells=[48, 64]"]].concat(),
+    );
+    assert!(finer.get("frames").is_none());
+    let top = |folder: &str, cells: [usize; 2]| {
+        let (_, density) = array(&result.with_file_name(folder), "density");
+        let last = &density[12 * cells[0] * cells[1]..];
+        let rows = last.chunks(cells[0]).enumerate();
+        let (sum, weighed) = rows.fold((0.0, 0.0), |(sum, weighed), (up, row)| {
+            let mass: f64 = row.iter().sum();
+            (sum + mass, weighed + mass * (up as f64 + 0.5) / cells[1] as f64)
+        });
+        weighed / sum
+    };
+    let still = {
+        let (_, density) = array(&result, "density");
+        let rows = density.chunks(24).take(32).enumerate();
+        let (sum, weighed) = rows.fold((0.0, 0.0), |(sum, weighed), (up, row)| {
+            let mass: f64 = row.iter().sum();
+            (sum + mass, weighed + mass * (up as f64 + 0.5) / 32.0)
+        });
+        weighed / sum
+    };
+    let [risen, led] = [top("plume", [24, 32]), top("finer", [48, 64])];
+    assert!(
+        (led - risen).abs() < 0.1 * (risen - still),
+        "{led} beside {risen}, from {still}"
+    );
     // From step 5 of the reference on, with its smoke.
     let late = guided("late", &["--at", "5", "--from-reference", "--steps", "6"]);
     assert_eq!(frames(&late)[0].1, 6);
@@ -262,6 +292,212 @@ fn a_flow_goes_round_what_is_solid_and_dyed_parts_change_least() {
     }
 }
 
+/// The largest difference of what flows into a cell and out of it at any step, in parts of the fastest velocity.
+fn divergence(folder: &Path, [nx, ny]: [usize; 2], steps: usize) -> f64 {
+    let (_, x) = array(folder, "velocity_x");
+    let (_, y) = array(folder, "velocity_y");
+    let fastest = x.iter().chain(&y).fold(0.0_f64, |most, v| most.max(v.abs()));
+    // Walls along x, a ring along y.
+    let mut most = 0.0_f64;
+    for (step, up) in (0..steps).flat_map(|step| (0..ny).map(move |up| (step, up))) {
+        for across in 0..nx {
+            let low = (step * ny + up) * (nx + 1) + across;
+            let below = y[(step * ny + up) * nx + across];
+            let above = y[(step * ny + (up + 1) % ny) * nx + across];
+            most = most.max((x[low + 1] - x[low] + above - below).abs());
+        }
+    }
+    most / fastest
+}
+
+#[test]
+fn turbulence_is_added_on_finer_cells() {
+    let [_, result] = plume("flows_upsampled");
+    let upsampled = |name: &str, more: &[&str]| {
+        let folder = result.with_file_name(name);
+        let common = [
+            "upsample",
+            text(&result),
+            "--factor",
+            "2",
+            "--quiet",
+            "-o",
+            text(&folder),
+        ];
+        well(&[&common[..], more].concat());
+        folder
+    };
+    let one = upsampled("one", &["--threads", "1"]);
+    let said = report(&one);
+    assert_eq!((&said["kind"], &said["steps"]), (&"upsample".into(), &12.into()));
+    assert_eq!((&said["turbulence"], &said["seed"]), (&1.0.into(), &1.into()));
+    assert_eq!(array(&one, "density").0, [13, 64, 48]);
+    assert_eq!(array(&one, "velocity_x").0, [12, 64, 49]);
+    let energies = |said: &Value, which: usize| -> f64 {
+        let history = said["history"].as_array().unwrap();
+        history
+            .iter()
+            .map(|step| step["energy"][which].as_f64().unwrap())
+            .sum()
+    };
+    assert!(energies(&said, 0) > 0.0);
+    assert!(divergence(&one, [48, 64], 12) < 1e-4);
+    let page = fs::read_to_string(one.join("report.html")).unwrap();
+    assert!(page.contains("with turbulence"));
+    // Any threads, the same; another seed, another noise; none, what readvect writes.
+    let bits = |folder: &Path| ["density", "velocity_x", "velocity_y"].map(|name| array(folder, name));
+    assert_eq!(bits(&one), bits(&upsampled("three", &["--threads", "3"])));
+    assert_ne!(bits(&one), bits(&upsampled("other", &["--seed", "2"])));
+    let calm = upsampled("calm", &["--turbulence", "0"]);
+    let again = result.with_file_name("again");
+    let readvect = [
+        "readvect",
+        text(&result),
+        "--scale",
+        "2",
+        "--quiet",
+        "-o",
+        text(&again),
+    ];
+    well(&readvect);
+    assert_eq!(bits(&calm), bits(&again));
+    // What is added is as strong as is asked for, and less than the flow.
+    let strong = upsampled("strong", &["--turbulence", "4"]);
+    let apart = |folder: &Path| {
+        let (_, with) = array(folder, "velocity_y");
+        let (_, without) = array(&calm, "velocity_y");
+        let pairs = with.iter().zip(&without);
+        pairs
+            .map(|(with, without)| (with - without).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let (_, flow) = array(&calm, "velocity_y");
+    let size = flow.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let [one, four] = [&one, &strong].map(|folder| apart(folder));
+    assert!(
+        (four - 4.0 * one).abs() < 1e-3 * four && one > 1e-3 * size && one < 0.2 * size,
+        "{one:e}, {four:e} of {size:e}"
+    );
+    assert!(energies(&report(&strong), 1) > energies(&said, 0));
+    let late = upsampled("late", &["--at", "6"]);
+    assert_eq!(report(&late)["steps"], 6);
+    // It can be taken further, like any other.
+    well(&[
+        "render",
+        text(&late),
+        "--quiet",
+        "--steps",
+        "4",
+        "-o",
+        text(&result.with_file_name("pictures")),
+    ]);
+}
+
+#[test]
+fn what_emitters_add_goes_to_finer_cells_too() {
+    let [scene, result] = plume("flows_emitted");
+    let emitter = "[[emitter]]\nrate = 0.2\nto = 8\nbox = { min = [0.3, 0.1], max = [0.5, 0.2] }\n[flow]";
+    fs::write(&scene, PLUME.replace("[flow]", emitter)).unwrap();
+    well(&["simulate", text(&scene), "--quiet", "-o", text(&result)]);
+    let again = result.with_file_name("again");
+    well(&[
+        "readvect",
+        text(&result),
+        "--scale",
+        "2",
+        "--quiet",
+        "-o",
+        text(&again),
+    ]);
+    let [coarse, fine] = [(&result, 24 * 32), (&again, 48 * 64)].map(|(folder, cells)| {
+        let (_, density) = array(folder, "density");
+        density
+            .chunks(cells)
+            .map(|step| step.iter().sum::<f64>())
+            .collect::<Vec<_>>()
+    });
+    assert!(coarse[12] > 1.2 * coarse[0]);
+    for (step, (coarse, fine)) in coarse.iter().zip(&fine).enumerate() {
+        assert!(
+            (fine / 4.0 - coarse).abs() < 0.02 * coarse,
+            "step {step}: {fine} beside {coarse}"
+        );
+    }
+}
+
+#[test]
+fn a_smooth_change_is_one_with_less_vorticity() {
+    let [scene, result] = plume("flows_smooth");
+    let solid = scene.with_file_name("post.toml");
+    let post = "[[obstacle]]\ncircle = { center = [0.4, 0.75], radius = 0.1 }\n[flow]";
+    fs::write(&solid, PLUME.replace("[flow]", post)).unwrap();
+    let remapped = |name: &str, more: &[&str]| {
+        let folder = result.with_file_name(name);
+        let common = [
+            "remap",
+            text(&result),
+            "--solid",
+            text(&solid),
+            "--quiet",
+            "-o",
+            text(&folder),
+        ];
+        well(&[&common[..], more].concat());
+        folder
+    };
+    let rough = remapped("rough", &[]);
+    let smooth = remapped("smooth", &["--alpha", "1"]);
+    let plain = remapped("plain", &["--alpha", "1", "--plain"]);
+    let said = report(&smooth);
+    assert_eq!(said["smoothness"], 1.0);
+    let history = said["history"].as_array().unwrap();
+    let iterations = |step: &Value| step["iterations"].as_u64().unwrap_or(0);
+    assert!(
+        history
+            .iter()
+            .skip(1)
+            .all(|step| (1..=100).contains(&iterations(step))),
+        "{history:?}"
+    );
+    let (_, solid) = array(&smooth, "solid");
+    let [before, rough, smooth, plain] = [&result, &rough, &smooth, &plain].map(|folder| {
+        assert!(folder == &result || divergence(folder, [24, 32], 12) < 1e-3);
+        [array(folder, "velocity_x").1, array(folder, "velocity_y").1]
+    });
+    // The vorticity of the change of the last step where no solid cell is near.
+    let vorticity = |after: &[Vec<f64>; 2]| {
+        let mut sum = 0.0;
+        for (across, up) in (1..24).flat_map(|across| (0..32).map(move |up| (across, up))) {
+            let row = |up: usize| 11 * 32 + (up + 32) % 32;
+            let cells = [
+                (across, up),
+                (across - 1, up),
+                (across, up + 31),
+                (across - 1, up + 31),
+            ];
+            if cells.into_iter().any(|(x, y)| solid[y % 32 * 24 + x] == 1.0) {
+                continue;
+            }
+            let x = |up: usize| {
+                let face = row(up) * 25 + across;
+                after[0][face] - before[0][face]
+            };
+            let y = |across: usize| {
+                let face = row(up) * 24 + across;
+                after[1][face] - before[1][face]
+            };
+            sum += (y(across) - y(across - 1) - x(up) + x(up + 31)).powi(2);
+        }
+        sum
+    };
+    let [rough, smooth, plain] = [&rough, &smooth, &plain].map(vorticity);
+    assert!(
+        smooth < 0.5 * rough && plain < smooth,
+        "{rough:e}, {smooth:e}, {plain:e}"
+    );
+}
+
 #[test]
 fn what_cannot_be_taken_further_is_refused() {
     let [scene, result] = plume("flows_no_further");
@@ -292,6 +528,42 @@ fn what_cannot_be_taken_further_is_refused() {
             &["readvect", result, "--memory-limit", "10KiB"],
             3,
             &["24 x 32 cells takes", "--memory-limit"],
+        ),
+        (
+            &["upsample", "no_such_folder"],
+            4,
+            &["report.json", "name a result folder"],
+        ),
+        (
+            &["upsample", result, "--at", "12"],
+            2,
+            &["no flow of step 12", "0 to 11"],
+        ),
+        (
+            &["upsample", result, "--factor", "3"],
+            2,
+            &["--factor", "2, 4 and 8"],
+        ),
+        (
+            &["upsample", result, "--turbulence=-1"],
+            2,
+            &["--turbulence", "from 0"],
+        ),
+        (
+            &["upsample", result, "--turbulence", "nan"],
+            2,
+            &["--turbulence", "from 0"],
+        ),
+        (&["upsample", result, "--seed", "x"], 2, &["--seed"]),
+        (
+            &["upsample", result, "--memory-limit", "10KiB"],
+            3,
+            &["upsample", "96 x 128", "--memory-limit"],
+        ),
+        (
+            &["remap", result, "--solid", text(&scene), "--alpha=-1"],
+            2,
+            &["--alpha", "from 0"],
         ),
         (&["remap", result], 2, &["--solid"]),
         (
@@ -353,10 +625,23 @@ fn what_cannot_be_followed_is_refused() {
                 "--reference",
                 result,
                 "--set",
+                "grid.boundary=[\"wall\", \"wall\"]",
+            ],
+            2,
+            &["--reference", "velocity_y", "boundary"],
+        ),
+        (
+            &[
+                "guide",
+                scene,
+                "--reference",
+                result,
+                "--from-reference",
+                "--set",
                 "grid.cells=[24, 30]",
             ],
             2,
-            &["--reference", "velocity_x", "same cells"],
+            &["--reference", "density", "same cells"],
         ),
         (
             &["guide", scene, "--reference", "no_such_folder"],

@@ -1,6 +1,8 @@
 //! The memory of a [`Refined`] density: how many bytes, and what lies where.
 
-use super::{MAX_DOUBLINGS, Refined, Refinement, carrier};
+use super::{Effort, MAX_DOUBLINGS, Refined, Refinement, carrier};
+use crate::flow::turbulence::Detail;
+use crate::flow::yielding;
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::{ALIGN, Arena, Layout, Ledger, Pool, TooSmall};
@@ -54,7 +56,10 @@ impl<'m, T: Real> Refined<'m, T> {
     /// One without buffers.
     fn new(problem: &Problem<'_>, refinement: Refinement) -> Result<Self, PlanError> {
         let Refinement {
-            doublings, threads, ..
+            doublings,
+            threads,
+            turbulence,
+            ..
         } = refinement;
         match problem.check() {
             // What is refined has no divergence: only obstacles ask for a projection.
@@ -80,7 +85,11 @@ impl<'m, T: Real> Refined<'m, T> {
             // There is room for all of them.
             let _ = grids.push(grid);
         }
+        let on_grid = |grid: &Grid| turbulence.map(|given| Detail::new(grid, doublings, given));
+        let detail = grids.first().filter(|_| doublings > 0 && !finest.is_open());
         Ok(Self {
+            detail: detail.and_then(on_grid),
+            effort: Effort::default(),
             levels: Levels::bare(&finest, 0).with_obstacles(problem.solids),
             grids,
             flows: Default::default(),
@@ -89,7 +98,9 @@ impl<'m, T: Real> Refined<'m, T> {
             lists: Lists::default(),
             fields: &mut [],
             importance: &mut [],
-            weighted: refinement.weighted && problem.solids && !finest.is_open(),
+            weighted: refinement
+                .weighted
+                .filter(|_| problem.solids && !finest.is_open()),
             sums: &mut [],
             region: &mut [],
             threads,
@@ -110,17 +121,33 @@ impl<'m, T: Real> Refined<'m, T> {
         }
         self.rho = arena.take("density", grid.cells())?;
         self.next = arena.take("density of the next step", grid.cells())?;
-        let weights = if self.weighted { grid.cells() } else { 0 };
+        let weights = self.weighted.map_or(0, |_| grid.cells());
         self.importance = arena.take("importance", weights)?;
+        if let Some(detail) = &mut self.detail {
+            detail.layout(arena)?;
+        }
         self.sums = arena.take("sums of rows", 2 * grid.rows())?;
         (self.lists, self.fields) = script::carve(problem, arena)?;
         let (levels, stepping, threads, projects) =
             (&self.levels, self.stepping, self.threads, self.projects);
+        let doubles = self.grids.len() > 1;
+        let (detail, smooth) = (&self.detail, self.weighted.filter(|how| how.smoothness > 0.0));
         let doubling = self.grids.iter().map(refine::scratch_per_thread).max();
         let mut layout = Layout::carve(arena);
         layout.in_turn(&mut self.region, 0, |ledger| {
+            if doubles {
+                let pool = &mut Pool::<T>::measuring(ledger);
+                pool.line("cubics", |pool| {
+                    let _ = [(); 3].map(|()| pool.take("cubics", grid.cells()));
+                });
+            }
             ledger.line("doubling", threads * doubling.unwrap_or(0), T::BYTES);
-            if projects {
+            if let Some(detail) = detail {
+                detail.measure(&grid, threads, ledger);
+            }
+            if smooth.is_some() {
+                yielding::Work::carve(levels, threads, &mut Pool::measuring(ledger));
+            } else if projects {
                 Projection::carve(levels, 0, 1, threads, &mut Pool::measuring(ledger));
             }
             carrier(levels, stepping, 1.0, threads, &mut Pool::measuring(ledger));

@@ -2,15 +2,19 @@
 //!
 //! Memory is that of one step on the finer grid, whatever the number of steps. The flow of a step is doubled as often as it takes, keeping its
 //! divergence ([`refine`]), and projected, which finds something to do among solid cells alone: theirs are drawn anew. In a box that is open and
-//! has none that is left out. With an importance the rest of the flow gives way to solid cells first ([`Projection::project_weighted`]).
+//! has none that is left out. With an importance the rest of the flow gives way to solid cells first ([`Projection::project_weighted`],
+//! [`yielding`]). What is too fine for the result's grid can be made up ([`turbulence`](crate::flow::turbulence)).
 
+mod inputs;
 mod make;
 
 use super::InputError;
-use super::inputs::{check, put_solids};
 use super::layout::FileLayout;
 use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::trajectory::{Shape, dot};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
+use crate::flow::turbulence::{Detail, Turbulence};
+use crate::flow::yielding::{self, Yielding};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
@@ -26,14 +30,26 @@ use core::ops::ControlFlow;
 pub const MAX_DOUBLINGS: usize = 3;
 
 /// What is done to a flow.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Refinement {
     /// How often cells are halved; 0 for a flow that stays on its grid.
     pub doublings: usize,
-    /// Whether [`Refined::set_importance`] says where the flow should stay as it is; only among solid cells, between walls or on rings.
-    pub weighted: bool,
+    /// How the flow gives way to solid cells where [`Refined::set_importance`] says where it should stay as it is; only among solid cells, between
+    /// walls or on rings.
+    pub weighted: Option<Yielding>,
+    /// Turbulence that is added on cells halved once or more, between walls or on rings.
+    pub turbulence: Option<Turbulence>,
     /// Threads that scratch is planned for.
     pub threads: usize,
+}
+
+/// What came of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// Iterations in which a flow gave way, smoothly.
+    pub iterations: usize,
+    /// The kinetic energy of the flow without turbulence and with it, 1/2 the mean over cells of |v|^2, in the scene's units.
+    pub energy: [f64; 2],
 }
 
 /// A density that a known flow carries.
@@ -52,7 +68,10 @@ pub struct Refined<'m, T> {
     fields: &'m mut [T],
     /// How much the flow matters in each cell.
     importance: &'m mut [T],
-    weighted: bool,
+    weighted: Option<Yielding>,
+    detail: Option<Detail<'m, T>>,
+    /// What is said of the last step.
+    effort: Effort,
     sums: &'m mut [f64],
     /// What projection and transport use in turn.
     region: &'m mut [T],
@@ -74,114 +93,21 @@ impl<T: Real> Refined<'_, T> {
         FileLayout::of_cells(&self.levels.finest).len()
     }
 
-    /// Sets which cells of the finer grid are solid, before any density: one flag for each, x fastest.
-    ///
-    /// # Errors
-    /// [`InputError::Length`]; [`InputError::Index`] where the problem has no solid cells.
-    pub fn set_solids(&mut self, solid: &[bool]) -> Result<(), InputError> {
-        let expected = self.cells();
-        if !self.levels.solids(0).obstacles() {
-            return Err(InputError::Index { given: 0, count: 0 });
-        }
-        if solid.len() != expected {
-            return Err(InputError::Length {
-                expected,
-                given: solid.len(),
-            });
-        }
-        put_solids(&mut self.levels, solid);
-        Ok(())
-    }
-
-    /// Sets the density, and that it is of step 0: one number for each cell of the finer grid, x fastest.
-    ///
-    /// # Errors
-    /// [`InputError`]: wrong length, a value that is negative or not finite.
-    pub fn set_density(&mut self, density: &[T]) -> Result<(), InputError> {
-        check(density, self.cells())?;
-        FileLayout::of_cells(&self.levels.finest).write(density, T::ONE, self.rho);
-        let n = self.levels.finest.n[0];
-        self.levels.solids(0).clear_cells(n, self.rho);
-        self.largest = density.iter().fold(self.largest, |most, x| most.max(x.to_f64()));
-        self.step = 0;
-        Ok(())
-    }
-
-    /// Sets how much the flow matters in each cell, above 0: 1 where it does not.
-    ///
-    /// # Errors
-    /// As [`Self::set_density`]; [`InputError::Index`] where none was planned for, [`InputError::Empty`] where a cell has 0.
-    pub fn set_importance(&mut self, importance: &[T]) -> Result<(), InputError> {
-        if !self.weighted {
-            return Err(InputError::Index { given: 0, count: 0 });
-        }
-        check(importance, self.cells())?;
-        if importance.contains(&T::ZERO) {
-            return Err(InputError::Empty);
-        }
-        self.importance.copy_from_slice(importance);
-        Ok(())
-    }
-
-    /// Sets the shape of emitter `index`.
-    ///
-    /// # Errors
-    /// As [`Self::set_density`], or [`InputError::Index`].
-    pub fn set_emitter(&mut self, index: usize, shape: &[T]) -> Result<(), InputError> {
-        check(shape, self.cells())?;
-        let cells = self.levels.finest.cells();
-        let count = self.lists.spans.len() / 2;
-        let field = self.fields.get_mut(index * cells..(index + 1) * cells);
-        let field = field.ok_or(InputError::Index { given: index, count })?;
-        FileLayout::of_cells(&self.levels.finest).write(shape, T::ONE, field);
-        let n = self.levels.finest.n[0];
-        self.levels.solids(0).clear_cells(n, field);
-        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
-        let supply: f64 = supply.iter().sum();
-        self.largest = shape
-            .iter()
-            .fold(self.largest, |most, x| most.max(supply * x.to_f64()));
-        Ok(())
-    }
-
-    /// Sets a component of the flow of the step that comes next, on the result's grid, in the layout of a file (one more face than cells along a
-    /// wall axis) and the scene's units.
-    ///
-    /// # Errors
-    /// [`InputError`]: no such axis, wrong length, a value that is not finite.
-    pub fn set_velocity(&mut self, axis: usize, faces: &[T]) -> Result<(), InputError> {
-        let grid = self.grids[0];
-        let count = grid.dims;
-        let [flow, ..] = &mut self.flows;
-        let Some(field) = flow.get_mut(axis).filter(|_| axis < count) else {
-            return Err(InputError::Index { given: axis, count });
-        };
-        FileLayout::new(&grid, axis).take(faces, 1.0 / self.unit, field, [1, 0])
-    }
-
     /// Makes the flow of the step that comes next, and carries the density by it.
     ///
     /// # Errors
     /// [`Stop::TooFast`], [`Stop::Cancelled`].
     pub fn advance(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Stop> {
         self.refine_flow(exec);
+        self.add_turbulence(exec);
+        self.project(exec, observer)?;
+        if self.detail.is_some() {
+            self.effort.energy[1] = self.energy(exec);
+        }
         let last = self.grids.len().saturating_sub(1);
-        let Some(flow) = self.flows.get_mut(last) else {
+        let Some(flow) = self.flows.get(last) else {
             return Ok(());
         };
-        if self.projects {
-            let pool = &mut Pool::new(&mut *self.region);
-            let mut projection = Projection::carve(&self.levels, 0, 1, self.threads, pool);
-            let (tolerance, sums) = (self.tolerance, &mut *self.sums);
-            let projected = if self.weighted {
-                projection.project_weighted(exec, observer, flow, self.importance, tolerance, sums)
-            } else {
-                projection.project(exec, observer, flow, None, tolerance, sums)
-            };
-            if let ControlFlow::Break(()) = projected {
-                return Err(Stop::Cancelled);
-            }
-        }
         let pool = &mut Pool::new(&mut *self.region);
         let mut transport = carrier(&self.levels, self.stepping, self.largest, self.threads, pool);
         let flow = Flow {
@@ -196,7 +122,74 @@ impl<T: Real> Refined<'_, T> {
         core::mem::swap(&mut self.rho, &mut self.next);
         self.step += 1;
         Script::new(self.lists, &*self.fields).emit(exec, &self.levels.finest, self.step, self.rho);
+        if let (Some(detail), [captured, ..]) = (&mut self.detail, &self.flows) {
+            let h = self.grids[0].h[0];
+            detail.carry(exec, view(captured), h, &mut Pool::new(&mut *self.region));
+        }
         Stop::heard(observer)
+    }
+
+    /// Takes the divergence off the finer flow, as far as there may be any.
+    fn project(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Stop> {
+        let last = self.grids.len().saturating_sub(1);
+        let Some(flow) = self.flows.get_mut(last).filter(|_| self.projects) else {
+            return Ok(());
+        };
+        let pool = &mut Pool::new(&mut *self.region);
+        let (tolerance, sums) = (self.tolerance, &mut *self.sums);
+        if let Some(how) = self.weighted.filter(|how| how.smoothness > 0.0) {
+            let mut work = yielding::Work::carve(&self.levels, self.threads, pool);
+            let given = (&*self.importance, how);
+            self.effort.iterations = work.apply(exec, observer, flow, given, (tolerance, sums))?;
+            return Ok(());
+        }
+        let mut projection = Projection::carve(&self.levels, 0, 1, self.threads, pool);
+        let projected = if self.weighted.is_some() {
+            projection.project_weighted(exec, observer, flow, self.importance, tolerance, sums)
+        } else {
+            projection.project(exec, observer, flow, None, tolerance, sums)
+        };
+        match projected {
+            ControlFlow::Break(()) => Err(Stop::Cancelled),
+            ControlFlow::Continue(_) => Ok(()),
+        }
+    }
+
+    /// Adds what is too fine for the result's grid to the finer flow.
+    fn add_turbulence(&mut self, exec: &dyn Exec) {
+        if self.detail.is_some() {
+            self.effort.energy[0] = self.energy(exec);
+        }
+        let (Some(detail), [captured, finer @ ..]) = (&mut self.detail, &mut self.flows) else {
+            return;
+        };
+        let Some(flow) = finer.get_mut(self.grids.len().saturating_sub(2)) else {
+            return;
+        };
+        let (fine, amplitude) = (&self.levels.finest, &mut *self.next);
+        if self.step == 0 {
+            detail.begin(exec, &mut Pool::new(&mut *self.region));
+        }
+        let captured = view(captured);
+        detail.amplitude(exec, captured, fine, amplitude, &mut Pool::new(&mut *self.region));
+        let pool = &mut Pool::new(&mut *self.region);
+        detail.add(exec, fine, amplitude, flow, self.threads, pool);
+    }
+
+    /// The kinetic energy of the finer flow.
+    fn energy(&mut self, exec: &dyn Exec) -> f64 {
+        let (grid, last) = (&self.levels.finest, self.grids.len().saturating_sub(1));
+        let Some(flow) = self.flows.get(last) else {
+            return 0.0;
+        };
+        let squares = dot(exec, Shape { grid, slots: 1 }, view(flow), view(flow), self.sums);
+        0.5 * self.unit * self.unit * squares / grid.cells() as f64
+    }
+
+    /// What came of the last step.
+    #[must_use]
+    pub fn effort(&self) -> Effort {
+        self.effort
     }
 
     /// The flow on the finer grid from that on the result's.
@@ -213,17 +206,6 @@ impl<T: Real> Refined<'_, T> {
             }
             coarse = Some(view(fine));
         }
-    }
-
-    /// Adds smoke to the density: one number for each cell of the finer grid, x fastest.
-    ///
-    /// # Errors
-    /// As [`Self::set_density`].
-    pub fn add(&mut self, smoke: &[T]) -> Result<(), InputError> {
-        check(smoke, self.cells())?;
-        FileLayout::of_cells(&self.levels.finest).write(smoke, T::ONE, self.next);
-        rows::add(self.rho, self.next);
-        Ok(())
     }
 
     /// The density as it is stored: one number for each cell of the finer grid, those outside open sides, where it is 0, among them.
