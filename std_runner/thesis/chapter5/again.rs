@@ -10,6 +10,7 @@ use super::tracks::{WAYS, Way};
 use crate::flows::Deed;
 use crate::report::Block;
 use std::rc::Rc;
+use thurible_core::Turbulence;
 
 /// Frames between two beginnings of figure 5.5, and how long it is simulated on from each.
 const EVERY: usize = 10;
@@ -130,7 +131,7 @@ pub(super) fn figure_7(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), H
     finer(bench, sheet, &plays::bloom(bench), [10, 20, 30, 38])
 }
 
-/// Captured frames, and the first one carried on cells as they are and twice as fine.
+/// Captured frames, and the first one carried on cells as they are, twice as fine, and those with turbulence.
 fn finer(bench: &mut Bench<'_>, sheet: &mut Sheet, play: &Play, picked: [usize; 4]) -> Result<(), Halt> {
     let capture = bench.capture(play)?;
     // The weights of the thesis' own captures.
@@ -149,9 +150,21 @@ fn finer(bench: &mut Bench<'_>, sheet: &mut Sheet, play: &Play, picked: [usize; 
     sheet
         .blocks
         .push(strip(&capture.archive(), &capture.cells, "captured")?);
-    for (name, scale) in [("re-advection", 1), ("re-advection on cells twice as fine", 2)] {
-        let folder = format!("{}/finer_{scale}", play.name);
-        let made = bench.take(&folder, (&track.folder, 0), Deed::Readvect { scale });
+    let turbulent = Deed::Upsample {
+        factor: 2,
+        turbulence: Turbulence {
+            strength: 1.0,
+            seed: 1,
+        },
+    };
+    let deeds = [
+        ("re-advection", "carried", Deed::Readvect { scale: 1 }),
+        ("re-advection on cells twice as fine", "finer", Deed::Readvect { scale: 2 }),
+        ("the same with synthetic turbulence", "turbulent", turbulent),
+    ];
+    for (name, folder, deed) in deeds {
+        let folder = format!("{}/{folder}", play.name);
+        let made = bench.take(&folder, (&track.folder, 0), deed);
         if let Ok(made) = &made {
             sheet.blocks.push(strip(&made.archive(), &made.cells(), name)?);
         }

@@ -51,7 +51,7 @@ pub(super) const FIGURES: [Figure; 10] = [
     ),
     Figure::new(
         ("fig5.6", "Figure 5.6: smoke on finer cells"),
-        "The capture of figure 5.1, tracked with the thesis' weights for real captures (alpha 0.005, beta 2.5), carried again, and on cells twice as fine. Synthetic turbulence is not added here.",
+        "The capture of figure 5.1, tracked with the thesis' weights for real captures (alpha 0.005, beta 2.5), carried again, on cells twice as fine, and on those with the turbulence of `thurible upsample`.",
         "Frames 16, 40, 65 and 97 of smoke; alpha 0.005, beta 2.5; no errors.",
         room(400.0, 1700.0),
         again::figure_6,
