@@ -2,12 +2,13 @@
 """How well and how fast `thurible track` finds a flow, beside other programs' optical flow on the same frames: a part of docs/track.md.
 
     python3 -m venv venv && venv/bin/pip install numpy scipy scikit-image opencv-python-headless
-    venv/bin/python benches/track.py target/release/thurible WORK [blobs] [inflow] [--only-ours] [--speed]
+    venv/bin/python benches/track.py target/release/thurible WORK [blobs] [inflow] [--only-ours] [--speed] [--emission]
 
 Simulates the truth at 128 x 256 with four implicit steps a frame, restricts it to 64 x 128 and 60 frames (kept in WORK), tracks it, and prints
 a table: means over the pairs 20 to 58 of the error in cells a frame (RMS), in parts of the true flow, and of the angle in degrees, and the
 seconds that a processor works for a pair, reading, writing and the page included. With --speed a pair at 128 x 256 and one at
-100 x 200 x 100 too. OpenCV is measured where it is installed.
+100 x 200 x 100 too. With --emission what is known of the inflow is told: errors beside it and away from it, with and without. OpenCV is
+measured where it is installed.
 """
 import json
 import pathlib
@@ -187,12 +188,44 @@ def speed(program, work, threads):
         print(f"{label}: seconds a pair {', '.join(f'{s:.3f}' for s in seconds)}, of a processor {spent:.3f}; {memory:.0f} MiB, {report['threads']} threads")
 
 
+def emission(program, work, threads):
+    """The inflow with what was made between frames and without: errors at the vent, around it and elsewhere."""
+    truth(program, "inflow", work)
+    with np.load(work / "inflow" / "flow" / "result.npz") as fine:
+        made = fine["emission"].astype(float)
+    made = made.reshape(-1, SUBSTEPS, FINE[1] // 2, 2, FINE[0] // 2, 2).mean((3, 5)).sum(1)
+    np.savez(work / "made.npz", emission=made)
+    vent = np.load(work / "inflow" / "vent.npy").reshape(FINE[1] // 2, 2, FINE[0] // 2, 2).mean((1, 3)) > 0.1
+    around = gaussian_filter(vent.astype(float), 4) > 0.02
+    places = {"at the vent": vent, "within some 8 cells of it": around & ~vent, "elsewhere": ~around}
+    print("\n| method | emission | " + " | ".join(f"{place}: RMS, parts" for place in places) + " | re-advection after 59 pairs |")
+    print("|---|---|" + "---:|" * (len(places) + 1))
+    with np.load(work / "inflow.npz") as z:
+        true = centres(z["velocity_x"], z["velocity_y"])
+    for label in ("direct", "ADMM, 5 iterations", "direct, every pair alone"):
+        for told in ("none", "made.npz"):
+            folder = work / f"emission_{told[:4]}"
+            more = [*METHODS[label], "--set", f"capture.length={max(FINE) // 2}", "--set", f'capture.emission="{told}"', *threads]
+            report, _ = track(program, work / "inflow.npz", folder, more)
+            with np.load(folder / "result.npz") as z:
+                found = centres(z["velocity_x"].astype(float), z["velocity_y"].astype(float))
+            row = []
+            for place in places.values():
+                gap, size = (found - true)[SCORED][:, place], true[SCORED][:, place]
+                rms = np.sqrt((gap**2).sum(-1).mean(-1))
+                row.append(f"{rms.mean():.3f}, {(rms / np.sqrt((size**2).sum(-1).mean(-1))).mean():.3f}")
+            last = report["history"][-1]["readvection_error"]
+            print(f"| {label} | {'known' if told != 'none' else 'not known'} | " + " | ".join(row) + f" | {last:.2f} |", flush=True)
+
+
 def main(program, work, *more):
     work = pathlib.Path(work)
     work.mkdir(parents=True, exist_ok=True)
     threads = ["--threads", "1"]
     if "--speed" in more:
         speed(program, work, ["--threads", "2"])
+    if "--emission" in more:
+        return emission(program, work, threads)
     for name in [name for name in ("blobs", "inflow") if name in more] or ["blobs", "inflow"]:
         frames, u, v = truth(program, name, work)
         fastest = np.linalg.norm(centres(u, v), axis=-1).max()

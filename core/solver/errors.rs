@@ -99,6 +99,8 @@ pub enum InputError {
         /// Its cells.
         cells: usize,
     },
+    /// Smoke that is made was given where none was planned for.
+    NoEmission,
 }
 
 impl fmt::Display for InputError {
@@ -124,6 +126,10 @@ impl fmt::Display for InputError {
             Self::TooFine { cells } => {
                 write!(f, "its {cells} cells are too many to be resampled in this memory")
             }
+            Self::NoEmission => write!(
+                f,
+                "no smoke that is made was planned for: `emission` must be set before"
+            ),
         }
     }
 }

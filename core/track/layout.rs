@@ -31,6 +31,8 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
                 frames: grids.iter().skip(1).map(|_| Default::default()).collect(),
                 coarse: Default::default(),
             },
+            whole: Default::default(),
+            emission: capture.emission,
             carried: Default::default(),
             sums: &mut [],
             region: &mut [],
@@ -51,6 +53,9 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
         layout.work("frame", first, cells)?;
         layout.work("next frame", second, cells)?;
         layout.work("next frame pulled back", pulled, cells)?;
+        if self.emission {
+            layout.work("next frame with what was made", &mut self.whole, cells)?;
+        }
         layout.work_vector("flow", &mut self.v, dims, cells)?;
         for (level, [one, other]) in self.levels.iter().skip(1).zip(&mut self.pyramid.frames) {
             layout.work("frame on a coarser grid", one, level.finest.cells())?;

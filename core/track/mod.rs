@@ -44,6 +44,9 @@ pub struct Tracker<'m, T, S> {
     levels: heapless::Vec<Levels<'m, T>, MAX_LEVELS>,
     /// phi_k and phi_{k+1}, scaled, and what is made of the second.
     frames: [&'m mut [T]; 3],
+    /// Where smoke is made: phi_{k+1} with it, scaled. The second frame lacks it.
+    whole: &'m mut [T],
+    emission: bool,
     /// v_{k-1}, then P_k, then v_k, in cells a frame.
     v: VectorMut<'m, T>,
     pyramid: Pyramid<'m, T>,
@@ -99,6 +102,12 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
         self.grid().cells()
     }
 
+    /// Numbers of component `axis` of a flow in the layout of a file: one more than cells along a wall axis.
+    #[must_use]
+    pub fn faces_len(&self, axis: usize) -> usize {
+        FileLayout::new(self.grid(), axis).len()
+    }
+
     /// The grids of the pyramid, finest first.
     pub fn grids(&self) -> impl Iterator<Item = &Grid> {
         self.levels.iter().map(|level| &level.finest)
@@ -128,26 +137,64 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
     /// # Errors
     /// [`InputError`] when it has another length or is not finite; nothing has changed then.
     pub fn give(&mut self, exec: &dyn Exec, frame: &[T]) -> Result<(), InputError> {
-        let expected = self.cells();
-        if frame.len() != expected {
-            let given = frame.len();
+        self.check(frame)?;
+        self.take(exec, frame, None);
+        Ok(())
+    }
+
+    /// As [`Self::give`], with what was made of it since the frame before, which no flow carried there: that is taken off before the flow is
+    /// looked for. Of the first frame it does not matter.
+    ///
+    /// # Errors
+    /// As [`Self::give`]; [`InputError::Negative`] where smoke was taken away, [`InputError::NoEmission`] where none was planned for.
+    pub fn give_with_emission(
+        &mut self,
+        exec: &dyn Exec,
+        frame: &[T],
+        emission: &[T],
+    ) -> Result<(), InputError> {
+        if !self.emission {
+            return Err(InputError::NoEmission);
+        }
+        self.check(frame)?;
+        self.check(emission)?;
+        if let Some(index) = emission.iter().position(|&value| value < T::ZERO) {
+            return Err(InputError::Negative { index });
+        }
+        self.take(exec, frame, Some(emission));
+        Ok(())
+    }
+
+    fn check(&self, frame: &[T]) -> Result<(), InputError> {
+        let (expected, given) = (self.cells(), frame.len());
+        if given != expected {
             return Err(InputError::Length { expected, given });
         }
-        if let Some(index) = frame.iter().position(|value| !value.is_finite()) {
-            return Err(InputError::NotFinite { index });
-        }
+        let wrong = frame.iter().position(|value| !value.is_finite());
+        wrong.map_or(Ok(()), |index| Err(InputError::NotFinite { index }))
+    }
+
+    fn take(&mut self, exec: &dyn Exec, frame: &[T], emission: Option<&[T]>) {
+        let scale = T::from_f64(self.density_scale);
         let [first, second, _] = &mut self.frames;
-        core::mem::swap(first, second);
-        crate::field::rows::scale(second, T::from_f64(self.density_scale), frame);
+        if self.emission {
+            core::mem::swap(first, &mut self.whole);
+            crate::field::rows::scale(self.whole, scale, frame);
+            second.copy_from_slice(self.whole);
+        } else {
+            core::mem::swap(first, second);
+            crate::field::rows::scale(second, scale, frame);
+        }
         if self.given == 0 {
             let [carried, _] = &mut self.carried;
             if self.params.readvect {
                 carried.copy_from_slice(frame);
             }
             self.begin(exec);
+        } else if let Some(emission) = emission {
+            crate::field::rows::add_scaled(second, -scale, emission);
         }
         self.given += 1;
-        Ok(())
     }
 
     /// P_0 = Q v_init.

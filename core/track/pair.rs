@@ -186,6 +186,8 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
             frames: [_, second, pulled],
             v,
             carried: [carried, before],
+            whole,
+            emission,
             sums,
             region,
             density_scale,
@@ -204,8 +206,15 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
         let loaded = transport.load(exec, &flow, 1, 0, sums);
         loaded.map_err(|_| Stop::TooFast)?;
         transport.forward(exec, before, carried);
+        let unit = T::from_f64(1.0 / *density_scale);
+        let given = if *emission {
+            rows::add_difference(carried, unit, whole, second);
+            &**whole
+        } else {
+            &**second
+        };
         // The third frame is free: phi_{k+1} as it was given.
-        rows::scale(pulled, T::from_f64(1.0 / *density_scale), second);
+        rows::scale(pulled, unit, given);
         let squares = squared_distance(exec, grid, [carried, pulled], sums);
         let own = squared_size(exec, grid, pulled, sums);
         Ok(libm::sqrt(squares / own.max(f64::MIN_POSITIVE)))

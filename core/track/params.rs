@@ -36,6 +36,8 @@ pub struct Capture<'a> {
     pub density_scale: f64,
     /// Acceleration along each axis where the density is 1, in lengths and times of the capture, in the prediction.
     pub buoyancy: [f64; 3],
+    /// Whether smoke is made between frames, and known: then it is given beside them.
+    pub emission: bool,
 }
 
 impl<'a> Capture<'a> {
@@ -49,6 +51,7 @@ impl<'a> Capture<'a> {
             dt: 1.0,
             density_scale: 1.0,
             buoyancy: [0.0; 3],
+            emission: false,
         }
     }
 

@@ -16,6 +16,7 @@ const PARTS: [&str; 3] = ["predicted", "correction", "velocity"];
 pub(super) struct Arrays {
     pub captured: usize,
     pub density: usize,
+    pub emission: usize,
     /// Predicted, correction, velocity, truth, by axis.
     pub faces: [[usize; 3]; 4],
 }
@@ -27,7 +28,12 @@ impl Arrays {
         let cells: Vec<usize> = given.cells.iter().rev().copied().collect();
         let captured = store.begin("captured", cells.clone())?;
         let density = if planned.params.readvect {
-            store.begin("density", cells)?
+            store.begin("density", cells.clone())?
+        } else {
+            usize::MAX
+        };
+        let emission = if given.has_emission() {
+            store.begin("emission", cells)?
         } else {
             usize::MAX
         };
@@ -41,6 +47,7 @@ impl Arrays {
         Ok(Self {
             captured,
             density,
+            emission,
             faces,
         })
     }

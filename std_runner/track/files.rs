@@ -25,6 +25,8 @@ pub(super) struct Found {
     pub frames: Frames,
     /// An archive that holds true velocities.
     pub truth: Option<PathBuf>,
+    /// An archive that holds what was made between frames.
+    pub emission: Option<PathBuf>,
     pub known: Known,
 }
 
@@ -52,8 +54,14 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
         let frames = Frames::of_array(&archive, name, KEY).map_err(refuse)?;
         let of_result = if of_track { "truth_x" } else { "velocity_x" };
         let truth = has_array(&archive, of_result).then(|| archive.clone());
+        let emission = has_array(&archive, "emission").then(|| archive.clone());
         let known = known(&archive);
-        return Ok(Found { frames, truth, known });
+        return Ok(Found {
+            frames,
+            truth,
+            emission,
+            known,
+        });
     }
     let paths = if path.is_dir() {
         in_folder(document, &path)?
@@ -65,8 +73,12 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
     };
     refuse_gaps(document, &paths)?;
     let frames = Frames::of_files(paths, scene.name.as_deref(), scene.ink.as_deref(), KEY).map_err(refuse)?;
-    let (truth, known) = (None, Known::default());
-    Ok(Found { frames, truth, known })
+    Ok(Found {
+        frames,
+        truth: None,
+        emission: None,
+        known: Known::default(),
+    })
 }
 
 /// What the report beside an archive says.

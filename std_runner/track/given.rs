@@ -1,5 +1,6 @@
 //! What is given: the frames and their truth, looked at once before anything is tracked.
 
+use super::emission::Emission;
 use super::files::{self, Found, refused};
 use super::scene::CaptureScene;
 use crate::exit::Failure;
@@ -20,6 +21,8 @@ pub(crate) struct Given {
     frames: Frames,
     /// True velocities, component by component, if there are any.
     truth: Vec<Series>,
+    /// What was made between frames, if that is known.
+    emission: Option<Emission>,
     /// The first frame among those of the files.
     first: usize,
     /// N: one less than frames.
@@ -36,11 +39,17 @@ pub(crate) struct Given {
 impl Given {
     /// Finds and checks everything that a capture names.
     pub fn open(scene: &CaptureScene) -> Result<Self, Failure> {
-        let Found { frames, truth, known } = files::find(scene)?;
+        let Found {
+            frames,
+            truth,
+            emission,
+            known,
+        } = files::find(scene)?;
         let (first, pairs) = range(scene, &frames)?;
         let mut given = Self {
             frames,
             truth: Vec::new(),
+            emission: None,
             first,
             pairs,
             cells: Vec::new(),
@@ -52,6 +61,10 @@ impl Given {
         };
         let largest = given.look(scene)?;
         given.density_scale = scene.density_scale.unwrap_or(FULL / largest);
+        given.emission = Emission::open(scene, emission.as_deref(), &given.cells, first + pairs)?;
+        for step in 0..pairs {
+            given.emission(scene, step)?;
+        }
         given.boundary = scene.ends(given.cells.len(), known.boundary.as_deref())?;
         if let Some(archive) = scene.truth.as_ref().or(truth.as_ref()) {
             given.truth = files::truth(scene, archive, given.cells.len())?;
@@ -65,6 +78,18 @@ impl Given {
         let read = self.frames.read(self.first + index);
         read.map(|frame| frame.values)
             .map_err(|error| refused(&scene.document, &error))
+    }
+
+    /// Whether it is known what was made between frames.
+    pub fn has_emission(&self) -> bool {
+        self.emission.is_some()
+    }
+
+    /// What was made between the frames of pair `index`, if that is known.
+    pub fn emission(&mut self, scene: &CaptureScene, index: usize) -> Result<Option<Vec<f64>>, Failure> {
+        let step = self.first + index;
+        let emission = self.emission.as_mut();
+        emission.map(|emission| emission.read(scene, step)).transpose()
     }
 
     /// Whether there is truth.

@@ -170,7 +170,19 @@ impl Job<'_> {
             let frame = self.planned.given.frame(&self.request.scene, index)?;
             let frame: Vec<T> = frame.into_iter().map(T::from_f64).collect();
             store.push(arrays.captured, &frame)?;
-            tracker.give(exec, &frame).map_err(|error| refused(&error))?;
+            let made = match index.checked_sub(1) {
+                Some(pair) => self.planned.given.emission(&self.request.scene, pair)?,
+                None => None,
+            };
+            let made = made.map(|made| made.into_iter().map(T::from_f64).collect::<Vec<T>>());
+            let taken = match &made {
+                None => tracker.give(exec, &frame),
+                Some(made) => {
+                    store.push(arrays.emission, made)?;
+                    tracker.give_with_emission(exec, &frame, made)
+                }
+            };
+            taken.map_err(|error| refused(&error))?;
             if index == 0 {
                 store.push(arrays.density, tracker.carried())?;
                 continue;

@@ -5,6 +5,7 @@
 
 mod album;
 mod arrays;
+mod emission;
 mod ending;
 mod errors;
 mod files;

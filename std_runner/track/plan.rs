@@ -29,6 +29,7 @@ impl Given {
             dt: self.dt,
             density_scale: self.density_scale,
             buoyancy,
+            emission: self.has_emission(),
             ..Capture::new(&self.cells, &self.boundary)
         }
     }

@@ -39,12 +39,37 @@ pub(crate) struct CaptureScene {
     pub last: Option<usize>,
     /// A file with true velocities.
     pub truth: Option<PathBuf>,
+    /// What was made between frames.
+    pub emission: Wanted,
     /// A file with the velocity of the first pair.
     pub initial_velocity: Option<PathBuf>,
     /// Acceleration upwards where the density is 1.
     pub buoyancy: f64,
     /// How it is tracked; threads are those of the command line.
     pub params: TrackParams,
+}
+
+/// What `capture.emission` says: which array holds what was made between frames.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Wanted {
+    /// What is beside the frames, if anything is.
+    #[default]
+    Automatic,
+    /// Nothing.
+    None,
+    /// What is in this file.
+    File(PathBuf),
+}
+
+impl Wanted {
+    /// The key's word, or a file relative to `folder`.
+    fn of(folder: &Path, word: Option<String>) -> Self {
+        match word.as_deref() {
+            None | Some("auto") => Self::Automatic,
+            Some("none") => Self::None,
+            Some(file) => Self::File(folder.join(file)),
+        }
+    }
 }
 
 #[derive(Default, Deserialize)]
@@ -67,6 +92,7 @@ struct RawCapture {
     first: Option<i64>,
     last: Option<Value>,
     truth: Option<String>,
+    emission: Option<String>,
 }
 
 impl CaptureScene {
@@ -122,6 +148,7 @@ impl CaptureScene {
             })?,
             last: last(&document, capture.last)?,
             truth: capture.truth.map(|truth| document.folder().join(truth)),
+            emission: Wanted::of(document.folder(), capture.emission),
             initial_velocity,
             buoyancy,
             params: params(&document, track)?,

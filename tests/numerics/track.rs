@@ -5,7 +5,8 @@ use crate::fields::{Memory, boundaries, cast, with_threads};
 use thurible_core::flow::{Minimiser, Warping};
 use thurible_core::track::{Pair, Part, Prediction};
 use thurible_core::{
-    Capture, D2, D3, Exec, Real, Serial, Silent, SolverError, Space, TrackParams, TrackPlan, Tracker,
+    Capture, D2, D3, Exec, InputError, Real, Serial, Silent, SolverError, Space, TrackParams, TrackPlan,
+    Tracker,
 };
 
 /// The flows of all pairs in f64, component by component, and what was said of them.
@@ -381,4 +382,147 @@ fn stillness_is_found() {
             );
         }
     }
+}
+
+/// Smoke that rests, to which a blob is added in every step: what was made, and the frames.
+fn made(cells: &[usize; 2], frames: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let still = smoke(cells, 0.0);
+    let blob: Vec<f64> = (0..cells[0] * cells[1])
+        .map(|cell| {
+            let (x, y) = ((cell % cells[0]) as f64 - 14.0, (cell / cells[0]) as f64 - 12.0);
+            0.5 * (-(x * x + y * y) / 12.0).exp()
+        })
+        .collect();
+    let frame = |time: usize| {
+        let both = still.iter().zip(&blob);
+        both.map(|(still, blob)| still + time as f64 * blob).collect()
+    };
+    (blob.clone(), (0..frames).map(frame).collect())
+}
+
+/// Frames that rest but for what is made have no flow when that is known, and one when it is not; what is carried has it too.
+#[test]
+fn what_is_made_is_no_motion() {
+    let (cells, ends) = ([36, 28], boundaries("ww"));
+    let (blob, frames) = made(&cells, 4);
+    for minimiser in [Minimiser::Direct, Minimiser::Admm, Minimiser::HornSchunck] {
+        let params = TrackParams::of(minimiser);
+        let fastest = |emission: bool| -> (f64, f64) {
+            let capture = Capture {
+                emission,
+                ..in_cells(&cells, &ends)
+            };
+            let bytes = TrackPlan::new::<f64, D2>(&capture, &params).unwrap().bytes();
+            let mut memory = Memory::new(bytes);
+            let mut tracker = Tracker::<f64, D2>::new(&capture, &params, memory.block()).unwrap();
+            let (mut fastest, mut apart) = (0.0_f64, 0.0_f64);
+            for frame in &frames {
+                let taken = if emission {
+                    tracker.give_with_emission(&Serial, frame, &blob)
+                } else {
+                    tracker.give(&Serial, frame)
+                };
+                taken.unwrap();
+                if tracker.is_ready() {
+                    let pair = tracker.step(&Serial, &mut Silent, &mut |_, _| {}).unwrap();
+                    fastest = fastest.max(pair.fastest);
+                    apart = apart.max(pair.readvection);
+                }
+            }
+            (fastest, apart)
+        };
+        let (with, without) = (fastest(true), fastest(false));
+        assert!(
+            with.0 < 1e-9 && with.1 < 1e-9,
+            "{minimiser:?}: {with:?} cells a frame, and apart, where nothing moves"
+        );
+        assert!(
+            without.0 > 0.01 && without.1 > 0.05,
+            "{minimiser:?}: {without:?} without"
+        );
+    }
+}
+
+/// One field of cells more, no more; what is wrong is refused and changes nothing.
+#[test]
+fn emission_is_planned_and_checked() {
+    let (cells, ends) = ([20, 16], boundaries("wp"));
+    let params = TrackParams::default();
+    let (blob, frames) = made(&cells, 3);
+    let plain = in_cells(&cells, &ends);
+    let capture = Capture {
+        emission: true,
+        ..plain
+    };
+    let bytes = TrackPlan::new::<f64, D2>(&capture, &params).unwrap().bytes();
+    let before = TrackPlan::new::<f64, D2>(&plain, &params).unwrap().bytes();
+    assert_eq!(bytes - before, (20 * 16 * 8_usize).next_multiple_of(64));
+    let mut memory = Memory::new(bytes);
+    assert!(Tracker::<f64, D2>::new(&capture, &params, &mut memory.block()[..bytes - 1]).is_err());
+    let mut tracker = Tracker::<f64, D2>::new(&capture, &params, memory.block()).unwrap();
+    tracker.give(&Serial, &frames[0]).unwrap();
+    let mut wrong = blob.clone();
+    wrong[7] = -1e-9;
+    let refused = tracker.give_with_emission(&Serial, &frames[1], &wrong);
+    assert_eq!(refused, Err(InputError::Negative { index: 7 }));
+    wrong[7] = f64::NAN;
+    let refused = tracker.give_with_emission(&Serial, &frames[1], &wrong);
+    assert_eq!(refused, Err(InputError::NotFinite { index: 7 }));
+    let refused = tracker.give_with_emission(&Serial, &frames[1], &blob[1..]);
+    let length = InputError::Length {
+        expected: 320,
+        given: 319,
+    };
+    assert_eq!(refused, Err(length));
+    assert!(!tracker.is_ready());
+    tracker.give_with_emission(&Serial, &frames[1], &blob).unwrap();
+    assert!(tracker.is_ready());
+    let mut memory = Memory::new(before);
+    let mut tracker = Tracker::<f64, D2>::new(&plain, &params, memory.block()).unwrap();
+    let refused = tracker.give_with_emission(&Serial, &frames[0], &blob);
+    assert_eq!(refused, Err(InputError::NoEmission));
+    assert!(
+        refused
+            .unwrap_err()
+            .to_string()
+            .contains("`emission` must be set")
+    );
+}
+
+/// Where nothing is made, all bits are those without.
+#[test]
+fn emission_of_nothing_changes_no_bit() {
+    let (cells, ends) = ([34, 30], boundaries("wp"));
+    let frames: Vec<Vec<f64>> = (0..3).map(|time| smoke(&cells, f64::from(time))).collect();
+    let params = TrackParams::default();
+    let bits = |emission: bool| -> Vec<u64> {
+        let capture = Capture {
+            emission,
+            ..in_cells(&cells, &ends)
+        };
+        let bytes = TrackPlan::new::<f64, D2>(&capture, &params).unwrap().bytes();
+        let mut memory = Memory::new(bytes);
+        let mut tracker = Tracker::<f64, D2>::new(&capture, &params, memory.block()).unwrap();
+        let (mut bits, nothing) = (Vec::new(), vec![0.0; 34 * 30]);
+        for frame in &frames {
+            if emission {
+                tracker.give_with_emission(&Serial, frame, &nothing).unwrap();
+            } else {
+                tracker.give(&Serial, frame).unwrap();
+            }
+            if tracker.is_ready() {
+                let mut keep = |_: Part, faces: thurible_core::track::Faces<'_, f64>| {
+                    for axis in 0..2 {
+                        let mut out = vec![0.0; faces.len(axis)];
+                        faces.read(axis, &mut out);
+                        bits.extend(out.into_iter().map(f64::to_bits));
+                    }
+                };
+                tracker.step(&Serial, &mut Silent, &mut keep).unwrap();
+            }
+            bits.extend(tracker.carried().iter().map(|value| value.to_bits()));
+        }
+        bits
+    };
+    assert!(bits(true) == bits(false));
 }

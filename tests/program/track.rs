@@ -318,3 +318,87 @@ fn an_interrupted_run_is_a_shorter_result() {
         (done + 1, done)
     );
 }
+
+/// What is made between frames is taken off where it is known: beside the frames, in a file of its own, or not at all.
+#[test]
+fn what_is_made_is_taken_off() {
+    let folder = fresh_folder("track_emission");
+    let made: Vec<f64> = (0..192)
+        .map(|cell| {
+            let (x, y) = ((cell % 16) as f64, (cell / 16) as f64);
+            0.3 * (-((x - 9.0).powi(2) + (y - 5.0).powi(2)) / 6.0).exp()
+        })
+        .collect();
+    let frames: Vec<f64> = (0..4)
+        .flat_map(|time| {
+            let still = blob(0);
+            let both = still.into_iter().zip(&made);
+            both.map(move |(still, made)| f64::from(still) + f64::from(time) * made)
+        })
+        .collect();
+    let capture = folder.join("capture.toml");
+    fs::write(folder.join("smoke.npy"), npz::npy(&[4, 12, 16], &frames)).unwrap();
+    fs::write(folder.join("made.npy"), npz::npy(&[3, 12, 16], &made.repeat(3))).unwrap();
+    fs::write(
+        &capture,
+        "[capture]\nfiles = \"smoke.npy\"\nemission = \"made.npy\"\n",
+    )
+    .unwrap();
+    let fastest = |more: &[&str]| {
+        let out = folder.join("out");
+        let ended = track(&capture, &out, &[&["--quiet"][..], more].concat());
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let history = report(&out)["history"].as_array().unwrap().clone();
+        let fastest = history.iter().map(|pair| pair["fastest"].as_f64().unwrap());
+        (fastest.fold(0.0, f64::max), npz::read(&out.join("result.npz")))
+    };
+    let (known, arrays) = fastest(&[]);
+    assert_eq!(arrays["emission"].shape, [3, 12, 16]);
+    let (unknown, without) = fastest(&["--set", "capture.emission=\"none\""]);
+    assert!(!without.contains_key("emission"));
+    assert!(known < 1e-3 && unknown > 0.05, "{known} with, {unknown} without");
+    // A result has it beside its frames, and so has what is tracked again.
+    let (again, arrays) = {
+        let (first, out) = (folder.join("first"), folder.join("again"));
+        assert_eq!(track(&capture, &first, &["--quiet"]).code, 0);
+        let ended = track(&first, &out, &["--quiet"]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let history = report(&out)["history"].as_array().unwrap().clone();
+        let fastest = history.iter().map(|pair| pair["fastest"].as_f64().unwrap());
+        (fastest.fold(0.0, f64::max), npz::read(&out.join("result.npz")))
+    };
+    assert!(again < 1e-3 && arrays.contains_key("emission"), "{again}");
+    let refused = |values: &[f64], shape: &[usize], said: &str| {
+        fs::write(folder.join("made.npy"), npz::npy(shape, values)).unwrap();
+        let ended = track(&capture, &folder.join("no"), &["--quiet"]);
+        assert_eq!(ended.code, 2, "{}", ended.err);
+        let remedy = "or leave it out by capture.emission = \"none\"";
+        assert!(
+            ended.err.contains(said) && ended.err.contains(remedy),
+            "{}",
+            ended.err
+        );
+    };
+    refused(
+        &made.repeat(2),
+        &[2, 12, 16],
+        "holds 2 steps of [12, 16] cells where 3 of [12, 16] are needed",
+    );
+    refused(&made.repeat(3), &[3, 16, 12], "where 3 of [12, 16] are needed");
+    let mut wrong = made.repeat(3);
+    wrong[192 + 17] = -0.5;
+    refused(
+        &wrong,
+        &[3, 12, 16],
+        "holds -0.5 at [1, 1] of step 1; what is made is finite and never negative",
+    );
+    wrong[192 + 17] = f64::NAN;
+    refused(&wrong, &[3, 12, 16], "holds NaN at [1, 1] of step 1");
+    fs::remove_file(folder.join("made.npy")).unwrap();
+    let ended = track(&capture, &folder.join("no"), &["--quiet"]);
+    assert!(
+        ended.code != 0 && ended.err.contains("capture.emission"),
+        "{}",
+        ended.err
+    );
+}

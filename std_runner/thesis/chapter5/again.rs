@@ -159,7 +159,11 @@ fn finer(bench: &mut Bench<'_>, sheet: &mut Sheet, play: &Play, picked: [usize; 
     };
     let deeds = [
         ("re-advection", "carried", Deed::Readvect { scale: 1 }),
-        ("re-advection on cells twice as fine", "finer", Deed::Readvect { scale: 2 }),
+        (
+            "re-advection on cells twice as fine",
+            "finer",
+            Deed::Readvect { scale: 2 },
+        ),
         ("the same with synthetic turbulence", "turbulent", turbulent),
     ];
     for (name, folder, deed) in deeds {
