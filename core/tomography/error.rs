@@ -39,6 +39,15 @@ pub enum TomographyError {
         /// Which, from 0.
         camera: usize,
     },
+    /// A novel view sees nothing of the box (`blind`), or its numbers are not finite, or it has no pixels.
+    Novel {
+        /// Which, from 0.
+        view: usize,
+        /// Whether it sees nothing.
+        blind: bool,
+    },
+    /// A prior on pictures without a novel view.
+    NoNovel,
     /// The pixels of a camera will not do.
     Pixels {
         /// Which camera, from 0.
@@ -73,6 +82,14 @@ impl fmt::Display for TomographyError {
             Self::Camera { camera } => {
                 write!(f, "camera {camera} has no pixels, or a number that is not finite")
             }
+            Self::Novel { view, blind: true } => write!(f, "novel view {view} sees nothing of the box"),
+            Self::Novel { view, .. } => {
+                write!(
+                    f,
+                    "novel view {view} has no pixels, or a number that is not finite"
+                )
+            }
+            Self::NoNovel => f.write_str("a prior on pictures needs a novel view"),
             Self::Pixels { camera, fault } => match fault {
                 Fault::Count { found, expected } => {
                     write!(f, "camera {camera} has {expected} pixels, and {found} were given")

@@ -13,6 +13,7 @@
 //! | `camera` | orthographic and pinhole cameras in a plane and in a box |
 //! | `pixels` | the pixels that a place touches, with their weights; F of a density |
 //! | `terrain` | what the walk walks on: gains, records, the hull |
+//! | `gallery` | the same with novel views, and priors on them |
 //! | `problem` | what is asked for, and what is refused |
 //! | `reconstruction` | a frame: its memory, its energy |
 //! | `way` | a frame from its begin to its end |
@@ -21,6 +22,7 @@
 
 mod camera;
 mod error;
+mod gallery;
 mod pixels;
 mod problem;
 mod rays;

@@ -3,6 +3,7 @@
 use super::camera::Camera;
 use crate::real::Real;
 use crate::walk::Cells;
+use crate::walk::prior::Spot;
 
 /// The pixels about a point of a picture.
 #[derive(Clone, Copy)]
@@ -29,6 +30,17 @@ impl Touched {
             low,
             part: [u - low[0] as f64, v - low[1] as f64],
         }
+    }
+
+    /// The same for a prior on a picture of `A` axes; nothing where all of it is off the picture.
+    #[inline(always)]
+    pub fn spot<const A: usize>(&self, pixels: &[usize; 2]) -> Option<Spot<A>> {
+        let on = |axis: usize| self.low[axis] >= -1 && self.low[axis] < pixels[axis] as i64;
+        let all = on(0) && (A < 2 || on(1));
+        all.then(|| Spot {
+            base: core::array::from_fn(|axis| self.low[axis] as isize),
+            part: core::array::from_fn(|axis| self.part[axis]),
+        })
     }
 
     /// The pixels that the picture has, each with its place there and its weight.

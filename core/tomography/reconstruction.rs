@@ -2,12 +2,14 @@
 
 use super::camera::Camera;
 use super::error::{Fault, TomographyError};
+use super::gallery::gamma;
 use super::problem::{Method, Tomography};
 use crate::memory::{Arena, Layout, Ledger, TooSmall};
 use crate::real::Real;
 use crate::walk::prior::whole;
 use crate::walk::{Course, Walked};
 use core::mem::MaybeUninit;
+use core::ops::Range;
 
 /// The two parts of the objective.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,6 +48,8 @@ pub(super) struct Buffers<'m, T> {
     pub(super) measured: &'m mut [T],
     pub(super) residual: &'m mut [T],
     pub(super) density: &'m mut [T],
+    /// F p of the novel views.
+    pub(super) novel: &'m mut [T],
     /// Of SART: what a camera adds to the cells, and their weights.
     pub(super) change: &'m mut [T],
     pub(super) weights: &'m mut [T],
@@ -60,7 +64,12 @@ impl<'m, T: Real> Buffers<'m, T> {
         let (pixels, cells) = (problem.pixels(), problem.cells.len());
         layout.work("pictures", &mut self.measured, pixels)?;
         layout.work("residual", &mut self.residual, pixels)?;
-        layout.work("density", &mut self.density, cells)?;
+        if problem.settings.keeps_cells() {
+            layout.work("density", &mut self.density, cells)?;
+        }
+        if !problem.novel.is_empty() {
+            layout.work("novel views", &mut self.novel, problem.novel_pixels())?;
+        }
         if problem.settings.method == Method::Sart {
             layout.work("change of the density", &mut self.change, cells)?;
             layout.work("weights of the cells", &mut self.weights, cells)?;
@@ -118,10 +127,8 @@ impl<'m, T: Real, const D: usize> Reconstruction<'m, T, D> {
     }
 
     /// The pixels of camera `camera`, row by row.
-    fn range(&self, camera: usize) -> core::ops::Range<usize> {
-        let before = self.problem.cameras.iter().take(camera);
-        let start = before.map(Camera::len).sum::<usize>();
-        start..start + self.problem.cameras.get(camera).map_or(0, Camera::len)
+    fn range(&self, camera: usize) -> Range<usize> {
+        among(self.problem.cameras, camera)
     }
 
     /// Takes what camera `camera` measured in the next frame.
@@ -212,9 +219,11 @@ impl<'m, T: Real, const D: usize> Reconstruction<'m, T, D> {
     #[must_use]
     pub fn energy(&self) -> Energy {
         let settings = self.problem.settings;
+        let cells = whole(settings.prior, &self.problem.cells, self.buffers.density);
+        let images = gamma(settings.prior, self.problem.novel, self.buffers.novel);
         Energy {
             data: 0.5 * square(self.buffers.residual),
-            prior: settings.gamma * whole(settings.prior, &self.problem.cells, self.buffers.density),
+            prior: settings.gamma * (cells + images),
         }
     }
 
@@ -224,10 +233,17 @@ impl<'m, T: Real, const D: usize> Reconstruction<'m, T, D> {
         Real::sqrt(square(self.buffers.residual) / square(self.buffers.measured))
     }
 
-    /// p, x fastest.
+    /// p, x fastest; empty where it is not kept.
     #[must_use]
     pub fn density(&self) -> &[T] {
         self.buffers.density
+    }
+
+    /// What novel view `view` shows.
+    #[must_use]
+    pub fn novel(&self, view: usize) -> &[T] {
+        let range = among(self.problem.novel, view);
+        self.buffers.novel.get(range).unwrap_or_default()
     }
 
     /// q of a camera.
@@ -241,6 +257,12 @@ impl<'m, T: Real, const D: usize> Reconstruction<'m, T, D> {
     pub fn residual(&self, camera: usize) -> &[T] {
         self.buffers.residual.get(self.range(camera)).unwrap_or_default()
     }
+}
+
+/// The pixels of one of some cameras, row by row.
+fn among<const D: usize>(cameras: &[Camera<D>], camera: usize) -> Range<usize> {
+    let start = cameras.iter().take(camera).map(Camera::len).sum::<usize>();
+    start..start + cameras.get(camera).map_or(0, Camera::len)
 }
 
 fn square<T: Real>(values: &[T]) -> f64 {

@@ -71,6 +71,52 @@ impl<T: Real, const D: usize> Ground<'_, T, D> {
         any.then_some([along, square])
     }
 
+    /// What a sample at `place` is worth: gamma times the change of the prior is taken off, and one that makes fall below 0 what may not is
+    /// out.
+    #[inline(always)]
+    pub fn weigh(
+        &self,
+        place: &[f64; D],
+        charge: impl Fn(f64) -> Option<[f64; 2]>,
+        falls: impl Fn(f64) -> bool,
+    ) -> Gain {
+        if !self.cells.hold(place) {
+            return Gain::NONE;
+        }
+        let Some([along, square]) = self.seen(place) else {
+            return Gain::NONE;
+        };
+        let mass = self.eps;
+        let half = 0.5 * mass * mass * square;
+        let [mut plus, mut minus] = [mass * along - half, -mass * along - half];
+        if let Some([up, down]) = charge(mass) {
+            plus -= self.gamma * up;
+            minus -= self.gamma * down;
+        }
+        // A sample of -eps is asked for what it leaves only where it would be taken.
+        if self.nonnegative && minus > plus && falls(-mass) {
+            minus = f64::NEG_INFINITY;
+        }
+        Gain::better([plus, minus], mass)
+    }
+
+    /// The change of a prior on cells.
+    #[inline(always)]
+    pub fn charge(&self, place: &[f64; D], mass: f64) -> Option<[f64; 2]> {
+        if self.prior == Prior::None {
+            return None;
+        }
+        let footprint = self.cells.around(place);
+        Some(change(self.prior, &self.cells, self.density, &footprint, mass))
+    }
+
+    /// Whether a sample makes a cell fall below 0.
+    #[inline(always)]
+    pub fn falls(&self, place: &[f64; D], mass: f64) -> bool {
+        let footprint = self.cells.around(place);
+        self.cells.least(self.density, &footprint, mass) < 0.0
+    }
+
     /// Whether a place lies in the box and in the visual hull: no camera that sees it sees it dark.
     pub fn in_hull(&self, place: &[f64; D]) -> bool {
         self.cells.hold(place) && self.seen(place).is_some()
@@ -92,26 +138,11 @@ impl<T: Real, const D: usize> Terrain for Ground<'_, T, D> {
 
     #[inline(always)]
     fn gain(&self, place: [f64; D]) -> Gain {
-        if !self.cells.hold(&place) {
-            return Gain::NONE;
-        }
-        let Some([along, square]) = self.seen(&place) else {
-            return Gain::NONE;
-        };
-        let mass = self.eps;
-        let footprint = self.cells.around(&place);
-        let charge = 0.5 * mass * mass * square;
-        let [mut plus, mut minus] = [mass * along - charge, -mass * along - charge];
-        if self.prior != Prior::None {
-            let [up, down] = change(self.prior, &self.cells, self.density, &footprint, mass);
-            plus -= self.gamma * up;
-            minus -= self.gamma * down;
-        }
-        // A sample of -eps is asked for what it leaves only where it would be taken.
-        if self.nonnegative && minus > plus && self.cells.least(self.density, &footprint, -mass) < 0.0 {
-            minus = f64::NEG_INFINITY;
-        }
-        Gain::better([plus, minus], mass)
+        self.weigh(
+            &place,
+            |mass| self.charge(&place, mass),
+            |mass| self.falls(&place, mass),
+        )
     }
 
     #[inline(always)]

@@ -1,6 +1,7 @@
 //! The way through a frame: where it begins, and how it goes on.
 
 use super::error::TomographyError;
+use super::gallery::{self, Gallery};
 use super::pixels::project;
 use super::problem::Method;
 use super::reconstruction::{Buffers, Reconstruction};
@@ -47,6 +48,7 @@ impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
         } else {
             density.fill(T::ZERO);
         }
+        self.look_again();
         self.last = self.energy().total();
         Ok(())
     }
@@ -94,6 +96,21 @@ impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
         }
     }
 
+    /// F p of the novel views, every cell a sample at its centre.
+    fn look_again(&mut self) {
+        let cells = self.problem.cells;
+        let Buffers { density, novel, .. } = &mut self.buffers;
+        novel.fill(T::ZERO);
+        let mut rest = &mut **novel;
+        for camera in self.problem.novel {
+            let Some((image, after)) = rest.split_at_mut_checked(camera.len()) else {
+                return;
+            };
+            rest = after;
+            project(&cells, camera, density, 1.0, image);
+        }
+    }
+
     /// Goes on by about a tenth of the budget at most; whether the frame is done.
     pub fn advance(&mut self, most: u64) -> bool {
         if self.over() {
@@ -113,7 +130,7 @@ impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
             let before = course.walked().mutations;
             let tenth = self.budget.div_ceil(PARTS);
             let end = (before / tenth + 1) * tenth;
-            walk(&mut self.ground(), &mut course, left.min(end - before));
+            self.stroll(&mut course, left.min(end - before));
             self.course = course;
             let went = course.walked().mutations - before;
             left -= went.min(left);
@@ -125,6 +142,21 @@ impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
         }
     }
 
+    /// Up to `most` mutations more.
+    fn stroll(&mut self, course: &mut Course<[f64; D]>, most: u64) {
+        if self.problem.novel.is_empty() {
+            return walk(&mut self.ground(), course, most);
+        }
+        let images = core::mem::take(&mut self.buffers.novel);
+        let mut gallery = Gallery {
+            cameras: self.problem.novel,
+            images: &mut *images,
+            ground: self.ground(),
+        };
+        gallery::walk(&mut gallery, course, most);
+        self.buffers.novel = images;
+    }
+
     fn sweep(&mut self) {
         let settings = self.problem.settings;
         let problem = self.problem;
@@ -134,6 +166,7 @@ impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
             density,
             change,
             weights,
+            ..
         } = &mut self.buffers;
         let work = sart::Work {
             measured,
@@ -144,6 +177,7 @@ impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
         };
         sart::sweep(&problem, work, settings.relax);
         self.keep_hull();
+        self.look_again();
         self.swept += 1;
     }
 }

@@ -8,8 +8,8 @@ use core::mem::MaybeUninit;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::sync::Mutex;
-use thurible_core::Real;
 use thurible_core::tomography::{Method, Reconstruction, Tomography, TomographyError};
+use thurible_core::{Named, Real};
 
 /// Mutations between two looks at whether the user wants to stop.
 const BREATH: u64 = 100_000;
@@ -21,6 +21,8 @@ pub(super) struct Frame<T> {
     pub density: Vec<T>,
     /// What each camera would see of it.
     pub reprojected: Vec<Vec<T>>,
+    /// What each novel view shows.
+    pub novel: Vec<Vec<T>>,
     pub history: Vec<Value>,
     pub rms_error: Option<f64>,
     pub residual_relative: f64,
@@ -110,6 +112,22 @@ pub(super) fn refused(views: &Views, error: &TomographyError) -> Failure {
                 format!("(\"{name}\") sees nothing of the box; turn it to the box, or take it out"),
             )
         }
+        TomographyError::Novel { view, blind } => {
+            let key = views.novel.get(*view).map_or("novel", |view| &view.key);
+            let why = if *blind {
+                "sees nothing of the box; turn it to the box, or take it out"
+            } else {
+                "has a number that is not finite; correct it"
+            };
+            views.document.refuse(key, why)
+        }
+        TomographyError::NoNovel => views.document.refuse(
+            "tomography.prior",
+            format!(
+                "is \"{}\", and there is no novel view; add a [[novel]] with a camera and its size, or choose another prior",
+                views.settings.prior.name()
+            ),
+        ),
         other => views
             .document
             .refuse("tomography", format!("cannot run: {other}")),
@@ -129,7 +147,8 @@ fn one<T: Real, const D: usize>(
             .measure(number, &pixels)
             .map_err(|error| refused(views, &error))?;
     }
-    let truth = views.truth(frame);
+    let kept = views.settings.keeps_cells();
+    let truth = kept.then(|| views.truth(frame)).flatten();
     let warm = views.settings.warm && frame > 0;
     let mut history = Vec::new();
     match reconstruction.begin((views.first + frame) as u64, warm) {
@@ -152,7 +171,12 @@ fn one<T: Real, const D: usize>(
     } else {
         reconstruction.density().to_vec()
     };
+    let novel = |view: usize| -> Vec<T> {
+        let picture = reconstruction.novel(view).iter();
+        picture.map(|&pixel| if dark { T::ZERO } else { pixel }).collect()
+    };
     Ok(Frame {
+        novel: (0..views.novel.len()).map(novel).collect(),
         rms_error: truth.as_deref().map(|truth| rms(&density, truth)),
         reprojected: (0..views.cameras.len()).map(reprojected).collect(),
         residual_relative: if dark {

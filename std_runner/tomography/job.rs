@@ -42,11 +42,14 @@ fn solve<T: Real + Sample, const D: usize>(
         .iter()
         .map(|view| view.optics.camera(view.pixels))
         .collect();
+    let novel = views.novel.iter();
+    let novel: Vec<Camera<D>> = novel.map(|view| view.optics.camera(view.pixels)).collect();
     let problem = Tomography {
         cells: Cells {
             counts: core::array::from_fn(|axis| views.cells.get(axis).copied().unwrap_or(1)),
         },
         cameras: &cameras,
+        novel: &novel,
         settings: views.settings,
     };
     problem.check().map_err(|error| refused(&views, &error))?;

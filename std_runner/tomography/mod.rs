@@ -7,6 +7,7 @@
 mod cameras;
 mod frames;
 mod job;
+mod novel;
 mod page;
 mod place;
 mod plan;

@@ -20,6 +20,9 @@ pub(super) fn draw<T: Real>(
     } else {
         Precision::F64
     };
+    if !outcome.views.settings.keeps_cells() {
+        return page(outcome, Gallery::default())?.write(folder, "report");
+    }
     let steps = outcome.frames.len().saturating_sub(1);
     let cells = outcome.views.cells.clone();
     let densities = Densities::open(&result.join(report::ARCHIVE), precision, cells, steps, Vec::new())?;
@@ -32,22 +35,18 @@ pub(super) fn draw<T: Real>(
 
 fn page<T: Real>(outcome: &Outcome<'_, T>, gallery: Gallery) -> Result<Document, OutputError> {
     let views = outcome.views;
-    let mut blocks = vec![facts(outcome), Block::Heading("The density".into())];
-    blocks.push(Block::Pictures(
-        gallery
-            .strip
-            .into_iter()
-            .map(|(step, png)| Shot {
-                caption: format!("frame {}", views.first + step),
-                png,
-            })
-            .collect(),
-    ));
-    if let [nx, ny, nz] = views.cells[..] {
-        blocks.push(Block::Heading("Slices through the middle".into()));
-        blocks.push(Block::Pictures(slices(outcome, [nx, ny, nz])?));
+    let mut blocks = vec![facts(outcome)];
+    if views.settings.keeps_cells() {
+        density(outcome, gallery, &mut blocks)?;
     }
     let shown = outcome.frames.len() / 2;
+    if !views.novel.is_empty() {
+        blocks.push(Block::Heading(format!(
+            "Novel views in frame {}",
+            views.first + shown
+        )));
+        blocks.push(Block::Pictures(novel(outcome, shown)?));
+    }
     blocks.push(Block::Heading(format!(
         "What the cameras saw in frame {}",
         views.first + shown
@@ -72,6 +71,54 @@ fn page<T: Real>(outcome: &Outcome<'_, T>, gallery: Gallery) -> Result<Document,
         blocks,
         pictures: false,
     })
+}
+
+/// The frames, and slices of a box.
+fn density<T: Real>(
+    outcome: &Outcome<'_, T>,
+    gallery: Gallery,
+    blocks: &mut Vec<Block>,
+) -> Result<(), OutputError> {
+    let views = outcome.views;
+    let strip = gallery.strip.into_iter().map(|(step, png)| Shot {
+        caption: format!("frame {}", views.first + step),
+        png,
+    });
+    blocks.push(Block::Heading("The density".into()));
+    blocks.push(Block::Pictures(strip.collect()));
+    if let [nx, ny, nz] = views.cells[..] {
+        blocks.push(Block::Heading("Slices through the middle".into()));
+        blocks.push(Block::Pictures(slices(outcome, [nx, ny, nz])?));
+    }
+    Ok(())
+}
+
+/// What novel views show, and beside it what was seen there, where that is known.
+fn novel<T: Real>(outcome: &Outcome<'_, T>, frame: usize) -> Result<Vec<Shot>, OutputError> {
+    let views = outcome.views;
+    let mut shots = Vec::new();
+    let Some(found) = outcome.frames.get(frame) else {
+        return Ok(shots);
+    };
+    for (view, shown) in views.novel.iter().zip(&found.novel).take(CAMERAS) {
+        let shown: Vec<f64> = shown.iter().map(|pixel| pixel.to_f64()).collect();
+        let seen = views.compared(view, frame);
+        let all = seen.iter().flatten().chain(&shown);
+        let full = all.copied().fold(f64::MIN_POSITIVE, f64::max);
+        let light = |values: &[f64]| values.iter().map(|x| (x / full) as f32).collect::<Vec<f32>>();
+        let width = view.pixels[0];
+        shots.push(Shot {
+            caption: format!("{}: reconstructed", view.name),
+            png: plate(&light(&shown), width, Tone::Light)?,
+        });
+        if let Some(seen) = seen {
+            shots.push(Shot {
+                caption: format!("{}: as it was photographed", view.name),
+                png: plate(&light(&seen), width, Tone::Light)?,
+            });
+        }
+    }
+    Ok(shots)
 }
 
 fn facts<T: Real>(outcome: &Outcome<'_, T>) -> Block {

@@ -44,7 +44,12 @@ pub(super) fn plan<T: Real, const D: usize>(
 ) -> Result<Plan, Failure> {
     let mut ledger = Ledger::new();
     Reconstruction::<T, D>::plan(problem, &mut ledger);
-    let kept = problem.cells.len().saturating_add(views.pixels());
+    let cells = if problem.settings.keeps_cells() {
+        problem.cells.len()
+    } else {
+        0
+    };
+    let kept = cells.saturating_add(views.pixels());
     let threads = request
         .options
         .resources

@@ -10,6 +10,8 @@ pub(super) struct RawViews {
     pub pictures: RawPictures,
     pub camera: Vec<RawCamera>,
     #[serde(default)]
+    pub novel: Vec<RawCamera>,
+    #[serde(default)]
     pub tomography: RawSettings,
     pub truth: Option<RawTruth>,
 }
@@ -49,6 +51,8 @@ pub(super) struct RawCamera {
     pub file: Option<String>,
     pub array: Option<String>,
     pub files: Option<String>,
+    /// Of a novel view without pictures.
+    pub size: Option<Vec<usize>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -58,6 +62,7 @@ pub(super) struct RawSettings {
     pub prior: Option<String>,
     pub gamma: Option<toml::Value>,
     pub nonnegative: Option<bool>,
+    pub volume: Option<bool>,
     pub sigma: Option<f64>,
     pub length: Option<u64>,
     pub budget: Option<f64>,

@@ -7,16 +7,10 @@ use thurible_core::Named;
 use thurible_core::tomography::{Settings, TomographyError};
 use toml::Value;
 
-/// gamma of each prior in a plane and in a box where nothing is said, of a density whose brightest ray is a quarter of the box long at
-/// density 1.
-const GAMMA: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.1], [0.5, 0.03], [0.15, 0.01]];
-/// Mutations of a frame for each cell and camera, where no budget is given.
-const A_CELL_AND_CAMERA: f64 = 20.0;
-
-/// The settings, and whether gamma is still to be scaled by the pictures.
+/// The settings, and whether gamma is still to be found from the pictures.
 pub(super) struct Chosen {
     pub settings: Settings,
-    pub scaled_gamma: bool,
+    pub automatic_gamma: bool,
 }
 
 /// Reads the settings for a box of `cells` seen by `cameras`.
@@ -27,19 +21,15 @@ pub(super) fn chosen(
     cameras: usize,
 ) -> Result<Chosen, Failure> {
     let default = Settings::default();
-    let (dims, cells) = (cells.len(), cells.iter().product::<usize>());
-    let budget = (A_CELL_AND_CAMERA * cells as f64 * cameras as f64).max(1e6);
+    let budget = Settings::automatic_budget(cells.iter().product(), cameras) as f64;
     let prior = word(document, "prior", raw.prior.as_deref(), default.prior)?;
     let gamma = automatic(document, "gamma", raw.gamma.as_ref())?;
     let settings = Settings {
         method: word(document, "method", raw.method.as_deref(), default.method)?,
         prior,
-        gamma: gamma.unwrap_or(
-            GAMMA
-                .get(prior as usize)
-                .map_or(0.0, |gamma| gamma[usize::from(dims > 2)]),
-        ),
+        gamma: gamma.unwrap_or(default.gamma),
         nonnegative: raw.nonnegative.unwrap_or(default.nonnegative),
+        volume: raw.volume.unwrap_or(prior.on_images().is_none()),
         sigma: raw.sigma.unwrap_or(default.sigma),
         length: raw.length.unwrap_or(default.length),
         budget: whole(document, raw.budget.unwrap_or(budget))?,
@@ -63,7 +53,7 @@ pub(super) fn chosen(
     })?;
     Ok(Chosen {
         settings,
-        scaled_gamma: gamma.is_none(),
+        automatic_gamma: gamma.is_none(),
     })
 }
 

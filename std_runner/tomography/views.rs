@@ -1,6 +1,7 @@
 //! A file of views, read and checked: the box, the cameras, every picture.
 
 use super::cameras::{Optics, optics};
+use super::novel::{Novel, pictures, size_of};
 use super::place::{Place, place};
 use super::raw::{RawCamera, RawTruth, RawViews};
 use super::settings::{Chosen, chosen};
@@ -27,6 +28,8 @@ pub(super) struct Views {
     pub frames: usize,
     scale: f64,
     pub cameras: Vec<View>,
+    /// Cameras that measured nothing.
+    pub novel: Vec<Novel>,
     pub settings: Settings,
     truth: Option<(PathBuf, Option<String>)>,
     /// What was found in the pictures.
@@ -68,7 +71,7 @@ impl Views {
         }
         let Chosen {
             settings,
-            scaled_gamma,
+            automatic_gamma,
         } = chosen(&document, &raw.tomography, &cells, cameras.len())?;
         let mut views = Self {
             length: place.side * cells.iter().copied().max().unwrap_or(1) as f64,
@@ -78,6 +81,7 @@ impl Views {
             first: raw.pictures.first.unwrap_or(0),
             frames: 0,
             cameras,
+            novel: Vec::new(),
             settings,
             truth: None,
             notes: Vec::new(),
@@ -85,7 +89,13 @@ impl Views {
         };
         views.check_numbers()?;
         views.count(raw.pictures.last)?;
-        views.look(scaled_gamma)?;
+        views.look(automatic_gamma)?;
+        let frames = views.first..views.first + views.frames;
+        for (number, camera) in raw.novel.iter().enumerate() {
+            views
+                .novel
+                .push(Novel::read(&views.document, number, camera, &place, &frames)?);
+        }
         views.truth = views.truth_of(raw.truth)?;
         Ok(views)
     }
@@ -127,7 +137,7 @@ impl Views {
     }
 
     /// Looks at every picture once: sizes, numbers, and how bright they are.
-    fn look(&mut self, scaled_gamma: bool) -> Result<(), Failure> {
+    fn look(&mut self, automatic_gamma: bool) -> Result<(), Failure> {
         let (mut brightest, mut notes) = (0.0_f64, Vec::new());
         for frame in 0..self.frames {
             let mut dark = Vec::new();
@@ -160,9 +170,10 @@ impl Views {
             let why = "have nothing but zeros in all frames; there is no smoke to reconstruct: check the files and `pictures.scale`";
             return Err(self.document.refuse("camera", why));
         }
-        if scaled_gamma {
-            let longest = self.cells.iter().copied().max().unwrap_or(1) as f64;
-            self.settings.gamma *= 4.0 * brightest / longest;
+        if automatic_gamma {
+            let (prior, dims) = (self.settings.prior, self.cells.len());
+            let longest = self.cells.iter().copied().max().unwrap_or(1);
+            self.settings.gamma = Settings::automatic_gamma(prior, dims, longest, brightest);
         }
         self.notes = notes;
         Ok(())
@@ -214,8 +225,19 @@ impl Views {
         Some(found.values)
     }
 
-    /// Pixels of all cameras.
+    /// What was seen from novel view `view` in a frame, in density times cells, where that is known.
+    pub fn compared(&self, view: &Novel, frame: usize) -> Option<Vec<f64>> {
+        view.picture(&self.document, self.first + frame, self.scale)
+            .ok()?
+    }
+
+    /// Pixels of all cameras and novel views.
     pub fn pixels(&self) -> usize {
+        let novel = self.novel.iter().map(|view| view.pixels[0] * view.pixels[1]);
+        novel.sum::<usize>() + self.measured_pixels()
+    }
+
+    fn measured_pixels(&self) -> usize {
         self.cameras
             .iter()
             .map(|view| view.pixels[0] * view.pixels[1])
@@ -223,31 +245,9 @@ impl Views {
     }
 }
 
-/// Width and height of a picture; a row of numbers is one pixel high.
-fn size_of(shape: &[usize]) -> Option<[usize; 2]> {
-    match *shape {
-        [width] => Some([width, 1]),
-        [height, width] => Some([width, height]),
-        _ => None,
-    }
-}
-
 fn view(document: &Document, number: usize, raw: &RawCamera, place: &Place) -> Result<View, Failure> {
     let key = format!("camera[{number}]");
-    let source = Source::of(document, &key, raw, place.dims)?;
-    let first = source.read(document, &key, 0)?;
-    let pixels = size_of(&first.shape).filter(|size| size[0] > 0 && (place.dims == 3 || size[1] == 1));
-    let pixels = pixels.ok_or_else(|| {
-        let wanted = if place.dims == 3 {
-            "rows and columns"
-        } else {
-            "one row of pixels, in a plane"
-        };
-        document.refuse(
-            &key,
-            format!("has pictures of shape {:?}; a picture has {wanted}", first.shape),
-        )
-    })?;
+    let (source, pixels) = pictures(document, &key, raw, place)?;
     Ok(View {
         name: raw.name.clone().unwrap_or_else(|| format!("camera {number}")),
         optics: optics(document, &key, raw, place, pixels)?,

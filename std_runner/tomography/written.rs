@@ -44,6 +44,7 @@ impl<T: Real> Outcome<'_, T> {
             "prior": settings.prior.name(),
             "gamma": settings.gamma,
             "nonnegative": settings.nonnegative,
+            "volume": settings.keeps_cells(),
             "sigma": settings.sigma,
             "length": settings.length,
             "budget": settings.budget,
@@ -58,6 +59,32 @@ impl<T: Real> Outcome<'_, T> {
             "sweeps": settings.sweeps,
             "relax": settings.relax,
         })
+    }
+
+    /// RMS distance of novel view `number` from the pictures that were taken there, in parts of theirs.
+    pub fn novel_error(&self, number: usize) -> Option<f64> {
+        let view = self.views.novel.get(number)?;
+        let (mut far, mut size) = (0.0, 0.0);
+        for (index, frame) in self.frames.iter().enumerate() {
+            let seen = self.views.compared(view, index)?;
+            for (shown, seen) in frame.novel.get(number)?.iter().zip(&seen) {
+                far += (shown.to_f64() - seen).powi(2);
+                size += seen * seen;
+            }
+        }
+        (size > 0.0).then(|| (far / size).sqrt())
+    }
+
+    fn novel(&self) -> Vec<Value> {
+        let novel = self.views.novel.iter().enumerate();
+        let said = novel.map(|(number, view)| {
+            let mut fields = view.optics.fields();
+            fields["name"] = view.name.clone().into();
+            fields["pixels"] = view.pixels.to_vec().into();
+            fields["relative_error"] = self.novel_error(number).into();
+            fields
+        });
+        said.collect()
     }
 
     fn record(&self) -> Value {
@@ -106,6 +133,7 @@ impl<T: Real> Outcome<'_, T> {
             "overrides": views.document.assignments().collect::<Vec<_>>(),
             "command": command_line(),
             "cameras": cameras.collect::<Vec<_>>(),
+            "novel": self.novel(),
             "tomography": self.settings(),
             "frames": frames.collect::<Vec<_>>(),
             "rms_error": self.rms_error(),
@@ -114,45 +142,47 @@ impl<T: Real> Outcome<'_, T> {
     }
 }
 
-/// Writes both files into `folder`.
-pub(super) fn write<T: Real>(folder: &Path, outcome: &Outcome<'_, T>) -> Result<(), OutputError> {
+/// The arrays of a result, each with its entries frame by frame.
+fn arrays<'a, T: Real>(outcome: &'a Outcome<'_, T>) -> Vec<Plain<'a, T>> {
     let views = outcome.views;
-    let with_frames = |shape: &mut dyn Iterator<Item = usize>| {
-        core::iter::once(outcome.frames.len())
-            .chain(shape)
-            .collect::<Vec<usize>>()
+    let array = |name: String, shape: &[usize], part: &dyn Fn(&'a Frame<T>) -> Option<&'a Vec<T>>| {
+        let frames = outcome.frames.iter();
+        Plain {
+            name,
+            shape: [&[outcome.frames.len()], shape].concat(),
+            parts: frames
+                .map(|frame| part(frame).map(Vec::as_slice).unwrap_or_default())
+                .collect(),
+        }
     };
-    let mut arrays = vec![Plain {
-        name: "density".into(),
-        shape: with_frames(&mut views.cells.iter().rev().copied()),
-        parts: outcome
-            .frames
-            .iter()
-            .map(|frame| frame.density.as_slice())
-            .collect(),
-    }];
-    for (number, view) in views.cameras.iter().enumerate() {
-        let [width, height] = view.pixels;
-        let size = if views.cells.len() == 2 {
+    let size = |[width, height]: [usize; 2]| {
+        if views.cells.len() == 2 {
             vec![width]
         } else {
             vec![height, width]
-        };
-        let parts = outcome.frames.iter();
-        let parts = parts.map(|frame| {
-            frame
-                .reprojected
-                .get(number)
-                .map(Vec::as_slice)
-                .unwrap_or_default()
-        });
-        arrays.push(Plain {
-            name: format!("reprojection_{number}"),
-            shape: with_frames(&mut size.into_iter()),
-            parts: parts.collect(),
-        });
+        }
+    };
+    let cells: Vec<usize> = views.cells.iter().rev().copied().collect();
+    let mut arrays = Vec::new();
+    if views.settings.keeps_cells() {
+        arrays.push(array("density".into(), &cells, &|frame| Some(&frame.density)));
     }
-    write_arrays(&folder.join(report::ARCHIVE), &arrays)?;
+    for (number, view) in views.cameras.iter().enumerate() {
+        let name = format!("reprojection_{number}");
+        arrays.push(array(name, &size(view.pixels), &|frame| {
+            frame.reprojected.get(number)
+        }));
+    }
+    for (number, view) in views.novel.iter().enumerate() {
+        let name = format!("novel_{number}");
+        arrays.push(array(name, &size(view.pixels), &|frame| frame.novel.get(number)));
+    }
+    arrays
+}
+
+/// Writes both files into `folder`.
+pub(super) fn write<T: Real>(folder: &Path, outcome: &Outcome<'_, T>) -> Result<(), OutputError> {
+    write_arrays(&folder.join(report::ARCHIVE), &arrays(outcome))?;
     let path = folder.join("report.json");
     let json = serde_json::to_vec_pretty(&outcome.record()).map_err(OutputError::of(&path))?;
     write_bytes(&path, &json)

@@ -155,13 +155,47 @@ struct Naive<'a, const D: usize> {
     measured: Vec<Vec<f64>>,
     residual: Vec<Vec<f64>>,
     density: Vec<f64>,
+    novel: Vec<Vec<f64>>,
     samples: Vec<([f64; D], f64)>,
     eps: f64,
 }
 
+/// Residual, density and novel views.
+type State = (Vec<Vec<f64>>, Vec<f64>, Vec<Vec<f64>>);
+
+/// Priors on a picture, pixel by pixel, by their definitions.
+fn of_picture(prior: Prior, [width, height]: [usize; 2], image: &[f64]) -> f64 {
+    let at = |x: usize, y: usize| (x < width && y < height).then(|| image[y * width + x]);
+    let mut sum = 0.0;
+    for y in 0..height {
+        for x in 0..width {
+            let here = image[y * width + x];
+            let to = |there: Option<f64>| there.map_or(0.0, |there| there - here);
+            sum += match prior {
+                Prior::ImageTv => to(at(x + 1, y)).hypot(to(at(x, y + 1))),
+                Prior::ImageSad => {
+                    let before = (x > 0).then(|| at(x - 1, y + 1)).flatten();
+                    [at(x + 1, y), at(x, y + 1), at(x + 1, y + 1), before]
+                        .map(|there| to(there).abs())
+                        .iter()
+                        .sum()
+                }
+                _ => 0.0,
+            };
+        }
+    }
+    sum
+}
+
 impl<const D: usize> Naive<'_, D> {
-    fn with(&self, place: &[f64; D], mass: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
+    fn with(&self, place: &[f64; D], mass: f64) -> State {
         let (mut residual, mut density) = (self.residual.clone(), self.density.clone());
+        let mut novel = self.novel.clone();
+        for (camera, image) in self.problem.novel.iter().zip(&mut novel) {
+            for (pixel, weight) in footprint(camera, place) {
+                image[pixel] += mass * weight;
+            }
+        }
         for (camera, residual) in self.problem.cameras.iter().zip(&mut residual) {
             for (pixel, weight) in footprint(camera, place) {
                 residual[pixel] -= mass * weight;
@@ -170,13 +204,21 @@ impl<const D: usize> Naive<'_, D> {
         self.problem
             .cells
             .add(&mut density, &self.problem.cells.around(place), mass);
-        (residual, density)
+        (residual, density, novel)
     }
 
-    fn energy(&self, residual: &[Vec<f64>], density: &[f64]) -> f64 {
+    fn energy(&self, (residual, density, novel): &State) -> f64 {
         let settings = self.problem.settings;
         let data: f64 = residual.iter().flatten().map(|r| r * r).sum();
-        0.5 * data + settings.gamma * whole(settings.prior, &self.problem.cells, density)
+        let views = self.problem.novel.iter().zip(novel);
+        let images: f64 = views
+            .map(|(camera, image)| of_picture(settings.prior, camera.pixels, image))
+            .sum();
+        0.5 * data + settings.gamma * (whole(settings.prior, &self.problem.cells, density) + images)
+    }
+
+    fn now(&self) -> State {
+        (self.residual.clone(), self.density.clone(), self.novel.clone())
     }
 }
 
@@ -214,17 +256,23 @@ impl<const D: usize> Terrain for Naive<'_, D> {
         if !seen {
             return Gain::NONE;
         }
-        let before = self.energy(&self.residual, &self.density);
+        let before = self.energy(&self.now());
         let mut best = Gain {
             energy: f64::NEG_INFINITY,
             mass: 0.0,
         };
         for mass in [self.eps, -self.eps] {
-            let (residual, density) = self.with(&place, mass);
-            if mass < 0.0 && self.problem.settings.nonnegative && density.iter().any(|&p| p < 0.0) {
+            let after = self.with(&place, mass);
+            let settings = self.problem.settings;
+            let falls = if settings.keeps_cells() {
+                after.1.iter().any(|&p| p < 0.0)
+            } else {
+                after.2.iter().flatten().any(|&p| p < 0.0)
+            };
+            if mass < 0.0 && settings.nonnegative && falls {
                 continue;
             }
-            let energy = before - self.energy(&residual, &density);
+            let energy = before - self.energy(&after);
             if energy > best.energy {
                 best = Gain { energy, mass };
             }
@@ -233,17 +281,28 @@ impl<const D: usize> Terrain for Naive<'_, D> {
     }
 
     fn record(&mut self, place: [f64; D], mass: f64) {
-        (self.residual, self.density) = self.with(&place, mass);
+        (self.residual, self.density, self.novel) = self.with(&place, mass);
         self.samples.push((place, mass));
     }
 }
 
 /// After some thousand mutations the core stands where the plain walk stands: the same samples, the same residual, the same density.
 fn agrees<const D: usize>(cells: [usize; D], cameras: &[Camera<D>], density: &[f64], settings: Settings) {
+    agrees_with(cells, [cameras, &[]], density, settings);
+}
+
+/// The same with novel views.
+fn agrees_with<const D: usize>(
+    cells: [usize; D],
+    [cameras, novel]: [&[Camera<D>]; 2],
+    density: &[f64],
+    settings: Settings,
+) {
     let cells = Cells { counts: cells };
     let problem = Tomography {
         cells,
         cameras,
+        novel,
         settings,
     };
     let q = pictures(&cells, cameras, density);
@@ -255,6 +314,7 @@ fn agrees<const D: usize>(cells: [usize; D], cameras: &[Camera<D>], density: &[f
         measured: q.clone(),
         residual: q,
         density: vec![0.0; cells.len()],
+        novel: novel.iter().map(|camera| vec![0.0; camera.len()]).collect(),
         samples: Vec::new(),
         eps: found.eps(),
     };
@@ -268,11 +328,19 @@ fn agrees<const D: usize>(cells: [usize; D], cameras: &[Camera<D>], density: &[f
             .zip(other)
             .all(|(one, other)| (one - other).abs() < 1e-9)
     };
-    assert!(close(found.density(), &naive.density), "{settings:?}");
+    if settings.keeps_cells() {
+        assert!(close(found.density(), &naive.density), "{settings:?}");
+    } else {
+        assert!(found.density().is_empty());
+    }
+    for (view, image) in naive.novel.iter().enumerate() {
+        assert!(image.iter().any(|&pixel| pixel > 0.1));
+        assert!(close(found.novel(view), image), "{settings:?}");
+    }
     for (camera, residual) in naive.residual.iter().enumerate() {
         assert!(close(found.residual(camera), residual));
     }
-    let energy = naive.energy(&naive.residual, &naive.density);
+    let energy = naive.energy(&naive.now());
     assert!((found.energy().total() - energy).abs() < 1e-9 * energy.max(1.0));
 }
 
@@ -344,6 +412,7 @@ fn the_residual_stays_that_of_the_samples() {
     let problem = Tomography {
         cells,
         cameras: &cameras,
+        novel: &[],
         settings,
     };
     let q = pictures(&cells, &cameras, &disc(cells.counts));
@@ -413,6 +482,7 @@ fn the_residual_stays_that_of_the_samples() {
         problem,
         measured: q.clone(),
         residual: q.clone(),
+        novel: Vec::new(),
         density: vec![0.0; cells.len()],
         samples: Vec::new(),
         eps: found.eps(),
@@ -457,6 +527,7 @@ fn the_objective_never_rises() {
             let problem = Tomography {
                 cells,
                 cameras: &cameras,
+                novel: &[],
                 settings,
             };
             let mut memory = Memory::new(Reconstruction::<f64, 2>::bytes(&problem).unwrap());
@@ -487,6 +558,7 @@ fn bits<T: Real>(step: u64, seed: u64) -> Vec<u64> {
     let problem = Tomography {
         cells,
         cameras: &cameras,
+        novel: &[],
         settings,
     };
     let q = pictures(&cells, &cameras, &disc(cells.counts));
@@ -527,6 +599,7 @@ fn the_plan_is_exact_and_nothing_is_allocated() {
         let problem = Tomography {
             cells,
             cameras: &cameras,
+            novel: &[],
             settings,
         };
         let bytes = Reconstruction::<f32, 2>::bytes(&problem).unwrap();
@@ -568,6 +641,7 @@ fn what_cannot_be_is_refused() {
     let good = Tomography {
         cells,
         cameras: &cameras,
+        novel: &[],
         settings,
     };
     assert_eq!(good.check(), Ok(()));
@@ -717,6 +791,7 @@ fn a_disc_comes_out() {
         let problem = Tomography {
             cells,
             cameras: &cameras,
+            novel: &[],
             settings,
         };
         let mut memory = Memory::new(Reconstruction::<f32, 2>::bytes(&problem).unwrap());
@@ -777,6 +852,7 @@ fn a_warm_frame_is_better_than_a_cold_one_of_its_budget() {
         let problem = Tomography {
             cells,
             cameras: &cameras,
+            novel: &[],
             settings,
         };
         let mut memory = Memory::new(Reconstruction::<f64, 2>::bytes(&problem).unwrap());
@@ -792,4 +868,215 @@ fn a_warm_frame_is_better_than_a_cold_one_of_its_budget() {
     };
     let (warm, cold) = (energy(true), energy(false));
     assert!(warm < cold, "{warm} for {cold}");
+}
+
+/// A camera that measured nothing, part of whose picture is beside the box.
+fn beside() -> [Camera<2>; 2] {
+    [0.7_f64, 2.2].map(|turn| Camera {
+        lens: Lens::Orthographic {
+            across: [turn.cos(), turn.sin()],
+            down: [0.0; 2],
+            at: [1.5 - turn.sin(), 0.5],
+            forward: [-turn.sin(), turn.cos()],
+            pitch: 1.0,
+        },
+        pixels: [9, 1],
+    })
+}
+
+/// Gains of priors on novel views are differences of whole objectives, at the edges of their pictures too; with a volume and without, and
+/// novel views beside a prior on cells.
+#[test]
+fn priors_on_novel_views_agree_with_plain_ones() {
+    let cells = [12, 10];
+    for (prior, rule, volume) in [
+        (Prior::ImageSad, Rule::Patient, false),
+        (Prior::ImageTv, Rule::Eager, false),
+        (Prior::ImageSad, Rule::Eager, true),
+        (Prior::Sad, Rule::Patient, true),
+    ] {
+        for nonnegative in [true, false] {
+            let settings = Settings {
+                volume,
+                nonnegative,
+                ..few(prior, rule)
+            };
+            agrees_with(cells, [&around(4, cells, 16), &beside()], &disc(cells), settings);
+        }
+    }
+    let mut plain = Plain::new(21);
+    let density: Vec<f64> = (0..7 * 7 * 9).map(|_| plain.unit()).collect();
+    let mut novel = pair();
+    novel.reverse();
+    let Lens::Pinhole { at, .. } = &mut novel[1].lens else {
+        unreachable!()
+    };
+    *at = [1.0, 2.0];
+    for prior in [Prior::ImageSad, Prior::ImageTv] {
+        let settings = Settings {
+            volume: false,
+            budget: 1500,
+            ..few(prior, Rule::Patient)
+        };
+        agrees_with([7, 7, 9], [&pair(), &novel], &density, settings);
+    }
+}
+
+/// dE of a prior on pictures is exact to rounding: the objective falls by the sum of all gains.
+#[test]
+fn the_objective_falls_by_what_was_gained() {
+    let cells = Cells { counts: [18, 16] };
+    let (cameras, novel) = (around(5, cells.counts, 24), beside());
+    let q = pictures(&cells, &cameras, &disc(cells.counts));
+    for prior in [Prior::ImageSad, Prior::ImageTv] {
+        let settings = Settings {
+            volume: false,
+            budget: 20_000,
+            ..few(prior, Rule::Eager)
+        };
+        let problem = Tomography {
+            cells,
+            cameras: &cameras,
+            novel: &novel,
+            settings,
+        };
+        let mut memory = Memory::new(Reconstruction::<f64, 2>::bytes(&problem).unwrap());
+        let mut found = measured::<f64, 2>(problem, &q, &mut memory);
+        found.begin(0, false).unwrap();
+        let mut last = found.energy().total();
+        while !found.advance(1) {
+            let now = found.energy().total();
+            assert!(now <= last + 1e-12 * last, "{prior:?}: {now} after {last}");
+            last = now;
+        }
+        assert!(
+            found
+                .novel(0)
+                .iter()
+                .chain(found.novel(1))
+                .all(|&pixel| pixel >= 0.0)
+        );
+    }
+}
+
+/// Without a volume a frame takes pixels alone, which no number of cells changes.
+#[test]
+fn novel_views_take_the_memory_of_their_pixels() {
+    let (small, large) = (Cells { counts: [16, 12] }, Cells { counts: [64, 48] });
+    let novel = beside();
+    let up = |count: usize| (4 * count).next_multiple_of(64);
+    for (volume, prior) in [
+        (false, Prior::ImageSad),
+        (true, Prior::ImageSad),
+        (false, Prior::Sad),
+    ] {
+        for cells in [small, large] {
+            let cameras = around(3, cells.counts, 20);
+            let settings = Settings {
+                volume,
+                ..few(prior, Rule::Patient)
+            };
+            let problem = Tomography {
+                cells,
+                cameras: &cameras,
+                novel: &novel,
+                settings,
+            };
+            let kept = if volume || prior == Prior::Sad {
+                up(cells.len())
+            } else {
+                0
+            };
+            let bytes = Reconstruction::<f32, 2>::bytes(&problem).unwrap();
+            assert_eq!(bytes, 2 * up(3 * 20) + kept + up(2 * 9));
+            let mut memory = Memory::new(bytes);
+            let before = count();
+            let mut found = Reconstruction::<f32, 2>::new(problem, memory.block()).unwrap();
+            (0..3).for_each(|camera| found.measure(camera, &[1.0; 20]).unwrap());
+            found.begin(0, false).unwrap();
+            while !found.advance(500) {}
+            core::hint::black_box((found.energy(), found.novel(1)));
+            assert_eq!(count() - before, 0);
+        }
+    }
+}
+
+/// What a novel view shows is F p of the density, where that is kept too: by the walk to rounding of the places of samples, by SART exactly.
+#[test]
+fn a_novel_view_shows_the_density() {
+    let cells = Cells { counts: [24, 24] };
+    let (cameras, novel) = (around(8, cells.counts, 34), around(1, cells.counts, 34));
+    let q = pictures(&cells, &cameras, &disc(cells.counts));
+    for (method, most) in [(Method::Walk, 0.06), (Method::Sart, 1e-12)] {
+        let settings = Settings {
+            method,
+            budget: 100_000,
+            ..Settings::default()
+        };
+        let problem = Tomography {
+            cells,
+            cameras: &cameras,
+            novel: &novel,
+            settings,
+        };
+        let mut memory = Memory::new(Reconstruction::<f64, 2>::bytes(&problem).unwrap());
+        let mut found = measured::<f64, 2>(problem, &q, &mut memory);
+        for (frame, warm) in [(0, false), (1, true)] {
+            found.begin(frame, warm).unwrap();
+            while !found.advance(u64::MAX) {}
+            let mut shown = vec![0.0; 34];
+            project(&cells, &novel[0], found.density(), 1.0, &mut shown);
+            let far = shown
+                .iter()
+                .zip(found.novel(0))
+                .map(|(a, b)| (a - b).powi(2))
+                .sum::<f64>();
+            let size = shown.iter().map(|a| a * a).sum::<f64>();
+            assert!((far / size).sqrt() < most, "{method:?}: {}", (far / size).sqrt());
+        }
+    }
+}
+
+#[test]
+fn novel_views_that_cannot_be_are_refused() {
+    let cells = Cells { counts: [8, 8] };
+    let cameras = around(2, cells.counts, 12);
+    let mut novel = around(2, cells.counts, 12);
+    let check = |novel: &[Camera<2>], settings| {
+        let problem = Tomography {
+            cells,
+            cameras: &cameras,
+            novel,
+            settings,
+        };
+        problem.check()
+    };
+    let on_images = few(Prior::ImageTv, Rule::Patient);
+    assert_eq!(check(&[], on_images), Err(TomographyError::NoNovel));
+    assert_eq!(check(&novel, on_images), Ok(()));
+    let warm = Settings {
+        warm: true,
+        volume: false,
+        ..on_images
+    };
+    let refused = check(&novel, warm);
+    assert!(matches!(
+        refused,
+        Err(TomographyError::Setting { name: "warm", .. })
+    ));
+    let Lens::Orthographic { at, .. } = &mut novel[1].lens else {
+        unreachable!()
+    };
+    at[0] += 1000.0;
+    let refused = check(&novel, on_images);
+    assert_eq!(refused, Err(TomographyError::Novel { view: 1, blind: true }));
+    novel[1].pixels = [0, 1];
+    let refused = check(&novel, on_images);
+    assert_eq!(
+        refused,
+        Err(TomographyError::Novel {
+            view: 1,
+            blind: false
+        })
+    );
 }

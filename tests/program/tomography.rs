@@ -431,3 +431,86 @@ fn an_interrupt_leaves_what_is_done() {
             .any(|&value| value > 0.0)
     );
 }
+
+/// A camera that is made a novel view is photographed again without its pictures, with a volume and without.
+#[test]
+fn novel_views_are_reconstructed() {
+    for (dims, most) in [(2, 0.25), (3, 0.5)] {
+        let (folder, views) = views(&format!("tomography_novel_{dims}"), dims, &[]);
+        let file = views.join("views.toml");
+        let written = fs::read_to_string(&file).unwrap();
+        let (before, after) = written.rsplit_once("[[camera]]").unwrap();
+        fs::write(&file, format!("{before}[[novel]]{after}")).unwrap();
+        for (prior, more) in [
+            ("sad", &[][..]),
+            ("image_tv", &[]),
+            ("image_sad", &["--set", "tomography.volume=true"]),
+        ] {
+            let out = folder.join(prior);
+            let prior_key = format!("tomography.prior=\"{prior}\"");
+            let set = ["--set", &prior_key, "--set", "tomography.budget=2e5"];
+            let ended = reconstruct(&views, &out, &[&set[..], more].concat());
+            assert_eq!(ended.code, 0, "{}", ended.err);
+            let (report, arrays) = (report(&out), read(&out.join("result.npz")));
+            let volume = prior != "image_tv";
+            assert_eq!(arrays.contains_key("density"), volume, "{prior}");
+            assert_eq!(report["tomography"]["volume"], volume);
+            assert_eq!(arrays["novel_0"].shape.len(), dims);
+            assert!(!arrays.contains_key("reprojection_5"));
+            let far = report["novel"][0]["relative_error"].as_f64().unwrap();
+            assert!(far < most, "{prior}, {dims}D: {far}");
+            let page = fs::read_to_string(out.join("report.html")).unwrap();
+            assert!(page.contains("Novel views in frame") && page.contains("as it was photographed"));
+            assert_eq!(page.contains("The density"), volume);
+        }
+        let (views, out) = (views.as_path(), folder.join("refused"));
+        let refused = |text: &str, more: &[&str], said: &[&str]| {
+            fs::write(&file, text).unwrap();
+            let ended = reconstruct(views, &out, more);
+            assert_eq!(ended.code, 2, "{}", ended.err);
+            for words in said {
+                assert!(ended.err.contains(words), "{words}: {}", ended.err);
+            }
+        };
+        let on_images = ["--set", "tomography.prior=\"image_sad\""];
+        refused(
+            &written,
+            &on_images,
+            &["tomography.prior", "there is no novel view; add a [[novel]]"],
+        );
+        let bare = "kind = \"orthographic\"\nazimuth = 40.0\npitch = 0.05\n";
+        let novel = |more: &str| format!("{written}\n[[novel]]\n{bare}{more}\n");
+        refused(&novel(""), &[], &["novel[0]", "neither pictures nor a size"]);
+        refused(
+            &novel("size = [4, 4, 4]"),
+            &[],
+            &["novel[0].size", "write how large its picture is"],
+        );
+        let size = if dims == 2 {
+            "size = [30]"
+        } else {
+            "size = [30, 20]"
+        };
+        let warm = ["--set", "tomography.warm=true"];
+        refused(
+            &novel(size),
+            &[&on_images[..], &warm].concat(),
+            &["tomography.warm", "no volume is kept"],
+        );
+        let away = format!(
+            "{size}\ncenter = {}",
+            if dims == 2 {
+                "[90.0, 0.0]"
+            } else {
+                "[90.0, 0.0, 0.0]"
+            }
+        );
+        refused(&novel(&away), &[], &["novel[0]", "sees nothing of the box"]);
+        let sized = format!("{before}[[camera]]\n{size}{after}");
+        refused(&sized, &[], &["size", "is for novel views without pictures"]);
+        fs::write(&file, novel(size)).unwrap();
+        let ended = reconstruct(views, &out, &["--set", "tomography.budget=2e4"]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        assert!(report(&out)["novel"][0]["relative_error"].is_null());
+    }
+}

@@ -9,6 +9,7 @@ mod patch;
 mod terms;
 mod whole;
 
+pub use patch::Spot;
 pub use whole::whole;
 
 use super::{Cells, Footprint};
@@ -28,6 +29,10 @@ pub enum Prior {
     Tv,
     /// Sum of absolute differences over all pairs of cells that touch, be it at a corner.
     Sad,
+    /// `Tv` of what other cameras would see, pixels in place of cells.
+    ImageTv,
+    /// `Sad` of what other cameras would see.
+    ImageSad,
 }
 
 named!(Prior {
@@ -35,7 +40,27 @@ named!(Prior {
     L2 = "l2",
     Tv = "tv",
     Sad = "sad",
+    ImageTv = "image_tv",
+    ImageSad = "image_sad",
 });
+
+impl Prior {
+    /// What it is on pictures, where it is one of pictures.
+    #[must_use]
+    pub fn on_images(self) -> Option<Self> {
+        match self {
+            Self::ImageTv => Some(Self::Tv),
+            Self::ImageSad => Some(Self::Sad),
+            _ => None,
+        }
+    }
+
+    /// Whether it reads cells.
+    #[must_use]
+    pub fn on_cells(self) -> bool {
+        self != Self::None && self.on_images().is_none()
+    }
+}
 
 /// By how much Gamma changes with a sample of +`mass` and of -`mass`.
 #[inline(always)]
@@ -46,13 +71,27 @@ pub fn change<T: Real, const D: usize>(
     footprint: &Footprint<D>,
     mass: f64,
 ) -> [f64; 2] {
+    change_at(prior, cells, field, &Spot::from(footprint), mass)
+}
+
+/// The same of a sample whose cells may lie beyond the edge, where nothing is added.
+#[inline(always)]
+pub fn change_at<T: Real, const D: usize>(
+    prior: Prior,
+    cells: &Cells<D>,
+    field: &[T],
+    spot: &Spot<D>,
+    mass: f64,
+) -> [f64; 2] {
     match (prior, D) {
-        (Prior::None, _) => [0.0; 2],
-        (Prior::L2, 2) => terms::l2(&Patch::<D, 6, 36>::around(cells, field, footprint), mass),
-        (Prior::L2, _) => terms::l2(&Patch::<D, 6, 216>::around(cells, field, footprint), mass),
-        (Prior::Tv, 2) => terms::tv(&Patch::<D, 4, 16>::around(cells, field, footprint), mass),
-        (Prior::Tv, _) => terms::tv(&Patch::<D, 4, 64>::around(cells, field, footprint), mass),
-        (Prior::Sad, 2) => terms::sad(&Patch::<D, 4, 16>::around(cells, field, footprint), mass),
-        (Prior::Sad, _) => terms::sad(&Patch::<D, 4, 64>::around(cells, field, footprint), mass),
+        (Prior::None | Prior::ImageTv | Prior::ImageSad, _) => [0.0; 2],
+        (Prior::L2, 2) => terms::l2(&Patch::<D, 6, 36>::around(cells, field, spot), mass),
+        (Prior::L2, _) => terms::l2(&Patch::<D, 6, 216>::around(cells, field, spot), mass),
+        (Prior::Tv, 1) => terms::tv(&Patch::<D, 4, 4>::around(cells, field, spot), mass),
+        (Prior::Tv, 2) => terms::tv(&Patch::<D, 4, 16>::around(cells, field, spot), mass),
+        (Prior::Tv, _) => terms::tv(&Patch::<D, 4, 64>::around(cells, field, spot), mass),
+        (Prior::Sad, 1) => terms::sad(&Patch::<D, 4, 4>::around(cells, field, spot), mass),
+        (Prior::Sad, 2) => terms::sad(&Patch::<D, 4, 16>::around(cells, field, spot), mass),
+        (Prior::Sad, _) => terms::sad(&Patch::<D, 4, 64>::around(cells, field, spot), mass),
     }
 }

@@ -3,6 +3,25 @@
 use crate::real::Real;
 use crate::walk::{Cells, Footprint};
 
+/// The 2^D cells that a sample touches, some of which may lie beyond the edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spot<const D: usize> {
+    /// The lowest of them along each axis.
+    pub base: [isize; D],
+    /// How much of a sample the other one gets, along each axis.
+    pub part: [f64; D],
+}
+
+impl<const D: usize> From<&Footprint<D>> for Spot<D> {
+    #[inline(always)]
+    fn from(footprint: &Footprint<D>) -> Self {
+        Self {
+            base: footprint.base.map(|base| base as isize),
+            part: footprint.part,
+        }
+    }
+}
+
 /// `N` = `SIDE`^D cells about a footprint, which lies in their middle.
 pub(super) struct Patch<const D: usize, const SIDE: usize, const N: usize> {
     /// What they hold; 0 beyond the box.
@@ -18,27 +37,32 @@ impl<const D: usize, const SIDE: usize, const N: usize> Patch<D, SIDE, N> {
     const HALO: usize = SIDE / 2 - 1;
 
     #[inline(always)]
-    pub fn around<T: Real>(cells: &Cells<D>, field: &[T], footprint: &Footprint<D>) -> Self {
+    pub fn around<T: Real>(cells: &Cells<D>, field: &[T], spot: &Spot<D>) -> Self {
         let mut patch = Self {
             values: [0.0; N],
-            weights: Self::weights(footprint),
+            weights: Self::weights(spot),
             inside: None,
         };
-        let within = footprint
+        let halo = Self::HALO as isize;
+        let within = spot
             .base
             .iter()
             .zip(&cells.counts)
-            .all(|(&base, &count)| base >= Self::HALO && base + Self::HALO + 2 <= count);
+            .all(|(&base, &count)| base >= halo && base + halo + 2 <= count as isize);
         if within {
-            patch.copy(cells, field, footprint);
+            patch.copy(cells, field, spot);
         } else {
-            patch.gather(cells, field, footprint);
+            patch.gather(cells, field, spot);
         }
         patch
     }
 
     #[inline(always)]
-    fn weights(footprint: &Footprint<D>) -> [f64; N] {
+    fn weights(spot: &Spot<D>) -> [f64; N] {
+        let footprint = Footprint {
+            base: [0; D],
+            part: spot.part,
+        };
         let mut weights = [0.0; N];
         for corner in 0..1 << D {
             let (mut place, mut stride) = (0, 1);
@@ -55,8 +79,8 @@ impl<const D: usize, const SIDE: usize, const N: usize> Patch<D, SIDE, N> {
 
     /// Row by row, where all of it is in the box.
     #[inline(always)]
-    fn copy<T: Real>(&mut self, cells: &Cells<D>, field: &[T], footprint: &Footprint<D>) {
-        let first = cells.index(&footprint.base.map(|base| base - Self::HALO));
+    fn copy<T: Real>(&mut self, cells: &Cells<D>, field: &[T], spot: &Spot<D>) {
+        let first = cells.index(&spot.base.map(|base| base as usize - Self::HALO));
         let row = cells.counts[0];
         let plane = if D > 2 { row * cells.counts[1] } else { 0 };
         for (number, values) in self.values.chunks_exact_mut(SIDE).enumerate() {
@@ -71,16 +95,16 @@ impl<const D: usize, const SIDE: usize, const N: usize> Patch<D, SIDE, N> {
 
     /// Cell by cell, at the edge of the box.
     #[cold]
-    fn gather<T: Real>(&mut self, cells: &Cells<D>, field: &[T], footprint: &Footprint<D>) {
+    fn gather<T: Real>(&mut self, cells: &Cells<D>, field: &[T], spot: &Spot<D>) {
         let mut inside = [0.0; N];
         for (place, (value, inside)) in self.values.iter_mut().zip(&mut inside).enumerate() {
             let mut rest = place;
             let (mut cell, mut held) = ([0; D], true);
             for axis in 0..D {
-                let at = footprint.base[axis] + rest % SIDE;
+                let at = spot.base[axis] + (rest % SIDE) as isize - Self::HALO as isize;
                 rest /= SIDE;
-                held &= at >= Self::HALO && at - Self::HALO < cells.counts[axis];
-                cell[axis] = at.saturating_sub(Self::HALO);
+                held &= at >= 0 && at < cells.counts[axis] as isize;
+                cell[axis] = at.max(0) as usize;
             }
             if held && let Some(from) = field.get(cells.index(&cell)) {
                 (*value, *inside) = (from.to_f64(), 1.0);

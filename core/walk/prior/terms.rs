@@ -27,9 +27,11 @@ pub(super) fn sad<const D: usize, const N: usize>(patch: &Patch<D, 4, N>, mass: 
     let mut sums = [[0.0; LANES]; 2];
     // Half of the cells that touch one: those behind it.
     pairs::<D, N, 1>(patch, mass, &mut sums);
-    pairs::<D, N, 3>(patch, mass, &mut sums);
-    pairs::<D, N, 4>(patch, mass, &mut sums);
-    pairs::<D, N, 5>(patch, mass, &mut sums);
+    if D > 1 {
+        pairs::<D, N, 3>(patch, mass, &mut sums);
+        pairs::<D, N, 4>(patch, mass, &mut sums);
+        pairs::<D, N, 5>(patch, mass, &mut sums);
+    }
     if D > 2 {
         pairs::<D, N, 11>(patch, mass, &mut sums);
         pairs::<D, N, 12>(patch, mass, &mut sums);

@@ -9,7 +9,7 @@ use crate::walk::Cells;
 pub fn whole<T: Real, const D: usize>(prior: Prior, cells: &Cells<D>, field: &[T]) -> f64 {
     let value = |cell: &[usize; D]| field.get(cells.index(cell)).map_or(0.0, |value| value.to_f64());
     let mut sum = 0.0;
-    for index in 0..if prior == Prior::None { 0 } else { cells.len() } {
+    for index in 0..if prior.on_cells() { cells.len() } else { 0 } {
         let cell = cells.cell(index);
         let here = value(&cell);
         // The cell beside it, so far along each axis, less itself; nothing beyond the box.
@@ -24,7 +24,7 @@ pub fn whole<T: Real, const D: usize>(prior: Prior, cells: &Cells<D>, field: &[T
             Some(value(&other) - here)
         };
         sum += match prior {
-            Prior::None => 0.0,
+            Prior::None | Prior::ImageTv | Prior::ImageSad => 0.0,
             Prior::L2 => {
                 let laplacian: f64 = (0..D)
                     .flat_map(|axis| [along(axis, 1), along(axis, -1)])
