@@ -16,6 +16,8 @@
 //! | [`outputs`] | what the method gives, by number: names, views, copies |
 //! | [`facts`] | what the method reports of an iteration, by number |
 //! | [`templates`] | the templates of a result, by number |
+//! | [`track`] | the flow behind frames of smoke |
+//! | [`tomography`] | density from what cameras see of it |
 //! | [`fields`] | results by a code: views and copies |
 //! | `trap` | the end of a panic |
 #![no_std]
@@ -31,4 +33,6 @@ mod pointer;
 pub mod result;
 pub mod templates;
 pub mod text;
+pub mod tomography;
+pub mod track;
 mod trap;

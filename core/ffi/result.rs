@@ -64,10 +64,20 @@ pub enum ThuribleResult {
     NoReference = 25,
     /// The library's fault: a refusal that this interface has no word for.
     Unknown = 26,
+    /// A frame, or the picture of a camera, that this needs was not given or not begun.
+    NoFrame = 27,
+    /// The tracker was stopped in a pair, or left the finite numbers there: begin another one.
+    Ended = 28,
+    /// It must be given before the first frame.
+    Late = 29,
+    /// All pictures are dark.
+    Dark = 30,
+    /// What is made between frames was given where the configuration has no `emission`.
+    NoEmission = 31,
 }
 
 impl ThuribleResult {
-    const ALL: [(Self, &'static CStr); 27] = [
+    const ALL: [(Self, &'static CStr); 32] = [
         (Self::Ok, c"done"),
         (Self::Null, c"a pointer that must not be null is"),
         (Self::Misaligned, c"a pointer is not aligned"),
@@ -122,6 +132,20 @@ impl ThuribleResult {
         (Self::NoFluid, c"all cells are solid"),
         (Self::NoReference, c"the flow that the method follows was not set"),
         (Self::Unknown, c"a refusal that this interface has no word for"),
+        (
+            Self::NoFrame,
+            c"a frame, or the picture of a camera, that this needs was not given or not begun",
+        ),
+        (
+            Self::Ended,
+            c"the tracker was stopped in a pair, or left the finite numbers there: begin another one",
+        ),
+        (Self::Late, c"it must be given before the first frame"),
+        (Self::Dark, c"all pictures are dark"),
+        (
+            Self::NoEmission,
+            c"what is made between frames was given where the configuration has no `emission`",
+        ),
     ];
 }
 
@@ -148,6 +172,7 @@ impl From<InputError> for ThuribleResult {
             InputError::NoFluid => Self::NoFluid,
             InputError::NoKeyframe { .. } => Self::NoKeyframe,
             InputError::NoReference => Self::NoReference,
+            InputError::NoEmission => Self::NoEmission,
             _ => Self::Unknown,
         }
     }

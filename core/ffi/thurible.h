@@ -27,6 +27,12 @@
 // Bytes of a few words in a structure, likewise. What does not fit is cut.
 #define THURIBLE_WORDS_BYTES 128
 
+// Grids of a pyramid at most.
+#define THURIBLE_MOST_LEVELS 8
+
+// Cameras at most, and novel views at most.
+#define THURIBLE_MOST_CAMERAS 64
+
 // What a call returns: 0, or why it was refused. What is refused changes nothing.
 typedef enum {
     // The call did what it was asked to do.
@@ -83,6 +89,16 @@ typedef enum {
     THURIBLE_RESULT_NO_REFERENCE = 25,
     // The library's fault: a refusal that this interface has no word for.
     THURIBLE_RESULT_UNKNOWN = 26,
+    // A frame, or the picture of a camera, that this needs was not given or not begun.
+    THURIBLE_RESULT_NO_FRAME = 27,
+    // The tracker was stopped in a pair, or left the finite numbers there: begin another one.
+    THURIBLE_RESULT_ENDED = 28,
+    // It must be given before the first frame.
+    THURIBLE_RESULT_LATE = 29,
+    // All pictures are dark.
+    THURIBLE_RESULT_DARK = 30,
+    // What is made between frames was given where the configuration has no `emission`.
+    THURIBLE_RESULT_NO_EMISSION = 31,
 } ThuribleResult;
 
 // What an event is about.
@@ -260,8 +276,82 @@ typedef enum {
     THURIBLE_TEMPLATE_KIND_ATTRACT = 3,
 } ThuribleTemplateKind;
 
+// How the flow between two frames is found.
+typedef enum {
+    // Conjugate gradients among flows without divergence.
+    THURIBLE_MINIMISER_DIRECT = 0,
+    // The alternating direction method.
+    THURIBLE_MINIMISER_ADMM = 1,
+    // Horn & Schunck: flows may have divergence, perhaps at a price.
+    THURIBLE_MINIMISER_HORN_SCHUNCK = 2,
+} ThuribleMinimiser;
+
+// How a frame is pulled back by a flow.
+typedef enum {
+    // Traced back and forth, with an error compensation that is limited.
+    THURIBLE_WARPING_BFECC = 0,
+    // The transport of densities, with the flow turned round.
+    THURIBLE_WARPING_QUICK = 1,
+} ThuribleWarping;
+
+// How the flow of the next pair of frames is predicted.
+typedef enum {
+    // The implicit step of a simulation.
+    THURIBLE_PREDICTION_IMPLICIT = 0,
+    // The flow carried by itself, then projected.
+    THURIBLE_PREDICTION_BFECC = 1,
+    // The flow before, as it is.
+    THURIBLE_PREDICTION_NONE = 2,
+} ThuriblePrediction;
+
+// How a camera sees.
+typedef enum {
+    // Parallel rays: u = across . x + at[0], v = down . x + at[1].
+    THURIBLE_LENS_ORTHOGRAPHIC = 0,
+    // Rays through an eye: u = across . (x - eye) / Z + at[0] with Z = forward . (x - eye), v alike.
+    THURIBLE_LENS_PINHOLE = 1,
+} ThuribleLens;
+
+// How a frame is reconstructed.
+typedef enum {
+    // The random walk.
+    THURIBLE_RECONSTRUCTOR_WALK = 0,
+    // Simultaneous algebraic reconstruction, camera after camera.
+    THURIBLE_RECONSTRUCTOR_SART = 1,
+} ThuribleReconstructor;
+
+// What is charged beside the distance from the pictures.
+typedef enum {
+    // Nothing.
+    THURIBLE_PRIOR_NONE = 0,
+    // Half the squares of the Laplacian.
+    THURIBLE_PRIOR_L2 = 1,
+    // The lengths of the forward differences.
+    THURIBLE_PRIOR_TV = 2,
+    // The absolute differences of all cells that touch.
+    THURIBLE_PRIOR_SAD = 3,
+    // `THURIBLE_PRIOR_TV` of the novel views.
+    THURIBLE_PRIOR_IMAGE_TV = 4,
+    // `THURIBLE_PRIOR_SAD` of the novel views.
+    THURIBLE_PRIOR_IMAGE_SAD = 5,
+} ThuriblePrior;
+
+// When a chain records.
+typedef enum {
+    // Where it walks to.
+    THURIBLE_WALK_PATIENT = 0,
+    // Whatever has a gain.
+    THURIBLE_WALK_EAGER = 1,
+} ThuribleWalk;
+
 // A solve in memory of the caller: a handle, whose inside is the library's.
 typedef struct Thurible Thurible;
+
+// A box that is reconstructed frame by frame, in memory of the caller: a handle, whose inside is the library's.
+typedef struct ThuribleTomography ThuribleTomography;
+
+// Frames that are being tracked, in memory of the caller: a handle, whose inside is the library's.
+typedef struct ThuribleTracker ThuribleTracker;
 
 // Smoke that is made on the way from one step to another.
 typedef struct {
@@ -569,6 +659,206 @@ typedef struct {
     size_t values;
 } ThuribleFact;
 
+// Frames of smoke in a box, and how the flow behind them is found: begin with `thurible_track_defaults`. Weights are in cells and frames, for
+// densities that are scaled to 10. Later versions add fields at the end.
+typedef struct {
+    // `sizeof(ThuribleTrackConfig)`, as `thurible_track_defaults` writes it.
+    size_t size;
+    // A `ThuriblePrecision`; `THURIBLE_PRECISION_F32` by default.
+    uint32_t precision;
+    // 2 or 3; 2 by default.
+    uint32_t dimensions;
+    // Cells along x, y and z, each from 4 to 4096; z is ignored in 2D. To be set.
+    size_t cells[3];
+    // A `ThuribleBoundary` for each axis, wall or periodic; walls by default.
+    uint32_t boundary[3];
+    // A `ThuribleMinimiser`; direct by default.
+    uint32_t method;
+    // Longest side of the box; 1 by default.
+    double length;
+    // Time between two frames; 1 by default.
+    double dt;
+    // What densities are multiplied by, for the weights to mean something: 10 / the largest of all frames. 10 by default, for densities up to 1.
+    double density_scale;
+    // Acceleration where the density is 1 along x, y and z, in lengths per squared time, in the prediction; z is ignored in 2D.
+    double buoyancy[3];
+    // Threads that memory is planned for, from 1; an executor must not have more.
+    size_t threads;
+    // Weight of smoothness.
+    double alpha;
+    // Weight of the flow's kinetic energy.
+    double beta;
+    // Price of divergence, of Horn-Schunck alone.
+    double gamma;
+    // Step of ADMM.
+    double lambda;
+    // ADMM ends early when it changes less than this part; 0 for never.
+    double tolerance;
+    // Iterations of ADMM.
+    uint32_t iterations;
+    // Grids of the pyramid, from 1 to 8.
+    uint32_t levels;
+    // Cells of the next coarser grid along an axis, in parts.
+    double eta;
+    // Blur before a coarser grid, in cells.
+    double sigma;
+    // How often each grid warps and solves.
+    uint32_t warps;
+    // A `ThuribleWarping`.
+    uint32_t warp;
+    // What conjugate gradients leave, in parts of their right-hand side.
+    double cg_tolerance;
+    // Steps of conjugate gradients at most.
+    uint32_t cg_iterations;
+    // A `ThuriblePrediction`.
+    uint32_t predict;
+    // Whether every pair is on its own: 0 or 1.
+    uint32_t independent;
+    // Whether the first frame is carried by the flow and compared: 0 or 1.
+    uint32_t readvect;
+    // Whether smoke is made between frames, and given beside them: 0 or 1.
+    uint32_t emission;
+    // For later versions; must be 0.
+    uint32_t reserved;
+} ThuribleTrackConfig;
+
+// Where a flow is written, component by component, in the layout of files and in the capture's units: x fastest, one more along a component's own
+// axis than there are cells where that ends in walls.
+typedef struct {
+    // The components along x, y and z; null for one that is not wanted, as z in 2D.
+    void *values[3];
+    // Bytes of each, as `thurible_track_faces` says.
+    size_t bytes[3];
+} ThuribleFaces;
+
+// What is said of a pair of frames.
+typedef struct {
+    // `THURIBLE_STATUS_CONVERGED`, or how it was stopped: `THURIBLE_STATUS_CANCELLED`, or `THURIBLE_STATUS_NOT_FINITE` where a flow was too fast or not
+    // finite. Then the pair has no flow, nor has any later one.
+    ThuribleStatus status;
+    // k of the pair of frames k and k + 1.
+    size_t frame;
+    // 1/2 |phi_t + F w|^2 on the finest grid.
+    double data;
+    // alpha/2 <v, L v> of the correction.
+    double smoothness;
+    // beta/2 |v|^2 of the correction.
+    double kinetic;
+    // The gradient that is left, in parts of the first.
+    double optimality;
+    // Squared distance of frame k + 1, pulled back by the prediction, from frame k.
+    double misfit_predicted;
+    // The same, pulled back by the flow.
+    double misfit;
+    // The largest velocity, in cells a frame.
+    double fastest;
+    // How far the first frame, carried by the flow, is from frame k + 1, in parts of that; 0 without `readvect`.
+    double readvection;
+    // How many grids there are.
+    size_t levels;
+    // Products by the operator on each of them, finest first.
+    size_t products[THURIBLE_MOST_LEVELS];
+} ThuriblePair;
+
+// A camera. Places x are in cells, from the lower corner of the box; pixel i of a row has its middle at u = i + 1/2, row 0 is the first of the
+// picture. `report.json` of `thurible tomography` has cameras in these numbers. In 2D z, v and `down` are ignored, and pictures are rows.
+typedef struct {
+    // A `ThuribleLens`.
+    uint32_t lens;
+    // For later versions; must be 0.
+    uint32_t reserved;
+    // Pixels across and down; 1 down in 2D.
+    size_t pixels[2];
+    // What u rises along: parallel, a unit vector over the cells that a pixel is wide; through an eye, one times the focal length in pixels.
+    double across[3];
+    // The same for v.
+    double down[3];
+    // The way of the rays, or straight ahead: of length 1.
+    double forward[3];
+    // u and v of the origin, or of what lies straight ahead.
+    double at[2];
+    // The eye, of a pinhole.
+    double eye[3];
+    // Cells that a pixel is wide, of parallel rays.
+    double pitch;
+} ThuribleCamera;
+
+// A box, the cameras about it, and how its density is found: begin with `thurible_tomography_defaults`. Later versions add fields at the end.
+typedef struct {
+    // `sizeof(ThuribleTomographyConfig)`, as `thurible_tomography_defaults` writes it.
+    size_t size;
+    // A `ThuriblePrecision`; `THURIBLE_PRECISION_F32` by default.
+    uint32_t precision;
+    // 2 or 3; 2 by default.
+    uint32_t dimensions;
+    // Cells along x, y and z, at least 2; z is ignored in 2D. To be set.
+    size_t cells[3];
+    // The cameras that measure; read only while a call that takes the configuration lasts.
+    const ThuribleCamera *cameras;
+    // How many there are, from 1 to `THURIBLE_MOST_CAMERAS`.
+    size_t camera_count;
+    // Cameras that measure nothing: what they would see is kept. Read as `cameras`.
+    const ThuribleCamera *novel;
+    // How many there are, at most `THURIBLE_MOST_CAMERAS`.
+    size_t novel_count;
+    // A `ThuribleReconstructor`; the walk by default.
+    uint32_t method;
+    // A `ThuriblePrior`; SAD by default.
+    uint32_t prior;
+    // How much of it, in the units of the density (of a pixel, for those of novel views).
+    double gamma;
+    // Whether no cell may fall below 0; where none are kept, no pixel of a novel view: 0 or 1.
+    uint32_t nonnegative;
+    // Whether the density is kept where only the caller needs it: 0 or 1.
+    uint32_t volume;
+    // Standard deviation of a mutation, in diagonals of the box.
+    double sigma;
+    // Mutations of a chain.
+    uint64_t length;
+    // Mutations of a frame.
+    uint64_t budget;
+    // Mass of a sample; 0 for total / (accept budget).
+    double eps;
+    // The part of the mutations that is expected to be recorded.
+    double accept;
+    // A frame ends when a tenth of the budget lowers the objective by less than this part; 0 for never.
+    double tolerance;
+    // A `ThuribleWalk`; patient by default.
+    uint32_t walk;
+    // Passes of SART over all cameras.
+    uint32_t sweeps;
+    // Pixels of at most this are dark: places that they see are empty.
+    double hull_threshold;
+    // Which random numbers.
+    uint64_t seed;
+    // The part of the budget of a frame that begins with the one before.
+    double warm_budget;
+    // How far SART goes at a time.
+    double relax;
+} ThuribleTomographyConfig;
+
+// How far a frame is.
+typedef struct {
+    // `THURIBLE_STATUS_GOES`; `THURIBLE_STATUS_CONVERGED` where it got hardly better, `THURIBLE_STATUS_MAX_ITERATIONS` where its budget is spent.
+    ThuribleStatus status;
+    // The frame.
+    uint64_t frame;
+    // Mutations so far; of SART its sweeps.
+    uint64_t mutations;
+    // How many of them were recorded.
+    uint64_t recorded;
+    // Mutations of the frame at most.
+    uint64_t budget;
+    // Mass of a sample.
+    double eps;
+    // 1/2 |q - F p|^2.
+    double data;
+    // gamma times the prior.
+    double prior;
+    // |q - F p| / |q|.
+    double residual;
+} ThuribleWalked;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -779,6 +1069,142 @@ ThuribleResult thurible_template_amplitude(const Thurible *instance,
                                            size_t index,
                                            size_t step,
                                            double *amplitude);
+
+// As `thurible_explain`, of a tracker's configuration.
+// Safety: `config` is null or points to a configuration; `buffer` is null or points to `size` bytes.
+size_t thurible_track_explain(const ThuribleTrackConfig *config, char *buffer, size_t size);
+
+// How many bytes a tracker takes, however many frames there are, and on which multiple of bytes they must begin. Each pointer but `config` may
+// be null.
+// Safety: `config` is null or points to a configuration; the others are null or may be written.
+ThuribleResult thurible_track_plan(const ThuribleTrackConfig *config,
+                                   size_t *bytes,
+                                   size_t *alignment);
+
+// Makes a tracker in `memory`, as `thurible_init` makes an instance.
+// Safety: `memory` is null or points to `bytes` bytes that nobody else uses; `config` as in `thurible_track_plan`; `out` is null or may be written.
+ThuribleResult thurible_track_init(void *memory,
+                                   size_t bytes,
+                                   const ThuribleTrackConfig *config,
+                                   ThuribleTracker **out);
+
+// Ends a tracker: its memory is the caller's again.
+// Safety: `tracker` is null or points to memory of a tracker's size.
+ThuribleResult thurible_track_close(ThuribleTracker *tracker);
+
+// As `thurible_message`, of the last call with this tracker.
+// Safety: `tracker` as in `thurible_track_close`; `buffer` is null or points to `size` bytes.
+size_t thurible_track_message(const ThuribleTracker *tracker, char *buffer, size_t size);
+
+// Sets component `axis` of the flow of the first pair, before any frame, in the layout and units of `ThuribleFaces`; at rest where it is not set.
+// Safety: `tracker` as in `thurible_track_close`; `faces` is null or points to `bytes` bytes.
+ThuribleResult thurible_track_set_initial_velocity(ThuribleTracker *tracker,
+                                                   size_t axis,
+                                                   const void *faces,
+                                                   size_t bytes);
+
+// Gives the next frame: one density for each cell, x fastest, `bytes` of all. `emission`, of as many, is what was made of it since the frame
+// before, where `emission` of the configuration is 1; else it is null, as with the first frame. `executor` may be null.
+// Safety: `tracker` as in `thurible_track_close`; `executor` is null or keeps to its contract; `frame` and `emission` are null or point to `bytes` bytes.
+ThuribleResult thurible_track_give(ThuribleTracker *tracker,
+                                   const ThuribleExecutor *executor,
+                                   const void *frame,
+                                   const void *emission,
+                                   size_t bytes);
+
+// Bytes of component `axis` of a flow.
+// Safety: `tracker` as in `thurible_track_close`; `bytes` is null or may be written.
+ThuribleResult thurible_track_faces(const ThuribleTracker *tracker, size_t axis, size_t *bytes);
+
+// Fills a configuration of `size` bytes, `sizeof(ThuribleTrackConfig)` of the program that calls, with the defaults of a `ThuribleMinimiser`.
+// Safety: `config` is null or points to `size` bytes to write.
+ThuribleResult thurible_track_defaults(ThuribleTrackConfig *config,
+                                       size_t size,
+                                       uint32_t method);
+
+// Finds the flow that carries the frame before the last to the last. `velocity`, `predicted` (the flow before the frames were looked at) and
+// `correction` (what was added to that) say where they are to be written, `pair` what is said of it; each of them may be null, as `executor` and
+// `observer`. How it ends is in `pair`; this returns only refusals, before anything is written.
+// Safety: `tracker` as in `thurible_track_close`; `executor` and `observer` are null or keep to their contracts; the others are null or may be read and
+// written, and their pointers are null or point to as many bytes to write as they say, nowhere into another of them.
+ThuribleResult thurible_track_step(ThuribleTracker *tracker,
+                                   const ThuribleExecutor *executor,
+                                   const ThuribleObserver *observer,
+                                   const ThuribleFaces *velocity,
+                                   const ThuribleFaces *predicted,
+                                   const ThuribleFaces *correction,
+                                   ThuriblePair *pair);
+
+// Copies the first frame, carried by the flow to the last pair's second frame, into `out` of exactly `bytes` bytes, as frames are given. Refused
+// where `readvect` of the configuration is 0, and before the first frame.
+// Safety: `tracker` as in `thurible_track_close`; `out` is null or points to `bytes` bytes to write.
+ThuribleResult thurible_track_density(const ThuribleTracker *tracker,
+                                      void *out,
+                                      size_t bytes);
+
+// As `thurible_explain`, of a reconstruction's configuration.
+// Safety: `config` is null or points to a configuration whose lists are there; `buffer` is null or points to `size` bytes.
+size_t thurible_tomography_explain(const ThuribleTomographyConfig *config, char *buffer, size_t size);
+
+// How many bytes a reconstruction takes, and on which multiple of bytes they must begin. Each pointer but `config` may be null.
+// Safety: `config` is null or points to a configuration whose lists are there; the others are null or may be written.
+ThuribleResult thurible_tomography_plan(const ThuribleTomographyConfig *config, size_t *bytes, size_t *alignment);
+
+// Makes a reconstruction in `memory`, as `thurible_init` makes an instance.
+// Safety: `memory` is null or points to `bytes` bytes that nobody else uses; `config` as in `thurible_tomography_plan`; `out` is null or may be written.
+ThuribleResult thurible_tomography_init(void *memory,
+                                        size_t bytes,
+                                        const ThuribleTomographyConfig *config,
+                                        ThuribleTomography **out);
+
+// Ends a reconstruction: its memory is the caller's again.
+// Safety: `tomography` is null or points to memory of a reconstruction's size.
+ThuribleResult thurible_tomography_close(ThuribleTomography *tomography);
+
+// As `thurible_message`, of the last call with this reconstruction.
+// Safety: `tomography` as in `thurible_tomography_close`; `buffer` is null or points to `size` bytes.
+size_t thurible_tomography_message(const ThuribleTomography *tomography, char *buffer, size_t size);
+
+// Gives what camera `camera` measured in the next frame: a number of the precision for each pixel, row by row, in density times cells; `bytes` of
+// all. Every camera is given anew for each frame.
+// Safety: `tomography` as in `thurible_tomography_close`; `pixels` is null or points to `bytes` bytes.
+ThuribleResult thurible_tomography_measure(ThuribleTomography *tomography,
+                                           size_t camera,
+                                           const void *pixels,
+                                           size_t bytes);
+
+// Begins frame `frame` with the pictures that were given: from nothing, or, `warm` being 1, from the density of the frame before, with
+// `warm_budget` of the budget.
+// Safety: `tomography` as in `thurible_tomography_close`.
+ThuribleResult thurible_tomography_begin(ThuribleTomography *tomography,
+                                         size_t frame,
+                                         uint32_t warm);
+
+// Fills a configuration of `size` bytes, `sizeof(ThuribleTomographyConfig)` of the program that calls, with the defaults.
+// Safety: `config` is null or points to `size` bytes to write.
+ThuribleResult thurible_tomography_defaults(ThuribleTomographyConfig *config, size_t size);
+
+// Goes on by at most `most` mutations, or one sweep of SART. `walked` says how far that is; it may be null, which saves a pass over all pixels
+// and cells.
+// Safety: `tomography` as in `thurible_tomography_close`; `walked` is null or may be written.
+ThuribleResult thurible_tomography_advance(ThuribleTomography *tomography,
+                                           size_t most,
+                                           ThuribleWalked *walked);
+
+// Copies the density into `out` of exactly `bytes` bytes: a number of the precision for each cell, x fastest. Refused before a frame was begun, and
+// where it is not kept.
+// Safety: `tomography` as in `thurible_tomography_close`; `out` is null or points to `bytes` bytes to write.
+ThuribleResult thurible_tomography_density(const ThuribleTomography *tomography,
+                                           void *out,
+                                           size_t bytes);
+
+// Copies what camera `camera` would see of the density into `out` of exactly `bytes` bytes, as pictures are given.
+// Safety: As `thurible_tomography_density`.
+ThuribleResult thurible_tomography_picture(const ThuribleTomography *tomography, size_t camera, void *out, size_t bytes);
+
+// Copies what novel view `view` shows, as `thurible_tomography_picture`.
+// Safety: As `thurible_tomography_density`.
+ThuribleResult thurible_tomography_novel(const ThuribleTomography *tomography, size_t view, void *out, size_t bytes);
 
 #ifdef __cplusplus
 }  // extern "C"

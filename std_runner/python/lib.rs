@@ -1,17 +1,21 @@
 //! Thurible in Python: `thurible.solve` and `thurible.plan` on NumPy's arrays.
 //!
 //! The arguments ([`choices`], [`effects`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
-//! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`] is a way of its own.
+//! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`] and [`mod@tomography`] are ways of their own.
 
 pub mod block;
+mod cameras;
 pub mod choices;
 pub mod effects;
 pub mod inputs;
 pub mod place;
 pub mod plan;
+mod reconstruct;
+pub mod reconstructed;
 pub mod solution;
 pub mod solve;
 mod templates;
+pub mod tomography;
 pub mod track;
 pub mod tracked;
 pub mod tracking;
@@ -26,9 +30,13 @@ mod thurible {
     #[pymodule_export]
     use crate::plan::{Plan, plan};
     #[pymodule_export]
+    use crate::reconstructed::Tomography;
+    #[pymodule_export]
     use crate::solution::{Given, Solution};
     #[pymodule_export]
     use crate::solve::solve;
+    #[pymodule_export]
+    use crate::tomography::tomography;
     #[pymodule_export]
     use crate::track::track;
     #[pymodule_export]

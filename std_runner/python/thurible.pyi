@@ -181,6 +181,7 @@ def track(
     density_scale: float | None = None,
     buoyancy: float = 0.0,
     initial_velocity: Sequence[Numbers] | None = None,
+    emission: Numbers | None = None,
     method: Literal["direct", "admm", "horn_schunck"] = "direct",
     options: Mapping[str, Any] | None = None,
     threads: int | None = None,
@@ -188,7 +189,49 @@ def track(
 ) -> Track:
     """Finds the flow behind frames of smoke, an array of shape (frames, ny, nx) or (frames, nz, ny, nx).
 
-    `options` are those of `[track]` in a capture file: alpha, beta, levels, predict and so on."""
+    `emission`, of shape (frames - 1, ..), is what was made between a frame and the next. `options` are those of `[track]` in a capture file:
+    alpha, beta, levels, predict and so on."""
+
+def tomography(
+    pictures: Sequence[Numbers],
+    cameras: Sequence[Mapping[str, Any]],
+    cells: Sequence[int],
+    *,
+    novel: Sequence[Mapping[str, Any]] | None = None,
+    method: Literal["walk", "sart"] = "walk",
+    prior: Literal["none", "l2", "tv", "sad", "image_tv", "image_sad"] = "sad",
+    gamma: float | Literal["auto"] = "auto",
+    options: Mapping[str, Any] | None = None,
+    memory_limit: int | None = None,
+) -> Tomography:
+    """Finds the density of smoke in (nx, ny) or (nx, ny, nz) cells from what cameras see of it.
+
+    A picture has the shape (rows, columns), in a plane (columns,), with frames before them where there are several. `cameras` and `novel` are
+    dicts as in report.json of `thurible tomography`, in cells: kind, across, down, forward, at, pitch or eye; novel views, which measured
+    nothing, have pixels = [across, down]. `options` are those of `[tomography]` in a file of views."""
+
+@final
+class Tomography:
+    """The density behind pictures."""
+
+    @property
+    def density(self) -> Numbers | None:
+        """Of shape (ny, nx) or (nz, ny, nx), after frames where there are some; None where options say volume False."""
+    @property
+    def reprojected(self) -> tuple[Numbers, ...]:
+        """What each camera would see of it."""
+    @property
+    def novel(self) -> tuple[Numbers, ...]:
+        """What each novel view shows."""
+    @property
+    def history(self) -> list[dict[str, Any]]:
+        """What is said of each frame that is not dark."""
+    @property
+    def gamma(self) -> float:
+        """How much of the prior was charged."""
+    @property
+    def planned_bytes(self) -> int:
+        """Bytes of the block."""
 
 @final
 class Track:

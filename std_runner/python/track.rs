@@ -13,10 +13,10 @@ use thurible_core::{Boundary, D2, D3, TrackParams};
 
 /// Finds the flow behind frames of smoke, an array of shape (frames, ny, nx) or (frames, nz, ny, nx).
 ///
-/// Its dtype, float32 or float64, is the precision. `options` are those of `[track]` in a capture file. Raises ValueError or TypeError for
+/// Its dtype, float32 or float64, is the precision. `emission` (frames - 1, ..) is what was made between a frame and the next. `options` are those of `[track]` in a capture file. Raises ValueError or TypeError for
 /// what cannot be used, MemoryError for what does not fit in memory_limit bytes, FloatingPointError when a flow is too fast or not finite.
 #[pyfunction]
-#[pyo3(signature = (frames, *, boundary=None, length=1.0, dt=1.0, density_scale=None, buoyancy=0.0, initial_velocity=None, method=None, options=None, threads=None, memory_limit=None), text_signature = "(frames, *, boundary='wall', length=1.0, dt=1.0, density_scale=None, buoyancy=0.0, initial_velocity=None, method='direct', options=None, threads=None, memory_limit=None)")]
+#[pyo3(signature = (frames, *, boundary=None, length=1.0, dt=1.0, density_scale=None, buoyancy=0.0, initial_velocity=None, emission=None, method=None, options=None, threads=None, memory_limit=None), text_signature = "(frames, *, boundary='wall', length=1.0, dt=1.0, density_scale=None, buoyancy=0.0, initial_velocity=None, emission=None, method='direct', options=None, threads=None, memory_limit=None)")]
 pub fn track<'py>(
     frames: &Bound<'py, PyAny>,
     boundary: Option<Bound<'py, PyAny>>,
@@ -25,6 +25,7 @@ pub fn track<'py>(
     density_scale: Option<f64>,
     buoyancy: f64,
     initial_velocity: Option<Vec<Bound<'py, PyAny>>>,
+    emission: Option<Bound<'py, PyAny>>,
     method: Option<Bound<'py, PyAny>>,
     options: Option<Bound<'py, PyAny>>,
     threads: Option<usize>,
@@ -62,6 +63,7 @@ pub fn track<'py>(
         density_scale,
         buoyancy,
         initial_velocity: initial_velocity.unwrap_or_default(),
+        emission: emission.filter(|emission| !emission.is_none()),
         params,
         threads,
         memory_limit,

@@ -7,7 +7,7 @@ use crate::plan::Precision;
 use crate::tracked::{Track, said};
 use crate::watch::on_threads;
 use crate::words::{plan_refused, refused};
-use numpy::{PyArray1, PyArrayMethods};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyFloatingPointError, PyMemoryError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
@@ -39,6 +39,8 @@ pub struct Job<'py> {
     pub buoyancy: f64,
     /// The flow of the first pair by component, or empty.
     pub initial_velocity: Vec<Bound<'py, PyAny>>,
+    /// What was made between a frame and the next, where that is known.
+    pub emission: Option<Bound<'py, PyAny>>,
     /// How it is tracked; threads are set here.
     pub params: TrackParams,
     /// Threads, or none: what the machine offers.
@@ -82,8 +84,11 @@ impl<'py> Job<'py> {
             dt: self.dt,
             density_scale,
             buoyancy: acceleration,
+            emission: self.emission.is_some(),
             ..Capture::new(&cells, &boundary)
         };
+        let made = self.made::<T>(precision)?;
+        let made = made.as_ref().map(numbers).transpose()?;
         let plan = self.plan::<T, S>(&capture)?;
         let short = || {
             PyMemoryError::new_err(format!(
@@ -97,11 +102,33 @@ impl<'py> Job<'py> {
         self.begin(&mut tracker, precision)?;
         let mut found = self.room::<T>()?;
         let count = self.params.threads;
-        for frame in frames.chunks_exact(cells.iter().product()) {
+        let cell_count: usize = cells.iter().product();
+        for (index, frame) in frames.chunks_exact(cell_count).enumerate() {
+            let made = made.as_deref().zip(index.checked_sub(1));
+            let made = made.and_then(|(made, pair)| made.chunks_exact(cell_count).nth(pair));
             py.check_signals()?;
-            py.detach(|| on_threads(count, |exec| advance(&mut tracker, exec, frame, &mut found)))??;
+            py.detach(|| {
+                on_threads(count, |exec| {
+                    advance(&mut tracker, exec, (frame, made), &mut found)
+                })
+            })??;
         }
         self.track(py, found, density_scale, plan.bytes())
+    }
+
+    /// What was made between frames, as an array of its own shape.
+    fn made<T: Number>(&self, precision: Precision) -> PyResult<Option<PyReadonlyArrayDyn<'py, T>>> {
+        let Some(emission) = &self.emission else {
+            return Ok(None);
+        };
+        let mut shape = self.shape.clone();
+        shape.iter_mut().take(1).for_each(|frames| *frames -= 1);
+        let common = Common {
+            shape,
+            precision,
+            of: "frames".into(),
+        };
+        array::<T>("emission", emission, &common).map(Some)
     }
 
     /// What densities are multiplied by, of frames that are densities.
@@ -261,13 +288,19 @@ impl<'py> Job<'py> {
 fn advance<T: Number, S: Space>(
     tracker: &mut Tracker<'_, T, S>,
     exec: &dyn Exec,
-    frame: &[T],
+    (frame, made): (&[T], Option<&[T]>),
     found: &mut Found<T>,
 ) -> PyResult<()> {
     let began = Instant::now();
-    tracker
-        .give(exec, frame)
-        .map_err(|error| unusable("frames", error))?;
+    match made {
+        None => tracker
+            .give(exec, frame)
+            .map_err(|error| unusable("frames", error))?,
+        // The frame itself was looked at before.
+        Some(made) => tracker
+            .give_with_emission(exec, frame, made)
+            .map_err(|error| unusable("emission", error))?,
+    }
     if !tracker.is_ready() {
         found.density.extend_from_slice(tracker.carried());
         return Ok(());

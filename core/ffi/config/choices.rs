@@ -94,7 +94,7 @@ macro_rules! codes {
     };
 }
 
-pub(super) use codes;
+pub(crate) use codes;
 
 codes!(ThuribleBoundary of Boundary: Wall, Periodic, Open, OpenLow, OpenHigh);
 codes!(ThuribleScheme of Scheme: Quick, Central, SemiLagrangian, Limited);
@@ -104,7 +104,10 @@ codes!(ThuribleNorm of Norm: Scaled, Plain);
 codes!(ThuribleGuideSolver of GuideSolver: Auto, ClosedForm, Admm);
 
 /// What the code `given` of `field` stands for.
-pub(super) fn code<V: Named>(field: &'static str, given: u32) -> Result<V, ConfigError> {
+///
+/// # Errors
+/// [`ConfigError::Code`].
+pub fn code<V: Named>(field: &'static str, given: u32) -> Result<V, ConfigError> {
     let value = V::ALL.get(wide(given)).copied();
     value.ok_or(ConfigError::Code { field, given })
 }
@@ -118,7 +121,23 @@ pub(super) fn flag(given: u32) -> Option<bool> {
     }
 }
 
+/// The precision that a code stands for.
+///
+/// # Errors
+/// [`ConfigError::Code`].
+pub fn precision(given: u32) -> Result<ThuriblePrecision, ConfigError> {
+    match given {
+        4 => Ok(ThuriblePrecision::F32),
+        8 => Ok(ThuriblePrecision::F64),
+        given => Err(ConfigError::Code {
+            field: "precision",
+            given,
+        }),
+    }
+}
+
 /// A count that fits the core's counts on every machine.
-pub(super) fn wide(count: u32) -> usize {
+#[must_use]
+pub fn wide(count: u32) -> usize {
     usize::try_from(count).unwrap_or(usize::MAX)
 }

@@ -1,6 +1,7 @@
 //! The configuration that a program begins with.
 
-use super::{AUTOMATIC_SMOOTHNESS, MOST_BYTES, SIZE, THURIBLE_AUTOMATIC};
+use super::sized;
+use super::{AUTOMATIC_SMOOTHNESS, THURIBLE_AUTOMATIC};
 use super::{ThuribleBoundary, ThuribleConfig, ThuriblePrecision};
 use crate::result::ThuribleResult;
 use thurible_core::{Params, Problem};
@@ -10,7 +11,7 @@ impl Default for ThuribleConfig {
         let params = Params::default();
         let problem = Problem::new(&[], &[], &[]);
         let mut config = Self {
-            size: SIZE,
+            size: size_of::<Self>(),
             precision: ThuriblePrecision::F32 as u32,
             dimensions: 2,
             cells: [0; 3],
@@ -35,7 +36,11 @@ impl Default for ThuribleConfig {
             // SAFETY: every pattern of bits is a configuration.
             ..unsafe { core::mem::zeroed() }
         };
-        config.held().into_iter().for_each(|held| held.write(&params));
+        for held in config.held() {
+            if let Some((method, index)) = params.find(held.choice) {
+                held.write(params.choices(method), index);
+            }
+        }
         config
     }
 }
@@ -46,22 +51,6 @@ impl Default for ThuribleConfig {
 /// `config` is null or points to `size` bytes to write.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn thurible_defaults(config: *mut ThuribleConfig, size: usize) -> ThuribleResult {
-    if config.is_null() {
-        return ThuribleResult::Null;
-    }
-    if !config.is_aligned() {
-        return ThuribleResult::Misaligned;
-    }
-    if !(SIZE..=MOST_BYTES).contains(&size) {
-        return ThuribleResult::ConfigSize;
-    }
-    // SAFETY: not null, aligned, and the caller promises `size` bytes, which are no fewer than this version's.
-    unsafe {
-        config.cast::<u8>().add(SIZE).write_bytes(0, size - SIZE);
-        config.write(ThuribleConfig {
-            size,
-            ..ThuribleConfig::default()
-        });
-    }
-    ThuribleResult::Ok
+    // SAFETY: the caller's promise.
+    unsafe { sized::fill(config, size, ThuribleConfig::default()) }
 }

@@ -183,7 +183,9 @@ impl ThuribleConfig {
     }
 }
 
-const fn names(list: &'static str, count: &'static str, most: usize) -> ListNames {
+/// The names of a list.
+#[must_use]
+pub const fn names(list: &'static str, count: &'static str, most: usize) -> ListNames {
     ListNames { list, count, most }
 }
 
@@ -195,9 +197,12 @@ const SCHEDULE: ListNames = names("schedule", "schedule_count", THURIBLE_MOST_FA
 
 /// A list of the caller.
 ///
+/// # Errors
+/// [`ConfigError`].
+///
 /// # Safety
 /// `list` points to `count` entries, where it is neither null nor misaligned; every pattern of bits is a `V`.
-unsafe fn entries<'a, V>(
+pub unsafe fn entries<'a, V>(
     list: *const V,
     count: usize,
     names: &'static ListNames,

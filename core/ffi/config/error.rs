@@ -3,6 +3,7 @@
 use crate::result::ThuribleResult;
 use core::fmt;
 use thurible_core::PlanError;
+use thurible_core::tomography::TomographyError;
 
 /// Names of a list and of its length, and the most that it may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +47,8 @@ pub enum ConfigError {
     },
     /// The core refuses it.
     Plan(PlanError),
+    /// The core refuses cameras or settings.
+    Tomography(TomographyError),
 }
 
 impl ConfigError {
@@ -55,6 +58,7 @@ impl ConfigError {
         match self {
             Self::Result(result) => result,
             Self::Plan(error) => error.into(),
+            Self::Tomography(error) => error.into(),
             _ => ThuribleResult::Config,
         }
     }
@@ -94,6 +98,7 @@ impl fmt::Display for ConfigError {
                 )
             }
             Self::Plan(error) => error.fmt(f),
+            Self::Tomography(error) => error.fmt(f),
         }
     }
 }

@@ -5,19 +5,21 @@ mod default;
 mod effects;
 mod error;
 mod read;
+pub mod sized;
 mod slot;
 mod templates;
 
-pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleNorm, ThuribleNsoSolver};
-pub use choices::{ThuriblePrecision, ThuribleScheme};
-pub use default::thurible_defaults;
-pub use effects::{THURIBLE_MOST_EMITTERS, THURIBLE_MOST_FACTORS, ThuribleEmitter, ThuribleFactor};
-pub use error::ConfigError;
-pub use slot::THURIBLE_AUTOMATIC;
-pub use templates::{THURIBLE_MOST_TEMPLATES, ThuribleTemplate, ThuribleTemplateKind};
-
 use choices::codes;
-use slot::{Held, Slot};
+pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleNorm, ThuribleNsoSolver};
+pub use choices::{ThuriblePrecision, ThuribleScheme, code, precision, wide};
+pub use default::thurible_defaults;
+pub use effects::{
+    THURIBLE_MOST_EMITTERS, THURIBLE_MOST_FACTORS, ThuribleEmitter, ThuribleFactor, entries, names,
+};
+pub use error::{ConfigError, ListNames};
+pub use read::{dimensions, ends, first, is_on};
+pub use slot::{Held, Slot, THURIBLE_AUTOMATIC};
+pub use templates::{THURIBLE_MOST_TEMPLATES, ThuribleTemplate, ThuribleTemplateKind};
 
 /// How a scene is solved.
 #[repr(C)]
@@ -180,15 +182,21 @@ pub struct ThuribleConfig {
     pub guide_solver: u32,
 }
 
+// SAFETY: plain numbers and pointers, the size first.
+unsafe impl sized::Versioned for ThuribleConfig {}
+
+/// Fields of a configuration, and what the core calls the choices that they hold.
 macro_rules! held {
     ($config:ident: $($field:ident $choice:literal,)+) => {
-        [$(Held {
+        [$($crate::config::Held {
             field: stringify!($field),
             choice: $choice,
-            slot: Slot::from(&mut $config.$field),
+            slot: $crate::config::Slot::from(&mut $config.$field),
         }),+]
     };
 }
+
+pub(crate) use held;
 
 impl ThuribleConfig {
     /// Every field that holds a choice of a method, and what the core calls it.
@@ -230,7 +238,3 @@ impl ThuribleConfig {
 
 /// The smoothness that stands for the default.
 const AUTOMATIC_SMOOTHNESS: f64 = -1.0;
-/// Bytes of this version, which is the first.
-const SIZE: usize = size_of::<ThuribleConfig>();
-/// No version will have more.
-const MOST_BYTES: usize = 1 << 16;

@@ -2,8 +2,8 @@
 
 use super::choices::{code, flag, wide};
 use super::effects::Lists;
-use super::{AUTOMATIC_SMOOTHNESS, ConfigError, MOST_BYTES, SIZE, THURIBLE_AUTOMATIC, ThuribleConfig};
-use crate::result::ThuribleResult;
+use super::sized;
+use super::{AUTOMATIC_SMOOTHNESS, ConfigError, THURIBLE_AUTOMATIC, ThuribleConfig};
 use thurible_core::{Advection, Boundary, Params, Problem};
 
 impl ThuribleConfig {
@@ -15,25 +15,8 @@ impl ThuribleConfig {
     /// # Safety
     /// `config` is null or points to a configuration of `size` bytes.
     pub unsafe fn read(config: *const Self) -> Result<Self, ConfigError> {
-        if config.is_null() {
-            return Err(ConfigError::Result(ThuribleResult::Null));
-        }
-        if !config.is_aligned() {
-            return Err(ConfigError::Result(ThuribleResult::Misaligned));
-        }
-        // SAFETY: not null and aligned; `size` is the first field of every version.
-        let size = unsafe { config.cast::<usize>().read() };
-        if !(SIZE..=MOST_BYTES).contains(&size) {
-            return Err(ConfigError::Result(ThuribleResult::ConfigSize));
-        }
-        // SAFETY: the caller promises `size` bytes.
-        let later = unsafe { core::slice::from_raw_parts(config.cast::<u8>().add(SIZE), size - SIZE) };
-        // What a later version added is known only as far as it is left at nothing.
-        if later.iter().any(|&byte| byte != 0) {
-            return Err(ConfigError::Result(ThuribleResult::ConfigSize));
-        }
-        // SAFETY: as above, and every pattern of bits is a configuration.
-        Ok(unsafe { config.read() })
+        // SAFETY: the caller's promise.
+        unsafe { sized::read(config) }
     }
 
     /// Calls `work` with the problem and the choices that this describes.
@@ -44,15 +27,8 @@ impl ThuribleConfig {
     /// # Safety
     /// The lists of the configuration have as many entries as it says.
     pub unsafe fn with<R>(&self, work: impl FnOnce(&Problem<'_>, &Params) -> R) -> Result<R, ConfigError> {
-        let dims = match self.dimensions {
-            2 => 2,
-            3 => 3,
-            given => {
-                let field = "dimensions";
-                return Err(ConfigError::Code { field, given });
-            }
-        };
-        let boundary = self.ends(dims)?;
+        let dims = dimensions(self.dimensions)?;
+        let boundary = ends(&self.boundary, dims)?;
         let params = self.params()?;
         let mut lists = const { Lists::new() };
         // SAFETY: the caller's promise.
@@ -91,15 +67,6 @@ impl ThuribleConfig {
         Ok(work(&problem, &params))
     }
 
-    /// How the first `dims` axes end.
-    fn ends(&self, dims: usize) -> Result<[Boundary; 3], ConfigError> {
-        let mut ends = [Boundary::Wall; 3];
-        for (end, &given) in ends.iter_mut().zip(&self.boundary).take(dims) {
-            *end = code("boundary", given)?;
-        }
-        Ok(ends)
-    }
-
     fn params(mut self) -> Result<Params, ConfigError> {
         let mut params = Params {
             method: code("method", self.method)?,
@@ -108,19 +75,52 @@ impl ThuribleConfig {
             ceiling: (self.memory_ceiling != 0).then_some(self.memory_ceiling),
             ..Params::default()
         };
-        self.held()
-            .into_iter()
-            .try_for_each(|held| held.read(&mut params))?;
+        for held in self.held() {
+            match params.find(held.choice) {
+                Some((method, index)) => held.read(params.choices_mut(method), index)?,
+                None => held.unknown()?,
+            }
+        }
         Ok(params)
     }
 }
 
+/// 2 or 3.
+///
+/// # Errors
+/// [`ConfigError::Code`].
+pub fn dimensions(given: u32) -> Result<usize, ConfigError> {
+    match given {
+        2 => Ok(2),
+        3 => Ok(3),
+        given => Err(ConfigError::Code {
+            field: "dimensions",
+            given,
+        }),
+    }
+}
+
+/// How the first `dims` axes end.
+///
+/// # Errors
+/// [`ConfigError::Code`].
+pub fn ends(given: &[u32; 3], dims: usize) -> Result<[Boundary; 3], ConfigError> {
+    let mut ends = [Boundary::Wall; 3];
+    for (end, &given) in ends.iter_mut().zip(given).take(dims) {
+        *end = code("boundary", given)?;
+    }
+    Ok(ends)
+}
+
 /// Whether a field that is 0 or 1 is 1.
-fn is_on(field: &'static str, given: u32) -> Result<bool, ConfigError> {
+///
+/// # Errors
+/// [`ConfigError::Code`].
+pub fn is_on(field: &'static str, given: u32) -> Result<bool, ConfigError> {
     flag(given).ok_or(ConfigError::Code { field, given })
 }
 
 /// The first `dims` of three values, where `dims` is 2 or 3.
-fn first<V>(values: &[V; 3], dims: usize) -> &[V] {
+pub fn first<V>(values: &[V; 3], dims: usize) -> &[V] {
     values.get(..dims).unwrap_or(values)
 }

@@ -2,14 +2,13 @@
 
 use super::ConfigError;
 use super::choices::{flag, wide};
-use thurible_core::Params;
-use thurible_core::choices::{Kind, Value};
+use thurible_core::choices::{Choices, Kind, Value};
 
 /// What a number of the configuration holds to leave the choice to the library.
 pub const THURIBLE_AUTOMATIC: u32 = u32::MAX;
 
 /// A field that holds a choice.
-pub(super) struct Held<'a> {
+pub struct Held<'a> {
     /// Its name.
     pub field: &'static str,
     /// What the core calls the choice.
@@ -19,7 +18,7 @@ pub(super) struct Held<'a> {
 }
 
 /// Where a choice lies.
-pub(super) enum Slot<'a> {
+pub enum Slot<'a> {
     /// A number.
     Number(&'a mut f64),
     /// Anything else: a count, 0 or 1, the place of a word.
@@ -39,12 +38,8 @@ impl<'a> From<&'a mut u32> for Slot<'a> {
 }
 
 impl Held<'_> {
-    /// Writes what `params` choose.
-    pub fn write(self, params: &Params) {
-        let Some((method, index)) = params.find(self.choice) else {
-            return;
-        };
-        let choices = params.choices(method);
+    /// Writes what is chosen at place `index` of a table.
+    pub fn write(self, choices: &dyn Choices, index: usize) {
         let kind = choices.table().get(index).map(|choice| choice.kind);
         match (self.slot, choices.get(index)) {
             (Slot::Number(slot), Some(Value::Number(number))) => *slot = number,
@@ -53,24 +48,31 @@ impl Held<'_> {
         }
     }
 
-    /// Chooses in `params` what it holds.
+    /// Chooses at place `index` of a table what it holds.
     ///
     /// # Errors
     /// [`ConfigError::Code`].
-    pub fn read(self, params: &mut Params) -> Result<(), ConfigError> {
-        let found = params.find(self.choice);
-        let made = found.is_some_and(|(method, index)| {
-            let choices = params.choices_mut(method);
-            let kind = choices.table().get(index).map(|choice| choice.kind);
-            let value = kind.and_then(|kind| self.slot.value(kind));
-            value.is_some_and(|value| choices.set(index, value))
-        });
+    pub fn read(self, choices: &mut dyn Choices, index: usize) -> Result<(), ConfigError> {
+        let kind = choices.table().get(index).map(|choice| choice.kind);
+        let value = kind.and_then(|kind| self.slot.value(kind));
+        if value.is_some_and(|value| choices.set(index, value)) {
+            Ok(())
+        } else {
+            self.unknown()
+        }
+    }
+
+    /// Refuses a code that stands for nothing.
+    ///
+    /// # Errors
+    /// [`ConfigError::Code`].
+    pub fn unknown(self) -> Result<(), ConfigError> {
         match self.slot {
-            Slot::Code(&mut given) if !made => Err(ConfigError::Code {
+            Slot::Code(&mut given) => Err(ConfigError::Code {
                 field: self.field,
                 given,
             }),
-            _ => Ok(()),
+            Slot::Number(_) => Ok(()),
         }
     }
 }

@@ -1,35 +1,25 @@
 //! What an instance is made of.
 
+use super::any::Any;
+use super::handle::Handle;
 use super::progress::ThuribleProgress;
-use super::refusal::Refusal;
 use crate::config::ThuribleConfig;
+use crate::each;
 use crate::result::ThuribleStatus;
 use thurible_core::{D2, D3, Exec, InputError, Objective, Observer, Real, Report, Solver, Space, Status};
 
 /// A solver of either precision in either dimension.
-#[derive(Debug)]
-pub enum AnySolver<'m> {
-    /// Two dimensions, elements in `f32`.
-    Plane32(Solver<'m, f32, D2>),
-    /// Two dimensions, elements in `f64`.
-    Plane64(Solver<'m, f64, D2>),
-    /// Three dimensions, elements in `f32`.
-    Space32(Solver<'m, f32, D3>),
-    /// Three dimensions, elements in `f64`.
-    Space64(Solver<'m, f64, D3>),
+pub type AnySolver<'m> =
+    Any<Solver<'m, f32, D2>, Solver<'m, f64, D2>, Solver<'m, f32, D3>, Solver<'m, f64, D3>>;
+
+/// A solve in memory of the caller: a handle, whose inside is the library's.
+pub struct Thurible {
+    _inside: (),
 }
 
-/// Evaluates `$call` with `$solver` bound to the solver inside an [`AnySolver`](crate::instance::AnySolver), whatever its type.
-#[macro_export]
-macro_rules! each {
-    ($any:expr, $solver:ident => $call:expr) => {
-        match $any {
-            $crate::instance::AnySolver::Plane32($solver) => $call,
-            $crate::instance::AnySolver::Plane64($solver) => $call,
-            $crate::instance::AnySolver::Space32($solver) => $call,
-            $crate::instance::AnySolver::Space64($solver) => $call,
-        }
-    };
+impl Handle for Thurible {
+    type Body = Body;
+    const MARK: usize = 0x5468_7572;
 }
 
 /// The sizes of a solve.
@@ -84,8 +74,6 @@ pub struct Body {
     pub progress: ThuribleProgress,
     /// What the method reported of the last iteration.
     pub report: Report,
-    /// Why the last call was refused, or that it was not.
-    pub(super) refusal: Refusal,
 }
 
 impl Body {

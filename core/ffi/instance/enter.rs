@@ -1,70 +1,76 @@
-//! How a call enters an instance, and how an instance ends.
+//! How a call enters what a handle points to, and how that ends.
 
-use super::body::Body;
-use super::handle::{Thurible, mark};
+use super::handle::{Handle, Place, mark};
 use super::refusal::Refusal;
 use crate::result::ThuribleResult;
 use core::ffi::c_char;
 use core::sync::atomic::Ordering;
 
-/// Enters an instance: one call at a time.
+/// Enters what a handle points to: one call at a time.
 ///
 /// # Safety
-/// `instance` is null or points to readable memory of an instance's size.
-pub unsafe fn enter(
-    instance: *const Thurible,
-    work: impl FnOnce(&mut Body) -> Result<(), Refusal>,
+/// `handle` is null or points to readable memory of the size of its place.
+pub unsafe fn enter<H: Handle>(
+    handle: *const H,
+    work: impl FnOnce(&mut H::Body) -> Result<(), Refusal>,
 ) -> ThuribleResult {
-    if instance.is_null() {
+    let place: *const Place<H::Body> = handle.cast();
+    if place.is_null() {
         return ThuribleResult::Null;
     }
-    if !instance.is_aligned() {
+    if !place.is_aligned() {
         return ThuribleResult::Misaligned;
     }
     // SAFETY: aligned and readable; an atomic has no wrong pattern of bits.
-    let found = unsafe { (&raw const (*instance).mark).as_ref() };
-    if found.is_none_or(|found| found.load(Ordering::Acquire) != mark(instance)) {
+    let found = unsafe { (&raw const (*place).mark).as_ref() };
+    if found.is_none_or(|found| found.load(Ordering::Acquire) != mark(handle)) {
         return ThuribleResult::NoInstance;
     }
-    // SAFETY: the mark says that here is an instance.
-    let Thurible { busy, body, .. } = unsafe { &*instance };
+    // SAFETY: the mark says that here is a place.
+    let Place {
+        busy, body, refusal, ..
+    } = unsafe { &*place };
     if busy.swap(true, Ordering::Acquire) {
         return ThuribleResult::Busy;
     }
     // SAFETY: `busy` was false and is true now, so nobody else is in the body.
     let body = unsafe { &mut *body.get() };
     let refused = work(body).err().unwrap_or(ThuribleResult::Ok.into());
-    body.refusal = refused;
+    // SAFETY: as above.
+    unsafe { refusal.get().write(refused) };
     busy.store(false, Ordering::Release);
     refused.result()
 }
 
-/// Ends an instance, so that its handle is refused from now on.
+/// Ends what a handle points to, so that the handle is refused from now on.
 ///
 /// # Safety
 /// As [`enter`].
-pub unsafe fn close(instance: *mut Thurible) -> ThuribleResult {
+pub unsafe fn close<H: Handle>(handle: *mut H) -> ThuribleResult {
     // SAFETY: the caller's promise.
-    let result = unsafe { enter(instance, |_| Ok(())) };
+    let result = unsafe { enter(handle, |_| Ok(())) };
     if result == ThuribleResult::Ok {
-        // SAFETY: an instance is there. It has nothing to give back: its memory is the caller's.
-        unsafe { (*instance).mark.store(0, Ordering::Release) };
+        let place: *mut Place<H::Body> = handle.cast();
+        // SAFETY: a place is there. It has nothing to give back: its memory is the caller's.
+        unsafe { (*place).mark.store(0, Ordering::Release) };
     }
     result
 }
 
-/// Writes why the last call that entered the instance was refused.
+/// Writes why the last call with a handle was refused.
 ///
 /// # Safety
 /// As [`enter`]; `buffer` is null or points to `size` bytes.
-pub unsafe fn message(instance: *const Thurible, buffer: *mut c_char, size: usize) -> usize {
+pub unsafe fn message<H: Handle>(handle: *const H, buffer: *mut c_char, size: usize) -> usize {
     let mut last = Refusal::Result(ThuribleResult::Ok);
-    let read = |body: &mut Body| {
-        last = body.refusal;
+    let read = |_: &mut H::Body| {
+        let place: *const Place<H::Body> = handle.cast();
+        // SAFETY: a call is in the place, and this is it.
+        last = unsafe { (*place).refusal.get().read() };
         Err(last)
     };
     // SAFETY: the caller's promise.
-    let found = unsafe { enter(instance, read) };
+    let found = unsafe { enter(handle, read) };
     if let (Refusal::Result(ThuribleResult::Ok), false) = (last, found == ThuribleResult::Ok) {
         last = found.into();
     }

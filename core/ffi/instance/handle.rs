@@ -1,30 +1,37 @@
-//! The handle: what C holds of an instance, and where it lies in the caller's memory.
+//! Handles: what C holds of something in the caller's memory, and where that lies.
 
-use super::body::Body;
+use super::refusal::Refusal;
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicUsize};
 use thurible_core::Plan;
 
-/// A solve in memory of the caller: a handle, whose inside is the library's.
-#[repr(align(64))]
-pub struct Thurible {
-    pub(super) mark: AtomicUsize,
-    pub(super) busy: AtomicBool,
-    pub(super) body: UnsafeCell<Body>,
+/// What a handle of C points to.
+pub trait Handle {
+    /// What is behind it.
+    type Body;
+    /// What marks it, together with its address.
+    const MARK: usize;
 }
 
-/// What marks an instance, together with its address.
-const MARK: usize = 0x5468_7572;
-/// Alignment of the caller's memory.
-pub const ALIGN: usize = if align_of::<Thurible>() > Plan::ALIGN {
-    align_of::<Thurible>()
-} else {
-    Plan::ALIGN
-};
-/// Where the solver's block begins.
-pub(super) const BLOCK: usize = size_of::<Thurible>().next_multiple_of(ALIGN);
+/// The beginning of the caller's memory: what is entered by one call at a time.
+#[repr(align(64))]
+pub(super) struct Place<B> {
+    pub mark: AtomicUsize,
+    pub busy: AtomicBool,
+    pub body: UnsafeCell<B>,
+    /// Why the last call was refused, or that it was not.
+    pub refusal: UnsafeCell<Refusal>,
+}
 
-/// What `mark` holds in an instance at this address, and nowhere else.
-pub(super) fn mark(instance: *const Thurible) -> usize {
-    MARK ^ instance.addr()
+/// Alignment of the caller's memory.
+pub const ALIGN: usize = if Plan::ALIGN > 64 { Plan::ALIGN } else { 64 };
+
+/// Where what is behind a handle may begin: after its place.
+pub(super) const fn block<H: Handle>() -> usize {
+    size_of::<Place<H::Body>>().next_multiple_of(ALIGN)
+}
+
+/// What `mark` holds in a place at this address, and nowhere else.
+pub(super) fn mark<H: Handle>(handle: *const H) -> usize {
+    H::MARK ^ handle.addr()
 }

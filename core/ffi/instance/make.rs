@@ -1,7 +1,8 @@
 //! How an instance is made.
 
-use super::body::{AnySolver, Body, Sizes};
-use super::handle::{ALIGN, BLOCK, Thurible, mark};
+use super::any::Any;
+use super::body::{AnySolver, Body, Sizes, Thurible};
+use super::handle::{ALIGN, Handle, Place, block, mark};
 use super::plan::{Planned, choose, plan};
 use super::progress::ThuribleProgress;
 use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision};
@@ -10,6 +11,50 @@ use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicUsize};
 use thurible_core::{Params, Problem, Real, Report, Solver, Space};
+
+/// The bytes behind the place of a handle, of `needed` bytes in all.
+///
+/// # Errors
+/// [`ThuribleResult`]: null, misaligned, or too few.
+///
+/// # Safety
+/// `memory` is null or points to `bytes` bytes that nobody else uses while the handle lives.
+pub unsafe fn behind<H: Handle>(
+    memory: *mut u8,
+    bytes: usize,
+    needed: usize,
+) -> Result<&'static mut [MaybeUninit<u8>], ThuribleResult> {
+    if memory.is_null() {
+        return Err(ThuribleResult::Null);
+    }
+    if !memory.addr().is_multiple_of(ALIGN) {
+        return Err(ThuribleResult::Misaligned);
+    }
+    let own = const { block::<H>() };
+    if bytes < needed || needed < own {
+        return Err(ThuribleResult::TooSmall);
+    }
+    // SAFETY: `needed` bytes are there and no more than the address space, the place takes `own` of them, and the rest is for what is
+    // behind it alone: nothing else of this library points there.
+    Ok(unsafe { core::slice::from_raw_parts_mut(memory.add(own).cast(), needed - own) })
+}
+
+/// Puts a body where its handle points to.
+///
+/// # Safety
+/// `handle` is aligned and points to the bytes of its place.
+pub unsafe fn settle<H: Handle>(handle: *mut H, body: H::Body) {
+    let place: *mut Place<H::Body> = handle.cast();
+    // SAFETY: the caller's promise.
+    unsafe {
+        place.write(Place {
+            mark: AtomicUsize::new(mark::<H>(handle)),
+            busy: AtomicBool::new(false),
+            body: UnsafeCell::new(body),
+            refusal: UnsafeCell::new(ThuribleResult::Ok.into()),
+        });
+    }
+}
 
 /// Makes an instance in the first bytes of `memory`.
 ///
@@ -24,39 +69,20 @@ pub unsafe fn make(
     bytes: usize,
     config: &ThuribleConfig,
 ) -> Result<*mut Thurible, ThuribleResult> {
-    if memory.is_null() {
-        return Err(ThuribleResult::Null);
-    }
-    if !memory.addr().is_multiple_of(ALIGN) {
-        return Err(ThuribleResult::Misaligned);
-    }
     // SAFETY: the caller's promise.
     let Planned { bytes: needed, .. } = unsafe { plan(config) }.map_err(ConfigError::result)?;
-    if bytes < needed {
-        return Err(ThuribleResult::TooSmall);
-    }
-    // SAFETY: `needed` bytes are there and no more than the address space, the instance takes `BLOCK` of them, and the rest is the
-    // solver's alone: nothing else of this library points there.
-    let block: &'static mut [MaybeUninit<u8>] =
-        unsafe { core::slice::from_raw_parts_mut(memory.add(BLOCK).cast(), needed - BLOCK) };
+    // SAFETY: the caller's promise.
+    let block = unsafe { behind::<Thurible>(memory, bytes, needed) }?;
     let sizes = Sizes::of(config);
     let instance: *mut Thurible = memory.cast();
     // SAFETY: the caller's promise; `instance` is aligned, and the bytes before the solver's block are its own.
     let made = unsafe {
         config.with(
             |problem, params| match choose(config).map_err(ConfigError::result)? {
-                (ThuriblePrecision::F32, 2) => {
-                    place(instance, sizes, problem, params, block, AnySolver::Plane32)
-                }
-                (ThuriblePrecision::F64, 2) => {
-                    place(instance, sizes, problem, params, block, AnySolver::Plane64)
-                }
-                (ThuriblePrecision::F32, _) => {
-                    place(instance, sizes, problem, params, block, AnySolver::Space32)
-                }
-                (ThuriblePrecision::F64, _) => {
-                    place(instance, sizes, problem, params, block, AnySolver::Space64)
-                }
+                (ThuriblePrecision::F32, 2) => place(instance, sizes, problem, params, block, Any::Plane32),
+                (ThuriblePrecision::F64, 2) => place(instance, sizes, problem, params, block, Any::Plane64),
+                (ThuriblePrecision::F32, _) => place(instance, sizes, problem, params, block, Any::Space32),
+                (ThuriblePrecision::F64, _) => place(instance, sizes, problem, params, block, Any::Space64),
             },
         )
     };
@@ -83,15 +109,8 @@ unsafe fn place<T: Real, S: Space>(
         sizes,
         progress: ThuribleProgress::default(),
         report: Report::default(),
-        refusal: ThuribleResult::Ok.into(),
     };
     // SAFETY: the caller's promise.
-    unsafe {
-        instance.write(Thurible {
-            mark: AtomicUsize::new(mark(instance)),
-            busy: AtomicBool::new(false),
-            body: UnsafeCell::new(body),
-        })
-    };
+    unsafe { settle(instance, body) };
     Ok(())
 }

@@ -1,7 +1,8 @@
 //! How many bytes an instance takes.
 
-use super::handle::BLOCK;
-use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision};
+use super::body::Thurible;
+use super::handle::block;
+use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision, precision};
 use crate::result::ThuribleResult;
 use thurible_core::{D2, D3, Params, Plan, Problem, Real, Space};
 
@@ -36,14 +37,7 @@ pub unsafe fn plan(config: &ThuribleConfig) -> Result<Planned, ConfigError> {
 
 /// Precision and dimension, which choose the type of the solver.
 pub(super) fn choose(config: &ThuribleConfig) -> Result<(ThuriblePrecision, u32), ConfigError> {
-    match config.precision {
-        4 => Ok((ThuriblePrecision::F32, config.dimensions)),
-        8 => Ok((ThuriblePrecision::F64, config.dimensions)),
-        given => Err(ConfigError::Code {
-            field: "precision",
-            given,
-        }),
-    }
+    Ok((precision(config.precision)?, config.dimensions))
 }
 
 // Not inlined, as the functions in `body`.
@@ -52,7 +46,7 @@ fn sizes_of<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result
     let plan = Plan::new::<T, S>(problem, params)?;
     let bytes = plan
         .bytes()
-        .checked_add(BLOCK)
+        .checked_add(const { block::<Thurible>() })
         .ok_or(ConfigError::Result(ThuribleResult::TooLarge))?;
     Ok(Planned {
         bytes,

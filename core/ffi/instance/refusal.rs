@@ -2,6 +2,7 @@
 
 use crate::result::ThuribleResult;
 use core::fmt;
+use thurible_core::tomography::{Fault, TomographyError};
 use thurible_core::{InputError, SavedError};
 
 /// Why the last call was refused.
@@ -13,6 +14,8 @@ pub enum Refusal {
     Input(InputError),
     /// Saved bytes were refused.
     Saved(SavedError),
+    /// Something of a reconstruction was refused.
+    Tomography(TomographyError),
 }
 
 impl fmt::Display for Refusal {
@@ -22,6 +25,7 @@ impl fmt::Display for Refusal {
             Self::Result(result) => f.write_str(result.words()),
             Self::Input(error) => error.fmt(f),
             Self::Saved(error) => error.fmt(f),
+            Self::Tomography(error) => error.fmt(f),
         }
     }
 }
@@ -44,6 +48,12 @@ impl From<SavedError> for Refusal {
     }
 }
 
+impl From<TomographyError> for Refusal {
+    fn from(error: TomographyError) -> Self {
+        Self::Tomography(error)
+    }
+}
+
 impl Refusal {
     /// What the call returns.
     pub(super) fn result(self) -> ThuribleResult {
@@ -51,6 +61,26 @@ impl Refusal {
             Self::Result(result) => result,
             Self::Input(error) => error.into(),
             Self::Saved(error) => error.into(),
+            Self::Tomography(error) => error.into(),
+        }
+    }
+}
+
+impl From<TomographyError> for ThuribleResult {
+    fn from(error: TomographyError) -> Self {
+        match error {
+            TomographyError::Pixels {
+                fault: Fault::Count { .. },
+                ..
+            } => ThuribleResult::Length,
+            TomographyError::Pixels {
+                fault: Fault::NotFinite { .. },
+                ..
+            } => ThuribleResult::NotFinite,
+            TomographyError::Dark => ThuribleResult::Dark,
+            TomographyError::TooLarge => ThuribleResult::TooLarge,
+            TomographyError::Memory { .. } => ThuribleResult::TooSmall,
+            _ => ThuribleResult::Config,
         }
     }
 }

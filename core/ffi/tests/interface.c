@@ -148,8 +148,8 @@ static void same(const char *what, const unsigned char *left, size_t left_bytes,
 
 static void versions_and_texts(void) {
     CHECK(thurible_version() == THURIBLE_VERSION);
-    for (uint32_t code = THURIBLE_RESULT_OK; code <= THURIBLE_RESULT_UNKNOWN; code++) CHECK(strcmp(thurible_result_text(code), "no such code") != 0);
-    CHECK(strcmp(thurible_result_text(THURIBLE_RESULT_UNKNOWN + 1), "no such code") == 0);
+    for (uint32_t code = THURIBLE_RESULT_OK; code <= THURIBLE_RESULT_NO_EMISSION; code++) CHECK(strcmp(thurible_result_text(code), "no such code") != 0);
+    CHECK(strcmp(thurible_result_text(THURIBLE_RESULT_NO_EMISSION + 1), "no such code") == 0);
     CHECK(strcmp(thurible_status_text(THURIBLE_STATUS_CONVERGED), "converged") == 0);
     CHECK(strcmp(thurible_status_text(99), "no such code") == 0);
 }

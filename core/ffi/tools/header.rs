@@ -36,6 +36,8 @@ fn header(check: bool) -> Result<(), Box<dyn core::error::Error>> {
         "fields.rs",
         "facts.rs",
         "templates.rs",
+        "track/mod.rs",
+        "tomography/mod.rs",
     ] {
         builder = builder.with_src(ffi.join(source));
     }

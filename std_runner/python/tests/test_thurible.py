@@ -796,6 +796,92 @@ class Track(unittest.TestCase):
             with self.assertRaisesRegex(error, words):
                 thurible.track(**{"frames": frames, **given})
 
+    def test_what_is_made_is_no_motion(self):
+        made = blob((20, 24), [0.5, 0.5], 0.2, np.float64)
+        frames = np.stack([blob((20, 24), [0.4, 0.6], 0.5, np.float64) + k * made for k in range(3)])
+        fastest = [max(pair["fastest"] for pair in thurible.track(frames, emission=emission).history)
+                   for emission in (None, np.stack([made, made]))]
+        self.assertGreater(fastest[0], 0.05)
+        self.assertLess(fastest[1], 1e-6)
+        with self.assertRaisesRegex(ValueError, "emission has shape"):
+            thurible.track(frames, emission=made)
+        with self.assertRaisesRegex(ValueError, "emission cannot be used: value 0 is negative"):
+            thurible.track(frames, emission=np.stack([made, made]) - 1)
+
+
+class Tomography(unittest.TestCase):
+    """The density behind pictures."""
+
+    side, width = 32, 48
+
+    def camera(self, angle):
+        c, s = np.cos(angle), np.sin(angle)
+        return {"kind": "orthographic", "across": [c, s], "forward": [-s, c], "pitch": 1.0, "at": [0.5 * (self.width - self.side * (c + s)), 0.5]}
+
+    def chords(self, camera, dtype=np.float64):
+        """What it sees of a disc of radius 8 at (14, 17)."""
+        parts = (np.arange(8 * self.width) + 0.5) / 8
+        far = camera["across"][0] * 14 + camera["across"][1] * 17 + camera["at"][0] - parts
+        return (2 * np.sqrt(np.maximum(64 - far**2, 0))).reshape(-1, 8).mean(1).astype(dtype)
+
+    def disc(self):
+        at = np.arange(self.side) + 0.5
+        return (np.hypot(at[None, :] - 14, at[:, None] - 17) < 8).astype(float)
+
+    def test_a_disc_comes_back(self):
+        cameras = [self.camera(np.pi * k / 10) for k in range(10)]
+        novel = {**self.camera(0.5), "pixels": [self.width]}
+        for method, prior, dtype in [("walk", "sad", np.float32), ("walk", "tv", np.float64), ("sart", "none", np.float64)]:
+            pictures = [self.chords(camera, dtype) for camera in cameras]
+            found = thurible.tomography(pictures, cameras, (self.side, self.side), method=method, prior=prior, novel=[novel])
+            self.assertEqual((found.density.dtype, found.density.shape), (dtype, (self.side, self.side)))
+            self.assertLess(np.sqrt(np.mean((found.density - self.disc()) ** 2)), 0.1)
+            np.testing.assert_allclose(found.reprojected[3], pictures[3], atol=1.0)
+            np.testing.assert_allclose(found.novel[0], self.chords(novel), atol=1.5)
+            self.assertLess(found.history[0]["residual_relative"], 0.06)
+
+    def test_frames_and_views_without_a_volume(self):
+        cameras = [self.camera(np.pi * k / 8) for k in range(8)]
+        novel = {**self.camera(0.3), "pixels": [self.width]}
+        pictures = [np.stack([self.chords(camera), 0.5 * self.chords(camera), 0 * self.chords(camera)]) for camera in cameras]
+        found = thurible.tomography(pictures, cameras, (self.side, self.side), prior="image_tv", novel=[novel], options={"budget": 3e5})
+        self.assertIsNone(found.density)
+        self.assertEqual(found.novel[0].shape, (3, self.width))
+        for frame, part in enumerate([1, 0.5, 0]):
+            far = np.linalg.norm(found.novel[0][frame] - part * self.chords(novel))
+            self.assertLessEqual(far, 0.1 * part * np.linalg.norm(self.chords(novel)))
+        self.assertEqual([entry["frame"] for entry in found.history], [0, 1])
+        again = thurible.tomography(pictures, cameras, (2 * self.side, self.side), prior="image_tv", novel=[novel], options={"budget": 1e4})
+        self.assertEqual(again.planned_bytes, found.planned_bytes)
+
+    def test_in_3d(self):
+        cameras = [{"kind": "orthographic", "across": across, "down": [0, 0, -1], "forward": forward, "at": [0, 8], "pitch": 1}
+                   for across, forward in [([1, 0, 0], [0, 1, 0]), ([0, 1, 0], [1, 0, 0])]]
+        picture = np.zeros((8, 8), np.float32)
+        picture[2:6, 1:6] = 5
+        found = thurible.tomography([picture, picture], cameras, (8, 8, 8), options={"budget": 2e5})
+        self.assertEqual(found.density.shape, (8, 8, 8))
+        self.assertAlmostEqual(found.density.sum() / (5 * picture[2:6, 1:6].sum() / 5), 1.0, delta=0.05)
+
+    def test_what_is_wrong_is_refused(self):
+        cameras = [self.camera(0.0), self.camera(1.0)]
+        pictures = [self.chords(camera) for camera in cameras]
+        cells = (self.side, self.side)
+        for error, words, given in [
+            (ValueError, "pictures has 1 entries, and there are 2 cameras", {"pictures": pictures[:1]}),
+            (ValueError, "cells is", {"cells": [4]}),
+            (ValueError, "has a pixel .7. that is not finite", {"pictures": [pictures[0], np.where(np.arange(self.width) == 7, np.nan, pictures[1])]}),
+            (ValueError, "sees nothing of the box", {"cameras": [cameras[0], {**cameras[1], "at": [1000.0]}]}),
+            (ValueError, "is missing", {"cameras": [cameras[0], {"kind": "orthographic"}]}),
+            (TypeError, "named colour", {"cameras": [cameras[0], {**cameras[1], "colour": 1}]}),
+            (ValueError, "prior is one of pictures", {"prior": "image_sad"}),
+            (ValueError, "sigma must be above 0", {"options": {"sigma": 0}}),
+            (TypeError, "there is no option gravity", {"options": {"gravity": 1}}),
+            (MemoryError, "memory_limit", {"memory_limit": 100}),
+        ]:
+            with self.assertRaisesRegex(error, words):
+                thurible.tomography(**{"pictures": pictures, "cameras": cameras, "cells": cells, **given})
+
 
 class Stubs(unittest.TestCase):
     def test_they_say_what_is_there(self):

@@ -14,7 +14,7 @@ impl Part {
     }
 }
 
-pub const PARTS: [Part; 8] = [
+pub const PARTS: [Part; 9] = [
     Part {
         name: "interface",
         files: &["problem/", "solver/"],
@@ -39,6 +39,11 @@ pub const PARTS: [Part; 8] = [
         name: "projection",
         files: &["poisson/"],
         holds: "levels, batches and panels are cut by the sizes from which places in them are counted; the halves of a row, even and odd, together have its length",
+    },
+    Part {
+        name: "tracking and tomography",
+        files: &["deblur/", "flow/", "tomography/", "track/", "walk/"],
+        holds: "frames, grids of a pyramid and pictures are cut by the plan for the cells, levels and cameras that are used here; patches are of a fixed size",
     },
     Part {
         name: "rows",

@@ -1,0 +1,149 @@
+//! `tomography`: density from what cameras see of it, on NumPy's arrays.
+
+use crate::inputs::untyped;
+use crate::plan::Precision;
+use crate::reconstruct::Job;
+use crate::reconstructed::Tomography;
+use crate::words::{flag, is_automatic, number, read, refused, unknown, word};
+use numpy::{PyArrayDescrMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use thurible_core::tomography::Settings;
+
+/// Finds the density of smoke in `cells` = (nx, ny) or (nx, ny, nz) from one picture of each camera, or from as many frames of each.
+///
+/// A picture has the shape (rows, columns), in a plane (columns,), with frames as the axis before; its dtype is the precision. `cameras` and `novel`
+/// are dicts as in report.json of `thurible tomography`, in cells. `options` are those of `[tomography]` in a file of views.
+#[pyfunction]
+#[pyo3(signature = (pictures, cameras, cells, *, novel=None, method=None, prior=None, gamma=None, options=None, memory_limit=None), text_signature = "(pictures, cameras, cells, *, novel=None, method='walk', prior='sad', gamma='auto', options=None, memory_limit=None)")]
+pub fn tomography<'py>(
+    pictures: Vec<Bound<'py, PyAny>>,
+    cameras: Vec<Bound<'py, PyAny>>,
+    cells: Vec<usize>,
+    novel: Option<Vec<Bound<'py, PyAny>>>,
+    method: Option<Bound<'py, PyAny>>,
+    prior: Option<Bound<'py, PyAny>>,
+    gamma: Option<Bound<'py, PyAny>>,
+    options: Option<Bound<'py, PyAny>>,
+    memory_limit: Option<usize>,
+) -> PyResult<Tomography> {
+    if !(2..=3).contains(&cells.len()) {
+        return Err(refused(
+            "cells",
+            format!("is {cells:?}; give (nx, ny) or (nx, ny, nz)"),
+        ));
+    }
+    let Some(first) = pictures.first().filter(|_| pictures.len() == cameras.len()) else {
+        let why = format!(
+            "has {} entries, and there are {} cameras; give an array for each, and at least one",
+            pictures.len(),
+            cameras.len()
+        );
+        return Err(refused("pictures", why));
+    };
+    let mut settings = Settings {
+        budget: Settings::automatic_budget(cells.iter().product(), cameras.len()),
+        ..Settings::default()
+    };
+    let mut automatic = true;
+    let options = options.filter(|options| !options.is_none());
+    let options: Option<Bound<'py, PyDict>> = options
+        .map(|options| read("options", &options, "a dict"))
+        .transpose()?;
+    let given = options.iter().flat_map(|options| options.iter());
+    let given = given.map(|(name, value)| Ok::<_, PyErr>((name.extract::<String>()?, value)));
+    let own = [("method", method), ("prior", prior), ("gamma", gamma)];
+    let own = own
+        .into_iter()
+        .filter_map(|(name, value)| Some(Ok((name.to_owned(), value?))));
+    let mut volume = None;
+    for entry in given.chain(own) {
+        let (name, value): (String, _) = entry?;
+        match name.as_str() {
+            "gamma" if is_automatic(&value) => automatic = true,
+            "gamma" => (settings.gamma, automatic) = (number("gamma", &value)?, false),
+            "volume" => volume = Some(flag("volume", &value)?),
+            _ => set(&mut settings, &name, &value)?,
+        }
+    }
+    settings.volume = volume.unwrap_or(settings.prior.on_images().is_none());
+    let found = untyped("pictures[0]", first)?;
+    let (axes, shape) = (found.ndim(), found.shape().to_vec());
+    if axes != cells.len() && axes + 1 != cells.len() {
+        let why = format!(
+            "has {axes} axes; give rows and columns (in a plane columns alone), with frames before them"
+        );
+        return Err(refused("pictures[0]", why));
+    }
+    let single = found.dtype().is_equiv_to(&numpy::dtype::<f32>(first.py()));
+    let job = Job {
+        frames: (axes == cells.len()).then(|| shape[0]),
+        pictures,
+        cameras,
+        novel: novel.unwrap_or_default(),
+        cells,
+        settings,
+        automatic,
+        memory_limit,
+    };
+    match (job.cells.len(), single) {
+        (2, true) => job.run::<f32, 2>(Precision::Single),
+        (2, false) => job.run::<f64, 2>(Precision::Double),
+        (_, true) => job.run::<f32, 3>(Precision::Single),
+        (_, false) => job.run::<f64, 3>(Precision::Double),
+    }
+}
+
+const NAMES: [&str; 18] = [
+    "method",
+    "prior",
+    "gamma",
+    "nonnegative",
+    "volume",
+    "sigma",
+    "length",
+    "budget",
+    "eps",
+    "accept",
+    "tolerance",
+    "walk",
+    "hull_threshold",
+    "seed",
+    "warm",
+    "warm_budget",
+    "sweeps",
+    "relax",
+];
+
+/// Sets one choice.
+fn set(settings: &mut Settings, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    let count = || -> PyResult<u64> {
+        let given = number(name, value)?;
+        if (1.0..1e15).contains(&given) {
+            Ok(given as u64)
+        } else {
+            Err(refused(name, format!("is {given}; give a number from 1 on")))
+        }
+    };
+    match name {
+        "method" => settings.method = word(name, value)?,
+        "prior" => settings.prior = word(name, value)?,
+        "nonnegative" => settings.nonnegative = flag(name, value)?,
+        "sigma" => settings.sigma = number(name, value)?,
+        "length" => settings.length = count()?,
+        "budget" => settings.budget = count()?,
+        "eps" if is_automatic(value) => settings.eps = None,
+        "eps" => settings.eps = Some(number(name, value)?),
+        "accept" => settings.accept = number(name, value)?,
+        "tolerance" => settings.tolerance = number(name, value)?,
+        "walk" => settings.rule = word(name, value)?,
+        "hull_threshold" => settings.hull_threshold = number(name, value)?,
+        "seed" => settings.seed = read(name, value, "a whole number from 0")?,
+        "warm" => settings.warm = flag(name, value)?,
+        "warm_budget" => settings.warm_budget = number(name, value)?,
+        "sweeps" => settings.sweeps = count()? as usize,
+        "relax" => settings.relax = number(name, value)?,
+        _ => return Err(unknown("option", name, &NAMES)),
+    }
+    Ok(())
+}
