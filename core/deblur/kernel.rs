@@ -65,7 +65,7 @@ impl<T: Real> Blur<'_, T> {
 
     /// Kernel number `number` at a pixel of the image.
     #[inline(always)]
-    fn at(&self, pixel: usize, number: usize) -> f64 {
+    pub(super) fn at(&self, pixel: usize, number: usize) -> f64 {
         let kernel = self.which.get(pixel).map_or(0, |&which| usize::from(which));
         let place = kernel * self.side() * self.side() + number;
         self.values.get(place).map_or(0.0, |value| value.to_f64())

@@ -14,6 +14,7 @@
 //! | `kernel` | the kernels, and which one a pixel has |
 //! | `plane` | an image with its border |
 //! | `prior` | priors on images, and how exactly a pixel changes them |
+//! | `patch` | rectangles of pixels that change at once |
 //! | `terrain` | what the walk walks on |
 //! | `restoration` | its memory, its objective |
 //! | `way` | chains of the walk, iterations of a baseline |
@@ -24,6 +25,7 @@ mod baselines;
 mod colours;
 mod error;
 mod kernel;
+mod patch;
 mod plane;
 mod prior;
 mod restoration;
@@ -33,7 +35,8 @@ mod way;
 
 pub use error::DeblurError;
 pub use kernel::{Blur, Kernels};
+pub use patch::{Patch, change_patch};
 pub use plane::Frame;
 pub use prior::{Clusters, ImagePrior, MOST_COLOURS, change, whole};
 pub use restoration::Restoration;
-pub use settings::{Deblur, Restorer, Tuning};
+pub use settings::{Deblur, Moves, Restorer, Tuning};

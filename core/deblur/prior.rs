@@ -54,28 +54,45 @@ pub struct Clusters {
     pub mu: f64,
 }
 
-/// An image with its border, of which one pixel of one channel may be thought to be another.
+/// Which numbers of an image are thought to be others.
+pub(super) trait Thought {
+    /// What number `place` of the planes, which is pixel (x, y) of a channel, is thought to be; `None` where it is what it is.
+    fn instead(&self, place: usize, channel: usize, at: [isize; 2]) -> Option<f64>;
+}
+
+/// One number, and what it is thought to be.
 #[derive(Clone, Copy)]
-struct Seen<'a, T> {
-    planes: &'a [T],
-    wide: usize,
-    high: usize,
-    channels: usize,
-    /// Which number is replaced, and by what.
+struct One {
     place: usize,
     value: f64,
 }
 
-impl<'a, T: Real> Seen<'a, T> {
+impl Thought for One {
     #[inline(always)]
-    fn of(frame: &Frame, planes: &'a [T], place: usize, value: f64) -> Self {
+    fn instead(&self, place: usize, _channel: usize, _at: [isize; 2]) -> Option<f64> {
+        (place == self.place).then_some(self.value)
+    }
+}
+
+/// An image with its border, of which some numbers may be thought to be others.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a, T, C> {
+    planes: &'a [T],
+    wide: usize,
+    high: usize,
+    channels: usize,
+    thought: C,
+}
+
+impl<'a, T: Real, C: Thought> Seen<'a, T, C> {
+    #[inline(always)]
+    pub fn of(frame: &Frame, planes: &'a [T], thought: C) -> Self {
         Self {
             planes,
             wide: frame.wide(),
             high: frame.high(),
             channels: frame.channels,
-            place,
-            value,
+            thought,
         }
     }
 
@@ -86,10 +103,8 @@ impl<'a, T: Real> Seen<'a, T> {
             return None;
         }
         let place = (channel * self.high + y as usize) * self.wide + x as usize;
-        if place == self.place {
-            return Some(self.value);
-        }
-        self.planes.get(place).map(|value| value.to_f64())
+        let instead = self.thought.instead(place, channel, [x, y]);
+        instead.or_else(|| self.planes.get(place).map(|value| value.to_f64()))
     }
 
     /// The forward differences at (x, y), 0 at the far edges.
@@ -102,7 +117,7 @@ impl<'a, T: Real> Seen<'a, T> {
 
     /// Squares of the forward differences.
     #[inline(always)]
-    fn steep(&self, channel: usize, x: isize, y: isize) -> f64 {
+    pub fn steep(&self, channel: usize, x: isize, y: isize) -> f64 {
         let squares = self.ahead(channel, x, y).map(|[dx, dy]| dx * dx + dy * dy);
         squares.unwrap_or_default()
     }
@@ -125,7 +140,7 @@ impl<'a, T: Real> Seen<'a, T> {
         power(dx) + power(dy) + SECOND * (second(at(-1, 0), at(1, 0)) + second(at(0, -1), at(0, 1)) + mixed)
     }
 
-    fn far(&self, clusters: &Clusters, x: isize, y: isize) -> f64 {
+    pub fn far(&self, clusters: &Clusters, x: isize, y: isize) -> f64 {
         let mut colour = [0.0; 3];
         for (channel, level) in colour.iter_mut().enumerate().take(self.channels) {
             *level = self.get(channel, x, y).unwrap_or_default();
@@ -147,7 +162,7 @@ impl<'a, T: Real> Seen<'a, T> {
     }
 
     /// The terms at (x, y).
-    fn term(&self, prior: ImagePrior, clusters: &Clusters, channel: usize, x: isize, y: isize) -> f64 {
+    pub fn term(&self, prior: ImagePrior, clusters: &Clusters, channel: usize, x: isize, y: isize) -> f64 {
         let differences = match prior {
             ImagePrior::None => 0.0,
             ImagePrior::Tv | ImagePrior::Clusters => Real::sqrt(self.steep(channel, x, y)),
@@ -188,29 +203,6 @@ impl<'a, T: Real> Seen<'a, T> {
         sum
     }
 
-    /// The sum of all terms that read the number that is replaced.
-    fn local(&self, prior: ImagePrior, clusters: &Clusters) -> f64 {
-        let plane = self.wide * self.high;
-        let (channel, within) = (self.place / plane.max(1), self.place % plane.max(1));
-        let (x, y) = ((within % self.wide) as isize, (within / self.wide) as isize);
-        let term = |dx: isize, dy: isize| self.term(prior, clusters, channel, x + dx, y + dy);
-        match prior {
-            ImagePrior::None => 0.0,
-            ImagePrior::Tv | ImagePrior::Atv | ImagePrior::Mtv => term(0, 0) + term(-1, 0) + term(0, -1),
-            ImagePrior::Clusters => {
-                // Of its neighbours the differences alone: their own colours stay.
-                let beside = |dx, dy| Real::sqrt(self.steep(channel, x + dx, y + dy));
-                beside(0, 0) + beside(-1, 0) + beside(0, -1) + self.far(clusters, x, y)
-            }
-            ImagePrior::Sparse => {
-                let all = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
-                all.map(|(dx, dy)| term(dx, dy)).sum()
-            }
-            // Each pair is counted from both of its pixels.
-            ImagePrior::Gamma => 2.0 * self.shown(channel, x, y),
-        }
-    }
-
     /// Gamma of the whole image.
     fn whole(&self, prior: ImagePrior, clusters: &Clusters) -> f64 {
         let channels = if prior == ImagePrior::Mtv {
@@ -229,10 +221,42 @@ impl<'a, T: Real> Seen<'a, T> {
     }
 }
 
+impl<T: Real> Seen<'_, T, One> {
+    /// The sum of all terms that read the number that is replaced.
+    fn local(&self, prior: ImagePrior, clusters: &Clusters) -> f64 {
+        let plane = self.wide * self.high;
+        let (channel, within) = (
+            self.thought.place / plane.max(1),
+            self.thought.place % plane.max(1),
+        );
+        let (x, y) = ((within % self.wide) as isize, (within / self.wide) as isize);
+        let term = |dx: isize, dy: isize| self.term(prior, clusters, channel, x + dx, y + dy);
+        match prior {
+            ImagePrior::None => 0.0,
+            ImagePrior::Tv | ImagePrior::Atv | ImagePrior::Mtv => term(0, 0) + term(-1, 0) + term(0, -1),
+            ImagePrior::Clusters => {
+                // Of its neighbours the differences alone: their own colours stay.
+                let beside = |dx, dy| Real::sqrt(self.steep(channel, x + dx, y + dy));
+                beside(0, 0) + beside(-1, 0) + beside(0, -1) + self.far(clusters, x, y)
+            }
+            ImagePrior::Sparse => {
+                let all = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
+                all.map(|(dx, dy)| term(dx, dy)).sum()
+            }
+            // Each pair is counted from both of its pixels.
+            ImagePrior::Gamma => 2.0 * self.shown(channel, x, y),
+        }
+    }
+}
+
 /// Gamma of an image with its border, planes of the channels one after the other.
 #[must_use]
 pub fn whole<T: Real>(prior: ImagePrior, clusters: &Clusters, frame: &Frame, planes: &[T]) -> f64 {
-    Seen::of(frame, planes, usize::MAX, 0.0).whole(prior, clusters)
+    let nothing = One {
+        place: usize::MAX,
+        value: 0.0,
+    };
+    Seen::of(frame, planes, nothing).whole(prior, clusters)
 }
 
 /// By how much Gamma changes where number `place` of the planes becomes `mass` more, and where it becomes so much less.
@@ -250,7 +274,7 @@ pub fn change<T: Real>(
         return [0.0; 2];
     }
     let value = planes.get(place).map_or(0.0, |value| value.to_f64());
-    let local = |value| Seen::of(frame, planes, place, value).local(prior, clusters);
+    let local = |value| Seen::of(frame, planes, One { place, value }).local(prior, clusters);
     let before = local(value);
     [local(value + mass) - before, local(value - mass) - before]
 }

@@ -27,6 +27,19 @@ named!(Restorer {
     PrimalDual = "primal_dual",
 });
 
+/// What a mutation changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Moves {
+    /// One pixel.
+    #[default]
+    Pixel,
+    /// A rectangle of pixels at once, whose sides are 1, 2, 4 or 8: pixels of an even area cannot move one by one where a prior holds them
+    /// together.
+    Patch,
+}
+
+named!(Moves { Pixel = "pixel", Patch = "patch" });
+
 /// The choices of a restoration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tuning {
@@ -40,6 +53,8 @@ pub struct Tuning {
     pub nonnegative: bool,
     /// Pixels of at least this are left out; `None` leaves out none.
     pub saturation: Option<f64>,
+    /// What a mutation changes.
+    pub moves: Moves,
     /// Standard deviation of a mutation in kernel widths.
     pub sigma: f64,
     /// Mutations for each pixel and channel.
@@ -68,6 +83,7 @@ impl Default for Tuning {
             gamma: 3e-4,
             nonnegative: true,
             saturation: None,
+            moves: Moves::Pixel,
             sigma: 0.75,
             budget: 100.0,
             eps: 0.1,

@@ -1,8 +1,9 @@
 //! What a chain walks on: the numbers of an image with its border.
 
 use super::kernel::Blur;
+use super::patch::{Patch, change_patch};
 use super::prior::{Clusters, change};
-use super::settings::Tuning;
+use super::settings::{Moves, Tuning};
 use crate::real::Real;
 use crate::simd::multiversion;
 use crate::walk::{Course, Gain, Random, Terrain};
@@ -13,6 +14,8 @@ pub(super) struct Spot {
     x: i64,
     y: i64,
     channel: usize,
+    /// Pixels across and down that change.
+    size: [usize; 2],
 }
 
 multiversion! {
@@ -33,7 +36,11 @@ pub(super) struct Ground<'a, T> {
     pub eps: f64,
 }
 
-/// A chain that records less than this makes eps smaller.
+/// Sides that a patch may have: powers of two.
+const SIDES: usize = 4;
+/// How often one pixel changes where patches do: most of what is left to gain is a pixel's.
+const ALONE: f64 = 0.5;
+/// A chain that records less than this makes eps smaller; with patches, of which few gain, a part of this.
 const TOO_LITTLE: f64 = 0.075;
 
 /// The next lower whole number.
@@ -55,6 +62,74 @@ impl<T: Real> Ground<'_, T> {
         let place = (spot.channel * frame.high() + y) * frame.wide() + x;
         Some(([x, y], place, spot.channel * frame.pixels()))
     }
+
+    /// How much a mutation changes.
+    #[inline(always)]
+    fn size(&self, random: &mut Random) -> [usize; 2] {
+        match self.tuning.moves {
+            Moves::Pixel => [1; 2],
+            Moves::Patch if random.uniform() < ALONE => [1; 2],
+            Moves::Patch => [(); 2].map(|()| 1 << random.below(SIDES)),
+        }
+    }
+
+    /// The patch of a spot, where it lies within the border.
+    fn patch(&self, spot: Spot) -> Option<Patch> {
+        let frame = &self.blur.frame;
+        let ([x, y], _, _) = self.place(spot)?;
+        let fits = x + spot.size[0] <= frame.wide() && y + spot.size[1] <= frame.high();
+        fits.then_some(Patch {
+            at: [x, y],
+            size: spot.size,
+            channel: spot.channel,
+        })
+    }
+
+    /// As `gain`, of a patch.
+    #[inline(never)]
+    fn gain_of(&self, spot: Spot) -> Gain {
+        let (Some(patch), Some((_, _, image))) = (self.patch(spot), self.place(spot)) else {
+            return Gain::NONE;
+        };
+        let range = image..image + self.blur.frame.pixels();
+        let (Some(residual), Some(mask)) = (self.residual.get(range.clone()), self.mask.get(range)) else {
+            return Gain::NONE;
+        };
+        let (tuning, mass, frame) = (&self.tuning, self.eps, &self.blur.frame);
+        let [along, square] = self.blur.gains_of(&patch, residual, mask);
+        let [up, down] = change_patch(tuning.prior, &self.clusters, frame, self.planes, &patch, mass);
+        let half = 0.5 * mass * mass * square;
+        let plus = mass * along - half - tuning.gamma * up;
+        let mut places = patch.places(frame);
+        let falls = |place| {
+            self.planes
+                .get(place)
+                .is_none_or(|value: &T| value.to_f64() < mass)
+        };
+        let minus = if tuning.nonnegative && places.any(falls) {
+            f64::NEG_INFINITY
+        } else {
+            -mass * along - half - tuning.gamma * down
+        };
+        Gain::better([plus, minus], mass)
+    }
+
+    /// As `record`, of a patch.
+    #[inline(never)]
+    fn record_of(&mut self, spot: Spot, mass: f64) {
+        let (Some(patch), Some((_, _, image))) = (self.patch(spot), self.place(spot)) else {
+            return;
+        };
+        for place in patch.places(&self.blur.frame) {
+            if let Some(value) = self.planes.get_mut(place) {
+                *value = T::from_f64(value.to_f64() + mass);
+            }
+        }
+        let range = image..image + self.blur.frame.pixels();
+        if let Some(residual) = self.residual.get_mut(range) {
+            self.blur.take_of(&patch, mass, residual);
+        }
+    }
 }
 
 impl<T: Real> Terrain for Ground<'_, T> {
@@ -68,6 +143,7 @@ impl<T: Real> Terrain for Ground<'_, T> {
             x: x as i64,
             y: y as i64,
             channel: channel(frame.channels, random),
+            size: self.size(random),
         }
     }
 
@@ -80,11 +156,15 @@ impl<T: Real> Terrain for Ground<'_, T> {
             x,
             y,
             channel: channel(self.blur.frame.channels, random),
+            size: self.size(random),
         }
     }
 
     #[inline(always)]
     fn gain(&self, spot: Spot) -> Gain {
+        if self.tuning.moves == Moves::Patch {
+            return self.gain_of(spot);
+        }
         let Some((at, place, image)) = self.place(spot) else {
             return Gain::NONE;
         };
@@ -116,6 +196,9 @@ impl<T: Real> Terrain for Ground<'_, T> {
 
     #[inline(always)]
     fn record(&mut self, spot: Spot, mass: f64) {
+        if self.tuning.moves == Moves::Patch {
+            return self.record_of(spot, mass);
+        }
         let Some((at, place, image)) = self.place(spot) else {
             return;
         };
@@ -130,7 +213,11 @@ impl<T: Real> Terrain for Ground<'_, T> {
 
     fn chain_over(&mut self, mutations: u64, recorded: u64) {
         let smaller = self.tuning.tau * self.eps;
-        if (recorded as f64) < TOO_LITTLE * mutations as f64 && smaller >= self.tuning.eps_min {
+        let part = match self.tuning.moves {
+            Moves::Pixel => 1.0,
+            Moves::Patch => ALONE,
+        };
+        if (recorded as f64) < part * TOO_LITTLE * mutations as f64 && smaller >= self.tuning.eps_min {
             self.eps = smaller;
         }
     }

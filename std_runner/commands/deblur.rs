@@ -8,7 +8,7 @@ use crate::progress::Mode;
 use clap::Args;
 use std::path::PathBuf;
 use thurible_core::Named;
-use thurible_core::deblur::{ImagePrior, Restorer, Tuning};
+use thurible_core::deblur::{ImagePrior, Moves, Restorer, Tuning};
 
 /// Arguments of `deblur`.
 #[derive(Args, Debug)]
@@ -39,6 +39,9 @@ pub struct DeblurArguments {
     /// Mutations for each pixel and channel.
     #[arg(long, value_name = "N", default_value_t = Tuning::default().budget)]
     pub budget: f64,
+    /// What a mutation changes: pixel, or patch: a rectangle of 1, 2, 4 or 8 pixels a side, which comes nearer to the optimum.
+    #[arg(long = "move", value_name = "M", default_value = "pixel", value_parser = word::<Moves>)]
+    pub moves: Moves,
     /// Standard deviation of a mutation, in widths of the kernel.
     #[arg(long, value_name = "X", default_value_t = Tuning::default().sigma)]
     pub sigma: f64,
@@ -110,6 +113,7 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
             gamma: arguments.gamma.unwrap_or(default),
             nonnegative: !arguments.signed,
             saturation: arguments.saturation,
+            moves: arguments.moves,
             sigma: arguments.sigma,
             budget: arguments.budget,
             eps: arguments.eps,

@@ -75,6 +75,7 @@ impl Outcome<'_> {
                 "budget": tuning.budget,
                 "eps": tuning.eps,
                 "tau": tuning.tau,
+                "move": tuning.moves.name(),
                 "eps_min": tuning.eps_min,
                 "colours": tuning.colours,
                 "mu": tuning.mu,

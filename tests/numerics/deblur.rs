@@ -4,8 +4,8 @@ use crate::allocations::count;
 use crate::fields::Memory;
 use crate::fields::random::Random as Plain;
 use thurible_core::deblur::{
-    Blur, Clusters, Deblur, DeblurError, Frame, ImagePrior, Kernels, Restoration, Restorer, Tuning, change,
-    whole,
+    Blur, Clusters, Deblur, DeblurError, Frame, ImagePrior, Kernels, Moves, Patch, Restoration, Restorer,
+    Tuning, change, change_patch, whole,
 };
 use thurible_core::{Named, Real};
 
@@ -51,6 +51,61 @@ fn a_pixel_changes_a_prior_by_what_the_whole_says() {
                         (found - expected).abs() < 1e-12 * before.max(1.0),
                         "{prior:?}, {channels} channels, {place}: {found} for {expected}"
                     );
+                }
+            }
+        }
+    }
+}
+
+/// The same of a rectangle that changes at once, at the edges too; and of one pixel what a pixel changes.
+#[test]
+fn a_patch_changes_a_prior_by_what_the_whole_says() {
+    let mut plain = Plain::new(3);
+    let mut clusters = Clusters {
+        count: 3,
+        mu: 0.7,
+        ..Clusters::default()
+    };
+    for colour in &mut clusters.colours {
+        *colour = core::array::from_fn(|_| plain.unit());
+    }
+    for channels in [1, 3] {
+        let frame = Frame {
+            width: 7,
+            height: 6,
+            channels,
+            border: 2,
+        };
+        let planes: Vec<f64> = (0..frame.unknowns() * channels).map(|_| plain.unit()).collect();
+        let mut draw = |count: usize| ((plain.unit() * count as f64) as usize).min(count - 1);
+        for prior in ALL {
+            let before = whole(prior, &clusters, &frame, &planes);
+            for number in 0..80 {
+                let size = if number == 0 {
+                    [1; 2]
+                } else {
+                    [1 << draw(4), 1 << draw(4)]
+                };
+                let patch = Patch {
+                    at: [draw(frame.wide() + 1 - size[0]), draw(frame.high() + 1 - size[1])],
+                    size,
+                    channel: draw(channels),
+                };
+                let mass = 0.1 + 0.02 * draw(10) as f64;
+                let found = change_patch(prior, &clusters, &frame, &planes, &patch, mass);
+                for (found, mass) in found.into_iter().zip([mass, -mass]) {
+                    let mut after = planes.clone();
+                    patch.places(&frame).for_each(|place| after[place] += mass);
+                    let expected = whole(prior, &clusters, &frame, &after) - before;
+                    assert!(
+                        (found - expected).abs() < 1e-12 * before.max(1.0),
+                        "{prior:?}, {channels} channels, {patch:?}: {found} for {expected}"
+                    );
+                }
+                if size == [1; 2] {
+                    let place = patch.places(&frame).next().unwrap();
+                    let pixel = change(prior, &clusters, &frame, &planes, place, mass);
+                    assert!((0..2).all(|sign| (pixel[sign] - found[sign]).abs() < 1e-12 * before.max(1.0)));
                 }
             }
         }
@@ -159,7 +214,12 @@ fn with<R>(problem: Deblur<'_>, image: &[f64], run: impl FnOnce(&mut Restoration
 /// The objective falls all along, and the residual stays q - f * p.
 #[test]
 fn the_objective_never_rises_and_the_residual_stays_true() {
-    for channels in [1, 3] {
+    for (channels, moves) in [
+        (1, Moves::Pixel),
+        (3, Moves::Pixel),
+        (1, Moves::Patch),
+        (3, Moves::Patch),
+    ] {
         let frame = frame(channels);
         let (values, which) = several(&frame);
         for prior in ALL {
@@ -172,6 +232,7 @@ fn the_objective_never_rises_and_the_residual_stays_true() {
             let tuning = Tuning {
                 prior,
                 gamma: 1e-3,
+                moves,
                 budget: 12.0,
                 saturation: Some(0.75),
                 ..Tuning::default()
@@ -193,7 +254,7 @@ fn the_objective_never_rises_and_the_residual_stays_true() {
                     }
                     (last, gathered) = (now, *found.clusters());
                 }
-                assert!(found.walked().recorded > 500);
+                assert!(found.walked().recorded > if moves == Moves::Pixel { 500 } else { 200 });
                 assert!(found.planes().iter().all(|&p| p >= 0.0));
                 let again = blurred(&frame, &problem.kernels, found.planes());
                 let off = image
@@ -207,6 +268,39 @@ fn the_objective_never_rises_and_the_residual_stays_true() {
     }
 }
 
+/// After a million mutations the residual is q - f * p to rounding.
+#[test]
+fn the_residual_stays_true_for_a_million_mutations() {
+    let frame = frame(1);
+    let values = kernel(8);
+    let kernels = Kernels {
+        radius: 2,
+        values: &values,
+        which: &[],
+    };
+    let image = blurred(&frame, &kernels, &truth(&frame));
+    let tuning = Tuning {
+        prior: ImagePrior::None,
+        nonnegative: false,
+        budget: 1e6 / frame.unknowns() as f64 + 1.0,
+        ..Tuning::default()
+    };
+    let problem = Deblur {
+        frame,
+        kernels,
+        tuning,
+    };
+    with(problem, &image, |found| {
+        while !found.advance(u64::MAX) {}
+        let walked = found.walked();
+        assert!(walked.mutations >= 1_000_000 && walked.recorded > 10_000);
+        let again = blurred(&frame, &kernels, found.planes());
+        let seen = image.iter().zip(&again).zip(found.residual());
+        let off = seen.map(|((q, seen), r)| (q - seen - r).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-10);
+    });
+}
+
 #[test]
 fn bits_memory_and_allocations() {
     let frame = frame(1);
@@ -217,9 +311,11 @@ fn bits_memory_and_allocations() {
         which: &[],
     };
     let image = blurred(&frame, &kernels, &truth(&frame));
-    for method in Restorer::ALL {
+    let moves = Restorer::ALL.iter().map(|method| (method, Moves::Pixel));
+    for (method, moves) in moves.chain([(&Restorer::Walk, Moves::Patch)]) {
         let tuning = Tuning {
             method: *method,
+            moves,
             budget: 5.0,
             iterations: 3,
             ..Tuning::default()
@@ -285,6 +381,13 @@ fn images_become_sharper() {
         ..Tuning::default()
     };
     let (walk, energy) = after(atv);
+    let [(_, long), (_, patches)] = [Moves::Pixel, Moves::Patch].map(|moves| {
+        after(Tuning {
+            moves,
+            budget: 300.0,
+            ..atv
+        })
+    });
     let (convex, least) = after(Tuning {
         method: Restorer::PrimalDual,
         iterations: 2000,
@@ -310,6 +413,10 @@ fn images_become_sharper() {
         "{lucy} {wiener} {before}"
     );
     assert!(energy < 1.1 * least && energy > 0.99 * least, "{energy} {least}");
+    assert!(
+        patches < long && patches - least < 0.7 * (long - least),
+        "{patches} by patches, {long} by pixels, {least} the optimum"
+    );
 }
 
 #[test]

@@ -80,6 +80,50 @@ fn an_image_becomes_sharper_by_every_method() {
     }
 }
 
+/// Patches are taken, and come about as far as pixels do in as many mutations of a small image.
+#[test]
+fn pixels_change_in_patches() {
+    let folder = fresh_folder("deblur_patches");
+    images(&folder);
+    let psf = folder.join("psf.npy");
+    let objective = |name: &str, more: &[&str]| {
+        let set = [
+            "--psf",
+            text(&psf),
+            "--prior",
+            "atv",
+            "--gamma",
+            "1e-3",
+            "--precision",
+            "f64",
+        ];
+        let ended = deblur(&folder, "blurred.npy", name, &[&set[..], more].concat());
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let report = report(&folder.join(name));
+        let last = report["history"].as_array().unwrap().last().unwrap().clone();
+        (
+            last["objective"].as_f64().unwrap(),
+            report["deblur"]["move"].clone(),
+        )
+    };
+    let (pixels, word) = objective("pixels", &[]);
+    assert_eq!(word, "pixel");
+    let (patches, word) = objective("patches", &["--move", "patch"]);
+    assert_eq!(word, "patch");
+    assert!(
+        patches < 1.05 * pixels,
+        "{patches} by patches, {pixels} by pixels"
+    );
+    let ended = deblur(
+        &folder,
+        "blurred.npy",
+        "no",
+        &["--psf", text(&psf), "--move", "row"],
+    );
+    assert_eq!(ended.code, 2);
+    assert!(ended.err.contains("\"pixel\" or \"patch\""), "{}", ended.err);
+}
+
 /// Kernels for each pixel that are all the same are that kernel.
 #[test]
 fn a_field_of_one_kernel_is_that_kernel() {
