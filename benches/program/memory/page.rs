@@ -70,7 +70,7 @@ fn page(table: &[Measured], quick: bool) -> String {
          ## What is promised\n\n\
          A solve takes one block, of the planned bytes and at most {} more, before it begins. Beside it the program takes:\n\n\
          | what | at most | shown by |\n|---|---|---|\n\
-         | resident memory: code, the buffers of files, stacks | 20 MiB | `tests/ceiling/table.rs`, for 20 combinations of method, precision, dimension, size and threads |\n\
+         | resident memory: code, the buffers of files, stacks | 22 MiB | `tests/ceiling/table.rs`, for 20 combinations of method, precision, dimension, size and threads |\n\
          | and while shapes are drawn, one after the other | 16 bytes for each cell of the grid | the same test, for 1024 x 1024 cells |\n\
          | addresses (`ulimit -v`), one thread | as much | the same test: with exactly so many it solves, with a page less than the plan it ends with exit code 3 |\n\
          | addresses, T > 1 threads | {thread} MiB (T + 1) more | the same; glibc reserves 64 MiB for each thread and touches next to nothing of it |\n\n\
