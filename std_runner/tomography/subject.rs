@@ -7,6 +7,7 @@ use serde_json::Value;
 use std::path::PathBuf;
 
 /// What is photographed, and how.
+#[derive(Clone)]
 pub(crate) struct Rig {
     /// A result folder, or a file with an array of densities.
     pub result: PathBuf,

@@ -1,6 +1,7 @@
 //! Chapter 3: density from photographs.
 
 mod phantom;
+mod seen;
 mod shepp_logan;
 mod subjects;
 
@@ -42,7 +43,7 @@ pub(super) const FIGURES: [Figure; 5] = [
     ),
     Figure::new(
         ("fig3.13", "Figure 3.13: dye by five cameras"),
-        "The bloom of figure 3.12 late, by five cameras, without a prior and with SAD. A prior on output views without a volume is not part of this program.",
+        "The bloom of figure 3.12 late, by five cameras, without a prior and with SAD. The view half way between the first two cameras, which measured nothing, is compared with what a camera there sees.",
         "Dye powder by five cameras: no prior, SAD of the volume, SAD of the images; pictures only.",
         room(120.0, 700.0),
         subjects::figure_13,

@@ -1,14 +1,14 @@
 //! Figures 3.8 to 3.13: smoke of our own, photographed all around.
 
 use super::super::bench::{Bench, Halt, Made, at};
-use super::super::pictures::{Frames, chart, last, plane};
+use super::super::pictures::{Frames, chart, last};
 use super::super::plays;
 use super::super::sheet::{Row, Sheet};
 use super::super::truth::{Capture, Play};
+use super::seen::{NEXT, Novel, photographs};
 use super::shepp_logan::rig;
 use crate::keyframes::measured;
-use crate::output::Tone;
-use crate::report::{Block, Shot, product};
+use crate::report::{Block, product};
 use crate::tomography::Rig;
 use std::path::Path;
 use std::rc::Rc;
@@ -32,6 +32,8 @@ struct Stage<'a> {
     /// The frame that is reconstructed.
     frame: usize,
     cameras: usize,
+    /// Whether a view between the first two cameras is compared with what a camera there saw.
+    between: bool,
 }
 
 const ACCEPTED: (&str, &str) = ("thesis: accepted, %", "5 to 10");
@@ -44,6 +46,7 @@ pub(super) fn figure_8(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), H
         frame: play.frames - 1,
         play,
         cameras: 16,
+        between: false,
     };
     let ways = [Way {
         name: "SAD, 65000 chains",
@@ -67,6 +70,7 @@ pub(super) fn figure_10(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), 
         frame: play.frames / 2,
         play,
         cameras: 15,
+        between: false,
     };
     let ways = [
         Way {
@@ -99,6 +103,7 @@ pub(super) fn figure_12(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), 
         frame: play.frames / 2,
         play,
         cameras: 15,
+        between: false,
     };
     let ways = [Way {
         name: "SAD, 10000 chains",
@@ -122,6 +127,7 @@ pub(super) fn figure_13(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), 
         frame: 3 * play.frames / 4,
         play,
         cameras: 5,
+        between: true,
     };
     let way = |name, folder, prior| Way {
         name,
@@ -133,7 +139,11 @@ pub(super) fn figure_13(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), 
     bench.stage(
         sheet,
         &stage,
-        &[way("no prior", "none", "none"), way("SAD", "sad", "sad")],
+        &[
+            way("no prior", "none", "none"),
+            way("SAD of the volume", "sad", "sad"),
+            way("SAD of the view between", "image_sad", "image_sad"),
+        ],
     )
 }
 
@@ -146,7 +156,11 @@ impl Bench<'_> {
             elevation: 15.0,
             ..rig(&capture.archive(), "density", stage.cameras)
         };
-        let views = self.photograph(&format!("{}/views_{}", stage.whose, stage.cameras), rig)?;
+        let views = self.photograph(&format!("{}/views_{}", stage.whose, stage.cameras), rig.clone())?;
+        let novel = match stage.between {
+            true => Some(self.between(stage.whose, &views, rig)?),
+            false => None,
+        };
         let truth = views.folder.join("truth.npz");
         let full = brightest(&truth)?;
         let frames = |archive: &Path, caption: &str| {
@@ -159,12 +173,27 @@ impl Bench<'_> {
             frames.strip(&[0], |_| caption.into())
         };
         let mut strips = vec![frames(&truth, "truth")?];
-        let (mut seen, mut runs) = (Vec::new(), Vec::new());
+        let (mut seen, mut between, mut runs) = (Vec::new(), Vec::new(), Vec::new());
         for way in ways {
-            let made = self.reconstructed(&views, stage, &capture, way);
+            let made = self.reconstructed(&views, stage, &capture, (way, novel.as_ref()));
             if let Ok(made) = &made {
                 strips.push(frames(&made.archive(), way.name)?);
-                seen.extend(photographs(&views, made, seen.is_empty(), way.name)?);
+                let first = &views.folder.join("pictures.npz");
+                seen.extend(photographs(
+                    (first, "camera_0"),
+                    (made, "reprojection_0"),
+                    seen.is_empty(),
+                    way.name,
+                )?);
+                if let Some(novel) = &novel {
+                    let there = (novel.pictures.as_path(), NEXT);
+                    between.extend(photographs(
+                        there,
+                        (made, "novel_0"),
+                        between.is_empty(),
+                        way.name,
+                    )?);
+                }
                 runs.push((way.name, Rc::clone(made)));
             }
             sheet.row(way.name, made.map(|made| row(stage, &capture, way, full, &made)))?;
@@ -178,6 +207,11 @@ impl Bench<'_> {
             .blocks
             .push(Block::Part("What the first camera sees".into()));
         sheet.blocks.push(Block::Pictures(seen));
+        if !between.is_empty() {
+            let part = "What a camera between the first two would see, which measured nothing";
+            sheet.blocks.push(Block::Part(part.into()));
+            sheet.blocks.push(Block::Pictures(between));
+        }
         let runs: Vec<_> = runs.iter().map(|(name, made)| (*name, made.history())).collect();
         let note = "|q - F p| in parts of |q|.";
         let curves = chart(
@@ -196,7 +230,7 @@ impl Bench<'_> {
         views: &Made,
         stage: &Stage<'_>,
         capture: &Capture,
-        way: &Way,
+        (way, novel): (&Way, Option<&Novel>),
     ) -> Result<Rc<Made>, Halt> {
         let cells = capture.cells.iter().product::<usize>() as f64;
         let budget = (BUDGET * cells * stage.cameras as f64).round();
@@ -206,7 +240,12 @@ impl Bench<'_> {
             format!("tomography.budget={budget:?}"),
             format!("tomography.length={length:.0}"),
             "tomography.tolerance=0.0".into(),
+            "tomography.volume=true".into(),
         ];
+        let sets: Vec<String> = sets
+            .into_iter()
+            .chain(novel.map(|novel| novel.assignment.clone()))
+            .collect();
         let name = format!("{}/{}_{}", stage.whose, way.folder, stage.cameras);
         self.tomography(&name, &views.folder, &sets)
     }
@@ -231,7 +270,15 @@ fn row(stage: &Stage<'_>, capture: &Capture, way: &Way, full: f64, made: &Made) 
             "RMS error, % of the densest",
             made.number("rms_error").map(|error| 100.0 * error / full),
         )
-        .with("residual, %", residual.map(|residual| 100.0 * residual))
+        .with("residual, %", residual.map(|residual| 100.0 * residual));
+    let row = match made.list("novel").first() {
+        Some(view) => {
+            let off = at(view, "relative_error");
+            row.with("view between, off by %", off.map(|off| 100.0 * off))
+        }
+        None => row,
+    };
+    let row = row
         .with("million mutations", mutations.map(|count| 1e-6 * count))
         .with("million a second", rate)
         .with("accepted, %", part)
@@ -247,25 +294,4 @@ fn brightest(archive: &Path) -> Result<f64, Halt> {
     let read = measured("truth", archive, Some("density"), Some(0));
     let values = read.map_err(super::super::truth::unread)?.values;
     Ok(values.into_iter().fold(f64::MIN_POSITIVE, f64::max))
-}
-
-/// What the first camera saw, if it is to be shown, and what it would see of a reconstruction.
-fn photographs(views: &Made, made: &Made, first: bool, name: &str) -> Result<Vec<Shot>, Halt> {
-    let read = |archive: &Path, array: &str| {
-        measured("result", archive, Some(array), Some(0)).map_err(super::super::truth::unread)
-    };
-    let seen = read(&views.folder.join("pictures.npz"), "camera_0")?;
-    let shown = read(&made.archive(), "reprojection_0")?;
-    let full = seen.values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let width = seen.shape.last().copied().unwrap_or(1);
-    let picture = |caption: &str, values: &[f64]| {
-        let upright: Vec<f64> = values.chunks_exact(width).rev().flatten().copied().collect();
-        plane(caption, &upright, width, full, Tone::Light)
-    };
-    let mut shots = Vec::new();
-    if first {
-        shots.push(picture("photograph", &seen.values)?);
-    }
-    shots.push(picture(name, &shown.values)?);
-    Ok(shots)
 }
