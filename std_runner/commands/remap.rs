@@ -26,7 +26,7 @@ pub struct RemapArguments {
     #[arg(long)]
     pub plain: bool,
     /// How dear the vorticity of the change is, beside the change itself: a smooth change takes 5 to 15 times as long.
-    #[arg(long, value_name = "A", value_parser = not_negative, default_value = "0")]
+    #[arg(long, value_name = "A", value_parser = not_negative, default_value = "0", allow_negative_numbers = true)]
     pub alpha: f64,
     /// Those of the machine.
     #[command(flatten)]

@@ -545,7 +545,7 @@ fn what_cannot_be_taken_further_is_refused() {
             &["--factor", "2, 4 and 8"],
         ),
         (
-            &["upsample", result, "--turbulence=-1"],
+            &["upsample", result, "--turbulence", "-1"],
             2,
             &["--turbulence", "from 0"],
         ),
