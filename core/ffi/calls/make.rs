@@ -1,10 +1,8 @@
 //! Plan, make and close an instance, and say why a call was refused.
 
 use crate::config::{ConfigError, ThuribleConfig};
-use crate::instance::{self, ALIGN, Planned, Thurible};
-use crate::pointer::{put, required, writable};
+use crate::instance::{self, Planned, Thurible, asked};
 use crate::result::ThuribleResult;
-use crate::text;
 use core::ffi::{c_char, c_void};
 
 /// Writes why a configuration is refused, or nothing where it is not, into `buffer` of `size` bytes, cut where it does not fit and
@@ -19,12 +17,9 @@ pub unsafe extern "C" fn thurible_explain(
     size: usize,
 ) -> usize {
     // SAFETY: the caller's promises.
-    let planned = unsafe { ThuribleConfig::read(config).and_then(|config| instance::plan(&config)) };
-    match planned {
-        // SAFETY: as above.
-        Ok(_) => unsafe { text::write(buffer, size, &"") },
-        // SAFETY: as above.
-        Err(error) => unsafe { text::write(buffer, size, &error) },
+    unsafe {
+        let planned = ThuribleConfig::read(config).and_then(|config| instance::plan(&config));
+        asked::explain(planned, buffer, size)
     }
 }
 
@@ -40,22 +35,14 @@ pub unsafe extern "C" fn thurible_plan(
     alignment: *mut usize,
     saved_bytes: *mut usize,
 ) -> ThuribleResult {
-    let plan = || {
-        [bytes, alignment, saved_bytes]
-            .into_iter()
-            .try_for_each(writable)?;
-        // SAFETY: the caller's promises; the places were checked.
-        unsafe {
-            let Planned { bytes: needed, saved } = ThuribleConfig::read(config)
-                .and_then(|config| instance::plan(&config))
-                .map_err(ConfigError::result)?;
-            put(bytes, needed);
-            put(alignment, ALIGN);
-            put(saved_bytes, saved);
-        }
-        Ok(())
-    };
-    plan().err().unwrap_or(ThuribleResult::Ok)
+    // SAFETY: the caller's promises.
+    unsafe {
+        asked::plan([bytes, saved_bytes], alignment, || {
+            let Planned { bytes, saved } =
+                ThuribleConfig::read(config).and_then(|config| instance::plan(&config))?;
+            Ok([bytes, saved])
+        })
+    }
 }
 
 /// Makes an instance in `memory` of `bytes` bytes, as many as `thurible_plan` says or more, and writes its handle to `out`. The
@@ -70,22 +57,12 @@ pub unsafe extern "C" fn thurible_init(
     config: *const ThuribleConfig,
     out: *mut *mut Thurible,
 ) -> ThuribleResult {
-    if let Err(refused) = required(out) {
-        return refused;
-    }
-    // SAFETY: the caller's promises; `out` was checked.
+    // SAFETY: the caller's promises.
     unsafe {
-        put(out, core::ptr::null_mut());
-        let made = ThuribleConfig::read(config)
-            .map_err(ConfigError::result)
-            .and_then(|config| instance::make(memory.cast(), bytes, &config));
-        match made {
-            Ok(instance) => {
-                put(out, instance);
-                ThuribleResult::Ok
-            }
-            Err(result) => result,
-        }
+        asked::init(out, || {
+            let config = ThuribleConfig::read(config).map_err(ConfigError::result)?;
+            instance::make(memory.cast(), bytes, &config)
+        })
     }
 }
 

@@ -4,6 +4,7 @@
 //! into that block, so it must not be moved; its mark holds its address, and a copy elsewhere is not taken for an instance.
 
 mod any;
+pub mod asked;
 mod body;
 mod enter;
 mod handle;

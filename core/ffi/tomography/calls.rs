@@ -4,10 +4,9 @@ use super::body::{ThuribleTomography, make, plan};
 use super::config::ThuribleTomographyConfig;
 use crate::config::{ConfigError, sized};
 use crate::each;
-use crate::instance::{self, ALIGN};
-use crate::pointer::{elements, put, required, writable};
+use crate::instance::{self, asked};
+use crate::pointer::elements;
 use crate::result::ThuribleResult;
-use crate::text;
 use core::ffi::{c_char, c_void};
 
 /// As `thurible_explain`, of a reconstruction's configuration.
@@ -21,11 +20,9 @@ pub unsafe extern "C" fn thurible_tomography_explain(
     size: usize,
 ) -> usize {
     // SAFETY: the caller's promises.
-    match unsafe { sized::read(config).and_then(|config| plan(&config)) } {
-        // SAFETY: as above.
-        Ok(_) => unsafe { text::write(buffer, size, &"") },
-        // SAFETY: as above.
-        Err(error) => unsafe { text::write(buffer, size, &error) },
+    unsafe {
+        let planned = sized::read(config).and_then(|config| plan(&config));
+        asked::explain(planned, buffer, size)
     }
 }
 
@@ -39,17 +36,12 @@ pub unsafe extern "C" fn thurible_tomography_plan(
     bytes: *mut usize,
     alignment: *mut usize,
 ) -> ThuribleResult {
-    let plan = || {
-        [bytes, alignment].into_iter().try_for_each(writable)?;
-        // SAFETY: the caller's promises; the places were checked.
-        unsafe {
-            let needed = sized::read(config).and_then(|config| plan(&config));
-            put(bytes, needed.map_err(ConfigError::result)?);
-            put(alignment, ALIGN);
-        }
-        Ok(())
-    };
-    plan().err().unwrap_or(ThuribleResult::Ok)
+    // SAFETY: the caller's promises.
+    unsafe {
+        asked::plan([bytes], alignment, || {
+            sized::read(config).and_then(|config| Ok([plan(&config)?]))
+        })
+    }
 }
 
 /// Makes a reconstruction in `memory`, as `thurible_init` makes an instance.
@@ -63,22 +55,12 @@ pub unsafe extern "C" fn thurible_tomography_init(
     config: *const ThuribleTomographyConfig,
     out: *mut *mut ThuribleTomography,
 ) -> ThuribleResult {
-    if let Err(refused) = required(out) {
-        return refused;
-    }
-    // SAFETY: the caller's promises; `out` was checked.
+    // SAFETY: the caller's promises.
     unsafe {
-        put(out, core::ptr::null_mut());
-        let made = sized::read(config)
-            .map_err(ConfigError::result)
-            .and_then(|config| make(memory.cast(), bytes, &config));
-        match made {
-            Ok(tomography) => {
-                put(out, tomography);
-                ThuribleResult::Ok
-            }
-            Err(result) => result,
-        }
+        asked::init(out, || {
+            let config = sized::read(config).map_err(ConfigError::result)?;
+            make(memory.cast(), bytes, &config)
+        })
     }
 }
 

@@ -5,10 +5,9 @@ use super::config::ThuribleTrackConfig;
 use crate::config::{ConfigError, sized};
 use crate::each;
 use crate::host::{Threads, ThuribleExecutor};
-use crate::instance::{self, ALIGN};
-use crate::pointer::{elements, put, required, writable};
+use crate::instance::{self, asked};
+use crate::pointer::{elements, required};
 use crate::result::{ThuribleResult, ThuribleStatus};
-use crate::text;
 use core::ffi::{c_char, c_void};
 
 /// As `thurible_explain`, of a tracker's configuration.
@@ -22,11 +21,9 @@ pub unsafe extern "C" fn thurible_track_explain(
     size: usize,
 ) -> usize {
     // SAFETY: the caller's promises.
-    match unsafe { sized::read(config) }.and_then(|config| plan(&config)) {
-        // SAFETY: as above.
-        Ok(_) => unsafe { text::write(buffer, size, &"") },
-        // SAFETY: as above.
-        Err(error) => unsafe { text::write(buffer, size, &error) },
+    unsafe {
+        let planned = sized::read(config).and_then(|config| plan(&config));
+        asked::explain(planned, buffer, size)
     }
 }
 
@@ -41,17 +38,12 @@ pub unsafe extern "C" fn thurible_track_plan(
     bytes: *mut usize,
     alignment: *mut usize,
 ) -> ThuribleResult {
-    let plan = || {
-        [bytes, alignment].into_iter().try_for_each(writable)?;
-        // SAFETY: the caller's promises; the places were checked.
-        unsafe {
-            let needed = sized::read(config).and_then(|config| plan(&config));
-            put(bytes, needed.map_err(ConfigError::result)?);
-            put(alignment, ALIGN);
-        }
-        Ok(())
-    };
-    plan().err().unwrap_or(ThuribleResult::Ok)
+    // SAFETY: the caller's promises.
+    unsafe {
+        asked::plan([bytes], alignment, || {
+            sized::read(config).and_then(|config| Ok([plan(&config)?]))
+        })
+    }
 }
 
 /// Makes a tracker in `memory`, as `thurible_init` makes an instance.
@@ -65,22 +57,12 @@ pub unsafe extern "C" fn thurible_track_init(
     config: *const ThuribleTrackConfig,
     out: *mut *mut ThuribleTracker,
 ) -> ThuribleResult {
-    if let Err(refused) = required(out) {
-        return refused;
-    }
-    // SAFETY: the caller's promises; `out` was checked.
+    // SAFETY: the caller's promises.
     unsafe {
-        put(out, core::ptr::null_mut());
-        let made = sized::read(config)
-            .map_err(ConfigError::result)
-            .and_then(|config| make(memory.cast(), bytes, &config));
-        match made {
-            Ok(tracker) => {
-                put(out, tracker);
-                ThuribleResult::Ok
-            }
-            Err(result) => result,
-        }
+        asked::init(out, || {
+            let config = sized::read(config).map_err(ConfigError::result)?;
+            make(memory.cast(), bytes, &config)
+        })
     }
 }
 
