@@ -15,7 +15,7 @@ mod plan;
 mod predict;
 
 pub use pair::{Faces, Pair, Part, Sink};
-pub use params::{Capture, Prediction, TrackParams};
+pub use params::{Capture, FULL, Prediction, TrackParams};
 pub use plan::TrackPlan;
 
 use crate::exec::Exec;

@@ -100,7 +100,8 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
         if self.params.readvect {
             pair.readvection = self.carry(exec)?;
         }
-        self.pairs += 1;
+        // Frames of which no flow was asked are passed over.
+        self.pairs = self.given.saturating_sub(1);
         Ok(pair)
     }
 

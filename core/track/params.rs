@@ -7,6 +7,9 @@ use crate::method::refusal::{PlanError, count};
 use crate::problem::{Feature, Problem, ProblemError};
 use crate::words::{Named, named};
 
+/// What densities are scaled to: the weights mean something for densities up to this (Gregson 2015, table 5.1, whose units this reproduces).
+pub const FULL: f64 = 10.0;
+
 /// How the flow of the next pair of frames is predicted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Prediction {

@@ -15,11 +15,8 @@ use std::time::Instant;
 use thurible::bytes::{self, grouped};
 use thurible::threads;
 use thurible::undershoot::Undershoot;
-use thurible_core::track::Pair;
+use thurible_core::track::{FULL, Pair};
 use thurible_core::{Boundary, Capture, Exec, Silent, Space, TrackParams, TrackPlan, Tracker};
-
-/// Densities are scaled to this by default.
-const FULL: f64 = 10.0;
 
 /// Frames that are ready to be tracked.
 pub struct Job<'py> {

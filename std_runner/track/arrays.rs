@@ -1,5 +1,6 @@
 //! The arrays of a result, and the flow that a capture may begin with.
 
+use super::files::refused;
 use super::plan::Planned;
 use super::scene::CaptureScene;
 use crate::exit::Failure;
@@ -71,9 +72,11 @@ pub(super) fn give_initial_velocity<T: Real, S: Space>(
                 path.display()
             ))
         };
-        let mut series = Series::open(path, Some(&name), key)
-            .map_err(|error| Failure::Input(format!("{}: {error}", scene.document.place(key))))?;
-        let faces = series.read(0).map_err(|error| refuse(error.to_string()))?;
+        let mut series =
+            Series::open(path, Some(&name), key).map_err(|error| refused(&scene.document, key, &error))?;
+        let faces = series
+            .read(0)
+            .map_err(|error| refused(&scene.document, key, &error))?;
         let faces: Vec<T> = faces.into_iter().map(T::from_f64).collect();
         let taken = tracker.set_initial_velocity(axis, &faces);
         taken.map_err(|error| {

@@ -34,7 +34,7 @@ impl Emission {
             .extension()
             .is_some_and(|end| end.eq_ignore_ascii_case("npy"));
         let series = Series::open(path, (!single).then_some(NAME), KEY);
-        let series = series.map_err(|error| refused(&scene.document, &error))?;
+        let series = series.map_err(|error| refused(&scene.document, KEY, &error))?;
         let cells: Vec<usize> = cells.iter().rev().copied().collect();
         if series.shape() != cells || series.count() < steps {
             let found = format!(
@@ -55,7 +55,7 @@ impl Emission {
     /// What was made in step `step` of the files, checked.
     pub fn read(&mut self, scene: &CaptureScene, step: usize) -> Result<Vec<f64>, Failure> {
         let made = self.series.read(step);
-        let made = made.map_err(|error| refused(&scene.document, &error))?;
+        let made = made.map_err(|error| refused(&scene.document, KEY, &error))?;
         match made.iter().position(|value| !value.is_finite() || *value < 0.0) {
             None => Ok(made),
             Some(at) => {

@@ -9,6 +9,8 @@ use thurible_core::{Boundary, Named};
 
 /// The key that names the frames.
 pub(super) const KEY: &str = "capture.files";
+/// The key that names true velocities.
+pub(super) const TRUTH: &str = "capture.truth";
 /// Endings of files that frames come in.
 const ENDINGS: [&str; 3] = ["npy", "npz", "png"];
 
@@ -30,9 +32,9 @@ pub(super) struct Found {
     pub known: Known,
 }
 
-/// A refusal of what is in a file, with the place of the key that names it.
-pub(super) fn refused(document: &Document, error: &ShapeError) -> Failure {
-    let sentence = format!("{}: {error}", document.place(KEY));
+/// A refusal of what is in a file, with the place of the key `key` that names it.
+pub(super) fn refused(document: &Document, key: &str, error: &ShapeError) -> Failure {
+    let sentence = format!("{}: {error}", document.place(key));
     error.failure(sentence)
 }
 
@@ -40,7 +42,7 @@ pub(super) fn refused(document: &Document, error: &ShapeError) -> Failure {
 pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
     let document = &scene.document;
     let path = document.folder().join(&scene.files);
-    let refuse = |error: ShapeError| refused(document, &error);
+    let refuse = |error: ShapeError| refused(document, KEY, &error);
     let result = path.join("result.npz");
     let archive = if path.is_dir() && result.is_file() {
         result
@@ -196,8 +198,7 @@ pub(super) fn truth(scene: &CaptureScene, archive: &Path, axes: usize) -> Result
         .take(axes)
         .map(|axis| {
             let name = format!("{own}_{axis}");
-            Series::open(archive, Some(&name), "capture.truth")
-                .map_err(|error| refused(&scene.document, &error))
+            Series::open(archive, Some(&name), TRUTH).map_err(|error| refused(&scene.document, TRUTH, &error))
         })
         .collect()
 }

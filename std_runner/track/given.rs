@@ -1,16 +1,15 @@
 //! What is given: the frames and their truth, looked at once before anything is tracked.
 
 use super::emission::Emission;
-use super::files::{self, Found, refused};
+use super::files::{self, Found, KEY, TRUTH, refused};
 use super::scene::CaptureScene;
 use crate::exit::Failure;
 use crate::keyframes::{Frames, Series};
 use crate::plan::size_in_words;
 use crate::undershoot::{Undershoot, place};
 use thurible_core::Boundary;
+use thurible_core::track::FULL;
 
-/// Densities are scaled to this by default.
-const FULL: f64 = 10.0;
 /// A frame whose smoke is this many times that of the one before, or less than one so many-th, is worth a remark.
 const JUMP: f64 = 3.0;
 /// Frames in which the smoke overlaps less than this part with the one before: it has moved farther than itself.
@@ -77,7 +76,7 @@ impl Given {
     pub fn frame(&mut self, scene: &CaptureScene, index: usize) -> Result<Vec<f64>, Failure> {
         let read = self.frames.read(self.first + index);
         read.map(|frame| frame.values)
-            .map_err(|error| refused(&scene.document, &error))
+            .map_err(|error| refused(&scene.document, KEY, &error))
     }
 
     /// Whether it is known what was made between frames.
@@ -104,13 +103,13 @@ impl Given {
         };
         series
             .read(self.first + index)
-            .map_err(|error| refused(&scene.document, &error))
+            .map_err(|error| refused(&scene.document, TRUTH, &error))
     }
 
     /// Reads every frame once; the largest density of all.
     fn look(&mut self, scene: &CaptureScene) -> Result<f64, Failure> {
         let refuse = |frames: &Frames, index: usize, found: &str, remedy: &str| {
-            refused(&scene.document, &frames.refuse(index, found, remedy))
+            refused(&scene.document, KEY, &frames.refuse(index, found, remedy))
         };
         let (mut largest, mut before): (f64, Vec<f64>) = (0.0, Vec::new());
         let mut negative: Option<(usize, usize, f64)> = None;
@@ -118,7 +117,7 @@ impl Given {
             let frame = self
                 .frames
                 .read(index)
-                .map_err(|error| refused(&scene.document, &error))?;
+                .map_err(|error| refused(&scene.document, KEY, &error))?;
             if self.cells.is_empty() {
                 if !(2..=3).contains(&frame.cells.len()) || frame.values.is_empty() {
                     let found = format!("has frames of {} axes", frame.cells.len());
@@ -186,7 +185,7 @@ impl Given {
                 "has no smoke anywhere, and the frame before has some",
                 remedy,
             );
-            return Err(refused(&scene.document, &error));
+            return Err(refused(&scene.document, KEY, &error));
         }
         if was <= 0.0 {
             return Ok(());
@@ -261,7 +260,7 @@ fn range(scene: &CaptureScene, frames: &Frames) -> Result<(usize, usize), Failur
             format!("leaves the frames {} to {last}", scene.first)
         };
         let remedy = "a flow needs two frames at least; give more, or change capture.first and capture.last";
-        return Err(scene.document.refuse(files::KEY, format!("{found}; {remedy}")));
+        return Err(scene.document.refuse(KEY, format!("{found}; {remedy}")));
     }
     Ok((scene.first, last - scene.first))
 }

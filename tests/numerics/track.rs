@@ -489,6 +489,21 @@ fn emission_is_planned_and_checked() {
     );
 }
 
+/// A frame of which no flow was asked is passed over: what is found after it is the flow of the last two, once.
+#[test]
+fn frames_may_be_passed_over() {
+    let (cells, ends) = ([34, 30], boundaries("ww"));
+    let (capture, params) = (in_cells(&cells, &ends), TrackParams::default());
+    let mut memory = Memory::new(TrackPlan::new::<f64, D2>(&capture, &params).unwrap().bytes());
+    let mut tracker = Tracker::<f64, D2>::new(&capture, &params, memory.block()).unwrap();
+    for time in 0..3 {
+        tracker.give(&Serial, &smoke(&cells, f64::from(time))).unwrap();
+    }
+    assert!(tracker.is_ready());
+    tracker.step(&Serial, &mut Silent, &mut |_, _| {}).unwrap();
+    assert!(!tracker.is_ready());
+}
+
 /// Where nothing is made, all bits are those without.
 #[test]
 fn emission_of_nothing_changes_no_bit() {

@@ -7,7 +7,7 @@ use crate::config::{
 use crate::result::ThuribleResult;
 use thurible_core::choices::Choices;
 use thurible_core::flow::{Minimiser, Warping};
-use thurible_core::track::Prediction;
+use thurible_core::track::{FULL, Prediction};
 use thurible_core::{Capture, TrackParams};
 
 /// How the flow between two frames is found.
@@ -141,11 +141,7 @@ impl ThuribleTrackConfig {
             ..unsafe { core::mem::zeroed() }
         };
         for held in config.held() {
-            let place = params
-                .table()
-                .iter()
-                .position(|choice| choice.name == held.choice);
-            if let Some(index) = place {
+            if let Some(index) = place(&params, held.choice) {
                 held.write(&params, index);
             }
         }
@@ -200,11 +196,7 @@ impl ThuribleTrackConfig {
         };
         let mut own = *self;
         for held in own.held() {
-            match params
-                .table()
-                .iter()
-                .position(|choice| choice.name == held.choice)
-            {
+            match place(&params, held.choice) {
                 Some(index) => held.read(&mut params, index)?,
                 None => held.unknown()?,
             }
@@ -223,8 +215,10 @@ impl ThuribleTrackConfig {
     }
 }
 
-/// What densities are scaled to.
-const FULL: f64 = 10.0;
+/// The place of a choice in the core's table.
+fn place(params: &TrackParams, name: &str) -> Option<usize> {
+    params.table().iter().position(|choice| choice.name == name)
+}
 
 /// Fills a configuration of `size` bytes, `sizeof(ThuribleTrackConfig)` of the program that calls, with the defaults of a `ThuribleMinimiser`.
 ///
