@@ -327,6 +327,9 @@ static void reconstructs(uint32_t precision, uint32_t method, uint32_t prior) {
     CHECK(sqrt(apart[0] / size) < 0.05 && sqrt(apart[1] / size) < 0.08);
     IS(thurible_tomography_novel(found, 1, picture, WIDTH * precision), INDEX);
     IS(thurible_tomography_picture(found, VIEWS, picture, WIDTH * precision), INDEX);
+    /* A picture of the next frame is none of this one's. */
+    OK(thurible_tomography_measure(found, 0, picture, WIDTH * precision));
+    IS(thurible_tomography_advance(found, 1, NULL), NO_FRAME);
     /* A dark frame. */
     memset(picture, 0, WIDTH * precision);
     for (int view = 0; view < VIEWS; view++) OK(thurible_tomography_measure(found, view, picture, WIDTH * precision));

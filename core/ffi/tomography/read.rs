@@ -40,7 +40,7 @@ fn begun(body: &Body) -> Result<&Body, ThuribleResult> {
     }
 }
 
-/// Goes on by at most `most` mutations, or one sweep of SART. `walked` says how far that is; it may be null, which saves a pass over all pixels
+/// Goes on by at most `most` mutations, or one sweep of SART; refused where pictures of the next frame were given. `walked` says how far that is; it may be null, which saves a pass over all pixels
 /// and cells.
 ///
 /// # Safety
@@ -56,6 +56,10 @@ pub unsafe extern "C" fn thurible_tomography_advance(
         instance::enter(tomography, |body| {
             writable(walked)?;
             begun(body)?;
+            // The frame still reads what was measured.
+            if body.measured != 0 {
+                return Err(ThuribleResult::NoFrame.into());
+            }
             each!(&mut body.reconstruction, one => {
                 let over = one.advance(most as u64);
                 if !walked.is_null() {
