@@ -21,7 +21,7 @@ mod stretch;
 pub mod tile;
 
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Vector, VectorMut, reborrow, view};
+use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::flow::resample::{Kind, resample};
 use crate::flow::warp::carry_coordinate;
 use crate::grid::Grid;
@@ -204,13 +204,15 @@ impl<'m, T: Real> Detail<'m, T> {
             stretch::fill(exec, &self.grid, view(drift), out);
         }
         let finer = 1.0 / (1usize << self.doublings) as f64;
+        let octaves = self.doublings.min(MOST_OCTAVES);
+        let speeds: [f64; MOST_OCTAVES] = core::array::from_fn(speed);
         let texture = Texture {
             grid: &self.grid,
             tile: self.tile,
             drift: self.drift.each_ref().map(view),
             stretch: stretch.each_ref().map(|field| &**field),
             weights: weights(self.step),
-            octaves: self.doublings.min(MOST_OCTAVES),
+            speeds: rows::part(&speeds, 0..octaves),
             finer,
         };
         potential::fill(exec, &texture, fine, reborrow(&mut psi), scratch);

@@ -20,7 +20,8 @@ pub(super) struct Texture<'a, T> {
     /// How much each is stretched.
     pub stretch: [&'a [T]; 2],
     pub weights: [f64; 2],
-    pub octaves: usize,
+    /// [`speed`] of each octave.
+    pub speeds: &'a [f64],
     /// The size of a finer cell, in cells.
     pub finer: f64,
 }
@@ -150,7 +151,7 @@ impl<T: Real> Line<'_, '_, T> {
     fn noise(&self, place: [f64; 3], stretch: f64) -> f64 {
         let (texture, dims) = (self.texture, self.texture.grid.dims);
         let mut sum = 0.0;
-        for octave in 0..texture.octaves {
+        for (octave, speed) in texture.speeds.iter().enumerate() {
             let scale = (1usize << octave) as f64;
             let kept = kept(scale * stretch * texture.finer) / stretch;
             if kept == 0.0 {
@@ -163,7 +164,7 @@ impl<T: Real> Line<'_, '_, T> {
                 around(scale * place[axis], ring, shift)
             };
             let z = (dims == 3).then(|| three(2));
-            sum += kept * speed(octave) / scale * value(texture.tile, three(0), three(1), z);
+            sum += kept * speed / scale * value(texture.tile, three(0), three(1), z);
         }
         sum
     }

@@ -10,7 +10,7 @@ use crate::method::refusal::{PlanError, count};
 use crate::objective::script::Lists;
 use crate::operators::refine;
 use crate::poisson::Projection;
-use crate::problem::{Problem, ProblemError};
+use crate::problem::{Problem, ProblemError, not_negative};
 use crate::real::Real;
 use crate::solver::{MAX_THREADS, SolverError, script};
 use crate::transport::Stepping;
@@ -59,6 +59,7 @@ impl<'m, T: Real> Refined<'m, T> {
             doublings,
             threads,
             turbulence,
+            weighted,
             ..
         } = refinement;
         match problem.check() {
@@ -74,6 +75,11 @@ impl<'m, T: Real> Refined<'m, T> {
             });
         }
         count("threads", threads, MAX_THREADS)?;
+        if let Some(how) = weighted {
+            count("iterations", how.iterations, usize::MAX)?;
+            not_negative("smoothness", how.smoothness)?;
+        }
+        not_negative("turbulence", turbulence.map_or(0.0, |given| given.strength))?;
         let finest = problem.grid();
         let mut grids = heapless::Vec::new();
         for halvings in (0..=doublings).rev() {
