@@ -9,7 +9,7 @@ use serde_json::Value;
 use std::path::Path;
 
 /// Pictures in a row, at most.
-pub(super) const SHOWN: usize = 6;
+const SHOWN: usize = 6;
 
 /// Some of `count` frames, first and last among them.
 pub(super) fn some(count: usize) -> Vec<usize> {

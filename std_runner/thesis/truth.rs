@@ -18,6 +18,7 @@ const STRETCH: usize = 5;
 /// The archive of frames and flows, and that of the density at the beginning.
 const ARCHIVE: &str = "truth.npz";
 const SOURCE: &str = "source.npz";
+pub(super) const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// What is to be captured.
@@ -276,6 +277,11 @@ pub(super) fn single(values: &[f64]) -> Vec<f32> {
 /// An array of a run.
 pub(super) fn open(made: &Made, name: &str) -> Result<Series, Halt> {
     array(&made.archive(), name)
+}
+
+/// The components of the flow in an archive.
+pub(super) fn flow(archive: &Path) -> Result<Vec<Series>, Halt> {
+    VELOCITY.into_iter().map(|name| array(archive, name)).collect()
 }
 
 /// An array of an archive.

@@ -43,7 +43,7 @@ pub(super) fn figure_4(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), H
         let row = made.map(|made| {
             let half = made
                 .history()
-                .get(capture.frames / 2)
+                .get((capture.frames / 2).saturating_sub(1))
                 .and_then(|pair| at(pair, "readvection_error"));
             Row::new(way.name, capture.size())
                 .with("off at half of the frames", half)
@@ -175,7 +175,7 @@ fn finer(bench: &mut Bench<'_>, sheet: &mut Sheet, play: &Play, picked: [usize; 
         let row = made.map(|made| {
             let half = made
                 .history()
-                .get(capture.frames / 2)
+                .get((capture.frames / 2).saturating_sub(1))
                 .and_then(|step| at(step, "relative_l2"));
             Row::new(name, size(&made.cells(), capture.frames))
                 .with("off at half of the frames", half)

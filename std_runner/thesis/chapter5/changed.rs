@@ -6,7 +6,7 @@ use super::super::fields::{blurred, faces};
 use super::super::pictures::{Frames, chart, mean};
 use super::super::plays;
 use super::super::sheet::{Row, Sheet};
-use super::super::truth::{Capture, open, read, size};
+use super::super::truth::{Capture, VELOCITY, open, read, size};
 use crate::flows::Deed;
 use crate::output::write_bytes;
 use crate::report::{Block, evenly};
@@ -107,7 +107,7 @@ fn off(name: &str, change: &Change, made: &Made) -> Row {
     Row::new(name, change.size())
         .with(
             "off the captured smoke at half of the frames",
-            after(frames.len() / 2),
+            after((frames.len() / 2).saturating_sub(1)),
         )
         .with("at the end", after(frames.len().saturating_sub(1)))
         .of(made)
@@ -246,11 +246,7 @@ pub(super) fn figure_10(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), 
 fn bands(change: &Change, made: &Made) -> Result<[f64; 2], Halt> {
     let cells = &change.capture.cells;
     let mut sums = [0.0; 4];
-    for (axis, name) in ["velocity_x", "velocity_y", "velocity_z"]
-        .iter()
-        .enumerate()
-        .take(cells.len())
-    {
+    for (axis, name) in VELOCITY.iter().enumerate().take(cells.len()) {
         let step = change.steps - 1;
         let ours = read(&mut open(made, name)?, step)?;
         let theirs = read(&mut open(&change.track, name)?, change.begin + step)?;

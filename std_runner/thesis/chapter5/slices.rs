@@ -4,9 +4,8 @@ use super::super::bench::{Bench, Halt};
 use super::super::pictures::shown;
 use super::super::plays;
 use super::super::sheet::{Row, Sheet};
-use super::super::truth::{Capture, array};
+use super::super::truth::{Capture, flow};
 use super::tracks::{WAYS, errors};
-use crate::keyframes::Series;
 use crate::output::{Tone, plate};
 use crate::report::{Block, Shot, number};
 use crate::track::{Middle, Plane, wheel};
@@ -57,12 +56,6 @@ pub(super) fn figure_1(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), H
         sheet.blocks.push(Block::Pictures(shots));
     }
     Ok(())
-}
-
-/// The components of a flow.
-fn flow(archive: &Path) -> Result<Vec<Series>, Halt> {
-    let names = ["velocity_x", "velocity_y", "velocity_z"];
-    names.into_iter().map(|name| array(archive, name)).collect()
 }
 
 /// The distance of a flow from the true one, in cells a frame, and the angle between them in degrees.

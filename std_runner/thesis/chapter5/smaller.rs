@@ -5,7 +5,7 @@ use super::super::fields::{blurred, half_of_cells, half_of_faces};
 use super::super::pictures::{Frames, chart, mean, some};
 use super::super::plays;
 use super::super::sheet::{Row, Sheet};
-use super::super::truth::{Capture, Film, array, read};
+use super::super::truth::{Capture, Film, array, flow, read};
 use super::tracks::{WAYS, Way, counted};
 use crate::report::Block;
 use std::rc::Rc;
@@ -48,11 +48,7 @@ pub(super) fn figure_3(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), H
         let made = bench.halved(&capture, blur, folder, way);
         take(sheet, name, made, 2.0)?;
     }
-    let runs: Vec<_> = runs
-        .iter()
-        .take(5)
-        .map(|(name, made)| (*name, made.history()))
-        .collect();
+    let runs: Vec<_> = runs.iter().map(|(name, made)| (*name, made.history())).collect();
     let frames = ("frame", "frame");
     let note = "In parts of the true flow of the same size.";
     let charts = [
@@ -110,13 +106,12 @@ impl Bench<'_> {
             let mut film = Film::begin(&cells, folder)?;
             let archive = capture.archive();
             let mut density = array(&archive, "density")?;
-            let names = ["velocity_x", "velocity_y", "velocity_z"];
-            let mut flow = names.map(|name| array(&archive, name));
+            let mut flow = flow(&archive)?;
             for frame in 0..capture.frames {
                 let values = blurred(&read(&mut density, frame)?, &capture.cells, blur);
                 let mut halves = Vec::new();
-                for (axis, series) in flow.iter_mut().enumerate() {
-                    if let (Ok(series), true) = (series, frame + 1 < capture.frames) {
+                if frame + 1 < capture.frames {
+                    for (axis, series) in flow.iter_mut().enumerate() {
                         halves.push(half_of_faces(&read(series, frame)?, &capture.cells, axis));
                     }
                 }

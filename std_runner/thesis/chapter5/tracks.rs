@@ -1,7 +1,7 @@
 //! The flow behind a capture by several methods, and its errors.
 
 use super::super::bench::{Bench, Halt, Made};
-use super::super::pictures::{Frames, SHOWN, chart, last, mean, some};
+use super::super::pictures::{Frames, chart, last, mean, some};
 use super::super::plays;
 use super::super::sheet::{Row, Sheet};
 use super::super::truth::Capture;
@@ -109,7 +109,6 @@ pub(super) fn figure_2(bench: &mut Bench<'_>, sheet: &mut Sheet) -> Result<(), H
         full: 1.0,
     };
     let picked = some(capture.frames);
-    debug_assert!(picked.len() <= SHOWN);
     sheet
         .blocks
         .push(frames.strip(&picked, |frame| format!("frame {frame}"))?);
