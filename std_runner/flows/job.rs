@@ -204,6 +204,11 @@ fn ended(display: &Display, destination: &Destination, record: &Record) -> u8 {
     let diverted = destination.diverted();
     if let Some(why) = diverted {
         console::error(&format!("thurible: {why}"));
+    } else if record.status == Status::NotFinite {
+        console::error(&format!(
+            "thurible: the flow of step {} is too fast or not finite, and the result ends before it; begin after it by --at, or give a slower flow",
+            record.from + record.steps
+        ));
     }
     code_of_result(record.status, diverted.is_some())
 }

@@ -1,5 +1,6 @@
 //! An array whose first axis is time, read entry by entry: the memory of one, whatever their number.
 
+use core::sync::atomic::{AtomicUsize, Ordering};
 use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -116,11 +117,10 @@ fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Option<PathBuf>),
         file.seek(SeekFrom::Start(begin))?;
         return Ok((file, None));
     }
-    let aside = std::env::temp_dir().join(format!(
-        "thurible-{}-{begin}-{name}.npy",
-        std::process::id(),
-        begin = member.header_start()
-    ));
+    // Archives that are open at the same time have members of the same name.
+    static COPIES: AtomicUsize = AtomicUsize::new(0);
+    let number = COPIES.fetch_add(1, Ordering::Relaxed);
+    let aside = std::env::temp_dir().join(format!("thurible-{}-{number}-{name}.npy", std::process::id()));
     let mut copy = File::create(&aside)?;
     let copied = io::copy(&mut member, &mut copy);
     drop(copy);

@@ -227,6 +227,11 @@ fn wrong(error: TomographyError) -> PyErr {
         TomographyError::NoNovel => {
             refused("prior", "is one of pictures, and `novel` has no camera; give one")
         }
+        TomographyError::Cells { axis } => refused(
+            "cells",
+            format!("has fewer than 2 along axis {axis}, or more than can be counted; give 2 or more"),
+        ),
+        TomographyError::Novel { .. } => refused("novel", format!("cannot be used: {error}; change that")),
         other => refused("cameras", format!("cannot be used: {other}; change that")),
     }
 }

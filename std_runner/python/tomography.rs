@@ -42,7 +42,10 @@ pub fn tomography<'py>(
         return Err(refused("pictures", why));
     };
     let mut settings = Settings {
-        budget: Settings::automatic_budget(cells.iter().product(), cameras.len()),
+        budget: Settings::automatic_budget(
+            cells.iter().copied().fold(1, usize::saturating_mul),
+            cameras.len(),
+        ),
         ..Settings::default()
     };
     let mut automatic = true;

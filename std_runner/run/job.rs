@@ -174,7 +174,11 @@ impl Job {
         let found = Found::of(&solver, &self.planned.problem);
         let mut record = facts.record(found, ended, &mut watch);
         if let Some(truth) = self.request.reference.as_ref().or(self.request.from.as_ref()) {
-            record.frames = truth.compare(&self.request.scene, &solver)?;
+            // A density that cannot be read is no reason to lose what was found.
+            match truth.compare(&self.request.scene, &solver) {
+                Ok(frames) => record.frames = frames,
+                Err(failure) => record.remarks.push(format!("It is not compared: {failure}.")),
+            }
         }
         let mut frames = SolverFrames::new(&mut solver, exec, &self.planned.problem);
         destination.fill(|folder| report::write_numbers(folder, &mut frames, &record))?;

@@ -3,6 +3,7 @@
 use super::frames::Frame;
 use super::plan::Plan;
 use super::views::Views;
+use crate::distance::relative_l2;
 use crate::output::{OutputError, Plain, write_arrays, write_bytes};
 use crate::report;
 use crate::run::command_line;
@@ -64,15 +65,14 @@ impl<T: Real> Outcome<'_, T> {
     /// RMS distance of novel view `number` from the pictures that were taken there, in parts of theirs.
     pub fn novel_error(&self, number: usize) -> Option<f64> {
         let view = self.views.novel.get(number)?;
-        let (mut far, mut size) = (0.0, 0.0);
+        let mut pairs = Vec::new();
         for (index, frame) in self.frames.iter().enumerate() {
             let seen = self.views.compared(view, index)?;
-            for (shown, seen) in frame.novel.get(number)?.iter().zip(&seen) {
-                far += (shown.to_f64() - seen).powi(2);
-                size += seen * seen;
-            }
+            let shown = frame.novel.get(number)?;
+            pairs.extend(shown.iter().zip(seen).map(|(shown, seen)| [shown.to_f64(), seen]));
         }
-        (size > 0.0).then(|| (far / size).sqrt())
+        let seen = pairs.iter().any(|[_, seen]| *seen != 0.0);
+        seen.then(|| relative_l2(pairs))
     }
 
     fn novel(&self) -> Vec<Value> {
