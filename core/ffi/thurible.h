@@ -1184,8 +1184,8 @@ ThuribleResult thurible_tomography_begin(ThuribleTomography *tomography,
 // Safety: `config` is null or points to `size` bytes to write.
 ThuribleResult thurible_tomography_defaults(ThuribleTomographyConfig *config, size_t size);
 
-// Goes on by at most `most` mutations, or one sweep of SART. `walked` says how far that is; it may be null, which saves a pass over all pixels
-// and cells.
+// Goes on by at most `most` mutations, or one sweep of SART; refused where pictures of the next frame were given. `walked` says how far that is; it
+// may be null, which saves a pass over all pixels and cells.
 // Safety: `tomography` as in `thurible_tomography_close`; `walked` is null or may be written.
 ThuribleResult thurible_tomography_advance(ThuribleTomography *tomography,
                                            size_t most,

@@ -40,8 +40,8 @@ fn begun(body: &Body) -> Result<&Body, ThuribleResult> {
     }
 }
 
-/// Goes on by at most `most` mutations, or one sweep of SART; refused where pictures of the next frame were given. `walked` says how far that is; it may be null, which saves a pass over all pixels
-/// and cells.
+/// Goes on by at most `most` mutations, or one sweep of SART; refused where pictures of the next frame were given. `walked` says how far that is; it
+/// may be null, which saves a pass over all pixels and cells.
 ///
 /// # Safety
 /// `tomography` as in `thurible_tomography_close`; `walked` is null or may be written.
