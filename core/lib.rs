@@ -28,6 +28,7 @@
 //! | | [`exec`] | threads: rows of a field as tasks |
 //! | | [`observe`] | what a host can watch and stop |
 //! | | [`checkpoint`] | the state of a solve as plain bytes |
+//! | | [`reversal`] | the order in which steps are taken back where few states are kept |
 //! | | [`progress`] | what an iteration reports, and how a solve ends |
 //! | what is solved | [`grid`] | the staggered grid, coarser grids and the weights between them, eigenvectors along its axes |
 //! | | [`problem`] | box, time, weights; checked once |
@@ -103,6 +104,7 @@ pub mod poisson;
 pub mod problem;
 pub mod progress;
 pub mod real;
+pub mod reversal;
 pub mod simd;
 pub mod solver;
 pub mod tomography;

@@ -48,6 +48,7 @@ mod projection;
 mod quasi_newton;
 mod recursion;
 mod refined;
+mod reversal;
 mod smoother;
 mod steps;
 mod stfas;
