@@ -11,6 +11,8 @@
 //! beside the `l` that are run once more to be reversed. No order takes fewer. Which states are kept does not touch the numbers: every
 //! state is computed by the same operations.
 
+use crate::exec::Exec;
+
 /// Ways to choose: beta(slots, times) = C(slots + times, slots), the most steps that so many slots reverse with each step repeated at most
 /// `times` times. What exceeds `usize` is `usize::MAX`.
 fn beta(slots: usize, times: usize) -> usize {
@@ -161,4 +163,66 @@ impl Iterator for Reversal<'_> {
         }
         Some(Move::Reverse { step: at })
     }
+}
+
+/// A simulation whose steps can be taken back, with its state at hand inside.
+pub trait Reversible<T> {
+    /// Why a step cannot be run.
+    type Error;
+
+    /// Runs step `step` from the state at hand, which becomes that at `step + 1`.
+    ///
+    /// # Errors
+    /// Its own; nothing is run after one.
+    fn advance(&mut self, exec: &dyn Exec, step: usize) -> Result<(), Self::Error>;
+
+    /// Runs step `step` from the state at hand and takes it back: its adjoint of the state at `step + 1` becomes that at `step`.
+    ///
+    /// # Errors
+    /// Its own; nothing is run after one.
+    fn reverse(&mut self, exec: &dyn Exec, step: usize) -> Result<(), Self::Error>;
+
+    /// Copies the state at hand to `slot`.
+    fn store(&self, slot: &mut [T]);
+
+    /// Makes the state in `slot` that at hand.
+    fn restore(&mut self, slot: &[T]);
+}
+
+/// Takes back all `steps` steps, the last first, from the state at step 0 at hand, with a state in each of the equal parts that `slots` is
+/// cut into, as many as `kept` has elements. How many steps were repeated: [`repeated_steps`].
+///
+/// # Errors
+/// Those of the simulation.
+pub fn reverse_all<T, R: Reversible<T>>(
+    simulation: &mut R,
+    exec: &dyn Exec,
+    steps: usize,
+    slots: &mut [T],
+    kept: &mut [usize],
+) -> Result<usize, R::Error> {
+    let len = slots.len() / kept.len().max(1);
+    let mut repeated = 0;
+    for next in Reversal::new(steps, kept, false) {
+        match next {
+            Move::Advance { from, to } => {
+                for step in from..to {
+                    simulation.advance(exec, step)?;
+                    repeated += 1;
+                }
+            }
+            Move::Store { slot } => {
+                if let Some(slot) = slots.get_mut(slot * len..(slot + 1) * len) {
+                    simulation.store(slot);
+                }
+            }
+            Move::Restore { slot, .. } => {
+                if let Some(slot) = slots.get(slot * len..(slot + 1) * len) {
+                    simulation.restore(slot);
+                }
+            }
+            Move::Reverse { step } => simulation.reverse(exec, step)?,
+        }
+    }
+    Ok(repeated)
 }
