@@ -45,6 +45,7 @@
 //! | before it is solved | [`deblur`], [`tomography`] | a sharp image from a blurred one; density from photographs |
 //! | ways to solve it | [`method`] | the paper's ADMM, the direct method, L-BFGS over the forces, simulation free or driven |
 //! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
+//! | another simulator | [`stable_fluids`] | [`Fluids`]: Stam's solver at cell centres, its exact adjoint, and control by few numbers |
 //! | from frames | [`track`] | [`Tracker`]: the flow behind a sequence of frames, in the memory of three of them |
 //!
 //! # Example
@@ -107,6 +108,7 @@ pub mod real;
 pub mod reversal;
 pub mod simd;
 pub mod solver;
+pub mod stable_fluids;
 pub mod tomography;
 pub mod track;
 pub mod transport;
@@ -132,6 +134,7 @@ pub use solver::{
     Elsewhere, InputError, Method, Params, Plan, PlanError, Refined, Refinement, SavedError, Solver,
     SolverError,
 };
+pub use stable_fluids::{Fluids, FluidsParams, FluidsPlan};
 pub use track::{Capture, TrackParams, TrackPlan, Tracker};
 pub use words::Named;
 

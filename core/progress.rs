@@ -18,6 +18,8 @@ pub struct Objective {
     pub force: f64,
     /// r/2 sum of |u|^2, which is `force` where s is 0.
     pub plain: f64,
+    /// r_v/2 |v_0|^2, where a method searches for the velocity at the start; 0 elsewhere.
+    pub initial: f64,
 }
 
 impl Objective {
@@ -34,13 +36,13 @@ impl Objective {
     #[must_use]
     pub fn of_force(force: f64, plain: f64) -> Self {
         Self {
-            data: 0.0,
             force,
             plain,
+            ..Self::default()
         }
     }
 
-    /// All terms in a checkpoint.
+    /// All terms of a flow in a checkpoint; who has an initial velocity to pay for saves none.
     ///
     /// # Errors
     /// [`Damaged`].
@@ -53,7 +55,7 @@ impl Objective {
     /// J.
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.data + self.force
+        self.data + self.force + self.initial
     }
 }
 

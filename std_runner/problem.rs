@@ -171,6 +171,9 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
                 Feature::Open => ("grid.boundary", "close the box by walls"),
                 Feature::Templates => ("template", "leave it out"),
                 Feature::Jets => ("emitter", "leave out its `velocity`"),
+                Feature::Emitters => ("emitter", "leave it out"),
+                Feature::Regions => ("keyframe.region", "leave it out"),
+                Feature::Release => ("release", "leave it out"),
             };
             let other = match feature {
                 Feature::Templates => format!("the method {}", Method::Templates.name()),

@@ -39,4 +39,15 @@ impl<'a, T> Chunks<'a, T> {
             )
         }
     }
+
+    /// One chunk, to be read.
+    ///
+    /// # Safety
+    /// Nobody may write to the chunk while the slice lives.
+    #[inline(always)]
+    pub(super) unsafe fn peek(&self, chunk: usize) -> &'a [T] {
+        assert!(chunk < self.count);
+        // SAFETY: the chunk lies in the slice; the caller keeps writers away.
+        unsafe { core::slice::from_raw_parts(self.start.add(chunk * self.size), self.size) }
+    }
 }

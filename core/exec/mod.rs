@@ -5,6 +5,7 @@
 //! | `rows` | loops over the rows of fields: [`for_rows`], [`for_runs`], [`for_rows_across`] |
 //! | `slabs` | loops over slabs of rows that stay with a worker, and two different tasks at once: [`for_slabs`], [`join`] |
 //! | `schedule` | which worker takes which rows, and when |
+//! | `waves` | every other chunk of a field at once, of which each reads those beside it: [`for_every_other`] |
 //! | `chunks` | a slice that tasks take apart |
 //! | `capped` | fewer threads than there are: [`Capped`] |
 //! | `pool` | threads that stay awake: [`WorkerPool`] |
@@ -18,12 +19,14 @@ mod pool;
 mod rows;
 mod schedule;
 mod slabs;
+mod waves;
 
 pub use capped::Capped;
 #[cfg(target_has_atomic = "64")]
 pub use pool::{Worker, WorkerPool};
 pub use rows::{Planes, RowBuffers, RowTask, RunTask, for_rows, for_rows_across, for_runs};
 pub use slabs::{Slabs, for_slabs, join};
+pub use waves::for_every_other;
 
 /// Runs independent tasks, in any order and on any threads.
 ///

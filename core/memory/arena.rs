@@ -11,6 +11,7 @@ mod sealed {
     impl Sealed for f64 {}
     impl Sealed for u16 {}
     impl Sealed for u32 {}
+    impl Sealed for usize {}
 }
 
 /// Numbers for which all bits zero is the value 0.
@@ -19,6 +20,7 @@ impl Plain for f32 {}
 impl Plain for f64 {}
 impl Plain for u16 {}
 impl Plain for u32 {}
+impl Plain for usize {}
 
 /// The block is too small.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -21,6 +21,10 @@ pub trait Function<T: Real, S> {
     ) -> Result<f64, Stop>;
     /// Moves the point by `s` times field `direction`.
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64);
+    /// Part of a step that is tried next when it is too long, at least and at most.
+    fn shrink(&self) -> [f64; 2] {
+        [0.1, 0.5]
+    }
     /// Takes the point back towards where a solve begins: `keep` of the way from there is left.
     fn retreat(&mut self, exec: &dyn Exec, keep: f64);
     /// The value, with what the gradient needs of it in field `work`; perhaps not all of it where a part is above `bound`.

@@ -13,8 +13,6 @@ use crate::transport::Stop;
 const ENOUGH: f64 = 1e-4;
 /// The smallest step that is tried.
 pub const SMALLEST_STEP: f64 = 1.0 / (1 << 20) as f64;
-/// Part of a step that is tried next when it is too long, at least and at most.
-const SHRINK: [f64; 2] = [0.1, 0.5];
 
 /// What a line search found.
 pub enum Found {
@@ -39,6 +37,7 @@ pub fn search<T: Real, S>(
     slope: f64,
     course: &mut Course,
 ) -> Result<Found, Stop> {
+    let shrink = function.shrink();
     let (mut length, mut moved) = (1.0, 0.0);
     let mut finite = true;
     while length >= SMALLEST_STEP {
@@ -52,13 +51,13 @@ pub fn search<T: Real, S>(
                 .map(|()| Found::Step(length, after)),
             Ok(after) => {
                 finite = after.total().is_finite();
-                length = shorter(length, after.total() - before, slope);
+                length = shorter(shrink, length, after.total() - before, slope);
                 continue;
             }
             Err(stop) => Err(stop),
         };
         match tried {
-            Err(Stop::TooFast) => (length, finite) = (SHRINK[1] * length, false),
+            Err(Stop::TooFast) => (length, finite) = (shrink[1] * length, false),
             ended => return ended,
         }
     }
@@ -68,11 +67,11 @@ pub fn search<T: Real, S>(
 
 /// The step to try after one of `length` that changed the value by `change`: where the parabola through the value and the slope before
 /// and the value there is lowest.
-fn shorter(length: f64, change: f64, slope: f64) -> f64 {
+fn shorter(shrink: [f64; 2], length: f64, change: f64, slope: f64) -> f64 {
     let lowest = -0.5 * slope * length * length / (change - slope * length);
     if lowest.is_finite() {
-        lowest.clamp(SHRINK[0] * length, SHRINK[1] * length)
+        lowest.clamp(shrink[0] * length, shrink[1] * length)
     } else {
-        SHRINK[1] * length
+        shrink[1] * length
     }
 }

@@ -1,7 +1,8 @@
 //! Which problems are refused.
 
 use super::{
-    CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Scheme, Supply, TemplateError,
+    CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Problem, ProblemError, Scheme, Supply, Template,
+    TemplateError,
 };
 use crate::grid::spectrum::MOST_OPEN;
 
@@ -109,31 +110,9 @@ impl Problem<'_> {
     }
 
     fn check_templates(&self) -> Result<(), ProblemError> {
-        let longest = self.cells.iter().copied().max().unwrap_or(1) as f64;
-        for (index, template) in self.templates.iter().enumerate() {
-            let forces = self.release.unwrap_or(self.steps).saturating_sub(1);
-            if template.from >= template.to.min(forces) || template.to > self.steps {
-                let error = TemplateError::Steps { forces };
-                return Err(ProblemError::Template { index, error });
-            }
-            if template.interval == 0 {
-                let error = TemplateError::Interval;
-                return Err(ProblemError::Template { index, error });
-            }
-            positive("template.radius", template.radius)?;
-            positive("template.size", template.size)?;
-            if let Some(&given) = template.amplitude.iter().find(|a| !a.is_finite()) {
-                let field = "template.amplitude";
-                return Err(ProblemError::NotFinite { field, given });
-            }
-            let sides = self.cells.iter().map(|&n| n as f64 / longest * self.length);
-            let mut along = template.center.iter().zip(sides).enumerate();
-            if let Some((axis, (&given, _))) = along.find(|(_, (x, side))| !(0.0..=*side).contains(*x)) {
-                let error = TemplateError::Outside { axis, given };
-                return Err(ProblemError::Template { index, error });
-            }
-        }
-        Ok(())
+        let forces = self.release.unwrap_or(self.steps).saturating_sub(1);
+        let mut templates = self.templates.iter().enumerate();
+        templates.try_for_each(|(index, template)| template.check(index, self, forces))
     }
 
     /// The release and the schedule.
@@ -173,6 +152,39 @@ impl Problem<'_> {
         match self.keyframes.windows(2).find(|pair| pair[0] >= pair[1]) {
             Some(pair) => Err(ProblemError::Order { step: pair[1] }),
             None => Ok(()),
+        }
+    }
+}
+
+impl Template {
+    /// Checks template `index` of a problem with so many forces.
+    ///
+    /// # Errors
+    /// [`ProblemError`].
+    pub fn check(&self, index: usize, problem: &Problem<'_>, forces: usize) -> Result<(), ProblemError> {
+        if self.from >= self.to.min(forces) || self.to > problem.steps {
+            let error = TemplateError::Steps { forces };
+            return Err(ProblemError::Template { index, error });
+        }
+        if self.interval == 0 {
+            let error = TemplateError::Interval;
+            return Err(ProblemError::Template { index, error });
+        }
+        positive("template.radius", self.radius)?;
+        positive("template.size", self.size)?;
+        if let Some(&given) = self.amplitude.iter().find(|a| !a.is_finite()) {
+            let field = "template.amplitude";
+            return Err(ProblemError::NotFinite { field, given });
+        }
+        let longest = problem.cells.iter().copied().max().unwrap_or(1) as f64;
+        let sides = problem.cells.iter().map(|&n| n as f64 / longest * problem.length);
+        let mut along = self.center.iter().zip(sides).enumerate();
+        match along.find(|(_, (x, side))| !(0.0..=*side).contains(*x)) {
+            None => Ok(()),
+            Some((axis, (&given, _))) => {
+                let error = TemplateError::Outside { axis, given };
+                Err(ProblemError::Template { index, error })
+            }
         }
     }
 }

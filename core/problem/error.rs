@@ -42,6 +42,22 @@ pub enum ProblemError {
         /// N.
         steps: usize,
     },
+    /// A keyframe is not from 1 to N, where the method has them from the first step on.
+    KeyframeFrom1 {
+        /// Its step.
+        step: usize,
+        /// N.
+        steps: usize,
+    },
+    /// More states are to be kept than there are steps.
+    Slots {
+        /// How many.
+        given: usize,
+        /// N.
+        steps: usize,
+    },
+    /// A second solve stands for the adjoint of conjugate gradients alone.
+    SecondSolve,
     /// Keyframes are not in ascending order.
     Order {
         /// The step that is not above the one before it.
@@ -170,6 +186,18 @@ impl fmt::Display for ProblemError {
             Self::Keyframe { step, steps } => write!(
                 f,
                 "a keyframe is at step {step}; it must be from 2 to steps = {steps}"
+            ),
+            Self::KeyframeFrom1 { step, steps } => write!(
+                f,
+                "a keyframe is at step {step}; it must be from 1 to steps = {steps}"
+            ),
+            Self::Slots { given, steps } => write!(
+                f,
+                "slots is {given}; it must be from 1 to steps = {steps}, or 0 for all that the adjoint reads"
+            ),
+            Self::SecondSolve => write!(
+                f,
+                "adjoint is second_solve, which only conjugate gradients have; take pressure = \"cg\", or adjoint = \"exact\""
             ),
             Self::Order { step } => write!(f, "the keyframe at step {step} is not after the one before it"),
             Self::NotPositive { field, given } => {

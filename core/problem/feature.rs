@@ -22,6 +22,12 @@ pub enum Feature {
     Templates,
     /// Emitters whose smoke has a velocity: [`Emitter::velocity`](super::Emitter::velocity).
     Jets,
+    /// Smoke that is made on the way: [`Problem::emitters`].
+    Emitters,
+    /// Keyframes that matter here and there alone: [`Problem::keyframe_regions`].
+    Regions,
+    /// A force that ends before the end: [`Problem::release`].
+    Release,
 }
 
 named!(Feature {
@@ -32,7 +38,10 @@ named!(Feature {
     Mask = "mask",
     Open = "open sides",
     Templates = "templates",
-    Jets = "velocity of emitters"
+    Jets = "velocity of emitters",
+    Emitters = "emitters",
+    Regions = "regions of keyframes",
+    Release = "release"
 });
 
 impl Problem<'_> {
@@ -47,6 +56,9 @@ impl Problem<'_> {
             Feature::Mask => self.mask,
             Feature::Open => self.is_open(),
             Feature::Templates => !self.templates.is_empty(),
+            Feature::Emitters => !self.emitters.is_empty(),
+            Feature::Regions => self.keyframe_regions,
+            Feature::Release => self.release.is_some(),
             Feature::Jets => self.emitters.iter().any(|emitter| emitter.velocity.is_some()),
         }
     }

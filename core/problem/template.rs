@@ -191,6 +191,11 @@ impl Template {
 /// What is wrong with a template. Shown, it goes on after its name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TemplateError {
+    /// The method knows no templates of its kind.
+    Kind {
+        /// The method.
+        method: &'static str,
+    },
     /// Its steps are not ascending, or beyond the force.
     Steps {
         /// Forces: one for each step but the last, up to the release where there is one.
@@ -210,6 +215,10 @@ pub enum TemplateError {
 impl fmt::Display for TemplateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Kind { method } => write!(
+                f,
+                "is of a kind that the method {method} does not know; it takes wind and vortex"
+            ),
             Self::Steps { forces } => write!(
                 f,
                 "must act from a force to a later one; there are {forces} of them, one for each step but the last that is steered"

@@ -21,7 +21,11 @@ pub struct ObjectiveRecord {
 }
 
 impl From<Objective> for ObjectiveRecord {
-    fn from(Objective { data, force, plain }: Objective) -> Self {
+    fn from(
+        Objective {
+            data, force, plain, ..
+        }: Objective,
+    ) -> Self {
         Self { data, force, plain }
     }
 }

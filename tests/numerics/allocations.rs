@@ -149,6 +149,29 @@ fn nothing_is_allocated_while_frames_are_tracked() {
 }
 
 #[test]
+fn nothing_is_allocated_by_stable_fluids() {
+    use crate::stable_fluids::case;
+    use thurible_core::stable_fluids::{Control, Pressure, Slots};
+    let all = [Control::InitialVelocity, Control::Forces, Control::Templates];
+    for (pressure, slots) in [
+        (Pressure::GaussSeidel, Slots::Tape),
+        (Pressure::Conjugate, Slots::States(2)),
+    ] {
+        let mut scene = case::Scene::new(&[20, 16], "wp", &all).kept(slots);
+        (scene.params.pressure, scene.params.iterations) = (pressure, 3);
+        scene.with::<f32, D2, _>(|fluids| {
+            let before = count();
+            let status = fluids.solve(&Serial, &mut Silent, &mut |_| {});
+            case::replay(fluids, |mut moment| {
+                core::hint::black_box(moment.density().len() + moment.velocity(0).len());
+            });
+            assert_eq!(status, Status::MaxIterations);
+            assert_eq!(count() - before, 0, "{pressure:?}, {slots:?}");
+        });
+    }
+}
+
+#[test]
 fn nothing_is_allocated() {
     let before = count();
     drop(core::hint::black_box(vec![0u8; 100]));

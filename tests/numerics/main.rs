@@ -50,6 +50,7 @@ mod recursion;
 mod refined;
 mod reversal;
 mod smoother;
+mod stable_fluids;
 mod steps;
 mod stfas;
 mod stfas_solves;

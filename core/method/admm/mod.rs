@@ -136,7 +136,9 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         match feature {
             // STFAS knows no faces that are exits.
             Feature::Open => params.admm.nso.solver == NsoSolver::NewtonCg,
-            Feature::Solids | Feature::Buoyancy => true,
+            Feature::Solids | Feature::Buoyancy | Feature::Emitters | Feature::Regions | Feature::Release => {
+                true
+            }
             Feature::Smoothness | Feature::Schedule | Feature::Mask | Feature::Templates | Feature::Jets => {
                 false
             }

@@ -104,5 +104,6 @@ fn combined(one: Objective, s: f64, other: Objective) -> Objective {
         data: one.data + s * other.data,
         force: one.force + s * other.force,
         plain: one.plain + s * other.plain,
+        initial: one.initial + s * other.initial,
     }
 }

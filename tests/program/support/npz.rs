@@ -26,6 +26,11 @@ pub fn npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
 
 /// All arrays of a file by name.
 pub fn read(path: &Path) -> BTreeMap<String, Array> {
+    read_without(path, &[])
+}
+
+/// The same without some, which are not made of numbers.
+pub fn read_without(path: &Path, left_out: &[&str]) -> BTreeMap<String, Array> {
     let mut archive = zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
     (0..archive.len())
         .map(|index| {
@@ -33,8 +38,10 @@ pub fn read(path: &Path) -> BTreeMap<String, Array> {
             let name = entry.name().unwrap().trim_end_matches(".npy").to_string();
             let mut bytes = Vec::new();
             entry.read_to_end(&mut bytes).unwrap();
-            (name, parse(&bytes))
+            (name, bytes)
         })
+        .filter(|(name, _)| !left_out.contains(&&name[..]))
+        .map(|(name, bytes)| (name, parse(&bytes)))
         .collect()
 }
 
@@ -48,7 +55,7 @@ fn parse(bytes: &[u8]) -> Array {
         ),
     };
     let header = core::str::from_utf8(&bytes[start..start + length]).unwrap();
-    assert!(header.contains("'fortran_order': False"), "{header}");
+    let by_columns = header.contains("'fortran_order': True");
     let kind = between(header, "'descr': '", "'").to_string();
     let shape = between(header, "'shape': (", ")")
         .split(',')
@@ -84,7 +91,23 @@ fn parse(bytes: &[u8]) -> Array {
         other => panic!("array of kind {other}"),
     };
     assert_eq!(data.len(), shape.iter().product::<usize>());
+    let data = if by_columns { by_rows(&shape, &data) } else { data };
     Array { kind, shape, data }
+}
+
+/// The numbers of an array whose first index runs fastest, with the last one fastest.
+fn by_rows(shape: &[usize], data: &[f64]) -> Vec<f64> {
+    let place = |mut index: usize| {
+        let mut at = vec![0; shape.len()];
+        for (at, size) in at.iter_mut().zip(shape).rev() {
+            (*at, index) = (index % size, index / size);
+        }
+        at.iter()
+            .zip(shape)
+            .rev()
+            .fold(0, |place, (at, size)| place * size + at)
+    };
+    (0..data.len()).map(|index| data[place(index)]).collect()
 }
 
 fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {

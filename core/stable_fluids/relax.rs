@@ -1,0 +1,412 @@
+//! Gauss-Seidel sweeps: c x_i - a (sum of the neighbours of i) = b_i, cell after cell, as often as it is asked for.
+//!
+//! A cell reads what its lower neighbours are after this sweep, and its upper ones and all ghosts as they were before it. So cells of a
+//! diagonal x + y = const do not know of each other: fields are laid out with the cells of a diagonal side by side, and each diagonal is
+//! one loop over vectors. Sweep s + 1 may follow two diagonals (in 3D, planes) behind sweep s, which is how threads take part, and why a
+//! field passes through the caches once for many sweeps. All of this gives the numbers of the plain order, x fastest, ascending.
+//!
+//! The adjoint needs no kernel of its own. Backwards, with G_s what reaches the right-hand side from sweep s, Y_s = sum over s' >= s of G_s'
+//! obeys c Y_s - a (upper neighbours of Y_s, lower ones and ghosts of Y_{s+1}) = x': the same sweeps from 0 on x', in the opposite order.
+
+use super::cells::{Cells, Component};
+use crate::exec::{Exec, for_every_other};
+use crate::real::Real;
+use crate::simd::multiversion;
+
+/// Planes of 3D that are passed over by so many sweeps at once: they fit the caches.
+const SWEEPS_AT_ONCE: usize = 4;
+/// Diagonals that are one task where there are enough of them.
+const DIAGONALS: usize = 8;
+/// From so many diagonals on.
+const MANY_DIAGONALS: usize = 256;
+
+/// c x_i - a (sum of the neighbours) = b_i.
+#[derive(Clone, Copy, Debug)]
+pub struct System {
+    /// Factor of the neighbours.
+    pub a: f64,
+    /// The diagonal.
+    pub c: f64,
+    /// What ghosts depend on.
+    pub component: Component,
+    /// Sweeps.
+    pub sweeps: usize,
+    /// Whether cells are taken from the last to the first.
+    pub backwards: bool,
+}
+
+/// Where cells lie in a field that is laid out by diagonals.
+#[derive(Clone, Copy, Debug)]
+pub struct Skew {
+    /// Numbers of a diagonal: the cells of the shorter axis, x or y, with ghosts.
+    width: usize,
+    /// Cells of the shorter of x and y, and of the longer.
+    sides: [usize; 2],
+    /// Whether x is the shorter one.
+    along_x: bool,
+    /// Diagonals of a plane.
+    diagonals: usize,
+    /// Diagonals of a task.
+    group: usize,
+}
+
+impl Skew {
+    /// That of some cells.
+    #[must_use]
+    pub fn new(cells: &Cells) -> Self {
+        let [x, y, _] = cells.n;
+        let sides = [x.min(y), x.max(y)];
+        let diagonals = x + y + 3;
+        let group = match cells.dims {
+            3 => diagonals,
+            _ if diagonals >= MANY_DIAGONALS => DIAGONALS,
+            _ => 1,
+        };
+        Self {
+            width: sides[0] + 2,
+            sides,
+            along_x: x <= y,
+            diagonals: diagonals.next_multiple_of(group),
+            group,
+        }
+    }
+
+    /// Numbers of a plane.
+    fn plane(&self) -> usize {
+        self.diagonals * self.width
+    }
+
+    /// Numbers of a field.
+    #[must_use]
+    pub fn len(&self, cells: &Cells) -> usize {
+        self.plane() * if cells.dims == 3 { cells.n[2] + 2 } else { 1 }
+    }
+
+    /// How far apart neighbours along x and y lie.
+    fn strides(&self) -> [usize; 2] {
+        if self.along_x {
+            [self.width + 1, self.width]
+        } else {
+            [self.width, self.width + 1]
+        }
+    }
+
+    /// Where the first cell of row `y` lies in a plane.
+    fn first(&self, y: usize) -> usize {
+        let [along_x, along_y] = self.strides();
+        along_x + (y + 1) * along_y
+    }
+
+    /// Writes the cells of row `y` of a plane.
+    pub fn write<T: Real>(&self, plane: &mut [T], y: usize, values: impl Iterator<Item = T>) {
+        let places = plane.get_mut(self.first(y)..).unwrap_or_default();
+        let places = places.iter_mut().step_by(self.strides()[0]);
+        places.zip(values).for_each(|(place, value)| *place = value);
+    }
+
+    /// The cells of row `row` of a field.
+    pub fn read<'f, T: Real>(
+        &self,
+        cells: &Cells,
+        field: &'f [T],
+        row: usize,
+    ) -> impl Iterator<Item = T> + use<'f, T> {
+        let [y, z] = cells.row_at(row);
+        let plane = if cells.dims == 3 {
+            (z + 1) * self.plane()
+        } else {
+            0
+        };
+        let places = field.get(plane + self.first(y)..).unwrap_or_default();
+        places.iter().step_by(self.strides()[0]).take(cells.n[0]).copied()
+    }
+}
+
+/// The numbers of a kernel.
+#[derive(Clone, Copy)]
+struct Kernel<T> {
+    skew: Skew,
+    /// a / c.
+    k: T,
+    /// What the cell itself is multiplied by for a ghost before and behind it, along the shorter axis, the longer one and z: the ghost of a
+    /// wall is the cell, or minus the cell. 0 where the axis is periodic.
+    own: [T; 3],
+    backwards: bool,
+}
+
+/// Relaxes `x`, by diagonals, as `system` says, where `b` holds b_i / c by diagonals. Ghosts of walls are never read; those of periodic axes
+/// are written here.
+pub fn relax<T: Real>(exec: &dyn Exec, cells: &Cells, system: &System, x: &mut [T], b: &[T]) {
+    let skew = Skew::new(cells);
+    let k = system.a / system.c;
+    let own = |axis: usize| match system.component {
+        _ if cells.ring[axis] => 0.0,
+        Some(component) if component == axis => -k,
+        _ => k,
+    };
+    let [short, long] = if skew.along_x { [0, 1] } else { [1, 0] };
+    let kernel = Kernel {
+        skew,
+        k: T::from_f64(k),
+        own: [own(short), own(long), if cells.dims == 3 { own(2) } else { 0.0 }].map(T::from_f64),
+        backwards: system.backwards,
+    };
+    // Along the axis of a wave a ghost of a ring is the far end as it was before the sweep: then no sweep may follow before the end.
+    let apart = if cells.dims == 3 {
+        cells.ring[2]
+    } else {
+        cells.ring[0] || cells.ring[1]
+    };
+    let at_once = match cells.dims {
+        _ if apart => 1,
+        3 => SWEEPS_AT_ONCE.max(2 * exec.threads()),
+        _ => system.sweeps,
+    };
+    rings(cells, &skew, x);
+    let mut done = 0;
+    while done < system.sweeps {
+        let together = at_once.min(system.sweeps - done);
+        wave(exec, cells, &kernel, together, x, b);
+        if apart {
+            rings(cells, &skew, x);
+        }
+        done += together;
+    }
+}
+
+/// `together` sweeps, each two tasks behind the one before.
+fn wave<T: Real>(exec: &dyn Exec, cells: &Cells, kernel: &Kernel<T>, together: usize, x: &mut [T], b: &[T]) {
+    let skew = kernel.skew;
+    let size = skew.group * skew.width;
+    let three = cells.dims == 3;
+    // In 3D a task is a plane of cells, and the first and the last are ghosts.
+    let (first, tasks) = if three {
+        (1, cells.n[2])
+    } else {
+        (0, skew.diagonals / skew.group)
+    };
+    let run = |chunk: usize, x: &mut [T], beside: [&[T]; 2]| {
+        let b = b.get(chunk * size..(chunk + 1) * size).unwrap_or_default();
+        if three {
+            let walls = [chunk == 1, chunk == cells.n[2]].map(|wall| wall && !cells.ring[2]);
+            relax_plane(kernel, x, b, beside, walls);
+            if cells.ring[0] || cells.ring[1] {
+                rings_of_plane(cells, &skew, x);
+            }
+        } else {
+            relax_diagonals(kernel, x, b, beside, chunk * skew.group);
+        }
+    };
+    for tick in 0..tasks + 2 * (together - 1) {
+        // Sweep s is at task tick - 2 s.
+        let newest = (tick / 2).min(together - 1);
+        let oldest = (tick + 1).saturating_sub(tasks).div_ceil(2);
+        if oldest > newest {
+            continue;
+        }
+        let [low, high] = [tick - 2 * newest, tick - 2 * oldest];
+        let lowest = if kernel.backwards { tasks - 1 - high } else { low };
+        for_every_other(exec, x, size, first + lowest, newest - oldest + 1, run);
+    }
+}
+
+multiversion! {
+    /// Some diagonals of 2D; those before and behind are in `beside`.
+    fn relax_diagonals[T: Real](
+        kernel: &Kernel<T>,
+        x: &mut [T],
+        b: &[T],
+        beside: [&[T]; 2],
+        first: usize,
+    ) {
+        let (width, group) = (kernel.skew.width, kernel.skew.group);
+        for turn in 0..group {
+            let local = if kernel.backwards { group - 1 - turn } else { turn };
+            let Some((before, rest)) = x.split_at_mut_checked(local * width) else { return };
+            let Some((diagonal, behind)) = rest.split_at_mut_checked(width) else { return };
+            let before = if local == 0 { tail(beside[0], width) } else { tail(before, width) };
+            let behind = if local + 1 == group { beside[1] } else { &*behind };
+            let b = b.get(local * width..(local + 1) * width).unwrap_or_default();
+            relax_diagonal(kernel, first + local, diagonal, [before, behind], b, None);
+        }
+    }
+}
+
+multiversion! {
+    /// A plane of 3D; the planes before and behind are in `beside`, and `walls` says whether they are walls.
+    fn relax_plane[T: Real](
+        kernel: &Kernel<T>,
+        x: &mut [T],
+        b: &[T],
+        beside: [&[T]; 2],
+        walls: [bool; 2],
+    ) {
+        let (width, diagonals) = (kernel.skew.width, kernel.skew.diagonals);
+        let own = walls.iter().fold(T::ZERO, |own, &wall| if wall { own + kernel.own[2] } else { own });
+        for turn in 0..diagonals {
+            let local = if kernel.backwards { diagonals - 1 - turn } else { turn };
+            let Some((before, rest)) = x.split_at_mut_checked(local * width) else { return };
+            let Some((diagonal, behind)) = rest.split_at_mut_checked(width) else { return };
+            let span = local * width..(local + 1) * width;
+            let b = b.get(span.clone()).unwrap_or_default();
+            let beside = beside.map(|plane| plane.get(span.clone()).unwrap_or_default());
+            relax_diagonal(kernel, local, diagonal, [tail(before, width), behind], b, Some((beside, own)));
+        }
+    }
+}
+
+/// The last `count` of some numbers.
+#[inline(always)]
+fn tail<T>(of: &[T], count: usize) -> &[T] {
+    of.get(of.len().saturating_sub(count)..).unwrap_or_default()
+}
+
+/// One diagonal of number `number`, ghosts counted. `beside` has the diagonals before and behind it, `z` in 3D the same diagonal of the planes
+/// before and behind, and what the cell itself counts for a wall there.
+#[inline(always)]
+fn relax_diagonal<T: Real>(
+    kernel: &Kernel<T>,
+    number: usize,
+    x: &mut [T],
+    [before, behind]: [&[T]; 2],
+    b: &[T],
+    z: Option<([&[T]; 2], T)>,
+) {
+    let [short, long] = kernel.skew.sides;
+    let first = number.saturating_sub(long).max(1);
+    let last = short.min(number.saturating_sub(1));
+    if first > last || number > short + long {
+        return;
+    }
+    let (span, count) = (first..last + 1, last + 1 - first);
+    let Some(x) = x.get_mut(span.clone()) else { return };
+    let [Some(b), Some(low), Some(lower), Some(high), Some(higher)] = [
+        b.get(span.clone()),
+        before.get(first - 1..last),
+        before.get(span.clone()),
+        behind.get(span.clone()),
+        behind.get(first + 1..last + 2),
+    ] else {
+        return;
+    };
+    // Walls are at the ends of a diagonal alone.
+    let [own_short, own_long, _] = kernel.own;
+    let pick = |wall: bool, own: T| if wall { own } else { T::ZERO };
+    let at_first = pick(first == 1, own_short) + pick(number - first == long, own_long);
+    let at_last = pick(last == short, own_short) + pick(number - last == 1, own_long);
+    let olds = [
+        x.first().copied().unwrap_or(T::ZERO),
+        x.last().copied().unwrap_or(T::ZERO),
+    ];
+    match z {
+        None => run(x, b, [low, lower, high, higher], kernel.k),
+        Some((beside, own)) => {
+            let [Some(under), Some(over)] = beside.map(|plane| plane.get(span.clone())) else {
+                return;
+            };
+            if own == T::ZERO {
+                run_3d(x, b, [low, lower, high, higher, under, over], kernel.k);
+            } else {
+                x.iter_mut().for_each(|x| *x = own * *x);
+                run_wall(x, b, [low, lower, high, higher, under, over], kernel.k);
+            }
+        }
+    }
+    if let Some(x) = x.first_mut() {
+        *x += at_first * olds[0];
+    }
+    if let Some(x) = x.get_mut(count - 1) {
+        *x += at_last * olds[1];
+    }
+}
+
+/// Lanes of the loops over a diagonal.
+const LANES: usize = 8;
+
+/// A loop over equal slices, by whole vectors and one number at a time behind them.
+macro_rules! by_lanes {
+    ($x:ident, [$($from:ident),+], $each:expr) => {{
+        let (whole, rest) = $x.as_chunks_mut::<LANES>();
+        $(let $from = $from.as_chunks::<LANES>();)+
+        let mut turn = 0;
+        for x in whole {
+            $(let Some($from) = $from.0.get(turn) else { return };)+
+            for lane in 0..LANES {
+                x[lane] = $each(x[lane], $($from[lane]),+);
+            }
+            turn += 1;
+        }
+        let mut turn = 0;
+        for x in rest {
+            $(let Some(&$from) = $from.1.get(turn) else { return };)+
+            *x = $each(*x, $($from),+);
+            turn += 1;
+        }
+    }};
+}
+
+#[inline(always)]
+fn run<T: Real>(x: &mut [T], b: &[T], [low, lower, high, higher]: [&[T]; 4], k: T) {
+    by_lanes!(
+        x,
+        [b, low, lower, high, higher],
+        |_, b, low: T, lower, high: T, higher| b + k * ((low + lower) + (high + higher))
+    );
+}
+
+#[inline(always)]
+fn run_3d<T: Real>(x: &mut [T], b: &[T], [low, lower, high, higher, under, over]: [&[T]; 6], k: T) {
+    by_lanes!(
+        x,
+        [b, low, lower, high, higher, under, over],
+        |_, b, low: T, lower, high: T, higher, under: T, over| b + k
+            * (((low + lower) + (high + higher)) + (under + over))
+    );
+}
+
+/// As [`run_3d`], added to what `x` holds.
+#[inline(always)]
+fn run_wall<T: Real>(x: &mut [T], b: &[T], [low, lower, high, higher, under, over]: [&[T]; 6], k: T) {
+    by_lanes!(
+        x,
+        [b, low, lower, high, higher, under, over],
+        |x: T, b, low: T, lower, high: T, higher, under: T, over| x
+            + (b + k * (((low + lower) + (high + higher)) + (under + over)))
+    );
+}
+
+/// Fills the ghosts of periodic axes that sweeps read.
+fn rings<T: Real>(cells: &Cells, skew: &Skew, x: &mut [T]) {
+    let plane = skew.plane();
+    if cells.dims == 2 {
+        return rings_of_plane(cells, skew, x);
+    }
+    if cells.ring[0] || cells.ring[1] {
+        x.chunks_exact_mut(plane)
+            .for_each(|plane| rings_of_plane(cells, skew, plane));
+    }
+    if cells.ring[2] {
+        let n = cells.n[2];
+        x.copy_within(n * plane..(n + 1) * plane, 0);
+        x.copy_within(plane..2 * plane, (n + 1) * plane);
+    }
+}
+
+fn rings_of_plane<T: Real>(cells: &Cells, skew: &Skew, x: &mut [T]) {
+    let strides = skew.strides();
+    for axis in [0, 1] {
+        if !cells.ring[axis] {
+            continue;
+        }
+        let (n, along, across) = (cells.n[axis], strides[axis], strides[1 - axis]);
+        for other in 1..=cells.n[1 - axis] {
+            let place = other * across;
+            for (ghost, image) in [(0, n), (n + 1, 1)] {
+                let value = x.get(place + image * along).copied();
+                if let (Some(ghost), Some(value)) = (x.get_mut(place + ghost * along), value) {
+                    *ghost = value;
+                }
+            }
+        }
+    }
+}
