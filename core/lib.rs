@@ -46,6 +46,7 @@
 //! | ways to solve it | [`method`] | the paper's ADMM, the direct method, L-BFGS over the forces, simulation free or driven |
 //! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
 //! | another simulator | [`stable_fluids`] | [`Fluids`]: Stam's solver at cell centres, its exact adjoint, and control by few numbers |
+//! | bodies | [`condense`] | coordinate condensation: an elastic body's energy, minimised block by block |
 //! | from frames | [`track`] | [`Tracker`]: the flow behind a sequence of frames, in the memory of three of them |
 //!
 //! # Example
@@ -88,6 +89,7 @@
 #![no_std]
 
 pub mod checkpoint;
+pub mod condense;
 pub mod deblur;
 pub mod exec;
 pub mod field;

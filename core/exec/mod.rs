@@ -2,7 +2,7 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `rows` | loops over the rows of fields: [`for_rows`], [`for_runs`], [`for_rows_across`] |
+//! | `rows` | loops over the rows of fields: [`for_rows`], [`for_runs`], [`for_rows_across`]; rows of different lengths: [`for_uneven`] |
 //! | `slabs` | loops over slabs of rows that stay with a worker, and two different tasks at once: [`for_slabs`], [`join`] |
 //! | `schedule` | which worker takes which rows, and when |
 //! | `waves` | every other chunk of a field at once, of which each reads those beside it: [`for_every_other`] |
@@ -24,7 +24,7 @@ mod waves;
 pub use capped::Capped;
 #[cfg(target_has_atomic = "64")]
 pub use pool::{Worker, WorkerPool};
-pub use rows::{Planes, RowBuffers, RowTask, RunTask, for_rows, for_rows_across, for_runs};
+pub use rows::{Planes, RowBuffers, RowTask, RunTask, for_rows, for_rows_across, for_runs, for_uneven};
 pub use slabs::{Slabs, for_slabs, join};
 pub use waves::for_every_other;
 

@@ -204,3 +204,27 @@ pub fn for_runs<T, const K: usize, F>(
 fn len_of_row<T>(fields: &[&mut [T]], rows: usize) -> usize {
     fields.iter().map(|field| field.len()).sum::<usize>() / rows.max(1)
 }
+
+/// Calls `task` for every row of `values` with its index, of rows of different lengths: row r has `unit` times `begin[r]` to `begin[r + 1]`.
+///
+/// # Panics
+/// When `begin` does not ascend, or its last row ends beyond `values`.
+pub fn for_uneven<T, F>(exec: &dyn Exec, begin: &[u32], unit: usize, values: &mut [T], task: F)
+where
+    T: Send,
+    F: Fn(usize, &mut [T]) + Sync,
+{
+    let count = begin.last().map_or(0, |&end| end as usize);
+    assert!(begin.is_sorted() && count.saturating_mul(unit) <= values.len());
+    let values = values.get_mut(..count * unit).unwrap_or(&mut []);
+    let chunks = Chunks::new(values, count);
+    // Each row is a turn: rows that are long enough to be uneven are dear.
+    schedule(exec, begin.len().saturating_sub(1), 0, move |_, turn| {
+        for row in turn {
+            if let Some(&[from, to]) = begin.get(row..row + 2) {
+                // SAFETY: `begin` ascends, so rows share no chunk, and `schedule` gives every row to one worker once.
+                task(row, unsafe { chunks.get(from as usize..to as usize) });
+            }
+        }
+    });
+}

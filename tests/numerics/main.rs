@@ -19,6 +19,7 @@ mod ceiling;
 mod checkpoint;
 mod checkpoint_refusals;
 mod choices;
+mod condense;
 mod deblur;
 mod determinism;
 mod direct;

@@ -76,6 +76,7 @@ fn parse(bytes: &[u8]) -> Array {
             .iter()
             .map(|&chunk| f64::from_le_bytes(chunk))
             .collect(),
+        "|b1" => body.iter().map(|&byte| byte.into()).collect(),
         "<i8" => body
             .as_chunks()
             .0
