@@ -1,6 +1,7 @@
 //! The command line: which commands there are. The arguments of each are defined with its body in [`commands`](crate::commands).
 
 use crate::commands::compare::CompareArguments;
+use crate::commands::condense::CondenseArguments;
 use crate::commands::deblur::DeblurArguments;
 use crate::commands::guide::GuideArguments;
 use crate::commands::new::NewArguments;
@@ -63,6 +64,8 @@ pub enum Command {
     Photograph(PhotographArguments),
     /// Restore a sharp image from a blurred one and what blurred it.
     Deblur(DeblurArguments),
+    /// Minimise the energy of an elastic body by coordinate condensation, and compare it with other methods.
+    Condense(CondenseArguments),
     /// Write a commented scene to start from.
     New(NewArguments),
 }

@@ -5,7 +5,7 @@
 //! ([`region`]) must have; [`run`] solves it there on a pool of [`threads`], watched by [`progress`], and
 //! [`output`] and [`report`] write the folder. [`compare`] does that for several methods, [`paper`] for the scenes of the paper, and a room of its own, `thesis`, for the figures of
 //! Gregson's thesis. The flow
-//! behind frames of smoke is found by a room of its own, `track`.
+//! behind frames of smoke is found by a room of its own, `track`; elastic bodies are the business of `condense`.
 //!
 //! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`], [`undershoot`] and [`exit`] alone are the feature `embed`. Without
 //! either the library only hands on the core.
@@ -23,6 +23,8 @@ pub mod cli;
 pub mod commands;
 #[cfg(feature = "std")]
 pub mod compare;
+#[cfg(feature = "std")]
+mod condense;
 #[cfg(feature = "std")]
 pub mod console;
 #[cfg(feature = "std")]

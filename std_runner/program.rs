@@ -2,8 +2,8 @@
 
 use crate::cli::{Cli, Command};
 use crate::commands::{
-    compare, deblur, guide, new, paper, photograph, plan, readvect, remap, render, simulate, solve, thesis,
-    tomography, track, upsample,
+    compare, condense, deblur, guide, new, paper, photograph, plan, readvect, remap, render, simulate, solve,
+    thesis, tomography, track, upsample,
 };
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
@@ -42,6 +42,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Tomography(arguments) => tomography::run(arguments),
         Command::Photograph(arguments) => photograph::run(arguments),
         Command::Deblur(arguments) => deblur::run(arguments),
+        Command::Condense(arguments) => condense::run(arguments),
         Command::New(arguments) => new::run(arguments),
     }
 }

@@ -206,6 +206,12 @@ impl<'m, T: Real, const D: usize> Condenser<'m, T, D> {
         }
     }
 
+    /// Vertices of the mesh.
+    #[must_use]
+    pub fn vertices(&self) -> usize {
+        self.mesh.vertices()
+    }
+
     /// Steps that are done.
     #[must_use]
     pub fn steps(&self) -> usize {

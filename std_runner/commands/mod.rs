@@ -1,6 +1,7 @@
 //! The commands, each with its arguments and its body.
 
 pub mod compare;
+pub mod condense;
 pub mod deblur;
 pub mod guide;
 pub mod new;

@@ -1,5 +1,6 @@
 //! `thurible new NAME`: a commented scene to start from.
 
+use crate::condense::preset;
 use crate::console;
 use crate::exit::{DONE, Failure};
 use crate::scene::{section, steering};
@@ -21,6 +22,9 @@ const COMMENTS: usize = 35;
 pub struct NewArguments {
     /// Name of the scene; NAME.toml is written.
     pub name: PathBuf,
+    /// Write this problem of `thurible condense` instead: rod, stretch, cantilever, buckle, noise or spring, or one with _3d at its end.
+    #[arg(long, value_name = "P")]
+    pub preset: Option<String>,
     /// Print nothing but errors.
     #[arg(long)]
     pub quiet: bool,
@@ -33,7 +37,10 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
     let name = path
         .file_stem()
         .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let text = template(&name);
+    let (text, command) = match &arguments.preset {
+        Some(asked) => (preset(asked)?.text.to_owned(), "condense"),
+        None => (template(&name), "solve"),
+    };
     let written = OpenOptions::new()
         .write(true)
         .create_new(true)
@@ -48,7 +55,9 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
         )),
     })?;
     if !arguments.quiet {
-        console::print(&format!("wrote {shown}; solve it with: thurible solve {shown}"));
+        console::print(&format!(
+            "wrote {shown}; solve it with: thurible {command} {shown}"
+        ));
     }
     Ok(DONE)
 }

@@ -253,7 +253,7 @@ fn put<T: Real>(zip: &mut ZipWriter<&mut BufWriter<File>>, array: &Plain<'_, T>)
 }
 
 /// Members are stored as they are, of any size.
-fn stored() -> SimpleFileOptions {
+pub(super) fn stored() -> SimpleFileOptions {
     SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
         .large_file(true)
@@ -288,7 +288,7 @@ fn faces(frames: &dyn Frames, axis: usize) -> Vec<usize> {
 }
 
 /// The head of a `.npy` file: magic, length, a Python dictionary padded to a multiple of 64 bytes.
-fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
+pub(super) fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
     let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
     let mut text = format!(
         "{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}",

@@ -11,6 +11,7 @@ mod output_support;
 mod support;
 
 mod compare;
+mod condense;
 mod damaged;
 mod deblur;
 mod effects;

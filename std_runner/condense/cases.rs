@@ -1,0 +1,199 @@
+//! What is solved: the problem at every value of its sweeps, each by every method with every basis that it takes.
+
+use super::presets::preset;
+use super::raw::RawSweep;
+use super::scene::Problem;
+use crate::exit::Failure;
+use crate::scene::{Document, read, shown};
+use std::path::Path;
+use thurible_core::Named;
+use thurible_core::condense::{Basis, CondenseParams, Update};
+use toml::Value;
+
+/// Problems of a scene at most.
+const MOST: usize = 1000;
+
+/// A problem by one value of every sweep.
+#[derive(Clone, Debug)]
+pub(super) struct Case {
+    /// The values, as in `young 100`; empty where nothing is swept.
+    pub label: String,
+    pub document: Document,
+    pub problem: Problem,
+    pub variants: Vec<Variant>,
+}
+
+/// A way to solve it.
+#[derive(Clone, Debug)]
+pub(super) struct Variant {
+    /// Its name, which is that of its folder.
+    pub name: String,
+    pub params: CondenseParams,
+}
+
+/// Reads the preset or the scene file `name`, and applies what the command line changes: options, keys and values.
+pub(crate) fn document(
+    name: &str,
+    changes: &[(String, String, Value)],
+    set: &[String],
+) -> Result<Document, Failure> {
+    let path = Path::new(name);
+    let mut document = if path.extension().is_some_and(|end| end == "toml") {
+        Document::read(path)?
+    } else {
+        Document::parse(path, preset(name)?.text.into())?
+    };
+    for assignment in set {
+        document.set(assignment)?;
+    }
+    for (option, key, value) in changes {
+        document.replace(option.clone(), key, value.clone())?;
+    }
+    Ok(document)
+}
+
+/// All cases of a document.
+pub(super) fn cases(document: &Document) -> Result<Vec<Case>, Failure> {
+    let mut documents = vec![(String::new(), document.clone())];
+    for (index, sweep) in sweeps(document)?.into_iter().enumerate() {
+        let place = format!("sweep[{index}]");
+        if sweep.values.is_empty() || sweep.values.len() * documents.len() > MOST {
+            let why = format!(
+                "has {} values; give some, and no more than {MOST} problems in all",
+                sweep.values.len()
+            );
+            return Err(document.refuse(&format!("{place}.values"), why));
+        }
+        let mut next = Vec::new();
+        for (label, document) in &documents {
+            for value in &sweep.values {
+                let mut document = document.clone();
+                document.replace(document.place(&place), &sweep.key, value.clone())?;
+                let gap = if label.is_empty() { "" } else { ", " };
+                next.push((format!("{label}{gap}{}", named(&sweep.key, value)), document));
+            }
+        }
+        documents = next;
+    }
+    documents
+        .into_iter()
+        .map(|(label, document)| case(label, document))
+        .collect()
+}
+
+/// The sweeps, but for those of keys that the command line sets.
+fn sweeps(document: &Document) -> Result<Vec<RawSweep>, Failure> {
+    let Some(raw) = document.table().get("sweep") else {
+        return Ok(Vec::new());
+    };
+    let sweeps: Vec<RawSweep> = read(document, "sweep", raw.clone())?;
+    let set: Vec<&str> = document
+        .assignments()
+        .filter_map(|set| Some(set.split_once('=')?.0.trim()))
+        .collect();
+    Ok(sweeps
+        .into_iter()
+        .filter(|sweep| !set.contains(&sweep.key.as_str()))
+        .collect())
+}
+
+/// `young 100`, `grid 8 x 8`.
+fn named(key: &str, value: &Value) -> String {
+    let name = key.rsplit('.').next().unwrap_or(key).replace('_', " ");
+    let number = |value: &Value| match value {
+        Value::Float(value) => format!("{value}"),
+        Value::String(word) => word.clone(),
+        other => shown(other),
+    };
+    let value = match value {
+        Value::Array(items) => items.iter().map(number).collect::<Vec<_>>().join(" x "),
+        other => number(other),
+    };
+    format!("{name} {value}")
+}
+
+fn case(label: String, document: Document) -> Result<Case, Failure> {
+    let problem = Problem::of(&document)?;
+    let mut variants: Vec<Variant> = Vec::new();
+    let takes = problem.methods.iter().any(|method| method.is_built());
+    if problem.basis_given && !takes && problem.bases.iter().any(|&basis| basis != Basis::Fixed) {
+        let name = problem.methods.first().map_or("newton", |method| method.name());
+        return Err(document.refuse("solver.basis", format!("is for methods that have one, and \"{name}\" has none; leave it out, or add the method \"cc\"")));
+    }
+    let keeps = problem.methods.iter().any(|method| method.keeps_basis());
+    if !keeps && (problem.params.radius.is_some() || problem.params.noise > 0.0) {
+        let key = if problem.params.radius.is_some() {
+            "solver.radius"
+        } else {
+            "solver.noise"
+        };
+        return Err(document.refuse(
+            key,
+            "is for methods that keep a basis; leave it out, or add the method \"cc\"",
+        ));
+    }
+    for &method in &problem.methods {
+        for &basis in &problem.bases {
+            let Some(variant) = variant(&document, &problem, method, basis)? else {
+                continue;
+            };
+            if variants.iter().all(|other| other.name != variant.name) {
+                variants.push(variant);
+            }
+        }
+    }
+    Ok(Case {
+        label,
+        document,
+        problem,
+        variants,
+    })
+}
+
+/// A method with a basis; none where another one is the same. Newton's method and `plain` have none, `chord` does not turn, `warped` always does.
+fn variant(
+    document: &Document,
+    problem: &Problem,
+    method: Update,
+    basis: Basis,
+) -> Result<Option<Variant>, Failure> {
+    let unturned = match basis {
+        Basis::Corotated => Basis::Fixed,
+        Basis::CorotatedRebuilt => Basis::Rebuilt,
+        Basis::CorotatedAdaptive => Basis::Adaptive,
+        other => other,
+    };
+    let basis = match method {
+        Update::Newton | Update::Plain => Basis::Fixed,
+        Update::Warped => unturned,
+        Update::Chord if basis.turns() && (problem.methods.len() > 1 || problem.bases.len() > 1) => {
+            return Ok(None);
+        }
+        _ => basis,
+    };
+    let keeps = method.keeps_basis();
+    let params = CondenseParams {
+        method,
+        basis,
+        radius: problem.params.radius.filter(|_| keeps),
+        noise: if keeps { problem.params.noise } else { 0.0 },
+        ..problem.params
+    };
+    params.check(problem.mesh.dims).map_err(|error| {
+        let word = error.to_string();
+        let key = if word.contains("order") {
+            "solver.order"
+        } else if word.contains("co-rotated") {
+            "solver.basis"
+        } else {
+            "solver"
+        };
+        document.refuse(key, format!("is refused: {error}; change it"))
+    })?;
+    let name = if method.is_built() {
+        format!("{}-{}", method.name(), basis.name())
+    } else {
+        method.name().into()
+    };
+    Ok(Some(Variant { name, params }))
+}

@@ -1,0 +1,144 @@
+//! The door of the command: all cases by all variants, their folders, the page.
+
+use super::cases::{Case, cases};
+use super::job::{self, Listeners, Outcome, status_word};
+use super::page::{self, Done};
+use super::planned::{planned, print_plan};
+use super::written;
+use crate::compare::publish;
+use crate::destination::Destination;
+use crate::exit::{DONE, Failure, NOT_FINITE, STALLED};
+use crate::interrupt::Interrupt;
+use crate::plan::PlanOptions;
+use crate::progress::{Display, Mode};
+use crate::scene::Document;
+use std::path::{Path, PathBuf};
+use thurible_core::Status;
+
+/// The name of the page and of its facts.
+const STEM: &str = "condense";
+
+/// What is asked for.
+pub(crate) struct Request {
+    pub document: Document,
+    pub folder: PathBuf,
+    pub options: PlanOptions,
+    pub mode: Mode,
+}
+
+/// Prints the memory that everything takes.
+pub(crate) fn plan(request: &Request) -> Result<u8, Failure> {
+    for case in cases(&request.document)? {
+        if request.mode == Mode::Quiet {
+            case.variants
+                .iter()
+                .try_for_each(|variant| planned(&case, variant, &request.options).map(drop))?;
+        } else {
+            print_plan(&case, &request.options, request.mode)?;
+        }
+    }
+    Ok(DONE)
+}
+
+/// Solves everything and writes the page; the answer is the exit code.
+pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
+    let cases = cases(&request.document)?;
+    // All is refused before anything is solved.
+    for case in &cases {
+        for variant in &case.variants {
+            planned(case, variant, &request.options)?;
+            Destination::check(&place(request, case, &variant.name), files())?;
+        }
+    }
+    let mut folder = publish::prepare(&request.folder, STEM)?;
+    let interrupt = Interrupt::listen()?;
+    let mut done: Vec<Done<'_>> = Vec::new();
+    let mut ended = DONE;
+    for case in &cases {
+        done.push(Done {
+            case,
+            outcomes: Vec::new(),
+        });
+        for variant in &case.variants {
+            if interrupt.asked() {
+                break;
+            }
+            let display = Display::new(request.mode, case.problem.steps);
+            let listeners = Listeners {
+                interrupt: &interrupt,
+                display: &display,
+                precision: request.options.precision,
+            };
+            let fits = planned(case, variant, &request.options)?;
+            let outcome = job::run(case, variant, &fits, listeners)?;
+            let mut destination = Destination::check(&place(request, case, &variant.name), files())?;
+            destination.fill(|folder| written::write(folder, case, variant, &outcome))?;
+            display.close();
+            say(&display, &outcome);
+            ended = worst(ended, outcome.status);
+            if let Some(done) = done.last_mut() {
+                done.outcomes.push(outcome);
+            }
+        }
+    }
+    done.retain(|done| !done.outcomes.is_empty());
+    let page =
+        page::page(&name(&request.document), &done).map_err(|error| Failure::File(error.to_string()))?;
+    publish::write(&mut folder, STEM, &page, &page::facts(&done))?;
+    publish::announce(
+        request.mode,
+        &folder,
+        STEM,
+        &page::table(&done).markdown(),
+        page::facts(&done),
+    );
+    Ok(publish::code(&folder, &interrupt, ended))
+}
+
+fn files() -> Vec<PathBuf> {
+    ["result.npz", "report.json"].map(PathBuf::from).to_vec()
+}
+
+/// The name of a scene: that of its preset or file.
+fn name(document: &Document) -> String {
+    document
+        .path()
+        .file_stem()
+        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+}
+
+/// The folder of a variant, in that of its case where there are several.
+fn place(request: &Request, case: &Case, variant: &str) -> PathBuf {
+    let label: String = case
+        .label
+        .chars()
+        .map(|letter| {
+            if letter.is_ascii_alphanumeric() || matches!(letter, '.' | '-') {
+                letter
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    let label = label.replace("__", "_");
+    request.folder.join(Path::new(&label)).join(variant)
+}
+
+fn say(display: &Display, outcome: &Outcome) {
+    let sum: usize = outcome.iterations.iter().sum();
+    display.note(&format!(
+        "  {} after {sum} iterations in {} of the steps, {:.2} s",
+        status_word(outcome.status),
+        outcome.iterations.len(),
+        outcome.total
+    ));
+}
+
+/// The exit code of several runs: not finite before stalled; a cap that was reached is an answer.
+fn worst(before: u8, status: Status) -> u8 {
+    match (before, status) {
+        (NOT_FINITE, _) | (_, Status::NotFinite | Status::NotReady) => NOT_FINITE,
+        (STALLED, _) | (_, Status::Stalled) => STALLED,
+        _ => before,
+    }
+}

@@ -1,0 +1,597 @@
+//! `thurible condense`: presets and files to pages and folders, and everything that is refused.
+
+use crate::support::npz::read;
+use crate::support::{Ended, fresh_folder, run};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn condense(folder: &Path, scene: &str, more: &[&str]) -> Ended {
+    run(&[
+        &["condense", scene, "--quiet", "-o", text(&folder.join("out"))],
+        more,
+    ]
+    .concat())
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// A scene of a square of 2 x 2, and what is put in the place of some of its text.
+fn scene(folder: &Path, changes: &[(&str, &str)]) -> String {
+    let mut text = String::from(
+        "mesh = { grid = [2, 2], size = [1.0, 1.0] }\ntime = { steps = 2 }\n\
+         hold = [ { box = { min = [0, 0], max = [0, 1] } }, { box = { min = [1, 0], max = [1, 1] }, move = [0.1, 0] } ]\n\
+         [solver]\nmethods = [\"cc\"]\n",
+    );
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    let path = folder.join("scene.toml");
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_preset_becomes_a_page_and_a_folder_a_variant() {
+    let folder = fresh_folder("condense_stretch");
+    let more = [
+        "--methods",
+        "newton,cc,jgs2",
+        "--basis",
+        "fixed,corotated",
+        "--set",
+        "mesh.grid=[4, 4]",
+        "--threads",
+        "2",
+    ];
+    let ended = condense(&folder, "stretch", &more);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let out = folder.join("out");
+    for (name, expected) in [
+        ("newton", [3, 3, 3]),
+        ("cc-fixed", [5, 5, 7]),
+        ("cc-corotated", [5, 5, 7]),
+        ("jgs2-fixed", [69, 69, 68]),
+    ] {
+        let report = json(&out.join(name).join("report.json"));
+        assert_eq!(
+            (report["kind"].as_str(), report["status"].as_str()),
+            (Some("condense"), Some("converged")),
+            "{name}"
+        );
+        let arrays = read(&out.join(name).join("result.npz"));
+        let counts: Vec<f64> = arrays["iterations"].data.clone();
+        let near = counts
+            .iter()
+            .zip(expected)
+            .all(|(found, expected)| (found - f64::from(expected)).abs() <= 4.0);
+        assert!(near && counts.len() == 3, "{name}: {counts:?}");
+        let states = counts.iter().sum::<f64>() as usize + 3;
+        assert_eq!(
+            (arrays["energy"].shape.clone(), arrays["residual"].shape.clone()),
+            (vec![states], vec![states])
+        );
+        assert_eq!(arrays["position"].shape, [4, 25, 2]);
+        assert_eq!(
+            (arrays["rest"].shape.clone(), arrays["elements"].shape.clone()),
+            (vec![25, 2], vec![32, 3])
+        );
+        assert_eq!(
+            (
+                arrays["fixed"].kind.as_str(),
+                arrays["fixed"].data.iter().sum::<f64>()
+            ),
+            ("|b1", 10.0)
+        );
+        assert_eq!(arrays["elements"].data[..6], [0.0, 1.0, 6.0, 0.0, 6.0, 5.0]);
+        // The right edge was pulled by 0.1 three times, the left one is held.
+        let last = &arrays["position"].data[3 * 50..];
+        assert!((last[4 * 2] - 1.3).abs() < 1e-12 && last[0] == 0.0);
+        let builds: f64 = arrays["builds"].data.iter().sum();
+        assert_eq!(builds, if name == "newton" { 0.0 } else { 1.0 });
+        let memory = &report["memory"];
+        let lines = memory["ledger"].as_array().unwrap();
+        let top: u64 = lines
+            .iter()
+            .filter(|line| line["depth"] == 0)
+            .map(|line| line["bytes"].as_u64().unwrap())
+            .sum();
+        assert_eq!(memory["planned_bytes"].as_u64(), Some(top));
+        assert!(memory["used_bytes"].as_u64().unwrap() <= top + 8192);
+        assert_eq!(report["threads"], 2);
+        for key in ["build", "direction", "search"] {
+            assert!(report["seconds"][key].as_f64().is_some(), "{key}");
+        }
+    }
+    let page = fs::read_to_string(out.join("condense.md")).unwrap();
+    assert!(
+        page.contains("| cc-corotated |") && page.contains(".svg") && page.contains(".png"),
+        "{page}"
+    );
+    assert!(out.join("condense.html").is_file());
+    assert_eq!(
+        json(&out.join("condense.json"))["runs"].as_array().unwrap().len(),
+        5
+    );
+}
+
+#[test]
+fn sweeps_make_a_row_each() {
+    let folder = fresh_folder("condense_sweep");
+    let ended = condense(
+        &folder,
+        "rod",
+        &["--methods", "newton,cc,plain", "--set", "solver.cap=400"],
+    );
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let runs = json(&folder.join("out/condense.json"))["runs"].clone();
+    let count = |case: &str, name: &str| {
+        let run = runs
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|run| run["case"] == case && run["variant"] == name);
+        (
+            run.unwrap()["iterations"][0].as_u64().unwrap(),
+            run.unwrap()["status"].as_str().unwrap().to_owned(),
+        )
+    };
+    assert_eq!(count("young 100", "cc-fixed"), (1, "converged".into()));
+    assert_eq!(count("young 100", "plain"), (46, "converged".into()));
+    assert_eq!(count("young 1000", "plain"), (368, "converged".into()));
+    assert_eq!(count("young 100000", "plain"), (400, "cap".into()));
+    assert!(folder.join("out/young_100/plain/result.npz").is_file());
+}
+
+#[test]
+fn every_preset_is_listed_written_planned_and_read() {
+    let list = run(&["condense", "--list"]);
+    assert_eq!(list.code, 0);
+    let names: Vec<&str> = list
+        .out
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert_eq!(names.len(), 11);
+    let folder = fresh_folder("condense_presets");
+    for name in names {
+        let path = folder.join(name);
+        let ended = run(&["new", text(&path), "--preset", name, "--quiet"]);
+        assert_eq!(ended.code, 0, "{name}: {}", ended.err);
+        let ended = run(&["condense", text(&path.with_extension("toml")), "--plan"]);
+        assert_eq!(ended.code, 0, "{name}: {}", ended.err);
+        for part in [
+            "Hessian",
+            "cc, the whole basis",
+            "cc, patches of radius 2",
+            "warped, no basis",
+        ] {
+            assert!(ended.out.contains(part), "{name}: {part}");
+        }
+    }
+    let ended = run(&["new", text(&folder.join("other")), "--preset", "bend"]);
+    assert_eq!(ended.code, 2);
+    assert!(ended.err.contains("presets are rod, stretch"), "{}", ended.err);
+}
+
+#[test]
+fn a_plan_is_what_is_used_and_a_byte_less_is_refused() {
+    let folder = fresh_folder("condense_memory");
+    let more = ["--methods", "cc", "--set", "mesh.grid=[8, 8]", "--threads", "1"];
+    let planned = run(&[&["condense", "stretch", "--plan", "--json"][..], &more].concat());
+    let line: Value = serde_json::from_str(planned.out.lines().next().unwrap()).unwrap();
+    let bytes = line["variants"][0]["planned_bytes"].as_u64().unwrap();
+    let limit = |bytes: u64| {
+        condense(
+            &folder,
+            "stretch",
+            &[&more[..], &["--memory-limit", &bytes.to_string()]].concat(),
+        )
+    };
+    let short = limit(bytes + 8191);
+    assert_eq!(short.code, 3);
+    assert!(
+        short.err.contains("cc-fixed needs") && short.err.contains("use --radius W"),
+        "{}",
+        short.err
+    );
+    assert!(!folder.join("out").exists());
+    let fits = limit(bytes + 8192);
+    assert_eq!(fits.code, 0, "{}", fits.err);
+    let report = json(&folder.join("out/cc-fixed/report.json"));
+    assert_eq!(report["memory"]["planned_bytes"].as_u64(), Some(bytes));
+}
+
+#[test]
+fn single_precision_springs_and_space_run() {
+    let folder = fresh_folder("condense_space");
+    let more = [
+        "--precision",
+        "f32",
+        "--methods",
+        "newton,cc,warped",
+        "--set",
+        "mesh.grid=[4, 2, 2]",
+        "--set",
+        "spring[0].stiffness=2e2",
+        "--set",
+        "solver.tolerance=1e-6",
+    ];
+    let ended = condense(&folder, "spring_3d", &more);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let out = folder.join("out/in_basis_true");
+    let tips: Vec<f64> = ["newton", "cc-fixed", "warped-fixed"]
+        .iter()
+        .map(|name| {
+            let report = json(&out.join(name).join("report.json"));
+            assert_eq!(
+                (report["status"].as_str(), report["precision"].as_str()),
+                (Some("converged"), Some("f32")),
+                "{name}"
+            );
+            let position = &read(&out.join(name).join("result.npz"))["position"];
+            assert_eq!(position.shape, [2, 46, 3]);
+            position.data[46 * 3 + 44 * 3 + 2]
+        })
+        .collect();
+    assert!(
+        tips[0] > 0.2 && tips.iter().all(|tip| (tip - tips[0]).abs() < 1e-4),
+        "{tips:?}"
+    );
+}
+
+/// A square of two triangles, as every kind of file has it.
+fn files() -> Vec<(&'static str, String)> {
+    let obj =
+        "# a square\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nf 1/1 2/2 3/3\nf -5 -3 4\n".to_owned();
+    let older = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n\
+                 $Elements\n3\n1 15 2 0 1 1\n2 2 2 0 1 1 2 3\n3 2 2 0 1 1 3 4\n$EndElements\n";
+    let newer = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 1 0\n1 0 0 0 1 1 0 0 0\n$EndEntities\n\
+                 $Nodes\n1 4 1 4\n2 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n$EndNodes\n\
+                 $Elements\n1 2 1 2\n2 1 2 2\n1 1 2 3\n2 1 3 4\n$EndElements\n";
+    vec![
+        ("a.obj", obj),
+        ("b.msh", older.to_owned()),
+        ("c.msh", newer.to_owned()),
+    ]
+}
+
+fn file_scene(folder: &Path, name: &str, content: &str) -> String {
+    fs::write(folder.join(name), content).unwrap();
+    let mesh = format!("{{ file = \"{name}\" }}");
+    let hold = "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nload = { gravity = [0.0, -1.0] }";
+    let changes = [
+        ("{ grid = [2, 2], size = [1.0, 1.0] }", mesh.as_str()),
+        (
+            "hold = [ { box = { min = [0, 0], max = [0, 1] } }, { box = { min = [1, 0], max = [1, 1] }, move = [0.1, 0] } ]",
+            hold,
+        ),
+    ];
+    scene(folder, &changes)
+}
+
+#[test]
+fn meshes_come_from_files() {
+    let folder = fresh_folder("condense_files");
+    let mut last = None;
+    for (name, content) in files() {
+        let scene = file_scene(&folder, name, &content);
+        let ended = condense(&folder, &scene, &[]);
+        assert_eq!(ended.code, 0, "{name}: {}", ended.err);
+        let arrays = read(&folder.join("out/cc-fixed/result.npz"));
+        assert_eq!(
+            (arrays["rest"].shape.clone(), arrays["elements"].data.clone()),
+            (vec![4, 2], vec![0.0, 1.0, 2.0, 0.0, 2.0, 3.0]),
+            "{name}"
+        );
+        let position = arrays["position"].data.clone();
+        assert!(position[2 * 8 + 3] < 0.0, "it hangs down");
+        assert!(last.is_none_or(|last| last == position), "{name}");
+        last = Some(position);
+    }
+    let tetrahedron = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n7 0 0 1\n$EndNodes\n\
+                       $Elements\n2\n1 2 2 0 1 1 2 3\n2 4 2 0 1 1 2 3 7\n$EndElements\n";
+    fs::write(folder.join("t.msh"), tetrahedron).unwrap();
+    let text = "mesh = { file = \"t.msh\" }\nhold = [ { box = { min = [0, 0, 0], max = [1, 1, 0] } } ]\nload = { gravity = [0.0, 0.0, -1.0] }\n";
+    fs::write(folder.join("t.toml"), text).unwrap();
+    let ended = condense(&folder, folder.join("t.toml").to_str().unwrap(), &[]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert_eq!(
+        read(&folder.join("out/cc-fixed/result.npz"))["rest"].shape,
+        [4, 3]
+    );
+}
+
+#[test]
+fn damaged_files_are_refused_by_name() {
+    let folder = fresh_folder("condense_damaged");
+    let [(_, obj), (_, older), (_, newer)] = <[_; 3]>::try_from(files()).unwrap();
+    let rows = [
+        (
+            "d.obj",
+            obj.replace("f 1/1 2/2 3/3", "f 1 2 8"),
+            "names vertex 8 in line 7",
+        ),
+        (
+            "d.obj",
+            obj.replace("f 1/1 2/2 3/3", "f 1 2 3 4"),
+            "has a face of 4 corners in line 7; triangulate it",
+        ),
+        (
+            "d.obj",
+            obj.replace("v 1 0 0", "v 1 zero 0"),
+            "has \"zero\" in line 3 where a coordinate belongs",
+        ),
+        (
+            "d.obj",
+            obj.replace("v 1 0 0", "v 1 nan 0"),
+            "in line 3 that is not finite",
+        ),
+        (
+            "d.obj",
+            obj.replace("v 1 1 0", "v 1 1 2"),
+            "do not lie in a plane",
+        ),
+        (
+            "d.obj",
+            "v 0 0 0\n".into(),
+            "holds neither triangles nor tetrahedra",
+        ),
+        (
+            "d.obj",
+            obj.replace("f -5 -3 4", "f 3 1 4"),
+            "element 1 is inverted",
+        ),
+        (
+            "d.msh",
+            older.replace("2.2 0", "2.2 1"),
+            "is binary; save it in ASCII",
+        ),
+        ("d.msh", older.replace("2.2 0", "3 0"), "is of version 3"),
+        (
+            "d.msh",
+            older.replace("$Nodes\n4", "$Nodes\n4000000"),
+            "says that it has 4000000 vertices, more than it can hold",
+        ),
+        (
+            "d.msh",
+            older.replace("$Nodes\n4", "$Nodes\n3"),
+            "where $EndNodes belongs",
+        ),
+        (
+            "d.msh",
+            older.replace("2 2 2 0 1 1 2 3", "2 3 2 0 1 1 2 3"),
+            "has elements of kind 3",
+        ),
+        (
+            "d.msh",
+            older.replace("1 1 3 4", "1 1 3 9"),
+            "names vertex 9, which it does not have",
+        ),
+        ("d.msh", older[..older.len() - 20].to_owned(), "it is damaged"),
+        (
+            "d.msh",
+            newer.replace("1 4 1 4", "1 5 1 4"),
+            "says that it has 5 vertices, and its blocks have 4",
+        ),
+        (
+            "d.msh",
+            newer.replace("1 2 1 2\n2 1 2 2", "1 3 1 2\n2 1 2 2"),
+            "says that it has 3 elements, and its blocks have 2",
+        ),
+        ("d.msh", "nothing".into(), "has no $MeshFormat"),
+        ("d.stl", "solid".into(), "is neither .obj nor .msh"),
+    ];
+    for (name, content, said) in rows {
+        let scene = file_scene(&folder, name, &content);
+        let ended = condense(&folder, &scene, &[]);
+        assert_eq!(ended.code, 2, "{said}: {}", ended.err);
+        assert!(
+            ended.err.contains(said) && ended.err.contains("scene.toml:1"),
+            "{said}: {}",
+            ended.err
+        );
+    }
+    fs::write(folder.join("d.obj"), [0xff, 0xfe, 0x00]).unwrap();
+    let scene = file_scene(&folder, "e.obj", "");
+    fs::remove_file(folder.join("e.obj")).unwrap();
+    let ended = condense(&folder, &scene, &[]);
+    assert_eq!(ended.code, 4);
+    assert!(ended.err.contains("\"e.obj\" cannot be read"), "{}", ended.err);
+}
+
+#[test]
+fn what_does_not_go_together_is_refused_by_name() {
+    let folder = fresh_folder("condense_refusals");
+    let grid = "grid = [2, 2], size = [1.0, 1.0]";
+    let hold = "hold = [ { box = { min = [0, 0], max = [0, 1] } }, { box = { min = [1, 0], max = [1, 1] }, move = [0.1, 0] } ]";
+    let solver = "methods = [\"cc\"]";
+    let rows: [(&str, &str, &str); 26] = [
+        (grid, "grid = [2, 0], size = [1.0, 1.0]", "`mesh.grid` is [2, 0]"),
+        (grid, "grid = [2], size = [1.0]", "`mesh.grid` is [2]"),
+        (grid, "grid = [2, 2], size = [1.0, -1.0]", "as many sizes above 0"),
+        (
+            grid,
+            "grid = [2, 2], rod = 3",
+            "must have one of `grid`, `rod` and `file`",
+        ),
+        (
+            hold,
+            "",
+            "`hold` is refused: a quasi-static problem must hold a vertex",
+        ),
+        ("max = [0, 1]", "max = [1, 1]", "no vertex is free"),
+        (
+            "min = [0, 0], max = [0, 1]",
+            "min = [0.1, 0], max = [0.2, 1]",
+            "`hold[0].box` holds no vertex",
+        ),
+        ("move = [0.1, 0]", "move = [0.1]", "`hold[1].move` is [0.1]"),
+        (
+            hold,
+            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nmaterial = { poisson = 0.5 }",
+            "`material.poisson` is 0.5, but only a number above -1 and below 1/2",
+        ),
+        (
+            hold,
+            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nmaterial = { young = -1.0 }",
+            "`material.young`",
+        ),
+        (
+            hold,
+            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nload = { gravity = [1.0] }",
+            "`load.gravity`",
+        ),
+        (
+            hold,
+            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nload = { impulse = { at = [1.0, 1.0], value = [1.0, 0.0] } }",
+            "`load.impulse` needs inertia",
+        ),
+        (
+            hold,
+            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nspring = [ { from = [1, 1], to = [1, 1], stiffness = 1.0, rest_length = 0.1 } ]",
+            "begins and ends at the same vertex",
+        ),
+        (
+            hold,
+            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nspring = [ { from = [1, 1], to = [1, 2], stiffness = 0.0, rest_length = 0.1 } ]",
+            "`spring[0].stiffness`",
+        ),
+        (
+            "time = { steps = 2 }",
+            "time = { steps = 0 }",
+            "`time.steps` is 0",
+        ),
+        (
+            "time = { steps = 2 }",
+            "time = { steps = 2, dt = 0.0 }",
+            "`time.dt`",
+        ),
+        (
+            solver,
+            "methods = [\"newton\"]\nbasis = \"rebuilt\"",
+            "`solver.basis` is for methods that have one, and \"newton\" has none",
+        ),
+        (
+            solver,
+            "methods = [\"plain\"]\nbasis = \"fixed\"\nradius = 2",
+            "`solver.radius` is for methods that keep a basis",
+        ),
+        (
+            solver,
+            "methods = [\"cc\"]\nbasis = \"corotated\"\nblock = \"scalar\"",
+            "\"scalar\" cannot be co-rotated",
+        ),
+        (
+            solver,
+            "methods = [\"chord\"]\nbasis = \"corotated\"",
+            "\"chord\" cannot be co-rotated",
+        ),
+        (
+            solver,
+            "methods = [\"plain\", \"cc\"]\norder = \"colours\"",
+            "`solver.order` is refused: order \"colours\" is for method \"plain\"",
+        ),
+        (solver, "methods = [\"gauss\"]", "`solver.methods` is \"gauss\""),
+        (solver, "methods = []", "`solver.methods` is empty"),
+        (
+            solver,
+            "methods = [\"cc\"]\ntolerance = 0.0",
+            "`solver.tolerance`",
+        ),
+        (solver, "methods = [\"cc\"]\ncap = 0", "`solver.cap` is 0"),
+        (solver, "methods = [\"cc\"]\nspeed = 1", "speed"),
+    ];
+    for (from, to, said) in rows {
+        let scene = scene(&folder, &[(from, to)]);
+        let ended = condense(&folder, &scene, &[]);
+        assert_eq!(ended.code, 2, "{to}: {}", ended.err);
+        assert!(ended.err.contains(said), "{to}: {}", ended.err);
+        assert_eq!(ended.err.trim().lines().count(), 1, "{}", ended.err);
+        assert!(!folder.join("out").exists());
+    }
+    for (arguments, said) in [
+        (
+            vec!["condense", "bend"],
+            "is neither a preset nor the name of a scene file",
+        ),
+        (
+            vec!["condense", "missing.toml"],
+            "cannot read the scene missing.toml",
+        ),
+        (
+            vec![
+                "condense",
+                "stretch",
+                "--methods",
+                "newton",
+                "--basis",
+                "corotated",
+                "--plan",
+            ],
+            "--basis corotated: `solver.basis`",
+        ),
+        (
+            vec!["condense", "stretch", "--methods", "cc,gauss", "--plan"],
+            "--methods cc,gauss: `solver.methods`",
+        ),
+    ] {
+        let ended = run(&arguments);
+        assert!(ended.code == 2 || ended.code == 4, "{arguments:?}: {}", ended.err);
+        assert!(ended.err.contains(said), "{arguments:?}: {}", ended.err);
+    }
+}
+
+/// A boundary that is pushed through the mesh is not finite; a tolerance below rounding stalls; both leave their results.
+#[test]
+fn exit_codes_say_how_it_ended() {
+    let folder = fresh_folder("condense_codes");
+    let through = scene(&folder, &[("move = [0.1, 0]", "move = [-0.9, 0]")]);
+    let ended = condense(&folder, &through, &[]);
+    assert_eq!(ended.code, 1, "{}", ended.err);
+    assert_eq!(
+        json(&folder.join("out/cc-fixed/report.json"))["status"],
+        "not_finite"
+    );
+    let stalls = scene(
+        &folder,
+        &[(
+            "methods = [\"cc\"]",
+            "methods = [\"plain\"]\ntolerance = 1e-300\ncap = 3",
+        )],
+    );
+    let ended = condense(&folder, &stalls, &[]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert_eq!(json(&folder.join("out/plain/report.json"))["status"], "cap");
+}
+
+/// A run that is stopped leaves what there is.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_its_result() {
+    let out = fresh_folder("condense_interrupted").join("out");
+    let mut command = crate::support::thurible();
+    command.args([
+        "condense",
+        "rod",
+        "--methods",
+        "plain,newton",
+        "--json",
+        "--set",
+        "material.young=1e12",
+    ]);
+    command.args(["--set", "solver.cap=100000000", "-o", text(&out)]);
+    let ended =
+        crate::support::endless::Endless::seen(&mut command, |line| line.contains("\"variant\"")).stop();
+    assert_eq!(ended.code, 130, "{}", ended.err);
+    assert_eq!(json(&out.join("plain/report.json"))["status"], "cancelled");
+    assert!(!out.join("newton").exists() && out.join("condense.html").is_file());
+    assert_eq!(read(&out.join("plain/result.npz"))["position"].shape, [2, 101, 1]);
+}
