@@ -47,6 +47,7 @@
 //! | front door | [`solver`] | [`Plan`], [`Solver`], [`Status`] |
 //! | another simulator | [`stable_fluids`] | [`Fluids`]: Stam's solver at cell centres, its exact adjoint, and control by few numbers |
 //! | bodies | [`condense`] | coordinate condensation: an elastic body's energy, minimised block by block |
+//! | for other programs | [`operator`] | [`Operator`]: the simulation and its exact adjoint, step by step, in planned memory |
 //! | from frames | [`track`] | [`Tracker`]: the flow behind a sequence of frames, in the memory of three of them |
 //!
 //! # Example
@@ -101,6 +102,7 @@ pub mod method;
 pub mod nso;
 pub mod objective;
 pub mod observe;
+pub mod operator;
 pub mod operators;
 pub mod optimise;
 pub mod poisson;
@@ -126,6 +128,7 @@ pub use method::output::{self, Output, Place, Unit};
 pub use method::params::each::*;
 pub use method::simulate::guide::GuideSolver;
 pub use nso::{Norm, NsoParams, NsoSolver, colours::Colours};
+pub use operator::{Operator, OperatorParams, OperatorPlan};
 pub use observe::{Event, Observer, Phase, Silent};
 pub use problem::{
     Advection, Emitter, Feature, Problem, ProblemError, Scheme, Supply, Template, TemplateKind,

@@ -117,6 +117,12 @@ impl<'m> Reversal<'m> {
         }
     }
 
+    /// Begins anew, with as many slots: the state at the start is at hand, and in slot 0 if `stored`.
+    pub fn restart(&mut self, steps: usize, stored: bool) {
+        let kept = core::mem::take(&mut self.kept);
+        *self = Self::new(steps, kept, stored);
+    }
+
     fn store(&mut self, step: usize) -> Option<Move> {
         let slot = self.used;
         *self.kept.get_mut(slot)? = step;

@@ -18,6 +18,13 @@ pub enum PlanError {
         /// The largest value.
         most: usize,
     },
+    /// The ceiling holds less than the least that is needed.
+    Ceiling {
+        /// Bytes needed.
+        needed: usize,
+        /// The ceiling.
+        ceiling: usize,
+    },
     /// The sizes do not fit this machine's addresses.
     TooLarge,
 }
@@ -29,6 +36,10 @@ impl fmt::Display for PlanError {
             Self::OutOfRange { field, given, most } => {
                 write!(f, "{field} is {given}; it must be from 1 to {most}")
             }
+            Self::Ceiling { needed, ceiling } => write!(
+                f,
+                "{needed} bytes are needed at least and the ceiling is {ceiling}; raise it, or take fewer cells"
+            ),
             Self::TooLarge => write!(
                 f,
                 "cells times steps is more than this machine can address; use fewer cells or steps"

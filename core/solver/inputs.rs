@@ -246,7 +246,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 }
 
 /// Sets which cells are solid: one flag for each inside the box, x fastest.
-pub(super) fn put_solids<T: Real>(levels: &mut Levels<'_, T>, solid: &[bool]) {
+pub(crate) fn put_solids<T: Real>(levels: &mut Levels<'_, T>, solid: &[bool]) {
     let grid = levels.finest;
     let layout = FileLayout::of_cells(&grid);
     levels.set_solids(|cell| {
@@ -256,7 +256,7 @@ pub(super) fn put_solids<T: Real>(levels: &mut Levels<'_, T>, solid: &[bool]) {
 }
 
 /// Refuses a density of another length, or that is not finite somewhere.
-pub(super) fn finite<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
+pub(crate) fn finite<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
     if density.len() != cells {
         return Err(InputError::Length {
             expected: cells,
@@ -270,7 +270,7 @@ pub(super) fn finite<T: Real>(density: &[T], cells: usize) -> Result<(), InputEr
 }
 
 /// Refuses a density of another length, or that is not finite or negative somewhere.
-pub(super) fn check<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
+pub(crate) fn check<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
     finite(density, cells)?;
     if let Some(index) = density.iter().position(|&x| x < T::ZERO) {
         return Err(InputError::Negative { index });

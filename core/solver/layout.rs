@@ -1,6 +1,8 @@
 //! The layout of a component in memory and in a file.
 
 use super::InputError;
+use super::inputs::finite;
+use crate::field::rows;
 use crate::grid::{Grid, Side};
 use crate::real::Real;
 use core::ops::Range;
@@ -104,14 +106,21 @@ impl<'g> FileLayout<'g> {
         field: &mut [T],
         slot: [usize; 2],
     ) -> Result<(), InputError> {
-        let (expected, given) = (self.len(), faces.len());
-        if given != expected {
-            return Err(InputError::Length { expected, given });
-        }
-        if let Some(index) = faces.iter().position(|x| !x.is_finite()) {
-            return Err(InputError::NotFinite { index });
-        }
+        finite(faces, self.len())?;
         self.write_slot(faces, T::from_f64(unit), field, slot);
+        Ok(())
+    }
+
+    /// Adds `given`, whose length and numbers are checked, times `unit` to a field of one time level; what is given of walls counts for
+    /// nothing.
+    pub fn add<T: Real>(&self, given: &[T], unit: f64, field: &mut [T]) -> Result<(), InputError> {
+        finite(given, self.len())?;
+        let n = self.grid.n[0];
+        for Run { row, x, file, count } in self.runs() {
+            let from = given.get(file..file + count).unwrap_or(&[]);
+            let to = field.get_mut(row * n + x..row * n + x + count).unwrap_or(&mut []);
+            rows::add_scaled(to, T::from_f64(unit), from);
+        }
         Ok(())
     }
 
@@ -153,7 +162,7 @@ pub struct Strided<'a, T> {
 
 impl<'a, T> Strided<'a, T> {
     /// Slot `slot` of a trajectory of `slots`, of faces along an axis or of cells.
-    pub(super) fn slot(
+    pub(crate) fn slot(
         grid: &Grid,
         field: &'a [T],
         [slots, slot]: [usize; 2],

@@ -18,11 +18,13 @@ mod window;
 pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
 pub use crate::method::refusal::PlanError;
 pub use errors::{InputError, SavedError, SolverError};
+pub(crate) use inputs::{check as check_density, finite, put_solids};
 pub(crate) use layout::FileLayout;
 pub use layout::Strided;
 pub use plan::Plan;
 pub use reference::Elsewhere;
 pub use refined::{MAX_DOUBLINGS, Refined, Refinement};
+pub(crate) use script::carve as carve_script;
 
 use crate::exec::Exec;
 use crate::grid::{Grid, Space};

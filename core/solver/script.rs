@@ -16,7 +16,7 @@ pub(super) fn measure<T: Real>(problem: &Problem<'_>, ledger: &mut Ledger) {
 }
 
 /// The lists of `problem`, and its fields: regions and the mask are 1 everywhere, what has to be given is 0.
-pub(super) fn carve<'m, T: Real>(
+pub(crate) fn carve<'m, T: Real>(
     problem: &Problem<'_>,
     arena: &mut Arena<'m>,
 ) -> Result<(Lists<'m>, &'m mut [T]), TooSmall> {

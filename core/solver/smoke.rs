@@ -2,6 +2,7 @@
 
 use super::{InputError, Solver};
 use crate::grid::Space;
+use crate::objective::script::Script;
 use crate::real::Real;
 
 impl<T: Real, S: Space> Solver<'_, T, S> {
@@ -31,10 +32,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// The largest density that emitter `index` adds at a step, or fills up to.
     pub(super) fn emitted(&self, index: usize) -> f64 {
-        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
-        let shape = self.emitter_shape(index).iter();
-        let most = shape.fold(0.0, |most: f64, &x| most.max(x.to_f64()));
-        supply.iter().fold(0.0, |sum, &supply| sum + supply * most)
+        Script::new(self.lists, &*self.fields).most_emitted(index, self.grid().cells())
     }
 
     /// The mass of the smoke at `step`: that of the source, and what emitters have added by their rates.

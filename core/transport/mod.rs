@@ -73,6 +73,8 @@ pub struct Transport<'a, T> {
     /// 0 at closed faces and exits, across which nothing differs, and 1 elsewhere, as the velocity; empty without any.
     open: VectorMut<'a, T>,
     substeps: usize,
+    /// Whether the way back passes over nothing: see [`Self::everywhere`].
+    everywhere: bool,
     /// Whether there is room for the last two terms alone.
     rolling: bool,
     /// Where the terms of the last sub-steps are, if they are there.
@@ -148,6 +150,7 @@ impl<'a, T: Real> Transport<'a, T> {
                 solids: Solids::default(),
                 open: Default::default(),
                 substeps: 1,
+                everywhere: false,
                 rolling: back == 0,
                 held: None,
                 states,
@@ -175,6 +178,16 @@ impl<'a, T: Real> Transport<'a, T> {
         let mut transport = Self { solids, open, ..self };
         transport.open_faces();
         transport
+    }
+
+    /// The same, whose way back leaves out no cell: mu is A_rho^T mu also where there is no smoke, which a gradient by the velocities alone
+    /// never asks for.
+    #[must_use]
+    pub fn everywhere(self) -> Self {
+        Self {
+            everywhere: true,
+            ..self
+        }
     }
 
     /// Writes which faces are open: through an exit smoke goes as if what is outside were like what is inside.

@@ -28,6 +28,7 @@ struct Substep<'a, T> {
     open: Velocity<'a, T>,
     tau: f64,
     cut: f64,
+    everywhere: bool,
 }
 
 impl<'a, T: Real> Substep<'a, T> {
@@ -37,6 +38,7 @@ impl<'a, T: Real> Substep<'a, T> {
         [velocity, open]: [&'a VectorMut<'_, T>; 2],
         count: usize,
         cut: f64,
+        everywhere: bool,
     ) -> Self {
         Self {
             grid,
@@ -45,6 +47,7 @@ impl<'a, T: Real> Substep<'a, T> {
             open: Velocity(view(open)),
             tau: 1.0 / count as f64,
             cut,
+            everywhere,
         }
     }
 
@@ -56,6 +59,7 @@ impl<'a, T: Real> Substep<'a, T> {
             tau: self.tau,
             cut: self.cut,
             negligible: self.cut * negligible::<T>(),
+            everywhere: self.everywhere,
         }
     }
 
@@ -66,6 +70,7 @@ impl<'a, T: Real> Substep<'a, T> {
             open: self.open,
             tau: self.tau,
             negligible: self.cut * negligible::<T>(),
+            everywhere: self.everywhere,
         }
     }
 }
@@ -96,7 +101,7 @@ impl<T: Real> Transport<'_, T> {
     fn substep(&mut self, exec: &dyn Exec, from: &[T], to: &mut [T], begin: usize) -> Option<usize> {
         let (grid, stride) = (self.grid, Self::stride(self.grid));
         let faces = [&self.velocity, &self.open];
-        let sub = Substep::new(grid, self.scheme, faces, self.substeps, self.cut);
+        let sub = Substep::new(grid, self.scheme, faces, self.substeps, self.cut, self.everywhere);
         let terms = Terms {
             fields: &mut self.terms[begin * stride..],
             stride,
@@ -163,7 +168,7 @@ impl<T: Real> Transport<'_, T> {
     }
 
     /// The adjoint of the step from `rho`: `mu` <- A_rho^T mu where there is smoke (elsewhere it may stay as it is, which no gradient
-    /// depends on), and [`Self::gradient`] = A_v^T mu.
+    /// by a velocity depends on, unless it goes back [everywhere](Self::everywhere)), and [`Self::gradient`] = A_v^T mu.
     pub fn backward(&mut self, exec: &dyn Exec, rho: &[T], mu: &mut [T]) {
         self.forget_outside(mu);
         let (len, stride) = (rho.len(), pooled(rho.len()));
@@ -193,7 +198,7 @@ impl<T: Real> Transport<'_, T> {
     fn substep_backward(&mut self, exec: &dyn Exec, rho: &[T], terms: Place, mu: &mut [T], first: bool) {
         let (grid, stride) = (self.grid, Self::stride(self.grid));
         let faces = [&self.velocity, &self.open];
-        let sub = Substep::new(grid, self.scheme, faces, self.substeps, self.cut);
+        let sub = Substep::new(grid, self.scheme, faces, self.substeps, self.cut, self.everywhere);
         let kept = Terms {
             fields: &self.terms[terms.begin * stride..],
             stride,

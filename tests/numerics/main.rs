@@ -41,6 +41,8 @@ mod nso_cases;
 mod nso_residual;
 mod objective_gradients;
 mod open;
+mod operator;
+mod operator_runs;
 mod optical_flow;
 mod paper_bound;
 mod price;

@@ -10,17 +10,19 @@ use crate::grid::Grid;
 use crate::real::Real;
 
 /// What an emitter does at one step.
-struct Supply<'a, T> {
-    shape: &'a [T],
+pub(super) struct Supply<'a, T> {
+    /// Its number.
+    pub index: usize,
+    pub shape: &'a [T],
     /// Density that is added where the shape is 1.
-    added: f64,
+    pub added: f64,
     /// Density up to which it is filled where the shape is 1; 0 where it is not.
-    target: f64,
+    pub target: f64,
 }
 
 impl<'a, T: Real> Script<'a, T> {
     /// What emitters do when the density has come to `step`.
-    fn supplies(&self, step: usize, cells: usize) -> impl Iterator<Item = Supply<'a, T>> + Clone {
+    pub(super) fn supplies(&self, step: usize, cells: usize) -> impl Iterator<Item = Supply<'a, T>> + Clone {
         let (first, stride) = (self.lists.emitters_begin(), self.stride.get());
         let at = |step: usize| self.first + step as u32 * stride;
         let (begin, end) = (at(step.saturating_sub(1)), at(step));
@@ -31,11 +33,22 @@ impl<'a, T: Real> Script<'a, T> {
             let steps = to.min(end).saturating_sub(from.max(begin));
             let at = (first + index) * cells;
             (steps > 0).then(|| Supply {
+                index,
                 shape: part(fields, at..at + cells),
                 added: rate * f64::from(steps),
                 target,
             })
         })
+    }
+
+    /// The largest density that emitter `index` adds at a step, or fills up to.
+    #[must_use]
+    pub fn most_emitted(&self, index: usize, cells: usize) -> f64 {
+        let supply = self.lists.supplies.get(2 * index..2 * index + 2).unwrap_or(&[]);
+        let first = (self.lists.emitters_begin() + index) * cells;
+        let shape = part(self.fields, first..first + cells).iter();
+        let most = shape.fold(0.0, |most: f64, &x| most.max(x.to_f64()));
+        supply.iter().fold(0.0, |sum, &supply| sum + supply * most)
     }
 
     /// Adds to `rho`, the density that was carried to `step`, what is emitted on the way there: first by rates, then up to targets.

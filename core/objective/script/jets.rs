@@ -29,12 +29,12 @@ pub struct Jets<'a, T> {
 }
 
 impl<'a, T: Real> Script<'a, T> {
-    /// Shape and velocity of each emitter that pushes v_slot, counted from 0, on its way to v_{slot+1}.
-    fn jets(
+    /// Number, shape and velocity of each emitter that pushes v_slot, counted from 0, on its way to v_{slot+1}.
+    pub(super) fn jets(
         &self,
         slot: usize,
         cells: usize,
-    ) -> impl Iterator<Item = (&'a [T], [f64; 3])> + Clone + use<'a, T> {
+    ) -> impl Iterator<Item = (usize, &'a [T], [f64; 3])> + Clone + use<'a, T> {
         let (first, stride) = (self.lists.emitters_begin(), self.stride.get());
         let at = |slot: usize| self.first + slot as u32 * stride;
         let (begin, end, fields) = (at(slot), at(slot + 1), self.fields);
@@ -44,7 +44,7 @@ impl<'a, T: Real> Script<'a, T> {
             let field = (first + index) * cells..(first + index + 1) * cells;
             let acts = pushes != 0.0 && from < end && begin < to;
             // A long step goes as far as all its short ones.
-            acts.then(|| (part(fields, field), [x, y, z].map(|v: f64| v * f64::from(stride))))
+            acts.then(|| (index, part(fields, field), [x, y, z].map(|v: f64| v * f64::from(stride))))
         })
     }
 }
@@ -116,11 +116,11 @@ impl<T: Real> Jets<'_, T> {
 
 /// T and K of all emitters at the face between two cells.
 fn joined<'s, T: Real + 's>(
-    jets: impl Iterator<Item = (&'s [T], [f64; 3])>,
+    jets: impl Iterator<Item = (usize, &'s [T], [f64; 3])>,
     cells: [usize; 2],
     axis: usize,
 ) -> [f64; 2] {
-    jets.fold([0.0; 2], |[target, part], (shape, along)| {
+    jets.fold([0.0; 2], |[target, part], (_, shape, along)| {
         let inside = cells.map(|cell| shape.get(cell).map_or(0.0, |x| x.to_f64()));
         let e = inside.into_iter().fold(1.0, f64::min);
         let v = along.get(axis).copied().unwrap_or(0.0);

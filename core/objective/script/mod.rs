@@ -1,6 +1,7 @@
 //! What a scene says of the steps of its flow: what the smoke should look like, what is added to it, and what force costs.
 
 mod emission;
+pub mod emitted;
 pub mod jets;
 mod schedule;
 mod templates;

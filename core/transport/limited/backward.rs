@@ -21,7 +21,7 @@ use crate::transport::terms::{Backward, Terms};
 
 /// The adjoint of [`forward`](super::forward()) from rho = `from`, whose stages a and b are `stages`.
 ///
-/// Rows around which nothing flows are passed over: no smoke is there that a velocity could move.
+/// Rows around which nothing flows are passed over, unless it goes back everywhere: no smoke is there that a velocity could move.
 pub fn backward<T: Real>(
     exec: &dyn Exec,
     substep: &Substep<'_, T>,
@@ -110,8 +110,10 @@ impl<'a, T: Real> Stage<'a, T> {
         let apart = layout.apart;
         let plain = |cells: Cells<'_, T>| matches!(cells, Cells::Plain(_));
         let single = long_rows(grid) || plain(self.z) || plain(self.y.cells);
-        let empty =
-            |stencil: &Stencil, behind: usize| self.y.is_empty(grid, stencil, behind, |size| size == T::ZERO);
+        let everywhere = self.substep.everywhere;
+        let empty = |stencil: &Stencil, behind: usize| {
+            !everywhere && self.y.is_empty(grid, stencil, behind, |size| size == T::ZERO)
+        };
         let scratch = task.scratch;
         each_run(grid, task.rows, single, empty, |stencil, count, empty| {
             let (begin, end) = (stencil.row - first, stencil.row - first + count);
@@ -142,7 +144,11 @@ impl<'a, T: Real> Stage<'a, T> {
         let among_solids = self.substep.among_solids();
         let (of_z, of_y) = scratch.split_at_mut(grid.n[0] + HALO);
         let n = grid.n[0];
-        let flowing = if still { 0..n } else { self.y.extent(grid, stencil) };
+        let flowing = if still || self.substep.everywhere {
+            0..n
+        } else {
+            self.y.extent(grid, stencil)
+        };
         let mut input = Input {
             count,
             read: Read {

@@ -53,6 +53,8 @@ pub struct Substep<'a, T> {
     pub tau: f64,
     /// Values of a stage below this are set to 0, so that rows far from the smoke stay empty.
     pub negligible: f64,
+    /// Whether the way back passes over nothing.
+    pub everywhere: bool,
 }
 
 impl<T> Substep<'_, T> {

@@ -19,7 +19,7 @@ use crate::real::Real;
 /// are L on its low and R on its high side.
 ///
 /// Rows around which y_0 .. y_{k-1} are 0 are passed over: what z is there meets no smoke on the way back, unless smoke that lies
-/// perfectly still is let go beside rows that move.
+/// perfectly still is let go beside rows that move. None is where it goes back everywhere.
 pub fn adjoint<T: Real>(
     exec: &dyn Exec,
     series: &Series<'_, T>,
@@ -116,8 +116,10 @@ impl<T: Real> Term<'_, T> {
         let layout = Layout::new(n, next.len(), task.rows.len());
         let Layout { apart, before, .. } = layout;
         let single = matches!(self.z, Cells::Plain(_)) || matches!(self.y.cells, Cells::Plain(_));
-        let empty =
-            |stencil: &Stencil, behind: usize| self.y.is_empty(grid, stencil, behind, |size| size == T::ZERO);
+        let everywhere = self.series.everywhere;
+        let empty = |stencil: &Stencil, behind: usize| {
+            !everywhere && self.y.is_empty(grid, stencil, behind, |size| size == T::ZERO)
+        };
         let scratch = task.scratch;
         each_run(grid, task.rows, single, empty, |stencil, count, empty| {
             let (begin, end) = (stencil.row - first, stencil.row - first + count);

@@ -39,6 +39,8 @@ pub struct Series<'a, T> {
     pub cut: f64,
     /// Values of a term below this are set to 0.
     pub negligible: f64,
+    /// Whether the way back passes over nothing.
+    pub everywhere: bool,
 }
 
 /// The interpolation to a face, rho_f = w[0] downstream + w[1] upstream - w[2] next upstream (QUICK: Leonard 1979).
