@@ -128,8 +128,8 @@ pub use method::output::{self, Output, Place, Unit};
 pub use method::params::each::*;
 pub use method::simulate::guide::GuideSolver;
 pub use nso::{Norm, NsoParams, NsoSolver, colours::Colours};
-pub use operator::{Operator, OperatorParams, OperatorPlan};
 pub use observe::{Event, Observer, Phase, Silent};
+pub use operator::{Operator, OperatorParams, OperatorPlan};
 pub use problem::{
     Advection, Emitter, Feature, Problem, ProblemError, Scheme, Supply, Template, TemplateKind,
 };

@@ -75,7 +75,9 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
     /// Sets all gradients to 0.
     fn forget(&mut self) {
         self.mu.fill(T::ZERO);
-        self.covector.iter_mut().for_each(|component| component.fill(T::ZERO));
+        self.covector
+            .iter_mut()
+            .for_each(|component| component.fill(T::ZERO));
         self.of_buoyancy = [0.0; 3];
         self.numbers.fill(0.0);
         self.of_shapes.fill(T::ZERO);
@@ -234,11 +236,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         transport.backward(exec, before, mu);
         let (z, moved) = (Slot::only(view(z)), Slot::only(transport.gradient()));
         slot::combine(exec, grid, [(1.0, z), (1.0, moved)], covector);
-        let jets = Jets {
-            grid,
-            solids,
-            script,
-        };
+        let jets = Jets { grid, solids, script };
         jets.add(exec, [0.0, -1.0], step, z, (covector, 0));
         Stop::heard(observer)
     }

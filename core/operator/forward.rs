@@ -4,7 +4,7 @@ use super::layout::state_len;
 use super::{Ask, Given, Input, Operator, OperatorError, Phase, Show, Start, View};
 use crate::exec::Exec;
 use crate::field::slot::Slot;
-use crate::field::{VectorMut, rows, reborrow, sums, view};
+use crate::field::{VectorMut, reborrow, rows, sums, view};
 use crate::force::template::Placed;
 use crate::grid::Space;
 use crate::memory::Pool;
@@ -71,7 +71,9 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
             shape.iter().all(|&x| x == T::ZERO)
         };
         match (0..self.setup.emitters).find(unset) {
-            Some(index) => Err(Input::Emitter { index }.refused()(InputError::NoEmitter { index })),
+            Some(index) => Err(Input::Emitter { index }.refused()(InputError::NoEmitter {
+                index,
+            })),
             None => Ok(()),
         }
     }
@@ -270,7 +272,10 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         let (grid, len) = (self.levels.finest, state_len(&self.levels.finest));
         let cells = grid.cells();
         let [before, v, _] = &mut self.v;
-        let parts = v.iter_mut().take(grid.dims).chain(before.iter_mut().take(grid.dims));
+        let parts = v
+            .iter_mut()
+            .take(grid.dims)
+            .chain(before.iter_mut().take(grid.dims));
         let kept = rows::part(self.kept, slot * len..(slot + 1) * len);
         let (density, rest) = kept.split_at_checked(cells).unwrap_or_default();
         rows::part_mut(self.rho, 0..density.len()).copy_from_slice(density);

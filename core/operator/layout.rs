@@ -128,7 +128,11 @@ impl<'m, T: Real, S: Space> Operator<'m, T, S> {
             }
             if setup.emitters > 0 {
                 layout.work("numbers of emitters", &mut self.numbers, setup.emitters * NUMBERS)?;
-                layout.work("covectors of emitters", &mut self.of_shapes, setup.emitters * cells)?;
+                layout.work(
+                    "covectors of emitters",
+                    &mut self.of_shapes,
+                    setup.emitters * cells,
+                )?;
             }
             layout.work("sums of rows", &mut self.sums, 3 * grid.rows())?;
             layout.work("steps of kept states", &mut steps, setup.slots)?;

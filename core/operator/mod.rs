@@ -245,7 +245,10 @@ impl<'m, T: Real, S: Space> Operator<'m, T, S> {
         let cells = self.grid().cells();
         View {
             grid: self.grid(),
-            density: self.of_shapes.get(index * cells..(index + 1) * cells).unwrap_or(&[]),
+            density: self
+                .of_shapes
+                .get(index * cells..(index + 1) * cells)
+                .unwrap_or(&[]),
             vector: Default::default(),
             unit: 1.0,
         }

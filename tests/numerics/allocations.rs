@@ -7,9 +7,10 @@ use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
 use std::alloc::System;
 use thurible_core::flow::Minimiser;
+use thurible_core::operator::{Given, Start};
 use thurible_core::{
-    Boundary, Capture, D2, D3, Method, Params, Real, Serial, Silent, Solver, Space, Status, TrackParams,
-    TrackPlan, Tracker,
+    Boundary, Capture, D2, D3, Emitter, Method, Operator, OperatorParams, OperatorPlan, Params, Problem,
+    Real, Serial, Silent, Solver, Space, Status, Supply, TrackParams, TrackPlan, Tracker,
 };
 
 std::thread_local! {
@@ -146,6 +147,66 @@ fn nothing_is_allocated_while_frames_are_tracked() {
         tracking_allocates_nothing::<f32, D2>(&[20, 24], &[Boundary::Wall, Boundary::Periodic], minimiser);
         tracking_allocates_nothing::<f64, D3>(&[9, 10, 8], &[Boundary::Wall; 3], minimiser);
     }
+}
+
+fn operator_allocates_nothing<T: Real, S: Space>(cells: &[usize], solids: bool) {
+    let boundary = [Boundary::Wall; 3];
+    let emitters = [Emitter {
+        from: 0,
+        to: 3,
+        supply: Supply::Rate(0.1),
+        velocity: Some([0.01; 3]),
+    }];
+    let problem = Problem {
+        steps: 6,
+        emitters: &emitters,
+        solids,
+        buoyancy: [0.0, 1e-3, 0.0],
+        ..Problem::new(cells, &boundary[..cells.len()], &[])
+    };
+    let params = OperatorParams {
+        slots: Some(3),
+        ..OperatorParams::default()
+    };
+    let mut memory = Memory::new(OperatorPlan::new::<T, S>(&problem, &params).unwrap().bytes());
+    let block = memory.block();
+    let count_of = cells.iter().product();
+    let smoke = vec![T::from_f64(0.5); count_of];
+    let mut solid = vec![false; count_of];
+    solid[count_of / 2] = true;
+    let mut out = vec![T::ZERO; count_of];
+    let before = count();
+    let mut operator = Operator::<T, S>::new(&problem, &params, block).unwrap();
+    if solids {
+        operator.set_solids(&solid).unwrap();
+    }
+    operator.set_emitter(0, &smoke).unwrap();
+    let start = Start {
+        density: &smoke,
+        velocity: [&[]; 3],
+    };
+    let mut nothing = |_: usize, _: &mut Given<'_, T>| {};
+    operator
+        .simulate(&Serial, &mut Silent, &start, &mut nothing, &mut |_, view| {
+            view.read_density(&mut out)
+        })
+        .unwrap();
+    let mut covector = |_: usize, given: &mut Given<'_, T>| given.density(&smoke);
+    let mut shown = 0;
+    operator
+        .vjp(&Serial, &mut Silent, &mut nothing, &mut covector, &mut |_, _| {
+            shown += 1
+        })
+        .unwrap();
+    operator.gradient().read_density(&mut out);
+    assert_eq!((count() - before, shown), (0, 6), "operator on {cells:?}");
+}
+
+#[test]
+fn nothing_is_allocated_by_the_operator() {
+    operator_allocates_nothing::<f32, D2>(&[12, 9], false);
+    operator_allocates_nothing::<f64, D2>(&[12, 9], true);
+    operator_allocates_nothing::<f64, D3>(&[5, 7, 6], true);
 }
 
 #[test]

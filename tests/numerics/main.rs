@@ -42,6 +42,7 @@ mod nso_residual;
 mod objective_gradients;
 mod open;
 mod operator;
+mod operator_agrees;
 mod operator_runs;
 mod optical_flow;
 mod paper_bound;

@@ -161,7 +161,11 @@ impl Case {
 
     /// The same with a block and a plate of solid cells.
     pub fn among_solids(mut self) -> Self {
-        let n = [self.cells[0], self.cells[1], self.cells.get(2).copied().unwrap_or(1)];
+        let n = [
+            self.cells[0],
+            self.cells[1],
+            self.cells.get(2).copied().unwrap_or(1),
+        ];
         let solid = |at: usize| {
             let at = [at % n[0], at / n[0] % n[1], at / n[0] / n[1]];
             let block = (0..self.cells.len()).all(|a| (n[a] / 2..n[a] / 2 + 2).contains(&at[a]));
@@ -171,7 +175,12 @@ impl Case {
         self
     }
 
-    fn problem<'a>(&'a self, boundary: &'a [thurible_core::Boundary], emitters: &'a [Emitter], b: &[f64]) -> Problem<'a> {
+    pub fn problem<'a>(
+        &'a self,
+        boundary: &'a [thurible_core::Boundary],
+        emitters: &'a [Emitter],
+        b: &[f64],
+    ) -> Problem<'a> {
         Problem {
             length: self.length,
             dt: self.dt,
@@ -191,7 +200,7 @@ impl Case {
     }
 
     /// The emitters with the numbers of `inputs`.
-    fn emitters(&self, inputs: &Inputs) -> Vec<Emitter> {
+    pub fn emitters(&self, inputs: &Inputs) -> Vec<Emitter> {
         let with = |(emitter, (&supply, jet)): (&Emitter, (&f64, &Vec<f64>))| Emitter {
             supply: match emitter.supply {
                 Supply::Rate(_) => Supply::Rate(supply),
@@ -250,9 +259,16 @@ impl Case {
             let phase: Vec<f64> = (0..3).map(|_| 6.28 * random.unit()).collect();
             (0..extent(0) * extent(1) * extent(2))
                 .map(|i| {
-                    let at = [i % extent(0), i / extent(0) % extent(1), i / extent(0) / extent(1)];
+                    let at = [
+                        i % extent(0),
+                        i / extent(0) % extent(1),
+                        i / extent(0) / extent(1),
+                    ];
                     let along = at[axis];
-                    if !periodic(axis) && (along == 0 || along == n[axis]) && ends[axis] == thurible_core::Boundary::Wall {
+                    if !periodic(axis)
+                        && (along == 0 || along == n[axis])
+                        && ends[axis] == thurible_core::Boundary::Wall
+                    {
                         // What is given on walls counts for nothing, so that no gradient is there either.
                         return 0.0;
                     }
@@ -281,7 +297,11 @@ impl Case {
             density: density(&mut random),
             velocity: (0..dims).map(|a| faces(&mut random, a, courant * unit)).collect(),
             forces: (0..self.steps)
-                .map(|_| (0..dims).map(|a| faces(&mut random, a, 0.2 * unit / self.dt)).collect())
+                .map(|_| {
+                    (0..dims)
+                        .map(|a| faces(&mut random, a, 0.2 * unit / self.dt))
+                        .collect()
+                })
                 .collect(),
             buoyancy: (0..dims).map(|_| 0.2 * random.signed()).collect(),
             supplies: self
@@ -306,7 +326,13 @@ impl Case {
     /// A direction: random, and as large as the inputs are.
     pub fn direction(&self, inputs: &Inputs, seed: u64) -> Inputs {
         let mut random = Random::new(seed);
-        inputs.map(|_, x| if x == 0.0 { 0.0 } else { random.signed() * (0.2 + x.abs()) })
+        inputs.map(|_, x| {
+            if x == 0.0 {
+                0.0
+            } else {
+                random.signed() * (0.2 + x.abs())
+            }
+        })
     }
 }
 
@@ -339,7 +365,12 @@ pub struct Trajectory {
 
 impl Trajectory {
     fn with(&self, covectors: &Covectors) -> f64 {
-        let density: f64 = self.density.iter().zip(&covectors.density).map(|(x, y)| dot(x, y)).sum();
+        let density: f64 = self
+            .density
+            .iter()
+            .zip(&covectors.density)
+            .map(|(x, y)| dot(x, y))
+            .sum();
         let velocity: f64 = self
             .velocity
             .iter()
@@ -357,8 +388,10 @@ pub fn simulate<T: Real, S: Space>(
     exec: &dyn Exec,
     inputs: &Inputs,
 ) -> Result<Trajectory, OperatorError> {
-    let (cells, faces): (usize, Vec<usize>) =
-        (operator.cells(), (0..S::DIM).map(|a| operator.faces_len(a)).collect());
+    let (cells, faces): (usize, Vec<usize>) = (
+        operator.cells(),
+        (0..S::DIM).map(|a| operator.faces_len(a)).collect(),
+    );
     let density: Vec<T> = cast(&inputs.density);
     let velocity: Vec<Vec<T>> = inputs.velocity.iter().map(|v| cast(v)).collect();
     let start = Start {
@@ -513,16 +546,36 @@ fn gradients_by_every_input_are_exact_to_second_order() {
 fn gradients_among_solids_and_open_sides_are_exact() {
     let case = |cells: &[usize], ends| Case::new(cells, ends, 3);
     check::<D2>("limited", &case(&[9, 7], "ww"), 0.7, 1e-4);
-    check::<D2>("solids", &case(&[9, 8], "wp").among_solids().emitting(), 0.6, 1e-4);
+    check::<D2>(
+        "solids",
+        &case(&[9, 8], "wp").among_solids().emitting(),
+        0.6,
+        1e-4,
+    );
     check::<D2>("open", &case(&[9, 8], "ho").emitting(), 0.6, 1e-4);
-    check::<D2>("solids, open", &case(&[10, 8], "ol").among_solids().with_templates(), 1.4, 1e-4);
-    check::<D3>("3D solids", &case(&[6, 5, 6], "www").among_solids().emitting(), 0.5, 1e-4);
+    check::<D2>(
+        "solids, open",
+        &case(&[10, 8], "ol").among_solids().with_templates(),
+        1.4,
+        1e-4,
+    );
+    check::<D3>(
+        "3D solids",
+        &case(&[6, 5, 6], "www").among_solids().emitting(),
+        0.5,
+        1e-4,
+    );
     check::<D3>("3D open", &case(&[5, 6, 5], "wol"), 0.5, 1e-4);
 }
 
 #[test]
 fn one_step_and_other_schemes() {
-    check::<D2>("one step", &Case::new(&[7, 6], "wp", 1).smooth().emitting(), 0.6, 1e-3);
+    check::<D2>(
+        "one step",
+        &Case::new(&[7, 6], "wp", 1).smooth().emitting(),
+        0.6,
+        1e-3,
+    );
     let quick = Case {
         scheme: Scheme::Quick,
         cut: 1e-200,

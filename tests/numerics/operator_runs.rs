@@ -6,9 +6,7 @@ use thurible_core::memory::Sharing;
 use thurible_core::operator::{Input, OperatorError, Start};
 use thurible_core::problem::MAX_STEPS;
 use thurible_core::reversal::repeated_steps;
-use thurible_core::{
-    D2, D3, Operator, OperatorParams, OperatorPlan, Problem, Scheme, Serial, Silent, Space,
-};
+use thurible_core::{D2, D3, Operator, OperatorParams, OperatorPlan, Problem, Scheme, Serial, Silent, Space};
 
 fn with_params(case: &Case, slots: Option<usize>, threads: usize) -> Case {
     Case {
@@ -42,7 +40,10 @@ fn same_bits<S: Space>(case: &Case) {
     assert_eq!(gradients[0], gradients[1], "the second gradient is another one");
     for slots in [1, 2, 5, steps] {
         let plan = case.plan::<f64, S>(&with_params(case, Some(slots), 1).params);
-        assert_eq!((plan.slots(), plan.repeated_steps()), (slots, repeated_steps(steps, slots)));
+        assert_eq!(
+            (plan.slots(), plan.repeated_steps()),
+            (slots, repeated_steps(steps, slots))
+        );
         let (other, found, repeated) = run::<S>(&with_params(case, Some(slots), 1), 1);
         assert!(other == trajectory && found == gradients, "{slots} slots");
         assert_eq!(repeated, [repeated_steps(steps, slots); 2], "{slots} slots");
@@ -89,7 +90,10 @@ fn cells_without_smoke_have_their_gradient() {
                     .map(|(x, y)| x * y)
                     .sum();
                 let v = found.velocity.iter().flatten().flatten();
-                rho + v.zip(covectors.velocity.iter().flatten().flatten()).map(|(x, y)| x * y).sum::<f64>()
+                rho + v
+                    .zip(covectors.velocity.iter().flatten().flatten())
+                    .map(|(x, y)| x * y)
+                    .sum::<f64>()
             })
         };
         let slope = (value(1e-4) - value(-1e-4)) / 2e-4;
@@ -126,13 +130,32 @@ fn plan_of<S: Space>(case: &Case) {
     };
     let whole = OperatorPlan::new::<f64, S>(&problem, &case.params).unwrap();
     assert_eq!((whole.slots(), whole.next_slot()), (case.steps, None));
-    let sum: usize = whole.entries().iter().filter(|entry| entry.depth == 0).map(|entry| entry.bytes).sum();
+    let sum: usize = whole
+        .entries()
+        .iter()
+        .filter(|entry| entry.depth == 0)
+        .map(|entry| entry.bytes)
+        .sum();
     assert_eq!(sum, whole.bytes());
-    assert!(whole.entries().iter().any(|entry| entry.name == "kept states" && entry.sharing == Sharing::Buffer));
+    assert!(
+        whole
+            .entries()
+            .iter()
+            .any(|entry| entry.name == "kept states" && entry.sharing == Sharing::Buffer)
+    );
     let mut memory = Memory::new(whole.bytes() - 1);
     assert!(Operator::<f64, S>::new(&problem, &case.params, memory.block()).is_err());
     // Every ceiling from that of one state on holds as many as there is room for.
-    let with = |slots, ceiling| OperatorPlan::new::<f64, S>(&problem, &OperatorParams { slots, ceiling, ..case.params });
+    let with = |slots, ceiling| {
+        OperatorPlan::new::<f64, S>(
+            &problem,
+            &OperatorParams {
+                slots,
+                ceiling,
+                ..case.params
+            },
+        )
+    };
     for slots in 1..case.steps {
         let plan = with(Some(slots), None).unwrap();
         let next = plan.next_slot().unwrap();
@@ -180,31 +203,53 @@ fn a_thousand_steps_stay_finite() {
     };
     let mut inputs = case.draw(23, 0.3);
     inputs.density.fill(0.0);
-    inputs.forces.iter_mut().flatten().flatten().for_each(|x| *x = 0.0);
+    inputs
+        .forces
+        .iter_mut()
+        .flatten()
+        .flatten()
+        .for_each(|x| *x = 0.0);
     inputs.buoyancy.fill(0.0);
     let mut covectors = Covectors::draw(&case, &inputs, 29);
     covectors.density.iter_mut().flatten().for_each(|x| *x = 0.0);
     let last = covectors.velocity.len() - 1;
-    covectors.velocity.iter_mut().take(last).flatten().flatten().for_each(|x| *x = 0.0);
+    covectors
+        .velocity
+        .iter_mut()
+        .take(last)
+        .flatten()
+        .flatten()
+        .for_each(|x| *x = 0.0);
     let of_end = |found: &Trajectory| -> f64 {
         let ends = found.velocity[last].iter().flatten();
-        ends.zip(covectors.velocity[last].iter().flatten()).map(|(x, y)| x * y).sum()
+        ends.zip(covectors.velocity[last].iter().flatten())
+            .map(|(x, y)| x * y)
+            .sum()
     };
     let gradient = case.with::<f64, D3, _>(&inputs, |operator| {
         simulate(operator, &Serial, &inputs).unwrap();
         vjp(operator, &Serial, &inputs, &covectors).unwrap()
     });
-    let finite = gradient.velocity.iter().flatten().chain(gradient.forces.iter().flatten().flatten());
+    let finite = gradient
+        .velocity
+        .iter()
+        .flatten()
+        .chain(gradient.forces.iter().flatten().flatten());
     assert!(finite.clone().all(|x| x.is_finite()) && finite.clone().any(|&x| x != 0.0));
     let mut along = case.direction(&inputs, 31);
     along.forces.iter_mut().flatten().flatten().for_each(|x| *x = 0.0);
     let slope = gradient.dot(&along, |kind| kind == 1);
     let value = |t: f64| {
         let moved = inputs.plus(t, &along);
-        case.with::<f64, D3, _>(&moved, |operator| of_end(&simulate(operator, &Serial, &moved).unwrap()))
+        case.with::<f64, D3, _>(&moved, |operator| {
+            of_end(&simulate(operator, &Serial, &moved).unwrap())
+        })
     };
     let found = (value(1e-4) - value(-1e-4)) / 2e-4;
-    assert!((found - slope).abs() < 1e-4 * slope.abs(), "{slope:e} by the adjoint, {found:e} by differences");
+    assert!(
+        (found - slope).abs() < 1e-4 * slope.abs(),
+        "{slope:e} by the adjoint, {found:e} by differences"
+    );
 }
 
 #[test]
@@ -213,20 +258,47 @@ fn what_is_wrong_is_refused() {
     let inputs = case.draw(3, 0.5);
     let covectors = Covectors::draw(&case, &inputs, 5);
     case.with::<f64, D2, _>(&inputs, |operator| {
-        assert_eq!(vjp(operator, &Serial, &inputs, &covectors), Err(OperatorError::NotSimulated));
+        assert_eq!(
+            vjp(operator, &Serial, &inputs, &covectors),
+            Err(OperatorError::NotSimulated)
+        );
         let mut wrong = inputs.clone();
         wrong.density.pop();
         let refused = simulate(operator, &Serial, &wrong).unwrap_err();
-        assert!(matches!(refused, OperatorError::Input { what: Input::Density, .. }), "{refused}");
+        assert!(
+            matches!(
+                refused,
+                OperatorError::Input {
+                    what: Input::Density,
+                    ..
+                }
+            ),
+            "{refused}"
+        );
         wrong = inputs.clone();
         wrong.velocity[1][3] = f64::NAN;
         let refused = simulate(operator, &Serial, &wrong).unwrap_err();
-        assert_eq!(refused.to_string(), "the velocity at the start is refused: value 3 is not finite");
+        assert_eq!(
+            refused.to_string(),
+            "the velocity at the start is refused: value 3 is not finite"
+        );
         wrong = inputs.clone();
         wrong.forces[1][0][0] = f64::INFINITY;
         let refused = simulate(operator, &Serial, &wrong).unwrap_err();
-        assert!(matches!(refused, OperatorError::Input { what: Input::Force { step: 1 }, .. }), "{refused}");
-        assert_eq!(vjp(operator, &Serial, &inputs, &covectors), Err(OperatorError::NotSimulated));
+        assert!(
+            matches!(
+                refused,
+                OperatorError::Input {
+                    what: Input::Force { step: 1 },
+                    ..
+                }
+            ),
+            "{refused}"
+        );
+        assert_eq!(
+            vjp(operator, &Serial, &inputs, &covectors),
+            Err(OperatorError::NotSimulated)
+        );
         wrong = inputs.clone();
         wrong.velocity[0].iter_mut().for_each(|x| *x *= 1e6);
         let refused = simulate(operator, &Serial, &wrong).unwrap_err();
@@ -235,7 +307,16 @@ fn what_is_wrong_is_refused() {
         let mut other = covectors.clone();
         other.density[2][1] = f64::NAN;
         let refused = vjp(operator, &Serial, &inputs, &other).unwrap_err();
-        assert!(matches!(refused, OperatorError::Input { what: Input::Cotangent { step: 2 }, .. }), "{refused}");
+        assert!(
+            matches!(
+                refused,
+                OperatorError::Input {
+                    what: Input::Cotangent { step: 2 },
+                    ..
+                }
+            ),
+            "{refused}"
+        );
         // What was simulated is still there.
         let gradient = vjp(operator, &Serial, &inputs, &covectors).unwrap();
         simulate(operator, &Serial, &inputs).unwrap();
@@ -252,7 +333,16 @@ fn emitters_must_be_shaped_and_plans_checked() {
     inputs.shapes.clear();
     case.with::<f64, D2, _>(&inputs, |operator| {
         let refused = simulate(operator, &Serial, &inputs).unwrap_err();
-        assert!(matches!(refused, OperatorError::Input { what: Input::Emitter { index: 0 }, .. }), "{refused}");
+        assert!(
+            matches!(
+                refused,
+                OperatorError::Input {
+                    what: Input::Emitter { index: 0 },
+                    ..
+                }
+            ),
+            "{refused}"
+        );
     });
     let boundary = boundaries("wp");
     let problem = Problem {
@@ -261,14 +351,28 @@ fn emitters_must_be_shaped_and_plans_checked() {
     };
     let params = OperatorParams::default();
     let refused = |problem: &Problem<'_>, params: &OperatorParams| {
-        OperatorPlan::new::<f64, D2>(problem, params).unwrap_err().to_string()
+        OperatorPlan::new::<f64, D2>(problem, params)
+            .unwrap_err()
+            .to_string()
     };
     assert_eq!(
-        refused(&problem, &OperatorParams { slots: Some(4), ..params }),
+        refused(
+            &problem,
+            &OperatorParams {
+                slots: Some(4),
+                ..params
+            }
+        ),
         "operator.slots is 4; it must be from 1 to 3"
     );
     assert_eq!(
-        refused(&problem, &OperatorParams { tolerance: 0.0, ..params }),
+        refused(
+            &problem,
+            &OperatorParams {
+                tolerance: 0.0,
+                ..params
+            }
+        ),
         "operator.tolerance is 0; it must be positive and finite"
     );
     assert!(refused(&problem, &OperatorParams { threads: 0, ..params }).contains("threads"));
@@ -279,12 +383,18 @@ fn emitters_must_be_shaped_and_plans_checked() {
     let open = boundaries("ow");
     let problem = Problem {
         boundary: &open,
-        advection: thurible_core::Advection { scheme: Scheme::Quick, tolerance: 1e-5 },
+        advection: thurible_core::Advection {
+            scheme: Scheme::Quick,
+            tolerance: 1e-5,
+        },
         ..problem
     };
     assert!(refused(&problem, &params).contains("limited"));
     let mut memory = Memory::new(1 << 20);
-    let start = Start { density: &[0.0; 56], velocity: [&[]; 3] };
+    let start = Start {
+        density: &[0.0; 56],
+        velocity: [&[]; 3],
+    };
     let walls = boundaries("ww");
     let problem = Problem {
         steps: 2,
@@ -294,7 +404,13 @@ fn emitters_must_be_shaped_and_plans_checked() {
     // Nothing moves at rest, and nothing that is not given is read.
     operator
         .simulate(&Serial, &mut Silent, &start, &mut |_, _| {}, &mut |_, view| {
-            assert!(view.vector(0).numbers.iter().chain(view.density().numbers).all(|&x| x == 0.0));
+            assert!(
+                view.vector(0)
+                    .numbers
+                    .iter()
+                    .chain(view.density().numbers)
+                    .all(|&x| x == 0.0)
+            );
         })
         .unwrap();
 }

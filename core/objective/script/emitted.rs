@@ -66,32 +66,37 @@ impl<'a, T: Real> Script<'a, T> {
         for supply in chosen.clone() {
             let (shapes, sums) = out.of(supply.index, grid, 1);
             let by_rate = f64::from(self.stride.get());
-            for_rows(exec, grid.rows(), RowBuffers::fields([shapes]).with_sums(sums), |task| {
-                let ([shapes], first) = (task.fields, task.row * n);
-                let mut sum = 0.0;
-                for (x, gradient) in shapes.iter_mut().enumerate() {
-                    let at = |field: &[T]| field.get(first + x).map_or(0.0, |value| value.to_f64());
-                    let (covector, inside) = (at(mu), at(supply.shape));
-                    if targets {
-                        let here = rho.get(first + x).copied().unwrap_or(T::ZERO);
-                        let fills = |target: f64, shape: &[T]| {
-                            let shape = shape.get(first + x).copied().unwrap_or(T::ZERO);
-                            shape > T::ZERO && here <= T::from_f64(target) * shape
-                        };
-                        let before = || chosen.clone().take_while(|other| other.index < supply.index);
-                        if fills(supply.target, supply.shape)
-                            && !before().any(|other| fills(other.target, other.shape))
-                        {
-                            *gradient += T::from_f64(supply.target * covector);
-                            sum += covector * inside;
+            for_rows(
+                exec,
+                grid.rows(),
+                RowBuffers::fields([shapes]).with_sums(sums),
+                |task| {
+                    let ([shapes], first) = (task.fields, task.row * n);
+                    let mut sum = 0.0;
+                    for (x, gradient) in shapes.iter_mut().enumerate() {
+                        let at = |field: &[T]| field.get(first + x).map_or(0.0, |value| value.to_f64());
+                        let (covector, inside) = (at(mu), at(supply.shape));
+                        if targets {
+                            let here = rho.get(first + x).copied().unwrap_or(T::ZERO);
+                            let fills = |target: f64, shape: &[T]| {
+                                let shape = shape.get(first + x).copied().unwrap_or(T::ZERO);
+                                shape > T::ZERO && here <= T::from_f64(target) * shape
+                            };
+                            let before = || chosen.clone().take_while(|other| other.index < supply.index);
+                            if fills(supply.target, supply.shape)
+                                && !before().any(|other| fills(other.target, other.shape))
+                            {
+                                *gradient += T::from_f64(supply.target * covector);
+                                sum += covector * inside;
+                            }
+                        } else {
+                            *gradient += T::from_f64(supply.added * covector);
+                            sum += by_rate * covector * inside;
                         }
-                    } else {
-                        *gradient += T::from_f64(supply.added * covector);
-                        sum += by_rate * covector * inside;
                     }
-                }
-                task.sums.iter_mut().for_each(|of_row| *of_row = sum);
-            });
+                    task.sums.iter_mut().for_each(|of_row| *of_row = sum);
+                },
+            );
             out.take(supply.index, grid, 0, 1);
         }
     }
@@ -172,32 +177,37 @@ impl<T: Real> Jets<'_, T> {
         };
         for (index, _, _) in self.script.jets(slot, grid.cells()) {
             let (shapes, sums) = out.of(index, grid, 3);
-            for_rows(exec, grid.rows(), RowBuffers::fields([shapes]).with_sums(sums), |task| {
-                let [shapes] = task.fields;
-                task.sums.fill(0.0);
-                for (x, gradient) in shapes.iter_mut().enumerate() {
-                    for axis in 0..grid.dims {
-                        let mut face = |row: usize, place: usize, own: Side| {
-                            let Some(cells) = self.cells_at(axis, row, place) else {
-                                return 0.0;
+            for_rows(
+                exec,
+                grid.rows(),
+                RowBuffers::fields([shapes]).with_sums(sums),
+                |task| {
+                    let [shapes] = task.fields;
+                    task.sums.fill(0.0);
+                    for (x, gradient) in shapes.iter_mut().enumerate() {
+                        for axis in 0..grid.dims {
+                            let mut face = |row: usize, place: usize, own: Side| {
+                                let Some(cells) = self.cells_at(axis, row, place) else {
+                                    return 0.0;
+                                };
+                                let (z, v) = (at(z, axis, row * n + place), at(v, axis, row * n + place));
+                                let pushed = self.pushed(slot, index, cells, axis, v);
+                                if pushed.of == Some(own) {
+                                    *gradient += T::from_f64(z * pushed.by_part);
+                                }
+                                z * pushed.by_velocity
                             };
-                            let (z, v) = (at(z, axis, row * n + place), at(v, axis, row * n + place));
-                            let pushed = self.pushed(slot, index, cells, axis, v);
-                            if pushed.of == Some(own) {
-                                *gradient += T::from_f64(z * pushed.by_part);
+                            let of_low = face(task.row, x, Side::High);
+                            if let Some(sum) = task.sums.get_mut(axis) {
+                                *sum += of_low;
                             }
-                            z * pushed.by_velocity
-                        };
-                        let of_low = face(task.row, x, Side::High);
-                        if let Some(sum) = task.sums.get_mut(axis) {
-                            *sum += of_low;
-                        }
-                        if let Some([row, place]) = self.face_above(axis, task.row, x) {
-                            face(row, place, Side::Low);
+                            if let Some([row, place]) = self.face_above(axis, task.row, x) {
+                                face(row, place, Side::Low);
+                            }
                         }
                     }
-                }
-            });
+                },
+            );
             out.take(index, grid, 1, 3);
         }
     }

@@ -44,7 +44,13 @@ impl<'a, T: Real> Script<'a, T> {
             let field = (first + index) * cells..(first + index + 1) * cells;
             let acts = pushes != 0.0 && from < end && begin < to;
             // A long step goes as far as all its short ones.
-            acts.then(|| (index, part(fields, field), [x, y, z].map(|v: f64| v * f64::from(stride))))
+            acts.then(|| {
+                (
+                    index,
+                    part(fields, field),
+                    [x, y, z].map(|v: f64| v * f64::from(stride)),
+                )
+            })
         })
     }
 }
