@@ -1,5 +1,6 @@
 //! The command line: which commands there are. The arguments of each are defined with its body in [`commands`](crate::commands).
 
+use crate::commands::check_gradient::CheckGradientArguments;
 use crate::commands::compare::CompareArguments;
 use crate::commands::condense::CondenseArguments;
 use crate::commands::deblur::DeblurArguments;
@@ -52,6 +53,15 @@ pub enum Command {
     Render(RenderArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.
     Plan(SceneArguments),
+    /// Check the gradient of a scene's simulation by Taylor's test.
+    ///
+    /// What is checked is the simulation that lbfgs and templates search with, and that `Operator` is in Rust, C and Python. J is the data
+    /// term of the keyframes, a plain sum of squares over cells, or that of the last density where there is none. It is differentiated by
+    /// all that the simulation follows from at once: the density and the velocity at the start, the force of every step, buoyancy, and
+    /// rates, targets, velocities and shapes of emitters. The point is near the scene's start, with some haze and stir, since transport has
+    /// kinks at sharp edges and at rest. Always in f64. The exit code is 1 where the remainder is of first order at the steps 1e-6 and
+    /// 1e-7 too.
+    CheckGradient(CheckGradientArguments),
     /// Solve a scene by several methods, one after the other, and compare them on one page.
     Compare(CompareArguments),
     /// Solve the scenes of Pan & Manocha's paper and put the results beside its own.

@@ -38,6 +38,8 @@ pub mod exit;
 #[cfg(feature = "std")]
 mod flows;
 #[cfg(feature = "std")]
+pub mod gradient;
+#[cfg(feature = "std")]
 pub mod interrupt;
 #[cfg(feature = "std")]
 pub mod keyframes;

@@ -2,8 +2,8 @@
 
 use crate::cli::{Cli, Command};
 use crate::commands::{
-    compare, condense, deblur, guide, new, paper, photograph, plan, readvect, remap, render, simulate, solve,
-    thesis, tomography, track, upsample,
+    check_gradient, compare, condense, deblur, guide, new, paper, photograph, plan, readvect, remap, render,
+    simulate, solve, thesis, tomography, track, upsample,
 };
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
@@ -35,6 +35,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Remap(arguments) => remap::run(arguments),
         Command::Track(arguments) => track::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),
+        Command::CheckGradient(arguments) => check_gradient::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),

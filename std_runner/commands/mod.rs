@@ -1,5 +1,6 @@
 //! The commands, each with its arguments and its body.
 
+pub mod check_gradient;
 pub mod compare;
 pub mod condense;
 pub mod deblur;

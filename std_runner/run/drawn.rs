@@ -47,7 +47,7 @@ pub(super) fn narrowed<T: Real>(values: Vec<f64>) -> Vec<T> {
 }
 
 /// The failure for a shape's error, with the place of its key in the scene.
-pub(super) fn refusal(scene: &Scene, table: &str, error: &ShapeError) -> Failure {
+pub(crate) fn refusal(scene: &Scene, table: &str, error: &ShapeError) -> Failure {
     let (ShapeError::Key { key, .. } | ShapeError::File { key, .. } | ShapeError::Read { key, .. }) = error;
     let place = scene.document.place(&format!("{table}.{key}"));
     let sentence = format!("{place}: in {table}: {error}");

@@ -1,0 +1,135 @@
+//! Taylor's table of a gradient, and what it says.
+
+use super::INPUTS;
+use serde_json::{Value, json};
+use thurible_core::OperatorPlan;
+
+/// The steps along the direction.
+pub(super) const STEPS: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+/// What is judged are steps of at most this.
+const SMALL: f64 = 1e-6;
+/// What the difference quotient of a small step may be away from an exact derivative.
+const EXACT: f64 = 1e-5;
+/// Rounding errors of J, in parts of it.
+const ROUNDING: f64 = 1e-13;
+
+/// A line of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// t.
+    pub step: f64,
+    /// J(x + t d) - J(x).
+    pub change: f64,
+    /// That less t times the derivative.
+    pub remainder: f64,
+    /// The remainder in parts of t times the derivative.
+    pub relative: f64,
+}
+
+/// Taylor's test along one direction.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// J.
+    pub value: f64,
+    /// Its derivative along the direction by the adjoint.
+    pub slope: f64,
+    /// The part of it that each of [`INPUTS`] has.
+    pub parts: [f64; INPUTS.len()],
+    /// The lines, largest step first.
+    pub rows: Vec<Row>,
+    /// Bytes of the operator, states that it keeps, and steps that its gradient repeats.
+    pub bytes: usize,
+    /// States that it keeps.
+    pub slots: usize,
+    /// Steps that its gradient repeats.
+    pub repeated: usize,
+}
+
+impl Table {
+    pub(super) fn new(value: f64, slope: f64, parts: [f64; INPUTS.len()], plan: &OperatorPlan) -> Self {
+        Self {
+            value,
+            slope,
+            parts,
+            rows: Vec::new(),
+            bytes: plan.bytes(),
+            slots: plan.slots(),
+            repeated: plan.repeated_steps(),
+        }
+    }
+
+    pub(super) fn push(&mut self, step: f64, value: f64) {
+        let change = value - self.value;
+        let remainder = change - step * self.slope;
+        self.rows.push(Row {
+            step,
+            change,
+            remainder,
+            relative: (remainder / (step * self.slope)).abs(),
+        });
+    }
+
+    /// Whether the gradient is right: the remainder of one of the small steps at least is of second order, which is far below the first, or
+    /// rounding errors.
+    pub fn is_exact(&self) -> bool {
+        self.rows.iter().filter(|row| row.step <= SMALL).any(|row| {
+            let rounding = ROUNDING * self.value.abs() / (row.step * self.slope).abs();
+            row.relative <= EXACT.max(rounding.min(0.1))
+        })
+    }
+
+    /// The table as JSON.
+    pub fn fields(&self) -> Value {
+        let row = |row: &Row| {
+            json!({
+                "step": row.step,
+                "change": row.change,
+                "remainder": row.remainder,
+                "relative": row.relative,
+            })
+        };
+        let parts = INPUTS
+            .iter()
+            .zip(self.parts)
+            .map(|(name, part)| (name.replace(' ', "_"), json!(part)));
+        json!({
+            "exact": self.is_exact(),
+            "value": self.value,
+            "derivative": self.slope,
+            "parts": Value::Object(parts.collect()),
+            "rows": self.rows.iter().map(row).collect::<Vec<_>>(),
+            "bytes": self.bytes,
+            "slots": self.slots,
+            "repeated_steps": self.repeated,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(slope: f64) -> Table {
+        let mut table = Table {
+            value: 1.0,
+            slope,
+            parts: [0.0; INPUTS.len()],
+            rows: Vec::new(),
+            bytes: 0,
+            slots: 1,
+            repeated: 0,
+        };
+        // J(t) = 1 + 2 t + 3 t^2.
+        STEPS
+            .iter()
+            .for_each(|&t| table.push(t, 1.0 + 2.0 * t + 3.0 * t * t));
+        table
+    }
+
+    #[test]
+    fn a_wrong_derivative_is_told_from_a_right_one() {
+        assert!(table(2.0).is_exact());
+        assert!(!table(2.0002).is_exact() && !table(-2.0).is_exact() && !table(0.0).is_exact());
+        assert!(!table(f64::NAN).is_exact());
+    }
+}
