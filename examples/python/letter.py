@@ -1,6 +1,6 @@
 """A circle of smoke becomes the letter F, in Python.
 
-    pip install numpy matplotlib        # and thurible: see docs/integrators.md
+    pip install numpy matplotlib        # and thurible_smoke: see docs/integrators.md
     python examples/python/letter.py
 
 draws the smoke and the objective into letter.png. Without matplotlib it solves all the same and says what is missing.
@@ -10,7 +10,7 @@ draws the smoke and the objective into letter.png. Without matplotlib it solves 
 import argparse
 
 import numpy as np
-import thurible
+import thurible_smoke
 
 arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 arguments.add_argument("--cells", type=int, default=64, help="cells along each side")
@@ -37,11 +37,11 @@ disc = smooth(np.hypot(x - 0.5, y - 0.5) - 0.18)
 letter = np.maximum.reduce([stroke(0.32, 0.42, 0.2, 0.8), stroke(0.32, 0.68, 0.7, 0.8), stroke(0.32, 0.6, 0.46, 0.56)])
 
 # %% What it takes.
-plan = thurible.plan(disc.shape, [choices.steps], dtype=disc.dtype)
+plan = thurible_smoke.plan(disc.shape, [choices.steps], dtype=disc.dtype)
 print(f"{plan.bytes:,} bytes on {plan.threads} threads")
 
 # %% The solve. The callback hears every iteration; other threads of Python run meanwhile.
-found = thurible.solve(
+found = thurible_smoke.solve(
     disc,
     {choices.steps: letter},
     iterations=choices.iterations,

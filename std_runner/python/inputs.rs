@@ -263,7 +263,7 @@ pub(crate) fn array<'py, T: Number>(
 }
 
 /// The truth values of an array as all others.
-fn flags(field: &str, value: &Bound<'_, PyAny>, common: &Common) -> PyResult<Vec<bool>> {
+pub(crate) fn flags(field: &str, value: &Bound<'_, PyAny>, common: &Common) -> PyResult<Vec<bool>> {
     let found = untyped(field, value)?;
     let Ok(array) = value.cast::<PyArrayDyn<bool>>() else {
         let why = format!(

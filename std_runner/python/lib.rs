@@ -1,13 +1,16 @@
-//! Thurible in Python: `thurible.solve` and `thurible.plan` on NumPy's arrays.
+//! Thurible in Python: `thurible_smoke.solve` and `thurible_smoke.plan` on NumPy's arrays.
 //!
 //! The arguments ([`choices`], [`effects`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
-//! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`] and [`mod@tomography`] are ways of their own.
+//! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`], [`mod@tomography`] and [`mod@operator`] are ways of their own. The package
+//! `thurible_smoke` has it all under its own name, and what `jax` and `torch` take the operator by.
 
 pub mod block;
 mod cameras;
 pub mod choices;
 pub mod effects;
 pub mod inputs;
+pub mod operating;
+pub mod operator;
 pub mod place;
 pub mod plan;
 mod reconstruct;
@@ -26,7 +29,11 @@ use pyo3::prelude::*;
 
 /// Steers smoke: finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
 #[pymodule]
-mod thurible {
+mod _thurible {
+    #[pymodule_export]
+    use crate::operating::Gradient;
+    #[pymodule_export]
+    use crate::operator::PyOperator;
     #[pymodule_export]
     use crate::plan::{Plan, plan};
     #[pymodule_export]

@@ -20,7 +20,7 @@ pub enum Precision {
 }
 
 /// The memory of a solve, to the byte.
-#[pyclass(frozen, get_all, module = "thurible", name = "Plan")]
+#[pyclass(frozen, get_all, module = "thurible_smoke", name = "Plan")]
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// Bytes of the whole block.
@@ -39,7 +39,7 @@ pub struct Plan {
 impl Plan {
     fn __repr__(&self) -> String {
         format!(
-            "<thurible.Plan: {} bytes on {} threads>",
+            "<thurible_smoke.Plan: {} bytes on {} threads>",
             grouped(self.bytes),
             self.threads
         )
@@ -165,7 +165,7 @@ pub fn plan(
 }
 
 /// The precision of a NumPy dtype, or of what NumPy makes one of.
-fn precision(dtype: &Bound<'_, PyAny>) -> PyResult<Precision> {
+pub(crate) fn precision(dtype: &Bound<'_, PyAny>) -> PyResult<Precision> {
     let name: String = dtype
         .py()
         .import("numpy")?

@@ -6,7 +6,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use thurible_core::tomography::Reconstruction;
 
 /// The density behind pictures.
-#[pyclass(frozen, get_all, module = "thurible")]
+#[pyclass(frozen, get_all, module = "thurible_smoke")]
 pub struct Tomography {
     /// Of shape (nz, ny, nx) or (ny, nx), after frames where pictures have some; None where it was not kept.
     pub(crate) density: Py<PyAny>,
@@ -25,7 +25,7 @@ pub struct Tomography {
 #[pymethods]
 impl Tomography {
     fn __repr__(&self, py: Python<'_>) -> String {
-        format!("<thurible.Tomography: {} frames>", self.history.bind(py).len())
+        format!("<thurible_smoke.Tomography: {} frames>", self.history.bind(py).len())
     }
 }
 

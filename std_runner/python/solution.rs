@@ -13,7 +13,7 @@ use thurible_core::output::{DENSITY, FORCE, VELOCITY};
 use thurible_core::{Named, Objective, Output};
 
 /// A result. Its arrays cannot be written to and keep it alive; copy what you want to change.
-#[pyclass(frozen, module = "thurible")]
+#[pyclass(frozen, module = "thurible_smoke")]
 pub struct Solution {
     pub(crate) block: Block,
     pub(crate) fields: Vec<Field>,
@@ -198,7 +198,7 @@ impl Solution {
         let (status, iterations) = (self.status(), self.ended.history.len());
         let [before, after] = largest(&self.errors);
         format!(
-            "<thurible.Solution: {status} after {iterations} iterations, objective {:.5e}, largest keyframe error {:.1} % (before {:.1} %), {} bytes>",
+            "<thurible_smoke.Solution: {status} after {iterations} iterations, objective {:.5e}, largest keyframe error {:.1} % (before {:.1} %), {} bytes>",
             self.objective(),
             100.0 * after,
             100.0 * before,
@@ -221,7 +221,7 @@ impl Solution {
 }
 
 /// Something that the method gives: a field for each of many steps.
-#[pyclass(frozen, module = "thurible", name = "Output")]
+#[pyclass(frozen, module = "thurible_smoke", name = "Output")]
 pub struct Given {
     solution: Py<Solution>,
     index: usize,
@@ -270,7 +270,7 @@ impl Given {
     }
 
     fn __repr__(&self) -> String {
-        format!("<thurible.Output: {}, {}>", self.name(), self.words())
+        format!("<thurible_smoke.Output: {}, {}>", self.name(), self.words())
     }
 }
 

@@ -5,7 +5,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use thurible_core::track::Pair;
 
 /// The flow behind frames of smoke: N pairs.
-#[pyclass(frozen, get_all, module = "thurible")]
+#[pyclass(frozen, get_all, module = "thurible_smoke")]
 pub struct Track {
     /// The flow of each pair along x, y (and z).
     pub(crate) velocity: Py<PyTuple>,
@@ -28,7 +28,7 @@ pub struct Track {
 #[pymethods]
 impl Track {
     fn __repr__(&self, py: Python<'_>) -> String {
-        format!("<thurible.Track: {} pairs>", self.history.bind(py).len())
+        format!("<thurible_smoke.Track: {} pairs>", self.history.bind(py).len())
     }
 }
 

@@ -16,7 +16,7 @@ use thurible_core::{Event, Exec, Fact, Kind, Observer, Progress, Real, Serial, S
 const LISTEN: Duration = Duration::from_millis(50);
 
 /// What one iteration did.
-#[pyclass(frozen, module = "thurible", name = "Progress")]
+#[pyclass(frozen, module = "thurible_smoke", name = "Progress")]
 #[derive(Clone, Debug)]
 pub struct Iteration {
     /// Iteration, from 1, those on coarser grids included.
@@ -120,7 +120,7 @@ impl Iteration {
 
     fn __repr__(&self) -> String {
         format!(
-            "<thurible.Progress: iteration {}, objective {:.5e} = data {:.5e} + force {:.5e}>",
+            "<thurible_smoke.Progress: iteration {}, objective {:.5e} = data {:.5e} + force {:.5e}>",
             self.iteration, self.objective, self.data, self.force
         )
     }

@@ -422,3 +422,68 @@ class Solution:
     @property
     def threads(self) -> int:
         """Threads on which it was solved."""
+
+@final
+class Gradient:
+    """What a scalar function of a simulation gets by what the simulation follows from."""
+
+    @property
+    def density(self) -> Numbers:
+        """By the density at the start."""
+    @property
+    def velocity(self) -> tuple[Numbers, ...]:
+        """By the components of the velocity at the start, as it was given."""
+    @property
+    def forces(self) -> tuple[Numbers, ...]:
+        """By the components of the forces, (steps, faces)."""
+    @property
+    def buoyancy(self) -> list[float]:
+        """By the acceleration of buoyancy along x, y (and z)."""
+    @property
+    def emitters(self) -> list[dict[str, Any]]:
+        """Of each emitter "supply" (by its rate or target), "velocity" (None where it has none) and "shape"."""
+
+@final
+class Operator:
+    """A simulation as an operator, and its exact adjoint, in planned memory.
+
+    Called with shape (ny, nx) or (nz, ny, nx) and steps, and by name dtype="float64", dt, length, boundary, viscosity, buoyancy, emitters, templates,
+    solids, advection, advection_tolerance, projection_tolerance as `solve`, tolerance=1e-10 (what steps leave, and about the relative error of
+    gradients), slots="auto" (states that are kept), threads, memory_limit.
+    """
+
+    def __new__(cls, shape: Sequence[int], steps: int, **choices: Any) -> Operator: ...
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of a density."""
+    @property
+    def faces(self) -> tuple[tuple[int, ...], ...]:
+        """Shapes of the components of a velocity or force along x, y (and z)."""
+    @property
+    def steps(self) -> int:
+        """Steps."""
+    @property
+    def dtype(self) -> Literal["float32", "float64"]:
+        """Of all arrays."""
+    @property
+    def slots(self) -> int:
+        """States that are kept."""
+    @property
+    def repeated_steps(self) -> int:
+        """Steps that a gradient repeats beside the one for each step that it takes back, the simulation counted."""
+    @property
+    def planned_bytes(self) -> int:
+        """Bytes of its block."""
+    @property
+    def next_slot_bytes(self) -> int | None:
+        """Bytes with one state more; None where every step has one."""
+    def simulate(
+        self, density: Numbers, velocity: Sequence[Numbers] | None = None, forces: Sequence[Numbers] | None = None
+    ) -> tuple[Numbers, tuple[Numbers, ...]]:
+        """Densities (steps + 1, ..) and components of velocities (steps + 1, faces). Forces (steps, faces) are borrowed until `vjp`."""
+    def vjp(
+        self,
+        density: Numbers | Mapping[int, Numbers] | None = None,
+        velocity: Sequence[Numbers] | Mapping[int, Sequence[Numbers]] | None = None,
+    ) -> Gradient:
+        """The gradient of a scalar function of the last simulation by its covectors, of all steps or of single ones."""

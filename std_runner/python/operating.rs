@@ -1,0 +1,448 @@
+//! Runs of an operator: NumPy's arrays in, the trajectory and its gradient out.
+
+use crate::inputs::{Common, array, numbers};
+use crate::place::Number;
+use crate::plan::Precision;
+use crate::watch::on_threads;
+use crate::words::{read, refused};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use std::borrow::Cow;
+use thurible_core::operator::{Ask, EmitterGradient, Given, OperatorError, Show, Start};
+use thurible_core::{Boundary, Exec, Operator, Silent, Space};
+
+/// What is known of an operator beside its memory.
+pub struct About {
+    /// Shape of a density.
+    pub shape: Vec<usize>,
+    /// How many steps there are.
+    pub steps: usize,
+    /// How each axis ends.
+    pub boundary: Vec<Boundary>,
+    /// Of all arrays.
+    pub precision: Precision,
+    /// The forces of the last simulation, which its way back reads again.
+    pub forces: Vec<Py<PyAny>>,
+    /// Whether each emitter pushes.
+    pub pushes: Vec<bool>,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// The gradient of a scalar function of a simulation.
+#[pyclass(frozen, get_all, module = "thurible_smoke", name = "Gradient")]
+pub struct Gradient {
+    /// By the density at the start.
+    density: Py<PyAny>,
+    /// By the components of the velocity at the start, as it was given.
+    velocity: Py<PyTuple>,
+    /// By the components of the forces of all steps.
+    forces: Py<PyTuple>,
+    /// By the acceleration of buoyancy along each axis.
+    buoyancy: Vec<f64>,
+    /// Of each emitter a dict: "supply" (its rate or target), "velocity" (a list, or None where it has none), "shape".
+    emitters: Vec<Py<PyDict>>,
+}
+
+/// What a way back found beside the fields.
+pub struct Found {
+    buoyancy: [f64; 3],
+    emitters: Vec<EmitterGradient>,
+}
+
+/// An operator of either dimension.
+pub trait Work<T>: Send {
+    /// See [`Operator::simulate`].
+    fn simulate(
+        &mut self,
+        exec: &dyn Exec,
+        start: &Start<'_, T>,
+        force: &mut Ask<'_, T>,
+        show: &mut Show<'_, T>,
+    ) -> Result<(), OperatorError>;
+
+    /// See [`Operator::vjp`].
+    fn vjp(
+        &mut self,
+        exec: &dyn Exec,
+        force: &mut Ask<'_, T>,
+        cotangent: &mut Ask<'_, T>,
+        show: &mut Show<'_, T>,
+    ) -> Result<(), OperatorError>;
+
+    /// Reads the rest of the gradient.
+    fn found(&self, density: &mut [T], velocity: &mut [Vec<T>], shapes: &mut [Vec<T>]) -> Found;
+}
+
+impl<T: Number, S: Space + Send> Work<T> for Operator<'static, T, S> {
+    fn simulate(
+        &mut self,
+        exec: &dyn Exec,
+        start: &Start<'_, T>,
+        force: &mut Ask<'_, T>,
+        show: &mut Show<'_, T>,
+    ) -> Result<(), OperatorError> {
+        Operator::simulate(self, exec, &mut Silent, start, force, show)
+    }
+
+    fn vjp(
+        &mut self,
+        exec: &dyn Exec,
+        force: &mut Ask<'_, T>,
+        cotangent: &mut Ask<'_, T>,
+        show: &mut Show<'_, T>,
+    ) -> Result<(), OperatorError> {
+        Operator::vjp(self, exec, &mut Silent, force, cotangent, show)
+    }
+
+    fn found(&self, density: &mut [T], velocity: &mut [Vec<T>], shapes: &mut [Vec<T>]) -> Found {
+        let view = self.gradient();
+        view.read_density(density);
+        for (axis, v) in velocity.iter_mut().enumerate() {
+            view.read_vector(axis, v);
+        }
+        for (index, shape) in shapes.iter_mut().enumerate() {
+            self.shape_gradient(index).read_density(shape);
+        }
+        Found {
+            buoyancy: self.buoyancy_gradient(),
+            emitters: (0..shapes.len())
+                .map(|index| self.emitter_gradient(index))
+                .collect(),
+        }
+    }
+}
+
+/// Arrays by axis, borrowed.
+type Fields<'py, T> = Vec<PyReadonlyArrayDyn<'py, T>>;
+
+/// Covectors of a trajectory: whole, or of single steps.
+enum Covectors<'py, T: Number> {
+    None,
+    Whole(Fields<'py, T>),
+    Steps(Vec<(usize, Fields<'py, T>)>),
+}
+
+/// The refusal of a run.
+fn stopped(error: OperatorError) -> PyErr {
+    match error {
+        OperatorError::TooFast { .. } => PyFloatingPointError::new_err(error.to_string()),
+        OperatorError::NotSimulated => {
+            PyRuntimeError::new_err("nothing was simulated yet; call simulate before vjp")
+        }
+        other => refused("what was given", format!("cannot be used: {other}; change it")),
+    }
+}
+
+/// So many numbers, all 0.
+fn room<T: Number>(count: usize) -> PyResult<Vec<T>> {
+    let mut room = Vec::new();
+    room.try_reserve_exact(count)
+        .map_err(|_| PyMemoryError::new_err("the system has not the memory for the arrays of all steps"))?;
+    room.resize(count, T::ZERO);
+    Ok(room)
+}
+
+impl About {
+    /// Shape of the faces across an axis.
+    pub fn faces_of(&self, axis: usize) -> Vec<usize> {
+        let mut faces = self.shape.clone();
+        let closed = self.boundary.get(axis) != Some(&Boundary::Periodic);
+        let along = faces.len() - 1 - axis;
+        faces
+            .iter_mut()
+            .skip(along)
+            .take(1)
+            .for_each(|count| *count += usize::from(closed));
+        faces
+    }
+
+    /// An array's shape and precision, with so many steps in front.
+    pub fn common(&self, shape: Vec<usize>, steps: Option<usize>) -> Common {
+        Common {
+            shape: steps.into_iter().chain(shape).collect(),
+            precision: self.precision,
+            of: "the operator".into(),
+        }
+    }
+
+    /// Components of a field, with so many steps in front.
+    fn fields<'py, T: Number>(
+        &self,
+        name: &str,
+        given: &Bound<'py, PyAny>,
+        steps: Option<usize>,
+    ) -> PyResult<Fields<'py, T>> {
+        let dims = self.shape.len();
+        let wanted = format!("a sequence of {dims} arrays: the components along x, y and so on");
+        let components: Vec<Bound<'py, PyAny>> = read(name, given, &wanted)?;
+        if components.len() != dims {
+            let why = format!("has {} entries, but must be {wanted}", components.len());
+            return Err(refused(name, why));
+        }
+        let each = components.iter().enumerate().map(|(axis, component)| {
+            let common = self.common(self.faces_of(axis), steps);
+            array::<T>(&format!("{name}[{axis}]"), component, &common)
+        });
+        each.collect()
+    }
+
+    /// See `Operator.simulate`.
+    pub fn run<'py, T: Number>(
+        &mut self,
+        py: Python<'py>,
+        work: &mut dyn Work<T>,
+        density: &Bound<'py, PyAny>,
+        velocity: Option<&Bound<'py, PyAny>>,
+        forces: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let steps = self.steps;
+        let density = array::<T>("density", density, &self.common(self.shape.clone(), None))?;
+        let density = numbers(&density)?;
+        let velocity = velocity
+            .map(|v| self.fields::<T>("velocity", v, None))
+            .transpose()?;
+        let velocity = velocity.unwrap_or_default();
+        let velocity = velocity.iter().map(numbers).collect::<PyResult<Vec<_>>>()?;
+        let pushed = forces
+            .map(|forces| self.fields::<T>("forces", forces, Some(steps)))
+            .transpose()?;
+        let pushed = pushed.unwrap_or_default();
+        let kept = pushed
+            .iter()
+            .map(|array| array.as_any().clone().unbind())
+            .collect();
+        let forces = pushed.iter().map(numbers).collect::<PyResult<Vec<_>>>()?;
+        let cells: usize = self.shape.iter().product();
+        let mut rho = room::<T>((steps + 1) * cells)?;
+        let lens: Vec<usize> = (0..self.shape.len())
+            .map(|axis| self.faces_of(axis).iter().product())
+            .collect();
+        let mut v = lens
+            .iter()
+            .map(|len| room::<T>((steps + 1) * len))
+            .collect::<PyResult<Vec<_>>>()?;
+        let threads = self.threads;
+        py.detach(|| {
+            let start = Start {
+                density: &density,
+                velocity: core::array::from_fn(|axis| velocity.get(axis).map_or(&[][..], |v| v)),
+            };
+            on_threads(threads, |exec| {
+                work.simulate(exec, &start, &mut push(&forces, &lens), &mut |step, view| {
+                    view.read_density(part(&mut rho, step, cells));
+                    for (axis, (v, &len)) in v.iter_mut().zip(&lens).enumerate() {
+                        view.read_vector(axis, part(v, step, len));
+                    }
+                })
+            })
+        })?
+        .map_err(stopped)?;
+        self.forces = kept;
+        let with_steps = |shape: Vec<usize>| [vec![steps + 1], shape].concat();
+        let rho = PyArray1::from_vec(py, rho).reshape(with_steps(self.shape.clone()))?;
+        let v: PyResult<Vec<_>> = v
+            .into_iter()
+            .enumerate()
+            .map(|(axis, v)| PyArray1::from_vec(py, v).reshape(with_steps(self.faces_of(axis))))
+            .collect();
+        Ok((rho.into_any(), PyTuple::new(py, v?)?))
+    }
+
+    /// Covectors as they are given.
+    fn covectors<'py, T: Number>(
+        &self,
+        name: &str,
+        given: Option<&Bound<'py, PyAny>>,
+        fields: impl Fn(&str, &Bound<'py, PyAny>, Option<usize>) -> PyResult<Fields<'py, T>>,
+    ) -> PyResult<Covectors<'py, T>> {
+        let Some(given) = given.filter(|given| !given.is_none()) else {
+            return Ok(Covectors::None);
+        };
+        let Ok(by_step) = given.cast::<PyDict>() else {
+            return Ok(Covectors::Whole(fields(name, given, Some(self.steps + 1))?));
+        };
+        let mut steps = Vec::new();
+        for (step, value) in by_step {
+            let step: usize = read(&format!("a step of {name}"), &step, "a whole number from 0")?;
+            if step > self.steps {
+                let why = format!("is beyond the last one, {}; take it out", self.steps);
+                return Err(refused(&format!("{name}[{step}]"), why));
+            }
+            steps.push((step, fields(&format!("{name}[{step}]"), &value, None)?));
+        }
+        Ok(Covectors::Steps(steps))
+    }
+
+    /// See `Operator.vjp`.
+    pub fn back<'py, T: Number>(
+        &self,
+        py: Python<'py>,
+        work: &mut dyn Work<T>,
+        density: Option<&Bound<'py, PyAny>>,
+        velocity: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Gradient> {
+        let (steps, dims) = (self.steps, self.shape.len());
+        let of_density = self.covectors::<T>("density", density, |name, given, steps| {
+            Ok(vec![array::<T>(
+                name,
+                given,
+                &self.common(self.shape.clone(), steps),
+            )?])
+        })?;
+        let of_velocity = self.covectors::<T>("velocity", velocity, |name, given, steps| {
+            self.fields::<T>(name, given, steps)
+        })?;
+        let (of_density, of_velocity) = (of_density.in_order()?, of_velocity.in_order()?);
+        let kept: Vec<PyReadonlyArrayDyn<'py, T>> = self
+            .forces
+            .iter()
+            .map(|array| Ok(array.bind(py).cast::<PyArrayDyn<T>>()?.try_readonly()?))
+            .collect::<PyResult<_>>()?;
+        let forces = kept.iter().map(numbers).collect::<PyResult<Vec<_>>>()?;
+        let cells: usize = self.shape.iter().product();
+        let lens: Vec<usize> = (0..dims)
+            .map(|axis| self.faces_of(axis).iter().product())
+            .collect();
+        let mut by_force = lens
+            .iter()
+            .map(|len| room::<T>(steps * len))
+            .collect::<PyResult<Vec<_>>>()?;
+        let threads = self.threads;
+        py.detach(|| {
+            on_threads(threads, |exec| {
+                work.vjp(
+                    exec,
+                    &mut push(&forces, &lens),
+                    &mut |step, given| {
+                        for numbers in of_density.at(step, cells, 0) {
+                            given.density(numbers);
+                        }
+                        for (axis, &len) in lens.iter().enumerate() {
+                            for numbers in of_velocity.at(step, len, axis) {
+                                given.vector(axis, numbers);
+                            }
+                        }
+                    },
+                    &mut |step, view| {
+                        for (axis, (gradient, &len)) in by_force.iter_mut().zip(&lens).enumerate() {
+                            view.read_vector(axis, part(gradient, step, len));
+                        }
+                    },
+                )
+            })
+        })?
+        .map_err(stopped)?;
+        self.gradient(py, work, by_force)
+    }
+
+    fn gradient<T: Number>(
+        &self,
+        py: Python<'_>,
+        work: &mut dyn Work<T>,
+        by_force: Vec<Vec<T>>,
+    ) -> PyResult<Gradient> {
+        let (steps, dims) = (self.steps, self.shape.len());
+        let cells: usize = self.shape.iter().product();
+        let shapes: Vec<Vec<usize>> = (0..dims).map(|axis| self.faces_of(axis)).collect();
+        let mut rho = room::<T>(cells)?;
+        let mut v = shapes
+            .iter()
+            .map(|shape| room::<T>(shape.iter().product()))
+            .collect::<PyResult<Vec<_>>>()?;
+        let count = self.pushes.len();
+        let mut of_shapes = (0..count)
+            .map(|_| room::<T>(cells))
+            .collect::<PyResult<Vec<_>>>()?;
+        let found = work.found(&mut rho, &mut v, &mut of_shapes);
+        let mut emitters = Vec::new();
+        for ((shape, of), pushes) in of_shapes.into_iter().zip(found.emitters).zip(&self.pushes) {
+            let emitter = PyDict::new(py);
+            emitter.set_item("supply", of.supply)?;
+            let velocity: Vec<f64> = of.velocity.into_iter().take(dims).collect();
+            emitter.set_item("velocity", pushes.then_some(velocity))?;
+            emitter.set_item(
+                "shape",
+                PyArray1::from_vec(py, shape).reshape(self.shape.clone())?,
+            )?;
+            emitters.push(emitter.unbind());
+        }
+        let arrays = |fields: Vec<Vec<T>>, steps: Option<usize>| -> PyResult<Py<PyTuple>> {
+            let arrays = fields.into_iter().zip(&shapes).map(|(field, shape)| {
+                let shape: Vec<usize> = steps.into_iter().chain(shape.iter().copied()).collect();
+                PyArray1::from_vec(py, field).reshape(shape)
+            });
+            Ok(PyTuple::new(py, arrays.collect::<PyResult<Vec<_>>>()?)?.unbind())
+        };
+        Ok(Gradient {
+            density: PyArray1::from_vec(py, rho)
+                .reshape(self.shape.clone())?
+                .into_any()
+                .unbind(),
+            velocity: arrays(v, None)?,
+            forces: arrays(by_force, Some(steps))?,
+            buoyancy: found.buoyancy.into_iter().take(dims).collect(),
+            emitters,
+        })
+    }
+}
+
+/// One step of an array of steps.
+fn part<T>(field: &mut [T], step: usize, len: usize) -> &mut [T] {
+    field.get_mut(step * len..(step + 1) * len).unwrap_or_default()
+}
+
+/// Gives each step its force.
+fn push<'a, T: Number>(
+    forces: &'a [Cow<'_, [T]>],
+    lens: &'a [usize],
+) -> impl FnMut(usize, &mut Given<'_, T>) + 'a {
+    move |step, given| {
+        for (axis, (force, &len)) in forces.iter().zip(lens).enumerate() {
+            given.vector(axis, force.get(step * len..(step + 1) * len).unwrap_or_default());
+        }
+    }
+}
+
+/// Covectors whose numbers lie in order.
+enum InOrder<'a, T: Clone> {
+    None,
+    Whole(Vec<Cow<'a, [T]>>),
+    Steps(Vec<(usize, Vec<Cow<'a, [T]>>)>),
+}
+
+impl<T: Number> Covectors<'_, T> {
+    fn in_order(&self) -> PyResult<InOrder<'_, T>> {
+        Ok(match self {
+            Self::None => InOrder::None,
+            Self::Whole(fields) => InOrder::Whole(fields.iter().map(numbers).collect::<PyResult<_>>()?),
+            Self::Steps(steps) => InOrder::Steps(
+                steps
+                    .iter()
+                    .map(|(step, fields)| Ok((*step, fields.iter().map(numbers).collect::<PyResult<_>>()?)))
+                    .collect::<PyResult<_>>()?,
+            ),
+        })
+    }
+}
+
+impl<T: Number> InOrder<'_, T> {
+    /// Component `axis` of what there is for a step.
+    fn at(&self, step: usize, len: usize, axis: usize) -> impl Iterator<Item = &[T]> {
+        let whole = match self {
+            Self::Whole(fields) => fields
+                .get(axis)
+                .and_then(|field| field.get(step * len..(step + 1) * len)),
+            _ => None,
+        };
+        let steps = match self {
+            Self::Steps(steps) => steps.as_slice(),
+            _ => &[],
+        };
+        let single = steps.iter().filter(move |(at, _)| *at == step);
+        let single = single.filter_map(move |(_, fields)| fields.get(axis).map(|field| &field[..]));
+        whole.into_iter().chain(single)
+    }
+}

@@ -1,0 +1,205 @@
+"""The operator in Python: gradients against differences, in NumPy, jax and torch, and the notebook that trains with it."""
+
+import json
+import pathlib
+import sys
+import unittest
+
+import numpy as np
+import thurible_smoke
+
+NOTEBOOK = pathlib.Path(__file__).parents[3] / "examples/python/controller.ipynb"
+
+
+def draw(operator, seed, size=0.05):
+    """Density, velocity and forces at random, the walls' faces at rest."""
+    random = np.random.default_rng(seed)
+    steps, dims = operator.steps, len(operator.shape)
+    density = random.random(operator.shape)
+    fields = []
+    for count in (None, steps):
+        components = []
+        for axis, faces in enumerate(operator.faces):
+            field = size * random.standard_normal(faces if count is None else (count, *faces))
+            if faces != operator.shape:
+                ends = [slice(None)] * field.ndim
+                ends[field.ndim - 1 - axis] = [0, -1]
+                field[tuple(ends)] = 0.0
+            components.append(field.astype(operator.dtype))
+        fields.append(tuple(components))
+    return density.astype(operator.dtype), *fields
+
+
+def along(fields, other):
+    return sum(float(np.vdot(one, two)) for one, two in zip(fields, other))
+
+
+def slope(value):
+    """A derivative at 0 by differences."""
+    return (value(1e-5) - value(-1e-5)) / 2e-5
+
+
+class Gradients(unittest.TestCase):
+    def check(self, shape, steps, **choices):
+        operator = thurible_smoke.Operator(shape, steps, advection="central", advection_tolerance=1e-200, tolerance=1e-12, **choices)
+        density, velocity, forces = draw(operator, 1)
+        found = operator.simulate(density, velocity, forces)
+        random = np.random.default_rng(2)
+        covectors = [random.standard_normal(field.shape) for field in (found[0], *found[1])]
+        gradient = operator.vjp(covectors[0], covectors[1:])
+        d_density, d_velocity, d_forces = draw(operator, 3)
+
+        def value(t):
+            moved = operator.simulate(
+                density + t * d_density,
+                [v + t * d for v, d in zip(velocity, d_velocity)],
+                [f + t * d for f, d in zip(forces, d_forces)],
+            )
+            return along((moved[0], *moved[1]), covectors)
+
+        expected = slope(value)
+        by = along([gradient.density, *gradient.velocity, *gradient.forces], [d_density, *d_velocity, *d_forces])
+        self.assertAlmostEqual(by, expected, delta=1e-6 * abs(expected))
+        return operator, (density, velocity, forces), covectors, gradient
+
+    def test_by_differences(self):
+        self.check((8, 9), 4, viscosity=1e-3)
+        self.check((6, 5, 7), 3, boundary="periodic", buoyancy=0.1, dt=0.5, length=2.0)
+        shape = np.zeros((8, 9))
+        shape[2:5, 3:6] = 0.7
+        emitters = [{"shape": shape, "rate": 0.2, "velocity": (0.05, 0.1)}]
+        _, _, _, gradient = self.check((8, 9), 4, emitters=emitters, buoyancy=(0.0, 0.2))
+        self.assertEqual(gradient.emitters[0]["shape"].shape, (8, 9))
+        self.assertEqual(len(gradient.emitters[0]["velocity"]), 2)
+        self.assertEqual(len(gradient.buoyancy), 2)
+
+    def test_slots_change_no_bit_and_keep_to_the_limit(self):
+        operator, inputs, covectors, gradient = self.check((8, 9), 6)
+        self.assertEqual((operator.slots, operator.next_slot_bytes), (6, None))
+        one = thurible_smoke.Operator((8, 9), 6, advection="central", advection_tolerance=1e-200, tolerance=1e-12, slots=1)
+        self.assertEqual(one.repeated_steps, 15)
+        with self.assertRaises(MemoryError):
+            thurible_smoke.Operator((8, 9), 6, threads=1, memory_limit=1000)
+        limit = thurible_smoke.Operator((8, 9), 6, threads=1, slots=3).planned_bytes
+        self.assertEqual(thurible_smoke.Operator((8, 9), 6, threads=1, memory_limit=limit).slots, 3)
+        one.simulate(*inputs)
+        other = one.vjp(covectors[0], covectors[1:])
+        for mine, theirs in zip((gradient.density, *gradient.velocity, *gradient.forces), (other.density, *other.velocity, *other.forces)):
+            np.testing.assert_array_equal(mine, theirs)
+
+    def test_covectors_of_single_steps(self):
+        operator, inputs, covectors, _ = self.check((8, 9), 4)
+        operator.simulate(*inputs)
+        whole = np.zeros_like(covectors[0])
+        whole[[2, 4]] = covectors[0][[2, 4]]
+        by_whole = operator.vjp(whole).forces
+        by_steps = operator.vjp({4: covectors[0][4], 2: covectors[0][2]}).forces
+        for mine, theirs in zip(by_whole, by_steps):
+            np.testing.assert_array_equal(mine, theirs)
+
+    def test_what_is_wrong_is_refused(self):
+        operator = thurible_smoke.Operator((8, 9), 3)
+        density, velocity, forces = draw(operator, 1)
+        for error, words, act in [
+            (RuntimeError, "call simulate", lambda: operator.vjp(np.zeros((4, 8, 9)))),
+            (ValueError, "density has shape", lambda: operator.simulate(density[1:])),
+            (ValueError, "dtype", lambda: operator.simulate(density.astype(np.float32))),
+            (ValueError, "velocity has 1 entries", lambda: operator.simulate(density, velocity[:1])),
+            (ValueError, r"forces\[0\] has shape", lambda: operator.simulate(density, velocity, velocity)),
+            (ValueError, "not finite", lambda: operator.simulate(np.full((8, 9), np.nan))),
+            (FloatingPointError, "too fast", lambda: operator.simulate(density, [1e6 * v for v in velocity])),
+            (ValueError, "force_weight steers", lambda: thurible_smoke.Operator((8, 9), 3, force_weight=1.0)),
+            (ValueError, "operator.slots is 9", lambda: thurible_smoke.Operator((8, 9), 3, slots=9)),
+            (TypeError, "there is no argument gravity", lambda: thurible_smoke.Operator((8, 9), 3, gravity=9)),
+        ]:
+            with self.assertRaisesRegex(error, words):
+                act()
+
+
+def missing(name):
+    try:
+        __import__(name)
+        return False
+    except ImportError:
+        print(f"SKIPPED: there is no {name} here, so thurible_smoke.{name} was not tested", file=sys.stderr)
+        return True
+
+
+@unittest.skipIf(missing("jax"), "no jax")
+class Jax(unittest.TestCase):
+    def test_gradients(self):
+        import jax
+        import jax.numpy as jnp
+        import thurible_smoke.jax
+
+        jax.config.update("jax_enable_x64", True)
+        operator = thurible_smoke.Operator((7, 8), 3, boundary="periodic", tolerance=1e-12)
+        simulate = thurible_smoke.jax.simulation(operator)
+        density, velocity, forces = draw(operator, 5)
+
+        def loss(density, velocity, forces):
+            rho, v = simulate(density, velocity, forces)
+            return jnp.sum(rho[-1] ** 2) + jnp.sum(v[0][-1] ** 3) + jnp.sum(rho[1] * density)
+
+        value, gradient = jax.jit(jax.value_and_grad(loss, argnums=(0, 1, 2)))(density, velocity, forces)
+        self.assertAlmostEqual(float(loss(density, velocity, forces)), float(value), places=12)
+        direction = draw(operator, 6)
+        moved = lambda t: jax.tree.map(lambda x, d: x + t * d, (density, velocity, forces), direction)
+        expected = slope(lambda t: float(loss(*moved(t))))
+        by = along(jax.tree.leaves(gradient), jax.tree.leaves(direction))
+        self.assertAlmostEqual(by, expected, delta=2e-5 * abs(expected))
+
+
+@unittest.skipIf(missing("torch"), "no torch")
+class Torch(unittest.TestCase):
+    def test_gradients(self):
+        import torch
+        import thurible_smoke.torch
+
+        operator = thurible_smoke.Operator((7, 8), 1, boundary="periodic", tolerance=1e-12)
+        simulate = thurible_smoke.torch.simulation(operator)
+        tensors = lambda fields: tuple(torch.from_numpy(field) for field in fields)
+        density, velocity, forces = draw(operator, 5)
+        direction = draw(operator, 6)
+
+        def loss(density, velocity, forces):
+            # Two runs of one operator, as a loop over steps makes them.
+            rho, v = simulate(density, velocity, forces)
+            rho, v = simulate(rho[-1], tuple(c[-1] for c in v), forces)
+            return (rho[-1] ** 2).sum() + (v[0][-1] ** 3).sum()
+
+        values = (torch.from_numpy(density), tensors(velocity), tensors(forces))
+        leaves = [values[0], *values[1], *values[2]]
+        for leaf in leaves:
+            leaf.requires_grad_()
+        loss(*values).backward()
+        moved = lambda t: (
+            torch.from_numpy(density + t * direction[0]),
+            tensors([v + t * d for v, d in zip(velocity, direction[1])]),
+            tensors([f + t * d for f, d in zip(forces, direction[2])]),
+        )
+        with torch.no_grad():
+            expected = slope(lambda t: float(loss(*moved(t))))
+        by = along([leaf.grad.numpy() for leaf in leaves], [direction[0], *direction[1], *direction[2]])
+        self.assertAlmostEqual(by, expected, delta=2e-5 * abs(expected))
+
+    @unittest.skipUnless(NOTEBOOK.exists(), "no notebook")
+    def test_the_notebook_trains(self):
+        cells = json.loads(NOTEBOOK.read_text())["cells"]
+        self.assertLess(NOTEBOOK.stat().st_size, 200_000)
+        names = {"QUICK": True}
+        try:
+            import matplotlib
+
+            matplotlib.use("Agg")
+        except ImportError:
+            print("SKIPPED: there is no matplotlib here, so the notebook was not run", file=sys.stderr)
+            return
+        for cell in cells:
+            if cell["cell_type"] == "code":
+                exec("".join(cell["source"]), names)  # noqa: S102
+        self.assertLess(names["losses"][-1], 0.8 * names["losses"][0])
+
+
+if __name__ == "__main__":
+    unittest.main()
