@@ -38,6 +38,8 @@ pub mod exit;
 #[cfg(feature = "std")]
 mod flows;
 #[cfg(feature = "std")]
+mod fluids;
+#[cfg(feature = "std")]
 pub mod gradient;
 #[cfg(feature = "std")]
 pub mod interrupt;
@@ -73,6 +75,8 @@ pub mod report;
 pub mod run;
 #[cfg(feature = "std")]
 pub mod scene;
+#[cfg(feature = "std")]
+mod solves;
 #[cfg(feature = "embed")]
 pub mod stay;
 #[cfg(feature = "std")]

@@ -58,11 +58,11 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         Ok(())
     }
 
-    /// Sets keyframe `index`, after the source: scaled to the source's mass where masses are matched.
+    /// Sets keyframe `index`, after the source: scaled to the source's mass where masses are matched. By how much it was scaled.
     ///
     /// # Errors
     /// As [`Self::set_source`], or [`InputError::Index`], [`InputError::NoSource`].
-    pub fn set_keyframe(&mut self, index: usize, density: &[T]) -> Result<(), InputError> {
+    pub fn set_keyframe(&mut self, index: usize, density: &[T]) -> Result<f64, InputError> {
         let count = self.keys;
         if index >= count {
             return Err(InputError::Index { given: index, count });
@@ -76,7 +76,7 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         let out = rows::part_mut(self.keyframes, index * pitch..index * pitch + density.len());
         rows::scale(out, T::from_f64(factor), density);
         self.given = self.given.max(index + 1);
-        Ok(())
+        Ok(factor)
     }
 
     /// Sets component `axis` of the velocity at the start, at the centres of cells, in the scene's units, where one was announced.

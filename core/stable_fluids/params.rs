@@ -86,6 +86,12 @@ impl Controls {
         }
     }
 
+    /// All of them.
+    pub fn list(self) -> impl Iterator<Item = Control> {
+        let all = <Control as crate::words::Named>::ALL.iter().copied();
+        all.filter(move |&control| self.has(control))
+    }
+
     /// Whether nothing is searched for.
     #[must_use]
     pub const fn is_empty(self) -> bool {

@@ -9,11 +9,6 @@ use crate::progress::{Fact, Kind, Objective, Progress, Status};
 use crate::real::Real;
 use crate::transport::Stop;
 
-const INITIAL: Fact = Fact::new(
-    "initial",
-    Kind::Number,
-    "r_v/2 |v_0|^2, the price of the velocity at the start",
-);
 const REPEATED: Fact = Fact::new(
     "recomputed_steps",
     Kind::Count,
@@ -116,7 +111,6 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         (self.taped, self.repeated) = (taped, repeated);
         let (descent, outcome) = stepped?;
         self.objective = progress.objective;
-        progress.report.tell(INITIAL, &[self.objective.initial]);
         progress.report.tell(REPEATED, &[self.repeated as f64]);
         self.descent = descent;
         self.descent.goes_on(outcome, most)

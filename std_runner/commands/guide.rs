@@ -46,6 +46,7 @@ pub fn run(arguments: &GuideArguments) -> Result<u8, Failure> {
         options: &arguments.options,
         output: arguments.output.as_deref(),
         steps: arguments.steps,
+        fluids: false,
     };
     simulation.run("_guided", Method::Guide, |request| Request {
         from,

@@ -8,7 +8,7 @@ use crate::scene::steering;
 use crate::{bytes, threads};
 use clap::Args;
 use std::path::PathBuf;
-use thurible_core::Named;
+use thurible_core::{Named, stable_fluids};
 
 /// What a command takes of the machine, and how it tells its progress.
 #[derive(Args, Clone, Debug)]
@@ -110,5 +110,9 @@ pub struct MethodList {
 /// The help of `--method`.
 fn methods() -> String {
     let words: Vec<&str> = steering().into_iter().map(Named::name).collect();
-    format!("The method, one of: {}", words.join(", "))
+    format!(
+        "The method, one of: {}, {}",
+        words.join(", "),
+        stable_fluids::NAME
+    )
 }

@@ -4,7 +4,8 @@ use super::options::SceneArguments;
 use crate::bytes::{grouped, rounded};
 use crate::console::print;
 use crate::exit::{DONE, Failure};
-use crate::plan::{self, Planned, block_bytes, plan_fields, scaled, size_in_words};
+use crate::fluids;
+use crate::plan::{self, PlanOptions, Planned, block_bytes, plan_fields, scaled, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
 use crate::scene::Scene;
@@ -20,6 +21,9 @@ pub fn run(arguments: &SceneArguments) -> Result<u8, Failure> {
         arguments.method.as_deref(),
     )?;
     let options = arguments.options.plan();
+    if scene.method.fluids.chosen {
+        return plan_fluids(&scene, &options, arguments.options.mode());
+    }
     let planned = match options.limit {
         Some(_) => plan::choose(&scene, &options)?,
         None => plan::make(&scene, &options)?,
@@ -32,6 +36,17 @@ pub fn run(arguments: &SceneArguments) -> Result<u8, Failure> {
             fields["others"] = others.iter().map(other_fields).collect();
             Display::new(Mode::Json, 0).event("plan", fields);
         }
+        Mode::Quiet => {}
+    }
+    Ok(DONE)
+}
+
+/// Prints the plan of a scene that Stable Fluids solve.
+fn plan_fluids(scene: &Scene, options: &PlanOptions, mode: Mode) -> Result<u8, Failure> {
+    let planned = fluids::planned(scene, options)?;
+    match mode {
+        Mode::Human => fluids::print_plan(scene, &planned),
+        Mode::Json => Display::new(Mode::Json, 0).event("plan", planned.fields()),
         Mode::Quiet => {}
     }
     Ok(DONE)

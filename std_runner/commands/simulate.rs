@@ -6,9 +6,10 @@ use crate::problem::Precision;
 use crate::progress::Clock;
 use crate::run::{Origin, Outputs, Request};
 use crate::scene::Scene;
+use crate::solves::solve;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use thurible_core::Method;
+use thurible_core::{Method, stable_fluids};
 
 /// Arguments of `simulate`.
 #[derive(Args, Debug)]
@@ -27,6 +28,9 @@ pub struct SimulateArguments {
     /// With --from, go on from step K of it instead, and tell how far the densities are from those that follow there.
     #[arg(long, value_name = "K", requires = "from")]
     pub at: Option<usize>,
+    /// Which simulator: the staggered one, or Stam's at cell centres, with `[method.stable_fluids]`.
+    #[arg(long, value_name = "NAME", value_parser = ["staggered", stable_fluids::NAME], default_value = "staggered", conflicts_with = "from")]
+    pub solver: String,
     /// Steps, as --set time.steps=M.
     #[arg(long, value_name = "M")]
     pub steps: Option<usize>,
@@ -44,6 +48,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<u8, Failure> {
         options: &arguments.options,
         output: arguments.output.as_deref(),
         steps: arguments.steps,
+        fluids: arguments.solver == stable_fluids::NAME,
     };
     simulation.run("_flow", Method::Simulate, |request| Request { from, ..request })
 }
@@ -58,6 +63,8 @@ pub(super) struct Simulation<'a> {
     pub output: Option<&'a Path>,
     /// Steps, instead of the scene's.
     pub steps: Option<usize>,
+    /// Whether Stable Fluids simulate it.
+    pub fluids: bool,
 }
 
 impl Simulation<'_> {
@@ -73,6 +80,7 @@ impl Simulation<'_> {
         let assignments: Vec<String> = self.options.set.iter().cloned().chain(steps).collect();
         let mut scene = Scene::load_free(self.scene, &assignments)?;
         scene.method.params.method = method;
+        scene.method.fluids.chosen = self.fluids;
         let mut options = self.options.run(Outputs {
             arrays: true,
             images: scene.output.frames,
@@ -84,7 +92,7 @@ impl Simulation<'_> {
             name.push(end);
             name.into()
         });
-        let outcome = options.solve(change(Request::new(scene, folder, clock)))?;
+        let outcome = solve(&options, change(Request::new(scene, folder, clock)))?;
         Ok(outcome.exit_code())
     }
 }

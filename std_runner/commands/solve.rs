@@ -5,6 +5,7 @@ use crate::exit::Failure;
 use crate::progress::Clock;
 use crate::run::{Outputs, Request};
 use crate::scene::Scene;
+use crate::solves::solve;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -29,6 +30,6 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
         images: scene.output.frames,
     });
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
-    let outcome = options.solve(Request::new(scene, folder, clock))?;
+    let outcome = solve(&options, Request::new(scene, folder, clock))?;
     Ok(outcome.exit_code())
 }

@@ -4,12 +4,14 @@ use super::figures::{Figures, ends};
 use super::words::listed;
 use crate::console;
 use crate::exit::{DONE, FILE, Failure, NOT_FINITE};
+use crate::fluids;
 use crate::interrupt::Interrupt;
 use crate::plan;
 use crate::progress::{Clock, Mode};
 use crate::report::RunRecord;
 use crate::run::{Outcome, Request, RunOptions};
 use crate::scene::{Document, Scene};
+use crate::solves::solve;
 use serde_json::{Value, json};
 use std::path::Path;
 use thurible_core::method::registry::takes;
@@ -50,7 +52,11 @@ pub(crate) fn scenes_by_method(
     let mut scenes = methods.iter().map(scene).collect::<Result<Vec<_>, _>>()?;
     let note = price_alike(&mut scenes);
     for scene in &scenes {
-        plan::choose(scene, &options.plan)?;
+        if scene.method.fluids.chosen {
+            fluids::planned(scene, &options.plan)?;
+        } else {
+            plan::choose(scene, &options.plan)?;
+        }
     }
     Ok(Lineup {
         scenes,
@@ -64,8 +70,10 @@ pub(crate) fn scenes_by_method(
 fn price_alike(scenes: &mut [Scene]) -> Option<String> {
     let automatic =
         |scene: &Scene| scene.control.smoothness.is_none() && scene.advection.scheme.smoothness() > 0.0;
+    // Stable Fluids have a price of their own, with or without curls in that of the others.
     let (able, unable): (Vec<&Scene>, Vec<&Scene>) = scenes
         .iter()
+        .filter(|scene| !scene.method.fluids.chosen)
         .partition(|scene| takes(&scene.method.params, Feature::Smoothness));
     if unable.is_empty() || !able.into_iter().any(automatic) {
         return None;
@@ -79,7 +87,7 @@ fn price_alike(scenes: &mut [Scene]) -> Option<String> {
         listed(&unable),
         scenes.first()?.advection.scheme.smoothness()
     );
-    for scene in scenes {
+    for scene in scenes.iter_mut().filter(|scene| !scene.method.fluids.chosen) {
         scene.control.smoothness = Some(0.0);
     }
     Some(note)
@@ -122,7 +130,7 @@ impl Comparison {
                 settled: rule.map(|(_, part)| part),
                 ..Request::new(scene, folder.join(method), Clock::start())
             };
-            match options.solve(request) {
+            match solve(options, request) {
                 Ok(outcome) => comparison.solved.push(outcome),
                 Err(Failure::NotFinite(why)) => {
                     if options.mode != Mode::Quiet {

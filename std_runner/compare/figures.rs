@@ -1,8 +1,10 @@
 //! The figures of one method in a comparison, from the record of its run alone.
 
-use crate::report::{IterationRecord, KeyframeRecord, ObjectiveRecord, RunRecord, by_grid, by_name};
+use crate::report::{
+    IterationRecord, KeyframeRecord, ObjectiveRecord, RunRecord, SolvedBy, by_grid, by_name,
+};
 use serde::Serialize;
-use thurible_core::{Method, Status};
+use thurible_core::Status;
 
 /// An objective up to this times the best counts as having reached it.
 pub const NEAR: f64 = 1.01;
@@ -11,8 +13,7 @@ pub const NEAR: f64 = 1.01;
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
     /// The method.
-    #[serde(serialize_with = "by_name")]
-    pub method: Method,
+    pub method: SolvedBy,
     /// How it ended.
     #[serde(serialize_with = "by_name")]
     pub status: Status,
@@ -139,6 +140,7 @@ mod tests {
                 data,
                 force: 0.0,
                 plain: 0.0,
+                initial: None,
             },
             level: None,
             facts: Facts::default(),

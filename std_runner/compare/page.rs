@@ -10,7 +10,6 @@ use crate::report::{
     smoothness,
 };
 use crate::stay::Stay;
-use thurible_core::Named;
 
 /// The page about one scene.
 pub(crate) fn page(name: &str, comparison: &Comparison) -> Document {

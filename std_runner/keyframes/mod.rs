@@ -38,4 +38,4 @@ pub use note::Note;
 pub(crate) use raster::DENSEST;
 pub use series::Series;
 pub use spec::ShapeSpec;
-pub use velocity::read_velocity;
+pub use velocity::{read_centered_velocity, read_velocity};

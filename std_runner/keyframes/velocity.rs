@@ -14,12 +14,31 @@ use super::{Canvas, ShapeError};
 /// # Errors
 /// A file that cannot be read, lacks a component, has another size, or holds a value that is not finite.
 pub fn read_velocity(path: &Path, canvas: &Canvas) -> Result<Vec<Vec<f64>>, ShapeError> {
-    let component =
-        |axis: usize| component(path, axis, canvas).map_err(|fault| fault.of("initial_velocity", path));
+    read(path, canvas, faces)
+}
+
+/// The same at the centres of cells, where a component has as many numbers as there are cells.
+///
+/// # Errors
+/// As [`read_velocity`].
+pub fn read_centered_velocity(path: &Path, canvas: &Canvas) -> Result<Vec<Vec<f64>>, ShapeError> {
+    read(path, canvas, |axis, canvas| {
+        let (name, _) = faces(axis, canvas);
+        (name, canvas.cells.iter().rev().copied().collect())
+    })
+}
+
+/// The name and the shape of a component on the cells of a box.
+type Shape = fn(usize, &Canvas) -> (&'static str, Vec<usize>);
+
+fn read(path: &Path, canvas: &Canvas, shape: Shape) -> Result<Vec<Vec<f64>>, ShapeError> {
+    let component = |axis: usize| {
+        component(path, shape(axis, canvas)).map_err(|fault| fault.of("initial_velocity", path))
+    };
     (0..canvas.dimensions()).map(component).collect()
 }
 
-fn component(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, Fault> {
+fn component(path: &Path, (name, expected): (&'static str, Vec<usize>)) -> Result<Vec<f64>, Fault> {
     if path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("npy"))
@@ -29,13 +48,12 @@ fn component(path: &Path, axis: usize, canvas: &Canvas) -> Result<Vec<f64>, Faul
             "save velocity_x, velocity_y (and velocity_z) together by numpy.savez",
         ));
     }
-    let (name, expected) = faces(axis, canvas);
     let array = npz::read(path, Some(name))?;
     let one_step = array.shape.len() == expected.len() + 1 && array.shape.first() == Some(&1);
     if array.shape.get(usize::from(one_step)..) != Some(expected.as_slice()) {
         let found = format!("has {name} of shape ({})", array.size_in_words());
         let remedy =
-            format!("its faces on this grid are {expected:?}; save one step of a result with the same cells");
+            format!("on this grid it is {expected:?}; save one step of a result with the same cells");
         return Err(Fault::content(found, remedy));
     }
     array.refuse_not_finite()?;

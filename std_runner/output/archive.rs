@@ -37,8 +37,8 @@ pub(crate) fn write_archive(path: &Path, frames: &mut dyn Frames) -> Result<(), 
 /// An array whose values are in a file of their own, one entry after the other.
 pub(crate) struct Packed<'a> {
     pub name: &'a str,
-    /// Entries that are taken.
-    pub count: usize,
+    /// Entries that are taken; `None` where there is one and no axis for it.
+    pub count: Option<usize>,
     /// Their shape, x last.
     pub shape: &'a [usize],
     pub values: &'a Path,
@@ -122,8 +122,11 @@ impl Archive<'_, &mut BufWriter<File>> {
     /// An array from a file of its values.
     fn copy(&mut self, array: &Packed<'_>) -> Result<(), OutputError> {
         let (kind, bytes) = self.kind();
-        let mut shape = vec![array.count];
-        shape.extend(array.shape);
+        let shape: Vec<usize> = array
+            .count
+            .into_iter()
+            .chain(array.shape.iter().copied())
+            .collect();
         self.begin(array.name, kind, &shape)?;
         let expected = shape.iter().product::<usize>();
         let file = File::open(array.values).map_err(OutputError::unread(array.values))?;

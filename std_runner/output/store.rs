@@ -17,6 +17,8 @@ struct Growing {
     name: String,
     /// Of an entry, x last.
     shape: Vec<usize>,
+    /// Whether there is one entry, and no axis for it.
+    single: bool,
     path: PathBuf,
     file: BufWriter<File>,
 }
@@ -38,11 +40,22 @@ impl Store {
 
     /// Begins an array; its number.
     pub fn begin(&mut self, name: &str, shape: Vec<usize>) -> Result<usize, Failure> {
+        self.begin_array(name, shape, false)
+    }
+
+    /// Adds an array that does not grow.
+    pub fn put<T: Real>(&mut self, name: &str, shape: Vec<usize>, values: &[T]) -> Result<(), Failure> {
+        let array = self.begin_array(name, shape, true)?;
+        self.push(array, values)
+    }
+
+    fn begin_array(&mut self, name: &str, shape: Vec<usize>, single: bool) -> Result<usize, Failure> {
         let path = self.aside.file(name);
         let file = File::create(&path).map_err(|error| failed(&path, error))?;
         self.arrays.push(Growing {
             name: name.to_owned(),
             shape,
+            single,
             path,
             file: BufWriter::new(file),
         });
@@ -82,7 +95,7 @@ impl Store {
         count: impl Fn(&str) -> usize,
     ) -> Result<(), OutputError> {
         let packed = self.arrays.iter().map(|array| Packed {
-            count: count(&array.name),
+            count: (!array.single).then(|| count(&array.name)),
             name: &array.name,
             shape: &array.shape,
             values: &array.path,

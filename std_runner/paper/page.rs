@@ -7,7 +7,6 @@ use super::verdict;
 use crate::compare;
 use crate::quoted::Scale;
 use crate::report::{Block, Chart, Curve, Document, RunRecord};
-use thurible_core::Named;
 
 /// The page about what has been solved so far.
 pub(crate) fn page(sections: &[&Section], solved: &[SolvedScene], scale: Scale) -> Document {

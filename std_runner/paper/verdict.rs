@@ -30,7 +30,7 @@ pub(crate) fn failed(entry: &Entry, figures: Option<&Figures>) -> Option<String>
     if figures.status == Status::Cancelled {
         return None;
     }
-    let unconverged = figures.status != Status::Converged && converges(entry, figures.method);
+    let unconverged = figures.status != Status::Converged && converges(entry, figures.method.alike());
     let ended = unconverged.then(|| compare::status(figures.status).to_owned());
     let missed = figures.keyframe_error.is_nan() || figures.keyframe_error > MISSED;
     let missed = missed.then(|| format!("missed by {:.1} %", 100.0 * figures.keyframe_error));
@@ -55,7 +55,7 @@ mod tests {
 
     fn figures(method: Method, status: Status, keyframe_error: f64) -> Figures {
         Figures {
-            method,
+            method: method.into(),
             status,
             threads: 1,
             iterations: 60,
@@ -70,6 +70,7 @@ mod tests {
                 data: 1.0,
                 force: 1.0,
                 plain: 1.0,
+                initial: None,
             },
             keyframe_error,
             keyframe_error_before: 0.9,

@@ -35,33 +35,44 @@ pub struct TemplateRecord {
 pub(crate) fn templates<T: Real, S: Space>(solver: &Solver<'_, T, S>) -> Vec<TemplateRecord> {
     let all = (0..).map_while(|index| Some((index, solver.template(index)?)));
     all.map(|(index, found)| {
-        let Template {
-            kind,
-            center,
-            radius,
-            from,
-            to,
-            interval,
-            moves,
-            size,
-            seed,
-            ..
-        } = found;
-        let numbers = kind.numbers(S::DIM);
-        let amplitude = |interval| solver.amplitude(index, interval)[..numbers].to_vec();
-        let noise = kind == TemplateKind::Noise;
-        TemplateRecord {
-            kind: kind.name(),
-            center: center[..S::DIM].to_vec(),
-            radius,
-            from,
-            to,
-            interval,
-            moves,
-            size: noise.then_some(size),
-            seed: noise.then_some(seed),
-            amplitude: (0..found.intervals(to)).map(amplitude).collect(),
-        }
+        let amplitudes = (0..found.intervals(found.to)).map(|interval| solver.amplitude(index, interval));
+        record(&found, S::DIM, amplitudes)
     })
     .collect()
+}
+
+/// A template with the amplitude of each of its intervals.
+pub(crate) fn record(
+    found: &Template,
+    dims: usize,
+    amplitudes: impl Iterator<Item = [f64; 3]>,
+) -> TemplateRecord {
+    let Template {
+        kind,
+        center,
+        radius,
+        from,
+        to,
+        interval,
+        moves,
+        size,
+        seed,
+        ..
+    } = *found;
+    let numbers = kind.numbers(dims);
+    let noise = kind == TemplateKind::Noise;
+    TemplateRecord {
+        kind: kind.name(),
+        center: center.into_iter().take(dims).collect(),
+        radius,
+        from,
+        to,
+        interval,
+        moves,
+        size: noise.then_some(size),
+        seed: noise.then_some(seed),
+        amplitude: amplitudes
+            .map(|amplitude| amplitude.into_iter().take(numbers).collect())
+            .collect(),
+    }
 }

@@ -18,22 +18,32 @@ pub struct ObjectiveRecord {
     pub force: f64,
     /// r/2 times the squared forces.
     pub plain: f64,
+    /// The price of the velocity at the start, of methods that have one.
+    pub initial: Option<f64>,
 }
 
 impl From<Objective> for ObjectiveRecord {
     fn from(
         Objective {
-            data, force, plain, ..
+            data,
+            force,
+            plain,
+            initial,
         }: Objective,
     ) -> Self {
-        Self { data, force, plain }
+        Self {
+            data,
+            force,
+            plain,
+            initial: (initial != 0.0).then_some(initial),
+        }
     }
 }
 
 impl ObjectiveRecord {
-    /// The sum of both.
+    /// The sum.
     pub fn total(&self) -> f64 {
-        self.data + self.force
+        self.data + self.force + self.initial.unwrap_or(0.0)
     }
 }
 
@@ -44,12 +54,15 @@ impl Serialize for ObjectiveRecord {
             data: f64,
             force: f64,
             force_plain: f64,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            initial: Option<f64>,
             total: f64,
         }
         Parts {
             data: self.data,
             force: self.force,
             force_plain: self.plain,
+            initial: self.initial,
             total: self.total(),
         }
         .serialize(serializer)

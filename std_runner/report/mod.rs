@@ -19,7 +19,8 @@ pub use chart::{Chart, Curve};
 pub use document::Table;
 pub use iteration::{Facts, IterationRecord, ObjectiveRecord, WindowRecord};
 pub use record::{
-    AdvectionRecord, FrameRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord,
+    AdvectionRecord, FluidsRecord, FrameRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord,
+    SecondsRecord, SolvedBy,
 };
 
 pub(crate) use charts::by_grid;
@@ -28,7 +29,7 @@ pub use found::TemplateRecord;
 pub(crate) use iteration::{by_name, cells};
 pub(crate) use record::by_side;
 
-pub(crate) use found::templates;
+pub(crate) use found::{record as template_record, templates};
 pub(crate) use tables::{product, smoothness};
 pub(crate) use templates::lines as template_lines;
 pub(crate) use words::{bytes, count, number, seconds};
@@ -60,6 +61,11 @@ pub(crate) fn files(steps: usize, images: bool) -> Vec<PathBuf> {
 pub fn write_numbers(folder: &Path, frames: &mut dyn Frames, record: &RunRecord) -> Result<(), OutputError> {
     create_folder(folder)?;
     write_archive(&folder.join(ARCHIVE), frames)?;
+    write_record(folder, record)
+}
+
+/// Writes `report.json` into `folder`.
+pub(crate) fn write_record(folder: &Path, record: &RunRecord) -> Result<(), OutputError> {
     let path = folder.join("report.json");
     write_whole(&path, |file| {
         serde_json::to_writer_pretty(file, record).map_err(OutputError::of(&path))

@@ -5,7 +5,7 @@ use super::iteration::{IterationRecord, ObjectiveRecord, WindowRecord, by_name};
 use crate::stay::Stay;
 use serde::{Serialize, Serializer};
 use thurible_core::grid::Side;
-use thurible_core::{Boundary, Method, Named, Status};
+use thurible_core::{Boundary, Method, Named, Status, stable_fluids};
 
 /// Everything that a program needs to check a result without its scene; values that are not finite become `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -48,8 +48,7 @@ pub struct RunRecord {
     /// How density was carried.
     pub advection: AdvectionRecord,
     /// How it was solved; in the file its name.
-    #[serde(serialize_with = "by_name")]
-    pub method: Method,
+    pub method: SolvedBy,
     /// "f32" or "f64".
     pub precision: String,
     /// How it ended; in the file its name.
@@ -92,6 +91,67 @@ pub struct RunRecord {
     pub windows: Vec<WindowRecord>,
     /// Sentences about what the status alone does not say; mostly none.
     pub remarks: Vec<String>,
+    /// What Stable Fluids have to say beside that.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub fluids: Option<FluidsRecord>,
+}
+
+/// What solved a scene; in the file its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolvedBy {
+    /// A method of the core's solver.
+    Method(Method),
+    /// Stable Fluids: a search, or the flow alone.
+    StableFluids {
+        /// Whether it is a search.
+        steers: bool,
+    },
+}
+
+impl From<Method> for SolvedBy {
+    fn from(method: Method) -> Self {
+        Self::Method(method)
+    }
+}
+
+impl SolvedBy {
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Method(method) => method.name(),
+            Self::StableFluids { .. } => stable_fluids::NAME,
+        }
+    }
+
+    /// The method whose words it has: that of the core, or the one that does the same.
+    #[must_use]
+    pub fn alike(self) -> Method {
+        match self {
+            Self::Method(method) => method,
+            Self::StableFluids { steers: true } => Method::Lbfgs,
+            Self::StableFluids { steers: false } => Method::Simulate,
+        }
+    }
+}
+
+impl Serialize for SolvedBy {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// What Stable Fluids say of a result beside what all say.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FluidsRecord {
+    /// Where the velocities of `result.npz` are: `center`.
+    pub velocity_location: &'static str,
+    /// Every choice as it was used.
+    pub stable_fluids: serde_json::Value,
+    /// States that were kept; 0 is all that the adjoint reads.
+    pub slots: usize,
+    /// Steps that a gradient repeated.
+    pub recomputed_steps: usize,
 }
 
 /// A density beside that of an earlier result.

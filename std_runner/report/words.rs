@@ -118,7 +118,7 @@ pub(crate) fn outcome(record: &RunRecord) -> (&'static str, &'static str, String
         "lowered the objective"
     };
     let params = Params {
-        method: record.method,
+        method: record.method.alike(),
         ..Params::default()
     };
     match record.status {

@@ -42,7 +42,7 @@ pub(crate) fn drawn<T: Real>(
 }
 
 /// `values` rounded to the precision of the solve.
-pub(super) fn narrowed<T: Real>(values: Vec<f64>) -> Vec<T> {
+pub(crate) fn narrowed<T: Real>(values: Vec<f64>) -> Vec<T> {
     values.into_iter().map(T::from_f64).collect()
 }
 

@@ -49,10 +49,55 @@ pub(super) struct Job {
 }
 
 /// A solve that is over, its arrays and its report written.
-pub(super) struct Solved {
+pub(crate) struct Solved {
     pub destination: Destination,
     pub record: RunRecord,
     pub watch: Watch,
+}
+
+impl Solved {
+    /// Draws the pictures and the page, and says how it ended.
+    pub fn show(mut self, options: &RunOptions) -> Result<Outcome, Failure> {
+        let gallery = self.draw(options)?;
+        if !options.outputs.arrays {
+            // Pictures are drawn from them; now they can go.
+            self.destination.remove(report::ARCHIVE)?;
+        }
+        let Self {
+            destination,
+            record,
+            watch,
+        } = self;
+        messages::result(options.mode, &watch, &record, &destination);
+        Ok(Outcome {
+            record,
+            gallery,
+            diverted: destination.diverted().is_some(),
+        })
+    }
+
+    /// Draws the pictures and the page; the page alone if there is no memory for pictures.
+    fn draw(&mut self, options: &RunOptions) -> Result<Gallery, Failure> {
+        let Self {
+            destination,
+            record,
+            watch,
+        } = self;
+        let result = destination.folder().to_path_buf();
+        let draw = |aside: &Path| report::draw(&result, aside, record, options.outputs.images);
+        let drawn = destination.add(draw);
+        watch.display.close();
+        let gallery = drawn.map_err(|error| {
+            Failure::File(format!(
+                "{error}; result.npz and report.json are in {}",
+                destination.shown().display()
+            ))
+        })?;
+        if gallery.is_none() {
+            watch.display.warning("the system has not the memory to draw pictures, so there are none; result.npz, report.json and the page are there");
+        }
+        Ok(gallery.unwrap_or_default())
+    }
 }
 
 impl Job {
@@ -80,47 +125,9 @@ impl Job {
         let bytes = self.planned.plan.bytes();
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
         touch(block);
-        let mut solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block))?;
+        let solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block))?;
         drop(region);
-        let gallery = self.draw(&mut solved)?;
-        if !self.options.outputs.arrays {
-            // Pictures are drawn from them; now they can go.
-            solved.destination.remove(report::ARCHIVE)?;
-        }
-        let Solved {
-            destination,
-            record,
-            watch,
-        } = solved;
-        messages::result(self.options.mode, &watch, &record, &destination);
-        Ok(Outcome {
-            record,
-            gallery,
-            diverted: destination.diverted().is_some(),
-        })
-    }
-
-    /// Draws the pictures and the page; the page alone if there is no memory for pictures.
-    fn draw(&self, solved: &mut Solved) -> Result<Gallery, Failure> {
-        let Solved {
-            destination,
-            record,
-            watch,
-        } = solved;
-        let result = destination.folder().to_path_buf();
-        let draw = |aside: &Path| report::draw(&result, aside, record, self.options.outputs.images);
-        let drawn = destination.add(draw);
-        watch.display.close();
-        let gallery = drawn.map_err(|error| {
-            Failure::File(format!(
-                "{error}; result.npz and report.json are in {}",
-                destination.shown().display()
-            ))
-        })?;
-        if gallery.is_none() {
-            watch.display.warning("the system has not the memory to draw pictures, so there are none; result.npz, report.json and the page are there");
-        }
-        Ok(gallery.unwrap_or_default())
+        solved.show(&self.options)
     }
 
     fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>]) -> Result<Solved, Failure> {

@@ -82,7 +82,7 @@ pub(super) fn short(record: &RunRecord, whole: usize) -> Option<String> {
 }
 
 /// Says how the solve ended, and where the result is.
-pub(super) fn result(mode: Mode, watch: &Watch, record: &RunRecord, destination: &Destination) {
+pub(crate) fn result(mode: Mode, watch: &Watch, record: &RunRecord, destination: &Destination) {
     let (status, objective) = (record.status, record.objective);
     let folder = destination.shown();
     watch.display.event(
@@ -116,8 +116,11 @@ fn summary(watch: &Watch, record: &RunRecord, folder: &Path) {
         record.history.len(),
         in_words(watch.clock.seconds())
     ));
+    let initial = objective.initial.map_or_else(String::new, |initial| {
+        format!(" + initial velocity {initial:.5e}")
+    });
     console::print(&format!(
-        "objective {:.5e} = keyframes {:.5e} + force {:.5e}",
+        "objective {:.5e} = keyframes {:.5e} + force {:.5e}{initial}",
         objective.total(),
         objective.data,
         objective.force
@@ -161,7 +164,7 @@ fn in_sentence(status: Status) -> &'static str {
 }
 
 /// The failure of a block, or of what the runner needs beside it, that the system does not give.
-pub(super) fn no_memory(bytes: usize) -> Failure {
+pub(crate) fn no_memory(bytes: usize) -> Failure {
     Failure::Memory(format!(
         "the system has not {} bytes ({}) for the solve and a little more to read and write; close other programs, or make `grid.cells` or `time.steps` smaller",
         bytes::grouped(bytes),
@@ -170,7 +173,7 @@ pub(super) fn no_memory(bytes: usize) -> Failure {
 }
 
 /// The failure of a solve without a result that could be written.
-pub(super) fn not_finite(scene: &Scene) -> Failure {
+pub(crate) fn not_finite(scene: &Scene) -> Failure {
     Failure::NotFinite(format!(
         "{}: the solve left the finite numbers, or a flow was too fast to follow from the start, and nothing was written; try --precision f64, more `time.steps`, a slower initial velocity or a weaker buoyancy",
         scene.document.path().display()

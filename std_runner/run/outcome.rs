@@ -88,7 +88,7 @@ impl Facts<'_> {
                 scheme: problem.advection.scheme.name().into(),
                 tolerance: problem.advection.tolerance,
             },
-            method: self.planned.params.method,
+            method: self.planned.params.method.into(),
             precision: self.planned.precision.name().into(),
             status: ended.of_result(true),
             objective: objective.into(),
@@ -118,6 +118,7 @@ impl Facts<'_> {
                 ),
                 falls,
             ),
+            fluids: None,
         }
     }
 
@@ -161,7 +162,7 @@ impl Facts<'_> {
 }
 
 /// Buoyancy along one axis and the axis; its strength and none where it is along several. Without buoyancy the axis is the last.
-fn buoyancy(acceleration: &[f64; 3], dims: usize) -> (f64, Option<usize>) {
+pub(crate) fn buoyancy(acceleration: &[f64; 3], dims: usize) -> (f64, Option<usize>) {
     let mut along = acceleration.iter().enumerate().filter(|&(_, &b)| b != 0.0);
     match (along.next(), along.next()) {
         (None, _) => (0.0, Some(dims - 1)),
@@ -170,7 +171,7 @@ fn buoyancy(acceleration: &[f64; 3], dims: usize) -> (f64, Option<usize>) {
     }
 }
 
-fn seconds(clock: &Clock) -> SecondsRecord {
+pub(crate) fn seconds(clock: &Clock) -> SecondsRecord {
     let iterations = clock.solved - clock.begun;
     let [ao, nso] = ["ao", "nso"].map(|phase| clock.spent(phase));
     SecondsRecord {
@@ -187,7 +188,7 @@ fn seconds(clock: &Clock) -> SecondsRecord {
 }
 
 /// The name of the scene at `path`, with the way to it where that goes from `folder` through parents alone: of no other folder is anything said.
-fn scene_file(path: &Path, folder: &Path) -> String {
+pub(crate) fn scene_file(path: &Path, folder: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let place = path.parent().filter(|place| !place.as_os_str().is_empty());
     let place = fs::canonicalize(place.unwrap_or(Path::new(".")));

@@ -28,7 +28,9 @@ pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
     let (keyframes, release) = (raw.keyframe.take(), raw.release.take());
     let mut scene = build(document, raw)?;
     let (document, steps) = (&scene.document, scene.time.steps);
-    scene.keyframes = shapes::keyframes(document, keyframes, steps)?;
+    // Stable Fluids have a force before the first step too.
+    let first = if scene.method.fluids.chosen { 1 } else { 2 };
+    scene.keyframes = shapes::keyframes(document, keyframes, first..=steps)?;
     let last = scene.keyframes.last().map_or(0, |keyframe| keyframe.stay().last);
     scene.release = effects::release(document, release, steps, last)?;
     templates::check_release(&scene)?;

@@ -2,7 +2,7 @@
 
 use super::check::shown;
 use super::document::Document;
-use super::model::MethodSection;
+use super::model::{FluidsSection, MethodSection};
 use super::raw::{RawAdvection, RawProjection, read};
 use crate::exit::Failure;
 use crate::windows::Windows;
@@ -10,6 +10,7 @@ use thurible_core::choices::{self, Choices, Kind, Numbers};
 use thurible_core::method::registry::steers;
 use thurible_core::problem::MAX_STEPS;
 use thurible_core::solver::MAX_ITERATIONS;
+use thurible_core::stable_fluids::{self, Controls};
 use thurible_core::{Advection, Method, Named, Params, Problem};
 use toml::{Table, Value};
 
@@ -60,8 +61,24 @@ pub(super) fn method(
     let known = ["name", "iterations", "window", "stride"]
         .into_iter()
         .chain(within);
-    document.only("method", &table, &known.chain(["projection"]).collect::<Vec<_>>())?;
-    let mut params = name_and_iterations(document, &mut table, templates)?;
+    let known = known.chain(["projection", stable_fluids::NAME]);
+    document.only("method", &table, &known.collect::<Vec<_>>())?;
+    let (mut params, chosen) = name_and_iterations(document, &mut table, templates)?;
+    if chosen
+        && let Some(key) = ["window", "stride"]
+            .into_iter()
+            .find(|key| table.contains_key(*key))
+    {
+        let why = format!(
+            "is more than the method {} can do; leave it out",
+            stable_fluids::NAME
+        );
+        return Err(document.refuse(&format!("method.{key}"), why));
+    }
+    let fluids = FluidsSection {
+        chosen,
+        ..fluids(document, table.remove(stable_fluids::NAME), params.iterations)?
+    };
     let windows = windows(document, &mut table, params.method)?;
     let projection = table.remove("projection");
     for (&method, key) in Method::ALL.iter().zip(&sections) {
@@ -75,24 +92,69 @@ pub(super) fn method(
         params,
         windows,
         projection_tolerance: projection_tolerance(document, projection)?,
+        fluids,
     })
 }
 
-/// The parameters with the method and the iterations of `[method]`, which are taken out of its `table`.
-fn name_and_iterations(document: &Document, table: &mut Table, templates: bool) -> Result<Params, Failure> {
-    let mut params = Params::default();
+/// `[method.stable_fluids]`.
+fn fluids(document: &Document, given: Option<Value>, iterations: usize) -> Result<FluidsSection, Failure> {
+    let key = format!("method.{}", stable_fluids::NAME);
+    let mut table = table(document, &key, given)?;
+    let mut section = FluidsSection::default();
+    if let Some(control) = table.remove("control") {
+        let key = format!("{key}.control");
+        let words: Vec<String> = read(document, &key, control)?;
+        if words.is_empty() {
+            let why =
+                "is empty, so that there is nothing to search for; write control = [\"initial_velocity\"]";
+            return Err(document.refuse(&key, why));
+        }
+        section.params.controls = Controls::none();
+        for (index, word) in words.iter().enumerate() {
+            let control = document.word(&format!("{key}[{index}]"), word)?;
+            section.params.controls = section.params.controls.with(control);
+        }
+    }
+    match table.remove("slots") {
+        None => {}
+        Some(Value::String(word)) if word == "auto" => {}
+        Some(Value::Integer(count)) => {
+            section.slots = Some(document.whole(&format!("{key}.slots"), count, 0..=MAX_STEPS)?);
+        }
+        Some(other) => {
+            let wanted = format!("\"auto\" or a whole number from 0 to {MAX_STEPS}");
+            return Err(document.outside(&format!("{key}.slots"), shown(&other), wanted));
+        }
+    }
+    let rest = Some(Value::Table(table));
+    choose(document, &key, rest, &mut section.params)?;
+    section.params.iterations = iterations;
+    Ok(section)
+}
+
+/// The parameters with the method and the iterations of `[method]`, which are taken out of its `table`, and whether it is Stable Fluids.
+fn name_and_iterations(
+    document: &Document,
+    table: &mut Table,
+    templates: bool,
+) -> Result<(Params, bool), Failure> {
+    let (mut params, mut fluids) = (Params::default(), false);
     if templates {
         params.method = Method::Templates;
     }
     if let Some(word) = table.remove("name") {
         let (key, steering) = ("method.name", steering());
-        params.method = document.one_of(key, &read::<String>(document, key, word)?, &steering)?;
+        let word = read::<String>(document, key, word)?;
+        fluids = word == stable_fluids::NAME;
+        if !fluids {
+            params.method = document.one_of(key, &word, &steering)?;
+        }
     }
     if let Some(count) = table.remove("iterations") {
         let key = "method.iterations";
         params.iterations = document.whole(key, read(document, key, count)?, 1..=MAX_ITERATIONS)?;
     }
-    Ok(params)
+    Ok((params, fluids))
 }
 
 /// `window` and `stride`, which are taken out of `table`, for a method that can be left and taken up again.

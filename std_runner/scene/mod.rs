@@ -15,7 +15,7 @@ mod templates;
 pub(crate) use check::shown;
 pub use document::Document;
 pub(crate) use method::{choose, section, steering};
-pub use model::{Control, Flow, Grid, Keyframe, MethodSection, Output, Scene, Time};
+pub use model::{Control, Flow, FluidsSection, Grid, Keyframe, MethodSection, Output, Scene, Time};
 pub(crate) use raw::read;
 pub(crate) use sequence::files_of;
 

@@ -5,7 +5,7 @@ use crate::keyframes::{Canvas, ShapeSpec};
 use crate::stay::Stay;
 use crate::windows::Windows;
 use std::path::PathBuf;
-use thurible_core::{Advection, Boundary, Emitter, Params, Supply, Template};
+use thurible_core::{Advection, Boundary, Emitter, FluidsParams, Params, Supply, Template};
 
 /// Everything a scene file says, with its defaults filled in and every value checked.
 #[derive(Clone, Debug)]
@@ -135,6 +135,19 @@ pub struct MethodSection {
     pub windows: Option<Windows>,
     /// `[method.projection] tolerance`
     pub projection_tolerance: f64,
+    /// `[method.stable_fluids]`, and whether the scene is solved by that.
+    pub fluids: FluidsSection,
+}
+
+/// `[method.stable_fluids]`
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FluidsSection {
+    /// Whether the method is this one.
+    pub chosen: bool,
+    /// The choices.
+    pub params: FluidsParams,
+    /// States that are kept, 0 for all that the adjoint reads; `None` is `"auto"`.
+    pub slots: Option<usize>,
 }
 
 /// `[output]`

@@ -16,7 +16,12 @@ pub(super) struct Steps {
 
 impl Steps {
     /// What stands at `keyframe[i].steps`.
-    pub fn read(document: &Document, key: &str, found: Value, steps: usize) -> Result<Self, Failure> {
+    pub fn read(
+        document: &Document,
+        key: &str,
+        found: Value,
+        steps: &RangeInclusive<usize>,
+    ) -> Result<Self, Failure> {
         let Value::Table(mut table) = found else {
             let wanted = "a table, as in { from = 10, every = 5 },";
             return Err(document.outside(key, super::check::shown(&found), wanted));
@@ -30,8 +35,8 @@ impl Steps {
             document.whole_value(&at, &found, allowed)
         };
         Ok(Self {
-            from: number("from", 2..=steps)?,
-            every: number("every", 1..=steps)?,
+            from: number("from", steps.clone())?,
+            every: number("every", 1..=*steps.end())?,
         })
     }
 

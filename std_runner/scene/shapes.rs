@@ -7,6 +7,7 @@ use crate::scene::document::Document;
 use crate::scene::model::{Emission, Keyframe};
 use crate::scene::raw::read;
 use crate::scene::sequence::Steps;
+use core::ops::RangeInclusive;
 use toml::{Table, Value};
 
 /// The source, without which something must emit.
@@ -25,14 +26,14 @@ pub(super) fn source(
 pub(super) fn keyframes(
     document: &Document,
     raw: Option<Vec<Table>>,
-    steps: usize,
+    steps: RangeInclusive<usize>,
 ) -> Result<Vec<Keyframe>, Failure> {
     let remedy = "write [[keyframe]] with a step and a shape, as in step = 40 and text = \"F\"";
     let tables = document.required("keyframe", raw.filter(|tables| !tables.is_empty()), remedy)?;
     let mut keyframes = tables
         .into_iter()
         .enumerate()
-        .map(|(index, table)| keyframe(document, index, table, steps))
+        .map(|(index, table)| keyframe(document, index, table, &steps))
         .collect::<Result<Vec<_>, _>>()?
         .concat();
     refuse_overlaps(document, &keyframes)?;
@@ -40,13 +41,14 @@ pub(super) fn keyframes(
     Ok(keyframes)
 }
 
-/// Number `index` in the file, of a scene with so many steps: one keyframe, or those of a sequence.
+/// Number `index` in the file, at one of the steps that are allowed: one keyframe, or those of a sequence.
 fn keyframe(
     document: &Document,
     index: usize,
     mut table: Table,
-    steps: usize,
+    allowed: &RangeInclusive<usize>,
 ) -> Result<Vec<Keyframe>, Failure> {
+    let steps = *allowed.end();
     let key = format!("keyframe[{index}]");
     document.only(
         &key,
@@ -60,7 +62,7 @@ fn keyframe(
                 "stands beside `step`; a keyframe has one step, or a sequence of them: take one of them out";
             return Err(document.refuse(&format!("{key}.steps"), why));
         }
-        Some(found) => Some(Steps::read(document, &format!("{key}.steps"), found, steps)?),
+        Some(found) => Some(Steps::read(document, &format!("{key}.steps"), found, allowed)?),
         None if table.contains_key("files") => {
             let remedy = "write where the shapes of `files` stand, as in steps = { from = 10, every = 5 }";
             return document.required(&format!("{key}.steps"), None, remedy);
@@ -73,7 +75,7 @@ fn keyframe(
         None => document.whole_value(
             &at,
             &document.required(&at, table.remove("step"), remedy)?,
-            2..=steps,
+            allowed.clone(),
         )?,
     };
     let held = table.remove("hold");

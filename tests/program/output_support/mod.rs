@@ -210,6 +210,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
             data: 0.0,
             force: f64::NAN,
             plain: f64::NAN,
+            initial: None,
         },
         |entry| entry.objective,
     );
@@ -253,7 +254,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
             scheme: "quick".into(),
             tolerance: 1e-5,
         },
-        method: Method::Admm,
+        method: Method::Admm.into(),
         precision: if frames.precision() == Precision::F64 {
             "f64"
         } else {
@@ -287,6 +288,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         templates: Vec::new(),
         frames: Vec::new(),
         remarks: Vec::new(),
+        fluids: None,
     }
 }
 
@@ -308,6 +310,7 @@ fn entry(iteration: usize) -> IterationRecord {
             data: 2400.0 * (-0.25 * late).exp() + 38.0,
             force: 19.0 * (1.0 - (-0.2 * late).exp()) * wobble,
             plain: 19.0 * (1.0 - (-0.2 * late).exp()) * wobble,
+            initial: None,
         },
         level: None,
         facts: Facts(vec![
