@@ -9,6 +9,7 @@ use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::{Coefficients, LevelMut, State};
+use thurible_core::nso::surroundings::Surroundings;
 use thurible_core::nso::{SmootherMemory, local, smoother};
 use thurible_core::{Boundary, Colours, D2, D3, Exec, Space};
 
@@ -51,7 +52,7 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
         slots: SLOTS,
         kappa: 1.0,
         viscosity: 0.0,
-        outside: 3.0,
+        surroundings: Surroundings::outside_alone::<S>(Colours::RedBlack).to(),
         damping: LocalDamping::USUAL.at(1.0),
     };
     let memory = SmootherMemory::all::<f32, S>(&grid)

@@ -10,6 +10,7 @@ use thurible_core::memory::{Arena, TooSmall};
 use thurible_core::memory::{Ledger, Pool, Sharing};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::State;
+use thurible_core::nso::surroundings::Surroundings;
 use thurible_core::nso::{Bases, Finest, Nso, Setup, SmootherMemory, Workspace};
 use thurible_core::poisson::Projection;
 use thurible_core::{Boundary, Colours, Exec, Norm, NsoParams, Real, Serial, Silent, Space};
@@ -56,6 +57,8 @@ pub struct Case {
     pub norm: Norm,
     /// Where the smoother leaves terms out, at kappa = 1.
     pub damping: LocalDamping<f64>,
+    /// What the smoother's blocks know beyond their cells; `None` for the usual.
+    pub surroundings: Option<Surroundings<f64>>,
     /// What is in the way.
     pub obstacle: Option<Obstacle>,
 }
@@ -71,6 +74,7 @@ impl Case {
             colours: Colours::RedBlack,
             norm: Norm::Scaled,
             damping: LocalDamping::USUAL,
+            surroundings: None,
             obstacle: None,
         }
     }
@@ -98,6 +102,7 @@ impl Case {
             threads,
             params,
             damping: self.damping,
+            surroundings: self.surroundings,
             memory,
             projection_tolerance: 0.0,
         }

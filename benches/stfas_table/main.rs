@@ -1,16 +1,19 @@
 //! The table of STFAS: by which factor a V(2,2) cycle reduces the residual of NSO, asymptotically, in double precision.
 //!
 //! `cargo bench --bench stfas_table`, all in about four minutes; `-- --quick` the small rows alone; `-- --floor` instead the
-//! residuals that single and double precision come down to, beside the tolerance of the paper. Ends with 1 when a row that has
+//! residuals that single and double precision come down to, beside the tolerance of the paper; `-- --decades` instead the
+//! seconds that a decade takes with two smoothers. Ends with 1 when a row that has
 //! a bound misses it.
 
 #[path = "../common/mod.rs"]
 mod common;
+mod decades;
 mod floors;
 mod residuals;
 
 use common::rate::{asymptotic, listed};
 use common::{pool, size, sure};
+use decades::decades;
 use floors::floors;
 use residuals::{FLOOR, cycles};
 use std::process::ExitCode;
@@ -54,6 +57,10 @@ impl Table {
 fn main() -> ExitCode {
     if std::env::args().any(|argument| argument == "--floor") {
         floors(pool());
+        return ExitCode::SUCCESS;
+    }
+    if std::env::args().any(|argument| argument == "--decades") {
+        decades();
         return ExitCode::SUCCESS;
     }
     let mut table = Table {

@@ -1,6 +1,7 @@
 //! One level of STFAS: its grid, solution and right-hand side.
 
 use super::damping::LocalDamping;
+use super::surroundings::Surroundings;
 use crate::field::transfer::Place;
 use crate::field::{Vector, VectorMut, view};
 use crate::grid::solids::Solids;
@@ -52,8 +53,8 @@ pub struct System<'a, T> {
     pub kappa: T,
     /// nu.
     pub viscosity: T,
-    /// Weight of the outside-face term of the smoother.
-    pub outside: T,
+    /// What the smoother's blocks know beyond their cells.
+    pub surroundings: Surroundings<T>,
     /// Where the smoother damps.
     pub damping: LocalDamping<T>,
     /// Velocities.
@@ -106,8 +107,8 @@ pub struct Coefficients<T> {
     pub kappa: T,
     /// nu.
     pub viscosity: T,
-    /// Weight of the outside-face term.
-    pub outside: T,
+    /// What the smoother's blocks know beyond their cells.
+    pub surroundings: Surroundings<T>,
     /// Where the smoother damps.
     pub damping: LocalDamping<T>,
 }
@@ -190,7 +191,7 @@ fn left_hand_side<'a, T: Real>(
         slots: coefficients.slots,
         kappa: coefficients.kappa,
         viscosity: coefficients.viscosity,
-        outside: coefficients.outside,
+        surroundings: coefficients.surroundings,
         damping: coefficients.damping,
         v: view(&state.v),
         w: view(&state.w),

@@ -18,6 +18,7 @@ mod reduced;
 pub mod residual;
 pub mod smoother;
 pub mod solve;
+pub mod surroundings;
 pub mod transfer;
 pub mod vcycle;
 mod window;

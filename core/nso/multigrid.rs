@@ -1,8 +1,8 @@
 //! STFAS: the levels of a Navier-Stokes problem, and what is done on each of them.
 
-use super::colours::Colours;
 use super::level::{Coefficients, LevelMut, State};
 use super::params::{Norm, Setup};
+use super::surroundings::Surroundings;
 use super::workspace::{Bases, Closing, Parts, Workspace};
 use super::{residual, smoother};
 use crate::exec::Exec;
@@ -44,15 +44,6 @@ pub struct Nso<'a, T, S> {
     space: PhantomData<S>,
 }
 
-/// Weight of the outside-face term (mathematics section 5).
-fn outside_weight<S: Space>(colours: Colours) -> f64 {
-    if S::DIM == 3 && colours == Colours::RedBlack {
-        3.0
-    } else {
-        2.0
-    }
-}
-
 /// Cells up to this many times as long as wide are smoothed as often as square ones.
 const SQUARE_ENOUGH: f64 = 1.5;
 /// Cells count as at most this many times as long as wide.
@@ -79,7 +70,10 @@ fn coefficients<T: Real, S: Space>(setup: &Setup) -> Coefficients<T> {
         slots: setup.slots,
         kappa: T::from_f64(setup.kappa),
         viscosity: T::from_f64(setup.viscosity),
-        outside: T::from_f64(outside_weight::<S>(setup.params.colours)),
+        surroundings: setup
+            .surroundings
+            .unwrap_or_else(|| Surroundings::outside_alone::<S>(setup.params.colours))
+            .to(),
         damping: setup.damping.at(setup.kappa),
     }
 }

@@ -10,6 +10,7 @@ use thurible_core::grid::solids::{self, SOLID, Solids};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::{Rhs, System};
 use thurible_core::nso::local::{fill_table, table_len};
+use thurible_core::nso::surroundings::Surroundings;
 use thurible_core::{Real, Space};
 
 pub const IN_2D: [(&[usize], &str); 6] = [
@@ -120,7 +121,7 @@ impl<T: Real> Both<T> {
         }
     }
 
-    pub fn system(&self, outside: f64, damping: LocalDamping<f64>) -> System<'_, T> {
+    pub fn system(&self, surroundings: Surroundings<f64>, damping: LocalDamping<f64>) -> System<'_, T> {
         let case = &self.case;
         let kappa = T::from_f64(self.equations.kappa);
         let rhs = match &self.rhs {
@@ -150,7 +151,7 @@ impl<T: Real> Both<T> {
             slots: SLOTS,
             kappa,
             viscosity: T::from_f64(self.equations.naive.viscosity),
-            outside: T::from_f64(outside),
+            surroundings: surroundings.to(),
             damping: LocalDamping {
                 threshold: T::from_f64(damping.threshold),
             },

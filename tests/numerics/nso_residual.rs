@@ -9,6 +9,7 @@ use thurible_core::field::Block;
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::System;
 use thurible_core::nso::residual::{Rows, of_block, rows_of, work_len};
+use thurible_core::nso::surroundings::Surroundings;
 use thurible_core::nso::{Norm, NsoParams, Setup};
 use thurible_core::{D2, D3, Real, Serial, Space};
 
@@ -52,7 +53,7 @@ fn residual_agrees<T: Real, S: Space>(list: &[(&[usize], &str)]) {
         let viscosity = if coarse { 0.2 * grid.h[0] * grid.h[0] } else { 0.0 };
         let both = Both::<T>::new::<S>(&mut random, &grid, 0.7, 2.0, viscosity, coarse, solid);
         let (found, expected) = (
-            found::<T, S>(&both.system(2.0, LocalDamping::NONE)),
+            found::<T, S>(&both.system(Surroundings::new(2.0, 1.0), LocalDamping::NONE)),
             both.equations.residual(),
         );
         let [a, c]: [Components<f64>; 2] = [&expected.a, &expected.c].map(|x| trajectories(&grid, x));

@@ -11,6 +11,7 @@ use thurible_core::nso::colours::{Cells, Colours};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::System;
 use thurible_core::nso::local::{Changes, changes, fill_table, scratch_len, solve_row, table_len};
+use thurible_core::nso::surroundings::Surroundings;
 use thurible_core::nso::{SmootherMemory, Split};
 use thurible_core::{D2, D3, Real, Space};
 
@@ -54,9 +55,9 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
         .into_iter()
         .flat_map(|solid| cases.clone().enumerate().map(move |case| (solid, case)))
     {
-        let (kappa, outside, viscosity) = (
+        let (kappa, surroundings, viscosity) = (
             [1.0, 0.05][n % 2],
-            [2.0, 0.0, 3.0][n % 3],
+            Surroundings::new([2.0, 0.0, 3.0][n % 3], [1.0, 1.3, 1.25, 1.6][n % 4]),
             [0.0, 0.0, 0.2][n % 5 % 3] * grid.h[0] * grid.h[0],
         );
         let damping = [
@@ -66,7 +67,7 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
             LocalDamping::NONE,
         ][n % 7 % 2];
         let both = Both::<T>::new::<S>(&mut random, &grid, kappa, 1.5, viscosity, coarse, solid);
-        let (system, residual) = (both.system(outside, damping), both.equations.residual());
+        let (system, residual) = (both.system(surroundings, damping), both.equations.residual());
         for row in 0..grid.rows() {
             let [y, z] = grid.row_at(row);
             for start in 0..2 {
@@ -78,7 +79,7 @@ fn step_agrees<T: Real, S: Space>(list: &[(&[usize], &str)], tolerance: f64) {
                 let out = solved_in_any_lanes::<T, S>(&system, row, cells, half);
                 let i = random.between(0, cells.count - 1);
                 let at = [start + 2 * i, y, z];
-                let expected = local::changes(&both.equations, &residual, outside, damping, at);
+                let expected = local::changes(&both.equations, &residual, surroundings, damping, at);
                 if damping.threshold > 0.0 && viscosity == 0.0 {
                     let squares = local::squares(&both.equations, at);
                     orders[squares.iter().fold(0, |code, &squares| {
@@ -194,7 +195,7 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
             slots: SLOTS,
             kappa: 0.6,
             viscosity: 0.0,
-            outside: 0.0,
+            surroundings: Surroundings::new(0.0, 1.0),
             damping: LocalDamping::NONE,
         };
         let mut level = thurible_core::nso::level::LevelMut {

@@ -60,6 +60,7 @@ impl Setup {
             threads: sweep.threads,
             params: self.params.nso,
             damping: LocalDamping::USUAL,
+            surroundings: None,
             memory: self.memory,
             projection_tolerance,
         }

@@ -25,14 +25,18 @@ impl<T: Real> Group<'_, '_, T> {
     ) {
         let header = &header[..Header::<S>::SIZE * V::LANES];
         let gathered = &gathered[..Gathered::<S>::SIZE * V::LANES];
-        let (residuals, plaquettes) = self.residuals::<S, V, VISCOUS>(header, gathered);
+        let (mut residuals, plaquettes) = self.residuals::<S, V, VISCOUS>(header, gathered);
+        let mobility = V::splat(self.system.surroundings.mobility);
+        unroll!(f < S::FACES; 0 1 2 3 4 5; {
+            (residuals.a[f], residuals.c[f]) = (mobility * residuals.a[f], mobility * residuals.c[f]);
+        });
         let mut g = [V::splat(T::ZERO); 6];
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             g[f] = at(header, Place::<S>::NORMAL + f);
         });
         let [beta, delta] = store_normal::<S, V>(header, &residuals, &g, now);
         let [moving, damping] = if VISCOUS {
-            [V::splat(T::ONE), V::splat(T::ZERO)]
+            [mobility, V::splat(T::ZERO)]
         } else {
             self.local_damping::<S, V>(header, gathered)
         };
@@ -64,7 +68,7 @@ impl<T: Real> Group<'_, '_, T> {
             row.swap(BELOW, ABOVE);
             column.swap(BELOW, ABOVE);
         }
-        let mut block = outside.reduce::<S>(header, V::splat(self.system.outside));
+        let mut block = outside.reduce::<S>(header, V::splat(self.system.surroundings.outside));
         unroll!(i < S::FREE; 0 1 2 3 4; {
             block[i][i] = block[i][i] + damping;
         });
@@ -102,18 +106,18 @@ impl<T: Real> Group<'_, '_, T> {
         });
     }
 
-    /// 1 in cells that are not damped, 0 elsewhere; and the damping of the others, the sum of (g_f v_f)^2
+    /// The mobility in cells that are not damped, 0 elsewhere; and the damping of the others, the sum of (g_f v_f)^2
     /// over their faces.
     #[inline(always)]
     fn local_damping<S: Space, V: Vector<Elem = T>>(&self, header: &[T], gathered: &[T]) -> [V; 2] {
-        let (zero, one) = (V::splat(T::ZERO), V::splat(T::ONE));
+        let (zero, mobility) = (V::splat(T::ZERO), V::splat(self.system.surroundings.mobility));
         let mut squares = zero;
         unroll!(f < S::FACES; 0 1 2 3 4 5; {
             let speed = at::<V>(header, Place::<S>::NORMAL + f) * at::<V>(gathered, Gathered::<S>::V + f);
             squares = squares + speed * speed;
         });
         let excess = squares - V::splat(self.system.damping.threshold);
-        [excess.select(one, zero), excess.select(zero, squares)]
+        [excess.select(mobility, zero), excess.select(zero, squares)]
     }
 
     /// B^T of both sides, those of equations a and c at the cell's faces.

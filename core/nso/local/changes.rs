@@ -57,6 +57,7 @@ impl<T: Real> Group<'_, '_, T> {
         let now = slot::<S, V>(stored, k);
         let inverse: V = at(header, Place::<S>::INVERSE);
         let kappa = V::splat(self.system.kappa);
+        let mass = V::splat(self.system.surroundings.mass);
         let mut q = [zero; 5];
         unroll!(i < S::FREE; 0 1 2 3 4; {
             q[i] = image[i] - before[i] - at::<V>(now, Stored::<S>::FORCE + i);
@@ -101,8 +102,10 @@ impl<T: Real> Group<'_, '_, T> {
         } else {
             zero
         };
-        (all[2 * S::FACES], all[2 * S::FACES + 1]) =
-            (-(pressure * inverse + before), -(bar * inverse + after));
+        (all[2 * S::FACES], all[2 * S::FACES + 1]) = (
+            -(mass * (pressure * inverse + before)),
+            -(mass * (bar * inverse + after)),
+        );
         self.put(&all[..changes::<S>()], k, out);
     }
 

@@ -86,7 +86,7 @@ impl<T: Real> Group<'_, '_, T> {
             };
         }
         // .. and what viscosity does at the cell's own face, the opposite outside.
-        let viscosity = self.viscosity::<V>();
+        let viscosity = moving * self.viscosity::<V>();
         let (drag_a, drag_b) = (viscosity * sigma_a, viscosity * sigma_b);
         let (drag_aa, drag_ab, drag_bb) = (drag_a * sigma_a, drag_a * sigma_b, drag_b * sigma_b);
         Rows {

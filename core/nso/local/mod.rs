@@ -14,7 +14,9 @@
 //!
 //! a symmetric positive definite block-tridiagonal system, solved by a block L D L^T factorisation with one
 //! cell in each SIMD lane. O_k is the outside-face term: the force that the cell's own change stirs up on
-//! faces that are not its own. H is a Householder reflection, so B^T X B is X after two changes of rank 1.
+//! faces that are not its own. With a mass that is not 1 the block is divided by it: J, a and c are times
+//! 1 / mass, and the pressures times the mass (see `surroundings`(super::surroundings)). H is a Householder
+//! reflection, so B^T X B is X after two changes of rank 1.
 //!
 //! The cells of a `row` are solved in groups, a vector of cells each. In every slot `gather` reads what
 //! the equations of a group need (the `stencil` says which faces and cells, `streams` how they lie in

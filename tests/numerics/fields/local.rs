@@ -3,6 +3,7 @@
 use super::naive::Naive;
 use super::spacetime::{Equations, Residual};
 use thurible_core::nso::damping::LocalDamping;
+use thurible_core::nso::surroundings::Surroundings;
 
 /// What a cell's faces, in the order low x, high x, low y, .., are to the local problem.
 struct Face {
@@ -161,7 +162,7 @@ pub fn squares(problem: &Equations, at: [usize; 3]) -> Vec<f64> {
 pub fn changes(
     problem: &Equations,
     residual: &Residual,
-    weight: f64,
+    surroundings: Surroundings<f64>,
     local: LocalDamping<f64>,
     at: [usize; 3],
 ) -> Vec<Vec<f64>> {
@@ -171,6 +172,7 @@ pub fn changes(
     let mut matrix = vec![vec![0.0; size * slots]; size * slots];
     let mut right = vec![0.0; size * slots];
     let squares = squares(problem, at);
+    let mass = surroundings.mass;
     for k in 0..slots {
         let is_damped = squares[k] <= local.threshold && naive.viscosity == 0.0;
         let j = if is_damped {
@@ -179,9 +181,9 @@ pub fn changes(
             jacobian(problem, k, &faces)
         };
         let o = if is_damped {
-            damping(squares[k], &faces)
+            damping(mass * squares[k], &faces)
         } else {
-            scaled(weight, &outside(problem, k, &faces))
+            scaled(surroundings.outside / mass, &outside(problem, k, &faces))
         };
         let o = tangential(&o, &faces);
         let mut closed = true;
@@ -194,13 +196,14 @@ pub fn changes(
             }
             closed = false;
             (right[a], right[c]) = (residual.a[k][face.axis][i], residual.c[k][face.axis][i]);
-            (matrix[a][v + f], matrix[a][w + f], matrix[a][pbar]) = (problem.kappa, 1.0, -face.normal);
-            (matrix[c][v + f], matrix[c][w + f], matrix[c][p]) = (1.0, -1.0, -face.normal);
+            (matrix[a][v + f], matrix[a][w + f], matrix[a][pbar]) =
+                (mass * problem.kappa, mass, -face.normal);
+            (matrix[c][v + f], matrix[c][w + f], matrix[c][p]) = (mass, -mass, -face.normal);
             if k + 1 < slots {
-                matrix[a][w + size + f] = -1.0;
+                matrix[a][w + size + f] = -mass;
             }
             if k > 0 {
-                matrix[c][v + f - size] = -1.0;
+                matrix[c][v + f - size] = -mass;
             }
             for e in 0..n {
                 matrix[a][v + e] += o[f][e];

@@ -42,6 +42,7 @@ pub fn setup(kappa: f64, slots: usize) -> Setup {
             ..NsoParams::default()
         },
         damping: LocalDamping::USUAL,
+        surroundings: None,
         memory: SmootherMemory {
             lanes: 16,
             split: Split::Planes(2),
