@@ -52,7 +52,7 @@ fn of_box<S: Space>(criterion: &mut Criterion, exec: &dyn Exec, cells: &[usize])
         slots: SLOTS,
         kappa: 1.0,
         viscosity: 0.0,
-        surroundings: Surroundings::outside_alone::<S>(Colours::RedBlack).to(),
+        surroundings: Surroundings::WITH_MASS.to(),
         damping: LocalDamping::USUAL.at(1.0),
     };
     let memory = SmootherMemory::all::<f32, S>(&grid)

@@ -65,15 +65,12 @@ fn stretched<S: Space>(grid: &Grid, times: usize) -> usize {
 }
 
 /// What the equations of all levels share.
-fn coefficients<T: Real, S: Space>(setup: &Setup) -> Coefficients<T> {
+fn coefficients<T: Real>(setup: &Setup) -> Coefficients<T> {
     Coefficients {
         slots: setup.slots,
         kappa: T::from_f64(setup.kappa),
         viscosity: T::from_f64(setup.viscosity),
-        surroundings: setup
-            .surroundings
-            .unwrap_or_else(|| Surroundings::outside_alone::<S>(setup.params.colours))
-            .to(),
+        surroundings: setup.surroundings.unwrap_or(Surroundings::WITH_MASS).to(),
         damping: setup.damping.at(setup.kappa),
     }
 }
@@ -103,7 +100,7 @@ impl<'a, T: Real, S: Space> Nso<'a, T, S> {
         Self {
             levels: core::iter::once(first).chain(workspace.coarse).collect(),
             tables: hierarchy.tables.iter().collect(),
-            coefficients: coefficients::<T, S>(setup),
+            coefficients: coefficients(setup),
             setup: *setup,
             parts: workspace.parts,
             scratch: workspace.scratch,
