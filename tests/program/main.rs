@@ -10,6 +10,7 @@
 mod output_support;
 mod support;
 
+mod check_gradient;
 mod compare;
 mod condense;
 mod damaged;

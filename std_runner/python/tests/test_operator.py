@@ -149,6 +149,23 @@ class Jax(unittest.TestCase):
         by = along(jax.tree.leaves(gradient), jax.tree.leaves(direction))
         self.assertAlmostEqual(by, expected, delta=2e-5 * abs(expected))
 
+    @unittest.skipUnless(NOTEBOOK.exists(), "no notebook")
+    def test_the_notebook_trains(self):
+        cells = json.loads(NOTEBOOK.read_text())["cells"]
+        self.assertLess(NOTEBOOK.stat().st_size, 200_000)
+        names = {"QUICK": True}
+        try:
+            import matplotlib
+
+            matplotlib.use("Agg")
+        except ImportError:
+            print("SKIPPED: there is no matplotlib here, so the notebook was not run", file=sys.stderr)
+            return
+        for cell in cells:
+            if cell["cell_type"] == "code":
+                exec("".join(cell["source"]), names)  # noqa: S102
+        self.assertLess(names["losses"][-1], 0.8 * names["losses"][0])
+
 
 @unittest.skipIf(missing("torch"), "no torch")
 class Torch(unittest.TestCase):
@@ -182,23 +199,6 @@ class Torch(unittest.TestCase):
             expected = slope(lambda t: float(loss(*moved(t))))
         by = along([leaf.grad.numpy() for leaf in leaves], [direction[0], *direction[1], *direction[2]])
         self.assertAlmostEqual(by, expected, delta=2e-5 * abs(expected))
-
-    @unittest.skipUnless(NOTEBOOK.exists(), "no notebook")
-    def test_the_notebook_trains(self):
-        cells = json.loads(NOTEBOOK.read_text())["cells"]
-        self.assertLess(NOTEBOOK.stat().st_size, 200_000)
-        names = {"QUICK": True}
-        try:
-            import matplotlib
-
-            matplotlib.use("Agg")
-        except ImportError:
-            print("SKIPPED: there is no matplotlib here, so the notebook was not run", file=sys.stderr)
-            return
-        for cell in cells:
-            if cell["cell_type"] == "code":
-                exec("".join(cell["source"]), names)  # noqa: S102
-        self.assertLess(names["losses"][-1], 0.8 * names["losses"][0])
 
 
 if __name__ == "__main__":
