@@ -1,6 +1,6 @@
 //! The way back: a step, and all of them.
 
-use super::forward::{copy, flow};
+use super::states::{copy, flow};
 use super::{Ask, Given, Input, Operator, OperatorError, Phase, Show, View};
 use crate::exec::Exec;
 use crate::field::slot::{self, Slot};

@@ -1,6 +1,6 @@
 //! The way forward: a step, and all of them.
 
-use super::layout::state_len;
+use super::states::{copy, flow};
 use super::{Ask, Given, Input, Operator, OperatorError, Phase, Show, Start, View};
 use crate::exec::Exec;
 use crate::field::slot::Slot;
@@ -17,7 +17,7 @@ use crate::problem::Template;
 use crate::real::Real;
 use crate::reversal::Move;
 use crate::solver::{FileLayout, InputError, finite};
-use crate::transport::{Flow, Stop, Transport};
+use crate::transport::{Stop, Transport};
 
 impl<T: Real, S: Space> Operator<'_, T, S> {
     /// Simulates all steps from `start`, with the force that `force` adds to each, and calls `show` with rho_k and v_k for k = 0 .. N. What
@@ -96,7 +96,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         let rho = rows::part_mut(self.rho, 0..cells);
         FileLayout::of_cells(&grid).write(start.density, T::ONE, rho);
         self.levels.solids(0).clear_cells(grid.n[0], rho);
-        let [before, v, _] = &mut self.v;
+        let [_, v, _] = &mut self.v;
         for (axis, (component, given)) in v.iter_mut().zip(start.velocity).enumerate().take(grid.dims) {
             if given.is_empty() {
                 component.fill(T::ZERO);
@@ -106,7 +106,13 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
             let taken = layout.take(given, 1.0 / self.setup.velocity_unit, component, [1, 0]);
             taken.map_err(Input::Velocity.refused())?;
         }
-        let fastest = sums::max_abs(exec, &grid, 1, view(v), self.sums);
+        self.project_start(exec, observer)
+    }
+
+    /// v_0 loses its divergence, and stands for the velocity before it too.
+    fn project_start(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), OperatorError> {
+        let [before, v, _] = &mut self.v;
+        let fastest = sums::max_abs(exec, &self.levels.finest, 1, view(v), self.sums);
         if fastest > 0.0 {
             let threads = self.setup.params.threads;
             let mut projection = Projection::carve(&self.levels, 0, 1, threads, &mut Pool::new(self.region));
@@ -153,13 +159,6 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         self.carry(exec, observer, step).map_err(&stopped)?;
         self.push(exec, force, step)?;
         self.solve(exec, observer).map_err(&stopped)
-    }
-
-    /// The state after a step becomes that at hand.
-    pub(super) fn go_on(&mut self) {
-        let cells = self.grid().cells();
-        self.rho.copy_within(cells.., 0);
-        self.v.rotate_left(1);
     }
 
     /// rho_{k+1}.
@@ -251,52 +250,5 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         step.advance::<S>(exec, observer, self.sums)?;
         copy(after, &step.v);
         Ok(())
-    }
-
-    /// Keeps the state at hand.
-    pub(super) fn store(&mut self, slot: usize) {
-        let (grid, len) = (self.levels.finest, state_len(&self.levels.finest));
-        let cells = grid.cells();
-        let [before, v, _] = &self.v;
-        let parts = v.iter().take(grid.dims).chain(before.iter().take(grid.dims));
-        let kept = rows::part_mut(self.kept, slot * len..(slot + 1) * len);
-        let (density, rest) = kept.split_at_mut_checked(cells).unwrap_or_default();
-        density.copy_from_slice(rows::part(self.rho, 0..density.len()));
-        for (to, from) in rest.chunks_exact_mut(cells).zip(parts) {
-            to.copy_from_slice(from);
-        }
-    }
-
-    /// Makes a kept state that at hand.
-    pub(super) fn restore(&mut self, slot: usize) {
-        let (grid, len) = (self.levels.finest, state_len(&self.levels.finest));
-        let cells = grid.cells();
-        let [before, v, _] = &mut self.v;
-        let parts = v
-            .iter_mut()
-            .take(grid.dims)
-            .chain(before.iter_mut().take(grid.dims));
-        let kept = rows::part(self.kept, slot * len..(slot + 1) * len);
-        let (density, rest) = kept.split_at_checked(cells).unwrap_or_default();
-        rows::part_mut(self.rho, 0..density.len()).copy_from_slice(density);
-        for (from, to) in rest.chunks_exact(cells).zip(parts) {
-            to.copy_from_slice(from);
-        }
-    }
-}
-
-/// A flow of one step.
-pub(super) fn flow<'a, T>(v: &'a VectorMut<'_, T>) -> Flow<'a, T> {
-    Flow {
-        initial: view(v),
-        v: [&[]; 3],
-        along: None,
-    }
-}
-
-/// Copies a field of one step.
-pub(super) fn copy<T: Copy>(to: &mut VectorMut<'_, T>, from: &VectorMut<'_, T>) {
-    for (to, from) in to.iter_mut().zip(from) {
-        to.copy_from_slice(from);
     }
 }

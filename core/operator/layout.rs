@@ -1,12 +1,12 @@
 //! The buffers of an operator, said once.
 
+use super::setup::Setup;
 use super::{Operator, OperatorParams, Phase};
 use crate::force::lift::Lift;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::memory::{Arena, Layout, Ledger, Pool, Sharing, TooSmall};
-use crate::method::simulate::krylov::DIRECTIONS;
-use crate::method::simulate::step::{self, Step};
+use crate::method::simulate::step::Step;
 use crate::objective::script::emitted::NUMBERS;
 use crate::objective::script::{Lists, Script};
 use crate::poisson::Projection;
@@ -14,40 +14,8 @@ use crate::problem::Problem;
 use crate::real::Real;
 use crate::reversal::Reversal;
 use crate::solver::carve_script;
-use crate::transport::{Stepping, Transport};
+use crate::transport::Transport;
 use core::marker::PhantomData;
-
-/// The numbers of an operator that do not change.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Setup {
-    pub params: OperatorParams,
-    /// N.
-    pub steps: usize,
-    pub stepping: Stepping,
-    pub viscosity: f64,
-    /// b in scaled numbers.
-    pub buoyancy: [f64; 3],
-    /// Velocities and forces of the scene in scaled ones.
-    pub velocity_unit: f64,
-    pub force_unit: f64,
-    pub projection_tolerance: f64,
-    pub solids: bool,
-    pub emitters: usize,
-    /// States that are kept.
-    pub slots: usize,
-}
-
-impl Setup {
-    pub fn step(&self) -> step::Setup {
-        step::Setup {
-            viscosity: self.viscosity,
-            tolerance: self.params.tolerance,
-            threads: self.params.threads,
-            directions: DIRECTIONS,
-            adjoint: true,
-        }
-    }
-}
 
 /// What of `problem` an operator has: no control, and lists up to the last step.
 pub(super) fn bare_problem<'p>(problem: &Problem<'p>) -> Problem<'p> {
@@ -68,21 +36,9 @@ impl<'m, T: Real, S: Space> Operator<'m, T, S> {
     /// An operator without memory.
     #[inline(never)]
     pub(super) fn bare(problem: &Problem<'_>, params: &OperatorParams, slots: usize) -> Self {
-        let (grid, units) = (problem.grid(), problem.units());
+        let grid = problem.grid();
         Self {
-            setup: Setup {
-                params: *params,
-                steps: problem.steps,
-                stepping: problem.advection.into(),
-                viscosity: problem.scaled_viscosity(),
-                buoyancy: problem.scaled_buoyancy(),
-                velocity_unit: units.velocity,
-                force_unit: units.force,
-                projection_tolerance: problem.projection_tolerance.min(params.tolerance),
-                solids: problem.solids,
-                emitters: problem.emitters.len(),
-                slots,
-            },
+            setup: Setup::new(problem, params, slots),
             levels: Levels::alone(&grid).with_obstacles(problem.solids),
             lists: Lists::default(),
             shapes: &mut [],

@@ -23,6 +23,8 @@ mod forward;
 mod layout;
 mod params;
 mod plan;
+mod setup;
+mod states;
 
 pub use error::{Input, OperatorError};
 pub use fields::{Ask, Given, Show, Start, View};
@@ -41,7 +43,7 @@ use crate::reversal::Reversal;
 use crate::solver::{FileLayout, InputError, SolverError, check_density, put_solids};
 use core::marker::PhantomData;
 use core::mem::MaybeUninit;
-use layout::Setup;
+use setup::Setup;
 
 /// What is known of the last simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

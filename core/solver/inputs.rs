@@ -1,6 +1,6 @@
 //! What a solve is given: densities and v_0.
 
-use super::layout::{FileLayout, Run};
+use super::layout::{FileLayout, Run, finite};
 use super::{InputError, Solver};
 use crate::checkpoint::Mix;
 use crate::field::rows;
@@ -253,20 +253,6 @@ pub(crate) fn put_solids<T: Real>(levels: &mut Levels<'_, T>, solid: &[bool]) {
         let place = layout.place(grid.cell_at(cell / grid.n[0], cell % grid.n[0]));
         place.and_then(|place| solid.get(place)).copied().unwrap_or(false)
     });
-}
-
-/// Refuses a density of another length, or that is not finite somewhere.
-pub(crate) fn finite<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
-    if density.len() != cells {
-        return Err(InputError::Length {
-            expected: cells,
-            given: density.len(),
-        });
-    }
-    match density.iter().position(|x| !x.is_finite()) {
-        Some(index) => Err(InputError::NotFinite { index }),
-        None => Ok(()),
-    }
 }
 
 /// Refuses a density of another length, or that is not finite or negative somewhere.

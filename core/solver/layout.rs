@@ -1,7 +1,6 @@
 //! The layout of a component in memory and in a file.
 
 use super::InputError;
-use super::inputs::finite;
 use crate::field::rows;
 use crate::grid::{Grid, Side};
 use crate::real::Real;
@@ -141,6 +140,20 @@ impl<'g> FileLayout<'g> {
             let to = field.get_mut(begin..begin + count).unwrap_or(&mut []);
             to.iter_mut().zip(from).for_each(|(to, &x)| *to = x * unit);
         }
+    }
+}
+
+/// Refuses a density of another length, or that is not finite somewhere.
+pub(crate) fn finite<T: Real>(density: &[T], cells: usize) -> Result<(), InputError> {
+    if density.len() != cells {
+        return Err(InputError::Length {
+            expected: cells,
+            given: density.len(),
+        });
+    }
+    match density.iter().position(|x| !x.is_finite()) {
+        Some(index) => Err(InputError::NotFinite { index }),
+        None => Ok(()),
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::Solver;
 use super::errors::InputError;
-use super::inputs::finite;
-use super::layout::FileLayout;
+use super::layout::{FileLayout, finite};
 use crate::exec::Exec;
 use crate::grid::Space;
 use crate::method::animation::Animation;
