@@ -7,6 +7,7 @@
 pub mod block;
 mod cameras;
 pub mod choices;
+pub mod covectors;
 pub mod effects;
 pub mod inputs;
 pub mod operating;
@@ -24,14 +25,13 @@ pub mod tracked;
 pub mod tracking;
 pub mod watch;
 pub mod words;
+pub mod worked;
 
 use pyo3::prelude::*;
 
 /// Steers smoke: finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
 #[pymodule]
 mod _thurible {
-    #[pymodule_export]
-    use crate::operating::Gradient;
     #[pymodule_export]
     use crate::operator::PyOperator;
     #[pymodule_export]
@@ -50,6 +50,8 @@ mod _thurible {
     use crate::tracked::Track;
     #[pymodule_export]
     use crate::watch::Iteration;
+    #[pymodule_export]
+    use crate::worked::Gradient;
 
     use pyo3::prelude::*;
 

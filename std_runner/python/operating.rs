@@ -1,17 +1,18 @@
 //! Runs of an operator: NumPy's arrays in, the trajectory and its gradient out.
 
+use crate::covectors::{Covectors, Fields};
 use crate::inputs::{Common, array, numbers};
 use crate::place::Number;
 use crate::plan::Precision;
 use crate::watch::on_threads;
 use crate::words::{read, refused};
+use crate::worked::{Gradient, Work, room, stopped};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
-use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::borrow::Cow;
-use thurible_core::operator::{Ask, EmitterGradient, Given, OperatorError, Show, Start};
-use thurible_core::{Boundary, Exec, Operator, Silent, Space};
+use thurible_core::Boundary;
+use thurible_core::operator::{Given, Start};
 
 /// What is known of an operator beside its memory.
 pub struct About {
@@ -29,120 +30,6 @@ pub struct About {
     pub pushes: Vec<bool>,
     /// Threads.
     pub threads: usize,
-}
-
-/// The gradient of a scalar function of a simulation.
-#[pyclass(frozen, get_all, module = "thurible_smoke", name = "Gradient")]
-pub struct Gradient {
-    /// By the density at the start.
-    density: Py<PyAny>,
-    /// By the components of the velocity at the start, as it was given.
-    velocity: Py<PyTuple>,
-    /// By the components of the forces of all steps.
-    forces: Py<PyTuple>,
-    /// By the acceleration of buoyancy along each axis.
-    buoyancy: Vec<f64>,
-    /// Of each emitter a dict: "supply" (its rate or target), "velocity" (a list, or None where it has none), "shape".
-    emitters: Vec<Py<PyDict>>,
-}
-
-/// What a way back found beside the fields.
-pub struct Found {
-    buoyancy: [f64; 3],
-    emitters: Vec<EmitterGradient>,
-}
-
-/// An operator of either dimension.
-pub trait Work<T>: Send {
-    /// See [`Operator::simulate`].
-    fn simulate(
-        &mut self,
-        exec: &dyn Exec,
-        start: &Start<'_, T>,
-        force: &mut Ask<'_, T>,
-        show: &mut Show<'_, T>,
-    ) -> Result<(), OperatorError>;
-
-    /// See [`Operator::vjp`].
-    fn vjp(
-        &mut self,
-        exec: &dyn Exec,
-        force: &mut Ask<'_, T>,
-        cotangent: &mut Ask<'_, T>,
-        show: &mut Show<'_, T>,
-    ) -> Result<(), OperatorError>;
-
-    /// Reads the rest of the gradient.
-    fn found(&self, density: &mut [T], velocity: &mut [Vec<T>], shapes: &mut [Vec<T>]) -> Found;
-}
-
-impl<T: Number, S: Space + Send> Work<T> for Operator<'static, T, S> {
-    fn simulate(
-        &mut self,
-        exec: &dyn Exec,
-        start: &Start<'_, T>,
-        force: &mut Ask<'_, T>,
-        show: &mut Show<'_, T>,
-    ) -> Result<(), OperatorError> {
-        Operator::simulate(self, exec, &mut Silent, start, force, show)
-    }
-
-    fn vjp(
-        &mut self,
-        exec: &dyn Exec,
-        force: &mut Ask<'_, T>,
-        cotangent: &mut Ask<'_, T>,
-        show: &mut Show<'_, T>,
-    ) -> Result<(), OperatorError> {
-        Operator::vjp(self, exec, &mut Silent, force, cotangent, show)
-    }
-
-    fn found(&self, density: &mut [T], velocity: &mut [Vec<T>], shapes: &mut [Vec<T>]) -> Found {
-        let view = self.gradient();
-        view.read_density(density);
-        for (axis, v) in velocity.iter_mut().enumerate() {
-            view.read_vector(axis, v);
-        }
-        for (index, shape) in shapes.iter_mut().enumerate() {
-            self.shape_gradient(index).read_density(shape);
-        }
-        Found {
-            buoyancy: self.buoyancy_gradient(),
-            emitters: (0..shapes.len())
-                .map(|index| self.emitter_gradient(index))
-                .collect(),
-        }
-    }
-}
-
-/// Arrays by axis, borrowed.
-type Fields<'py, T> = Vec<PyReadonlyArrayDyn<'py, T>>;
-
-/// Covectors of a trajectory: whole, or of single steps.
-enum Covectors<'py, T: Number> {
-    None,
-    Whole(Fields<'py, T>),
-    Steps(Vec<(usize, Fields<'py, T>)>),
-}
-
-/// The refusal of a run.
-fn stopped(error: OperatorError) -> PyErr {
-    match error {
-        OperatorError::TooFast { .. } => PyFloatingPointError::new_err(error.to_string()),
-        OperatorError::NotSimulated => {
-            PyRuntimeError::new_err("nothing was simulated yet; call simulate before vjp")
-        }
-        other => refused("what was given", format!("cannot be used: {other}; change it")),
-    }
-}
-
-/// So many numbers, all 0.
-fn room<T: Number>(count: usize) -> PyResult<Vec<T>> {
-    let mut room = Vec::new();
-    room.try_reserve_exact(count)
-        .map_err(|_| PyMemoryError::new_err("the system has not the memory for the arrays of all steps"))?;
-    room.resize(count, T::ZERO);
-    Ok(room)
 }
 
 impl About {
@@ -403,46 +290,5 @@ fn push<'a, T: Number>(
         for (axis, (force, &len)) in forces.iter().zip(lens).enumerate() {
             given.vector(axis, force.get(step * len..(step + 1) * len).unwrap_or_default());
         }
-    }
-}
-
-/// Covectors whose numbers lie in order.
-enum InOrder<'a, T: Clone> {
-    None,
-    Whole(Vec<Cow<'a, [T]>>),
-    Steps(Vec<(usize, Vec<Cow<'a, [T]>>)>),
-}
-
-impl<T: Number> Covectors<'_, T> {
-    fn in_order(&self) -> PyResult<InOrder<'_, T>> {
-        Ok(match self {
-            Self::None => InOrder::None,
-            Self::Whole(fields) => InOrder::Whole(fields.iter().map(numbers).collect::<PyResult<_>>()?),
-            Self::Steps(steps) => InOrder::Steps(
-                steps
-                    .iter()
-                    .map(|(step, fields)| Ok((*step, fields.iter().map(numbers).collect::<PyResult<_>>()?)))
-                    .collect::<PyResult<_>>()?,
-            ),
-        })
-    }
-}
-
-impl<T: Number> InOrder<'_, T> {
-    /// Component `axis` of what there is for a step.
-    fn at(&self, step: usize, len: usize, axis: usize) -> impl Iterator<Item = &[T]> {
-        let whole = match self {
-            Self::Whole(fields) => fields
-                .get(axis)
-                .and_then(|field| field.get(step * len..(step + 1) * len)),
-            _ => None,
-        };
-        let steps = match self {
-            Self::Steps(steps) => steps.as_slice(),
-            _ => &[],
-        };
-        let single = steps.iter().filter(move |(at, _)| *at == step);
-        let single = single.filter_map(move |(_, fields)| fields.get(axis).map(|field| &field[..]));
-        whole.into_iter().chain(single)
     }
 }

@@ -25,7 +25,10 @@ pub struct Tomography {
 #[pymethods]
 impl Tomography {
     fn __repr__(&self, py: Python<'_>) -> String {
-        format!("<thurible_smoke.Tomography: {} frames>", self.history.bind(py).len())
+        format!(
+            "<thurible_smoke.Tomography: {} frames>",
+            self.history.bind(py).len()
+        )
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::fields::random::Random;
 use crate::fields::{Memory, boundaries, cast, dot};
 use crate::gradients::taylor;
+use core::f64::consts::TAU;
 use thurible_core::operator::{OperatorError, Start};
 use thurible_core::{
     Advection, D2, D3, Emitter, Exec, Operator, OperatorParams, OperatorPlan, Problem, Real, Scheme, Serial,
@@ -256,7 +257,7 @@ impl Case {
                 Some(&n) => n + usize::from(a == axis && !periodic(a)),
                 None => 1,
             };
-            let phase: Vec<f64> = (0..3).map(|_| 6.28 * random.unit()).collect();
+            let phase: Vec<f64> = (0..3).map(|_| TAU * random.unit()).collect();
             (0..extent(0) * extent(1) * extent(2))
                 .map(|i| {
                     let at = [
@@ -273,7 +274,7 @@ impl Case {
                         return 0.0;
                     }
                     let waves = (0..dims).fold(1.0, |product, a| {
-                        product * (6.28 * at[a] as f64 / n[a] as f64 + phase[a]).sin()
+                        product * (TAU * at[a] as f64 / n[a] as f64 + phase[a]).sin()
                     });
                     size * (waves + 0.2 * random.signed())
                 })
@@ -281,12 +282,12 @@ impl Case {
         };
         let in_fluid = |cell: usize| !self.solid.get(cell).copied().unwrap_or(false);
         let density = |random: &mut Random| -> Vec<f64> {
-            let phase: Vec<f64> = (0..3).map(|_| 6.28 * random.unit()).collect();
+            let phase: Vec<f64> = (0..3).map(|_| TAU * random.unit()).collect();
             (0..cells)
                 .map(|i| {
                     let at = [i % n[0], i / n[0] % n[1], i / n[0] / n[1]];
                     let wave: f64 = (0..dims)
-                        .map(|a| (6.28 * at[a] as f64 / n[a] as f64 + phase[a]).cos())
+                        .map(|a| (TAU * at[a] as f64 / n[a] as f64 + phase[a]).cos())
                         .sum();
                     let inside = if in_fluid(i) { 1.0 } else { 0.0 };
                     inside * (0.5 + 0.4 * wave / dims as f64 + 0.05 * random.signed())
@@ -495,14 +496,7 @@ fn check<S: Space>(what: &str, case: &Case, courant: f64, first: f64) {
     let kinds = (0..KINDS.len()).map(Some).chain([None]);
     for chosen in kinds {
         let takes = |kind: usize| chosen.is_none_or(|chosen| chosen == kind);
-        let along = direction.map(|_, x| x);
-        let along = {
-            let mut kind_of = Vec::new();
-            along.map(|kind, x| {
-                kind_of.push(kind);
-                if takes(kind) { x } else { 0.0 }
-            })
-        };
+        let along = direction.map(|kind, x| if takes(kind) { x } else { 0.0 });
         if along.dot(&along, |_| true) == 0.0 {
             continue;
         }
