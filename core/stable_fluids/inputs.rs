@@ -25,7 +25,7 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         }
     }
 
-    fn check(&self, field: &[T]) -> Result<(), InputError> {
+    pub(super) fn check(&self, field: &[T]) -> Result<(), InputError> {
         let (expected, given) = (self.cells(), field.len());
         if given != expected {
             return Err(InputError::Length { expected, given });

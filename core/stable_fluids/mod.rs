@@ -13,6 +13,7 @@
 //! | `advect` | semi-Lagrangian advection and its adjoint |
 //! | `flow`, `march` | a step, forward and backward; all steps, by a tape or by states that are kept |
 //! | `unknowns`, `template`, `script` | what is searched for, winds and vortices, the objective |
+//! | `operator` | the simulation as an operator: forward, and the vector-Jacobian product |
 //! | `search`, `steer` | the objective for L-BFGS, and the search |
 //! | `params`, `plan`, `layout` | what is chosen, and the memory that it takes |
 
@@ -23,6 +24,7 @@ pub mod flow;
 mod inputs;
 mod layout;
 pub mod march;
+pub mod operator;
 pub mod params;
 mod plan;
 pub mod project;
@@ -35,6 +37,7 @@ pub mod sweeps;
 pub mod template;
 pub mod unknowns;
 
+pub use operator::Part;
 pub use params::{Adjoint, Control, Controls, FluidsParams, NAME, Pressure, Slots};
 pub use plan::FluidsPlan;
 pub use results::{FoundTemplate, Moment};

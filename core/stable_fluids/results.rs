@@ -1,10 +1,12 @@
 //! The flow of the unknowns, a step at a time, and what was found of templates.
 
 use super::Fluids;
+use super::cells::Cells;
 use super::flow::Flow;
+use super::script::Given;
 use crate::exec::Exec;
-use crate::field::rows;
-use crate::grid::Space;
+use crate::field::{VectorMut, rows};
+use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer};
 use crate::problem::{Template, Units};
 use crate::progress::Status;
@@ -45,6 +47,10 @@ impl<T: Real> Moment<'_, '_, T> {
     }
 }
 
+/// Writes the force of a step, from what a search has: the cells, the unknowns, and room for the factors of a template.
+pub(super) type Push<'a, T> =
+    dyn FnMut(&Given<'_, T>, usize, ((&Cells, &Grid), &[T], &mut [f64]), &mut VectorMut<'_, T>) + 'a;
+
 /// A template as it was found, in the scene's units: see [`Fluids::template`].
 #[derive(Clone, Copy, Debug)]
 pub struct FoundTemplate {
@@ -66,6 +72,24 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         each: &mut dyn FnMut(Moment<'_, '_, T>) -> ControlFlow<()>,
+    ) -> Result<(), Status> {
+        self.play(
+            exec,
+            observer,
+            each,
+            &mut |pushed, step, (cells, z, factors), force| {
+                pushed.force(exec, cells, z, step, factors, force);
+            },
+        )
+    }
+
+    /// Simulates with the forces that `push` writes step by step.
+    pub(super) fn play(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        each: &mut dyn FnMut(Moment<'_, '_, T>) -> ControlFlow<()>,
+        push: &mut Push<'_, T>,
     ) -> Result<(), Status> {
         if self.mass <= 0.0 {
             return Err(Status::NotReady);
@@ -92,7 +116,7 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
             }
             if step < steps {
                 let cells = (&flow.cells, &flow.grid);
-                given.force(exec, cells, z, step, work.factors, &mut flow.force);
+                push(&given, step, (cells, z, work.factors), &mut flow.force);
                 flow.advance(exec);
             }
         }

@@ -7,6 +7,7 @@ mod memory;
 #[path = "../../program/support/npz.rs"]
 #[allow(dead_code, reason = "the program's tests write arrays too")]
 mod npz;
+mod operator;
 mod reference;
 mod refusals;
 mod solves;
