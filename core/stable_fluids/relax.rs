@@ -13,12 +13,12 @@ use crate::exec::{Exec, for_every_other};
 use crate::real::Real;
 use crate::simd::multiversion;
 
-/// Planes of 3D that are passed over by so many sweeps at once: they fit the caches.
-const SWEEPS_AT_ONCE: usize = 4;
+/// Bytes of fields that sweeps which follow one another are at: they fit a cache near to a processor.
+const CACHE: usize = 1 << 18;
 /// Diagonals that are one task where there are enough of them.
 const DIAGONALS: usize = 8;
-/// From so many diagonals on.
-const MANY_DIAGONALS: usize = 256;
+/// With so many cells more than two sides there are: three longer sides are then the room of both fields.
+const FEW: usize = 12;
 
 /// c x_i - a (sum of the neighbours) = b_i.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,8 @@ impl Skew {
         let diagonals = x + y + 3;
         let group = match cells.dims {
             3 => diagonals,
-            _ if diagonals >= MANY_DIAGONALS => DIAGONALS,
+            // A box of few cells has no room for more of them.
+            _ if 2 * sides[0] + FEW <= 3 * sides[1] => DIAGONALS,
             _ => 1,
         };
         Self {
@@ -157,10 +158,16 @@ pub fn relax<T: Real>(exec: &dyn Exec, cells: &Cells, system: &System, x: &mut [
     } else {
         cells.ring[0] || cells.ring[1]
     };
-    let at_once = match cells.dims {
-        _ if apart => 1,
-        3 => SWEEPS_AT_ONCE.max(2 * exec.threads()),
-        _ => system.sweeps,
+    let task = if cells.dims == 3 {
+        skew.plane()
+    } else {
+        skew.group * skew.width
+    };
+    let at_once = if apart {
+        1
+    } else {
+        // A sweep keeps two tasks of both fields in a cache.
+        (CACHE / (4 * task * T::BYTES).max(1)).max(2 * exec.threads())
     };
     rings(cells, &skew, x);
     let mut done = 0;
@@ -325,20 +332,38 @@ const LANES: usize = 8;
 
 /// A loop over equal slices, by whole vectors and one number at a time behind them.
 macro_rules! by_lanes {
-    ($x:ident, [$($from:ident),+], $each:expr) => {{
-        let (whole, rest) = $x.as_chunks_mut::<LANES>();
-        $(let $from = $from.as_chunks::<LANES>();)+
-        let mut turn = 0;
-        for x in whole {
-            $(let Some($from) = $from.0.get(turn) else { return };)+
+    ($x:ident, $again:literal, [$($from:ident),+], $each:expr) => {{
+        let count = $x.len();
+        {
+            let (whole, _) = $x.as_chunks_mut::<LANES>();
+            $(let ($from, _) = $from.as_chunks::<LANES>();)+
+            let mut turn = 0;
+            for x in whole {
+                $(let Some($from) = $from.get(turn) else { return };)+
+                for lane in 0..LANES {
+                    x[lane] = $each(x[lane], $($from[lane]),+);
+                }
+                turn += 1;
+            }
+        }
+        if count.is_multiple_of(LANES) {
+            return;
+        }
+        // What is left is done again with some of what was done, where that gives the same.
+        if $again && count >= LANES {
+            let (Some(x), $(Some($from)),+) = ($x.last_chunk_mut::<LANES>(), $($from.last_chunk::<LANES>()),+) else {
+                return;
+            };
             for lane in 0..LANES {
                 x[lane] = $each(x[lane], $($from[lane]),+);
             }
-            turn += 1;
+            return;
         }
+        let (_, rest) = $x.as_chunks_mut::<LANES>();
+        $(let (_, $from) = $from.as_chunks::<LANES>();)+
         let mut turn = 0;
         for x in rest {
-            $(let Some(&$from) = $from.1.get(turn) else { return };)+
+            $(let Some(&$from) = $from.get(turn) else { return };)+
             *x = $each(*x, $($from),+);
             turn += 1;
         }
@@ -349,6 +374,7 @@ macro_rules! by_lanes {
 fn run<T: Real>(x: &mut [T], b: &[T], [low, lower, high, higher]: [&[T]; 4], k: T) {
     by_lanes!(
         x,
+        true,
         [b, low, lower, high, higher],
         |_, b, low: T, lower, high: T, higher| b + k * ((low + lower) + (high + higher))
     );
@@ -358,6 +384,7 @@ fn run<T: Real>(x: &mut [T], b: &[T], [low, lower, high, higher]: [&[T]; 4], k: 
 fn run_3d<T: Real>(x: &mut [T], b: &[T], [low, lower, high, higher, under, over]: [&[T]; 6], k: T) {
     by_lanes!(
         x,
+        true,
         [b, low, lower, high, higher, under, over],
         |_, b, low: T, lower, high: T, higher, under: T, over| b + k
             * (((low + lower) + (high + higher)) + (under + over))
@@ -369,6 +396,7 @@ fn run_3d<T: Real>(x: &mut [T], b: &[T], [low, lower, high, higher, under, over]
 fn run_wall<T: Real>(x: &mut [T], b: &[T], [low, lower, high, higher, under, over]: [&[T]; 6], k: T) {
     by_lanes!(
         x,
+        false,
         [b, low, lower, high, higher, under, over],
         |x: T, b, low: T, lower, high: T, higher, under: T, over| x
             + (b + k * (((low + lower) + (high + higher)) + (under + over)))

@@ -9,8 +9,8 @@ use std::ffi::OsStr;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use thurible_core::choices::{Kind, Value};
-use thurible_core::{Method, Named, Params};
+use thurible_core::choices::{Choices, Kind, Value};
+use thurible_core::{FluidsParams, Method, Named, Params, stable_fluids};
 
 /// The scene that `new` writes, but for its name, the names of the methods and their tables of choices.
 const TEMPLATE: &str = include_str!("template.toml");
@@ -68,22 +68,41 @@ fn template(name: &str) -> String {
     let others: Vec<String> = steering()
         .iter()
         .filter(|method| method.name() != Method::default().name())
-        .map(|method| format!("\"{}\"", method.name()))
+        .map(|method| method.name())
+        .chain([stable_fluids::NAME])
+        .map(|name| format!("\"{name}\""))
         .collect();
-    let tables: String = Method::ALL.iter().map(|&method| table(method)).collect();
+    let params = Params::default();
+    let table_of = |&method: &Method| table(&section(method), method.words(), params.choices(method), "");
+    let tables: String = Method::ALL.iter().map(table_of).chain([fluids()]).collect();
     TEMPLATE
         .replace("METHODS", &others.join(", "))
         .replace("# CHOICES\n", &tables)
         .replace("\"out/NAME\"", &folder)
 }
 
-/// The table of a method's choices.
-fn table(method: Method) -> String {
-    let params = Params::default();
-    let choices = params.choices(method);
-    let section = section(method);
+/// The table of Stable Fluids, of which two choices are no numbers and no words.
+fn fluids() -> String {
+    let section = format!("method.{}", stable_fluids::NAME);
+    let first = [
+        (
+            "control = [\"initial_velocity\"]",
+            "or \"forces\", \"templates\", or several: what is searched for",
+        ),
+        (
+            "slots = \"auto\"",
+            "or 1 .. steps: states that are kept for a gradient; 0: all that it reads; auto: what fits",
+        ),
+    ];
+    let first: String = first.iter().map(|(key, words)| line(key, words)).collect();
+    let words = "Stam's solver at cell centres: fast, smooth, and by few numbers.";
+    table(&section, words, &FluidsParams::default(), &first)
+}
+
+/// A table of choices, which begins with the lines `first`.
+fn table(section: &str, words: &str, choices: &dyn Choices, first: &str) -> String {
     let gap = if section.contains('.') { "" } else { "\n" };
-    let mut lines = gap.to_owned() + &line(&format!("[{section}]"), method.words());
+    let mut lines = gap.to_owned() + &line(&format!("[{section}]"), words) + first;
     for (index, choice) in choices.table().iter().enumerate() {
         let Some(value) = choices.get(index) else {
             continue;
