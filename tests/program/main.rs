@@ -37,6 +37,7 @@ mod shape_files;
 mod shape_keys;
 mod shapes;
 mod small;
+mod stable_fluids;
 mod templates;
 mod thesis;
 mod tomography;
