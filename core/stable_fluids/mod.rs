@@ -1,5 +1,5 @@
 //! Stable Fluids (Stam 1999, 2003) with its exact adjoint, and the search for a flow that carries smoke to keyframes by it: after J. Stam,
-//! *Notes on Adjoint Control of Graphical Simulations* (mathematics section 16).
+//! *Notes on Adjoint Control of Graphical Simulations* (docs/stable_fluids.md has the formulas).
 //!
 //! A second simulator beside the staggered one: all values at cell centres, stable at any Courant number, dissipative, and not free of
 //! divergence. A step is cheap, and what is searched for may be few numbers: a velocity at the start, winds and vortices; or a force in every

@@ -340,9 +340,8 @@ macro_rules! by_lanes {
             let mut turn = 0;
             for x in whole {
                 $(let Some($from) = $from.get(turn) else { return };)+
-                for lane in 0..LANES {
-                    x[lane] = $each(x[lane], $($from[lane]),+);
-                }
+                // All is read before anything is written, so that compilers need not ask what overlaps.
+                *x = core::array::from_fn(|lane| $each(x[lane], $($from[lane]),+));
                 turn += 1;
             }
         }
@@ -354,9 +353,7 @@ macro_rules! by_lanes {
             let (Some(x), $(Some($from)),+) = ($x.last_chunk_mut::<LANES>(), $($from.last_chunk::<LANES>()),+) else {
                 return;
             };
-            for lane in 0..LANES {
-                x[lane] = $each(x[lane], $($from[lane]),+);
-            }
+            *x = core::array::from_fn(|lane| $each(x[lane], $($from[lane]),+));
             return;
         }
         let (_, rest) = $x.as_chunks_mut::<LANES>();
