@@ -5,7 +5,8 @@
 //! rho2 = diffuse(rho),   rho' = advect(rho2 by v')
 //! ```
 
-use super::advect::{advect, density_adjoint, velocity_adjoint};
+use super::advect::advect;
+use super::advect_back::{density_adjoint, velocity_adjoint};
 use super::cells::Cells;
 use super::conjugate::Tape;
 use super::project::{Room, Solve, project, project_adjoint};
@@ -53,18 +54,18 @@ pub struct Flow<'m, T> {
 }
 
 /// Padded fields by name.
-struct Parts<'a, T> {
-    v3: VectorMut<'a, T>,
-    v: VectorMut<'a, T>,
-    rho2: &'a mut [T],
-    v_adjoint: VectorMut<'a, T>,
-    rho_adjoint: &'a mut [T],
+pub(super) struct Parts<'a, T> {
+    pub v3: VectorMut<'a, T>,
+    pub v: VectorMut<'a, T>,
+    pub rho2: &'a mut [T],
+    pub v_adjoint: VectorMut<'a, T>,
+    pub rho_adjoint: &'a mut [T],
     /// rho before a step and after it; the adjoint of rho2 while a step is taken back.
-    rho: &'a mut [T],
-    room: Room<'a, T>,
+    pub rho: &'a mut [T],
+    pub room: Room<'a, T>,
     /// The divergences of both projections, where they are kept.
-    kept: [&'a mut [T]; 2],
-    force: VectorMut<'a, T>,
+    pub kept: [&'a mut [T]; 2],
+    pub force: VectorMut<'a, T>,
 }
 
 /// Numbers from one padded field to the next.
@@ -84,7 +85,8 @@ impl<T: Real> Flow<'_, T> {
         pitch::<T>(self.cells.padded)
     }
 
-    fn parts(&mut self) -> Parts<'_, T> {
+    /// All fields.
+    pub(super) fn parts(&mut self) -> Parts<'_, T> {
         let (dims, pitch) = (self.cells.dims, self.pitch());
         let shape = (self.cells.padded, pitch);
         let mut rest = &mut *self.fields;
@@ -289,67 +291,6 @@ impl<T: Real> Flow<'_, T> {
             diffuse_adjoint(exec, &cells, viscous, Some(axis), component, room.fields);
         }
         add_lift(exec, &cells, physics.buoyancy, view(&v_adjoint), rho_adjoint);
-    }
-
-    /// Numbers that hold the state at hand.
-    #[must_use]
-    pub fn state_len(cells: &Cells) -> usize {
-        (cells.dims + 1) * pitch::<T>(cells.count())
-    }
-
-    /// Copies the state at hand.
-    pub fn store(&self, slot: &mut [T]) {
-        let each = pitch::<T>(self.cells.count()).max(1);
-        let fields = core::iter::once(self.rho()).chain(self.v());
-        for (slot, field) in slot.chunks_exact_mut(each).zip(fields) {
-            self.cells
-                .pack(field, slot.get_mut(..self.cells.count()).unwrap_or_default());
-        }
-    }
-
-    /// Makes a copy the state at hand.
-    pub fn restore(&mut self, slot: &[T]) {
-        let cells = self.cells;
-        let Parts { rho, v, .. } = self.parts();
-        let each = pitch::<T>(cells.count()).max(1);
-        for (slot, field) in slot.chunks_exact(each).zip(core::iter::once(rho).chain(v)) {
-            cells.unpack(slot.get(..cells.count()).unwrap_or_default(), field);
-        }
-    }
-
-    /// Numbers that hold what the adjoint of a step reads.
-    #[must_use]
-    pub fn tape_len(cells: &Cells, divergences: bool) -> usize {
-        (2 * cells.dims + 1 + 2 * usize::from(divergences)) * pitch::<T>(cells.count())
-    }
-
-    /// Copies what the adjoint of the last step reads.
-    pub fn record(&mut self, tape: &mut [T]) {
-        let cells = self.cells;
-        let each = pitch::<T>(cells.count()).max(1);
-        let parts = self.parts();
-        let [v3, v] = [&parts.v3, &parts.v].map(|field| view(field).into_iter().take(cells.dims));
-        let kept = parts.kept.iter().map(|kept| &**kept);
-        let fields = v3.chain(v).chain([&*parts.rho2]).chain(kept);
-        for (tape, field) in tape.chunks_exact_mut(each).zip(fields) {
-            cells.pack(field, tape.get_mut(..cells.count()).unwrap_or_default());
-        }
-    }
-
-    /// Makes the fields of a step those at hand.
-    pub fn replay(&mut self, tape: &[T]) {
-        let cells = self.cells;
-        let each = pitch::<T>(cells.count()).max(1);
-        let parts = self.parts();
-        let axes = || (0..cells.dims).map(Some);
-        let v3 = parts.v3.into_iter().take(cells.dims).zip(axes());
-        let v = parts.v.into_iter().take(cells.dims).zip(axes());
-        let kept = parts.kept.into_iter().map(|field| (field, None));
-        let fields = v3.chain(v).chain([(parts.rho2, None)]).chain(kept);
-        for (tape, (field, component)) in tape.chunks_exact(each).zip(fields) {
-            cells.unpack(tape.get(..cells.count()).unwrap_or_default(), field);
-            cells.set_bnd(component, field);
-        }
     }
 
     /// Hands out the adjoint of the force of the step that was taken back, padded, that force, and the sums.

@@ -8,20 +8,22 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `cells` | padded fields, their ghosts and the adjoint of them |
-//! | `relax`, `sweeps` | Gauss-Seidel by diagonals; diffusion and its adjoint |
+//! | `skew`, `relax`, `sweeps` | Gauss-Seidel by diagonals; diffusion and its adjoint |
 //! | `conjugate`, `project` | conjugate gradients and their exact adjoint; the projection |
-//! | `advect` | semi-Lagrangian advection and its adjoint |
-//! | `flow`, `march` | a step, forward and backward; all steps, by a tape or by states that are kept |
+//! | `advect`, `advect_back` | semi-Lagrangian advection and its adjoint |
+//! | `flow`, `kept`, `march` | a step, forward and backward; what is kept of it; all steps, by a tape or by states that are kept |
 //! | `unknowns`, `template`, `script` | what is searched for, winds and vortices, the objective |
 //! | `operator` | the simulation as an operator: forward, and the vector-Jacobian product |
 //! | `search`, `steer` | the objective for L-BFGS, and the search |
 //! | `params`, `plan`, `layout` | what is chosen, and the memory that it takes |
 
 pub mod advect;
+pub mod advect_back;
 pub mod cells;
 pub mod conjugate;
 pub mod flow;
 mod inputs;
+mod kept;
 mod layout;
 pub mod march;
 pub mod operator;
@@ -32,6 +34,7 @@ pub mod relax;
 pub mod results;
 pub mod script;
 pub mod search;
+pub mod skew;
 mod steer;
 pub mod sweeps;
 pub mod template;

@@ -1,7 +1,8 @@
 //! Gauss-Seidel as the solver of a step, and its adjoint, in the fields of its room.
 
 use super::cells::{Cells, Component};
-use super::relax::{Skew, System, relax};
+use super::relax::{System, relax};
+use super::skew::Skew;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::real::Real;
 

@@ -3,7 +3,8 @@
 use crate::fields::random::Random;
 use crate::fields::{boundaries, with_threads};
 use thurible_core::stable_fluids::Adjoint;
-use thurible_core::stable_fluids::advect::{advect, density_adjoint, velocity_adjoint};
+use thurible_core::stable_fluids::advect::advect;
+use thurible_core::stable_fluids::advect_back::{density_adjoint, velocity_adjoint};
 use thurible_core::stable_fluids::cells::Cells;
 use thurible_core::stable_fluids::conjugate::{Stopping, Tape};
 use thurible_core::stable_fluids::flow::pitch;
