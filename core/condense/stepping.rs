@@ -227,7 +227,7 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
                 }
                 self.find_direction(exec, method, Some(colour))
             })?;
-            if slope < 0.0
+            if (slope < 0.0 || !self.params.search)
                 && let Some((value, part)) = phase_of(observer, SEARCH, || self.go(exec, energy, slope))?
             {
                 energy = value;

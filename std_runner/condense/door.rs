@@ -45,12 +45,16 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let cases = cases(&request.document)?;
     // All is refused before anything is solved.
     for case in &cases {
+        case.variants
+            .iter()
+            .try_for_each(|variant| planned(case, variant, &request.options).map(drop))?;
+    }
+    let mut folder = publish::prepare(&request.folder, STEM)?;
+    for case in &cases {
         for variant in &case.variants {
-            planned(case, variant, &request.options)?;
             Destination::check(&place(request, case, &variant.name), files())?;
         }
     }
-    let mut folder = publish::prepare(&request.folder, STEM)?;
     let interrupt = Interrupt::listen()?;
     let mut done: Vec<Done<'_>> = Vec::new();
     let mut ended = DONE;

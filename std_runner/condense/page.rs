@@ -1,6 +1,6 @@
 //! The page: iterations of every case by every variant, energy and residual on the way, the deformed mesh.
 
-use super::cases::Case;
+use super::cases::{Case, Variant};
 use super::draw::draw;
 use super::job::{Outcome, status_word};
 use super::written::record;
@@ -181,25 +181,34 @@ fn least(outcomes: &[Outcome]) -> Vec<f64> {
     least
 }
 
+/// Charts of a few variants each, so that every curve has its colour.
 fn charts(case: &Case, outcomes: &[Outcome]) -> Vec<Chart> {
     let least = least(outcomes);
-    let curves = |across: &dyn Fn(&Outcome, usize, usize) -> f64,
-                  value: &dyn Fn(&Outcome, usize, usize) -> f64| {
-        let pairs = case.variants.iter().zip(outcomes).enumerate();
-        let curve = |(index, (variant, outcome)): (usize, (&super::cases::Variant, &Outcome))| Curve {
-            name: variant.name.clone(),
-            colour: index % COLOURS + 1,
-            pieces: steps(outcome)
-                .enumerate()
-                .map(|(step, range)| {
-                    range
-                        .map(|at| (across(outcome, step, at), value(outcome, step, at)))
-                        .collect()
-                })
-                .collect(),
-        };
-        pairs.map(curve).collect::<Vec<Curve>>()
+    let few = case.variants.chunks(COLOURS).zip(outcomes.chunks(COLOURS));
+    few.flat_map(|(variants, outcomes)| charts_of(variants, outcomes, &least))
+        .collect()
+}
+
+/// A number of a state: of a run, the step and the place in its lists.
+type Number<'a> = &'a dyn Fn(&Outcome, usize, usize) -> f64;
+
+fn curves(variants: &[Variant], outcomes: &[Outcome], across: Number<'_>, value: Number<'_>) -> Vec<Curve> {
+    let curve = |(index, (variant, outcome)): (usize, (&Variant, &Outcome))| Curve {
+        name: variant.name.clone(),
+        colour: index + 1,
+        pieces: steps(outcome)
+            .enumerate()
+            .map(|(step, range)| {
+                range
+                    .map(|at| (across(outcome, step, at), value(outcome, step, at)))
+                    .collect()
+            })
+            .collect(),
     };
+    variants.iter().zip(outcomes).enumerate().map(curve).collect()
+}
+
+fn charts_of(variants: &[Variant], outcomes: &[Outcome], least: &[f64]) -> [Chart; 4] {
     // A step has one state more than iterations.
     let iteration = |_: &Outcome, step: usize, at: usize| (at - step) as f64;
     let second = |outcome: &Outcome, _: usize, at: usize| outcome.at.get(at).copied().unwrap_or_default();
@@ -208,20 +217,20 @@ fn charts(case: &Case, outcomes: &[Outcome]) -> Vec<Chart> {
     };
     let residual =
         |outcome: &Outcome, _: usize, at: usize| outcome.residual.get(at).copied().unwrap_or_default();
-    let chart = |title, note: &str, across, curves| Chart {
-        title,
-        note: note.into(),
-        across,
-        scale: Scale::Counts,
-        curves,
-    };
     let above = "Above the least energy that any of them found in the step. Each piece is a step.";
     let left = "What is compared with the tolerance. Each piece is a step.";
-    vec![
-        chart("Energy", above, "iteration", curves(&iteration, &energy)),
-        chart("Energy in time", above, "seconds", curves(&second, &energy)),
-        chart("Residual", left, "iteration", curves(&iteration, &residual)),
-        chart("Residual in time", left, "seconds", curves(&second, &residual)),
+    let chart = |title, note: &str, across: (&'static str, Number<'_>), value: Number<'_>| Chart {
+        title,
+        note: note.into(),
+        across: across.0,
+        scale: Scale::Counts,
+        curves: curves(variants, outcomes, across.1, value),
+    };
+    [
+        chart("Energy", above, ("iteration", &iteration), &energy),
+        chart("Energy in time", above, ("seconds", &second), &energy),
+        chart("Residual", left, ("iteration", &iteration), &residual),
+        chart("Residual in time", left, ("seconds", &second), &residual),
     ]
 }
 

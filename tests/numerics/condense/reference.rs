@@ -64,8 +64,8 @@ fn the_rod_takes_the_counts_of_the_reference() {
     for (name, method, order) in rows {
         let expected = numbers(&counts["rod"]["iterations"][name]);
         for (young, expected) in [1e2, 1e3, 1e4, 1e5].into_iter().zip(expected) {
-            // A basis takes 100 times the work of a pass without: the long runs are left to fewer stiffnesses.
-            if expected > 2000 && method != Update::Plain {
+            // A basis takes 100 times the work of a pass without: what reaches the cap is left out.
+            if expected > 5000 && method != Update::Plain {
                 continue;
             }
             let (bench, velocity) = rod(young);
