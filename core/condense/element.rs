@@ -11,6 +11,19 @@ use libm::log1p;
 pub const LARGEST: usize = 12;
 /// Corners of the largest simplex.
 pub const CORNERS: usize = 4;
+/// Orthonormal differences of corners.
+const HELMERT: [[f64; CORNERS]; 3] = {
+    let [two, six, twelve] = [
+        core::f64::consts::FRAC_1_SQRT_2,
+        0.408_248_290_463_863,
+        0.288_675_134_594_812_9,
+    ];
+    [
+        [two, -two, 0.0, 0.0],
+        [six, six, -2.0 * six, 0.0],
+        [twelve, twelve, twelve, -3.0 * twelve],
+    ]
+};
 /// A matrix whose least eigenvalue is above this part of its trace below 0 counts as semidefinite: what its projection would change is rounding.
 const SLACK: f64 = 1e-14;
 
@@ -169,18 +182,53 @@ impl Element {
         hessian
     }
 
-    /// Takes negative eigenvalues out. Since a translation costs nothing, the corners but one say whether there are any.
+    /// Takes negative eigenvalues out, in the space without translations, which cost nothing.
     fn project(&self, hessian: &mut Square<LARGEST>) {
         let (dims, order) = (self.dims, self.dims * self.dims);
-        let mut others = [[0.0; LARGEST]; LARGEST];
-        for (out, row) in others.iter_mut().zip(hessian.iter().skip(dims)).take(order) {
-            for (out, value) in out.iter_mut().zip(row.iter().skip(dims)).take(order) {
-                *out = *value;
+        let mut reduced = [[0.0; LARGEST]; LARGEST];
+        self.both(hessian, &mut reduced, false);
+        let sum: f64 = (0..order).map(|k| reduced[k][k].abs()).sum();
+        if is_definite(order, &reduced, SLACK * sum) {
+            return;
+        }
+        let whole = reduced;
+        make_semidefinite(order, &mut reduced);
+        for (change, whole) in reduced.as_flattened_mut().iter_mut().zip(whole.as_flattened()) {
+            *change -= whole;
+        }
+        let mut change = [[0.0; LARGEST]; LARGEST];
+        self.both(&reduced, &mut change, true);
+        for (row, change) in hessian.iter_mut().zip(&change).take(order + dims) {
+            row.iter_mut()
+                .zip(change)
+                .for_each(|(value, change)| *value += change);
+        }
+    }
+
+    /// Q A Q^T, or Q^T A Q if `back`: the rows of Q are the differences of Helmert, (1, -1, 0, 0) / 2^(1/2), (1, 1, -2, 0) / 6^(1/2), ..,
+    /// for each component.
+    fn both(&self, from: &Square<LARGEST>, to: &mut Square<LARGEST>, back: bool) {
+        let dims = self.dims;
+        let mut half = [[0.0; LARGEST]; LARGEST];
+        for (corner, row) in HELMERT.iter().enumerate().take(dims) {
+            for (other, &factor) in row.iter().enumerate().take(dims + 1) {
+                let (into, out) = if back { (other, corner) } else { (corner, other) };
+                for k in 0..dims {
+                    for (to, value) in half[into * dims + k].iter_mut().zip(&from[out * dims + k]) {
+                        *to += factor * value;
+                    }
+                }
             }
         }
-        let sum: f64 = (0..order).map(|k| others[k][k].abs()).sum();
-        if !is_definite(order, &others, SLACK * sum) {
-            make_semidefinite(order + dims, hessian);
+        for (to, half) in to.iter_mut().zip(&half) {
+            for (corner, row) in HELMERT.iter().enumerate().take(dims) {
+                for (other, &factor) in row.iter().enumerate().take(dims + 1) {
+                    let (into, out) = if back { (other, corner) } else { (corner, other) };
+                    for k in 0..dims {
+                        to[into * dims + k] += factor * half[out * dims + k];
+                    }
+                }
+            }
         }
     }
 }

@@ -8,7 +8,7 @@ pub type Square<const N: usize> = [[f64; N]; N];
 /// Sweeps of Jacobi's method at most; it takes 5 to 8.
 const SWEEPS: usize = 40;
 /// Squares of what is beside the diagonal, in parts of the whole, at which it ends.
-const ROUNDING: f64 = 1e-33;
+const ROUNDING: f64 = 1e-31;
 
 /// The identity.
 pub fn identity<const N: usize>() -> Square<N> {
