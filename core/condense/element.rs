@@ -16,7 +16,7 @@ const HELMERT: [[f64; CORNERS]; 3] = {
     let [two, six, twelve] = [
         core::f64::consts::FRAC_1_SQRT_2,
         0.408_248_290_463_863,
-        0.288_675_134_594_812_9,
+        0.288_675_134_594_812_87,
     ];
     [
         [two, -two, 0.0, 0.0],
