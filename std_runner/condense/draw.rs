@@ -50,7 +50,7 @@ pub(super) fn draw(mesh: &OwnedMesh, frames: &[&[f64]], position: &[f64]) -> Opt
     for face in view.in_order(mesh, position, faces) {
         let part = face.change / most;
         let shade = if mesh.dims == 3 {
-            shade(mesh, position, face.corners)
+            shade(position, face.corners)
         } else {
             1.0
         };
@@ -148,7 +148,7 @@ fn normal(position: &[f64], corners: [u32; 3]) -> [f64; 3] {
 }
 
 /// Faces that look up are brighter.
-fn shade(_mesh: &OwnedMesh, position: &[f64], corners: [u32; 3]) -> f64 {
+fn shade(position: &[f64], corners: [u32; 3]) -> f64 {
     let normal = normal(position, corners);
     0.80 + 0.20 * normal[2] - 0.06 * normal[0]
 }

@@ -113,13 +113,12 @@ fn newer(words: &mut Words<'_>, parsed: &mut Parsed) -> Read<()> {
     words.section("$Nodes")?;
     let blocks = words.count("blocks")?;
     let total = words.count("vertices")?;
-    (
-        words.whole("the least number")?,
-        words.whole("the largest number")?,
-    );
+    words.whole("the least number")?;
+    words.whole("the largest number")?;
     let mut seen = 0;
     for _ in 0..blocks {
-        (words.whole("a dimension")?, words.whole("a tag")?);
+        words.whole("a dimension")?;
+        words.whole("a tag")?;
         if words.whole("whether places are parametric")? != 0 {
             return Err("has parametric vertices; save it without (Mesh.SaveParametric = 0)".into());
         }
@@ -137,13 +136,12 @@ fn newer(words: &mut Words<'_>, parsed: &mut Parsed) -> Read<()> {
     words.section("$Elements")?;
     let blocks = words.count("blocks")?;
     let total = words.count("elements")?;
-    (
-        words.whole("the least number")?,
-        words.whole("the largest number")?,
-    );
+    words.whole("the least number")?;
+    words.whole("the largest number")?;
     seen = 0;
     for _ in 0..blocks {
-        (words.whole("a dimension")?, words.whole("a tag")?);
+        words.whole("a dimension")?;
+        words.whole("a tag")?;
         let kind = words.whole("the kind of elements")?;
         let count = words.count("elements of a block")?;
         for _ in 0..count {
