@@ -549,27 +549,36 @@ fn what_does_not_go_together_is_refused_by_name() {
     }
 }
 
-/// A boundary that is pushed through the mesh is not finite; a tolerance below rounding stalls; both leave their results.
+/// A boundary that is pushed through the mesh is not finite, a basis that knows nothing of a strong spring stalls; both leave their results.
 #[test]
 fn exit_codes_say_how_it_ended() {
     let folder = fresh_folder("condense_codes");
     let through = scene(&folder, &[("move = [0.1, 0]", "move = [-0.9, 0]")]);
     let ended = condense(&folder, &through, &[]);
     assert_eq!(ended.code, 1, "{}", ended.err);
-    assert_eq!(
-        json(&folder.join("out/cc-fixed/report.json"))["status"],
-        "not_finite"
-    );
-    let stalls = scene(
+    let status = |name: &str| json(&folder.join("out").join(name).join("report.json"))["status"].clone();
+    assert_eq!(status("cc-fixed"), "not_finite");
+    let short = scene(
         &folder,
         &[(
             "methods = [\"cc\"]",
             "methods = [\"plain\"]\ntolerance = 1e-300\ncap = 3",
         )],
     );
-    let ended = condense(&folder, &stalls, &[]);
+    let ended = condense(&folder, &short, &[]);
     assert_eq!(ended.code, 0, "{}", ended.err);
-    assert_eq!(json(&folder.join("out/plain/report.json"))["status"], "cap");
+    assert_eq!(status("plain"), "cap");
+    let set = [
+        "--set",
+        "spring[0].stiffness=2e3",
+        "--set",
+        "spring[0].in_basis=false",
+        "--methods",
+        "projected",
+    ];
+    let ended = condense(&folder, "spring", &set);
+    assert_eq!(ended.code, 5, "{}", ended.err);
+    assert_eq!(status("projected-fixed"), "stalled");
 }
 
 /// A run that is stopped leaves what there is.
