@@ -4,6 +4,7 @@ use crate::commands::check_gradient::CheckGradientArguments;
 use crate::commands::compare::CompareArguments;
 use crate::commands::condense::CondenseArguments;
 use crate::commands::deblur::DeblurArguments;
+use crate::commands::export::ExportArguments;
 use crate::commands::guide::GuideArguments;
 use crate::commands::new::NewArguments;
 use crate::commands::options::SceneArguments;
@@ -51,6 +52,8 @@ pub enum Command {
     Track(TrackArguments),
     /// Draw the steps of a result as large pictures, or as a film.
     Render(RenderArguments),
+    /// Write a result as files that other programs open: OpenVDB, USD, VTK, Zarr, vector fields, NumPy.
+    Export(ExportArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.
     Plan(SceneArguments),
     /// Check the gradient of a scene's simulation by Taylor's test.

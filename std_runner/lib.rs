@@ -36,6 +36,8 @@ mod distance;
 #[cfg(feature = "embed")]
 pub mod exit;
 #[cfg(feature = "std")]
+pub mod export;
+#[cfg(feature = "std")]
 mod flows;
 #[cfg(feature = "std")]
 mod fluids;

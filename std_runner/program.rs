@@ -2,8 +2,8 @@
 
 use crate::cli::{Cli, Command};
 use crate::commands::{
-    check_gradient, compare, condense, deblur, guide, new, paper, photograph, plan, readvect, remap, render,
-    simulate, solve, thesis, tomography, track, upsample,
+    check_gradient, compare, condense, deblur, export, guide, new, paper, photograph, plan, readvect, remap,
+    render, simulate, solve, thesis, tomography, track, upsample,
 };
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
@@ -39,6 +39,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
         Command::Render(arguments) => render::run(arguments),
         Command::Tomography(arguments) => tomography::run(arguments),
         Command::Photograph(arguments) => photograph::run(arguments),

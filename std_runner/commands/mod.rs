@@ -4,6 +4,7 @@ pub mod check_gradient;
 pub mod compare;
 pub mod condense;
 pub mod deblur;
+pub mod export;
 pub mod guide;
 pub mod new;
 pub mod options;

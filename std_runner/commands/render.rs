@@ -248,7 +248,7 @@ fn scale(text: &str) -> Result<usize, String> {
 }
 
 /// Reads `10..40` or `10`; the error says what is allowed.
-fn steps(text: &str) -> Result<RangeInclusive<usize>, String> {
+pub(super) fn steps(text: &str) -> Result<RangeInclusive<usize>, String> {
     let step = |text: &str| text.trim().parse::<usize>().ok();
     let (first, last) = text.split_once("..").unwrap_or((text, text));
     match (step(first), step(last)) {

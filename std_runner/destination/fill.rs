@@ -28,7 +28,7 @@ impl Destination {
     /// # Errors
     /// No folder could be written to.
     pub fn fill(&mut self, mut write: impl FnMut(&Path) -> Result<(), OutputError>) -> Result<(), Failure> {
-        let trouble = match self.attempt(false, &mut write) {
+        let trouble = match self.attempt(&|_| false, &mut write) {
             Ok(()) => return Ok(()),
             Err(Trouble::Other(error)) => return Err(Failure::File(error.to_string())),
             Err(trouble) => self.told(&trouble),
@@ -41,7 +41,7 @@ impl Destination {
                 written: Written::default(),
                 diverted: None,
             };
-            if other.attempt(false, &mut write).is_ok() {
+            if other.attempt(&|_| false, &mut write).is_ok() {
                 let shown = other.shown.display();
                 other.diverted = Some(format!(
                     "{trouble}, so the result is in {shown}; move it from there"
@@ -59,9 +59,22 @@ impl Destination {
     ///
     /// # Errors
     /// The folder could not be written to, or something of the user's is in the way.
-    pub fn add<R>(&mut self, mut write: impl FnMut(&Path) -> Result<R, OutputError>) -> Result<R, Failure> {
-        self.attempt(true, &mut write).map_err(|trouble| {
+    pub fn add<R>(&mut self, write: impl FnMut(&Path) -> Result<R, OutputError>) -> Result<R, Failure> {
+        self.exchange(&|_| true, write)
+    }
+
+    /// The same, but that our files stay only where `keep` says so.
+    ///
+    /// # Errors
+    /// As [`Self::add`].
+    pub fn exchange<R>(
+        &mut self,
+        keep: &dyn Fn(&Path) -> bool,
+        mut write: impl FnMut(&Path) -> Result<R, OutputError>,
+    ) -> Result<R, Failure> {
+        self.attempt(keep, &mut write).map_err(|trouble| {
             let remedy = match &trouble {
+                Trouble::Other(OutputError::Source(failure)) => return failure.clone(),
                 Trouble::InTheWay(_) => "; move it away or choose another folder with -o DIR",
                 Trouble::Refused(..) => "; free some space or choose another folder with -o DIR",
                 Trouble::Other(_) => "",
@@ -70,10 +83,10 @@ impl Destination {
         })
     }
 
-    /// Has files written aside and moves them in; with `keep`, what else is ours stays.
+    /// Has files written aside and moves them in; what else is ours stays where `keep` says so.
     fn attempt<R>(
         &mut self,
-        keep: bool,
+        keep: &dyn Fn(&Path) -> bool,
         write: &mut dyn FnMut(&Path) -> Result<R, OutputError>,
     ) -> Result<R, Trouble> {
         let refused = |error| Trouble::Refused(PathBuf::new(), error);
@@ -93,7 +106,7 @@ impl Destination {
             return Err(Trouble::InTheWay(path));
         }
         let gone = self.replaced(&new, keep);
-        let held = |file: &&PathBuf| keep && self.written.holds(&self.folder, file);
+        let held = |file: &&PathBuf| keep(file) && self.written.holds(&self.folder, file);
         let stay = self.written.files().filter(held).cloned();
         let stay = stay.filter(|file| !gone.contains(file));
         let mut all: BTreeSet<PathBuf> = stay.chain(new.iter().cloned()).collect();
@@ -131,10 +144,10 @@ impl Destination {
             staging.keep();
         }
         if moved.is_ok() {
-            // A folder that was ours and is empty now; one that is not empty stays.
+            // Folders that were ours and are empty now; those that are not empty stay.
             for folder in gone
                 .iter()
-                .filter_map(|file| file.parent())
+                .flat_map(|file| file.ancestors().skip(1))
                 .filter(|folder| !folder.as_os_str().is_empty())
             {
                 let _ = fs::remove_dir(self.folder.join(folder));
@@ -143,13 +156,13 @@ impl Destination {
         moved
     }
 
-    /// Our files that make room for `new`: all of them, or with `keep` those of the same names. What changed meanwhile is not ours.
-    fn replaced(&self, new: &[PathBuf], keep: bool) -> BTreeSet<PathBuf> {
+    /// Our files that make room for `new`: those of the same names, and all that `keep` does not want. What changed meanwhile is not ours.
+    fn replaced(&self, new: &[PathBuf], keep: &dyn Fn(&Path) -> bool) -> BTreeSet<PathBuf> {
         let new: BTreeSet<&PathBuf> = new.iter().collect();
         let named = |file: &PathBuf| new.contains(file) || file == Path::new(MANIFEST);
         self.written
             .files()
-            .filter(|file| (!keep || named(file)) && self.written.holds(&self.folder, file))
+            .filter(|file| (!keep(file) || named(file)) && self.written.holds(&self.folder, file))
             .cloned()
             .collect()
     }

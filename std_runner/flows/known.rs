@@ -3,9 +3,8 @@
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, Earlier, Series, ShapeError, has_array, measured};
 use crate::problem::Precision;
-use crate::report::ARCHIVE;
+use crate::report::{ARCHIVE, Said};
 use serde_json::Value;
-use std::fs;
 use std::path::{Path, PathBuf};
 use thurible_core::{Boundary, Named};
 
@@ -29,45 +28,20 @@ pub(super) struct Known {
 impl Known {
     /// That of the result in `folder`.
     pub fn open(folder: &Path) -> Result<Self, Failure> {
-        let path = folder.join("report.json");
-        let text = fs::read_to_string(&path).map_err(|error| {
-            let path = path.display();
-            Failure::File(format!("cannot read {path}: {error}; name a result folder"))
-        })?;
-        let report: Value = serde_json::from_str(&text).unwrap_or_default();
-        let foreign = |key: &str| {
-            refuse(
-                folder,
-                &format!("has a report.json without a usable `{key}`; name a folder that thurible wrote"),
-            )
-        };
-        let cells: Option<Vec<usize>> = report.get("cells").and_then(Value::as_array).and_then(|cells| {
-            let count = |cell: &Value| cell.as_u64().and_then(|cell| usize::try_from(cell).ok());
-            cells.iter().map(count).collect()
-        });
-        let cells = cells
-            .filter(|cells| matches!(cells.len(), 2 | 3))
-            .ok_or_else(|| foreign("cells"))?;
-        let ends = report
-            .get("boundary")
-            .and_then(Value::as_array)
-            .ok_or_else(|| foreign("boundary"))?;
-        let real = |key: &str| {
-            let number = report.get(key).and_then(Value::as_f64);
-            number.filter(|&number| number > 0.0).ok_or_else(|| foreign(key))
-        };
-        let boundary = boundary(folder, ends, cells.len())?;
-        let (archive, length) = (folder.join(ARCHIVE), real("length")?);
+        let said = Said::of(folder)?;
+        let boundary = boundary(folder, &said.boundary, said.cells.len())?;
+        let (archive, length, cells) = (folder.join(ARCHIVE), said.length, said.cells);
         let canvas = canvas(&cells, &boundary, length, 1);
         let earlier = Earlier::open(&archive, canvas).map_err(|error| unread(folder, &error))?;
         let emission = has_array(&archive, "emission").then(|| Series::open(&archive, Some("emission"), KEY));
         Ok(Self {
             folder: folder.to_owned(),
             length,
-            dt: real("dt")?,
-            precision: match report.get("precision").and_then(Value::as_str) {
-                Some("f64") => Precision::F64,
-                _ => Precision::F32,
+            dt: said.dt,
+            precision: if said.double {
+                Precision::F64
+            } else {
+                Precision::F32
             },
             earlier,
             emission: emission.transpose().map_err(|error| unread(folder, &error))?,

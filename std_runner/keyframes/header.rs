@@ -143,6 +143,11 @@ impl Kind {
         })
     }
 
+    /// Its letter and bytes.
+    pub(super) fn name(self) -> String {
+        format!("{}{}", self.letter, self.bytes)
+    }
+
     /// The number in `bytes`, which are `self.bytes` of them.
     pub(super) fn value(self, bytes: &[u8]) -> f64 {
         let mut raw = [0; 8];

@@ -37,5 +37,6 @@ pub(crate) use measured::{Measured, entries, measured};
 pub use note::Note;
 pub(crate) use raster::DENSEST;
 pub use series::Series;
+pub(crate) use series::array_names;
 pub use spec::ShapeSpec;
 pub use velocity::{read_centered_velocity, read_velocity};

@@ -74,6 +74,12 @@ impl Series {
         &self.header.0.shape
     }
 
+    /// The type of the values as NumPy writes it, in this machine's order of bytes: f4, f8, b1, i8 and the like.
+    #[must_use]
+    pub fn kind(&self) -> String {
+        self.header.0.kind.name()
+    }
+
     /// The file.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -141,4 +147,27 @@ pub(super) fn has(path: &Path, name: &str) -> bool {
     let Ok(file) = File::open(path) else { return false };
     npz::archive(BufReader::new(file))
         .is_ok_and(|archive| archive.index_for_name(&format!("{name}.npy")).is_some())
+}
+
+/// The names of the arrays of a `.npz` file that hold anything along a first axis.
+///
+/// # Errors
+/// A file that cannot be read; `key` names it.
+pub(crate) fn array_names(path: &Path, key: &str) -> Result<Vec<String>, ShapeError> {
+    let names = || -> Result<Vec<String>, Fault> {
+        let mut archive = npz::archive(BufReader::new(File::open(path)?))?;
+        let members = archive.file_names().filter_map(Result::ok);
+        let all: Vec<String> = members
+            .filter_map(|name| Some(name.strip_suffix(".npy")?.to_owned()))
+            .collect();
+        let mut held = Vec::new();
+        for name in all {
+            let shape = Header::read(&mut npz::member(&mut archive, &name)?)?.shape;
+            if !shape.is_empty() && !shape.contains(&0) {
+                held.push(name);
+            }
+        }
+        Ok(held)
+    };
+    names().map_err(|fault| fault.of(key, path))
 }

@@ -1,5 +1,6 @@
 //! Why a result could not be written.
 
+use crate::exit::Failure;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -22,6 +23,9 @@ pub enum OutputError {
         /// What the operating system said.
         source: io::Error,
     },
+    /// What was to be written could not be had.
+    #[error("{0}")]
+    Source(Failure),
     /// A field had another number of values than its grid.
     #[error("cannot write `{}`: {array} has {found} values where its grid has {expected}; this is a fault of thurible, please report it", path.display())]
     Size {

@@ -20,6 +20,7 @@ mod reel;
 mod render;
 mod series;
 mod store;
+mod streamed;
 mod webp;
 
 pub use error::OutputError;
@@ -38,4 +39,5 @@ pub(crate) use reel::{Reel, Still};
 pub(crate) use render::{Angles, Body, Field, Film, Over, Shot, Smoke, arrow_side};
 pub(crate) use series::Series;
 pub(crate) use store::Store;
+pub(crate) use streamed::{Streamed, write_streamed};
 pub(crate) use webp::WEBP_MOST;

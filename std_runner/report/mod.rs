@@ -8,6 +8,7 @@ mod found;
 mod iteration;
 mod page;
 mod record;
+mod said;
 mod tables;
 mod templates;
 mod words;
@@ -30,6 +31,7 @@ pub(crate) use iteration::{by_name, cells};
 pub(crate) use record::by_side;
 
 pub(crate) use found::{record as template_record, templates};
+pub(crate) use said::Said;
 pub(crate) use tables::{product, smoothness};
 pub(crate) use templates::lines as template_lines;
 pub(crate) use words::{bytes, count, number, seconds};

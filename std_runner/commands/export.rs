@@ -1,0 +1,91 @@
+//! `thurible export DIR`: a result as files of other programs.
+
+use super::render::steps;
+use crate::exit::Failure;
+use crate::export::{Codec, Format, Request, Up};
+use crate::progress::Mode;
+use clap::{Args, ValueEnum};
+use core::ops::RangeInclusive;
+use std::path::PathBuf;
+
+/// The bits of numbers in volumes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Bits {
+    /// 16: three digits, and half the disc.
+    Half,
+    /// 32.
+    Float,
+}
+
+/// Arguments of `export`.
+#[derive(Args, Debug)]
+pub struct ExportArguments {
+    /// The result folder: of `solve`, `simulate`, `track` or what follows on these.
+    #[arg(value_name = "DIR")]
+    pub result: PathBuf,
+    /// Where the files go [default: DIR/export].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// What is written, one or several; usd writes vdb too.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "F,F",
+        value_delimiter = ',',
+        default_value = "usd"
+    )]
+    pub format: Vec<Format>,
+    /// Steps from the first to the last, or one [default: all].
+    #[arg(long, value_name = "FROM..TO", value_parser = steps)]
+    pub steps: Option<RangeInclusive<usize>>,
+    /// The axis that is up in vdb, usd and fga: z for Blender, y for Houdini.
+    #[arg(long, value_enum, default_value_t = Up::Z)]
+    pub up: Up,
+    /// A grid of the velocity on faces too, in vdb.
+    #[arg(long)]
+    pub staggered: bool,
+    /// Of numbers in vdb.
+    #[arg(long, value_enum, default_value_t = Bits::Half)]
+    pub precision: Bits,
+    /// Of vdb.
+    #[arg(long, value_enum, default_value_t = Codec::Blosc)]
+    pub compression: Codec,
+    /// Steps a second when it plays; velocities in vdb, usd and fga are in length a second of that [default: 1 / dt where that is 10 to 240, else 24].
+    #[arg(long, value_name = "N", value_parser = fps)]
+    pub fps: Option<f64>,
+    /// Print nothing but errors.
+    #[arg(long, conflicts_with = "json")]
+    pub quiet: bool,
+    /// Print JSON lines.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Writes the files; the answer is the exit code.
+pub fn run(arguments: &ExportArguments) -> Result<u8, Failure> {
+    let folder = arguments.output.clone();
+    crate::export::run(&Request {
+        result: arguments.result.clone(),
+        folder: folder.unwrap_or_else(|| arguments.result.join("export")),
+        formats: arguments.format.clone(),
+        steps: arguments.steps.clone(),
+        up: arguments.up,
+        staggered: arguments.staggered,
+        half: arguments.precision == Bits::Half,
+        codec: arguments.compression,
+        fps: arguments.fps,
+        mode: match (arguments.quiet, arguments.json) {
+            (true, _) => Mode::Quiet,
+            (_, true) => Mode::Json,
+            _ => Mode::Human,
+        },
+    })
+}
+
+/// Reads steps a second; the error says what is allowed.
+fn fps(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok();
+    number
+        .filter(|number: &f64| (0.01..=10_000.0).contains(number))
+        .ok_or_else(|| format!("found \"{text}\", allowed is a number from 0.01 to 10000"))
+}

@@ -1,0 +1,208 @@
+//! The steps of a result, one after the other, into every format that is asked for.
+
+use super::orient::Orientation;
+use super::request::{Format, Request, Written, facts};
+use super::sink::{Manner, Sink, TimeScale};
+use super::source::Source;
+use super::{fga, npz, volume, vti, zarr};
+use crate::bytes::{are_free, rounded};
+use crate::console;
+use crate::destination::Destination;
+use crate::exit::{DONE, Failure, INTERRUPTED};
+use crate::interrupt::Interrupt;
+use crate::output::{OutputError, write_bytes};
+use crate::plan::size_in_words;
+use crate::progress::{Display, Mode};
+use core::ops::RangeInclusive;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// What tells that a folder holds an export.
+const MARK: &str = "export.json";
+/// The optical depth of a quarter of the box where smoke of the largest density hides 95 % of what is behind.
+const OPAQUE: f64 = 3.0;
+
+/// Writes what `request` asks for; the answer is the exit code.
+pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
+    let mut source = Source::open(&request.result)?;
+    let steps = steps(request, &source)?;
+    let manner = Manner {
+        orientation: Orientation::new(source.said.cells.len(), request.up),
+        up: request.up,
+        time: TimeScale::of(source.said.dt, request.fps),
+        half: request.half,
+        codec: request.codec,
+    };
+    check(request, &source)?;
+    let packed = [Format::Zarr, Format::Npz];
+    let packed = request.formats.iter().any(|format| packed.contains(format));
+    let bytes = source.bytes(request.staggered, packed);
+    if !are_free(bytes) {
+        return Err(Failure::Memory(format!(
+            "a step of {} cells takes {}, which the system has not; close other programs",
+            size_in_words(&source.said.cells),
+            rounded(bytes)
+        )));
+    }
+    let mut sinks = sinks(request, &source, &manner, *steps.start())?;
+    let parts: Vec<PathBuf> = sinks.iter().flat_map(|sink| sink.parts()).collect();
+    let mut destination = Destination::check_for(&request.folder, MARK, vec![MARK.into()])?;
+    let (display, interrupt) = (
+        Display::new(request.mode, steps.clone().count()),
+        Interrupt::listen()?,
+    );
+    announce(request, &source, &display, [bytes, steps.clone().count()]);
+    let stays = |file: &Path| !parts.iter().any(|part| file.starts_with(part));
+    let written = destination.exchange(&stays, |folder| {
+        let run = Run {
+            sinks: &mut sinks,
+            source: &mut source,
+            display: &display,
+            interrupt: &interrupt,
+        };
+        let written = run.steps(folder, steps.clone(), request.staggered)?;
+        let facts = facts(request, &manner, &source, &written);
+        write_bytes(&folder.join(MARK), format!("{facts:#}\n").as_bytes())?;
+        Ok(written)
+    });
+    display.close();
+    ended(&display, &destination, &written?, &manner, &interrupt)
+}
+
+/// An export on its way.
+struct Run<'a, 'm> {
+    sinks: &'a mut [Box<dyn Sink + 'm>],
+    source: &'a mut Source,
+    display: &'a Display,
+    interrupt: &'a Interrupt,
+}
+
+impl Run<'_, '_> {
+    /// Writes `steps`, or those before the user asked to stop, the first at least.
+    fn steps(
+        self,
+        folder: &Path,
+        steps: RangeInclusive<usize>,
+        staggered: bool,
+    ) -> Result<Written, OutputError> {
+        let (first, mut last, mut largest) = (*steps.start(), *steps.start(), 0.0_f64);
+        for step in steps {
+            if step > first && self.interrupt.asked() {
+                break;
+            }
+            let frame = self.source.frame(step, staggered).map_err(OutputError::Source)?;
+            largest = frame.density.iter().copied().fold(largest, f64::max);
+            for sink in self.sinks.iter_mut() {
+                sink.step(folder, self.source, &frame)?;
+            }
+            last = step;
+            self.display.event("step", json!({ "step": step }));
+            self.display.piece(step - first + 1, &format!("step {step}"));
+        }
+        for sink in self.sinks.iter_mut() {
+            sink.finish(folder, self.source, first..=last)?;
+        }
+        let depth = 0.25 * self.source.said.length * largest;
+        Ok(Written {
+            steps: first..=last,
+            largest,
+            shader: if depth > 0.0 { OPAQUE / depth } else { 1.0 },
+        })
+    }
+}
+
+/// The steps that are asked for.
+fn steps(request: &Request, source: &Source) -> Result<RangeInclusive<usize>, Failure> {
+    let steps = request.steps.clone().unwrap_or(0..=source.steps());
+    if *steps.end() > source.steps() {
+        return Err(Failure::Input(format!(
+            "--steps {}..{}: the result has the steps 0 to {}; name some of those",
+            steps.start(),
+            steps.end(),
+            source.steps()
+        )));
+    }
+    Ok(steps)
+}
+
+/// Refuses what the result has nothing for.
+fn check(request: &Request, source: &Source) -> Result<(), Failure> {
+    let lacks = |option: &str| {
+        source.refuse(&format!(
+            "has no velocity, which {option} writes; leave it out, or export a result with a flow"
+        ))
+    };
+    if request.formats.contains(&Format::Fga) && !source.has_flow() {
+        return Err(lacks("--format fga"));
+    }
+    if request.staggered && !source.has_flow() {
+        return Err(lacks("--staggered"));
+    }
+    if request.staggered && source.said.centred {
+        return Err(source.refuse("has its velocity in cells and not on faces; leave --staggered out"));
+    }
+    Ok(())
+}
+
+fn sinks<'m>(
+    request: &Request,
+    source: &Source,
+    manner: &'m Manner,
+    first: usize,
+) -> Result<Vec<Box<dyn Sink + 'm>>, Failure> {
+    let mut formats = request.formats.clone();
+    formats.sort_unstable();
+    formats.dedup();
+    let stage = formats.contains(&Format::Usd);
+    // A stage shows volumes, which are written with it.
+    formats.retain(|&format| format != Format::Vdb || !stage);
+    let sink = |format: Format| -> Result<Box<dyn Sink + 'm>, Failure> {
+        Ok(match format {
+            Format::Vdb | Format::Usd => Box::new(volume::Volumes { manner, stage }),
+            Format::Vti => Box::new(vti::Images),
+            Format::Zarr => Box::new(zarr::Group::of(source, first)?),
+            Format::Fga => Box::new(fga::Fields(manner)),
+            Format::Npz => Box::new(npz::Archive),
+        })
+    };
+    formats.into_iter().map(sink).collect()
+}
+
+fn announce(request: &Request, source: &Source, display: &Display, [bytes, count]: [usize; 2]) {
+    let (names, cells) = (request.names(), &source.said.cells);
+    display.event(
+        "plan",
+        json!({ "command": "export", "formats": names, "cells": cells, "steps": count, "bytes": bytes }),
+    );
+    display.note(&format!(
+        "export of {} as {}: {} cells, {count} steps, {} for one, whatever their number",
+        request.result.display(),
+        names.join(", "),
+        size_in_words(cells),
+        rounded(bytes)
+    ));
+}
+
+/// Says how it ended; the exit code.
+fn ended(
+    display: &Display,
+    destination: &Destination,
+    written: &Written,
+    manner: &Manner,
+    interrupt: &Interrupt,
+) -> Result<u8, Failure> {
+    let (folder, fps) = (destination.shown().display().to_string(), manner.time.fps);
+    let (first, last) = (written.steps.start() + 1, written.steps.end() + 1);
+    display.event(
+        "export",
+        json!({ "folder": folder, "frames": [first, last], "fps": fps, "shader_density": written.shader }),
+    );
+    if display.mode() == Mode::Human {
+        let stopped = if interrupt.asked() { "interrupted: " } else { "" };
+        console::print(&format!(
+            "{stopped}frames {first} to {last} at {fps} a second in {folder}; a shader with density {:.3} makes the smoke opaque",
+            written.shader
+        ));
+    }
+    Ok(if interrupt.asked() { INTERRUPTED } else { DONE })
+}

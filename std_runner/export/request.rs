@@ -1,0 +1,84 @@
+//! What is asked of an export, and what is said of it in the end.
+
+use super::orient::Up;
+use super::sink::Manner;
+use super::source::Source;
+use super::vdb::Codec;
+use crate::progress::Mode;
+use clap::ValueEnum;
+use core::ops::RangeInclusive;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum Format {
+    /// OpenVDB: a file a step, for Blender, Houdini and renderers.
+    Vdb,
+    /// The same with a USD stage beside it.
+    Usd,
+    /// VTK's image data with a .pvd: a file a step, for ParaView.
+    Vti,
+    /// A Zarr group of all arrays, for xarray.
+    Zarr,
+    /// Vector fields: a file a step, for game engines.
+    Fga,
+    /// All arrays in one archive of NumPy.
+    Npz,
+}
+
+/// What is asked for.
+pub(crate) struct Request {
+    pub result: PathBuf,
+    pub folder: PathBuf,
+    pub formats: Vec<Format>,
+    pub steps: Option<RangeInclusive<usize>>,
+    pub up: Up,
+    pub staggered: bool,
+    pub half: bool,
+    pub codec: Codec,
+    pub fps: Option<f64>,
+    pub mode: Mode,
+}
+
+impl Request {
+    /// The words of its formats.
+    pub fn names(&self) -> Vec<String> {
+        let name = |format: &Format| {
+            format
+                .to_possible_value()
+                .map(|value| value.get_name().to_owned())
+        };
+        self.formats.iter().filter_map(name).collect()
+    }
+}
+
+/// What was written.
+pub(super) struct Written {
+    pub steps: RangeInclusive<usize>,
+    /// The largest density.
+    pub largest: f64,
+    /// Density in a shader at which that hides what is behind it.
+    pub shader: f64,
+}
+
+/// What `export.json` says.
+pub(super) fn facts(request: &Request, manner: &Manner, source: &Source, written: &Written) -> Value {
+    json!({
+        "format": 1,
+        "kind": "export",
+        "version": env!("CARGO_PKG_VERSION"),
+        "formats": request.names(),
+        "cells": source.said.cells,
+        "steps": [written.steps.start(), written.steps.end()],
+        "frames": [written.steps.start() + 1, written.steps.end() + 1],
+        "fps": manner.time.fps,
+        "velocity_factor": manner.time.factor,
+        "up": manner.up_word(),
+        "length": source.said.length,
+        "dt": source.said.dt,
+        "precision": if request.half { "half" } else { "float" },
+        "largest_density": written.largest,
+        "shader_density": written.shader,
+    })
+}

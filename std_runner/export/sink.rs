@@ -1,0 +1,92 @@
+//! What every format is given, and what it does with it.
+
+use super::orient::{Orientation, Up};
+use super::source::{Frame, Source};
+use super::vdb::Codec;
+use crate::output::OutputError;
+use core::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+/// The name of files, before their number.
+pub(super) const SMOKE: &str = "smoke";
+/// Frames a second where neither the user nor the result's dt says.
+const FPS: f64 = 24.0;
+/// Which dt are taken for the length of a frame: those of so many frames a second.
+const FILMED: RangeInclusive<f64> = 10.0..=240.0;
+
+/// How fast it plays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TimeScale {
+    /// Frames a second; a frame is a step.
+    pub fps: f64,
+    /// What a velocity of the result is in length a second.
+    pub factor: f64,
+}
+
+impl TimeScale {
+    /// That of steps of `dt`, played as asked for, or in real time where a step is as long as a film's frame.
+    pub fn of(dt: f64, fps: Option<f64>) -> Self {
+        let real = 1.0 / dt;
+        let whole = if (real - real.round()).abs() < 1e-3 * real {
+            real.round()
+        } else {
+            real
+        };
+        match fps {
+            None if FILMED.contains(&whole) => Self {
+                fps: whole,
+                factor: 1.0,
+            },
+            given => {
+                let fps = given.unwrap_or(FPS);
+                let factor = dt * fps;
+                // A dt that was written with few digits is still that of whole frames.
+                let near = (factor - 1.0).abs() < 1e-3;
+                Self {
+                    fps,
+                    factor: if near { 1.0 } else { factor },
+                }
+            }
+        }
+    }
+}
+
+/// How volumes are written.
+pub(super) struct Manner {
+    pub orientation: Orientation,
+    pub up: Up,
+    pub time: TimeScale,
+    pub half: bool,
+    pub codec: Codec,
+}
+
+impl Manner {
+    pub fn up_word(&self) -> &'static str {
+        match self.up {
+            Up::Y => "y",
+            Up::Z => "z",
+        }
+    }
+}
+
+/// A format that is being written.
+pub(super) trait Sink {
+    /// The files and folders that it writes, which those of an earlier export make room for.
+    fn parts(&self) -> Vec<PathBuf>;
+
+    /// Writes a step.
+    fn step(&mut self, folder: &Path, source: &mut Source, frame: &Frame) -> Result<(), OutputError>;
+
+    /// Writes what is said of all `steps`.
+    fn finish(
+        &mut self,
+        folder: &Path,
+        source: &mut Source,
+        steps: RangeInclusive<usize>,
+    ) -> Result<(), OutputError>;
+}
+
+/// The name of the file of a step: frame 1 shows step 0.
+pub(super) fn numbered(step: usize, ending: &str) -> String {
+    format!("{SMOKE}.{:04}.{ending}", step + 1)
+}

@@ -1,0 +1,232 @@
+//! The result that is exported, read one step at a time.
+
+use super::orient::{Lattice, Orientation};
+use crate::exit::Failure;
+use crate::keyframes::{Series, ShapeError, has_array};
+use crate::report::{ARCHIVE, Said};
+use std::path::{Path, PathBuf};
+
+/// What messages call the file.
+const KEY: &str = "result";
+/// The names of a velocity's components.
+const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
+
+/// A component of the velocity on the faces across an axis.
+pub(super) struct Faces {
+    pub values: Vec<f64>,
+    /// Faces along x, y, z.
+    counts: [usize; 3],
+    /// Along which axis they are on a ring.
+    ring: [bool; 3],
+}
+
+impl Faces {
+    /// Their places in a file.
+    pub fn lattice(&self, orientation: &Orientation) -> Lattice {
+        orientation.lattice(self.counts, self.ring)
+    }
+}
+
+/// A step.
+pub(super) struct Frame {
+    pub step: usize,
+    /// x fastest, as all fields here.
+    pub density: Vec<f64>,
+    /// The velocity in the middle of cells, by axis; none where the result has none.
+    pub velocity: Vec<Vec<f64>>,
+    /// The velocity as the result has it, where that is asked for.
+    pub faces: Vec<Faces>,
+}
+
+/// A result folder.
+pub(super) struct Source {
+    folder: PathBuf,
+    pub said: Said,
+    density: Series,
+    velocity: Vec<Series>,
+}
+
+impl Source {
+    /// Opens the result in `folder`.
+    pub fn open(folder: &Path) -> Result<Self, Failure> {
+        let said = Said::of(folder)?;
+        let path = folder.join(ARCHIVE);
+        let open = |name: &str| Series::open(&path, Some(name), KEY).map_err(|error| unread(folder, &error));
+        // A track has what it was given, and has its density only where that was asked for.
+        let has_frames_alone = !has_array(&path, "density") && has_array(&path, "captured");
+        let density = open(if has_frames_alone { "captured" } else { "density" })?;
+        let names = VELOCITY.iter().take(said.cells.len());
+        let velocity = if names.clone().all(|name| has_array(&path, name)) {
+            names.map(|name| open(name)).collect::<Result<_, _>>()?
+        } else {
+            Vec::new()
+        };
+        let source = Self {
+            folder: folder.to_owned(),
+            said,
+            density,
+            velocity,
+        };
+        source.check()?;
+        Ok(source)
+    }
+
+    /// Refuses arrays of other cells than the report's.
+    fn check(&self) -> Result<(), Failure> {
+        let cells: Vec<usize> = self.said.cells.iter().rev().copied().collect();
+        let wrong = |what: &str, found: &[usize]| {
+            self.refuse(&format!(
+                "has {what} of {found:?} cells and a report.json of {cells:?}; export the folder as it was written"
+            ))
+        };
+        if self.density.shape() != cells {
+            return Err(wrong("density", self.density.shape()));
+        }
+        for (axis, series) in self.velocity.iter().enumerate() {
+            let mut rest = series.shape().to_vec();
+            let own = rest.len().wrapping_sub(axis + 1);
+            let found = rest.get_mut(own).map(|own| core::mem::replace(own, 0));
+            let mut expected = cells.clone();
+            let count = expected.get_mut(own).map(|own| core::mem::replace(own, 0));
+            if rest != expected || !(found == count || found == count.map(|count| count + 1)) {
+                return Err(wrong(VELOCITY[axis], series.shape()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The archive.
+    pub fn archive(&self) -> PathBuf {
+        self.folder.join(ARCHIVE)
+    }
+
+    /// The last step.
+    pub fn steps(&self) -> usize {
+        self.density.count() - 1
+    }
+
+    /// Whether it has a flow.
+    pub fn has_flow(&self) -> bool {
+        !self.velocity.is_empty()
+    }
+
+    /// Cells along x, y, z; a plane is one thick.
+    pub fn cells(&self) -> [usize; 3] {
+        let mut cells = [1; 3];
+        cells
+            .iter_mut()
+            .zip(&self.said.cells)
+            .for_each(|(to, &from)| *to = from);
+        cells
+    }
+
+    /// The sides of the box.
+    pub fn sides(&self) -> [f64; 3] {
+        self.cells().map(|count| count as f64 * self.said.side())
+    }
+
+    /// Bytes that a step takes, with `faces` the velocity's own faces too, with `packed` an entry of an array as it is written.
+    pub fn bytes(&self, faces: bool, packed: bool) -> usize {
+        let counts: Vec<usize> = self
+            .velocity
+            .iter()
+            .map(|one| one.shape().iter().product())
+            .collect();
+        let cells: usize = self.said.cells.iter().product();
+        let fields = cells * (1 + counts.len());
+        let read = counts.iter().copied().max().unwrap_or(cells);
+        let size = if self.said.double { 8 } else { 4 };
+        let kept = if faces { counts.iter().sum() } else { 0 };
+        // Doubles, and an eighth more for masks and what is being written.
+        8 * (fields + read + kept) + cells + if packed { size * read } else { 0 }
+    }
+
+    /// A step; the last one has the velocity that led to it.
+    pub fn frame(&mut self, step: usize, with_faces: bool) -> Result<Frame, Failure> {
+        let density = self.density.read(step);
+        let density = density.map_err(|error| unread(&self.folder, &error))?;
+        self.refuse_not_finite("density", step, &density)?;
+        let (mut velocity, mut faces) = (Vec::new(), Vec::new());
+        let cells = self.cells();
+        for axis in 0..self.velocity.len() {
+            let Some(series) = self.velocity.get_mut(axis) else {
+                continue;
+            };
+            let read = series.read(step.min(series.count() - 1));
+            let own = series.shape().iter().rev().nth(axis).copied().unwrap_or(0);
+            let values = read.map_err(|error| unread(&self.folder, &error))?;
+            self.refuse_not_finite(VELOCITY[axis], step, &values)?;
+            let centred = self.said.centred && own == cells[axis];
+            let mut counts = cells;
+            counts[axis] = own;
+            let ring: [bool; 3] = core::array::from_fn(|other| other == axis && own == cells[axis]);
+            velocity.push(if centred {
+                values.clone()
+            } else {
+                middle(&values, cells, counts, axis)
+            });
+            if with_faces {
+                faces.push(Faces { values, counts, ring });
+            }
+        }
+        Ok(Frame {
+            step,
+            density,
+            velocity,
+            faces,
+        })
+    }
+
+    fn refuse_not_finite(&self, name: &str, step: usize, values: &[f64]) -> Result<(), Failure> {
+        match values.iter().find(|value| !value.is_finite()) {
+            None => Ok(()),
+            Some(value) => Err(self.refuse(&format!(
+                "holds {value} in {name} of step {step}; export the steps before it with --steps"
+            ))),
+        }
+    }
+
+    /// A refusal of the folder.
+    pub fn refuse(&self, why: &str) -> Failure {
+        Failure::Input(format!("{} {why}", self.folder.display()))
+    }
+}
+
+/// The mean of the two faces of each cell across `axis`. On a ring the last cell's other face is the first.
+fn middle(faces: &[f64], cells: [usize; 3], counts: [usize; 3], axis: usize) -> Vec<f64> {
+    let strides = [1, counts[0], counts[0] * counts[1]];
+    let mut values = Vec::with_capacity(cells.iter().product());
+    for z in 0..cells[2] {
+        for y in 0..cells[1] {
+            for x in 0..cells[0] {
+                let at = [x, y, z];
+                let place: usize = (0..3).map(|axis| at[axis] * strides[axis]).sum();
+                let beyond = if at[axis] + 1 == counts[axis] {
+                    place - at[axis] * strides[axis]
+                } else {
+                    place + strides[axis]
+                };
+                let of = |place: usize| faces.get(place).copied().unwrap_or(0.0);
+                values.push(0.5 * (of(place) + of(beyond)));
+            }
+        }
+    }
+    values
+}
+
+pub(super) fn unread(folder: &Path, error: &ShapeError) -> Failure {
+    error.failure(format!("{}: {error}", folder.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::middle;
+
+    #[test]
+    fn the_middle_is_the_mean_of_two_faces() {
+        let walls = middle(&[0.0, 2.0, 6.0], [2, 1, 1], [3, 1, 1], 0);
+        assert_eq!(walls, [1.0, 4.0]);
+        let ring = middle(&[1.0, 3.0, 5.0, 7.0], [2, 2, 1], [2, 2, 1], 1);
+        assert_eq!(ring, [3.0, 5.0, 3.0, 5.0]);
+    }
+}

@@ -1,0 +1,67 @@
+//! What the `report.json` of a result folder says of its arrays.
+
+use crate::exit::Failure;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// The box of a result, its steps and its precision.
+#[derive(Clone, Debug)]
+pub(crate) struct Said {
+    /// Cells along x, y (and z).
+    pub cells: Vec<usize>,
+    /// How each axis ends, as the report has it.
+    pub boundary: Vec<Value>,
+    pub length: f64,
+    pub dt: f64,
+    /// Whether its numbers have 64 bits.
+    pub double: bool,
+    /// Whether velocities are those of cells, and not of faces.
+    pub centred: bool,
+}
+
+impl Said {
+    /// That of the result in `folder`.
+    ///
+    /// # Errors
+    /// A report that cannot be read, or is not ours.
+    pub fn of(folder: &Path) -> Result<Self, Failure> {
+        let path = folder.join("report.json");
+        let text = fs::read_to_string(&path).map_err(|error| {
+            let path = path.display();
+            Failure::File(format!("cannot read {path}: {error}; name a result folder"))
+        })?;
+        let report: Value = serde_json::from_str(&text).unwrap_or_default();
+        let foreign = |key: &str| {
+            Failure::Input(format!(
+                "{} has a report.json without a usable `{key}`; name a folder that thurible wrote",
+                folder.display()
+            ))
+        };
+        let list = |key: &str| report.get(key).and_then(Value::as_array);
+        let count = |cell: &Value| cell.as_u64().and_then(|cell| usize::try_from(cell).ok());
+        let cells: Option<Vec<usize>> = list("cells").and_then(|cells| cells.iter().map(count).collect());
+        let real = |key: &str| {
+            let number = report.get(key).and_then(Value::as_f64);
+            number
+                .filter(|&number| number > 0.0 && number.is_finite())
+                .ok_or_else(|| foreign(key))
+        };
+        let word = |key: &str| report.get(key).and_then(Value::as_str);
+        Ok(Self {
+            cells: cells
+                .filter(|cells| matches!(cells.len(), 2 | 3) && !cells.contains(&0))
+                .ok_or_else(|| foreign("cells"))?,
+            boundary: list("boundary").ok_or_else(|| foreign("boundary"))?.clone(),
+            length: real("length")?,
+            dt: real("dt")?,
+            double: word("precision") == Some("f64"),
+            centred: word("velocity_location") == Some("center"),
+        })
+    }
+
+    /// The side of a cell.
+    pub fn side(&self) -> f64 {
+        self.length / self.cells.iter().copied().max().unwrap_or(1) as f64
+    }
+}
