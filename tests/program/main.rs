@@ -16,6 +16,7 @@ mod condense;
 mod damaged;
 mod deblur;
 mod effects;
+mod export;
 mod files;
 mod flows;
 #[cfg(unix)]

@@ -1,0 +1,245 @@
+//! Results as files of other programs. That those programs read them is shown by `.ci/run dcc`; here their bytes are compared with
+//! what was read there, and what may go wrong is tried.
+
+use crate::support::{fresh_folder, npz, run};
+use serde_json::{Value, json};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use zip::write::SimpleFileOptions;
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Exports what must end well.
+fn exported(result: &Path, name: &str, more: &[&str]) -> PathBuf {
+    let folder = result.with_file_name(name);
+    let common = ["export", text(result), "--quiet", "-o", text(&folder)];
+    let ended = run(&[&common[..], more].concat());
+    assert_eq!(ended.code, 0, "{more:?}: {}", ended.err);
+    folder
+}
+
+/// A small result of plain numbers: densities of three steps, the flow of two, with walls at the ends of x and z and a ring along y.
+fn result(test: &str, axes: usize) -> PathBuf {
+    let folder = fresh_folder(test).join("result");
+    fs::create_dir_all(&folder).unwrap();
+    let cells = &[5, 4, 3][..axes];
+    let ends = &["wall", "periodic", "wall"][..axes];
+    let report = json!({
+        "format": 1, "cells": cells, "boundary": ends, "length": 2.5, "dt": 0.125, "steps": 2, "precision": "f64", "keyframes": [],
+    });
+    fs::write(folder.join("report.json"), report.to_string()).unwrap();
+    let file = fs::File::create(folder.join("result.npz")).unwrap();
+    let mut archive = zip::ZipWriter::new(file);
+    let stored = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    let mut put = |name: &str, shape: &[usize], value: &dyn Fn(usize) -> f64| {
+        let values: Vec<f64> = (0..shape.iter().product()).map(value).collect();
+        archive.start_file(format!("{name}.npy"), stored).unwrap();
+        archive.write_all(&npz::npy(shape, &values)).unwrap();
+    };
+    let shape = |steps: usize, own: Option<usize>| {
+        let mut counts = cells.to_vec();
+        if let Some(own) = own.filter(|&own| ends[own] == "wall") {
+            counts[own] += 1;
+        }
+        counts.push(steps);
+        counts.reverse();
+        counts
+    };
+    // Every third cell is empty, and the first step begins with eight empty ones.
+    put("density", &shape(3, None), &|k| {
+        if k < 8 || k % 3 == 0 { 0.0 } else { k as f64 / 64.0 }
+    });
+    for (axis, name) in ["velocity_x", "velocity_y", "velocity_z"]
+        .into_iter()
+        .enumerate()
+        .take(axes)
+    {
+        put(name, &shape(2, Some(axis)), &|k| {
+            (k * (axis + 1)) as f64 / 32.0 - 1.0
+        });
+    }
+    put("keyframe_step", &[1], &|_| 2.0);
+    archive.finish().unwrap();
+    folder
+}
+
+/// A line for each file below a folder: its name, its bytes and a checksum of them.
+fn sums(folder: &Path) -> String {
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path)
+            } else {
+                files.push(path)
+            }
+        }
+    }
+    files.sort();
+    let line = |path: &PathBuf| {
+        let bytes = fs::read(path).unwrap();
+        // FNV-1a.
+        let sum = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |sum, &byte| {
+            (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        let name = path
+            .strip_prefix(folder)
+            .unwrap()
+            .to_string_lossy()
+            .replace('\\', "/");
+        format!("{sum:016x} {:>6} {name}\n", bytes.len())
+    };
+    let shown = |path: &&PathBuf| !path.ends_with("manifest.json") && !path.ends_with("export.json");
+    files.iter().filter(shown).map(line).collect()
+}
+
+/// Compares with what was read by other programs; `GOLDEN=write` replaces it, after which `.ci/run dcc` must hold.
+fn golden(name: &str, found: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/program/golden")
+        .join(name);
+    if std::env::var("GOLDEN").is_ok_and(|word| word == "write") {
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, found).unwrap();
+    }
+    let expected = fs::read_to_string(&path).unwrap();
+    assert_eq!(found, expected, "{name}");
+}
+
+const ALL: &str = "usd,vti,zarr,fga,npz";
+
+#[test]
+fn every_format_has_the_bytes_that_other_programs_read() {
+    for axes in [2, 3] {
+        let result = result(&format!("export_bytes_{axes}"), axes);
+        for (name, more) in [
+            ("half_blosc", "--up z"),
+            (
+                "float_zip",
+                "--precision float --compression zip --up y --staggered",
+            ),
+            ("half_none", "--compression none --up y --fps 24 --steps 1..2"),
+        ] {
+            let more: Vec<&str> = ["--format", ALL].into_iter().chain(more.split(' ')).collect();
+            let folder = exported(&result, name, &more);
+            golden(&format!("export_{axes}_{name}.txt"), &sums(&folder));
+            if name == "half_blosc" {
+                for file in [
+                    "smoke.usda",
+                    "smoke.pvd",
+                    "fga/smoke.0002.fga",
+                    "smoke.zarr/velocity_x/zarr.json",
+                ] {
+                    let text = fs::read_to_string(folder.join(file)).unwrap();
+                    golden(&format!("export_{axes}_{}", file.replace('/', "_")), &text);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn numpy_gets_the_arrays_as_they_are() {
+    let result = result("export_npz", 3);
+    let folder = exported(&result, "all", &["--format", "npz"]);
+    assert_eq!(
+        npz::read(&folder.join("smoke.npz")),
+        npz::read(&result.join("result.npz"))
+    );
+    let part =
+        npz::read(&exported(&result, "part", &["--format", "npz", "--steps", "1..1"]).join("smoke.npz"));
+    let whole = npz::read(&result.join("result.npz"));
+    assert_eq!(part["density"].shape, [1, 3, 4, 5]);
+    assert_eq!(part["density"].data, whole["density"].data[60..120]);
+    assert_eq!(part["velocity_x"].data, whole["velocity_x"].data[72..]);
+}
+
+#[test]
+fn an_export_says_how_it_plays() {
+    let result = result("export_says", 3);
+    let facts = |folder: &Path| -> Value {
+        serde_json::from_slice(&fs::read(folder.join("export.json")).unwrap()).unwrap()
+    };
+    // A step of an eighth of a second is no frame of a film.
+    let slow = facts(&exported(&result, "slow", &[]));
+    assert_eq!(
+        (slow["fps"].as_f64(), slow["velocity_factor"].as_f64()),
+        (Some(24.0), Some(3.0))
+    );
+    let real = facts(&exported(&result, "real", &["--fps", "8"]));
+    assert_eq!(
+        (real["fps"].as_f64(), real["velocity_factor"].as_f64()),
+        (Some(8.0), Some(1.0))
+    );
+    assert_eq!(real["frames"], json!([1, 3]));
+    let largest = real["largest_density"].as_f64().unwrap();
+    assert_eq!(largest, 179.0 / 64.0);
+    // Through a quarter of the box 95 % of what is behind is hidden.
+    assert!((real["shader_density"].as_f64().unwrap() * largest * 2.5 / 4.0 - 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_new_export_takes_the_place_of_the_old_one_of_its_format_alone() {
+    let result = result("export_again", 2);
+    let folder = exported(&result, "out", &["--format", "vdb,vti"]);
+    fs::write(folder.join("mine.txt"), "mine").unwrap();
+    exported(&result, "out", &["--format", "vdb", "--steps", "1..1"]);
+    let names = |below: &str| {
+        let entries = fs::read_dir(folder.join(below)).unwrap();
+        let mut names: Vec<_> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names("vdb"), ["smoke.0002.vdb"]);
+    assert_eq!(
+        names("vti"),
+        ["smoke.0001.vti", "smoke.0002.vti", "smoke.0003.vti"]
+    );
+    assert_eq!(fs::read_to_string(folder.join("mine.txt")).unwrap(), "mine");
+    assert!(
+        names("").iter().all(|name| !name.starts_with('.')),
+        "{:?}",
+        names("")
+    );
+}
+
+#[test]
+fn what_cannot_be_exported_is_refused_and_leaves_the_earlier_one() {
+    let result = result("export_refused", 3);
+    let folder = exported(&result, "out", &["--format", "vdb"]);
+    let before = sums(&folder);
+    let refused = |more: &[&str], code: i32, sentence: &str| {
+        let common = ["export", text(&result), "--quiet", "-o", text(&folder)];
+        let ended = run(&[&common[..], more].concat());
+        assert_eq!(ended.code, code, "{more:?}: {}", ended.err);
+        assert!(ended.err.contains(sentence), "{more:?}: {}", ended.err);
+        assert_eq!(sums(&folder), before, "{more:?}");
+    };
+    refused(&["--steps", "2..9"], 2, "the result has the steps 0 to 2");
+    refused(
+        &["--format", "abc"],
+        2,
+        "possible values: vdb, usd, vti, zarr, fga, npz",
+    );
+    refused(&["--fps", "0"], 2, "allowed is a number from 0.01 to 10000");
+    let archive = result.join("result.npz");
+    let whole = fs::read(&archive).unwrap();
+    fs::write(&archive, &whole[..whole.len() / 2]).unwrap();
+    refused(&["--format", "vdb"], 2, "is no .npz");
+    fs::remove_file(&archive).unwrap();
+    refused(&["--format", "vdb"], 4, "cannot be read");
+    fs::write(&archive, &whole).unwrap();
+    fs::write(result.join("report.json"), "{}").unwrap();
+    refused(
+        &["--format", "vdb"],
+        2,
+        "has a report.json without a usable `cells`",
+    );
+}
