@@ -243,3 +243,44 @@ fn what_cannot_be_exported_is_refused_and_leaves_the_earlier_one() {
         "has a report.json without a usable `cells`",
     );
 }
+
+/// Files of more than 8 KiB cannot be written, as on a disc that is full.
+#[cfg(unix)]
+#[test]
+fn an_export_that_cannot_be_written_leaves_the_earlier_one() {
+    use crate::support::{Ended, thurible};
+    let result = result("export_full", 3);
+    let folder = exported(&result, "out", &["--format", "usd,vti"]);
+    let before = sums(&folder);
+    for format in ["vdb", "usd,vti,zarr,npz"] {
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", "trap '' XFSZ; ulimit -f 16; exec \"$@\"", "sh"]);
+        command.arg(thurible().get_program());
+        command.args([
+            "export",
+            text(&result),
+            "--quiet",
+            "--fps",
+            "8",
+            "--format",
+            format,
+            "-o",
+            text(&folder),
+        ]);
+        let ended = Ended::from(command.output().unwrap());
+        assert_eq!(ended.code, 4, "{format}: {}", ended.err);
+        assert!(
+            ended.err.contains("vdb/smoke.0001.vdb: File too large"),
+            "{format}: {}",
+            ended.err
+        );
+        assert!(ended.err.contains("free some space"), "{format}: {}", ended.err);
+        assert_eq!(ended.err.lines().count(), 1, "{format}: {}", ended.err);
+        assert_eq!(sums(&folder), before, "{format}");
+        let hidden = |entry: fs::DirEntry| entry.file_name().to_string_lossy().starts_with('.');
+        assert!(
+            !fs::read_dir(&folder).unwrap().any(|entry| hidden(entry.unwrap())),
+            "{format}"
+        );
+    }
+}
