@@ -197,11 +197,6 @@ fn coordinates(
 
 /// The unit of an array, with lengths in metres and times in seconds, and what it is.
 fn about(name: &str, source: &Source) -> (&'static str, &'static str) {
-    let place = if source.said.centred {
-        "in cells"
-    } else {
-        "on faces"
-    };
     let of = |base: &str| name.strip_prefix(base).is_some_and(|end| end.starts_with('_'));
     match name {
         "density" => ("1", "density of smoke"),
@@ -211,8 +206,9 @@ fn about(name: &str, source: &Source) -> (&'static str, &'static str) {
         "mask" => ("1", "where force may act"),
         "keyframe_density" => ("1", "target of a keyframe"),
         "keyframe_step" => ("1", "step of a keyframe"),
-        _ if of("velocity") && place == "in cells" => ("m s-1", "component of the velocity in cells"),
+        _ if of("velocity") && source.said.centred => ("m s-1", "component of the velocity in cells"),
         _ if of("velocity") => ("m s-1", "component of the velocity on faces"),
+        _ if of("force") && source.said.centred => ("m s-2", "component of the force in cells"),
         _ if of("force") => ("m s-2", "component of the force on faces"),
         _ if of("predicted") || of("correction") || of("truth") => {
             ("m s-1", "component of a velocity on faces")

@@ -28,6 +28,9 @@ impl Component<'_> {
 /// The bits of the active values of a leaf.
 type Mask = [u64; 8];
 
+/// Leaves or nodes by their low corners, in the order in which they are written.
+type ByCorner<T> = BTreeMap<[usize; 3], T>;
+
 /// The active values of a leaf: which, and their bytes.
 struct Leaf {
     mask: Mask,
@@ -37,7 +40,7 @@ struct Leaf {
 /// The leaves with anything in them, by the corners of the nodes that hold them.
 #[derive(Default)]
 pub(super) struct Tree {
-    nodes: BTreeMap<[usize; 3], BTreeMap<[usize; 3], BTreeMap<[usize; 3], Mask>>>,
+    nodes: ByCorner<ByCorner<ByCorner<Mask>>>,
     /// Active values.
     pub active: u64,
     /// The first and the last place with one.
