@@ -1,7 +1,7 @@
 //! Images as linear light, planes of the channels one after the other.
 
 use crate::exit::Failure;
-use crate::keyframes::{Measured, ShapeError, measured};
+use crate::keyframes::{Measured, ShapeError, is_picture, measured};
 use clap::ValueEnum;
 use std::path::Path;
 
@@ -15,12 +15,16 @@ pub enum Light {
 }
 
 impl Light {
-    /// What a file holds where nothing is said: pictures sRGB, arrays light as it is.
+    /// What a file holds where nothing is said: pictures sRGB, EXR and arrays light as it is.
     pub fn of(path: &Path) -> Self {
-        let png = path
+        let exr = path
             .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("png"));
-        if png { Self::Srgb } else { Self::Linear }
+            .is_some_and(|end| end.eq_ignore_ascii_case("exr"));
+        if is_picture(path) && !exr {
+            Self::Srgb
+        } else {
+            Self::Linear
+        }
     }
 
     /// From a stored level to light.

@@ -2,7 +2,7 @@
 
 use super::light::failed;
 use crate::exit::Failure;
-use crate::keyframes::measured;
+use crate::keyframes::{is_picture, measured};
 use std::path::Path;
 use thurible_core::deblur::{Blur, Frame};
 
@@ -79,8 +79,8 @@ impl Psf {
         if ends("npz") {
             return Self::field(text, path, size);
         }
-        if !["png", "npy"].into_iter().any(ends) {
-            let why = "is neither a shape nor a file of kernels; write disc:3, motion:11,30, gaussian:1.5, or name a .png, .npy or .npz";
+        if !(ends("npy") || is_picture(path)) {
+            let why = "is neither a shape nor a file of kernels; write disc:3, motion:11,30, gaussian:1.5, or name a picture, .npy or .npz";
             return Err(refuse(text, why));
         }
         let read = measured("psf", path, None, None).map_err(failed)?.grey();

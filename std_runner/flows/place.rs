@@ -34,7 +34,7 @@ pub(super) fn solid(request: &Request, known: &Known) -> Result<Option<Vec<bool>
         let drawn = run::inputs::solid_cells(&scene, &mut Vec::new())?;
         drawn.ok_or_else(|| told("has no [[obstacle]]; write one".into()))?
     } else {
-        let shape = ShapeSpec::default().of_file(solid.clone());
+        let shape = ShapeSpec::default().of_file(solid.clone(), solid);
         let mut notes: Vec<Note> = Vec::new();
         let drawn = shape.rasterise_noting(&canvas, Path::new("."), &mut notes);
         let drawn = drawn.map_err(|error| told(error.to_string()))?;

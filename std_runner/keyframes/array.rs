@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::Fault;
+use super::header::drop_ones;
 use super::note::Note;
 use super::npy::Entry;
 use super::npz;
@@ -70,6 +71,7 @@ fn densities(
         None => npz::read(path, name)?,
         Some(entry) => npz::read_entry(path, name, entry)?,
     };
+    drop_ones(&mut array.shape, canvas.dimensions());
     if array.shape.len() != canvas.dimensions() || array.values.is_empty() {
         let order = if canvas.dimensions() == 3 {
             "[z, y, x]"

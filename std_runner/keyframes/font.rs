@@ -3,16 +3,18 @@
 //! The built-in font is DejaVu Sans Bold (crate `dejavu`; free, its licence stands in `DEJAVU-LICENSE.txt`): its
 //! strokes, a quarter of the height of a capital, are wide enough to be carried by smoke.
 
-use ttf_parser::{Face, GlyphId, OutlineBuilder};
+use rustybuzz::Face;
+use ttf_parser::OutlineBuilder;
 
 use super::outline::{Outline, Point};
+use super::shaping::{Placed, is_ignorable, shape};
 
 /// Straight pieces that a curve is cut into.
 const PIECES: usize = 12;
 /// More letters than this are not legible on any grid.
 const MOST_LETTERS: usize = 256;
 
-/// A line of text, one outline a glyph, in em from the pen's start on the baseline.
+/// A text, one outline a glyph, in em from the first line's baseline.
 pub(super) struct Lettering {
     pub outlines: Vec<Outline>,
     /// Height of a capital letter, in em.
@@ -32,10 +34,13 @@ pub(super) fn built_in() -> &'static [u8] {
     dejavu::sans::bold()
 }
 
-/// Sets `text` in one line.
+/// Sets `text`, line by line.
 pub(super) fn set(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
-    let face = Face::parse(font, 0)
-        .map_err(|error| Trouble::Font(format!("is no TrueType or OpenType font ({error})")))?;
+    let face = Face::from_slice(font, 0).ok_or_else(|| {
+        let error = ttf_parser::Face::parse(font, 0).err();
+        let why = error.map_or_else(|| "it has no shapes".to_owned(), |error| error.to_string());
+        Trouble::Font(format!("is no TrueType or OpenType font ({why})"))
+    })?;
     if text.chars().count() > MOST_LETTERS {
         return Err(Trouble::Text(
             format!("has more than {MOST_LETTERS} letters"),
@@ -44,31 +49,26 @@ pub(super) fn set(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
     }
     let em = f64::from(face.units_per_em());
     let mut outlines = Vec::new();
-    let mut pen = 0.0;
-    let mut before = None;
-    for letter in text.chars() {
-        let Some(glyph) = face.glyph_index(letter) else {
-            let found = format!("has the letter {letter:?}, which the font does not have");
-            return Err(Trouble::Text(found, "leave it out, or name a `font` that has it"));
-        };
-        pen += before.map_or(0.0, |before| kerning(&face, before, glyph)) / em;
+    let placed = shape(text, &face);
+    refuse_unknown(text, &placed)?;
+    let mut inked = vec![false; text.len()];
+    for placed in &placed {
         let mut pencil = Pencil {
             em,
-            pen,
+            pen: placed.at.map(|place| place / em),
             contours: Vec::new(),
         };
-        face.outline_glyph(glyph, &mut pencil);
+        face.outline_glyph(placed.glyph, &mut pencil);
         let outline = Outline::new(&pencil.contours);
-        if outline.is_none() && !letter.is_whitespace() {
-            let found = format!("has the letter {letter:?}, whose glyph has no outline in the font");
-            return Err(Trouble::Text(found, "leave it out, or name another `font`"));
+        if outline.is_some() {
+            inked
+                .get_mut(placed.letters.clone())
+                .unwrap_or_default()
+                .fill(true);
         }
         outlines.extend(outline);
-        pen += face
-            .glyph_hor_advance(glyph)
-            .map_or(0.5, |advance| f64::from(advance) / em);
-        before = Some(glyph);
     }
+    refuse_inkless(text, &inked)?;
     if outlines.is_empty() {
         return Err(Trouble::Text(
             format!("is {text:?}"),
@@ -81,14 +81,36 @@ pub(super) fn set(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
     })
 }
 
-/// By how much the pen moves between two glyphs, in the font's units.
-fn kerning(face: &Face<'_>, left: GlyphId, right: GlyphId) -> f64 {
-    let tables = face.tables().kern.into_iter().flat_map(|table| table.subtables);
-    let plain = tables.filter(|table| table.horizontal && !table.variable && !table.has_cross_stream);
-    plain
-        .filter_map(|table| table.glyphs_kerning(left, right))
-        .map(f64::from)
-        .sum()
+/// Whether a letter needs no ink.
+fn is_blank(letter: char) -> bool {
+    letter.is_whitespace() || is_ignorable(letter)
+}
+
+/// Refuses a letter that the font does not have.
+fn refuse_unknown(text: &str, placed: &[Placed]) -> Result<(), Trouble> {
+    let unknown = placed.iter().filter(|placed| placed.glyph.0 == 0);
+    let mut letters = unknown.flat_map(|placed| text.get(placed.letters.clone()).unwrap_or_default().chars());
+    match letters.find(|&letter| !is_blank(letter)) {
+        None => Ok(()),
+        Some(letter) => {
+            let found = format!("has the letter {letter:?}, which the font does not have");
+            Err(Trouble::Text(found, "leave it out, or name a `font` that has it"))
+        }
+    }
+}
+
+/// Refuses a letter that should leave ink and does not.
+fn refuse_inkless(text: &str, inked: &[bool]) -> Result<(), Trouble> {
+    let inkless = |&(at, letter): &(usize, char)| {
+        !is_blank(letter) && !letter.is_control() && inked.get(at) == Some(&false)
+    };
+    match text.char_indices().find(inkless) {
+        None => Ok(()),
+        Some((_, letter)) => {
+            let found = format!("has the letter {letter:?}, whose glyph has no outline in the font");
+            Err(Trouble::Text(found, "leave it out, or name another `font`"))
+        }
+    }
 }
 
 /// Height of a capital letter: the font's own word for it, or the height of its H.
@@ -108,13 +130,16 @@ fn capital(face: &Face<'_>, em: f64) -> f64 {
 /// Draws a glyph as polygons, in em.
 struct Pencil {
     em: f64,
-    pen: f64,
+    pen: Point,
     contours: Vec<Vec<Point>>,
 }
 
 impl Pencil {
     fn place(&self, x: f32, y: f32) -> Point {
-        [f64::from(x) / self.em + self.pen, f64::from(y) / self.em]
+        [
+            f64::from(x) / self.em + self.pen[0],
+            f64::from(y) / self.em + self.pen[1],
+        ]
     }
 
     fn push(&mut self, point: Point) {

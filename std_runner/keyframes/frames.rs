@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use super::decode::is_picture;
 use super::error::Fault;
+use super::header::drop_ones;
 use super::ink::Ink;
 use super::series::{self, Series};
+use super::vdb::{self, Bounds};
 use super::{ShapeError, image, npz};
 
 /// The array of densities in a `.npz` file.
@@ -25,6 +28,8 @@ enum Held {
         paths: Vec<PathBuf>,
         name: Option<String>,
         ink: Option<Ink>,
+        /// Of volumes: the voxels that count in any of them.
+        bounds: Option<Bounds>,
     },
 }
 
@@ -38,38 +43,41 @@ pub struct Frame {
 }
 
 impl Frames {
-    /// The array of densities of a file: that of a `.npy`, the array `name` of a `.npz`, which is `density` where nothing is said.
+    /// The array of densities of a file: that of a `.npy`, the array `name` of a `.npz`; where nothing is said, that
+    /// is `density`, or the only one.
     ///
     /// # Errors
     /// A file that cannot be read, or has no such array.
     pub fn of_array(path: &Path, name: Option<&str>, key: &str) -> Result<Self, ShapeError> {
-        let name = if ends_with(path, "npz") {
-            Some(name.unwrap_or(DENSITY))
-        } else {
-            None
-        };
+        let name = name_in(path, name).map_err(|fault| fault.of(key, path))?;
         Ok(Self {
             key: key.to_owned(),
-            held: Held::Array(Series::open(path, name, key)?),
+            held: Held::Array(Series::open(path, name.as_deref(), key)?),
         })
     }
 
     /// One frame a file, in this order; `ink` says which pixels of pictures are smoke.
     ///
     /// # Errors
-    /// An `ink` that is none.
+    /// An `ink` that is none; a volume that cannot be read.
     pub fn of_files(
         paths: Vec<PathBuf>,
         name: Option<&str>,
         ink: Option<&str>,
         key: &str,
     ) -> Result<Self, ShapeError> {
+        let mut bounds: Option<Bounds> = None;
+        for path in paths.iter().filter(|path| ends_with(path, "vdb")) {
+            let own = vdb::bounds(path, name).map_err(|fault| fault.of(key, path))?;
+            bounds = Some(bounds.map_or(own, |bounds| bounds.and(own)));
+        }
         Ok(Self {
             key: key.to_owned(),
             held: Held::Files {
                 paths,
                 name: name.map(str::to_owned),
                 ink: ink.map(Ink::parse).transpose()?,
+                bounds,
             },
         })
     }
@@ -112,11 +120,32 @@ impl Frames {
                 let values = series.read(frame)?;
                 Ok(Frame { cells, values })
             }
-            Held::Files { paths, name, ink } => {
+            Held::Files {
+                paths,
+                name,
+                ink,
+                bounds,
+            } => {
                 let path = paths.get(frame).map_or(Path::new(""), PathBuf::as_path);
+                if let Some(bounds) = bounds.filter(|_| ends_with(path, "vdb")) {
+                    let values =
+                        vdb::frame(path, name.as_deref(), bounds).map_err(|fault| fault.of(&key, path))?;
+                    let cells = bounds.sides().to_vec();
+                    return Ok(Frame { cells, values });
+                }
                 of_file(path, name.as_deref(), ink).map_err(|fault| fault.of(&key, path))
             }
         }
+    }
+}
+
+/// The array to read of a file: that of a `.npz` that is asked for, else its densities, else the only one in it.
+fn name_in(path: &Path, name: Option<&str>) -> Result<Option<String>, Fault> {
+    match name {
+        _ if !ends_with(path, "npz") => Ok(None),
+        Some(name) => Ok(Some(name.to_owned())),
+        None if has_array(path, DENSITY) => Ok(Some(DENSITY.to_owned())),
+        None => npz::sole_name(path).map(Some),
     }
 }
 
@@ -127,20 +156,16 @@ fn ends_with(path: &Path, ending: &str) -> bool {
 
 /// The frame of a file of its own. The first picture decides which pixels are smoke in all of them, where nothing is said.
 fn of_file(path: &Path, name: Option<&str>, ink: &mut Option<Ink>) -> Result<Frame, Fault> {
-    if ends_with(path, "png") {
-        let (picture, taken) = image::read(path, *ink)?;
+    if is_picture(path) {
+        let (picture, taken) = image::read(path, *ink, image::USUAL_SIDE)?;
         *ink = Some(taken);
         return Ok(Frame {
             cells: vec![picture.width, picture.height],
             values: picture.values,
         });
     }
-    let name = if ends_with(path, "npz") {
-        Some(name.unwrap_or(DENSITY))
-    } else {
-        None
-    };
-    let array = npz::read(path, name)?;
+    let mut array = npz::read(path, name_in(path, name)?.as_deref())?;
+    drop_ones(&mut array.shape, 2);
     Ok(Frame {
         cells: array.shape.iter().rev().copied().collect(),
         values: array.values,

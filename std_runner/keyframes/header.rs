@@ -2,6 +2,8 @@
 
 use std::io::{ErrorKind, Read};
 
+use half::f16;
+
 use super::error::Fault;
 
 /// Headers longer than this are no headers.
@@ -49,6 +51,13 @@ fn header_text(reader: &mut dyn Read) -> Result<String, Fault> {
     String::from_utf8(text).map_err(|_| broken())
 }
 
+/// Takes axes of length 1 off the end of a shape, while it has more than so many axes.
+pub(super) fn drop_ones(shape: &mut Vec<usize>, axes: usize) {
+    while shape.len() > axes && shape.last() == Some(&1) {
+        shape.pop();
+    }
+}
+
 /// What an array's header says.
 pub(super) struct Header {
     pub kind: Kind,
@@ -66,6 +75,12 @@ impl Header {
     pub(super) fn entries(mut self) -> Result<(Self, usize), Fault> {
         let count = steps(&mut self)?;
         Ok((self, count))
+    }
+
+    /// The same without axes of length 1 at the end, beyond the first two: channels, where there is one.
+    pub(super) fn without_ones(mut self) -> Self {
+        drop_ones(&mut self.shape, 2);
+        self
     }
 
     /// Bytes of the values.
@@ -104,7 +119,8 @@ impl Header {
             .0;
         let sides = shape.split(',').map(str::trim).filter(|side| !side.is_empty());
         let shape = sides
-            .map(|side| side.parse().map_err(|_| broken()))
+            // NumPy under Python 2 wrote `16L`.
+            .map(|side| side.trim_end_matches('L').parse().map_err(|_| broken()))
             .collect::<Result<Vec<usize>, Fault>>()?;
         Ok(Self {
             kind: Kind::parse(kind)?,
@@ -129,11 +145,10 @@ impl Kind {
         let bytes = letters.as_str().parse().unwrap_or(0);
         let known = matches!(
             (letter, bytes),
-            ('f', 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1)
+            ('f', 2 | 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1)
         );
         if !known || !matches!(order, '<' | '>' | '|' | '=') {
-            let remedy =
-                "save it as float32 or float64 (integers and booleans will do), by array.astype('float32')";
+            let remedy = "save it as float16, float32 or float64 (integers and booleans will do), by array.astype('float32')";
             return Err(Fault::content(format!("holds values of type '{text}'"), remedy));
         }
         Ok(Self {
@@ -161,6 +176,7 @@ impl Kind {
         }
         let word = u64::from_le_bytes(raw);
         match (self.letter, self.bytes) {
+            ('f', 2) => f16::from_bits(word as u16).to_f64(),
             ('f', 4) => f64::from(f32::from_bits(word as u32)),
             ('f', _) => f64::from_bits(word),
             ('i', bytes) => {

@@ -1,22 +1,19 @@
-//! `image = "x.png"`: a silhouette from a picture, y up.
+//! `image = "x.png"`: a silhouette from a picture of any kind, y up.
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
-use png::{BitDepth, Decoder, Limits, Transformations};
-
+use super::decode;
 use super::error::Fault;
-use super::ink::{Ink, Pixels};
+use super::ink::Ink;
 use super::note::Note;
 use super::resample::{Edge, resample, windows};
 use super::{Canvas, ShapeError};
-use crate::bytes::{are_free, grouped};
 
-/// Decoding may take this much memory, in bytes.
-const MEMORY: usize = 1 << 30;
-/// Sides beyond this are refused before anything is decoded.
-const LONGEST_SIDE: u32 = 16384;
+/// Pixels a cell of drawings that have none of their own, and how many they have at least and at most along a side.
+const FINER: usize = 4;
+const DRAWN: [usize; 2] = [256, 4096];
+/// Pixels along a side of such drawings where there are no cells yet.
+pub(super) const USUAL_SIDE: usize = 1024;
 
 /// More than this part of a picture is rarely meant to be smoke.
 const NEARLY_ALL: f64 = 0.5;
@@ -33,7 +30,9 @@ pub(super) fn draw(
         return Err(ShapeError::key("image", "is flat, and the grid is 3D", remedy));
     }
     let ink = ink.map(Ink::parse).transpose()?;
-    let (picture, ink) = read(path, ink).map_err(|fault| fault.of("image", path))?;
+    let longest = canvas.cells.iter().copied().max().unwrap_or(1);
+    let side = (FINER * longest).clamp(DRAWN[0], DRAWN[1]);
+    let (picture, ink) = read(path, ink, side).map_err(|fault| fault.of("image", path))?;
     let smoke = picture.values.iter().sum::<f64>() / picture.values.len().max(1) as f64;
     let shown = path.display();
     let percent = 100.0 * smoke;
@@ -41,6 +40,9 @@ pub(super) fn draw(
         "smoke is the {} of `{shown}`, {percent:.1} % of the picture",
         ink.name()
     )));
+    if let Some(said) = &picture.note {
+        notes.push(Note::warning(format!("`{shown}` {said}")));
+    }
     if smoke > NEARLY_ALL {
         let other = ink.other();
         notes.push(Note::warning(format!(
@@ -55,6 +57,8 @@ pub(super) struct Picture {
     pub width: usize,
     pub height: usize,
     pub values: Vec<f64>,
+    /// What the user should hear of it.
+    pub note: Option<String>,
 }
 
 fn fit(picture: Picture, canvas: &Canvas) -> Vec<f64> {
@@ -75,30 +79,10 @@ fn fit(picture: Picture, canvas: &Canvas) -> Vec<f64> {
     resample(picture.values, &shape, &taps)
 }
 
-/// The bytes of a PNG file.
-pub(super) struct Decoded {
-    pub width: usize,
-    pub height: usize,
-    bytes: Vec<u8>,
-    color: png::ColorType,
-    wide: bool,
-}
-
-impl Decoded {
-    /// Its pixels, row by row from the top.
-    pub fn pixels(&self) -> Pixels<'_> {
-        Pixels {
-            bytes: &self.bytes,
-            color: self.color,
-            wide: self.wide,
-        }
-    }
-}
-
-/// The picture, and which of its pixels are smoke: those that are `asked` for, or what they say themselves.
-pub(super) fn read(path: &Path, asked: Option<Ink>) -> Result<(Picture, Ink), Fault> {
-    let decoded = decoded(path)?;
-    let pixels = decoded.pixels();
+/// The picture, and which of its pixels are smoke: those that are `asked` for, or what they say themselves. A drawing without pixels gets
+/// `side` of them along its longer side.
+pub(super) fn read(path: &Path, asked: Option<Ink>, side: usize) -> Result<(Picture, Ink), Fault> {
+    let pixels = decode::read(path, side)?;
     if asked == Some(Ink::Alpha) && !pixels.are_transparent() {
         return Err(Fault::content(
             "is opaque everywhere, and `ink` is \"alpha\"",
@@ -106,64 +90,18 @@ pub(super) fn read(path: &Path, asked: Option<Ink>) -> Result<(Picture, Ink), Fa
         ));
     }
     let ink = asked.unwrap_or_else(|| Ink::of(&pixels));
+    let values = ink.densities(&pixels);
+    if let Some(odd) = values.iter().find(|value| !value.is_finite()) {
+        return Err(Fault::content(
+            format!("holds {odd}"),
+            "every value must be finite; save it again",
+        ));
+    }
     let picture = Picture {
-        width: decoded.width,
-        height: decoded.height,
-        values: pixels.densities(ink, decoded.width),
+        width: pixels.width,
+        height: pixels.height,
+        values,
+        note: pixels.note,
     };
     Ok((picture, ink))
-}
-
-/// Reads a PNG file.
-pub(super) fn decoded(path: &Path) -> Result<Decoded, Fault> {
-    let file = BufReader::new(File::open(path)?);
-    let broken = |error: png::DecodingError| match error {
-        png::DecodingError::IoError(error) if error.kind() == std::io::ErrorKind::IsADirectory => {
-            Fault::Read(error)
-        }
-        other => Fault::content(
-            format!("cannot be read as PNG ({other})"),
-            "pictures are PNG: save it as one",
-        ),
-    };
-    let mut decoder = Decoder::new_with_limits(file, Limits { bytes: MEMORY });
-    decoder.set_transformations(Transformations::EXPAND);
-    let header = decoder.read_header_info().map_err(broken)?;
-    let (width, height) = (header.width, header.height);
-    if width > LONGEST_SIDE || height > LONGEST_SIDE {
-        let remedy =
-            format!("make it at most {LONGEST_SIDE} pixels wide and high; the size of the grid is enough");
-        return Err(Fault::content(format!("is {width} x {height} pixels"), remedy));
-    }
-    let mut reader = decoder.read_info().map_err(broken)?;
-    let size = reader
-        .output_buffer_size()
-        .ok_or_else(|| Fault::content("is too large", "make it smaller"))?;
-    let needed = size + size_of::<f64>() * width as usize * height as usize;
-    if !are_free(needed) {
-        let remedy = "make it smaller: the size of the grid is enough";
-        return Err(Fault::content(
-            format!(
-                "takes {} bytes to read, and the system has not so many",
-                grouped(needed)
-            ),
-            remedy,
-        ));
-    }
-    let mut bytes = vec![0; size];
-    let frame = reader.next_frame(&mut bytes).map_err(broken)?;
-    if !matches!(frame.bit_depth, BitDepth::Eight | BitDepth::Sixteen) {
-        return Err(Fault::content(
-            "has an unusual depth",
-            "save it with 8 or 16 bits a channel",
-        ));
-    }
-    bytes.truncate(frame.buffer_size());
-    Ok(Decoded {
-        width: frame.width as usize,
-        height: frame.height as usize,
-        bytes,
-        color: frame.color_type,
-        wide: frame.bit_depth == BitDepth::Sixteen,
-    })
 }

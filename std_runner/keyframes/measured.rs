@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::ShapeError;
+use super::decode::{self, is_picture};
 use super::error::Fault;
-use super::image::decoded;
+use super::image::USUAL_SIDE;
 use super::npy::Entry;
 use super::npz;
 use crate::undershoot::{Undershoot, clip, place};
@@ -20,11 +21,6 @@ pub(crate) struct Measured {
     pub note: Option<String>,
 }
 
-fn is_png(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
-}
-
 /// How many entries the array `name` of `path`, which `key` names, has along its first axis.
 ///
 /// # Errors
@@ -33,7 +29,7 @@ pub(crate) fn entries(key: &str, path: &Path, name: Option<&str>) -> Result<usiz
     npz::steps(path, name).map_err(|fault| fault.of(key, path))
 }
 
-/// Reads a PNG picture, an array, or the entry `entry` along the first axis of one; `key` names the file.
+/// Reads a picture, an array, or the entry `entry` along the first axis of one; `key` names the file.
 ///
 /// # Errors
 /// A file that cannot be read, or a number that is not finite.
@@ -47,12 +43,18 @@ pub(crate) fn measured(
 }
 
 fn read(path: &Path, name: Option<&str>, entry: Option<usize>) -> Result<Measured, Fault> {
-    if is_png(path) {
-        let picture = decoded(path)?;
-        let (channels, values) = picture.pixels().channels();
+    if is_picture(path) {
+        let picture = decode::read(path, USUAL_SIDE)?;
+        let (channels, values) = picture.plain();
+        if let Some(odd) = values.iter().find(|value| !value.is_finite()) {
+            return Err(Fault::content(
+                format!("holds {odd}"),
+                "every value must be finite; save it again",
+            ));
+        }
         let mut shape = vec![picture.height, picture.width];
         shape.extend((channels > 1).then_some(channels));
-        let note = None;
+        let note = picture.note.map(|said| format!("`{}` {said}", path.display()));
         return Ok(Measured { shape, values, note });
     }
     let array = match entry {

@@ -2,12 +2,13 @@
 //!
 //! A [`ShapeSpec`] is one table of the scene file. [`ShapeSpec::rasterise`] fills the cells of a [`Canvas`] with
 //! `0.5 - 0.5 tanh(signed distance / h)` for everything that has a signed distance (circle, box, torus, capsule,
-//! text), and with resampled values for pictures and arrays. A list of shapes is added up and clipped.
+//! text), with as soft an edge for meshes, and with resampled values for pictures and arrays. A list of shapes is added up and clipped.
 
 mod array;
 mod build;
 mod canvas;
 mod check;
+mod decode;
 mod earlier;
 mod error;
 mod font;
@@ -16,6 +17,7 @@ mod header;
 mod image;
 mod ink;
 mod measured;
+mod mesh;
 mod note;
 mod npy;
 mod npz;
@@ -23,13 +25,16 @@ mod outline;
 mod raster;
 mod resample;
 mod series;
+mod shaping;
 mod solid;
 mod spec;
 mod text;
+mod vdb;
 mod velocity;
 
 pub use array::steps_of_array;
 pub use canvas::Canvas;
+pub(crate) use decode::is_picture;
 pub use earlier::Earlier;
 pub use error::ShapeError;
 pub use frames::{Frame, Frames, has_array};

@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::Path;
 
-use zip::ZipArchive;
 use zip::read::ZipFile;
 use zip::result::ZipError;
+use zip::{CompressionMethod, ZipArchive};
 
 use super::error::Fault;
 use super::npy::{self, Array, Entry, read_array};
@@ -44,19 +44,12 @@ fn read_by<R>(path: &Path, name: Option<&str>, read: How<'_, R>) -> Result<R, Fa
         )),
         ("npz", Some(name)) => read_member(file, name, read),
         ("npz", None) => {
-            let held = names(&archive(file)?);
-            Err(Fault::content(
-                "holds several arrays",
-                format!("say which by `name`; there are: {held}"),
-            ))
+            let sole = sole(&archive(BufReader::new(File::open(path)?))?)?;
+            read_member(file, &sole, read)
         }
-        ("vdb", _) => Err(Fault::content(
-            "is an OpenVDB volume, which cannot be read yet",
-            "convert it to .npy",
-        )),
         _ => Err(Fault::content(
             "has an unknown extension",
-            "files are .npy or .npz",
+            "files are .npy, .npz or .vdb",
         )),
     }
 }
@@ -66,13 +59,38 @@ pub(super) fn archive(file: BufReader<File>) -> Result<ZipArchive<BufReader<File
         .map_err(|error| Fault::content(format!("is no .npz ({error})"), "save it by numpy.savez"))
 }
 
-/// The names of all arrays, for messages.
-fn names(archive: &ZipArchive<BufReader<File>>) -> String {
+/// The names of all arrays.
+fn names(archive: &ZipArchive<BufReader<File>>) -> Vec<String> {
     let members = archive.file_names().filter_map(Result::ok);
-    let names: Vec<String> = members
+    members
+        .filter(|name| !name.ends_with('/'))
         .map(|name| name.strip_suffix(".npy").unwrap_or(&name).to_owned())
-        .collect();
-    names.join(", ")
+        .collect()
+}
+
+/// The name of the only array.
+fn sole(archive: &ZipArchive<BufReader<File>>) -> Result<String, Fault> {
+    let names = names(archive);
+    match names.as_slice() {
+        [name] => Ok(name.clone()),
+        [] => Err(Fault::content("holds no array", "save it by numpy.savez")),
+        some => Err(Fault::content(
+            format!("holds {} arrays", some.len()),
+            format!("say which by `name`; there are: {}", some.join(", ")),
+        )),
+    }
+}
+
+/// The name of the only array in the `.npz` at `path`.
+pub(super) fn sole_name(path: &Path) -> Result<String, Fault> {
+    sole(&archive(BufReader::new(File::open(path)?))?)
+}
+
+/// Which member is the array `name`: NumPy names it with an ending, others do without.
+pub(super) fn index_of(archive: &ZipArchive<BufReader<File>>, name: &str) -> Option<usize> {
+    archive
+        .index_for_name(&format!("{name}.npy"))
+        .or_else(|| archive.index_for_name(name))
 }
 
 /// What is wrong with the array `name`, whose bytes are not those that were saved.
@@ -88,18 +106,29 @@ pub(super) fn member<'a>(
     archive: &'a mut ZipArchive<BufReader<File>>,
     name: &str,
 ) -> Result<ZipFile<'a, BufReader<File>>, Fault> {
-    let Some(index) = archive.index_for_name(&format!("{name}.npy")) else {
-        let held = names(archive);
+    let Some(index) = index_of(archive, name) else {
+        let held = names(archive).join(", ");
         return Err(Fault::content(
             format!("has no array `{name}`"),
             format!("it holds: {held}"),
         ));
     };
-    archive.by_index(index).map_err(|error| match error {
-        ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) => Fault::content(
-            format!("holds an array `{name}` that is packed in an unknown way ({error})"),
+    let packing = archive.by_index_raw(index).map(|member| member.compression());
+    let unknown = |how: String| {
+        Fault::content(
+            format!("holds an array `{name}` that is packed in an unknown way ({how})"),
             "save it by numpy.savez or numpy.savez_compressed",
-        ),
+        )
+    };
+    match packing {
+        Ok(CompressionMethod::Stored | CompressionMethod::Deflated) => {}
+        Ok(other) => return Err(unknown(other.to_string())),
+        Err(error) => return Err(damaged(name, &error)),
+    }
+    archive.by_index(index).map_err(|error| match error {
+        ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) => {
+            unknown(error.to_string())
+        }
         other => damaged(name, &other),
     })
 }

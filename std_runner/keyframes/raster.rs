@@ -2,16 +2,17 @@
 
 use std::path::Path;
 
+use super::mesh::Placed;
 use super::npy::Entry;
 use super::solid::Solid;
-use super::{Canvas, Note, ShapeError, ShapeSpec, array, build, image};
+use super::{Canvas, Note, ShapeError, ShapeSpec, array, build, image, mesh, vdb};
 
 /// A shape whose largest density stays below this puts nothing into the box.
 const FAINTEST: f64 = 0.01;
 /// The largest `density` that a shape may have.
 pub(crate) const DENSEST: f64 = 1e6;
 
-const SHAPES: &str = "circle, sphere, box, torus, capsule, text, image, file, shapes";
+const SHAPES: &str = "circle, sphere, box, torus, capsule, text, image, file, mesh, shapes";
 
 impl ShapeSpec {
     /// Fills the cells of `canvas`, x fastest. Relative paths start at `base`.
@@ -52,8 +53,20 @@ impl ShapeSpec {
         if let Some(path) = &self.image {
             return image::draw(&base.join(path), self.ink.as_deref(), canvas, notes);
         }
+        let first = self.first.as_ref().map(|first| base.join(first));
+        let placed = Placed {
+            fit: self.fit.as_ref(),
+            up: self.up.as_deref(),
+            first: first.as_deref(),
+        };
+        if let Some(path) = &self.mesh {
+            return mesh::draw(&base.join(path), &placed, canvas, notes);
+        }
         if let Some(path) = &self.file {
             let path = base.join(path);
+            if is_volume(&path) {
+                return vdb::draw(&path, self.name.as_deref(), &placed, canvas, notes);
+            }
             let entry = match &self.entry {
                 Some(key) => Some(array::entry(&path, self.name.as_deref(), key)?),
                 None => self.step.map(Entry::At),
@@ -86,11 +99,6 @@ impl ShapeSpec {
                 "is missing",
                 format!("write one of {SHAPES}"),
             )),
-            ["mesh"] => Err(ShapeError::key(
-                "mesh",
-                "is not implemented yet",
-                "voxelise it to a `file` = \"x.npy\"",
-            )),
             [name] => Ok(name),
             [first, second, ..] => {
                 let found = format!("stands beside `{first}`, two shapes in one table");
@@ -104,6 +112,12 @@ impl ShapeSpec {
     }
 
     fn refuse_stray_keys(&self, shape: &str) -> Result<(), ShapeError> {
+        // A volume is placed as a mesh is.
+        let placed = if self.file.as_deref().is_some_and(is_volume) {
+            "file"
+        } else {
+            "mesh"
+        };
         let owned = [
             ("font", "text", self.font.is_some()),
             ("height", "text", self.height.is_some()),
@@ -113,7 +127,8 @@ impl ShapeSpec {
             ("ink", "image", self.ink.is_some()),
             ("name", "file", self.name.is_some()),
             ("entry", "file", self.entry.is_some()),
-            ("fit", "mesh", self.fit.is_some()),
+            ("fit", placed, self.fit.is_some()),
+            ("up", placed, self.up.is_some()),
         ];
         for (key, owner, there) in owned {
             if there && owner != shape {
@@ -143,6 +158,12 @@ impl ShapeSpec {
     }
 }
 
+/// Whether a file is one of OpenVDB by its name.
+fn is_volume(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("vdb"))
+}
+
 /// The sum of the shapes, clipped to 1 (or to the largest `density` that one of them asks for).
 fn union(
     shapes: &[ShapeSpec],
@@ -165,7 +186,7 @@ fn union(
 }
 
 /// 0.5 - 0.5 tanh(signed distance / h) at cell centres (i + 0.5) h; periodic axes take the nearest image.
-fn fill(canvas: &Canvas, solid: &dyn Solid) -> Vec<f64> {
+pub(super) fn fill(canvas: &Canvas, solid: &dyn Solid) -> Vec<f64> {
     let h = canvas.cell_size();
     let [nx, ny, nz] = canvas.cells_3d();
     let depth = if canvas.dimensions() == 3 { 0.5 } else { 0.0 };

@@ -50,6 +50,7 @@ impl Series {
             Some(name) => member(path, name)?,
         };
         let (header, count) = Header::read(&mut file)?.entries()?;
+        let header = header.without_ones();
         Ok(Self {
             key: key.to_owned(),
             path: path.to_owned(),
@@ -145,8 +146,7 @@ fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Option<PathBuf>),
 /// Whether a `.npz` file has an array of this name.
 pub(super) fn has(path: &Path, name: &str) -> bool {
     let Ok(file) = File::open(path) else { return false };
-    npz::archive(BufReader::new(file))
-        .is_ok_and(|archive| archive.index_for_name(&format!("{name}.npy")).is_some())
+    npz::archive(BufReader::new(file)).is_ok_and(|archive| npz::index_of(&archive, name).is_some())
 }
 
 /// The names of the arrays of a `.npz` file that hold anything along a first axis.

@@ -1,29 +1,41 @@
 //! The keys of a shape, as the scene file writes them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
+
+use super::mesh::FitKey;
 
 /// One table of a scene that says where smoke is: the keys of one shape, or `shapes = [ ... ]`.
 ///
 /// Deserialising refuses unknown keys and wrong types; [`rasterise`](Self::rasterise) refuses the rest.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(
     deny_unknown_fields,
     expecting = "a table with one shape, as in { circle = { center = [0.5, 0.5], radius = 0.2 } }"
 )]
 pub struct ShapeSpec {
+    /// A round body.
     pub(super) circle: Option<BallKeys>,
+    /// The same, in space.
     pub(super) sphere: Option<BallKeys>,
+    /// A body with straight sides along the axes.
     #[serde(rename = "box")]
     pub(super) block: Option<BlockKeys>,
+    /// A ring.
     pub(super) torus: Option<TorusKeys>,
+    /// All points within `radius` of a line.
     pub(super) capsule: Option<CapsuleKeys>,
+    /// Letters, in one line or several.
     pub(super) text: Option<String>,
+    /// A flat picture: PNG, JPEG, TIFF, WebP, EXR or SVG.
     pub(super) image: Option<PathBuf>,
+    /// An array (.npy, .npz) or a volume (.vdb).
     pub(super) file: Option<PathBuf>,
+    /// A body by its surface: .obj, .stl, .ply, .gltf or .glb.
     pub(super) mesh: Option<PathBuf>,
+    /// Several shapes, added up.
     pub(super) shapes: Option<Vec<ShapeSpec>>,
     /// Of every shape: its density inside, 1 if not given.
     pub(super) density: Option<f64>,
@@ -38,35 +50,41 @@ pub struct ShapeSpec {
     /// Of `text`: by how much of the height every stroke is thickened.
     pub(super) weight: Option<f64>,
     /// Of `image`: which pixels are smoke, "light", "dark" or "alpha".
+    #[schemars(extend("enum" = ["light", "dark", "alpha"]))]
     pub(super) ink: Option<String>,
     /// Of `file` = "x.npz": the array.
     pub(super) name: Option<String>,
     /// Of `file`: which entry along its first axis, where that is time.
     pub(super) entry: Option<EntryKey>,
-    /// Of `mesh`.
-    pub(super) fit: Option<IgnoredAny>,
+    /// Of `mesh`: where it stands, "world" or a table.
+    pub(super) fit: Option<FitKey>,
+    /// Of `mesh`: the axis of the file that points up, "y" or "z".
+    #[schemars(extend("enum" = ["y", "z"]))]
+    pub(super) up: Option<String>,
     /// Of `file`, in a sequence: the step along its first axis.
     #[serde(skip)]
     pub(super) step: Option<usize>,
+    /// Of `mesh`, in a sequence: the file by whose size all are placed.
+    #[serde(skip)]
+    pub(super) first: Option<PathBuf>,
 }
 
 impl ShapeSpec {
-    /// The same with the file at `path`: an array or a picture, by its extension.
-    pub(crate) fn of_file(&self, path: PathBuf) -> Self {
+    /// The same with the file at `path`, one of a sequence that begins with `first`: an array, a mesh or a picture, by its extension.
+    pub(crate) fn of_file(&self, path: PathBuf, first: &Path) -> Self {
         let extension = path
             .extension()
             .map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-        let array = extension.is_some_and(|extension| extension == "npy" || extension == "npz");
-        let (file, image) = if array {
-            (Some(path), None)
-        } else {
-            (None, Some(path))
-        };
-        Self {
-            file,
-            image,
-            ..self.clone()
+        let mut shape = self.clone();
+        match extension.as_deref() {
+            Some("npy" | "npz" | "vdb") => shape.file = Some(path),
+            Some("obj" | "stl" | "ply" | "gltf" | "glb") => {
+                shape.first = Some(first.to_owned());
+                shape.mesh = Some(path);
+            }
+            _ => shape.image = Some(path),
         }
+        shape
     }
 
     /// The same at a step of its array.
@@ -80,12 +98,12 @@ impl ShapeSpec {
     /// The names of all keys, as a table that has others beside them needs to know them.
     pub(crate) const KEYS: &[&str] = &[
         "circle", "sphere", "box", "torus", "capsule", "text", "image", "file", "mesh", "shapes", "density",
-        "font", "height", "center", "depth", "weight", "ink", "name", "entry", "fit",
+        "font", "height", "center", "depth", "weight", "ink", "name", "entry", "fit", "up",
     ];
 }
 
 /// An entry along the first axis of an array.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "`entry` must be a whole number from 0, or \"last\"")]
 pub(super) enum EntryKey {
     Number(usize),
@@ -93,7 +111,7 @@ pub(super) enum EntryKey {
 }
 
 /// `circle`, `sphere`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "{ center = [x, y], radius = r }")]
 pub(super) struct BallKeys {
     pub center: Vec<f64>,
@@ -101,7 +119,7 @@ pub(super) struct BallKeys {
 }
 
 /// `box`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "{ min = [x, y], max = [x, y] }")]
 pub(super) struct BlockKeys {
     pub min: Vec<f64>,
@@ -109,7 +127,7 @@ pub(super) struct BlockKeys {
 }
 
 /// `torus`; in 2D a ring.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(
     deny_unknown_fields,
     expecting = "{ center = [x, y, z], axis = \"z\", radius = r, tube = r }"
@@ -122,7 +140,7 @@ pub(super) struct TorusKeys {
 }
 
 /// A direction: the name of an axis, or three numbers.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "`axis` must be \"x\", \"y\", \"z\" or three numbers")]
 pub(super) enum AxisKey {
     Name(String),
@@ -130,7 +148,7 @@ pub(super) enum AxisKey {
 }
 
 /// `capsule`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "{ from = [x, y], to = [x, y], radius = r }")]
 pub(super) struct CapsuleKeys {
     pub from: Vec<f64>,

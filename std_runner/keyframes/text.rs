@@ -55,6 +55,19 @@ impl Solid for Letters {
     }
 }
 
+impl Letters {
+    /// The same with its ink from the left side of a box that is so wide, made smaller if it is wider than that.
+    pub(super) fn from_the_left(mut self, width: f64) -> Self {
+        let (low, high) = ink(&self.lettering);
+        let wide = self.em * (high[0] - low[0]);
+        if wide > width {
+            self.em *= width / wide;
+        }
+        self.center[0] = 0.5 * wide.min(width);
+        self
+    }
+}
+
 /// The letters that `spec` asks for.
 pub(super) fn solid(spec: &ShapeSpec, canvas: &Canvas, base: &Path) -> Result<Letters, ShapeError> {
     let text = spec.text.as_deref().unwrap_or("");

@@ -48,6 +48,24 @@ impl Document {
         }
     }
 
+    /// The step of a keyframe, among those that are allowed.
+    pub(super) fn step_of_keyframe(
+        &self,
+        key: &str,
+        found: &Value,
+        allowed: &RangeInclusive<usize>,
+    ) -> Result<usize, Failure> {
+        if *found == Value::Integer(1) && !allowed.contains(&1) {
+            let why = format!(
+                "is 1, but only a whole number from 2 to {} is allowed: the initial velocity alone decides what is there at step 1, \
+                 before any force can act; begin at 2",
+                allowed.end()
+            );
+            return Err(self.refuse(key, why));
+        }
+        self.whole_value(key, found, allowed.clone())
+    }
+
     /// The refusal of what is no whole number in `allowed`.
     fn not_whole(&self, key: &str, found: impl Display, allowed: &RangeInclusive<usize>) -> Failure {
         let (least, most) = (allowed.start(), allowed.end());

@@ -3,7 +3,6 @@
 use super::document::Document;
 use crate::exit::Failure;
 use crate::keyframes::{ShapeSpec, steps_of_array};
-use core::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -27,16 +26,17 @@ impl Steps {
             return Err(document.outside(key, super::check::shown(&found), wanted));
         };
         document.only(key, &table, &["from", "every"])?;
-        let mut number = |name: &str, allowed: RangeInclusive<usize>| {
+        let mut found = |name: &str| {
             let at = format!("{key}.{name}");
             let remedy =
                 "write the first step and how many steps apart they are, as in { from = 10, every = 5 }";
             let found = document.required(&at, table.remove(name), remedy)?;
-            document.whole_value(&at, &found, allowed)
+            Ok::<_, Failure>((at, found))
         };
+        let ((from_key, from), (every_key, every)) = (found("from")?, found("every")?);
         Ok(Self {
-            from: number("from", steps.clone())?,
-            every: number("every", 1..=*steps.end())?,
+            from: document.step_of_keyframe(&from_key, &from, steps)?,
+            every: document.whole_value(&every_key, &every, 1..=*steps.end())?,
         })
     }
 
@@ -55,7 +55,15 @@ impl Steps {
                 let wanted = "a pattern with one `*`, as in \"horse_*.png\",";
                 return Err(document.outside(&format!("{key}.files"), super::check::shown(other), wanted));
             }
-            None => of_array(document, key, shape)?,
+            None => {
+                let shapes = of_array(document, key, shape)?;
+                // A density for every frame of the scene: those at the steps are taken.
+                if shapes.len() == steps + 1 {
+                    let frames = shapes.into_iter().enumerate();
+                    return Ok(frames.skip(self.from).step_by(self.every).collect());
+                }
+                shapes
+            }
         };
         let last = self.from + (shapes.len() - 1) * self.every;
         if last > steps {
@@ -78,7 +86,11 @@ fn by_pattern(
     shape: &ShapeSpec,
 ) -> Result<Vec<ShapeSpec>, Failure> {
     let paths = files_of(document, &format!("{key}.files"), pattern)?;
-    Ok(paths.into_iter().map(|path| shape.of_file(path)).collect())
+    let first = paths.first().cloned().unwrap_or_default();
+    Ok(paths
+        .into_iter()
+        .map(|path| shape.of_file(path, &first))
+        .collect())
 }
 
 /// All files whose names fit `pattern`, which stands at `key`, by number where they have one.

@@ -72,11 +72,10 @@ fn keyframe(
     let remedy = "write the step it stands at, as in step = 40";
     let step = match sequence {
         Some(_) => 0,
-        None => document.whole_value(
-            &at,
-            &document.required(&at, table.remove("step"), remedy)?,
-            allowed.clone(),
-        )?,
+        None => {
+            let found = document.required(&at, table.remove("step"), remedy)?;
+            document.step_of_keyframe(&at, &found, allowed)?
+        }
     };
     let held = table.remove("hold");
     // Beside a text, `weight` is that of its strokes.
@@ -190,28 +189,5 @@ fn in_the_way(keyframe: &Keyframe, other: &Keyframe) -> String {
 }
 
 pub(super) fn shape(document: &Document, key: &str, table: Table) -> Result<ShapeSpec, Failure> {
-    refuse_what_is_to_come(document, key, &table)?;
     read(document, key, Value::Table(table))
-}
-
-/// Says of the shapes that a later version will read that this one does not.
-fn refuse_what_is_to_come(document: &Document, key: &str, table: &Table) -> Result<(), Failure> {
-    if table.contains_key("mesh") {
-        let why = "is not there yet; for now use box, sphere, torus, capsule, text or file = \"x.npy\"";
-        return Err(document.refuse(&format!("{key}.mesh"), why));
-    }
-    if let Some(Value::String(file)) = table.get("file")
-        && file.to_ascii_lowercase().ends_with(".vdb")
-    {
-        let why = format!("is \"{file}\", but OpenVDB files cannot be read yet; convert it to .npy or .npz");
-        return Err(document.refuse(&format!("{key}.file"), why));
-    }
-    if let Some(Value::Array(parts)) = table.get("shapes") {
-        for (index, part) in parts.iter().enumerate() {
-            if let Value::Table(part) = part {
-                refuse_what_is_to_come(document, &format!("{key}.shapes[{index}]"), part)?;
-            }
-        }
-    }
-    Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::raw::RawCamera;
 use crate::exit::Failure;
-use crate::keyframes::{Measured, ShapeError, entries, measured};
+use crate::keyframes::{Measured, ShapeError, entries, is_picture, measured};
 use crate::scene::{Document, files_of};
 use std::path::{Path, PathBuf};
 
@@ -36,11 +36,7 @@ impl Source {
                     name: name.clone(),
                 };
                 let axes = one.read(document, key, 0)?.shape.len();
-                if axes < dims
-                    || path
-                        .extension()
-                        .is_some_and(|end| end.eq_ignore_ascii_case("png"))
-                {
+                if axes < dims || is_picture(&path) {
                     return Ok(one);
                 }
                 let frames = entries("file", &path, name.as_deref()).map_err(refuse(document, key))?;

@@ -12,7 +12,9 @@ pub(super) const KEY: &str = "capture.files";
 /// The key that names true velocities.
 pub(super) const TRUTH: &str = "capture.truth";
 /// Endings of files that frames come in.
-const ENDINGS: [&str; 3] = ["npy", "npz", "png"];
+const ENDINGS: [&str; 10] = [
+    "npy", "npz", "vdb", "png", "jpg", "jpeg", "tif", "tiff", "webp", "exr",
+];
 
 /// What a result folder says of the frames in it.
 #[derive(Clone, Debug, Default)]
@@ -138,7 +140,7 @@ fn in_folder(document: &Document, folder: &Path) -> Result<Vec<PathBuf>, Failure
         }
         (None, _) => Err(document.refuse(
             KEY,
-            format!("names the folder {}, which holds no .npy, .npz or .png; name the folder of the frames", folder.display()),
+            format!("names the folder {}, which holds no .npy, .npz, .vdb or pictures; name the folder of the frames", folder.display()),
         )),
         _ => Err(document.refuse(
             KEY,

@@ -10,6 +10,7 @@
 mod output_support;
 mod support;
 
+mod cases;
 mod check_gradient;
 mod compare;
 mod condense;
@@ -22,6 +23,7 @@ mod flows;
 #[cfg(unix)]
 mod interrupts;
 mod lines;
+mod meshes;
 mod methods;
 mod output;
 mod paper;
@@ -44,5 +46,6 @@ mod thesis;
 mod tomography;
 mod track;
 mod undershoot;
+mod volumes;
 #[cfg(unix)]
 mod windows;

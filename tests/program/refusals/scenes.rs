@@ -242,21 +242,6 @@ const SCENES: &[Spoiled] = &[
         "[method.direct]\nhistory = 0",
         &["`method.direct.history` is 0", "from 1 to 8"],
     ),
-    spoiled(
-        TARGET,
-        "mesh = \"x.obj\"",
-        &["scene.toml:9", "`keyframe[0].mesh`", "not there yet"],
-    ),
-    spoiled(
-        SOURCE,
-        "shapes = [{ mesh = \"x.obj\" }]",
-        &["scene.toml:6", "`source.shapes[0].mesh`", "not there yet"],
-    ),
-    spoiled(
-        TARGET,
-        "file = \"x.vdb\"",
-        &["`keyframe[0].file`", "OpenVDB", ".npy"],
-    ),
     // shapes
     spoiled(
         SOURCE,

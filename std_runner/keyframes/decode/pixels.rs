@@ -1,0 +1,113 @@
+//! The pixels of a decoded picture.
+
+/// Colours that differ by no more than this part of the brightest level are one colour: rounding makes so much in a half
+/// transparent edge.
+const ONE_COLOUR: f64 = 2.5 / 255.0;
+
+/// Pixels, row by row from the top.
+pub(in crate::keyframes) struct Pixels {
+    pub width: usize,
+    pub height: usize,
+    /// Samples of a pixel: 1 grey, 2 grey and alpha, 3 red, green and blue, 4 with alpha.
+    pub channels: usize,
+    pub samples: Samples,
+    /// What the user should hear of the picture.
+    pub note: Option<String>,
+}
+
+/// Levels as the file keeps them.
+pub(in crate::keyframes) enum Samples {
+    /// 8 bits, of which 255 is white.
+    Narrow(Vec<u8>),
+    /// 16 bits, of which 65535 is white.
+    Wide(Vec<u16>),
+    /// Numbers, of which 1 is white; there may be more.
+    Real(Vec<f32>),
+}
+
+impl Samples {
+    fn get(&self, index: usize) -> f64 {
+        let level = match self {
+            Self::Narrow(levels) => levels.get(index).copied().map(f64::from),
+            Self::Wide(levels) => levels.get(index).copied().map(f64::from),
+            Self::Real(levels) => levels.get(index).copied().map(f64::from),
+        };
+        level.unwrap_or(0.0)
+    }
+
+    fn len(&self) -> usize {
+        match self {
+            Self::Narrow(levels) => levels.len(),
+            Self::Wide(levels) => levels.len(),
+            Self::Real(levels) => levels.len(),
+        }
+    }
+}
+
+impl Pixels {
+    /// The level of white, and of an opaque pixel.
+    pub fn top(&self) -> f64 {
+        match self.samples {
+            Samples::Narrow(_) => 255.0,
+            Samples::Wide(_) => 65535.0,
+            Samples::Real(_) => 1.0,
+        }
+    }
+
+    pub fn is_grey(&self) -> bool {
+        self.channels < 3
+    }
+
+    fn has_alpha(&self) -> bool {
+        matches!(self.channels, 2 | 4)
+    }
+
+    /// The levels of red, green, blue and alpha of pixel `index`.
+    pub fn levels(&self, index: usize) -> [f64; 4] {
+        let first = index * self.channels;
+        let level = |sample: usize| self.samples.get(first + sample);
+        let [red, green, blue] = if self.is_grey() { [0; 3] } else { [0, 1, 2] };
+        let alpha = if self.has_alpha() {
+            level(self.channels - 1)
+        } else {
+            self.top()
+        };
+        [level(red), level(green), level(blue), alpha]
+    }
+
+    pub fn all(&self) -> impl Iterator<Item = [f64; 4]> {
+        (0..self.samples.len() / self.channels.max(1)).map(|index| self.levels(index))
+    }
+
+    /// Whether a pixel is less than opaque.
+    pub fn are_transparent(&self) -> bool {
+        let top = self.top();
+        self.has_alpha() && self.all().any(|[.., alpha]| alpha < top)
+    }
+
+    /// Whether all pixels that can be seen well have one colour.
+    pub fn are_of_one_colour(&self) -> bool {
+        let densest = self.all().map(|[.., alpha]| alpha).fold(0.0, f64::max);
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for [red, green, blue, alpha] in self.all() {
+            if alpha > 0.5 * densest {
+                for (channel, level) in [red, green, blue].into_iter().enumerate() {
+                    low[channel] = low[channel].min(level);
+                    high[channel] = high[channel].max(level);
+                }
+            }
+        }
+        let most = ONE_COLOUR * self.top();
+        low.iter().zip(high).all(|(&low, high)| !(high - low > most))
+    }
+
+    /// One number for a grey pixel, red, green and blue for one of colour: 1 is white, from the top, as they are stored. Alpha is left out.
+    pub fn plain(&self) -> (usize, Vec<f64>) {
+        let count = if self.is_grey() { 1 } else { 3 };
+        let top = self.top();
+        let values = self
+            .all()
+            .flat_map(|levels| levels.into_iter().take(count).map(move |level| level / top));
+        (count, values.collect())
+    }
+}

@@ -1,0 +1,52 @@
+//! A mesh file on the cells of a box.
+
+use std::path::Path;
+
+use super::place::{Fit, FitKey, Up, turn};
+use super::read::{has_y_up, read};
+use super::{found, voxels};
+use crate::keyframes::note::Note;
+use crate::keyframes::{Canvas, ShapeError};
+
+/// How a mesh is placed.
+pub(in crate::keyframes) struct Placed<'a> {
+    /// The key `fit`.
+    pub fit: Option<&'a FitKey>,
+    /// The key `up`.
+    pub up: Option<&'a str>,
+    /// The file whose size and place count, where that is another one: a mesh of a sequence moves as its first one was placed.
+    pub first: Option<&'a Path>,
+}
+
+/// The body of the surface in the file at `path`; what was found of it is added to `notes`.
+pub(in crate::keyframes) fn draw(
+    path: &Path,
+    placed: &Placed<'_>,
+    canvas: &Canvas,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, ShapeError> {
+    if canvas.dimensions() != 3 {
+        let remedy = "use `image`, `text`, `file` or the flat shapes in 2D";
+        return Err(ShapeError::key("mesh", "is a body, and the grid is 2D", remedy));
+    }
+    let up = match placed.up {
+        Some(word) => Up::parse(word)?,
+        None if has_y_up(path) => Up::Y,
+        None => Up::Z,
+    };
+    let surface = |path: &Path| {
+        let mut surface = read(path).map_err(|fault| fault.of("mesh", path))?;
+        turn(&mut surface, up);
+        Ok::<_, ShapeError>(surface)
+    };
+    let mut body = surface(path)?;
+    let bounds = match placed.first {
+        Some(first) if first != path => surface(first)?.bounds(),
+        _ => body.bounds(),
+    };
+    Fit::of(placed.fit, bounds, canvas)?.apply(&mut body);
+    let filled = voxels::fill(&body, canvas);
+    let (said, shown) = (found::sentence(&body, &filled), path.display());
+    notes.push(Note::remark(format!("mesh `{shown}`, {} up, {said}", up.name())));
+    Ok(filled.density)
+}

@@ -1,0 +1,306 @@
+//! glTF 2.0, as `.gltf` with its buffers beside it or within, and as `.glb`: positions and triangles of all meshes of the scene, each where
+//! its nodes put it. Skins, morphs and animations are left at rest.
+
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde::Deserialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+use super::scene_graph::{Node, placed};
+use super::surface::{Point, Surface};
+use crate::keyframes::error::Fault;
+
+const AGAIN: &str = "export it again as glTF 2.0, without compression";
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Root {
+    extensions_required: Vec<String>,
+    scene: Option<usize>,
+    scenes: Vec<Scene>,
+    nodes: Vec<Node>,
+    meshes: Vec<Mesh>,
+    accessors: Vec<Accessor>,
+    buffer_views: Vec<View>,
+    buffers: Vec<Buffer>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Scene {
+    nodes: Vec<usize>,
+}
+
+#[derive(Deserialize)]
+struct Mesh {
+    primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+struct Primitive {
+    attributes: BTreeMap<String, usize>,
+    indices: Option<usize>,
+    #[serde(default = "triangles")]
+    mode: u32,
+}
+
+/// The mode of triangles one by one, which is usual.
+fn triangles() -> u32 {
+    4
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Accessor {
+    buffer_view: Option<usize>,
+    #[serde(default)]
+    byte_offset: usize,
+    component_type: u32,
+    #[serde(default)]
+    normalized: bool,
+    count: usize,
+    r#type: String,
+    sparse: Option<Value>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct View {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: usize,
+    byte_length: usize,
+    byte_stride: Option<usize>,
+}
+
+#[derive(Deserialize)]
+struct Buffer {
+    uri: Option<String>,
+}
+
+fn broken(what: &str) -> Fault {
+    Fault::content(format!("is no glTF that can be read ({what})"), AGAIN)
+}
+
+/// Reads all bodies of the scene in `bytes`, which are those of the file at `path`.
+pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Surface, Fault> {
+    let (text, inside) = parts(bytes)?;
+    let root: Root = serde_json::from_slice(text).map_err(|error| broken(&error.to_string()))?;
+    let packed = root.extensions_required.iter().find(|name| {
+        matches!(
+            name.as_str(),
+            "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression"
+        )
+    });
+    if let Some(name) = packed {
+        return Err(Fault::content(format!("is packed by {name}"), AGAIN));
+    }
+    let buffers = root.buffers.iter().map(|buffer| buffer.bytes(inside, path));
+    let buffers = buffers.collect::<Result<Vec<_>, _>>()?;
+    let file = File { root, buffers };
+    let meshes = file.root.meshes.iter().map(|mesh| file.mesh(mesh));
+    let meshes = meshes.collect::<Result<Vec<_>, _>>()?;
+    let all: Vec<usize> = (0..file.root.nodes.len()).collect();
+    let roots = file
+        .root
+        .scenes
+        .get(file.root.scene.unwrap_or(0))
+        .map_or(&all, |scene| &scene.nodes);
+    placed(&file.root.nodes, roots, &meshes)
+}
+
+/// The JSON text, and the buffer of a `.glb` that stands behind it.
+fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
+    let Some(rest) = bytes.strip_prefix(b"glTF") else {
+        return Ok((bytes, None));
+    };
+    let (version, _) = word(rest)?;
+    if version != 2 {
+        return Err(broken(&format!("its version is {version}")));
+    }
+    let (text, rest) = chunk(rest.get(8..).unwrap_or_default())?;
+    let inside = if rest.len() < 8 {
+        None
+    } else {
+        Some(chunk(rest)?.0)
+    };
+    Ok((text, inside))
+}
+
+fn word(bytes: &[u8]) -> Result<(usize, &[u8]), Fault> {
+    let (word, rest) = bytes.split_first_chunk().ok_or_else(|| broken("it breaks off"))?;
+    Ok((u32::from_le_bytes(*word) as usize, rest))
+}
+
+/// A chunk: bytes that it has, its kind, and they.
+fn chunk(bytes: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
+    let (size, rest) = word(bytes)?;
+    let (_, rest) = word(rest)?;
+    rest.split_at_checked(size).ok_or_else(|| broken("it breaks off"))
+}
+
+impl Buffer {
+    fn bytes(&self, inside: Option<&[u8]>, path: &Path) -> Result<Vec<u8>, Fault> {
+        match self.uri.as_deref() {
+            None => Ok(inside.ok_or_else(|| broken("a buffer is nowhere"))?.to_vec()),
+            Some(uri) => match uri
+                .strip_prefix("data:")
+                .and_then(|rest| rest.split_once(";base64,"))
+            {
+                Some((_, text)) => STANDARD.decode(text).map_err(|_| broken("a buffer is no base64")),
+                None => {
+                    let beside = path.with_file_name(plain(uri));
+                    std::fs::read(&beside).map_err(|error| {
+                        let found = format!(
+                            "keeps its points in `{}`, which cannot be read ({error})",
+                            beside.display()
+                        );
+                        Fault::content(found, "put that file beside it, or export it as .glb")
+                    })
+                }
+            },
+        }
+    }
+}
+
+/// A name in which `%20` stands for a space.
+fn plain(uri: &str) -> String {
+    let mut bytes = Vec::new();
+    let mut rest = uri.as_bytes();
+    while let Some((&first, after)) = rest.split_first() {
+        let hex = after.get(..2).and_then(|two| core::str::from_utf8(two).ok());
+        match hex.and_then(|two| u8::from_str_radix(two, 16).ok()) {
+            Some(byte) if first == b'%' => {
+                bytes.push(byte);
+                rest = after.get(2..).unwrap_or_default();
+            }
+            _ => {
+                bytes.push(first);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+struct File {
+    root: Root,
+    buffers: Vec<Vec<u8>>,
+}
+
+impl File {
+    fn mesh(&self, mesh: &Mesh) -> Result<Surface, Fault> {
+        let mut surface = Surface::default();
+        for primitive in &mesh.primitives {
+            let Some(&positions) = primitive.attributes.get("POSITION") else {
+                continue;
+            };
+            let first = surface.points.len() as u32;
+            let numbers = self.numbers(positions, "VEC3")?;
+            surface.points.extend(
+                numbers
+                    .chunks_exact(3)
+                    .map(|point| -> Point { [point[0], point[1], point[2]] }),
+            );
+            let corners: Vec<u32> = match primitive.indices {
+                Some(indices) => {
+                    let indices = self.numbers(indices, "SCALAR")?;
+                    indices
+                        .into_iter()
+                        .map(|index| first.saturating_add(index as u32))
+                        .collect()
+                }
+                None => (first..surface.points.len() as u32).collect(),
+            };
+            match primitive.mode {
+                4 => corners
+                    .chunks_exact(3)
+                    .try_for_each(|three| surface.polygon(three))?,
+                5 => {
+                    for (index, three) in corners.windows(3).enumerate() {
+                        let [a, b, c] = [three[0], three[1], three[2]];
+                        surface.polygon(&if index % 2 == 0 { [a, b, c] } else { [b, a, c] })?;
+                    }
+                }
+                6 => surface.polygon(&corners)?,
+                // Points and lines bound nothing.
+                _ => {}
+            }
+        }
+        Ok(surface)
+    }
+
+    /// All numbers of an accessor of this type.
+    fn numbers(&self, accessor: usize, wanted: &str) -> Result<Vec<f64>, Fault> {
+        let accessor = self
+            .root
+            .accessors
+            .get(accessor)
+            .ok_or_else(|| broken("an accessor is missing"))?;
+        if accessor.r#type != wanted || accessor.sparse.is_some() {
+            return Err(broken("points or faces are stored in an unusual way"));
+        }
+        let of_view = accessor
+            .buffer_view
+            .and_then(|view| self.root.buffer_views.get(view));
+        let view = of_view.ok_or_else(|| broken("a view is missing"))?;
+        let buffer = self
+            .buffers
+            .get(view.buffer)
+            .ok_or_else(|| broken("a buffer is missing"))?;
+        let end = view.byte_offset.saturating_add(view.byte_length);
+        let bytes = buffer
+            .get(view.byte_offset..end)
+            .ok_or_else(|| broken("a buffer is too short"))?;
+        let (size, parts) = (accessor.size()?, if wanted == "VEC3" { 3 } else { 1 });
+        let stride = view.byte_stride.unwrap_or(size * parts).max(size * parts);
+        let needed = accessor
+            .count
+            .checked_sub(1)
+            .and_then(|before| before.checked_mul(stride));
+        let needed =
+            needed.and_then(|before| before.checked_add(accessor.byte_offset.saturating_add(size * parts)));
+        if accessor.byte_offset > bytes.len() || needed.is_none_or(|needed| needed > bytes.len()) {
+            return Err(broken("an accessor reaches beyond its bytes"));
+        }
+        let rows = (0..accessor.count).map(|row| accessor.byte_offset + row * stride);
+        let words = rows.flat_map(|at| (0..parts).map(move |part| at + part * size));
+        Ok(words
+            .map(|at| accessor.value(bytes.get(at..at + size).unwrap_or_default()))
+            .collect())
+    }
+}
+
+impl Accessor {
+    /// Bytes of a number.
+    fn size(&self) -> Result<usize, Fault> {
+        match self.component_type {
+            5120 | 5121 => Ok(1),
+            5122 | 5123 => Ok(2),
+            5125 | 5126 => Ok(4),
+            other => Err(broken(&format!("numbers are of type {other}"))),
+        }
+    }
+
+    fn value(&self, bytes: &[u8]) -> f64 {
+        let mut raw = [0; 4];
+        raw.iter_mut().zip(bytes).for_each(|(slot, &byte)| *slot = byte);
+        let word = u32::from_le_bytes(raw);
+        let (value, top) = match self.component_type {
+            5120 => (f64::from(word as u8 as i8), 127.0),
+            5121 => (f64::from(word), 255.0),
+            5122 => (f64::from(word as u16 as i16), 32767.0),
+            5123 => (f64::from(word), 65535.0),
+            5125 => (f64::from(word), 1.0),
+            _ => (f64::from(f32::from_bits(word)), 1.0),
+        };
+        if self.normalized {
+            (value / top).max(-1.0)
+        } else {
+            value
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! A volume on the cells of a box.
+
+use std::path::Path;
+
+use super::container;
+use super::dense::{Turn, array, bounds_of, whole};
+use crate::keyframes::error::Fault;
+use crate::keyframes::mesh::{Fit, Placed, Up};
+use crate::keyframes::note::Note;
+use crate::keyframes::npy::Array;
+use crate::keyframes::resample::{Edge, resample, windows};
+use crate::keyframes::{Canvas, ShapeError};
+
+/// The grid `name` of the file at `path`, placed as a mesh is; what was found of it is added to `notes`.
+pub(in crate::keyframes) fn draw(
+    path: &Path,
+    name: Option<&str>,
+    placed: &Placed<'_>,
+    canvas: &Canvas,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, ShapeError> {
+    if canvas.dimensions() != 3 {
+        let remedy = "use `image`, `text`, an array or the flat shapes in 2D";
+        return Err(ShapeError::key(
+            "file",
+            "is a volume in space, and the grid is 2D",
+            remedy,
+        ));
+    }
+    let up = placed.up.map_or(Ok(Up::Z), Up::parse)?;
+    let turn = Turn { y_up: up == Up::Y };
+    let of = |fault: Fault| fault.of("file", path);
+    let file = whole(path).map_err(of)?;
+    let grid = container::grid(&file, name).map_err(of)?;
+    let active = bounds_of(&grid, turn).map_err(of)?;
+    let ([sx, sy, sz], [ox, oy, oz]) = (grid.scale, grid.origin);
+    let (scale, origin) = if turn.y_up {
+        ([sx, sz, sy], [ox, -oz, oy])
+    } else {
+        (grid.scale, grid.origin)
+    };
+    let side = |voxel: [i64; 3], half: f64| {
+        core::array::from_fn(|axis| origin[axis] + scale[axis] * (voxel[axis] as f64 + half))
+    };
+    let fit = match placed.first {
+        Some(first) if first != path => {
+            let file = whole(first).map_err(of)?;
+            let first = container::grid(&file, name).map_err(of)?;
+            let bounds = bounds_of(&first, turn).map_err(of)?;
+            Fit::of(
+                placed.fit,
+                [side(bounds.low, -0.5), side(bounds.high, 0.5)],
+                canvas,
+            )?
+        }
+        _ => Fit::of(
+            placed.fit,
+            [side(active.low, -0.5), side(active.high, 0.5)],
+            canvas,
+        )?,
+    };
+    let bounds = active.wider();
+    let shape = bounds.sides();
+    let mut voxels = Array {
+        shape: shape.iter().rev().copied().collect(),
+        values: array(&grid, bounds, turn).map_err(of)?,
+    };
+    let clipped = voxels.clip().map_err(of)?;
+    let taps: Vec<_> = (0..3)
+        .map(|axis| {
+            let (size, middle) = (
+                fit.scale * scale[axis],
+                fit.scale * origin[axis] + fit.shift[axis],
+            );
+            let start = -middle / size - bounds.low[axis] as f64 + 0.5;
+            let cells = canvas.cells.get(axis).copied().unwrap_or(1);
+            windows(cells, shape[axis], start, canvas.cell_size() / size, Edge::Empty)
+        })
+        .collect();
+    let [x, y, z] = active.sides();
+    let (shown, said) = (
+        path.display(),
+        clipped.map_or(String::new(), |text| format!("; it {text}")),
+    );
+    notes.push(Note::remark(format!(
+        "grid `{}` of `{shown}`, {} up, has {x} x {y} x {z} voxels{said}",
+        grid.name,
+        up.name()
+    )));
+    Ok(resample(voxels.values, &shape, &taps))
+}
