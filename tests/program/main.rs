@@ -27,6 +27,7 @@ mod meshes;
 mod methods;
 mod output;
 mod paper;
+mod picture_kinds;
 mod pictures;
 mod plans;
 mod refined;

@@ -1,0 +1,149 @@
+//! Pictures of every kind: the same disc from each, and no file is trusted.
+
+use super::shape_keys::folder;
+use exr::prelude::WritableImage;
+use image::{ImageFormat, Luma, Rgba};
+use std::fs;
+use std::path::Path;
+use thurible::keyframes::{Canvas, Note, ShapeSpec};
+
+const SIDE: u32 = 64;
+
+fn inside(x: u32, y: u32) -> bool {
+    (f64::from(x) - 19.5).hypot(f64::from(y) - 24.5) < 12.0
+}
+
+fn box_of(cells: usize) -> Canvas {
+    Canvas {
+        cells: vec![cells; 2],
+        periodic: vec![false; 2],
+        length: 1.0,
+    }
+}
+
+fn draw(base: &Path, name: &str) -> (Vec<f64>, Vec<Note>) {
+    let spec: ShapeSpec = toml::from_str(&format!("image = \"{name}\"")).unwrap();
+    let mut notes = Vec::new();
+    let cells = spec.rasterise_noting(&box_of(64), base, &mut notes);
+    (cells.unwrap_or_else(|error| panic!("{name}: {error}")), notes)
+}
+
+/// A disc of half density in 16 bits, a full one in 8, in every kind of file.
+fn write_all(base: &Path) -> Vec<&'static str> {
+    let grey = image::ImageBuffer::from_fn(SIDE, SIDE, |x, y| Luma([if inside(x, y) { 255_u8 } else { 0 }]));
+    let wide = image::ImageBuffer::from_fn(SIDE, SIDE, |x, y| {
+        Luma([if inside(x, y) { 32769_u16 } else { 0 }])
+    });
+    let clear = image::ImageBuffer::from_fn(SIDE, SIDE, |x, y| {
+        Rgba([9, 9, 9, if inside(x, y) { 255_u8 } else { 0 }])
+    });
+    grey.save_with_format(base.join("a.jpg"), ImageFormat::Jpeg)
+        .unwrap();
+    wide.save_with_format(base.join("wide.tif"), ImageFormat::Tiff)
+        .unwrap();
+    clear
+        .save_with_format(base.join("a.webp"), ImageFormat::WebP)
+        .unwrap();
+    // A name says nothing.
+    clear
+        .save_with_format(base.join("webp.png"), ImageFormat::WebP)
+        .unwrap();
+    exr::prelude::Image::from_channels(
+        (SIDE as usize, SIDE as usize),
+        exr::prelude::SpecificChannels::rgb(|place: exr::prelude::Vec2<usize>| {
+            // Lighter than white is white.
+            let light = if inside(place.x() as u32, place.y() as u32) {
+                4.0_f32
+            } else {
+                0.0
+            };
+            (light, light, light)
+        }),
+    )
+    .write()
+    .to_file(base.join("a.exr"))
+    .unwrap();
+    let circle = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 64 64\"><circle cx=\"20\" cy=\"25\" r=\"12\"/></svg>";
+    fs::write(base.join("a.svg"), circle).unwrap();
+    vec!["a.jpg", "wide.tif", "a.webp", "webp.png", "a.exr", "a.svg"]
+}
+
+#[test]
+fn every_kind_of_picture_gives_the_disc() {
+    let base = folder("picture_kinds");
+    for name in write_all(&base) {
+        let (cells, notes) = draw(&base, name);
+        let full = if name == "wide.tif" {
+            32769.0 / 65535.0
+        } else {
+            1.0
+        };
+        for (index, cell) in cells.iter().enumerate() {
+            let (x, y) = (index as u32 % SIDE, SIDE - 1 - index as u32 / SIDE);
+            let away = ((f64::from(x) - 19.5).hypot(f64::from(y) - 24.5) - 12.0).abs();
+            let wanted = if inside(x, y) { full } else { 0.0 };
+            // JPEG rings beside edges; curves have soft ones.
+            let error = match name {
+                "a.jpg" => 0.15,
+                "a.svg" if away < 1.5 => 1.0,
+                _ => 1e-9,
+            };
+            assert!(
+                (cell - wanted).abs() <= error,
+                "{name}: {cell} at {x}, {y}, not {wanted}"
+            );
+        }
+        let taken = if ["a.webp", "webp.png", "a.svg"].contains(&name) {
+            "alpha"
+        } else {
+            "luminance"
+        };
+        assert!(notes[0].text.contains(taken), "{name}: {notes:?}");
+    }
+}
+
+#[test]
+fn what_is_not_drawn_is_said_or_refused() {
+    let base = folder("picture_kinds_refused");
+    let text = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 9 9\"><rect width=\"4\" height=\"4\"/><text>F</text></svg>";
+    fs::write(base.join("text.svg"), text).unwrap();
+    let (_, notes) = draw(&base, "text.svg");
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.warning && note.text.contains("turn text into paths")),
+        "{notes:?}"
+    );
+    fs::write(base.join("text.gif"), b"GIF89a").unwrap();
+    let spec: ShapeSpec = toml::from_str("image = \"text.gif\"").unwrap();
+    let error = spec.rasterise(&box_of(8), &base).unwrap_err().to_string();
+    assert!(
+        error.contains("pictures are PNG, JPEG, TIFF, WebP, EXR or SVG"),
+        "{error}"
+    );
+}
+
+#[test]
+fn every_cut_and_every_flipped_byte_of_a_picture_ends_in_a_sentence_or_a_drawing() {
+    let base = folder("picture_mutants");
+    for name in write_all(&base) {
+        let whole = fs::read(base.join(name)).unwrap();
+        let spec: ShapeSpec = toml::from_str(&format!("image = \"mutant_{name}\"")).unwrap();
+        let path = base.join(format!("mutant_{name}"));
+        for place in (0..whole.len()).filter(|place| *place < 400 || place % 61 == 0) {
+            fs::write(&path, &whole[..place]).unwrap();
+            let _ = spec.rasterise(&box_of(4), &base);
+            for flip in [1, 0x80] {
+                let mut mutant = whole.clone();
+                mutant[place] ^= flip;
+                fs::write(&path, &mutant).unwrap();
+                if let Ok(cells) = spec.rasterise(&box_of(4), &base) {
+                    assert!(
+                        cells.iter().all(|cell| (0.0..=1.0 + 1e-9).contains(cell)),
+                        "{name} byte {place}"
+                    );
+                }
+            }
+        }
+    }
+}
