@@ -13,6 +13,7 @@ use crate::commands::photograph::PhotographArguments;
 use crate::commands::readvect::ReadvectArguments;
 use crate::commands::remap::RemapArguments;
 use crate::commands::render::RenderArguments;
+use crate::commands::scene::SceneCommand;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
 use crate::commands::thesis::ThesisArguments;
@@ -65,6 +66,9 @@ pub enum Command {
     /// kinks at sharp edges and at rest. Always in f64. The exit code is 1 where the remainder is of first order at the steps 1e-6 and
     /// 1e-7 too.
     CheckGradient(CheckGradientArguments),
+    /// Look at a scene before it is solved.
+    #[command(subcommand)]
+    Scene(SceneCommand),
     /// Solve a scene by several methods, one after the other, and compare them on one page.
     Compare(CompareArguments),
     /// Solve the scenes of Pan & Manocha's paper and put the results beside its own.

@@ -58,6 +58,8 @@ pub mod phases;
 #[cfg(feature = "std")]
 pub mod plan;
 #[cfg(feature = "std")]
+mod preview;
+#[cfg(feature = "std")]
 pub mod problem;
 #[cfg(feature = "std")]
 pub mod program;

@@ -3,7 +3,7 @@
 use crate::cli::{Cli, Command};
 use crate::commands::{
     check_gradient, compare, condense, deblur, export, guide, new, paper, photograph, plan, readvect, remap,
-    render, simulate, solve, thesis, tomography, track, upsample,
+    render, scene, simulate, solve, thesis, tomography, track, upsample,
 };
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
@@ -36,6 +36,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Track(arguments) => track::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),
         Command::CheckGradient(arguments) => check_gradient::run(arguments),
+        Command::Scene(command) => scene::run(command),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),

@@ -7,6 +7,7 @@
 mod array;
 mod build;
 mod canvas;
+mod caption;
 mod check;
 mod decode;
 mod earlier;
@@ -34,6 +35,7 @@ mod velocity;
 
 pub use array::steps_of_array;
 pub use canvas::Canvas;
+pub(crate) use caption::caption;
 pub(crate) use decode::is_picture;
 pub use earlier::Earlier;
 pub use error::ShapeError;

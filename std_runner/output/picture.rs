@@ -23,6 +23,18 @@ pub(crate) enum Colours {
 }
 
 impl Picture {
+    /// Red, green and blue of every pixel.
+    pub fn rgb(&self) -> Vec<[u8; 3]> {
+        match self.colours {
+            Colours::Of(palette) => {
+                let colours = palette.colours();
+                let levels = self.bytes.iter();
+                levels.map(|&level| colours[usize::from(level)]).collect()
+            }
+            Colours::Each => self.bytes.as_chunks().0.to_vec(),
+        }
+    }
+
     /// The bytes of a PNG file.
     pub fn to_png(&self) -> Result<Vec<u8>, EncodingError> {
         let mut bytes = Vec::new();

@@ -1,0 +1,64 @@
+//! `thurible scene check SCENE`: draws all of a scene before an hour is spent on it.
+
+use crate::console::{self, print};
+use crate::exit::{DONE, Failure};
+use crate::output::write_bytes;
+use crate::preview::{findings, layers, sheet};
+use crate::scene::Scene;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// What is done with a scene without solving it.
+#[derive(Debug, Subcommand)]
+pub enum SceneCommand {
+    /// Draw source, keyframes, solids, masks and emitters into one picture with their masses, and warn of what is probably not meant.
+    Check(CheckArguments),
+}
+
+/// Arguments of `scene check`.
+#[derive(Args, Debug)]
+pub struct CheckArguments {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// The picture [default: the scene's name with .check.png, in this folder].
+    #[arg(short, long, value_name = "PNG")]
+    pub output: Option<PathBuf>,
+    /// Override any key of the scene, as in --set time.steps=20.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+/// Does it; the answer is the exit code.
+pub fn run(command: &SceneCommand) -> Result<u8, Failure> {
+    let SceneCommand::Check(arguments) = command;
+    let scene = Scene::load(&arguments.scene, &arguments.set, None)?;
+    let mut notes = Vec::new();
+    let drawn = layers(&scene, &mut notes)?;
+    let stem = arguments.scene.file_stem().unwrap_or_default().to_string_lossy();
+    let path = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| format!("{stem}.check.png").into());
+    let canvas = scene.canvas();
+    let failed = |error: crate::output::OutputError| Failure::File(error.to_string());
+    let png = sheet(&canvas, &drawn, &path).map_err(failed)?;
+    write_bytes(&path, &png).map_err(failed)?;
+    print(&format!(
+        "{}: {}",
+        arguments.scene.display(),
+        canvas.size_in_words()
+    ));
+    let cell = canvas.cell_size().powi(canvas.dimensions() as i32);
+    for layer in &drawn {
+        print(&format!("{:>12.6}  {}", layer.sum() * cell, layer.title()));
+    }
+    for note in &notes {
+        let kind = if note.warning { "warning" } else { "note" };
+        console::error(&format!("{kind}: {}", note.text));
+    }
+    for sentence in findings(&scene, &drawn) {
+        console::error(&format!("warning: {sentence}"));
+    }
+    print(&format!("drawn in {}", path.display()));
+    Ok(DONE)
+}

@@ -1,0 +1,161 @@
+//! What of a scene is probably not meant.
+
+use super::dilate::dilated;
+use super::layers::{Layer, Role};
+use crate::keyframes::Canvas;
+use crate::scene::Scene;
+
+/// Smoke that goes faster than so many cells in a step is too fast to follow.
+const COURANT: usize = 5;
+/// Part of a mass from which it counts.
+const SOME: f64 = 0.01;
+/// Masses that differ by more are probably not meant, even where they are scaled.
+const TWICE: f64 = 2.0;
+/// A side on which a shape is denser than this part of its own is one that cuts it off.
+const CUT: f64 = 0.5;
+
+/// A sentence for each.
+pub(crate) fn findings(scene: &Scene, layers: &[Layer]) -> Vec<String> {
+    let canvas = scene.canvas();
+    let mut found = masses(scene, layers);
+    found.extend(fast(scene, &canvas, layers));
+    let smoke = |layer: &&Layer| matches!(layer.role, Role::Source | Role::Emitter | Role::Keyframe(_));
+    for layer in layers.iter().filter(smoke) {
+        found.extend(cut_off(&canvas, layer));
+        found.extend(inside_a_solid(layers, layer));
+    }
+    found
+}
+
+/// Keyframes whose mass is not that of the source.
+fn masses(scene: &Scene, layers: &[Layer]) -> Vec<String> {
+    let Some(source) = layers.iter().find(|layer| layer.role == Role::Source) else {
+        return Vec::new();
+    };
+    if !scene.emitters.is_empty() {
+        return Vec::new();
+    }
+    let sentence = |layer: &Layer| {
+        let factor = layer.sum() / source.sum();
+        if !scene.control.match_mass {
+            return ((factor - 1.0).abs() > SOME).then(|| {
+                format!(
+                    "{} has {factor:.3} times the mass of the source, and smoke keeps its mass: it cannot be met; set control.match_mass = true, or \
+                     change its size",
+                    layer.title()
+                )
+            });
+        }
+        (!(1.0 / TWICE..=TWICE).contains(&factor)).then(|| {
+            format!(
+                "{} has {factor:.2} times the mass of the source and is made {} by that (control.match_mass); change its size if that is not meant",
+                layer.title(),
+                if factor > 1.0 { "fainter" } else { "denser" }
+            )
+        })
+    };
+    let keyframes = layers
+        .iter()
+        .filter(|layer| matches!(layer.role, Role::Keyframe(_)));
+    keyframes.filter_map(sentence).collect()
+}
+
+/// Keyframes that lie too far from the smoke before them.
+fn fast(scene: &Scene, canvas: &Canvas, layers: &[Layer]) -> Vec<String> {
+    let is_smoke = |layer: &Layer| -> Vec<bool> {
+        let densest = layer.values.iter().copied().fold(0.0, f64::max);
+        layer.values.iter().map(|&value| value > 0.1 * densest).collect()
+    };
+    let made: Vec<Vec<bool>> = layers
+        .iter()
+        .filter(|layer| layer.role == Role::Emitter)
+        .map(is_smoke)
+        .collect();
+    let source = layers.iter().find(|layer| layer.role == Role::Source);
+    // The first step goes with the initial velocity, which is rest where none is given.
+    let rests = usize::from(scene.control.initial_velocity.is_none());
+    let mut before = (
+        source.map_or_else(|| vec![false; canvas.cell_count()], is_smoke),
+        0,
+        rests,
+    );
+    let mut found = Vec::new();
+    for layer in layers {
+        let Role::Keyframe(stay) = layer.role else {
+            continue;
+        };
+        let (mut from, last, still) = before;
+        for made in &made {
+            from.iter_mut().zip(made).for_each(|(from, &made)| *from |= made);
+        }
+        let steps = stay.first.saturating_sub(last + still);
+        let near = dilated(canvas, &from, COURANT.saturating_mul(steps));
+        let (all, beyond) = layer
+            .values
+            .iter()
+            .zip(near)
+            .fold((0.0, 0.0), |(all, beyond), (&value, near)| {
+                (all + value, if near { beyond } else { beyond + value })
+            });
+        if beyond > SOME * all {
+            found.push(format!(
+                "{} cannot be reached: {:.0} % of it lies farther than {} cells from the smoke at step {last}, {COURANT} cells for each of the \
+                 {steps} steps in which force acts; give it more steps, or bring it nearer",
+                layer.title(),
+                100.0 * beyond / all,
+                COURANT * steps
+            ));
+        }
+        before = (is_smoke(layer), stay.last, 0);
+    }
+    found
+}
+
+/// Shapes that a side of the box cuts through.
+fn cut_off(canvas: &Canvas, layer: &Layer) -> Option<String> {
+    let densest = layer.values.iter().copied().fold(0.0, f64::max);
+    let mut stride = 1;
+    let mut sides = Vec::new();
+    for (axis, &count) in canvas.cells.iter().enumerate() {
+        let dense = |place: usize| {
+            let mut cells = layer.values.iter().enumerate();
+            cells.any(|(cell, &value)| cell / stride % count == place && value > CUT * densest)
+        };
+        if !canvas.repeats(axis) {
+            let name = ["x", "y", "z"].get(axis).copied().unwrap_or_default();
+            let ends = [(0, "low"), (count - 1, "high")];
+            sides.extend(
+                ends.into_iter()
+                    .filter(|&(place, _)| dense(place))
+                    .map(|(_, end)| format!("the {end} side along {name}")),
+            );
+        }
+        stride *= count;
+    }
+    (!sides.is_empty()).then(|| {
+        format!(
+            "{} touches {}: what lies outside of the box is cut off; move it inwards, or make it smaller",
+            layer.title(),
+            sides.join(" and ")
+        )
+    })
+}
+
+/// Smoke within obstacles.
+fn inside_a_solid(layers: &[Layer], layer: &Layer) -> Option<String> {
+    let solid = layers.iter().find(|layer| layer.role == Role::Solid)?;
+    let within: f64 = layer
+        .values
+        .iter()
+        .zip(&solid.values)
+        .map(|(value, solid)| value * solid)
+        .sum();
+    let part = within / layer.sum();
+    (part > SOME).then(|| {
+        format!(
+            "{:.0} % of {} lies inside an obstacle, where there is no smoke; move one of them",
+            100.0 * part,
+            layer.title()
+        )
+    })
+}
