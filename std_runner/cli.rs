@@ -14,6 +14,7 @@ use crate::commands::readvect::ReadvectArguments;
 use crate::commands::remap::RemapArguments;
 use crate::commands::render::RenderArguments;
 use crate::commands::scene::SceneCommand;
+use crate::commands::schema::SchemaArguments;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
 use crate::commands::thesis::ThesisArguments;
@@ -83,6 +84,8 @@ pub enum Command {
     Deblur(DeblurArguments),
     /// Minimise the energy of an elastic body by coordinate condensation, and compare it with other methods.
     Condense(CondenseArguments),
+    /// Print the JSON schema of a scene, for editors.
+    Schema(SchemaArguments),
     /// Write a commented scene to start from.
     New(NewArguments),
 }

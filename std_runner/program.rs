@@ -3,7 +3,7 @@
 use crate::cli::{Cli, Command};
 use crate::commands::{
     check_gradient, compare, condense, deblur, export, guide, new, paper, photograph, plan, readvect, remap,
-    render, scene, simulate, solve, thesis, tomography, track, upsample,
+    render, scene, schema, simulate, solve, thesis, tomography, track, upsample,
 };
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
@@ -46,6 +46,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Photograph(arguments) => photograph::run(arguments),
         Command::Deblur(arguments) => deblur::run(arguments),
         Command::Condense(arguments) => condense::run(arguments),
+        Command::Schema(arguments) => schema::run(arguments),
         Command::New(arguments) => new::run(arguments),
     }
 }

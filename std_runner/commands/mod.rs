@@ -15,6 +15,7 @@ pub mod readvect;
 pub mod remap;
 pub mod render;
 pub mod scene;
+pub mod schema;
 pub mod simulate;
 pub mod solve;
 mod studio;

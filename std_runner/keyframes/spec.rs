@@ -15,6 +15,7 @@ use super::mesh::FitKey;
     deny_unknown_fields,
     expecting = "a table with one shape, as in { circle = { center = [0.5, 0.5], radius = 0.2 } }"
 )]
+#[schemars(description = "Where smoke is: the keys of one shape, or `shapes = [ ... ]`.")]
 pub struct ShapeSpec {
     /// A round body.
     pub(super) circle: Option<BallKeys>,

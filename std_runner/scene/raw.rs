@@ -3,21 +3,37 @@
 
 use crate::exit::Failure;
 use crate::scene::document::Document;
+use crate::scene::kinds;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::Segment;
 use toml::{Table, Value};
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawScene {
+    /// The box.
     pub grid: Option<RawGrid>,
+    /// The steps.
     pub time: Option<RawTime>,
+    /// The smoke at step 0: one shape.
+    #[schemars(schema_with = "kinds::shape")]
     pub source: Option<Table>,
+    /// What it should look like later.
+    #[schemars(schema_with = "kinds::keyframes")]
     pub keyframe: Option<Vec<Table>>,
+    /// Smoke that is made on the way, in any shape.
+    #[schemars(schema_with = "kinds::emitters")]
     pub emitter: Option<Vec<Table>>,
+    /// Nothing flows through it: any shape.
+    #[schemars(schema_with = "kinds::obstacles")]
     pub obstacle: Option<Vec<Table>>,
+    /// No force acts from this step on.
+    #[schemars(schema_with = "kinds::releases")]
     pub release: Option<Vec<Table>>,
+    /// Winds and vortices of which the force is made.
+    #[schemars(schema_with = "kinds::templates")]
     pub template: Option<Vec<Table>>,
     #[serde(default)]
     pub flow: RawFlow,
@@ -25,64 +41,100 @@ pub(super) struct RawScene {
     pub control: RawControl,
     #[serde(default)]
     pub advection: RawAdvection,
+    /// How it is solved.
+    #[schemars(schema_with = "kinds::table")]
     pub method: Option<Value>,
+    /// Choices that concern several methods.
+    #[schemars(schema_with = "kinds::table")]
     pub simulation: Option<Value>,
     #[serde(default)]
     pub output: RawOutput,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawGrid {
+    /// Cells along each axis: two numbers for a plane, three for a box.
+    #[schemars(schema_with = "kinds::cells")]
     pub cells: Option<Vec<i64>>,
+    /// How the box ends: a word for all axes, or a list with one for each.
+    #[schemars(schema_with = "kinds::boundary")]
     pub boundary: Option<Value>,
+    /// The longest side of the box; all lengths are in this unit.
+    #[schemars(schema_with = "kinds::positive")]
     pub length: Option<f64>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawTime {
+    /// The densities are numbered 0 to this.
+    #[schemars(schema_with = "kinds::steps")]
     pub steps: Option<i64>,
+    /// Length of a step.
+    #[schemars(schema_with = "kinds::positive")]
     pub dt: Option<f64>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawFlow {
+    /// In length^2 / time.
     pub viscosity: Option<f64>,
+    /// Acceleration where the density is 1, against gravity.
     pub buoyancy: Option<f64>,
+    /// Which way is down.
     pub gravity: Option<Vec<f64>>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawControl {
+    /// Small: the keyframes are met closely; large: the force stays small.
+    #[schemars(schema_with = "kinds::positive")]
     pub force_weight: Option<f64>,
+    /// Forces finer than so many cells are dear.
+    #[schemars(schema_with = "kinds::smoothness")]
     pub smoothness: Option<Value>,
+    /// What force_weight is multiplied by at some steps.
+    #[schemars(schema_with = "kinds::schedule")]
     pub schedule: Option<Value>,
+    /// Where force may act: any shape.
+    #[schemars(schema_with = "kinds::shape")]
     pub mask: Option<Value>,
+    /// How coarse the coarsest blur is that keyframes are compared at.
+    #[schemars(schema_with = "kinds::filters")]
     pub filters: Option<Value>,
+    /// Scale each keyframe to the mass of the smoke at its step.
     pub match_mass: Option<bool>,
+    /// The velocity at step 0.
+    #[schemars(schema_with = "kinds::velocity")]
     pub initial_velocity: Option<Value>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawAdvection {
+    /// How density is carried.
+    #[schemars(schema_with = "kinds::scheme")]
     pub scheme: Option<String>,
+    /// What the series of a step may leave out.
+    #[schemars(schema_with = "kinds::part")]
     pub tolerance: Option<f64>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawProjection {
     pub tolerance: Option<f64>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawOutput {
+    /// The folder of the result.
     pub folder: Option<String>,
+    /// A picture of every step, and an animation.
     pub frames: Option<bool>,
 }
 

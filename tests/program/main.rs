@@ -37,6 +37,7 @@ mod render;
 mod result_folder;
 mod said;
 mod scenes;
+mod schema;
 mod shape_files;
 mod shape_keys;
 mod shapes;

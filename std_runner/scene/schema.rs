@@ -1,0 +1,98 @@
+//! The JSON schema of a scene, by which editors complete and check it.
+
+use super::method::{section, steering};
+use super::raw::RawScene;
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value, json};
+use thurible_core::choices::{Choice, Kind, Numbers};
+use thurible_core::problem::MAX_STEPS;
+use thurible_core::solver::MAX_ITERATIONS;
+use thurible_core::{Method, Named, Params};
+
+/// The schema, of draft 7, which editors of TOML know best.
+#[must_use]
+pub fn schema() -> Value {
+    let generator = SchemaSettings::draft07().into_generator();
+    let mut root = generator.into_root_schema_for::<RawScene>().to_value();
+    root["title"] = "A scene for thurible".into();
+    root["required"] = json!(["grid", "time"]);
+    // All other keys have defaults, or may be missing where others are there.
+    if let Some(Value::Object(parts)) = root.get_mut("definitions") {
+        for (name, part) in parts.iter_mut().filter(|(name, _)| name.starts_with("Raw")) {
+            match name.as_str() {
+                "RawGrid" => part["required"] = json!(["cells"]),
+                "RawTime" => part["required"] = json!(["steps"]),
+                _ => drop(part.as_object_mut().and_then(|part| part.remove("required"))),
+            }
+        }
+    }
+    if let Some(Value::Object(sections)) = root.get_mut("properties") {
+        for (name, table) in tables() {
+            sections.insert(name, table);
+        }
+    }
+    root
+}
+
+/// `[method]`, and the sections of choices that concern several methods.
+fn tables() -> Map<String, Value> {
+    let names: Vec<&str> = steering().into_iter().map(Named::name).collect();
+    let mut method = json!({
+        "name": { "description": "How it is solved.", "enum": names },
+        "iterations": whole("At most, on the finest grid.", 1, MAX_ITERATIONS),
+        "window": whole("So many steps at a time.", 2, MAX_STEPS),
+        "stride": whole("How many steps later the next window begins.", 1, MAX_STEPS),
+        "projection": object(json!({ "tolerance": number(Numbers::Below(1.0)) }))
+    });
+    let mut tables = Map::new();
+    let params = Params::default();
+    for &of in Method::ALL {
+        let choices = params.choices(of).table();
+        let table = object(
+            choices
+                .iter()
+                .map(|choice| (choice.name.to_owned(), entry(choice)))
+                .collect(),
+        );
+        match section(of).strip_prefix("method.") {
+            Some(name) => method[name] = table,
+            None if choices.is_empty() => {}
+            None => drop(tables.insert(section(of), table)),
+        }
+    }
+    tables.insert("method".into(), object(method));
+    tables
+}
+
+fn object(properties: Value) -> Value {
+    json!({ "type": "object", "additionalProperties": false, "properties": properties })
+}
+
+fn whole(words: &str, least: usize, most: usize) -> Value {
+    json!({ "description": words, "type": "integer", "minimum": least, "maximum": most })
+}
+
+fn number(numbers: Numbers) -> Value {
+    match numbers {
+        Numbers::Finite => json!({ "type": "number" }),
+        Numbers::Positive => json!({ "type": "number", "exclusiveMinimum": 0 }),
+        Numbers::NotNegative => json!({ "type": "number", "minimum": 0 }),
+        Numbers::Fraction => json!({ "type": "number", "minimum": 0, "exclusiveMaximum": 1 }),
+        Numbers::Below(limit) => {
+            json!({ "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": limit })
+        }
+    }
+}
+
+/// A line of a table of choices.
+fn entry(choice: &Choice) -> Value {
+    let mut entry = match choice.kind {
+        Kind::Number(numbers) => number(numbers),
+        Kind::Count(most) => whole("", 1, most),
+        Kind::Automatic(most) => json!({ "anyOf": [{ "const": "auto" }, whole("", 1, most)] }),
+        Kind::Flag => json!({ "type": "boolean" }),
+        Kind::Word(words) => json!({ "enum": words }),
+    };
+    entry["description"] = format!("{}: {}", choice.words, choice.kind).into();
+    entry
+}
