@@ -3,6 +3,7 @@
 
 mod draw;
 mod found;
+mod glb;
 mod gltf;
 mod obj;
 mod place;
