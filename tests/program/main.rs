@@ -36,6 +36,7 @@ mod render;
 #[cfg(unix)]
 mod result_folder;
 mod said;
+mod scene_check;
 mod scenes;
 mod schema;
 mod shape_files;

@@ -1,0 +1,72 @@
+//! `thurible scene check`: one picture, the masses, and a warning for each thing that is probably not meant.
+
+use super::support::{fresh_folder, run};
+use std::fs;
+
+const HEAD: &str = "[grid]\ncells = [32, 32]\n[time]\nsteps = 4\n[advection]\nscheme = \"limited\"\n";
+
+/// What is said of a scene with these lines; its picture is a PNG file.
+fn said(test: &str, lines: &str) -> [String; 2] {
+    let folder = fresh_folder(&format!("scene_check_{test}"));
+    let (scene, picture) = (folder.join("scene.toml"), folder.join("seen.png"));
+    fs::write(&scene, format!("{HEAD}{lines}")).unwrap();
+    let ended = run(&[
+        "scene",
+        "check",
+        scene.to_str().unwrap(),
+        "-o",
+        picture.to_str().unwrap(),
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(&picture).unwrap()));
+    let reader = decoder.read_info().unwrap();
+    assert!(reader.info().width > 300 && reader.info().height > 300);
+    [ended.out, ended.err]
+}
+
+fn ball(x: f64, y: f64, radius: f64) -> String {
+    format!("circle = {{ center = [{x}, {y}], radius = {radius} }}\n")
+}
+
+#[test]
+fn a_scene_in_order_is_drawn_without_a_warning() {
+    let (source, target) = (ball(0.3, 0.5, 0.15), ball(0.5, 0.5, 0.15));
+    let [out, err] = said(
+        "good",
+        &format!("[source]\n{source}[[keyframe]]\nstep = 4\n{target}"),
+    );
+    assert!(!err.contains("warning"), "{err}");
+    // pi r^2, with an edge as wide inside as outside.
+    let mass: f64 = out
+        .lines()
+        .find(|line| line.contains("source"))
+        .unwrap()
+        .split_whitespace()
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!((mass - 0.0734).abs() < 0.002, "{out}");
+    assert!(out.contains("keyframe[0], step 4"), "{out}");
+}
+
+#[test]
+fn what_is_probably_not_meant_is_said() {
+    let (source, far) = (ball(0.15, 0.5, 0.1), ball(0.85, 0.5, 0.1));
+    let scene =
+        |more: &str, target: &str| format!("{more}[source]\n{source}[[keyframe]]\nstep = 2\n{target}");
+    let [_, err] = said("far", &scene("", &far));
+    assert!(
+        err.contains("cannot be reached") && err.contains("farther than 5 cells"),
+        "{err}"
+    );
+    let large = ball(0.3, 0.5, 0.2);
+    let [_, err] = said("masses", &scene("[control]\nmatch_mass = false\n", &large));
+    assert!(err.contains("times the mass of the source"), "{err}");
+    let side = ball(0.02, 0.5, 0.12);
+    let [_, err] = said("side", &scene("", &side));
+    assert!(err.contains("touches the low side along x"), "{err}");
+    let solid = "[[obstacle]]\nbox = { min = [0.4, 0.3], max = [0.7, 0.7] }\n[[emitter]]\nrate = 0.1\ncircle = { center = [0.5, 0.5], radius = 0.05 }\n";
+    let [_, err] = said("solid", &scene(solid, &source));
+    assert!(err.contains("of emitter[0] lies inside an obstacle"), "{err}");
+}
