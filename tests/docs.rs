@@ -247,7 +247,7 @@ fn citations_are_found() {
 
 #[test]
 fn the_documents_are_light_and_show_no_folder_of_a_machine() {
-    let pictures = files(root(), &[".png", ".svg", ".gif", ".jpg"]);
+    let pictures = files(&root().join("docs"), &[".png", ".svg", ".gif", ".jpg"]);
     assert!(
         pictures.len() <= MOST_PICTURES,
         "{} pictures where at most {MOST_PICTURES} may be",

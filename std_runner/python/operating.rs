@@ -76,6 +76,20 @@ impl About {
         each.collect()
     }
 
+    /// The steps that `at` names, all where there is none.
+    fn shown(&self, at: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<usize>> {
+        let Some(at) = at else {
+            return Ok((0..=self.steps).collect());
+        };
+        let wanted = format!("a list of whole numbers from 0 to {}, each larger than the one before", self.steps);
+        let shown: Vec<usize> = read("at", at, &wanted)?;
+        if shown.is_sorted_by(|one, next| one < next) && shown.last().is_none_or(|&last| last <= self.steps) {
+            Ok(shown)
+        } else {
+            Err(refused("at", format!("is {shown:?}, but must be {wanted}")))
+        }
+    }
+
     /// See `Operator.simulate`.
     pub fn run<'py, T: Number>(
         &mut self,
@@ -84,8 +98,10 @@ impl About {
         density: &Bound<'py, PyAny>,
         velocity: Option<&Bound<'py, PyAny>>,
         forces: Option<&Bound<'py, PyAny>>,
+        at: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let steps = self.steps;
+        let shown = self.shown(at)?;
         let density = array::<T>("density", density, &self.common(self.shape.clone(), None))?;
         let density = numbers(&density)?;
         let velocity = velocity
@@ -103,13 +119,13 @@ impl About {
             .collect();
         let forces = pushed.iter().map(numbers).collect::<PyResult<Vec<_>>>()?;
         let cells: usize = self.shape.iter().product();
-        let mut rho = room::<T>((steps + 1) * cells)?;
+        let mut rho = room::<T>(shown.len() * cells)?;
         let lens: Vec<usize> = (0..self.shape.len())
             .map(|axis| self.faces_of(axis).iter().product())
             .collect();
         let mut v = lens
             .iter()
-            .map(|len| room::<T>((steps + 1) * len))
+            .map(|len| room::<T>(shown.len() * len))
             .collect::<PyResult<Vec<_>>>()?;
         let threads = self.threads;
         py.detach(|| {
@@ -119,16 +135,19 @@ impl About {
             };
             on_threads(threads, |exec| {
                 work.simulate(exec, &start, &mut push(&forces, &lens), &mut |step, view| {
-                    view.read_density(part(&mut rho, step, cells));
+                    let Ok(row) = shown.binary_search(&step) else {
+                        return;
+                    };
+                    view.read_density(part(&mut rho, row, cells));
                     for (axis, (v, &len)) in v.iter_mut().zip(&lens).enumerate() {
-                        view.read_vector(axis, part(v, step, len));
+                        view.read_vector(axis, part(v, row, len));
                     }
                 })
             })
         })?
         .map_err(stopped)?;
         self.forces = kept;
-        let with_steps = |shape: Vec<usize>| [vec![steps + 1], shape].concat();
+        let with_steps = |shape: Vec<usize>| [vec![shown.len()], shape].concat();
         let rho = PyArray1::from_vec(py, rho).reshape(with_steps(self.shape.clone()))?;
         let v: PyResult<Vec<_>> = v
             .into_iter()
@@ -193,8 +212,10 @@ impl About {
         let lens: Vec<usize> = (0..dims)
             .map(|axis| self.faces_of(axis).iter().product())
             .collect();
+        // Of forces that were given alone: those of a long run take more than all else.
         let mut by_force = lens
             .iter()
+            .take(forces.len())
             .map(|len| room::<T>(steps * len))
             .collect::<PyResult<Vec<_>>>()?;
         let threads = self.threads;
@@ -269,7 +290,11 @@ impl About {
                 .into_any()
                 .unbind(),
             velocity: arrays(v, None)?,
-            forces: arrays(by_force, Some(steps))?,
+            forces: if by_force.is_empty() {
+                None
+            } else {
+                Some(arrays(by_force, Some(steps))?)
+            },
             buoyancy: found.buoyancy.into_iter().take(dims).collect(),
             emitters,
         })

@@ -210,24 +210,26 @@ impl PyOperator {
     }
 
     /// Densities (steps + 1, ny, nx) and velocities, a tuple by axis of (steps + 1, faces), from density, velocity (a tuple by axis, at rest where
-    /// it is None; it is projected) and forces, a tuple by axis of (steps, faces).
+    /// it is None; it is projected) and forces, a tuple by axis of (steps, faces). Of the steps in the list `at` alone, if there is one.
     ///
     /// The forces are borrowed, not copied, where they lie in order: leave them as they are until `vjp` was called. Raises FloatingPointError
     /// where a flow is too fast.
-    #[pyo3(signature = (density, velocity=None, forces=None))]
+    #[pyo3(signature = (density, velocity=None, forces=None, *, at=None))]
     fn simulate<'py>(
         &mut self,
         py: Python<'py>,
         density: &Bound<'py, PyAny>,
         velocity: Option<&Bound<'py, PyAny>>,
         forces: Option<&Bound<'py, PyAny>>,
+        at: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let about = &mut self.about;
-        each!(&mut self.any, one => about.run(py, one, density, velocity, forces))
+        each!(&mut self.any, one => about.run(py, one, density, velocity, forces, at))
     }
 
     /// The gradient of a scalar function of the last simulation, by its covectors: what it gets by density, (steps + 1, ny, nx), and by velocity,
-    /// a tuple by axis; None is 0. A dict {step: array}, or {step: tuple}, gives those of single steps.
+    /// a tuple by axis; None is 0. A dict {step: array}, or {step: tuple}, gives those of single steps. `forces` is None where the simulation
+    /// was given none.
     #[pyo3(signature = (density=None, velocity=None))]
     fn vjp<'py>(
         &mut self,

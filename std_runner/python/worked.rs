@@ -15,8 +15,8 @@ pub struct Gradient {
     pub density: Py<PyAny>,
     /// By the components of the velocity at the start, as it was given.
     pub velocity: Py<PyTuple>,
-    /// By the components of the forces of all steps.
-    pub forces: Py<PyTuple>,
+    /// By the components of the forces of all steps; None where the simulation was given none.
+    pub forces: Option<Py<PyTuple>>,
     /// By the acceleration of buoyancy along each axis.
     pub buoyancy: Vec<f64>,
     /// Of each emitter a dict: "supply" (its rate or target), "velocity" (a list, or None where it has none), "shape".

@@ -3,6 +3,7 @@
 use super::document::Document;
 use crate::exit::Failure;
 use crate::keyframes::{ShapeSpec, steps_of_array};
+use core::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 

@@ -73,6 +73,18 @@ class Gradients(unittest.TestCase):
         self.assertEqual(len(gradient.emitters[0]["velocity"]), 2)
         self.assertEqual(len(gradient.buoyancy), 2)
 
+    def test_steps_alone_and_no_forces(self):
+        operator = thurible_smoke.Operator((8, 9), 6)
+        density, velocity, _ = draw(operator, 4)
+        whole = operator.simulate(density, velocity)
+        ends = operator.simulate(density, velocity, at=[0, 6])
+        for all_steps, two in zip((whole[0], *whole[1]), (ends[0], *ends[1])):
+            np.testing.assert_array_equal(all_steps[[0, 6]], two)
+        self.assertIsNone(operator.vjp({6: density}).forces)
+        for wrong in ([2, 1], [7], [1, 1]):
+            with self.assertRaisesRegex(ValueError, "at is"):
+                operator.simulate(density, velocity, at=wrong)
+
     def test_slots_change_no_bit_and_keep_to_the_limit(self):
         operator, inputs, covectors, gradient = self.check((8, 9), 6)
         self.assertEqual((operator.slots, operator.next_slot_bytes), (6, None))

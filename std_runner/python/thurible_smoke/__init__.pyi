@@ -434,8 +434,8 @@ class Gradient:
     def velocity(self) -> tuple[Numbers, ...]:
         """By the components of the velocity at the start, as it was given."""
     @property
-    def forces(self) -> tuple[Numbers, ...]:
-        """By the components of the forces, (steps, faces)."""
+    def forces(self) -> tuple[Numbers, ...] | None:
+        """By the components of the forces, (steps, faces); None where the simulation was given none."""
     @property
     def buoyancy(self) -> list[float]:
         """By the acceleration of buoyancy along x, y (and z)."""
@@ -478,9 +478,16 @@ class Operator:
     def next_slot_bytes(self) -> int | None:
         """Bytes with one state more; None where every step has one."""
     def simulate(
-        self, density: Numbers, velocity: Sequence[Numbers] | None = None, forces: Sequence[Numbers] | None = None
+        self,
+        density: Numbers,
+        velocity: Sequence[Numbers] | None = None,
+        forces: Sequence[Numbers] | None = None,
+        *,
+        at: Sequence[int] | None = None,
     ) -> tuple[Numbers, tuple[Numbers, ...]]:
-        """Densities (steps + 1, ..) and components of velocities (steps + 1, faces). Forces (steps, faces) are borrowed until `vjp`."""
+        """Densities (steps + 1, ..) and components of velocities (steps + 1, faces), or those of the steps in `at` alone.
+
+        Forces (steps, faces) are borrowed until `vjp`."""
     def vjp(
         self,
         density: Numbers | Mapping[int, Numbers] | None = None,
