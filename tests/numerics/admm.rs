@@ -165,7 +165,7 @@ fn a_given_velocity_is_projected_and_kept() {
     let grid = grid(&scene.cells, "wp");
     let v0: Components<f64> = Random::new(81)
         .faces(&grid, 1)
-        .map(|c| c.iter().map(|x| 0.02 * x).collect());
+        .map(|c| c.iter().map(|x: &f64| 0.02 * x).collect());
     let solved = scene.with::<f64, D2, _>(|solver| {
         let mut file = vec![0.5; solver.faces(0)];
         places(&grid)

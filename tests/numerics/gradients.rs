@@ -33,7 +33,7 @@ pub fn taylor(what: &str, first: f64, slope: f64, value: impl Fn(f64) -> f64) {
 pub fn moving(random: &mut Random, grid: &Grid, courant: f64) -> Components<f64> {
     let v = random.moving_faces(grid, 1);
     let now = flow::courant(grid, 1, &v);
-    v.map(|c| c.iter().map(|x| x * courant / now).collect())
+    v.map(|c| c.iter().map(|x: &f64| x * courant / now).collect())
 }
 
 /// Checks a function of which the derivative at 0 is known.
