@@ -44,7 +44,9 @@ pub fn repeated_steps(steps: usize, slots: usize) -> usize {
     let slots = slots.max(1);
     match repetitions(steps, slots) {
         0 => 0,
-        times => times.saturating_mul(steps).saturating_sub(beta(slots + 1, times - 1)),
+        times => times
+            .saturating_mul(steps)
+            .saturating_sub(beta(slots + 1, times - 1)),
     }
 }
 

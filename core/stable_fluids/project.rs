@@ -166,8 +166,8 @@ pub fn project_adjoint<T: Real>(
             } else {
                 let again = Work {
                     r: &mut *r,
-                    p: &mut **copy,
-                    q: &mut **q,
+                    p: copy,
+                    q,
                 };
                 let done = conjugate::solve(
                     exec,

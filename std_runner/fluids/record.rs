@@ -41,9 +41,8 @@ pub(super) fn of<T: Real, S: Space>(
     let (lift, gravity_axis) = buoyancy(&problem.buoyancy, problem.cells.len());
     let steers = !planned.params.controls.is_empty();
     // A result without a value has none that is finite.
-    let objective = fluids
-        .value(exec, &mut Silent)
-        .map_or_else(|_| fluids.objective(), |value| value);
+    let value = fluids.value(exec, &mut Silent);
+    let objective = value.unwrap_or_else(|_| fluids.objective());
     let priced = |objective: ObjectiveRecord| ObjectiveRecord {
         initial: objective.initial.or(Some(0.0)),
         plain: objective.force,

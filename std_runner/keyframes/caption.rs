@@ -22,7 +22,7 @@ pub(crate) fn caption(text: &str, width: usize, height: usize) -> Vec<f64> {
         ..ShapeSpec::default()
     };
     let letters = text::solid(&spec, &canvas, Path::new(""));
-    let Ok(letters) = letters.map(|letters| letters.from_the_left(width as f64)) else {
+    let Ok(letters) = letters.map(|letters| letters.at_the_left(width as f64)) else {
         return vec![0.0; width * height];
     };
     fill(&canvas, &letters)

@@ -57,7 +57,7 @@ impl Solid for Letters {
 
 impl Letters {
     /// The same with its ink from the left side of a box that is so wide, made smaller if it is wider than that.
-    pub(super) fn from_the_left(mut self, width: f64) -> Self {
+    pub(super) fn at_the_left(mut self, width: f64) -> Self {
         let (low, high) = ink(&self.lettering);
         let wide = self.em * (high[0] - low[0]);
         if wide > width {

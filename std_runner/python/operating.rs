@@ -81,7 +81,10 @@ impl About {
         let Some(at) = at else {
             return Ok((0..=self.steps).collect());
         };
-        let wanted = format!("a list of whole numbers from 0 to {}, each larger than the one before", self.steps);
+        let wanted = format!(
+            "a list of whole numbers from 0 to {}, each larger than the one before",
+            self.steps
+        );
         let shown: Vec<usize> = read("at", at, &wanted)?;
         if shown.is_sorted_by(|one, next| one < next) && shown.last().is_none_or(|&last| last <= self.steps) {
             Ok(shown)

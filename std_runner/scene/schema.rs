@@ -4,10 +4,10 @@ use super::method::{section, steering};
 use super::raw::RawScene;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
-use thurible_core::choices::{Choice, Kind, Numbers};
+use thurible_core::choices::{Choice, Choices, Kind, Numbers};
 use thurible_core::problem::MAX_STEPS;
 use thurible_core::solver::MAX_ITERATIONS;
-use thurible_core::{Method, Named, Params};
+use thurible_core::{Method, Named, Params, stable_fluids};
 
 /// The schema, of draft 7, which editors of TOML know best.
 #[must_use]
@@ -36,7 +36,11 @@ pub fn schema() -> Value {
 
 /// `[method]`, and the sections of choices that concern several methods.
 fn tables() -> Map<String, Value> {
-    let names: Vec<&str> = steering().into_iter().map(Named::name).collect();
+    let names: Vec<&str> = steering()
+        .into_iter()
+        .map(Named::name)
+        .chain([stable_fluids::NAME])
+        .collect();
     let mut method = json!({
         "name": { "description": "How it is solved.", "enum": names },
         "iterations": whole("At most, on the finest grid.", 1, MAX_ITERATIONS),
@@ -60,8 +64,25 @@ fn tables() -> Map<String, Value> {
             None => drop(tables.insert(section(of), table)),
         }
     }
+    method[stable_fluids::NAME] = fluids();
     tables.insert("method".into(), object(method));
     tables
+}
+
+/// `[method.stable_fluids]`.
+fn fluids() -> Value {
+    let mut table: Map<String, Value> = stable_fluids::FluidsParams::default()
+        .table()
+        .iter()
+        .map(|choice| (choice.name.to_owned(), entry(choice)))
+        .collect();
+    let words: Vec<&str> = stable_fluids::Control::ALL
+        .iter()
+        .map(|control| control.name())
+        .collect();
+    table.insert("control".into(), json!({ "description": "What is searched for.", "type": "array", "minItems": 1, "items": { "enum": words } }));
+    table.insert("slots".into(), json!({ "description": "States that are kept; 0 keeps all of a gradient.", "anyOf": [{ "const": "auto" }, whole("", 0, MAX_STEPS)] }));
+    object(Value::Object(table))
 }
 
 fn object(properties: Value) -> Value {

@@ -37,6 +37,9 @@ mod limited;
 mod memory;
 mod metric;
 mod not_finite;
+#[allow(dead_code, reason = "the program's tests write arrays too")]
+#[path = "../program/support/npz.rs"]
+mod npz;
 mod nso_cases;
 mod nso_residual;
 mod objective_gradients;

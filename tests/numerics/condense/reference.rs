@@ -1,7 +1,7 @@
 //! The counts and arrays of a second program.
 
 use super::bench::{Bench, close};
-use super::npz::{self, Array};
+use crate::npz::{self, Array};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;

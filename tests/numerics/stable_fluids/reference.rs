@@ -1,8 +1,8 @@
 //! Arrays that two other programs agree on: densities, the last velocity, J, and its gradient by every input.
 
 use super::case::{built, replay};
-use super::npz::{Array, read_without};
 use crate::fields::Memory;
+use crate::npz::{Array, read_without};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use thurible_core::stable_fluids::{Control, Controls, FluidsParams, Pressure, Slots};
