@@ -70,13 +70,13 @@ fn page(table: &[Measured], quick: bool) -> String {
          ## What is promised\n\n\
          A solve takes one block, of the planned bytes and at most {} more, before it begins. Beside it the program takes:\n\n\
          | what | at most | shown by |\n|---|---|---|\n\
-         | resident memory: code, the buffers of files, stacks | 22 MiB | `tests/ceiling/table.rs`, for 20 combinations of method, precision, dimension, size and threads |\n\
+         | resident memory: code, the buffers of files, stacks | 36 MiB | `tests/ceiling/table.rs`, for 20 combinations of method, precision, dimension, size and threads |\n\
          | and while shapes are drawn, one after the other | 16 bytes for each cell of the grid | the same test, for 1024 x 1024 cells |\n\
          | addresses (`ulimit -v`), one thread | as much | the same test: with exactly so many it solves, with a page less than the plan it ends with exit code 3 |\n\
          | addresses, T > 1 threads | {thread} MiB (T + 1) more | the same; glibc reserves 64 MiB for each thread and touches next to nothing of it |\n\n\
          A scene with `[method] window` takes the block of its largest window, whatever its length, and beside it one field more: [windows](effects.md#longer-than-memory-windows).\n\n\
          `--memory-limit X` is the ceiling of the block; with the lines above it bounds what the process has, for a scene without files. While a \
-         file that a scene names is read it takes 12 bytes for each pixel of a picture, and 16 for each number of an array. What does not fit, threads \
+         file that a scene names is read it takes 16 bytes for each pixel of a picture, and 16 for each number of an array. What does not fit, threads \
          included, is refused before it begins, with exit code 3; a picture for which there is no memory is refused with exit code 2.\n\n",
         grouped(MARGIN)
     );
