@@ -88,6 +88,17 @@ class Bench:
             errors.append(abs(difference - norm) / norm)
         return row | {"norm": norm, "difference": min(errors)}
 
+    def vortex(self):
+        """The error of the two-dimensional Taylor-Green vortex, which only decays, by exp(-2 nu t): N = 16, nu = 0.05, dt = 0.05, 10 steps."""
+        np = self.np
+        at = np.arange(16) * self.extent / 16
+        x, y = at[:, None, None], at[None, :, None]
+        u, v = np.sin(x) * np.cos(y), -np.cos(x) * np.sin(y)
+        start = np.broadcast_to(np.stack([u, v, 0 * u], -1), (16, 16, 16, 3)).astype(np.float32)
+        exact = start * np.exp(-2 * 0.05 * 0.5)
+        found = np.asarray(self.end(self.jnp.asarray(start), 0.05, 0.05, 10))
+        return {"error": float(np.linalg.norm(found - exact) / np.linalg.norm(exact))}
+
     def differences(self):
         """Mosaic's gradient/fd_check: N = 16, nu = 0.001, dt = 0.05, 10 steps, 10 directions, the best of six steps."""
         np = self.np
@@ -149,20 +160,20 @@ def cell(row, key, form):
 
 
 def main(checkout, page, limit):
-    tasks = ["differences", *(f"horizon:{steps}" for steps in HORIZONS), "recovery"]
+    tasks = ["vortex", "differences", *(f"horizon:{steps}" for steps in HORIZONS), "recovery"]
     rows = {}
     for solver in SOLVERS:
         for task in tasks:
             rows[solver, task] = row = measured(checkout, solver, task, limit)
             print(json.dumps({"solver": solver, "task": task} | row), flush=True)
-    head = ["solver", "differences: error", "cosine"]
+    head = ["solver", "vortex: error", "differences: error", "cosine"]
     for steps in HORIZONS:
         head += [f"{steps} steps: seconds", "MiB", "norm of gradient", "error"]
     gradients = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
     recovered = ["| solver | error of v_0 | loss | seconds |", "|---|---:|---:|---:|"]
     for solver, name in SOLVERS.items():
         row = rows[solver, "differences"]
-        cells = [name, cell(row, "error", ".1e"), cell(row, "cosine", ".5f")]
+        cells = [name, cell(rows[solver, "vortex"], "error", ".1e"), cell(row, "error", ".1e"), cell(row, "cosine", ".5f")]
         for steps in HORIZONS:
             row = rows[solver, f"horizon:{steps}"]
             cells += [cell(row, "seconds", ".2f"), cell(row, "mebibytes", ".0f"), cell(row, "norm", ".3g"), cell(row, "difference", ".1e")]
@@ -179,7 +190,7 @@ if __name__ == "__main__":
     parser.add_argument("checkout", type=pathlib.Path, help="Mosaic's sources")
     parser.add_argument("page", type=pathlib.Path, nargs="?", help="the page whose tables are written")
     parser.add_argument("--solver", choices=SOLVERS, help="one solver alone")
-    parser.add_argument("--task", help="one task alone: differences, horizon:STEPS or recovery")
+    parser.add_argument("--task", help="one task alone: vortex, differences, horizon:STEPS or recovery")
     parser.add_argument("--limit", type=float, default=1200, help="seconds for each task")
     args = parser.parse_args()
     if args.solver and args.task:

@@ -32,7 +32,8 @@ class OutputSchema(make_differentiable(_Outputs, ["result"])):
 
 
 def shifted(field: np.ndarray, axis: int, cells: float) -> np.ndarray:
-    """The Fourier series of a real field, moved along an axis; the highest wave of an even number of nodes, which has no half, goes."""
+    """The Fourier series of a real field, moved up an axis: number i is what stood at i - cells. The highest wave of an even number of nodes, which
+    has no half, goes."""
     n = field.shape[axis]
     waves = np.fft.rfftfreq(n)
     turn = np.exp(-2j * np.pi * waves * cells)
@@ -45,13 +46,13 @@ def shifted(field: np.ndarray, axis: int, cells: float) -> np.ndarray:
 
 def to_faces(v: np.ndarray) -> tuple[np.ndarray, ...]:
     """(nx, ny, nz, 3) at the middles of cells to the lower faces, component by component, as (nz, ny, nx)."""
-    parts = (shifted(np.asarray(v[..., axis], np.float64), axis, -0.5) for axis in range(3))
+    parts = (shifted(np.asarray(v[..., axis], np.float64), axis, 0.5) for axis in range(3))
     return tuple(np.ascontiguousarray(part.T) for part in parts)
 
 
 def to_nodes(faces: tuple[np.ndarray, ...]) -> np.ndarray:
     """What `to_faces` is the adjoint of, and but for the highest wave the inverse of."""
-    parts = [shifted(np.asarray(face).T, axis, 0.5) for axis, face in enumerate(faces)]
+    parts = [shifted(np.asarray(face).T, axis, -0.5) for axis, face in enumerate(faces)]
     return np.stack(parts, axis=-1).astype(np.float32)
 
 
