@@ -26,7 +26,7 @@ pub enum Found {
 }
 
 /// Moves the point along the direction by the first step, 1 or shorter, with which the value falls enough and the gradient is finite
-/// (Nocedal & Wright, section 3.5). Leaves the point where it was if there is none.
+/// (Nocedal & Wright, section 3.5). Leaves the point where it was if there is none, or if it is cancelled.
 pub fn search<T: Real, S>(
     exec: &dyn Exec,
     observer: &mut dyn Observer,
@@ -58,6 +58,10 @@ pub fn search<T: Real, S>(
         };
         match tried {
             Err(Stop::TooFast) => (length, finite) = (shrink[1] * length, false),
+            Err(Stop::Cancelled) => {
+                function.move_along(exec, newton.direction, -moved);
+                return Err(Stop::Cancelled);
+            }
             ended => return ended,
         }
     }

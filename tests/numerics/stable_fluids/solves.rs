@@ -1,8 +1,9 @@
 //! Searches that find what they should.
 
 use super::case::{Scene, replay};
+use core::ops::ControlFlow;
 use thurible_core::stable_fluids::{Control, Slots};
-use thurible_core::{D2, Serial, Silent, Status, Template, TemplateKind};
+use thurible_core::{D2, Event, Observer, Serial, Silent, Status, Template, TemplateKind};
 
 /// A blob that a known wind has carried: the search finds a wind of that direction and strength.
 #[test]
@@ -64,4 +65,43 @@ fn j_falls_by_every_control() {
             assert!((fluids.value(&Serial, &mut Silent).unwrap().total() - last).abs() < 1e-5 * last);
         });
     }
+}
+
+/// Says stop at one piece of work.
+struct StopsAt(usize);
+
+impl Observer for StopsAt {
+    fn on(&mut self, event: Event) -> ControlFlow<()> {
+        if event == Event::Work {
+            self.0 = self.0.saturating_sub(1);
+        }
+        if self.0 == 0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+}
+
+#[test]
+fn an_interrupt_leaves_the_point_that_was_accepted_last() {
+    let mut scene = Scene::new(&[16, 16], "ww", &[Control::InitialVelocity]);
+    scene.params.iterations = 4;
+    let mut within = 0;
+    for stop in (20..120).step_by(3) {
+        scene.with::<f64, D2, _>(|fluids| {
+            let mut last = fluids.value(&Serial, &mut Silent).unwrap().total();
+            let status = fluids.solve(&Serial, &mut StopsAt(stop), &mut |progress| {
+                if progress.status.is_none() {
+                    last = progress.objective.total();
+                }
+            });
+            if status == Status::Cancelled {
+                within += 1;
+                let left = fluids.value(&Serial, &mut Silent).unwrap().total();
+                assert!((left - last).abs() < 1e-9 * last, "{stop}: {last} {left}");
+            }
+        });
+    }
+    assert!(within > 5, "{within}");
 }
