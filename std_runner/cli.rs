@@ -60,7 +60,7 @@ pub enum Command {
     Plan(SceneArguments),
     /// Check the gradient of a scene's simulation by Taylor's test.
     ///
-    /// What is checked is the simulation that lbfgs and templates search with, and that `Operator` is in Rust, C and Python. J is the data
+    /// What is checked is the simulation that lbfgs and templates search with, and that `Operator` is in Rust and Python. J is the data
     /// term of the keyframes, a plain sum of squares over cells, or that of the last density where there is none. It is differentiated by
     /// all that the simulation follows from at once: the density and the velocity at the start, the force of every step, buoyancy, and
     /// rates, targets, velocities and shapes of emitters. The point is near the scene's start, with some haze and stir, since transport has

@@ -20,7 +20,9 @@ use crate::run::inputs::solid_cells;
 use crate::scene::Scene;
 use crate::threads;
 use thurible_core::operator::{OperatorError, Start};
-use thurible_core::{D2, D3, Exec, Operator, OperatorParams, OperatorPlan, Silent, Space};
+use thurible_core::{
+    D2, D3, Exec, Operator, OperatorParams, OperatorPlan, PlanError, Silent, Space, stable_fluids,
+};
 
 /// What a step should look like.
 struct Wanted {
@@ -46,14 +48,20 @@ pub(crate) struct Check<'s> {
 /// # Errors
 /// [`Failure`]
 pub fn check(scene: &Scene, options: &PlanOptions) -> Result<Table, Failure> {
-    let threads = options.threads.unwrap_or_else(threads::available);
+    if scene.method.fluids.chosen {
+        let why = format!(
+            "is {:?}, whose gradient is not that of the simulation that is checked here; take another method, as in --set method.name=\"lbfgs\"",
+            stable_fluids::NAME
+        );
+        return Err(scene.document.refuse("method.name", why));
+    }
     let limit = options.limit.or_else(bytes::of_machine);
     let notes = &mut Vec::new();
-    let check = Check {
+    let mut check = Check {
         scene,
         problem: OwnedProblem::of(scene),
         params: OperatorParams {
-            threads,
+            threads: options.threads.unwrap_or_else(threads::available),
             ceiling: limit.map(|limit| limit.saturating_sub(MARGIN)),
             tolerance: 1e-13,
             ..OperatorParams::default()
@@ -62,12 +70,22 @@ pub fn check(scene: &Scene, options: &PlanOptions) -> Result<Table, Failure> {
         wanted: wanted(scene)?,
         point: Point::new(scene)?,
     };
+    // On fewer threads, if their number was not given and that makes it fit.
+    let plan = loop {
+        match check.plan() {
+            Err(PlanError::Ceiling { .. }) if options.threads.is_none() && check.params.threads > 1 => {
+                check.params.threads /= 2;
+            }
+            planned => break planned.map_err(|error| check.refused(error))?,
+        }
+    };
+    let threads = check.params.threads;
     threads::with(threads, || {
         threads::together(threads, |exec| {
             if scene.grid.cells.len() == 2 {
-                check.run::<D2>(exec)
+                check.run::<D2>(exec, &plan)
             } else {
-                check.run::<D3>(exec)
+                check.run::<D3>(exec, &plan)
             }
         })
     })?
@@ -108,15 +126,16 @@ fn wanted(scene: &Scene) -> Result<Vec<Wanted>, Failure> {
 }
 
 impl Wanted {
+    /// R in a cell.
+    fn factor(&self, at: usize) -> f64 {
+        let region = self.region.as_ref();
+        region.and_then(|region| region.get(at)).copied().unwrap_or(1.0)
+    }
+
     /// R (rho - rho*).
     fn error<'w>(&'w self, rho: &'w [f64]) -> impl Iterator<Item = f64> + 'w {
-        let factor = |at: usize| {
-            self.region
-                .as_ref()
-                .map_or(1.0, |region| region.get(at).copied().unwrap_or(1.0))
-        };
         let errors = rho.iter().zip(&self.target).enumerate();
-        errors.map(move |(at, (rho, target))| factor(at) * (rho - target))
+        errors.map(move |(at, (rho, target))| self.factor(at) * (rho - target))
     }
 
     fn value(&self, rho: &[f64]) -> f64 {
@@ -125,20 +144,22 @@ impl Wanted {
 
     /// W R R (rho - rho*).
     fn covector(&self, rho: &[f64]) -> Vec<f64> {
-        let factor = |at: usize| {
-            self.region
-                .as_ref()
-                .map_or(1.0, |region| region.get(at).copied().unwrap_or(1.0))
-        };
         let errors = self.error(rho).enumerate();
-        errors.map(|(at, e)| self.weight * factor(at) * e).collect()
+        errors.map(|(at, e)| self.weight * self.factor(at) * e).collect()
     }
 }
 
 impl Check<'_> {
-    fn run<S: Space>(&self, exec: &dyn Exec) -> Result<Table, Failure> {
-        let plan = OperatorPlan::new::<f64, S>(&self.problem.problem(), &self.params)
-            .map_err(|error| self.refused(error))?;
+    fn plan(&self) -> Result<OperatorPlan, PlanError> {
+        let problem = self.problem.problem();
+        if self.scene.grid.cells.len() == 2 {
+            OperatorPlan::new::<f64, D2>(&problem, &self.params)
+        } else {
+            OperatorPlan::new::<f64, D3>(&problem, &self.params)
+        }
+    }
+
+    fn run<S: Space>(&self, exec: &dyn Exec, plan: &OperatorPlan) -> Result<Table, Failure> {
         let mut region = Region::new(plan.bytes()).ok_or_else(|| {
             Failure::Memory(format!(
                 "the system has not {} bytes for the check; set --memory-limit, or make `grid.cells` smaller",
@@ -150,16 +171,16 @@ impl Check<'_> {
             .ok_or_else(|| Failure::Memory("the block of memory is too small".into()))?;
         let (value, parts) = self.gradient::<S>(exec, block)?;
         let slope: f64 = parts.iter().sum();
-        let mut table = Table::new(value, slope, parts, &plan);
+        let mut table = Table::new(value, slope, parts, plan);
         for step in table::STEPS {
             table.push(step, self.value::<S>(exec, block, step)?);
         }
         Ok(table)
     }
 
-    fn refused(&self, error: thurible_core::PlanError) -> Failure {
+    fn refused(&self, error: PlanError) -> Failure {
         match error {
-            thurible_core::PlanError::Ceiling { .. } => {
+            PlanError::Ceiling { .. } => {
                 Failure::Memory(format!("{}: {error}", self.scene.document.path().display()))
             }
             other => refusal(self.scene, other),

@@ -57,6 +57,23 @@ fn fewer_states_are_kept_under_a_limit_and_the_gradient_is_the_same() {
     );
 }
 
+/// Stable Fluids' gradient is not that of the operator: a table of that would say nothing of it.
+#[test]
+fn another_simulator_is_refused_by_name() {
+    refused(
+        &run(&[
+            "check-gradient",
+            "examples/small_letter.toml",
+            "--set",
+            "method.name=stable_fluids",
+        ]),
+        &[
+            "`method.name` is \"stable_fluids\"",
+            "--set method.name=\"lbfgs\"",
+        ],
+    );
+}
+
 #[test]
 fn single_precision_is_refused() {
     refused(
