@@ -4,7 +4,7 @@ use crate::covectors::{Covectors, Fields};
 use crate::inputs::{Common, array, numbers};
 use crate::place::Number;
 use crate::plan::Precision;
-use crate::watch::on_threads;
+use crate::watch::interruptible;
 use crate::words::{read, refused};
 use crate::worked::{Gradient, Work, room, stopped};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::borrow::Cow;
 use thurible_core::Boundary;
-use thurible_core::operator::{Given, Start};
+use thurible_core::operator::{Given, Start, View};
 
 /// What is known of an operator beside its memory.
 pub struct About {
@@ -26,6 +26,8 @@ pub struct About {
     pub precision: Precision,
     /// The forces of the last simulation, which its way back reads again.
     pub forces: Vec<Py<PyAny>>,
+    /// Simulations that were begun.
+    pub runs: usize,
     /// Whether each emitter pushes.
     pub pushes: Vec<bool>,
     /// Threads.
@@ -131,22 +133,22 @@ impl About {
             .map(|len| room::<T>(shown.len() * len))
             .collect::<PyResult<Vec<_>>>()?;
         let threads = self.threads;
-        py.detach(|| {
-            let start = Start {
-                density: &density,
-                velocity: core::array::from_fn(|axis| velocity.get(axis).map_or(&[][..], |v| v)),
+        self.runs += 1;
+        let start = Start {
+            density: &density,
+            velocity: core::array::from_fn(|axis| velocity.get(axis).map_or(&[][..], |v| v)),
+        };
+        let mut show = |step: usize, view: &View<'_, T>| {
+            let Ok(row) = shown.binary_search(&step) else {
+                return;
             };
-            on_threads(threads, |exec| {
-                work.simulate(exec, &start, &mut push(&forces, &lens), &mut |step, view| {
-                    let Ok(row) = shown.binary_search(&step) else {
-                        return;
-                    };
-                    view.read_density(part(&mut rho, row, cells));
-                    for (axis, (v, &len)) in v.iter_mut().zip(&lens).enumerate() {
-                        view.read_vector(axis, part(v, row, len));
-                    }
-                })
-            })
+            view.read_density(part(&mut rho, row, cells));
+            for (axis, (v, &len)) in v.iter_mut().zip(&lens).enumerate() {
+                view.read_vector(axis, part(v, row, len));
+            }
+        };
+        interruptible(py, threads, |exec, observer| {
+            work.simulate(exec, observer, &start, &mut push(&forces, &lens), &mut show)
         })?
         .map_err(stopped)?;
         self.forces = kept;
@@ -222,28 +224,29 @@ impl About {
             .map(|len| room::<T>(steps * len))
             .collect::<PyResult<Vec<_>>>()?;
         let threads = self.threads;
-        py.detach(|| {
-            on_threads(threads, |exec| {
-                work.vjp(
-                    exec,
-                    &mut push(&forces, &lens),
-                    &mut |step, given| {
-                        for numbers in of_density.at(step, cells, 0) {
-                            given.density(numbers);
-                        }
-                        for (axis, &len) in lens.iter().enumerate() {
-                            for numbers in of_velocity.at(step, len, axis) {
-                                given.vector(axis, numbers);
-                            }
-                        }
-                    },
-                    &mut |step, view| {
-                        for (axis, (gradient, &len)) in by_force.iter_mut().zip(&lens).enumerate() {
-                            view.read_vector(axis, part(gradient, step, len));
-                        }
-                    },
-                )
-            })
+        let mut cotangent = |step: usize, given: &mut Given<'_, T>| {
+            for numbers in of_density.at(step, cells, 0) {
+                given.density(numbers);
+            }
+            for (axis, &len) in lens.iter().enumerate() {
+                for numbers in of_velocity.at(step, len, axis) {
+                    given.vector(axis, numbers);
+                }
+            }
+        };
+        let mut show = |step: usize, view: &View<'_, T>| {
+            for (axis, (gradient, &len)) in by_force.iter_mut().zip(&lens).enumerate() {
+                view.read_vector(axis, part(gradient, step, len));
+            }
+        };
+        interruptible(py, threads, |exec, observer| {
+            work.vjp(
+                exec,
+                observer,
+                &mut push(&forces, &lens),
+                &mut cotangent,
+                &mut show,
+            )
         })?
         .map_err(stopped)?;
         self.gradient(py, work, by_force)

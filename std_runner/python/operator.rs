@@ -42,7 +42,7 @@ macro_rules! each {
 ///
 /// `simulate` gives densities and velocities, `vjp` what a scalar function of them gets by where they begin and by what pushes them. The way back
 /// keeps `slots` states, by default as many as memory_limit holds; how many changes time and memory, and no bit.
-#[pyclass(module = "thurible_smoke", name = "Operator")]
+#[pyclass(module = "thurible_smoke", name = "Operator", weakref)]
 pub struct PyOperator {
     // Before the block, in which it lives.
     any: Any,
@@ -129,6 +129,7 @@ impl PyOperator {
                 boundary: scene.boundary.clone(),
                 precision,
                 forces: Vec::new(),
+                runs: 0,
                 pushes: scene
                     .emitters
                     .iter()
@@ -171,6 +172,12 @@ impl PyOperator {
     #[getter]
     fn steps(&self) -> usize {
         self.about.steps
+    }
+
+    /// Simulations that were begun, by which a program knows whether the last one is its own.
+    #[getter]
+    fn runs(&self) -> usize {
+        self.about.runs
     }
 
     /// Shape of a density.

@@ -178,20 +178,14 @@ pub fn solve<T: Real, S: Space>(
                 answers,
             };
             let work = move || on_threads(count, |exec| line.iterate(solver, exec));
-            let worker = thread::Builder::new()
-                .name("thurible".into())
-                .spawn_scoped(scope, work);
-            let worker =
-                worker.map_err(|error| PyMemoryError::new_err(format!("cannot start a thread: {error}")))?;
+            let worker = spawn(scope, work)?;
             let listened = listen(&heard, &answer, callback);
             if listened.is_err() {
                 stop.store(true, Ordering::Relaxed);
             }
             // Whoever waits for an answer hears that there will be none.
             drop(answer);
-            let status = worker.join().map_err(|_| {
-                PyRuntimeError::new_err("the solver panicked; this is a fault of thurible, please report it")
-            })?;
+            let status = joined(worker)?;
             let history = listened?;
             let [status, last] = status?;
             Ok(Ended {
@@ -210,6 +204,54 @@ pub fn on_threads<R: Send>(count: usize, work: impl FnOnce(&dyn Exec) -> R + Sen
     }
     threads::with(count, || threads::together(count, work))
         .map_err(|failure| PyMemoryError::new_err(failure.to_string()))
+}
+
+/// Runs `work` on `count` threads with the interpreter released; a signal stops it, and is raised.
+pub fn interruptible<R: Send>(
+    py: Python<'_>,
+    count: usize,
+    work: impl FnOnce(&dyn Exec, &mut dyn Observer) -> R + Send,
+) -> PyResult<R> {
+    py.detach(|| {
+        let stop = AtomicBool::new(false);
+        let (end, ended) = channel::<()>();
+        thread::scope(|scope| {
+            let raised = &stop;
+            let worker = spawn(scope, move || {
+                // Dropped at the end, of which the listener hears by that.
+                let _end = end;
+                on_threads(count, |exec| work(exec, &mut Stop(raised)))
+            })?;
+            let mut listened = Ok(());
+            while listened.is_ok() && ended.recv_timeout(LISTEN) == Err(RecvTimeoutError::Timeout) {
+                listened = Python::attach(|py| py.check_signals());
+            }
+            if listened.is_err() {
+                stop.store(true, Ordering::Relaxed);
+            }
+            let done = joined(worker)?;
+            listened?;
+            done
+        })
+    })
+}
+
+/// A thread of its own within a scope.
+fn spawn<'s, R: Send + 's>(
+    scope: &'s thread::Scope<'s, '_>,
+    work: impl FnOnce() -> R + Send + 's,
+) -> PyResult<thread::ScopedJoinHandle<'s, R>> {
+    let worker = thread::Builder::new()
+        .name("thurible".into())
+        .spawn_scoped(scope, work);
+    worker.map_err(|error| PyMemoryError::new_err(format!("cannot start a thread: {error}")))
+}
+
+/// What a thread came to.
+fn joined<R>(worker: thread::ScopedJoinHandle<'_, R>) -> PyResult<R> {
+    worker.join().map_err(|_| {
+        PyRuntimeError::new_err("the solver panicked; this is a fault of thurible, please report it")
+    })
 }
 
 impl Line<'_> {

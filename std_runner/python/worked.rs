@@ -6,7 +6,7 @@ use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use thurible_core::operator::{Ask, EmitterGradient, OperatorError, Show, Start};
-use thurible_core::{Exec, Operator, Silent, Space};
+use thurible_core::{Exec, Observer, Operator, Space};
 
 /// The gradient of a scalar function of a simulation.
 #[pyclass(frozen, get_all, module = "thurible_smoke", name = "Gradient")]
@@ -37,6 +37,7 @@ pub trait Work<T>: Send {
     fn simulate(
         &mut self,
         exec: &dyn Exec,
+        observer: &mut dyn Observer,
         start: &Start<'_, T>,
         force: &mut Ask<'_, T>,
         show: &mut Show<'_, T>,
@@ -46,6 +47,7 @@ pub trait Work<T>: Send {
     fn vjp(
         &mut self,
         exec: &dyn Exec,
+        observer: &mut dyn Observer,
         force: &mut Ask<'_, T>,
         cotangent: &mut Ask<'_, T>,
         show: &mut Show<'_, T>,
@@ -59,21 +61,23 @@ impl<T: Number, S: Space + Send> Work<T> for Operator<'static, T, S> {
     fn simulate(
         &mut self,
         exec: &dyn Exec,
+        observer: &mut dyn Observer,
         start: &Start<'_, T>,
         force: &mut Ask<'_, T>,
         show: &mut Show<'_, T>,
     ) -> Result<(), OperatorError> {
-        Operator::simulate(self, exec, &mut Silent, start, force, show)
+        Operator::simulate(self, exec, observer, start, force, show)
     }
 
     fn vjp(
         &mut self,
         exec: &dyn Exec,
+        observer: &mut dyn Observer,
         force: &mut Ask<'_, T>,
         cotangent: &mut Ask<'_, T>,
         show: &mut Show<'_, T>,
     ) -> Result<(), OperatorError> {
-        Operator::vjp(self, exec, &mut Silent, force, cotangent, show)
+        Operator::vjp(self, exec, observer, force, cotangent, show)
     }
 
     fn found(&self, density: &mut [T], velocity: &mut [Vec<T>], shapes: &mut [Vec<T>]) -> Found {

@@ -1,8 +1,12 @@
 """The operator in Python: gradients against differences, in NumPy, jax and torch, and the notebook that trains with it."""
 
 import json
+import os
 import pathlib
+import signal
 import sys
+import threading
+import time
 import unittest
 
 import numpy as np
@@ -84,6 +88,30 @@ class Gradients(unittest.TestCase):
         for wrong in ([2, 1], [7], [1, 1]):
             with self.assertRaisesRegex(ValueError, "at is"):
                 operator.simulate(density, velocity, at=wrong)
+
+    def test_what_others_run_between_is_noticed(self):
+        from thurible_smoke._last import Last
+
+        operator = thurible_smoke.Operator((8, 9), 4)
+        one, other = draw(operator, 1), draw(operator, 2)
+        flat = lambda drawn: [drawn[0], *drawn[1], *drawn[2]]
+        first, second = Last(operator), Last(operator)
+        covectors = [np.ones_like(field) for field in first.simulate(flat(one))]
+        expected = first.vjp(flat(one), covectors)
+        for between in (lambda: second.simulate(flat(other)), lambda: operator.simulate(other[0])):
+            first.simulate(flat(one))
+            between()
+            for found, right in zip(first.vjp(flat(one), covectors), expected):
+                np.testing.assert_array_equal(found, right)
+
+    def test_a_signal_stops_it(self):
+        operator = thurible_smoke.Operator((96, 96), 4000, slots=8)
+        began = time.monotonic()
+        timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            operator.simulate(np.full((96, 96), 0.5), [np.random.default_rng(1).standard_normal(faces) * 0.01 for faces in operator.faces], at=[])
+        self.assertLess(time.monotonic() - began, 5)
 
     def test_slots_change_no_bit_and_keep_to_the_limit(self):
         operator, inputs, covectors, gradient = self.check((8, 9), 6)

@@ -472,6 +472,9 @@ class Operator:
     def repeated_steps(self) -> int:
         """Steps that a gradient repeats beside the one for each step that it takes back, the simulation counted."""
     @property
+    def runs(self) -> int:
+        """Simulations that were begun."""
+    @property
     def planned_bytes(self) -> int:
         """Bytes of its block."""
     @property

@@ -45,7 +45,7 @@ def simulation(operator):
 
     def simulate(density, velocity=None, forces=None):
         given = [density, *(velocity or [None] * dims), *(forces or [None] * dims)]
-        values = [jnp.zeros(place.shape, dtype) if value is None else jnp.asarray(value, dtype) for value, place in zip(given, inputs)]
+        values = [jnp.zeros(place.shape, dtype) if value is None else jnp.asarray(value, dtype) for value, place in zip(given, inputs, strict=True)]
         for value, place in zip(values, inputs):
             if value.shape != place.shape:
                 raise ValueError(f"an array has shape {value.shape} where {place.shape} is needed")

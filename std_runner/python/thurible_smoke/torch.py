@@ -46,7 +46,7 @@ def simulation(operator):
         given = [density, *(velocity or [None] * dims), *(forces or [None] * dims)]
         device = density.device
         values = [
-            torch.zeros(shape, dtype=dtype, device=device) if value is None else value.to(dtype) for value, shape in zip(given, shapes)
+            torch.zeros(shape, dtype=dtype, device=device) if value is None else value.to(dtype) for value, shape in zip(given, shapes, strict=True)
         ]
         for value, shape in zip(values, shapes):
             if tuple(value.shape) != tuple(shape):
