@@ -1,5 +1,5 @@
-//! Milliseconds of J and of J with its gradient by Stable Fluids, f32 on one thread, and nanoseconds a cell and step: flat from small boxes to
-//! large ones.
+//! Milliseconds of J and of J with its gradient by Stable Fluids, f32 on one thread, and nanoseconds a cell and step, from small boxes to large
+//! ones.
 //!
 //! `cargo bench --bench stable_fluids`; `benches/stable_fluids.py` does the same steps in JAX.
 

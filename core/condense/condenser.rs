@@ -8,8 +8,9 @@ use super::patches::{self, Columns};
 use super::plan::CondensePlan;
 use super::settings::CondenseParams;
 use super::topology::Topology;
-use crate::memory::{ALIGN, Arena, Layout, TooSmall};
+use crate::memory::{Layout, TooSmall};
 use crate::real::Real;
+use crate::solver::block;
 use core::mem::MaybeUninit;
 
 /// A deformed body whose energy is minimised step by step, in one block of memory. `D` is the number of its dimensions.
@@ -49,11 +50,7 @@ impl<'m, T: Real, const D: usize> Condenser<'m, T, D> {
         }
         let needed = plan.bytes();
         let short = CondenseError::Memory { needed };
-        if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
-            return Err(short);
-        }
-        let (memory, _) = memory.split_at_mut_checked(needed).ok_or(short)?;
-        let mut arena = Arena::new(memory);
+        let mut arena = block(memory, needed).map_err(|_| short)?;
         let mut buffers = Buffers::default();
         let carved = buffers.layout(&mut Layout::carve(&mut arena), &mesh, &topology, &params);
         carved.map_err(|TooSmall { .. }| short)?;

@@ -1,6 +1,6 @@
 //! The way back: a step, and all of them.
 
-use super::states::{copy, flow};
+use super::states::flow;
 use super::{Ask, Given, Input, Operator, OperatorError, Phase, Show, View};
 use crate::exec::Exec;
 use crate::field::slot::{self, Slot};
@@ -136,9 +136,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
             _ => [2.0, -1.0],
         };
         if self.known == 0 {
-            step.adjoint
-                .iter_mut()
-                .for_each(|component| component.fill(T::ZERO));
+            slot::clear(exec, &self.levels.finest, &mut step.adjoint, 0);
         } else {
             let terms = [
                 (of_last, Slot::only(view(last))),
@@ -148,7 +146,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         }
         step.adjoin::<S>(exec, observer, self.sums)?;
         core::mem::swap(last, earlier);
-        copy(last, &step.adjoint);
+        slot::put(exec, &self.levels.finest, view(&step.adjoint), last, 0);
         self.known += 1;
         Ok(())
     }
@@ -166,7 +164,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         core::mem::swap(&mut self.mu, &mut mu);
         // The force of the step is of no use any more: its place takes B rho for an acceleration of 1.
         let mut lifted = core::mem::take(&mut self.force);
-        lifted.iter_mut().for_each(|component| component.fill(T::ZERO));
+        slot::clear(exec, &grid, &mut lifted, 0);
         let unit = Lift {
             acceleration: [1.0; 3],
             ..self.lift()

@@ -1,9 +1,9 @@
 //! The way forward: a step, and all of them.
 
-use super::states::{copy, flow};
+use super::states::flow;
 use super::{Ask, Given, Input, Operator, OperatorError, Phase, Show, Start, View};
 use crate::exec::Exec;
-use crate::field::slot::Slot;
+use crate::field::slot::{self, Slot};
 use crate::field::{VectorMut, reborrow, rows, sums, view};
 use crate::force::template::Placed;
 use crate::grid::Space;
@@ -122,7 +122,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
                 return Err(OperatorError::Cancelled);
             }
         }
-        copy(before, v);
+        slot::put(exec, &self.levels.finest, view(v), before, 0);
         Ok(())
     }
 
@@ -189,7 +189,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
     /// What pushes v_k: the force that is given, templates, buoyancy, emitters.
     fn push(&mut self, exec: &dyn Exec, force: &mut Ask<'_, T>, step: usize) -> Result<(), OperatorError> {
         let mut out = core::mem::take(&mut self.force);
-        out.iter_mut().for_each(|component| component.fill(T::ZERO));
+        slot::clear(exec, self.grid(), &mut out, 0);
         let mut given = Given {
             grid: self.grid(),
             density: &mut [],
@@ -248,7 +248,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         step.give(exec, [(1.0, now), (1.0, Slot::only(view(&self.force)))]);
         step.guess(exec, [(2.0, now), (-1.0, earlier)]);
         step.advance::<S>(exec, observer, self.sums)?;
-        copy(after, &step.v);
+        slot::put(exec, &self.levels.finest, view(&step.v), after, 0);
         Ok(())
     }
 }

@@ -34,13 +34,13 @@ pub use plan::OperatorPlan;
 use crate::field::{VectorMut, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
-use crate::memory::{ALIGN, Arena, TooSmall};
+use crate::memory::TooSmall;
 use crate::objective::script::Lists;
 use crate::objective::script::emitted::NUMBERS;
 use crate::problem::Problem;
 use crate::real::Real;
 use crate::reversal::Reversal;
-use crate::solver::{FileLayout, InputError, SolverError, check_density, put_solids};
+use crate::solver::{FileLayout, InputError, SolverError, block, check_density, check_solids, put_solids};
 use core::marker::PhantomData;
 use core::mem::MaybeUninit;
 use setup::Setup;
@@ -113,12 +113,8 @@ impl<'m, T: Real, S: Space> Operator<'m, T, S> {
     ) -> Result<Self, SolverError> {
         let plan = OperatorPlan::new::<T, S>(problem, params)?;
         let (needed, given) = (plan.bytes(), memory.len());
-        if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
-            return Err(SolverError::Misaligned);
-        }
         let short = SolverError::TooSmall { needed, given };
-        let (memory, _) = memory.split_at_mut_checked(needed).ok_or(short)?;
-        let mut arena = Arena::new(memory);
+        let mut arena = block(memory, needed)?;
         let mut operator = Self::bare(problem, params, plan.slots());
         let carved = operator.layout(problem, &mut arena);
         carved.map_err(|TooSmall { .. }| short)?;
@@ -161,13 +157,7 @@ impl<'m, T: Real, S: Space> Operator<'m, T, S> {
     /// # Errors
     /// [`InputError::Length`]; [`InputError::NoFluid`] where all cells are solid; [`InputError::Index`] where the problem has no solid cells.
     pub fn set_solids(&mut self, solid: &[bool]) -> Result<(), InputError> {
-        let (expected, given) = (self.cells(), solid.len());
-        if !self.setup.solids {
-            return Err(InputError::Index { given: 0, count: 0 });
-        }
-        if given != expected {
-            return Err(InputError::Length { expected, given });
-        }
+        check_solids(&self.levels, solid)?;
         if solid.iter().all(|&solid| solid) {
             return Err(InputError::NoFluid);
         }

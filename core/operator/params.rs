@@ -1,9 +1,7 @@
 //! What a caller chooses for an operator.
 
-use crate::method::choices::{Kind, Numbers, choices};
 use crate::method::params::MAX_THREADS;
 use crate::method::refusal::{PlanError, count};
-use crate::problem::MAX_STEPS;
 
 /// What a caller chooses for an operator.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,13 +29,6 @@ impl Default for OperatorParams {
         }
     }
 }
-
-choices!(OperatorParams, "operator" {
-    tolerance: tolerance, Kind::Number(Numbers::Below(1.0)),
-        "what steps, their adjoints and projections leave, and so about the relative error of gradients";
-    slots: slots, Kind::Automatic(MAX_STEPS),
-        "states that are kept; fewer take less memory and more time, and change no bit";
-});
 
 impl OperatorParams {
     /// Checks every number, for `steps` steps.

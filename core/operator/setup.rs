@@ -1,7 +1,6 @@
 //! The numbers of an operator that do not change.
 
 use super::params::OperatorParams;
-use crate::method::simulate::krylov::DIRECTIONS;
 use crate::method::simulate::step;
 use crate::problem::Problem;
 use crate::transport::Stepping;
@@ -20,7 +19,6 @@ pub(super) struct Setup {
     pub velocity_unit: f64,
     pub force_unit: f64,
     pub projection_tolerance: f64,
-    pub solids: bool,
     pub emitters: usize,
     /// States that are kept.
     pub slots: usize,
@@ -39,7 +37,6 @@ impl Setup {
             velocity_unit: units.velocity,
             force_unit: units.force,
             projection_tolerance: problem.projection_tolerance.min(params.tolerance),
-            solids: problem.solids,
             emitters: problem.emitters.len(),
             slots,
         }
@@ -47,12 +44,6 @@ impl Setup {
 
     /// Those of an implicit step.
     pub fn step(&self) -> step::Setup {
-        step::Setup {
-            viscosity: self.viscosity,
-            tolerance: self.params.tolerance,
-            threads: self.params.threads,
-            directions: DIRECTIONS,
-            adjoint: true,
-        }
+        step::Setup::both_ways(self.viscosity, self.params.tolerance, self.params.threads)
     }
 }

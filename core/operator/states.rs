@@ -55,10 +55,3 @@ pub(super) fn flow<'a, T>(v: &'a VectorMut<'_, T>) -> Flow<'a, T> {
         along: None,
     }
 }
-
-/// Copies a field of one step.
-pub(super) fn copy<T: Copy>(to: &mut VectorMut<'_, T>, from: &VectorMut<'_, T>) {
-    for (to, from) in to.iter_mut().zip(from) {
-        to.copy_from_slice(from);
-    }
-}

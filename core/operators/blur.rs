@@ -43,12 +43,7 @@ impl<'a, T: Real> Blur<'a, T> {
         if !solids.there() {
             return pooled(transform::scratch_len(grid));
         }
-        let radius = if filters == 0 {
-            0
-        } else {
-            Gaussian::new(filters).radius
-        };
-        pooled(along_len(grid, radius, threads))
+        pooled(along_len(grid, widest(filters), threads))
     }
 
     fn work_len(grid: &Grid, solids: Solids<'_>) -> usize {
@@ -104,22 +99,45 @@ impl<'a, T: Real> Blur<'a, T> {
             None => {
                 rows::scale(out, identity, e);
                 solids.clear_cells(grid.n[0], out);
-                let [mut blurred, mut next] = work.each_mut().map(|field| &mut **field);
-                for j in 1..=*filters {
-                    let gaussian = Gaussian::new(j);
-                    blurred.copy_from_slice(e);
-                    for _ in 0..2 {
-                        solids.clear_cells(grid.n[0], blurred);
-                        for axis in 0..grid.dims {
-                            along(exec, (grid, axis), gaussian, blurred, next, scratch);
-                            core::mem::swap(&mut blurred, &mut next);
-                        }
-                    }
-                    solids.clear_cells(grid.n[0], blurred);
-                    rows::add(out, blurred);
-                }
+                let work = work.each_mut().map(|field| &mut **field);
+                add_by_rows(exec, (grid, *solids), *filters, e, out, work, scratch);
             }
         }
+    }
+}
+
+/// `out +=` the sum over j of G_j G_j e, along one axis after the other; solid cells have no part in it. `scratch` is that of [`along`].
+pub fn add_by_rows<T: Real>(
+    exec: &dyn Exec,
+    (grid, solids): (&Grid, Solids<'_>),
+    filters: usize,
+    e: &[T],
+    out: &mut [T],
+    [mut blurred, mut next]: [&mut [T]; 2],
+    scratch: &mut [T],
+) {
+    for j in 1..=filters {
+        let gaussian = Gaussian::new(j);
+        blurred.copy_from_slice(e);
+        for _ in 0..2 {
+            solids.clear_cells(grid.n[0], blurred);
+            for axis in 0..grid.dims {
+                along(exec, (grid, axis), gaussian, blurred, next, scratch);
+                core::mem::swap(&mut blurred, &mut next);
+            }
+        }
+        solids.clear_cells(grid.n[0], blurred);
+        rows::add(out, blurred);
+    }
+}
+
+/// Taps on one side of the widest of some Gaussians.
+#[must_use]
+pub fn widest(filters: usize) -> usize {
+    if filters == 0 {
+        0
+    } else {
+        Gaussian::new(filters).radius
     }
 }
 

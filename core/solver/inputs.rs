@@ -19,16 +19,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// # Errors
     /// [`InputError::Length`]; [`InputError::NoFluid`] where all cells are solid; [`InputError::Index`] where the problem has no solid cells.
     pub fn set_solids(&mut self, solid: &[bool]) -> Result<(), InputError> {
-        let expected = self.cells();
-        if !self.animation().levels.solids(0).obstacles() {
-            return Err(InputError::Index { given: 0, count: 0 });
-        }
-        if solid.len() != expected {
-            return Err(InputError::Length {
-                expected,
-                given: solid.len(),
-            });
-        }
+        check_solids(&self.animation().levels, solid)?;
         if solid.iter().all(|&solid| solid) {
             return Err(InputError::NoFluid);
         }
@@ -243,6 +234,18 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         (self.prepared, self.finished) = (None, false);
         Ok(())
     }
+}
+
+/// Refuses flags of solid cells where there is no room for them, or of another number than there are cells inside the box.
+pub(crate) fn check_solids<T: Real>(levels: &Levels<'_, T>, solid: &[bool]) -> Result<(), InputError> {
+    if !levels.solids(0).obstacles() {
+        return Err(InputError::Index { given: 0, count: 0 });
+    }
+    let (expected, given) = (FileLayout::of_cells(&levels.finest).len(), solid.len());
+    if given != expected {
+        return Err(InputError::Length { expected, given });
+    }
+    Ok(())
 }
 
 /// Sets which cells are solid: one flag for each inside the box, x fastest.

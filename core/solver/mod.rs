@@ -1,5 +1,6 @@
 //! The front door: how many bytes a solve needs, and a solver that lives in them.
 
+mod block;
 mod errors;
 mod fingerprint;
 mod inputs;
@@ -17,8 +18,9 @@ mod window;
 
 pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
 pub use crate::method::refusal::PlanError;
+pub(crate) use block::block;
 pub use errors::{InputError, SavedError, SolverError};
-pub(crate) use inputs::{check as check_density, put_solids};
+pub(crate) use inputs::{check as check_density, check_solids, put_solids};
 pub use layout::Strided;
 pub(crate) use layout::{FileLayout, finite};
 pub use plan::Plan;
@@ -28,7 +30,7 @@ pub(crate) use script::carve as carve_script;
 
 use crate::exec::Exec;
 use crate::grid::{Grid, Space};
-use crate::memory::{ALIGN, Arena, Layout, TooSmall};
+use crate::memory::{Layout, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::registry::{self, Engine};
 use crate::objective::script::{Lists, Script};
@@ -78,16 +80,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         let plan = Plan::new::<T, S>(problem, params)?;
         let problem = &registry::resolved(problem, params);
         let given = memory.len();
-        if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
-            return Err(SolverError::Misaligned);
-        }
-        let (memory, _) = memory
-            .split_at_mut_checked(plan.bytes())
-            .ok_or(SolverError::TooSmall {
-                needed: plan.bytes(),
-                given,
-            })?;
-        let mut arena = Arena::new(memory);
+        let mut arena = block(memory, plan.bytes())?;
         let short = |TooSmall { .. }: TooSmall| SolverError::TooSmall {
             needed: plan.bytes(),
             given,

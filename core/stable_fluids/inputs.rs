@@ -5,7 +5,7 @@ use crate::field::rows;
 use crate::grid::Space;
 use crate::problem::{PACKED, Problem};
 use crate::real::Real;
-use crate::solver::InputError;
+use crate::solver::{InputError, check_density, finite};
 
 impl<T: Real, S: Space> Fluids<'_, T, S> {
     /// Writes what follows from the problem alone.
@@ -26,19 +26,11 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
     }
 
     pub(super) fn check(&self, field: &[T]) -> Result<(), InputError> {
-        let (expected, given) = (self.cells(), field.len());
-        if given != expected {
-            return Err(InputError::Length { expected, given });
-        }
-        let wrong = field.iter().position(|value| !value.is_finite());
-        wrong.map_or(Ok(()), |index| Err(InputError::NotFinite { index }))
+        finite(field, self.cells())
     }
 
     fn mass_of(&self, density: &[T]) -> Result<f64, InputError> {
-        self.check(density)?;
-        if let Some(index) = density.iter().position(|&value| value < T::ZERO) {
-            return Err(InputError::Negative { index });
-        }
+        check_density(density, self.cells())?;
         let mass: f64 = density.iter().map(|value| value.to_f64()).sum();
         if mass > 0.0 {
             Ok(mass)
@@ -75,7 +67,6 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         let factor = if self.match_mass { self.mass / mass } else { 1.0 };
         let out = rows::part_mut(self.keyframes, index * pitch..index * pitch + density.len());
         rows::scale(out, T::from_f64(factor), density);
-        self.given = self.given.max(index + 1);
         Ok(factor)
     }
 
@@ -99,6 +90,8 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
 
     /// Whether all that was announced was given.
     pub(super) fn is_ready(&self) -> bool {
-        self.mass > 0.0 && self.given == self.keys
+        let pitch = (self.keyframes.len() / self.keys.max(1)).max(1);
+        let mut keyframes = self.keyframes.chunks_exact(pitch);
+        self.mass > 0.0 && keyframes.all(|keyframe| keyframe.iter().any(|&value| value != T::ZERO))
     }
 }

@@ -1,7 +1,7 @@
 //! What is kept of a simulation for the way back: states, or all that the adjoint reads of a step.
 
 use super::cells::Cells;
-use super::flow::{Flow, Parts, pitch};
+use super::fields::{Flow, Parts, pitch};
 use crate::field::view;
 use crate::real::Real;
 

@@ -2,16 +2,15 @@
 
 use super::cells::Cells;
 use super::conjugate::Stopping;
-use super::flow::{self, Flow, Physics, pitch};
+use super::fields::{self, Flow, Physics, pitch};
 use super::params::{Adjoint, FluidsParams, Pressure, Slots};
 use super::project::Solve;
 use super::template::{SUMS, Shape};
 use super::unknowns::Unknowns;
 use super::{Fluids, Search};
-use crate::grid::gaussian::Gaussian;
 use crate::grid::{Boundary, Grid, Space};
 use crate::memory::{Layout, TooSmall};
-use crate::operators::blur::along_len;
+use crate::operators::blur::{along_len, widest};
 use crate::optimise::descent::Descent;
 use crate::optimise::quasi_newton;
 use crate::optimise::quasi_newton::recursion::{MAX_PAIRS, fields_of};
@@ -99,7 +98,6 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
             steps: &mut [],
             numbers: &mut [],
             taps: &mut [],
-            given: 0,
             mass: 0.0,
             descent: Descent::new(params.history),
             scale: 1.0,
@@ -163,7 +161,7 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
         layout.work(
             "a step and its adjoint",
             &mut self.flow.fields,
-            flow::fields(dims) * padded,
+            fields::fields(dims) * padded,
         )?;
         let conjugate = self.params.pressure == Pressure::Conjugate;
         layout.work(
@@ -206,15 +204,10 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
         layout.work("steps of keyframes", &mut self.steps, self.keys)?;
         let numbers = self.keys + PACKED * self.placed + Shape::len(&cells);
         layout.work("weights, templates and their factors", &mut self.numbers, numbers)?;
-        let radius = if self.filters == 0 {
-            0
-        } else {
-            Gaussian::new(self.filters).radius
-        };
         let taps = if self.keys == 0 {
             0
         } else {
-            along_len(&self.flow.grid, radius, params.threads)
+            along_len(&self.flow.grid, widest(self.filters), params.threads)
         };
         layout.work("Gaussian taps and rows", &mut self.taps, taps)?;
         let of_list = quasi_newton::fields::sums_per_row(MAX_PAIRS) + 2;
@@ -231,7 +224,7 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
             .unwrap_or_default();
         let [e, image] = self.metric.each_mut();
         Search {
-            given: super::script::Given {
+            given: super::given::Given {
                 unknowns: self.unknowns,
                 source: self.source.get(..self.flow.cells.count()).unwrap_or_default(),
                 initial: crate::field::view(&self.initial),

@@ -1,11 +1,12 @@
 //! All steps of a simulation, forward, and backward by its tape or by the states that are kept.
 
 use super::cells::Cells;
-use super::flow::{Flow, Seen};
+use super::fields::Flow;
+use super::flow::Seen;
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut};
 use crate::grid::Grid;
-use crate::observe::{Event, Observer};
+use crate::observe::Observer;
 use crate::real::Real;
 use crate::reversal::{Reversible, reverse_all};
 use crate::transport::Stop;
@@ -60,9 +61,7 @@ impl<T: Real> March<'_, '_, T> {
     }
 
     fn step(&mut self, exec: &dyn Exec, step: usize) -> Result<(), Stop> {
-        if self.observer.on(Event::Work).is_break() {
-            return Err(Stop::Cancelled);
-        }
+        Stop::heard(self.observer)?;
         self.push(exec, step);
         self.flow.advance(exec);
         Ok(())
@@ -111,9 +110,7 @@ impl<T: Real> March<'_, '_, T> {
     ) -> Result<(), Stop> {
         self.flow.clear_adjoints();
         for step in (0..steps).rev() {
-            if self.observer.on(Event::Work).is_break() {
-                return Err(Stop::Cancelled);
-            }
+            Stop::heard(self.observer)?;
             self.flow
                 .replay(tape.get(step * len..(step + 1) * len).unwrap_or_default());
             if self.script.looks_at(step + 1) {

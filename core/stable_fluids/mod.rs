@@ -21,7 +21,10 @@ pub mod advect;
 pub mod advect_back;
 pub mod cells;
 pub mod conjugate;
+mod diagonal;
+pub mod fields;
 pub mod flow;
+mod given;
 mod inputs;
 mod kept;
 mod layout;
@@ -47,16 +50,16 @@ pub use results::{FoundTemplate, Moment};
 
 use crate::field::VectorMut;
 use crate::grid::{Grid, Space};
-use crate::memory::{ALIGN, Arena, Layout, TooSmall};
+use crate::memory::{Layout, TooSmall};
 use crate::optimise::descent::Descent;
 use crate::optimise::quasi_newton::fields::Fields;
 use crate::problem::{Problem, Units};
 use crate::progress::Objective;
 use crate::real::Real;
-use crate::solver::SolverError;
+use crate::solver::{SolverError, block};
 use core::marker::PhantomData;
 use core::mem::MaybeUninit;
-use flow::Flow;
+use fields::Flow;
 use search::Search;
 use unknowns::Unknowns;
 
@@ -90,8 +93,6 @@ pub struct Fluids<'m, T, S> {
     /// Weights of keyframes, packed templates, factors of templates.
     numbers: &'m mut [f64],
     taps: &'m mut [T],
-    /// Keyframes that were given, as bits of their numbers modulo 64, and how many.
-    given: usize,
     /// The source's.
     mass: f64,
     descent: Descent,
@@ -118,12 +119,8 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
     ) -> Result<Self, SolverError> {
         let plan = FluidsPlan::new::<T, S>(problem, params)?;
         let (needed, given) = (plan.bytes(), memory.len());
-        if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
-            return Err(SolverError::Misaligned);
-        }
         let short = SolverError::TooSmall { needed, given };
-        let (memory, _) = memory.split_at_mut_checked(needed).ok_or(short)?;
-        let mut arena = Arena::new(memory);
+        let mut arena = block(memory, needed)?;
         let mut fluids = Self::bare(problem, params);
         let carved = fluids.layout(&mut Layout::carve(&mut arena));
         carved.map_err(|TooSmall { .. }| short)?;

@@ -14,7 +14,6 @@ use crate::problem::Units;
 use crate::progress::Status;
 use crate::real::Real;
 use crate::solver::InputError;
-use crate::transport::Stop;
 use core::ops::ControlFlow;
 
 /// What a number of a state or a gradient is of.
@@ -37,21 +36,47 @@ pub type ForceGradients<'a, T> = dyn FnMut(usize, usize, &[T]) + 'a;
 struct Given<'a, T> {
     units: Units,
     forces: &'a mut Forces<'a, T>,
-    cotangents: Option<&'a mut Cotangents<'a, T>>,
-    gradients: Option<&'a mut ForceGradients<'a, T>>,
+    cotangents: &'a mut Cotangents<'a, T>,
+    gradients: &'a mut ForceGradients<'a, T>,
     /// A field without ghosts.
     field: &'a mut [T],
 }
 
-impl<T: Real> Given<'_, T> {
-    fn add(&mut self, exec: &dyn Exec, step: usize, seen: &mut Seen<'_, T>) {
-        let Some(cotangents) = &mut self.cotangents else {
-            return;
-        };
+/// Asks for the components of the force of a step, in the units of steps.
+fn ask<T: Real>(
+    forces: &mut Forces<'_, T>,
+    step: usize,
+    dims: usize,
+    units: Units,
+    force: &mut VectorMut<'_, T>,
+) {
+    let unit = T::from_f64(1.0 / units.force);
+    for (axis, force) in force.iter_mut().enumerate().take(dims) {
+        force.fill(T::ZERO);
+        forces(step, axis, force);
+        rows::scale_in_place(force, unit);
+    }
+}
+
+impl<T: Real> Script<T> for Given<'_, T> {
+    fn force(
+        &mut self,
+        _: &dyn Exec,
+        (cells, _): (&Cells, &Grid),
+        step: usize,
+        force: &mut VectorMut<'_, T>,
+        _: &mut [f64],
+    ) {
+        ask(self.forces, step, cells.dims, self.units, force);
+    }
+
+    fn see(&mut self, _: &dyn Exec, _: usize, _: Seen<'_, T>) {}
+
+    fn add_adjoint(&mut self, exec: &dyn Exec, step: usize, mut seen: Seen<'_, T>) {
         let (cells, n) = (seen.cells, seen.cells.n[0]);
         let mut add = |part: Part, unit: f64, adjoint: &mut [T]| {
             self.field.fill(T::ZERO);
-            if cotangents(step, part, self.field) {
+            if (self.cotangents)(step, part, self.field) {
                 let field = &*self.field;
                 cells.for_rows(exec, [adjoint], |row, [adjoint]| {
                     rows::add_scaled(
@@ -67,30 +92,6 @@ impl<T: Real> Given<'_, T> {
             add(Part::Velocity(axis), self.units.velocity, adjoint);
         }
     }
-}
-
-impl<T: Real> Script<T> for Given<'_, T> {
-    fn force(
-        &mut self,
-        _: &dyn Exec,
-        (cells, _): (&Cells, &Grid),
-        step: usize,
-        force: &mut VectorMut<'_, T>,
-        _: &mut [f64],
-    ) {
-        let unit = T::from_f64(1.0 / self.units.force);
-        for (axis, force) in force.iter_mut().enumerate().take(cells.dims) {
-            force.fill(T::ZERO);
-            (self.forces)(step, axis, force);
-            rows::scale_in_place(force, unit);
-        }
-    }
-
-    fn see(&mut self, _: &dyn Exec, _: usize, _: Seen<'_, T>) {}
-
-    fn add_adjoint(&mut self, exec: &dyn Exec, step: usize, mut seen: Seen<'_, T>) {
-        self.add(exec, step, &mut seen);
-    }
 
     fn looks_at(&self, _: usize) -> bool {
         false
@@ -105,13 +106,10 @@ impl<T: Real> Script<T> for Given<'_, T> {
         _: &mut [f64],
     ) {
         let unit = T::from_f64(1.0 / self.units.force);
-        let Some(gradients) = &mut self.gradients else {
-            return;
-        };
         for (axis, adjoint) in adjoint.iter().enumerate().take(cells.dims) {
             cells.pack(adjoint, self.field);
             rows::scale_in_place(self.field, unit);
-            gradients(step, axis, self.field);
+            (self.gradients)(step, axis, self.field);
         }
     }
 }
@@ -124,7 +122,9 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
     pub fn set_density(&mut self, density: &[T]) -> Result<(), InputError> {
         self.check(density)?;
         rows::part_mut(self.source, 0..density.len()).copy_from_slice(density);
-        (self.mass, self.taped) = (f64::MIN_POSITIVE, false);
+        // What keyframes are scaled to; it says that there is a source, too.
+        let mass: f64 = density.iter().map(|value| value.to_f64()).sum();
+        (self.mass, self.taped) = (mass.max(f64::MIN_POSITIVE), false);
         Ok(())
     }
 
@@ -140,13 +140,9 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         forces: &mut Forces<'_, T>,
         each: &mut dyn FnMut(Moment<'_, '_, T>) -> ControlFlow<()>,
     ) -> Result<(), Status> {
-        let unit = T::from_f64(1.0 / self.units.force);
+        let units = self.units;
         self.play(exec, observer, each, &mut |_, step, _, force| {
-            for (axis, force) in force.iter_mut().enumerate().take(S::DIM) {
-                force.fill(T::ZERO);
-                forces(step, axis, force);
-                rows::scale_in_place(force, unit);
-            }
+            ask(forces, step, S::DIM, units, force);
         })
     }
 
@@ -175,8 +171,8 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         let mut given = Given {
             units,
             forces,
-            cotangents: Some(cotangents),
-            gradients: Some(gradients),
+            cotangents,
+            gradients,
             field: field.get_mut(..flow.cells.count()).unwrap_or_default(),
         };
         let mut march = March {
@@ -191,10 +187,7 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
                 .map(|()| 0),
             _ => march.backward(exec, steps, kept.fields, kept.steps),
         };
-        done.map_err(|stop| match stop {
-            Stop::Cancelled => Status::Cancelled,
-            Stop::TooFast => Status::NotFinite,
-        })
+        done.map_err(Status::from)
     }
 
     /// The cotangent of a part of the start, after [`Self::vjp`].

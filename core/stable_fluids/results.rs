@@ -2,8 +2,8 @@
 
 use super::Fluids;
 use super::cells::Cells;
-use super::flow::Flow;
-use super::script::Given;
+use super::fields::Flow;
+use super::given::Given;
 use crate::exec::Exec;
 use crate::field::{VectorMut, rows};
 use crate::grid::{Grid, Space};

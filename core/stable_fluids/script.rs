@@ -6,44 +6,16 @@
 
 use super::cells::Cells;
 use super::flow::Seen;
+use super::given::{Given, shape};
 use super::march::Script;
 use super::params::Control;
-use super::template::Shape;
-use super::unknowns::{Placed, Unknowns};
 use crate::exec::{Capped, Exec};
 use crate::field::{Vector, VectorMut, rows, sums};
 use crate::grid::Grid;
-use crate::grid::gaussian::Gaussian;
-use crate::operators::blur::along;
+use crate::grid::solids::Solids;
+use crate::operators::blur::add_by_rows;
 use crate::progress::Objective;
 use crate::real::Real;
-
-/// What a search follows from, beside its unknowns.
-#[derive(Clone, Copy, Debug)]
-pub struct Given<'a, T> {
-    /// Which unknown is what.
-    pub unknowns: Unknowns,
-    /// rho_0.
-    pub source: &'a [T],
-    /// The velocity at the start as it is given, empty where there is none.
-    pub initial: Vector<'a, T>,
-    /// Densities of keyframes, `pitch` numbers from one to the next.
-    pub keyframes: &'a [T],
-    /// See above.
-    pub pitch: usize,
-    /// Their steps.
-    pub steps: &'a [u32],
-    /// Their weights.
-    pub weights: &'a [f64],
-    /// Packed templates.
-    pub templates: &'a [f64],
-    /// r and r_v, scaled.
-    pub prices: [f64; 2],
-    /// Filters of the metric.
-    pub filters: usize,
-    /// Threads that scratch is for.
-    pub threads: usize,
-}
 
 /// Fields that a script works in.
 #[derive(Debug)]
@@ -70,69 +42,6 @@ pub struct Pricing<'a, T> {
     pub objective: Objective,
     /// Whether forces are paid for now: once, going forward.
     pub pays: bool,
-}
-
-impl<T: Real> Given<'_, T> {
-    /// Whether there is any force.
-    pub fn has_force(&self) -> bool {
-        self.unknowns.controls.has(Control::Forces) || !self.templates.is_empty()
-    }
-
-    /// The number of the keyframe at a step.
-    fn keyframe(&self, step: usize) -> Option<usize> {
-        self.steps.iter().position(|&at| at as usize == step)
-    }
-
-    fn weight(&self, index: usize) -> f64 {
-        self.weights.get(index).copied().unwrap_or(1.0)
-    }
-
-    /// Writes the velocity at the start, without ghosts, component `axis` at a time.
-    pub fn begin(&self, z: &[T], axis: usize, out: &mut [T]) {
-        let given = self.initial.get(axis).copied().unwrap_or_default();
-        match given.get(..out.len()) {
-            Some(given) => out.copy_from_slice(given),
-            None => out.fill(T::ZERO),
-        }
-        if let Some(z) = z.get(self.unknowns.initial(axis)).filter(|z| !z.is_empty()) {
-            rows::add_scaled(out, T::from_f64(self.unknowns.of_velocity()), z);
-        }
-    }
-
-    /// Writes the force of a step, without ghosts.
-    pub fn force(
-        &self,
-        exec: &dyn Exec,
-        (cells, grid): (&Cells, &Grid),
-        z: &[T],
-        step: usize,
-        factors: &mut [f64],
-        out: &mut VectorMut<'_, T>,
-    ) {
-        let unit = T::from_f64(self.unknowns.of_force());
-        for (axis, out) in out.iter_mut().enumerate().take(cells.dims) {
-            match z.get(self.unknowns.force(step, axis)).filter(|z| !z.is_empty()) {
-                Some(z) => rows::scale(out.get_mut(..z.len()).unwrap_or_default(), unit, z),
-                None => out.fill(T::ZERO),
-            }
-        }
-        for placed in self.unknowns.placed(self.templates) {
-            if let Some(interval) = placed.interval(step) {
-                shape(cells, &placed, z, interval, factors).add(exec, grid, out);
-            }
-        }
-    }
-}
-
-fn shape<'s, T: Real>(
-    cells: &'s Cells,
-    placed: &Placed,
-    z: &[T],
-    interval: usize,
-    factors: &'s mut [f64],
-) -> Shape<'s> {
-    let (kind, amplitude) = (placed.given.kind, placed.amplitude(z, interval));
-    Shape::new(cells, kind, placed.now(z), amplitude, factors)
 }
 
 impl<T: Real> Pricing<'_, T> {
@@ -176,35 +85,19 @@ impl<T: Real> Pricing<'_, T> {
         cells.pack(seen.rho, e);
         let begin = index * given.pitch;
         rows::sub(e, given.keyframes.get(begin..begin + count).unwrap_or_default());
-        let capped = Capped::new(exec, given.threads);
-        metric(&capped, cells, given.filters, e, image, seen.work, self.work.taps);
-    }
-}
-
-/// `out = C e`, without ghosts; `work` holds two fields.
-fn metric<T: Real>(
-    exec: &dyn Exec,
-    cells: &Cells,
-    filters: usize,
-    e: &[T],
-    out: &mut [T],
-    work: &mut [T],
-    taps: &mut [T],
-) {
-    let grid = cells.grid();
-    out.copy_from_slice(e);
-    let (one, other) = work.split_at_mut(work.len() / 2);
-    let [mut blurred, mut next] = [one, other].map(|field| field.get_mut(..e.len()).unwrap_or_default());
-    for j in 1..=filters {
-        let gaussian = Gaussian::new(j);
-        blurred.copy_from_slice(e);
-        for _ in 0..2 {
-            for axis in 0..grid.dims {
-                along(exec, (&grid, axis), gaussian, blurred, next, taps);
-                core::mem::swap(&mut blurred, &mut next);
-            }
-        }
-        rows::add(out, blurred);
+        image.copy_from_slice(e);
+        let (one, other) = seen.work.split_at_mut(seen.work.len() / 2);
+        let work = [one, other].map(|field| field.get_mut(..count).unwrap_or_default());
+        let (capped, grid) = (Capped::new(exec, given.threads), cells.grid());
+        add_by_rows(
+            &capped,
+            (&grid, Solids::default()),
+            given.filters,
+            e,
+            image,
+            work,
+            self.work.taps,
+        );
     }
 }
 

@@ -1,9 +1,10 @@
 //! The objective as a function of the unknowns, for L-BFGS.
 
-use super::flow::Flow;
+use super::fields::Flow;
+use super::given::Given;
 use super::march::March;
 use super::params::Slots;
-use super::script::{Given, Pricing, Work};
+use super::script::{Pricing, Work};
 use crate::exec::Exec;
 use crate::field::trajectory::Shape;
 use crate::field::{rows, sums, view};

@@ -24,12 +24,6 @@ impl<'a, T: Real> Sweeps<'a, T> {
         Self { cells, skew, x, b }
     }
 
-    /// Numbers of a room.
-    #[must_use]
-    pub fn len(cells: &Cells) -> usize {
-        2 * Skew::new(cells).len(cells)
-    }
-
     /// Where a padded right-hand side may be put for [`Self::solve_given`].
     pub fn given(&mut self) -> &mut [T] {
         self.x.get_mut(..self.cells.padded).unwrap_or_default()

@@ -24,10 +24,10 @@ use crate::flow::MAX_LEVELS;
 use crate::flow::pyramid::Pyramid;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
-use crate::memory::{ALIGN, Arena, Layout, TooSmall};
+use crate::memory::{Layout, TooSmall};
 use crate::observe::Silent;
 use crate::real::Real;
-use crate::solver::{FileLayout, InputError, SolverError};
+use crate::solver::{FileLayout, InputError, SolverError, block, finite};
 use core::marker::PhantomData;
 use core::mem::MaybeUninit;
 
@@ -73,12 +73,8 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
     ) -> Result<Self, SolverError> {
         let plan = TrackPlan::new::<T, S>(capture, params)?;
         let (needed, given) = (plan.bytes(), memory.len());
-        if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
-            return Err(SolverError::Misaligned);
-        }
         let short = SolverError::TooSmall { needed, given };
-        let (memory, _) = memory.split_at_mut_checked(needed).ok_or(short)?;
-        let mut arena = Arena::new(memory);
+        let mut arena = block(memory, needed)?;
         let mut tracker = Self::bare(capture, params);
         let carved = tracker.layout(&mut Layout::carve(&mut arena));
         carved.map_err(|TooSmall { .. }| short)?;
@@ -166,12 +162,7 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
     }
 
     fn check(&self, frame: &[T]) -> Result<(), InputError> {
-        let (expected, given) = (self.cells(), frame.len());
-        if given != expected {
-            return Err(InputError::Length { expected, given });
-        }
-        let wrong = frame.iter().position(|value| !value.is_finite());
-        wrong.map_or(Ok(()), |index| Err(InputError::NotFinite { index }))
+        finite(frame, self.cells())
     }
 
     fn take(&mut self, exec: &dyn Exec, frame: &[T], emission: Option<&[T]>) {

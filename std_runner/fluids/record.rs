@@ -40,9 +40,14 @@ pub(super) fn of<T: Real, S: Space>(
     let problem = &planned.problem;
     let (lift, gravity_axis) = buoyancy(&problem.buoyancy, problem.cells.len());
     let steers = !planned.params.controls.is_empty();
-    // A result without a value has none that is finite.
-    let value = fluids.value(exec, &mut Silent);
-    let objective = value.unwrap_or_else(|_| fluids.objective());
+    let objective = if steers || !problem.templates.is_empty() {
+        // A result without a value has none that is finite.
+        let value = fluids.value(exec, &mut Silent);
+        value.unwrap_or_else(|_| fluids.objective())
+    } else {
+        // Nothing is wanted and nothing pushes: J is 0, and no run is needed to say so.
+        fluids.objective()
+    };
     let priced = |objective: ObjectiveRecord| ObjectiveRecord {
         initial: objective.initial.or(Some(0.0)),
         plain: objective.force,

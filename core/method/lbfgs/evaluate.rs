@@ -17,7 +17,6 @@ use crate::force::lift::Lift;
 use crate::grid::Space;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
-use crate::method::simulate::krylov::DIRECTIONS;
 use crate::method::simulate::step::{self, Step};
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::sweep::DensitySweep;
@@ -82,26 +81,13 @@ impl<T: Real> Simulated<'_, '_, T> {
         pool.group("evaluation and step", sharing, |pool| {
             Evaluation::measure(levels, 0, sweep, pool);
             // A step's tolerance and viscosity take no memory.
-            let step = step::Setup {
-                viscosity: 0.0,
-                tolerance: 0.0,
-                threads: sweep.threads,
-                directions: DIRECTIONS,
-                adjoint: true,
-            };
-            Step::carve(levels, 0, step, pool);
+            Step::carve(levels, 0, step::Setup::both_ways(0.0, 0.0, sweep.threads), pool);
         });
     }
 
     pub(super) fn step_setup(&self) -> step::Setup {
         let flow::Setup { sweep, viscosity, .. } = self.evaluation.setup;
-        step::Setup {
-            viscosity,
-            tolerance: self.tolerance,
-            threads: sweep.threads,
-            directions: DIRECTIONS,
-            adjoint: true,
-        }
+        step::Setup::both_ways(viscosity, self.tolerance, sweep.threads)
     }
 
     /// J(u), with the flow in `v` and rho carried by it; the force's part alone where that is above `bound`.

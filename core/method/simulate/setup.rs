@@ -1,7 +1,6 @@
 //! The numbers of a simulation.
 
 use super::guide::GuideParams;
-use super::krylov::DIRECTIONS;
 use super::params::{PdParams, SimulationParams};
 use super::step;
 use crate::grid::Grid;
@@ -60,12 +59,6 @@ impl Setup {
 
     /// That of a step.
     pub fn step(&self) -> step::Setup {
-        step::Setup {
-            viscosity: self.flow.viscosity,
-            tolerance: self.tolerance,
-            threads: self.flow.sweep.threads,
-            directions: DIRECTIONS,
-            adjoint: true,
-        }
+        step::Setup::both_ways(self.flow.viscosity, self.tolerance, self.flow.sweep.threads)
     }
 }

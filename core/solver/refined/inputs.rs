@@ -7,7 +7,7 @@ use crate::flow::resample::{Kind, resample};
 use crate::memory::Pool;
 use crate::real::Real;
 use crate::solver::InputError;
-use crate::solver::inputs::{check, put_solids};
+use crate::solver::inputs::{check, check_solids, put_solids};
 use crate::solver::layout::FileLayout;
 
 impl<T: Real> Refined<'_, T> {
@@ -16,16 +16,7 @@ impl<T: Real> Refined<'_, T> {
     /// # Errors
     /// [`InputError::Length`]; [`InputError::Index`] where the problem has no solid cells.
     pub fn set_solids(&mut self, solid: &[bool]) -> Result<(), InputError> {
-        let expected = self.cells();
-        if !self.levels.solids(0).obstacles() {
-            return Err(InputError::Index { given: 0, count: 0 });
-        }
-        if solid.len() != expected {
-            return Err(InputError::Length {
-                expected,
-                given: solid.len(),
-            });
-        }
+        check_solids(&self.levels, solid)?;
         put_solids(&mut self.levels, solid);
         Ok(())
     }

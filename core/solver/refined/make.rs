@@ -5,14 +5,14 @@ use crate::flow::turbulence::Detail;
 use crate::flow::yielding;
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
-use crate::memory::{ALIGN, Arena, Layout, Ledger, Pool, TooSmall};
+use crate::memory::{Arena, Layout, Ledger, Pool, TooSmall};
 use crate::method::refusal::{PlanError, count};
 use crate::objective::script::Lists;
 use crate::operators::refine;
 use crate::poisson::Projection;
 use crate::problem::{Problem, ProblemError, not_negative};
 use crate::real::Real;
-use crate::solver::{MAX_THREADS, SolverError, script};
+use crate::solver::{MAX_THREADS, SolverError, block, script};
 use crate::transport::Stepping;
 use core::mem::MaybeUninit;
 
@@ -44,12 +44,10 @@ impl<'m, T: Real> Refined<'m, T> {
     ) -> Result<Self, SolverError> {
         let problem = &free(problem);
         let given = memory.len();
-        if !memory.as_ptr().addr().is_multiple_of(ALIGN) {
-            return Err(SolverError::Misaligned);
-        }
+        let mut arena = block(memory, given)?;
         let mut refined = Self::new(problem, refinement)?;
         let short = |TooSmall { needed, .. }: TooSmall| SolverError::TooSmall { needed, given };
-        refined.layout(problem, &mut Arena::new(memory)).map_err(short)?;
+        refined.layout(problem, &mut arena).map_err(short)?;
         Ok(refined)
     }
 

@@ -7,7 +7,7 @@ use thurible_core::stable_fluids::advect::advect;
 use thurible_core::stable_fluids::advect_back::{density_adjoint, velocity_adjoint};
 use thurible_core::stable_fluids::cells::Cells;
 use thurible_core::stable_fluids::conjugate::{Stopping, Tape};
-use thurible_core::stable_fluids::flow::pitch;
+use thurible_core::stable_fluids::fields::pitch;
 use thurible_core::stable_fluids::project::{Room, Solve, project, project_adjoint};
 use thurible_core::stable_fluids::sweeps::{diffuse, diffuse_adjoint};
 use thurible_core::{Exec, Serial};

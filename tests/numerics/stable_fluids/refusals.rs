@@ -269,6 +269,14 @@ fn nothing_is_searched_for_before_all_is_given() {
     scene.keyframes.truncate(1);
     let status = scene.with::<f64, D2, _>(|fluids| fluids.solve(&Serial, &mut Silent, &mut |_| {}));
     assert_eq!(status, Status::NotReady);
+    // The last one alone is not all of them.
+    let last = scene.keyframes[0].clone();
+    scene.keyframes.clear();
+    let status = scene.with::<f64, D2, _>(|fluids| {
+        fluids.set_keyframe(1, &last).unwrap();
+        fluids.solve(&Serial, &mut Silent, &mut |_| {})
+    });
+    assert_eq!(status, Status::NotReady);
     let mut scene = Scene::new(&[8, 8], "ww", &[]);
     scene.params.controls = Controls::none();
     let status = scene.with::<f64, D2, _>(|fluids| fluids.solve(&Serial, &mut Silent, &mut |_| {}));

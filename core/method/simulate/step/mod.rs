@@ -6,7 +6,7 @@
 mod equation;
 mod guided;
 
-use super::krylov::Krylov;
+use super::krylov::{DIRECTIONS, Krylov};
 use crate::exec::Exec;
 use crate::field::slot::{self, Slot};
 use crate::field::trajectory::{Shape, add, dot};
@@ -49,6 +49,20 @@ pub struct Setup {
     pub directions: usize,
     /// Whether the adjoint is solved too.
     pub adjoint: bool,
+}
+
+impl Setup {
+    /// Of steps that are taken back as well.
+    #[must_use]
+    pub fn both_ways(viscosity: f64, tolerance: f64, threads: usize) -> Self {
+        Self {
+            viscosity,
+            tolerance,
+            threads,
+            directions: DIRECTIONS,
+            adjoint: true,
+        }
+    }
 }
 
 /// The workspace of a step.
