@@ -61,7 +61,7 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
         match &mut self.pass {
             Pass::Carve(arena) => {
                 *field = arena.take_vector(name, dims, len)?;
-                arena.keep::<T>(dims * len);
+                (0..dims).for_each(|_| arena.keep::<T>(len));
             }
             Pass::Kept(visit) => field.iter_mut().for_each(|component| visit(component)),
         }

@@ -3,6 +3,9 @@
 use super::footprint::footprint;
 use heapless::Vec;
 
+/// Bytes of the checksum that a checkpoint puts after each field.
+pub const CHECK: usize = 8;
+
 /// Most lines of a [`Ledger`].
 pub const MAX_LINES: usize = 128;
 
@@ -101,11 +104,12 @@ impl Ledger {
         self.count_kept(len, size);
     }
 
-    /// Counts `len` values of `size` bytes among those that a checkpoint keeps.
+    /// Counts a field of `len` values of `size` bytes, with its checksum, among those that a checkpoint keeps.
     pub fn count_kept(&mut self, len: usize, size: usize) {
+        let check = if len > 0 { CHECK } else { 0 };
         match len
             .checked_mul(size)
-            .and_then(|bytes| self.kept.checked_add(bytes))
+            .and_then(|bytes| self.kept.checked_add(bytes)?.checked_add(check))
         {
             Some(kept) => self.kept = kept,
             None => self.overflow = true,

@@ -9,5 +9,5 @@ pub mod pool;
 pub use arena::{Arena, Plain, TooSmall};
 pub use footprint::{ALIGN, footprint};
 pub use layout::Layout;
-pub use ledger::{Entry, Ledger, MAX_LINES, Sharing};
+pub use ledger::{CHECK, Entry, Ledger, MAX_LINES, Sharing};
 pub use pool::{Pool, measured, pooled};

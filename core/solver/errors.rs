@@ -1,5 +1,6 @@
 //! Why memory, a field or saved bytes are refused.
 
+use crate::checkpoint::Broken;
 use crate::memory::ALIGN;
 use crate::method::refusal::PlanError;
 use core::fmt;
@@ -158,6 +159,17 @@ pub enum SavedError {
     OtherSolve,
     /// They are not what was written.
     Damaged,
+    /// They could not be written or read: the sink or the source says why.
+    Refused,
+}
+
+impl From<Broken> for SavedError {
+    fn from(broken: Broken) -> Self {
+        match broken {
+            Broken::Damaged => Self::Damaged,
+            Broken::Refused => Self::Refused,
+        }
+    }
 }
 
 impl fmt::Display for SavedError {
@@ -177,6 +189,7 @@ impl fmt::Display for SavedError {
                 "the saved solver is of another problem, precision, method or choice of it"
             ),
             Self::Damaged => write!(f, "the saved solver is damaged"),
+            Self::Refused => write!(f, "the saved solver could not be written or read to its end"),
         }
     }
 }

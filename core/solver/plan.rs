@@ -98,6 +98,12 @@ impl Plan {
         self.method_bytes
     }
 
+    /// The parameters, with what was left open chosen.
+    #[must_use]
+    pub fn params(&self) -> &Params {
+        &self.params
+    }
+
     /// The paper's bound for its method, 4 (1 + d) N prod(n) / (1 - 2^-d) numbers of the same precision, in bytes.
     #[must_use]
     pub fn paper_bound(&self) -> usize {

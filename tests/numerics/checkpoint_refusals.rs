@@ -3,7 +3,7 @@
 use crate::checkpoint::{METHODS, by, rest_of, save, with_empty};
 use crate::fields;
 use crate::fields::cases::Scene;
-use thurible_core::checkpoint::HEAD;
+use thurible_core::checkpoint::{HEAD, Refused, Sink, Source};
 use thurible_core::{D2, InputError, Method, NsoSolver, Params, SavedError, Serial, Silent};
 
 #[test]
@@ -173,4 +173,80 @@ fn bytes_of_another_solve_are_refused() {
         with_empty::<f32, D2, _>(&more, 0, |solver| solver.restore(&bytes)),
         Ok(())
     );
+}
+
+/// Passes so many pieces on and then refuses.
+struct Short<'a> {
+    bytes: Vec<u8>,
+    from: &'a [u8],
+    left: usize,
+}
+
+impl Short<'_> {
+    fn may(&mut self) -> Result<(), Refused> {
+        self.left = self.left.checked_sub(1).ok_or(Refused)?;
+        Ok(())
+    }
+}
+
+impl Sink for Short<'_> {
+    fn put(&mut self, bytes: &[u8]) -> Result<(), Refused> {
+        assert!(bytes.len() <= HEAD, "more than a kilobyte at once");
+        self.may()?;
+        self.bytes.extend_from_slice(bytes);
+        Ok(())
+    }
+}
+
+impl Source for Short<'_> {
+    fn take(&mut self, bytes: &mut [u8]) -> Result<(), Refused> {
+        assert!(bytes.len() <= HEAD, "more than a kilobyte at once");
+        self.may()?;
+        self.from.take(bytes)
+    }
+}
+
+fn pieces(from: &[u8], left: usize) -> Short<'_> {
+    Short {
+        bytes: Vec::new(),
+        from,
+        left,
+    }
+}
+
+/// Piece by piece the same bytes go out and come in, and every call that is refused is told.
+#[test]
+fn pieces_are_the_same_bytes_and_any_may_be_refused() {
+    for method in METHODS {
+        let scene = by(method, Scene::small(&[14, 9], "wp", 3));
+        scene.with::<f64, D2, _>(|solver| {
+            solver.step(&Serial, &mut Silent);
+            let whole = save(solver);
+            let mut calls = 0;
+            loop {
+                let mut sink = pieces(&[], calls);
+                match solver.save_to(&mut sink) {
+                    Ok(()) => break assert!(sink.bytes == whole, "{method:?}"),
+                    Err(error) => assert_eq!(error, SavedError::Refused),
+                }
+                calls += 1;
+            }
+            assert!(calls > 10, "{method:?}: {calls}");
+            let rest = rest_of(&scene, solver);
+            for left in 0..calls {
+                with_empty::<f64, D2, _>(&scene, 0, |solver| {
+                    let refused = solver.restore_from(&mut pieces(&whole, left));
+                    assert_eq!(
+                        refused,
+                        Err(SavedError::Refused),
+                        "{method:?}: after {left} pieces"
+                    );
+                });
+            }
+            with_empty::<f64, D2, _>(&scene, 0, |solver| {
+                solver.restore_from(&mut pieces(&whole, calls)).unwrap();
+                assert!(rest_of(&scene, solver) == rest, "{method:?}");
+            });
+        });
+    }
 }

@@ -53,11 +53,11 @@ pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce(&dyn Exec) -> R +
     threads::with(threads, || threads::together(threads, work)).unwrap()
 }
 
-/// Gives bytes of a checkpoint the checksum that belongs to them: a second implementation of it.
+/// Gives the head of a checkpoint the checksum that belongs to it: a second implementation of it.
 pub fn seal(bytes: &mut [u8]) {
     let step = |lane: u64, word: u64| (lane ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29);
     let mut lanes = [1, 2, 3, 4];
-    for part in [&bytes[..32], &bytes[40..]] {
+    for part in [&bytes[..32], &bytes[40..thurible_core::checkpoint::HEAD]] {
         let mut words: Vec<u64> = Vec::new();
         let mut padded = part.to_vec();
         padded.resize(part.len() / 32 * 32 + 32, 0);
