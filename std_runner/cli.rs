@@ -13,6 +13,7 @@ use crate::commands::photograph::PhotographArguments;
 use crate::commands::readvect::ReadvectArguments;
 use crate::commands::remap::RemapArguments;
 use crate::commands::render::RenderArguments;
+use crate::commands::resume::ResumeArguments;
 use crate::commands::scene::SceneCommand;
 use crate::commands::schema::SchemaArguments;
 use crate::commands::simulate::SimulateArguments;
@@ -40,6 +41,8 @@ pub struct Cli {
 pub enum Command {
     /// Solve a scene and write the result folder.
     Solve(SolveArguments),
+    /// Go on with a solve that was not finished, bit for bit.
+    Resume(ResumeArguments),
     /// Simulate the flow of a scene without control; its keyframes and method are left out.
     Simulate(SimulateArguments),
     /// Simulate the flow of a scene, guided by that of a result.

@@ -18,6 +18,10 @@ pub mod address_space;
 #[cfg(feature = "embed")]
 pub mod bytes;
 #[cfg(feature = "std")]
+mod checkpoint;
+#[cfg(feature = "std")]
+mod choices;
+#[cfg(feature = "std")]
 pub mod cli;
 #[cfg(feature = "std")]
 pub mod commands;
@@ -43,6 +47,8 @@ mod flows;
 mod fluids;
 #[cfg(feature = "std")]
 pub mod gradient;
+#[cfg(feature = "std")]
+mod held;
 #[cfg(feature = "std")]
 pub mod interrupt;
 #[cfg(feature = "std")]
@@ -75,6 +81,8 @@ pub mod region;
 pub mod remarks;
 #[cfg(feature = "std")]
 pub mod report;
+#[cfg(feature = "std")]
+mod room;
 #[cfg(feature = "std")]
 pub mod run;
 #[cfg(feature = "std")]

@@ -1,6 +1,7 @@
 //! The plan of a scene under a ceiling. What does not fit is refused, with what would fit.
 
 use crate::bytes;
+use crate::choices::chosen;
 use crate::exit::Failure;
 use crate::phases::phases;
 use crate::problem::{OwnedProblem, Precision, params_of, refusal};
@@ -22,6 +23,8 @@ pub struct PlanOptions {
     pub threads: Option<usize>,
     /// The ceiling in bytes, or `None` for the machine's memory.
     pub limit: Option<usize>,
+    /// Of a solve that goes on: the ceiling that it began under, by which the choices are made that its bits follow from.
+    pub began_under: Option<Option<usize>>,
 }
 
 /// A plan, and what it was made from.
@@ -37,9 +40,21 @@ pub struct Planned {
     pub plan: Plan,
     /// `[method] window` and `stride`, where the scene is longer than a window.
     pub windows: Option<Windows>,
+    /// See [`PlanOptions::began_under`].
+    began_under: Option<Option<usize>>,
 }
 
 impl Planned {
+    /// The ceiling that choices are made under.
+    pub fn choosing_ceiling(&self) -> Option<usize> {
+        self.began_under.unwrap_or(self.params.ceiling)
+    }
+
+    /// `params` for a part of the problem, with the choices of the solve that goes on.
+    pub fn choices(&self, problem: &OwnedProblem, params: &Params) -> Params {
+        chosen(problem, params, self.precision, self.began_under)
+    }
+
     /// Iterations that the solver reports at most.
     pub fn most_iterations(&self) -> usize {
         let one = most_iterations(&self.problem.problem(), &self.params);
@@ -59,7 +74,8 @@ impl Planned {
 
     /// Bytes of the block for another problem of the same kind.
     pub fn bytes_of(&self, problem: &OwnedProblem, precision: Precision) -> Result<usize, PlanError> {
-        plan_of(problem, self.windows, &self.params, precision).map(|plan| plan.bytes())
+        let plan = plan_of(problem, self.windows, &self.params, (precision, self.began_under));
+        plan.map(|plan| plan.bytes())
     }
 }
 
@@ -76,10 +92,11 @@ fn plan_of(
     problem: &OwnedProblem,
     windows: Option<Windows>,
     params: &Params,
-    precision: Precision,
+    (precision, began_under): (Precision, Option<Option<usize>>),
 ) -> Result<Plan, PlanError> {
+    let chosen = |problem: &OwnedProblem, params: &Params| chosen(problem, params, precision, began_under);
     let Some(windows) = windows.filter(|windows| windows.length < problem.steps) else {
-        return problem.plan(params, precision);
+        return problem.plan(&chosen(problem, params), precision);
     };
     problem.problem().check()?;
     let mut kinds: Vec<(bool, OwnedProblem)> = Vec::new();
@@ -109,7 +126,8 @@ fn plan_of(
     }
     let plan = |(searched, problem): &(bool, OwnedProblem)| {
         let free = free(params);
-        problem.plan(if *searched { params } else { &free }, precision)
+        let params = chosen(problem, if *searched { params } else { &free });
+        problem.plan(&params, precision)
     };
     let plans = kinds.iter().map(plan).collect::<Result<Vec<_>, _>>()?;
     plans
@@ -136,14 +154,20 @@ pub fn make(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> {
         .method
         .windows
         .filter(|windows| windows.length < problem.steps);
-    let plan =
-        plan_of(&problem, windows, &params, options.precision).map_err(|error| refusal(scene, error))?;
+    let plan = plan_of(
+        &problem,
+        windows,
+        &params,
+        (options.precision, options.began_under),
+    )
+    .map_err(|error| refusal(scene, error))?;
     Ok(Planned {
         problem,
         params,
         precision: options.precision,
         plan,
         windows,
+        began_under: options.began_under,
     })
 }
 

@@ -3,7 +3,7 @@
 use crate::cli::{Cli, Command};
 use crate::commands::{
     check_gradient, compare, condense, deblur, export, guide, new, paper, photograph, plan, readvect, remap,
-    render, scene, schema, simulate, solve, thesis, tomography, track, upsample,
+    render, resume, scene, schema, simulate, solve, thesis, tomography, track, upsample,
 };
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
@@ -28,6 +28,7 @@ pub fn main() -> u8 {
 fn run(cli: &Cli) -> Result<u8, Failure> {
     match &cli.command {
         Command::Solve(arguments) => solve::run(arguments),
+        Command::Resume(arguments) => resume::run(arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Guide(arguments) => guide::run(arguments),
         Command::Readvect(arguments) => readvect::run(arguments),

@@ -1,6 +1,6 @@
 //! `thurible guide SCENE --reference DIR`: the flow of a scene, guided by that of a result.
 
-use super::options::Options;
+use super::options::{Keeping, Options};
 use super::simulate::Simulation;
 use crate::exit::Failure;
 use crate::run::{Origin, Request};
@@ -31,6 +31,9 @@ pub struct GuideArguments {
     /// Steps, as --set time.steps=M.
     #[arg(long, value_name = "M")]
     pub steps: Option<usize>,
+    /// What becomes of what is there, and of the state.
+    #[command(flatten)]
+    pub keeping: Keeping,
 }
 
 /// Simulates the guided flow and writes its result folder; the answer is the exit code.
@@ -47,6 +50,7 @@ pub fn run(arguments: &GuideArguments) -> Result<u8, Failure> {
         output: arguments.output.as_deref(),
         steps: arguments.steps,
         fluids: false,
+        keeping: &arguments.keeping,
     };
     simulation.run("_guided", Method::Guide, |request| Request {
         from,

@@ -14,6 +14,7 @@ pub mod plan;
 pub mod readvect;
 pub mod remap;
 pub mod render;
+pub mod resume;
 pub mod scene;
 pub mod schema;
 pub mod simulate;

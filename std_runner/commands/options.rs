@@ -1,24 +1,25 @@
 //! Options that several commands share.
 
+use crate::checkpoint::{self, Every};
+use crate::exit::Failure;
 use crate::plan::PlanOptions;
 use crate::problem::Precision;
 use crate::progress::Mode;
-use crate::run::{Outputs, RunOptions};
+use crate::run::{Outputs, Request, RunOptions};
 use crate::scene::steering;
 use crate::{bytes, threads};
 use clap::Args;
-use std::path::PathBuf;
+use core::ops::Deref;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 use thurible_core::{Named, stable_fluids};
 
 /// What a command takes of the machine, and how it tells its progress.
 #[derive(Args, Clone, Debug)]
-pub struct Resources {
+pub struct Running {
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<usize>,
-    /// Precision of all fields [default: f32; of `simulate` and `guide`, where forces may be almost zero: f64; where a result is taken further: its own].
-    #[arg(long, value_enum)]
-    pub precision: Option<Precision>,
     /// Ceiling for the one block of memory, as in 1GiB [default: the machine's memory].
     #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
     pub memory_limit: Option<usize>,
@@ -30,7 +31,7 @@ pub struct Resources {
     pub json: bool,
 }
 
-impl Resources {
+impl Running {
     /// How progress is shown: a bar, JSON lines or nothing.
     pub fn mode(&self) -> Mode {
         match (self.quiet, self.json) {
@@ -39,6 +40,75 @@ impl Resources {
             _ => Mode::Human,
         }
     }
+}
+
+/// What a command takes of the machine, and in which precision it computes.
+#[derive(Args, Clone, Debug)]
+pub struct Resources {
+    /// Threads and memory.
+    #[command(flatten)]
+    pub running: Running,
+    /// Precision of all fields [default: f32; of `simulate` and `guide`, where forces may be almost zero: f64; where a result is taken further: its own].
+    #[arg(long, value_enum)]
+    pub precision: Option<Precision>,
+}
+
+impl Deref for Resources {
+    type Target = Running;
+
+    fn deref(&self) -> &Running {
+        &self.running
+    }
+}
+
+/// What becomes of results and states that are there, and how often the state is kept.
+#[derive(Args, Clone, Debug)]
+pub struct Keeping {
+    /// Write over a result that the folder holds, and throw away the state of a solve into it that was not finished.
+    #[arg(long)]
+    pub force: bool,
+    /// Put the date and the time after the name of the result folder, so that no result is in the way.
+    #[arg(long)]
+    pub name_by_time: bool,
+    /// How often the state is kept, for `thurible resume DIR`: every=60s, every=20 iterations, or off [default: once a minute where it takes over five minutes].
+    #[arg(long, value_name = "every=60s|N", value_parser = checkpoint::parse)]
+    pub checkpoint: Option<Every>,
+}
+
+impl Keeping {
+    /// `request` as these options have it; states in its way are refused or thrown away.
+    pub(crate) fn keep(&self, mut request: Request) -> Result<Request, Failure> {
+        if self.name_by_time {
+            request.folder = by_time(&request.folder, SystemTime::now());
+        }
+        checkpoint::throw_away(&request.folder, self.force)?;
+        Ok(Request {
+            overwrites: self.force,
+            checkpoint: self.checkpoint.unwrap_or_default(),
+            ..request
+        })
+    }
+}
+
+/// `folder` with the time in UTC after its name, as in `letter_2026-11-26_213045`.
+fn by_time(folder: &Path, now: SystemTime) -> PathBuf {
+    let seconds = now.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let (days, second) = (seconds / 86_400, seconds % 86_400);
+    // Days since 1 March of the year 0, in eras of 400 years: Howard Hinnant, "chrono-compatible low-level date algorithms", civil_from_days.
+    let days = days + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    let year = year + 400 * era + u64::from(month <= 2);
+    let [hour, minute, second] = [second / 3600, second / 60 % 60, second % 60];
+    let mut name = folder.file_name().unwrap_or("out".as_ref()).to_owned();
+    name.push(format!(
+        "_{year:04}-{month:02}-{day:02}_{hour:02}{minute:02}{second:02}"
+    ));
+    folder.with_file_name(name)
 }
 
 /// Options of every command that plans or solves.
@@ -63,6 +133,7 @@ impl Options {
             precision: self.resources.precision.unwrap_or(Precision::F32),
             threads: self.resources.threads,
             limit: self.resources.memory_limit,
+            began_under: None,
         }
     }
 
@@ -115,4 +186,24 @@ fn methods() -> String {
         words.join(", "),
         stable_fluids::NAME
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::time::Duration;
+
+    #[test]
+    fn folders_are_named_by_the_time() {
+        for (seconds, name) in [
+            (0, "x_1970-01-01_000000"),
+            (951_782_399, "x_2000-02-28_235959"),
+            (951_825_600, "x_2000-02-29_120000"),
+            (1_795_728_645, "x_2026-11-26_213045"),
+            (4_107_542_400, "x_2100-03-01_000000"),
+        ] {
+            let now = UNIX_EPOCH + Duration::from_secs(seconds);
+            assert_eq!(by_time(Path::new("out/x"), now), Path::new("out").join(name));
+        }
+    }
 }

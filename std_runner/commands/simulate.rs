@@ -1,6 +1,6 @@
 //! `thurible simulate SCENE`: the flow alone, from the scene's source or from where a result ends.
 
-use super::options::Options;
+use super::options::{Keeping, Options};
 use crate::exit::Failure;
 use crate::problem::Precision;
 use crate::progress::Clock;
@@ -34,6 +34,9 @@ pub struct SimulateArguments {
     /// Steps, as --set time.steps=M.
     #[arg(long, value_name = "M")]
     pub steps: Option<usize>,
+    /// What becomes of what is there, and of the state.
+    #[command(flatten)]
+    pub keeping: Keeping,
 }
 
 /// Simulates a scene and writes its result folder; the answer is the exit code.
@@ -49,6 +52,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<u8, Failure> {
         output: arguments.output.as_deref(),
         steps: arguments.steps,
         fluids: arguments.solver == stable_fluids::NAME,
+        keeping: &arguments.keeping,
     };
     simulation.run("_flow", Method::Simulate, |request| Request { from, ..request })
 }
@@ -65,6 +69,8 @@ pub(super) struct Simulation<'a> {
     pub steps: Option<usize>,
     /// Whether Stable Fluids simulate it.
     pub fluids: bool,
+    /// What becomes of what is there, and of the state.
+    pub keeping: &'a Keeping,
 }
 
 impl Simulation<'_> {
@@ -92,7 +98,12 @@ impl Simulation<'_> {
             name.push(end);
             name.into()
         });
-        let outcome = solve(&options, change(Request::new(scene, folder, clock)))?;
+        let request = change(Request::new(scene, folder, clock));
+        let request = self.keeping.keep(Request {
+            free: true,
+            ..request
+        })?;
+        let outcome = solve(&options, request)?;
         Ok(outcome.exit_code())
     }
 }

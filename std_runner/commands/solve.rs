@@ -1,6 +1,6 @@
 //! `thurible solve SCENE`: plan, allocate once, solve, make feasible, write.
 
-use super::options::SceneArguments;
+use super::options::{Keeping, SceneArguments};
 use crate::exit::Failure;
 use crate::progress::Clock;
 use crate::run::{Outputs, Request};
@@ -18,6 +18,9 @@ pub struct SolveArguments {
     /// The result folder [default: `output.folder` of the scene].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// What becomes of what is there, and of the state.
+    #[command(flatten)]
+    pub keeping: Keeping,
 }
 
 /// Solves a scene and writes its result folder; the answer is the exit code.
@@ -30,6 +33,7 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
         images: scene.output.frames,
     });
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
-    let outcome = solve(&options, Request::new(scene, folder, clock))?;
+    let request = arguments.keeping.keep(Request::new(scene, folder, clock))?;
+    let outcome = solve(&options, request)?;
     Ok(outcome.exit_code())
 }

@@ -1,7 +1,7 @@
 //! Writing to a [`Destination`]: aside first, then in place, or elsewhere.
 
 use super::Destination;
-use super::moves::{Moves, files_below};
+use super::moves::{Moves, Plan, files_below};
 use super::staging::Staging;
 use super::written::{MANIFEST, Written, manifest_of};
 use crate::exit::Failure;
@@ -10,6 +10,9 @@ use std::collections::BTreeSet;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
+
+/// The remedy where no folder could be written to.
+pub(crate) const RUN_AGAIN: &str = "free some space and run it again";
 
 /// Why files could not be put into a folder.
 enum Trouble {
@@ -51,7 +54,7 @@ impl Destination {
             }
         }
         Err(Failure::File(format!(
-            "{trouble}, nor could a folder beside it or one for temporary files be written; free some space and run it again"
+            "{trouble}, nor could a folder beside it or one for temporary files be written; {RUN_AGAIN}"
         )))
     }
 
@@ -116,19 +119,16 @@ impl Destination {
         if fs::symlink_metadata(&self.folder).is_err_and(|error| error.kind() == ErrorKind::NotFound) {
             fs::rename(&fresh, &self.folder).map_err(refused)?;
         } else {
-            self.move_in(&gone, &new, &mut staging)?;
+            let plan = Plan { gone, new };
+            plan.write(&staging.below("")).map_err(unwritten)?;
+            self.move_in(&plan, &mut staging)?;
         }
         self.written = Written::now(&self.folder, all);
         Ok(answer)
     }
 
     /// Moves the files `gone` out and the files `new` in; all of them or none.
-    fn move_in(
-        &self,
-        gone: &BTreeSet<PathBuf>,
-        new: &[PathBuf],
-        staging: &mut Staging,
-    ) -> Result<(), Trouble> {
+    fn move_in(&self, Plan { gone, new }: &Plan, staging: &mut Staging) -> Result<(), Trouble> {
         let (fresh, old) = (staging.below("new"), staging.below("old"));
         let mut moves = Moves::default();
         let out = gone.iter().map(|file| (file, &self.folder, &old));

@@ -5,10 +5,13 @@
 //! by then, or the folder cannot be written to any more, the result goes elsewhere.
 
 mod fill;
+mod leftover;
 mod moves;
 mod resolve;
 mod staging;
 mod written;
+
+pub(crate) use fill::RUN_AGAIN;
 
 use crate::exit::Failure;
 use crate::output::write_bytes;
@@ -20,16 +23,51 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use written::{MANIFEST, Written, is_result, manifest_of};
 
-/// A hidden folder for what grows while a result is made.
+/// A folder for what grows while a result is made.
 #[derive(Debug)]
-pub struct Aside(Staging);
+pub struct Aside(Folder);
+
+/// Whose folder it is.
+#[derive(Debug)]
+enum Folder {
+    /// A hidden one, which is removed with what is left in it.
+    Hidden(Staging),
+    /// One that somebody else looks after.
+    Other(PathBuf),
+}
 
 impl Aside {
+    /// The folder `other`, which somebody else looks after.
+    pub(crate) fn within(other: PathBuf) -> Self {
+        Self(Folder::Other(other))
+    }
+
     /// A file in it.
     #[must_use]
     pub fn file(&self, name: &str) -> PathBuf {
-        self.0.below(name)
+        match &self.0 {
+            Folder::Hidden(staging) => staging.below(name),
+            Folder::Other(folder) => folder.join(name),
+        }
     }
+}
+
+/// Refuses a folder that holds a whole result already.
+///
+/// # Errors
+/// It does.
+pub(crate) fn refuse_result(folder: &Path) -> Result<(), Failure> {
+    let Ok(place) = resolved(folder) else {
+        return Ok(());
+    };
+    leftover::recover(&place);
+    if !is_result(&place, "report.json") {
+        return Ok(());
+    }
+    let shown = folder.display();
+    Err(Failure::File(format!(
+        "{shown} holds a result already: keep it and choose another folder with -o DIR or --name-by-time, or write over it with --force"
+    )))
 }
 
 /// A folder that a result may be written to.
@@ -84,6 +122,7 @@ impl Destination {
             written: Written::default(),
             diverted: None,
         };
+        leftover::recover(&destination.folder);
         match fs::metadata(&destination.folder) {
             Ok(found) if found.is_dir() => destination.look(mark)?,
             Ok(_) => {
@@ -153,7 +192,7 @@ impl Destination {
                 "cannot write beside {shown}: {error}; choose another folder with -o DIR"
             ))
         })?;
-        Ok(Aside(staging))
+        Ok(Aside(Folder::Hidden(staging)))
     }
 
     /// Where the result is, absolute.

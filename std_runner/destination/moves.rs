@@ -1,8 +1,40 @@
 //! Renames that take the place of nothing and can be taken back.
 
+use super::written::stays_inside;
+use crate::output::{OutputError, write_bytes};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+
+/// Which files of the earlier result go and which new ones come, written down before the first is moved, so that the next run can bring it to
+/// an end if this one is killed.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Plan {
+    pub gone: BTreeSet<PathBuf>,
+    pub new: Vec<PathBuf>,
+}
+
+impl Plan {
+    /// Its name in a hidden folder.
+    pub const NAME: &str = "moves.json";
+
+    /// Writes it down.
+    pub fn write(&self, hidden: &Path) -> Result<(), OutputError> {
+        let path = hidden.join(Self::NAME);
+        let text = serde_json::to_vec(self).map_err(OutputError::of(&path))?;
+        write_bytes(&path, &text)
+    }
+
+    /// The one of a folder that was left behind, if anything was going to be moved.
+    pub fn read(hidden: &Path) -> Option<Self> {
+        let text = fs::read(hidden.join(Self::NAME)).ok()?;
+        let plan: Self = serde_json::from_slice(&text).ok()?;
+        let inside = plan.gone.iter().chain(&plan.new).all(|file| stays_inside(file));
+        inside.then_some(plan)
+    }
+}
 
 /// What has been moved and made so far.
 #[derive(Debug, Default)]

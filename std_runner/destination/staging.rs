@@ -1,9 +1,14 @@
 //! A hidden folder on the file system of a result, where it is written before it is moved in place.
 
+use crate::held::{hold, remove};
 use std::ffi::{OsStr, OsString};
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+
+/// What their names have after a point, and after that the purpose and the process; and what has the place of it in one that is kept.
+pub(super) const MARK: &str = "thurible-";
+const RESCUED: &str = "thurible.rescued-";
 
 /// Hidden folders of one name that earlier runs may have left behind.
 const LEFT_BEHIND: usize = 100;
@@ -13,12 +18,14 @@ const LEFT_BEHIND: usize = 100;
 pub(super) struct Staging {
     path: PathBuf,
     kept: bool,
+    /// Held as long as this run lives, so that later ones know what is left behind; on a full disc there may be none.
+    _lock: Option<File>,
 }
 
 impl Staging {
     /// Inside `folder` if that is there, else beside it.
     pub(super) fn new(folder: &Path, purpose: &str) -> io::Result<Self> {
-        let mark = format!("thurible-{purpose}-{}", std::process::id());
+        let mark = format!("{MARK}{purpose}-{}", std::process::id());
         let (parent, name) = if folder.is_dir() {
             (folder, OsString::from(format!(".{mark}")))
         } else {
@@ -34,7 +41,14 @@ impl Staging {
             }
             let path = parent.join(name);
             match fs::create_dir(&path) {
-                Ok(()) => return Ok(Self { path, kept: false }),
+                Ok(()) => {
+                    let _lock = hold(&path).ok().flatten();
+                    return Ok(Self {
+                        path,
+                        kept: false,
+                        _lock,
+                    });
+                }
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }
@@ -47,9 +61,13 @@ impl Staging {
         self.path.join(name)
     }
 
-    /// Leaves it behind: it holds what could not be put back.
+    /// Leaves it behind under a name that no later run takes for its own: it holds what could not be put back.
     pub(super) fn keep(&mut self) {
         self.kept = true;
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let name = name.replace(MARK, RESCUED);
+        // Under its old name it is found by the next run, which puts back what it can.
+        let _ = fs::rename(&self.path, self.path.with_file_name(name));
     }
 }
 
@@ -57,7 +75,7 @@ impl Drop for Staging {
     fn drop(&mut self) {
         if !self.kept {
             // A folder that is left behind is not what the user must hear of.
-            let _ = fs::remove_dir_all(&self.path);
+            let _ = remove(&self.path);
         }
     }
 }

@@ -125,7 +125,8 @@ fn manifest(folder: &Path) -> Option<Vec<PathBuf>> {
     Some(files.filter(|file| stays_inside(file)).collect())
 }
 
-fn stays_inside(file: &Path) -> bool {
+/// Whether a path leads to nothing outside of the folder that it is relative to.
+pub(super) fn stays_inside(file: &Path) -> bool {
     let plain = |part| matches!(part, Component::Normal(_));
     file.components().next().is_some() && file.components().all(plain)
 }

@@ -5,6 +5,7 @@ use super::{OutputError, Precision, Samples};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use thurible_core::checkpoint::Mix;
 
 /// A file of fields.
 pub(crate) struct Series {
@@ -14,6 +15,8 @@ pub(crate) struct Series {
     len: usize,
     /// How many there are.
     count: usize,
+    /// All their bits mixed into one word.
+    digest: u64,
 }
 
 impl Series {
@@ -26,7 +29,49 @@ impl Series {
             file: options.open(path).map_err(OutputError::of(path))?,
             len: 0,
             count: 0,
+            digest: 0,
         })
+    }
+
+    /// The one at `path` as it was when it held `count` fields of `len` numbers with this `digest`; what came after them is taken out.
+    /// `None` if it is not what it was.
+    pub fn go_on(
+        path: &Path,
+        (len, count, digest): (usize, usize, u64),
+        samples: &mut Samples,
+    ) -> Result<Option<Self>, OutputError> {
+        let unread = OutputError::unread(path);
+        let file = OpenOptions::new().read(true).write(true).open(path);
+        let file = file.map_err(&unread)?;
+        let bytes = (count as u64)
+            .saturating_mul(len as u64)
+            .saturating_mul(bytes_of(samples) as u64);
+        if file.metadata().map_err(&unread)?.len() < bytes {
+            return Ok(None);
+        }
+        file.set_len(bytes).map_err(OutputError::of(path))?;
+        let mut series = Self {
+            path: path.to_owned(),
+            file,
+            len,
+            count,
+            digest: 0,
+        };
+        for index in 0..count {
+            series.read(index, samples)?;
+            series.digest = mixed(series.digest, samples);
+        }
+        Ok((series.digest == digest).then_some(series))
+    }
+
+    /// Numbers of a field, how many fields there are, and all their bits mixed into one word.
+    pub fn state(&self) -> (usize, usize, u64) {
+        (self.len, self.count, self.digest)
+    }
+
+    /// Makes sure that all of it is on the disc.
+    pub fn sync(&self) -> io::Result<()> {
+        self.file.sync_data()
     }
 
     /// How many fields there are.
@@ -36,7 +81,7 @@ impl Series {
 
     /// Takes all fields out.
     pub fn clear(&mut self) -> Result<(), OutputError> {
-        self.count = 0;
+        (self.count, self.digest) = (0, 0);
         self.file.set_len(0).map_err(OutputError::of(&self.path))
     }
 
@@ -56,6 +101,7 @@ impl Series {
         };
         write().map_err(OutputError::of(&self.path))?;
         self.count += 1;
+        self.digest = mixed(self.digest, field);
         Ok(())
     }
 
@@ -73,6 +119,19 @@ impl Series {
         };
         read().map_err(OutputError::unread(&self.path))
     }
+}
+
+/// The bits of a field mixed into those before.
+fn mixed(before: u64, field: &Samples) -> u64 {
+    let mut mix = Mix::new();
+    mix.word(before);
+    match field {
+        Samples::F32(values) => values
+            .iter()
+            .for_each(|value| mix.word(u64::from(value.to_bits()))),
+        Samples::F64(values) => values.iter().for_each(|value| mix.word(value.to_bits())),
+    }
+    mix.finish()
 }
 
 /// Bytes of a number.

@@ -32,6 +32,8 @@ impl Spent {
 #[derive(Clone, Debug)]
 pub struct Clock {
     start: Instant,
+    /// Seconds of an earlier run that this one goes on from.
+    before: f64,
     running: Option<(&'static str, Instant)>,
     /// The phases that were entered so far, by name.
     phases: Vec<(&'static str, Spent)>,
@@ -50,6 +52,7 @@ impl Clock {
     pub fn start() -> Self {
         Clock {
             start: Instant::now(),
+            before: 0.0,
             running: None,
             phases: Vec::new(),
             begun: 0.0,
@@ -65,6 +68,11 @@ impl Clock {
         found.map_or_else(Spent::default, |(_, spent)| *spent)
     }
 
+    /// All phases that were entered so far, by name, and the seconds before this run.
+    pub fn state(&mut self) -> (&mut Vec<(&'static str, Spent)>, &mut f64) {
+        (&mut self.phases, &mut self.before)
+    }
+
     /// What was spent in all phases, so far.
     pub fn in_phases(&self) -> f64 {
         self.phases.iter().map(|(_, spent)| spent.seconds()).sum()
@@ -72,7 +80,7 @@ impl Clock {
 
     /// Seconds since the start of the program.
     pub fn total(&self) -> f64 {
-        self.start.elapsed().as_secs_f64()
+        self.before + self.start.elapsed().as_secs_f64()
     }
 
     /// Seconds since the solve began.

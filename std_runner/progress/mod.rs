@@ -50,6 +50,11 @@ impl Watch {
         }
     }
 
+    /// The window that is solved, where there are windows, and the iterations of those before.
+    pub fn window(&mut self) -> &mut Option<(usize, usize)> {
+        &mut self.window
+    }
+
     /// What follows is of window `number`; its iterations are counted on.
     pub fn enter_window(&mut self, number: usize) {
         self.window = Some((number, self.history.len()));

@@ -104,6 +104,23 @@ impl IterationRecord {
     }
 }
 
+impl Default for WindowRecord {
+    fn default() -> Self {
+        Self {
+            start: 0,
+            steps: 0,
+            kept: 0,
+            keyframes: Vec::new(),
+            ahead: None,
+            continued: false,
+            iterations: 0,
+            status: Status::Converged,
+            objective: Objective::default().into(),
+            seconds: 0.0,
+        }
+    }
+}
+
 /// One window of a scene that is solved in windows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WindowRecord {

@@ -1,13 +1,10 @@
 //! A planned solve in its block of memory: solve, make feasible, write, report.
 
-use super::found::Found;
-use super::frames::SolverFrames;
-use super::inputs::{Inputs, set_inputs, solver_refusal};
-use super::masses;
-use super::messages::{self, no_memory, not_finite};
-use super::outcome::{Facts, Outcome};
+use super::messages::{self, no_memory};
+use super::outcome::Outcome;
 use super::request::{Request, RunOptions};
 use super::settled::Settled;
+use crate::checkpoint::Keeper;
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
@@ -19,7 +16,7 @@ use crate::region::{Region, touch};
 use crate::report::{self, RunRecord};
 use crate::{bytes, threads};
 use core::mem::MaybeUninit;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
@@ -53,6 +50,15 @@ pub(crate) struct Solved {
     pub destination: Destination,
     pub record: RunRecord,
     pub watch: Watch,
+    /// Where the solve can be gone on from, where it was interrupted.
+    pub states: Option<PathBuf>,
+}
+
+/// Removes the states of a solve that ended; one that was interrupted goes on from the last of them.
+pub(super) fn end_of_states(keeper: &mut Keeper, ended: Status) {
+    if ended != Status::Cancelled || keeper.kept().is_none() {
+        keeper.forget();
+    }
 }
 
 impl Solved {
@@ -67,8 +73,12 @@ impl Solved {
             destination,
             record,
             watch,
+            states,
         } = self;
         messages::result(options.mode, &watch, &record, &destination);
+        if let Some(states) = states {
+            messages::can_go_on(options.mode, &states);
+        }
         Ok(Outcome {
             record,
             gallery,
@@ -82,6 +92,7 @@ impl Solved {
             destination,
             record,
             watch,
+            ..
         } = self;
         let result = destination.folder().to_path_buf();
         let draw = |aside: &Path| report::draw(&result, aside, record, options.outputs.images);
@@ -145,72 +156,10 @@ impl Job {
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
         if self.planned.windows.is_some() {
-            return self.solve_in_windows::<T, S>(exec, block);
+            self.solve_in_windows::<T, S>(exec, block)
+        } else {
+            self.solve_whole::<T, S>(exec, block)
         }
-        let masses = masses::of_a_free_flow::<T, S>(&self.request.scene, &self.planned, exec, block)?;
-        let problem = self.planned.problem.problem();
-        let mut solver = Solver::<T, S>::new(&problem, &self.planned.params, block)
-            .map_err(|error| solver_refusal(&error))?;
-        let inputs = self.set_inputs(&mut solver, masses.as_deref())?;
-        let files = report::files(self.planned.problem.steps, self.options.outputs.images);
-        let mut destination = Destination::check(&self.request.folder, files)?;
-        let mut watch = self.watch()?;
-        messages::plan(&watch.display, &self.request.scene, &self.planned);
-        inputs.notes.iter().for_each(|note| watch.display.file_note(note));
-        self.prepare(&mut solver, exec, &watch)?;
-        watch.clock.begin();
-        let mut settled = self.request.settled.map(Settled::new);
-        let ended = iterate(&mut solver, exec, &mut watch, settled.as_mut());
-        watch.clock.solved();
-        watch
-            .display
-            .detail(format_args!("making the result feasible and writing it"));
-        if ended == Status::NotReady || solver.finish(exec).is_err() {
-            watch.display.close();
-            return Err(not_finite(&self.request.scene));
-        }
-        watch.clock.finished();
-        let facts = Facts {
-            scene: &self.request.scene,
-            planned: &self.planned,
-            problem: &self.planned.problem,
-            footprint: self.footprint,
-            mass_factors: &inputs.mass_factors,
-            folder: destination.folder(),
-        };
-        let found = Found::of(&solver, &self.planned.problem);
-        let mut record = facts.record(found, ended, &mut watch);
-        if let Some(truth) = self.request.reference.as_ref().or(self.request.from.as_ref()) {
-            // A density that cannot be read is no reason to lose what was found.
-            match truth.compare(&self.request.scene, &solver) {
-                Ok(frames) => record.frames = frames,
-                Err(failure) => record.remarks.push(format!("It is not compared: {failure}.")),
-            }
-        }
-        let mut frames = SolverFrames::new(&mut solver, exec, &self.planned.problem);
-        destination.fill(|folder| report::write_numbers(folder, &mut frames, &record))?;
-        Ok(Solved {
-            destination,
-            record,
-            watch,
-        })
-    }
-
-    /// Hands the solver what it starts from.
-    fn set_inputs<T: Real, S: Space>(
-        &self,
-        solver: &mut Solver<'_, T, S>,
-        masses: Option<&[f64]>,
-    ) -> Result<Inputs, Failure> {
-        let scene = &self.request.scene;
-        let inputs = match &self.request.from {
-            Some(from) => from.begin(scene, solver, None)?,
-            None => set_inputs(scene, solver, masses)?,
-        };
-        if let Some(reference) = &self.request.reference {
-            reference.guide(scene, solver)?;
-        }
-        Ok(inputs)
     }
 
     pub(super) fn watch(&self) -> Result<Watch, Failure> {
@@ -247,12 +196,13 @@ impl Job {
     }
 }
 
-/// Iterates to the end, and records what is heard of it.
+/// Iterates to the end, and records what is heard of it; `each` comes after every iteration but the last.
 pub(super) fn iterate<T: Real, S: Space>(
     solver: &mut Solver<'_, T, S>,
     exec: &dyn Exec,
     watch: &mut Watch,
     mut settled: Option<&mut Settled<T>>,
+    each: &mut dyn FnMut(&mut Solver<'_, T, S>, &mut Watch),
 ) -> Status {
     loop {
         let progress = solver.step(exec, watch);
@@ -266,5 +216,6 @@ pub(super) fn iterate<T: Real, S: Space>(
         if settled.as_mut().is_some_and(|rule| rule.after_iteration(solver)) {
             return Status::Converged;
         }
+        each(solver, watch);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::bytes;
 use crate::console;
-use crate::destination::Destination;
+use crate::destination::{Destination, RUN_AGAIN};
 use crate::exit::{Failure, code_of_result};
 use crate::plan::{Planned, plan_fields, size_in_words};
 use crate::problem::OwnedProblem;
@@ -105,6 +105,45 @@ pub(crate) fn result(mode: Mode, watch: &Watch, record: &RunRecord, destination:
     if let Some(why) = destination.diverted() {
         console::error(&format!("thurible: {why}"));
     }
+}
+
+/// Says that the solve goes on from a state, and how far that was.
+pub(super) fn goes_on(display: &Display, folder: &Path, watch: &Watch) {
+    let (done, seconds) = (watch.history.len(), watch.clock.seconds());
+    display.event(
+        "resumed",
+        json!({ "iterations": done, "seconds": seconds, "from": folder.display().to_string() }),
+    );
+    display.note(&format!(
+        "going on from {} after {done} iterations and {}",
+        folder.display(),
+        in_words(seconds)
+    ));
+}
+
+/// Says how an interrupted solve is gone on with.
+pub(super) fn can_go_on(mode: Mode, states: &Path) {
+    if mode == Mode::Human {
+        console::print(&format!(
+            "its state is kept: `thurible resume {}` goes on",
+            states.display()
+        ));
+    }
+}
+
+/// The failure of a result that could not be written, with where the state of its solve is kept.
+pub(super) fn unwritten(failure: Failure, kept: Option<&Path>) -> Failure {
+    let Failure::File(why) = failure else {
+        return failure;
+    };
+    let why = why.trim_end_matches(RUN_AGAIN).trim_end_matches("; ");
+    Failure::File(match kept {
+        Some(place) => format!(
+            "{why}; the state of the solve is kept in {shown}: free some space and `thurible resume {shown}` writes the result, with -o DIR elsewhere",
+            shown = place.display()
+        ),
+        None => format!("{why}; {RUN_AGAIN}"),
+    })
 }
 
 /// How it ended, the objective, and where the result is.

@@ -14,14 +14,17 @@ pub(crate) mod messages;
 pub(crate) mod outcome;
 mod reach;
 mod request;
+mod saved;
 mod settled;
 mod targets;
+mod whole;
 mod windows;
 
 pub(crate) use earlier::Origin;
 pub(crate) use outcome::{Outcome, command_line};
 pub(crate) use request::{Outputs, Request, RunOptions};
 
+use crate::destination::refuse_result;
 use crate::exit::Failure;
 use crate::{address_space, plan, threads};
 use job::Job;
@@ -29,6 +32,9 @@ use job::Job;
 impl RunOptions {
     /// Solves the scene of `request` into its folder.
     pub(crate) fn solve(&self, request: Request) -> Result<Outcome, Failure> {
+        if !request.overwrites {
+            refuse_result(&request.folder)?;
+        }
         let planned = plan::choose(&request.scene, &self.plan)?;
         let threads = planned.params.threads;
         let (job, region) = Job::new(*self, request, planned)?;

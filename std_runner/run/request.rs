@@ -1,6 +1,7 @@
 //! A request: what is to be solved, and with which options.
 
 use super::earlier::Origin;
+use crate::checkpoint::{Every, Found};
 use crate::interrupt::Interrupt;
 use crate::plan::PlanOptions;
 use crate::progress::{Clock, Mode};
@@ -43,6 +44,14 @@ pub(crate) struct Request {
     pub interrupt: Option<Interrupt>,
     /// Ends the solve as converged where no density changes by more than this part of the largest at the start between two iterations.
     pub settled: Option<f64>,
+    /// Whether a result that is in the folder may go.
+    pub overwrites: bool,
+    /// How often the state is kept.
+    pub checkpoint: Every,
+    /// Whether keyframes and method of the scene's file are left out.
+    pub free: bool,
+    /// The state that the solve goes on from.
+    pub found: Option<Found>,
 }
 
 impl Request {
@@ -56,6 +65,10 @@ impl Request {
             reference: None,
             interrupt: None,
             settled: None,
+            overwrites: true,
+            checkpoint: Every::Off,
+            free: false,
+            found: None,
         }
     }
 }

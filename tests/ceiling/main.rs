@@ -106,7 +106,16 @@ fn words(output: &Output) -> String {
 fn the_program_needs_its_plan_and_little_more() {
     let (folder, start, bytes) = prepared("ceiling_program", SCENE);
     assert!(bytes > 4 * MIB);
-    let solve = ["solve", "scene.toml", "--threads", "1", "--quiet", "-o", "out"];
+    let solve = [
+        "solve",
+        "scene.toml",
+        "--threads",
+        "1",
+        "--quiet",
+        "--force",
+        "-o",
+        "out",
+    ];
     let enough = run(&folder, start + bytes + SPARE, &solve);
     assert!(
         matches!(enough.status.code(), Some(0 | 5)),
@@ -146,7 +155,7 @@ fn pictures_that_do_not_fit_are_left_out() {
     let ended = run(
         &folder,
         start + bytes + SPARE,
-        &["solve", "scene.toml", "--threads", "1", "-o", "out"],
+        &["solve", "scene.toml", "--threads", "1", "--force", "-o", "out"],
     );
     assert!(matches!(ended.status.code(), Some(0 | 5)), "{ended:?}");
     assert!(
@@ -202,7 +211,16 @@ fn drawing_takes_what_is_promised() {
         .replace("step = 24", "step = 2")
         .replace("[0.6, 0.5]", "[9.0, 9.0]");
     let (folder, _, bytes) = prepared("ceiling_drawing", &large);
-    let solve = ["solve", "scene.toml", "--threads", "1", "--quiet", "-o", "out"];
+    let solve = [
+        "solve",
+        "scene.toml",
+        "--threads",
+        "1",
+        "--quiet",
+        "--force",
+        "-o",
+        "out",
+    ];
     let promised = bytes + BESIDE + DRAWING * 1024 * 1024;
     assert!(
         words(&run(&folder, promised, &solve)).contains("puts nothing into the box"),
@@ -235,7 +253,16 @@ fn a_picture_that_does_not_fit_is_refused() {
         .write_image_data(&vec![255; (side * side) as usize])
         .unwrap();
     let needed = u64::from(side * side) * 16;
-    let solve = ["solve", "scene.toml", "--threads", "1", "--quiet", "-o", "out"];
+    let solve = [
+        "solve",
+        "scene.toml",
+        "--threads",
+        "1",
+        "--quiet",
+        "--force",
+        "-o",
+        "out",
+    ];
     let short = run(&folder, start + bytes + needed / 2, &solve);
     assert_eq!(short.status.code(), Some(2), "{short:?}");
     assert!(
@@ -255,7 +282,16 @@ fn threads_without_addresses_are_refused() {
         let ended = run(
             &folder,
             start + bytes + MIB + more * MIB,
-            &["solve", "scene.toml", "--threads", "2", "--quiet", "-o", "out"],
+            &[
+                "solve",
+                "scene.toml",
+                "--threads",
+                "2",
+                "--quiet",
+                "--force",
+                "-o",
+                "out",
+            ],
         );
         match ended.status.code() {
             Some(3) if more < 200 => assert!(words(&ended).contains("use --threads 1"), "{}", words(&ended)),

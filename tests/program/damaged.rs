@@ -41,7 +41,7 @@ fn shapes_and_velocities_from_damaged_archives_are_refused() {
         ("velocity_y", CIRCLE, CIRCLE),
     ] {
         let scene = scene(&folder, source, target);
-        let command = ["solve", scene.as_str(), "--quiet", "--set", velocity];
+        let command = ["solve", scene.as_str(), "--quiet", "--force", "--set", velocity];
         write(&folder.join("a.npz"), &arrays, "");
         assert_eq!(run(&command).code, 0);
         write(&folder.join("a.npz"), &arrays, damaged);
@@ -53,7 +53,10 @@ fn shapes_and_velocities_from_damaged_archives_are_refused() {
     // The archive is what is damaged, and not the arrays that are asked for.
     write(&folder.join("a.npz"), &arrays, "density");
     let scene = scene(&folder, CIRCLE, CIRCLE);
-    assert_eq!(run(&["solve", &scene, "--quiet", "--set", velocity]).code, 0);
+    assert_eq!(
+        run(&["solve", &scene, "--quiet", "--force", "--set", velocity]).code,
+        0
+    );
 }
 
 #[test]
@@ -72,6 +75,7 @@ fn a_damaged_result_is_not_gone_on_from() {
         "simulate",
         &scene,
         "--quiet",
+        "--force",
         "--from",
         folder.to_str().unwrap(),
         "-o",

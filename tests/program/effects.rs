@@ -391,7 +391,14 @@ fn obstacles_are_in_the_result() {
                 [[keyframe]]\nstep = 8\ncircle = { center = [0.72, 0.5], radius = 0.15 }\n[method]\niterations = 4\n[output]\nfolder = \"out\"\n";
     fs::write(&scene, text).unwrap();
     for method in ["direct", "lbfgs", "pd", "admm"] {
-        let ended = run(&["solve", scene.to_str().unwrap(), "--quiet", "--method", method]);
+        let ended = run(&[
+            "solve",
+            scene.to_str().unwrap(),
+            "--quiet",
+            "--force",
+            "--method",
+            method,
+        ]);
         assert!(ended.code == 0 || ended.code == 5, "{}", ended.err);
         let out = folder.join("out");
         let report = fs::read_to_string(out.join("report.json")).unwrap();

@@ -12,6 +12,8 @@ mod support;
 
 mod cases;
 mod check_gradient;
+#[cfg(unix)]
+mod checkpoints;
 mod compare;
 mod condense;
 mod damaged;

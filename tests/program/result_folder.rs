@@ -32,7 +32,11 @@ fn scene(folder: &Path) -> String {
 }
 
 fn solve(scene: &str, out: &Path, more: &[&str]) -> Ended {
-    run(&[&["solve", scene, "--quiet", "-o", out.to_str().unwrap()], more].concat())
+    run(&[
+        &["solve", scene, "--quiet", "--force", "-o", out.to_str().unwrap()],
+        more,
+    ]
+    .concat())
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -172,7 +176,7 @@ fn what_cannot_be_written_is_refused_before_the_solve() {
     let folder = fresh_folder("cannot_be_written");
     let (scene, out) = (scene(&folder), folder.join("out"));
     let refused = |out: &Path, words: &[&str]| {
-        let ended = run(&["solve", &scene, "--json", "-o", out.to_str().unwrap()]);
+        let ended = run(&["solve", &scene, "--json", "--force", "-o", out.to_str().unwrap()]);
         assert_eq!((ended.code, ended.out.as_str()), (4, ""), "{}", ended.err);
         assert!(words.iter().all(|word| ended.err.contains(word)), "{}", ended.err);
         assert_eq!(ended.err.lines().count(), 1);

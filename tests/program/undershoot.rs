@@ -38,7 +38,7 @@ fn what_a_scheme_undershoots_becomes_zero() {
     assert_eq!(ended.code, 0, "{}", ended.err);
     // Nothing to say of a density that is one.
     fs::write(folder.join("a.npy"), npy(&[SIDE, SIDE], &density())).unwrap();
-    assert!(!run(&["solve", &scene]).err.contains("below 0"));
+    assert!(!run(&["solve", &scene, "--force"]).err.contains("below 0"));
 }
 
 #[test]

@@ -109,8 +109,9 @@ impl Look<'_> {
             return Ok(Aim::Nowhere);
         };
         let scene = &request.scene;
-        let mut solver = Solver::<T, S>::new(&way.problem(), &planned.params, block)
-            .map_err(|error| solver_refusal(&error))?;
+        let params = planned.choices(&way, &planned.params);
+        let mut solver =
+            Solver::<T, S>::new(&way.problem(), &params, block).map_err(|error| solver_refusal(&error))?;
         let seen = Window {
             emitters: window.emitters_on_way(&planned.problem),
             ..window.clone()

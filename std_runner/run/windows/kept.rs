@@ -21,19 +21,19 @@ const TARGET: &str = "keyframe";
 
 /// The fields of all steps so far.
 pub(super) struct Kept {
-    scratch: Aside,
+    pub(super) scratch: Aside,
     /// What there is a result of.
     pub problem: OwnedProblem,
     periodic: Vec<bool>,
-    precision: Precision,
-    outputs: &'static [Output],
-    series: BTreeMap<String, Series>,
+    pub(super) precision: Precision,
+    pub(super) outputs: &'static [Output],
+    pub(super) series: BTreeMap<String, Series>,
     /// The keyframes that were judged, in the order of their steps.
     pub errors: Vec<KeyframeError>,
     /// The mass that emitters have added.
     pub emitted: f64,
     /// Factors of the price of the force.
-    factors: Vec<f64>,
+    pub(super) factors: Vec<f64>,
     /// Why something could not be read back.
     trouble: RefCell<Option<OutputError>>,
 }

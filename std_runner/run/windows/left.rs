@@ -1,5 +1,6 @@
 //! What a window leaves to the next: the density and the velocity there, and the rest of its flow to begin the search with.
 
+use crate::checkpoint::{Sealed, Unsealed, Words};
 use crate::destination::Aside;
 use crate::exit::Failure;
 use crate::keyframes::Note;
@@ -9,6 +10,7 @@ use crate::run::drawn::{drawn, refuse};
 use crate::run::inputs::{set_emitters, set_obstacles, set_velocity};
 use crate::scene::Scene;
 use crate::windows::Window;
+use thurible_core::checkpoint::{Damaged, Refused, Sink, Source};
 use thurible_core::output::{DENSITY, VELOCITY};
 use thurible_core::{InputError, Real, Solver, Space};
 
@@ -52,6 +54,63 @@ impl Left {
             for step in window.keeps..window.steps {
                 frames.read(&VELOCITY, step, axis, samples);
                 series.append(samples).map_err(failed)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// How many fields of how many numbers there are: of the density, and of the velocity along each axis.
+    pub fn record(&self, words: &mut Words, sizes: &mut Vec<(usize, usize)>) -> Result<(), Damaged> {
+        let size = |series: &Series| (series.state().0, series.state().1);
+        if !words.reads() {
+            *sizes = [&self.density]
+                .into_iter()
+                .chain(&self.velocity)
+                .map(size)
+                .collect();
+        }
+        words.list(sizes, (0, 0), |words, (len, count)| {
+            words.count(len)?;
+            words.count(count)
+        })
+    }
+
+    /// Writes all fields into a checkpoint.
+    pub fn write(&mut self, file: &mut Sealed) -> Result<(), Refused> {
+        let samples = &mut self.samples;
+        for series in [&self.density].into_iter().chain(&self.velocity) {
+            for index in 0..series.count() {
+                series.read(index, samples).map_err(|_| Refused)?;
+                match &*samples {
+                    Samples::F32(values) => values
+                        .iter()
+                        .try_for_each(|value| file.put(&value.to_le_bytes()))?,
+                    Samples::F64(values) => values
+                        .iter()
+                        .try_for_each(|value| file.put(&value.to_le_bytes()))?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes fields of these `sizes` out of a checkpoint.
+    pub fn go_on(
+        &mut self,
+        file: &mut Unsealed,
+        sizes: &[(usize, usize)],
+    ) -> Result<(), Option<OutputError>> {
+        let samples = &mut self.samples;
+        let all = [&mut self.density].into_iter().chain(&mut self.velocity);
+        for (series, &(len, count)) in all.zip(sizes) {
+            for _ in 0..count {
+                samples.clear(0);
+                match &mut *samples {
+                    Samples::F32(values) => pull(file, len, values, f32::from_le_bytes),
+                    Samples::F64(values) => pull(file, len, values, f64::from_le_bytes),
+                }
+                .map_err(|Refused| None)?;
+                series.append(samples).map_err(Some)?;
             }
         }
         Ok(())
@@ -130,6 +189,21 @@ impl Left {
         }
         Ok(&mut self.samples)
     }
+}
+
+/// `values` become the next `count` numbers of a checkpoint.
+fn pull<V, const N: usize>(
+    file: &mut Unsealed,
+    count: usize,
+    values: &mut Vec<V>,
+    number: impl Fn([u8; N]) -> V,
+) -> Result<(), Refused> {
+    let mut bytes = [0; N];
+    for _ in 0..count {
+        file.take(&mut bytes)?;
+        values.push(number(bytes));
+    }
+    Ok(())
 }
 
 /// The failure of a file.

@@ -1,20 +1,24 @@
 //! A scene that is solved window by window in the memory of one: see [`crate::windows`].
 
 mod ahead;
+mod enter;
 mod kept;
 mod left;
+mod state;
 mod sum;
 mod walk;
 
-use super::job::{Job, Solved};
+use super::job::{Job, Solved, end_of_states};
 use super::messages::{self, not_finite};
 use super::outcome::Facts;
-use crate::destination::Destination;
+use super::saved::Reading;
+use crate::destination::{Aside, Destination};
 use crate::exit::Failure;
 use crate::output::Sample;
 use crate::report;
 use core::mem::MaybeUninit;
-use thurible_core::{Exec, Real, Space, Status};
+use std::path::Path;
+use thurible_core::{Exec, Real, Space};
 use walk::Walk;
 
 impl Job {
@@ -27,37 +31,47 @@ impl Job {
         let windows = self.planned.windows();
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
-        let mut walk = Walk::new(self, destination.aside()?, exec, T::PRECISION)?;
-        walk.look_ahead::<T, S>(block)?;
+        let mut keeper = self.keeper(&destination)?;
+        let aside = if keeper.is_on() {
+            Aside::within(keeper.folder()?.to_owned())
+        } else {
+            destination.aside()?
+        };
+        let mut reading = self.request.found.as_ref().map(Reading::new).transpose()?;
+        let mut walk = Walk::new(self, aside, exec, T::PRECISION)?;
         let mut watch = self.watch()?;
+        match &mut reading {
+            Some(reading) => walk.go_on::<T, S>(block, reading, &mut watch)?,
+            None => walk.look_ahead::<T, S>(block)?,
+        }
         messages::plan(&watch.display, &self.request.scene, &self.planned);
         messages::windows(&watch.display, &windows);
-        watch.clock.begin();
-        let mut nested = 0.0;
-        let mut ended = Status::Converged;
-        for (number, window) in windows.iter().enumerate() {
-            let begun = watch.clock.seconds();
+        match &reading {
+            Some(reading) => messages::goes_on(&watch.display, reading.folder(), &watch),
+            None => watch.clock.begin(),
+        }
+        let mut ended = walk.ended();
+        while !walk.is_over()
+            && let Some(window) = windows.get(walk.number())
+        {
             messages::window(
                 &watch.display,
                 &self.planned.problem,
-                (number, windows.len()),
+                (walk.number(), windows.len()),
                 window,
             );
-            watch.enter_window(number);
-            ended = walk.through::<T, S>(block, &mut watch, window)?;
-            nested += (watch.clock.nested - begun).max(0.0);
-            if walk.is_over() {
-                break;
-            }
+            ended = walk.through::<T, S>(block, (&mut watch, &mut keeper), window, reading.take())?;
         }
-        watch.clock.nested = nested;
+        watch.clock.nested = walk.nested();
         watch.clock.solved();
         watch.display.detail(format_args!("writing the result"));
         watch.clock.finished();
         if walk.kept.problem.steps < 2 {
             watch.display.close();
+            keeper.forget();
             return Err(not_finite(&self.request.scene));
         }
+        let end = walk.words(&mut watch);
         let (found, mass_factors) = walk.found();
         let facts = Facts {
             scene: &self.request.scene,
@@ -72,13 +86,21 @@ impl Job {
             record.remarks.insert(0, short);
         }
         let kept = &mut walk.kept;
-        destination.fill(|folder| {
-            report::write_numbers(folder, kept, &record).map_err(|error| kept.trouble(error))
-        })?;
+        let filled = destination
+            .fill(|folder| report::write_numbers(folder, kept, &record).map_err(|error| kept.trouble(error)));
+        if let Err(failure) = filled {
+            watch.display.close();
+            let states = end
+                .filter(|_| keeper.is_on())
+                .and_then(|words| keeper.keep_end(false, &words, &mut |file| walk.write(file)));
+            return Err(messages::unwritten(failure, states.as_deref()));
+        }
+        end_of_states(&mut keeper, ended);
         Ok(Solved {
             destination,
             record,
             watch,
+            states: keeper.kept().map(Path::to_owned),
         })
     }
 }

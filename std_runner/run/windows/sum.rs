@@ -1,10 +1,13 @@
 //! What all windows come to together.
 
+use crate::checkpoint::Words;
 use crate::problem::OwnedProblem;
 use crate::remarks::KeyframeError;
 use crate::report::WindowRecord;
 use crate::run::found::{Found, density_range, leaves};
+use crate::run::saved::objective;
 use crate::windows::Window;
+use thurible_core::checkpoint::Damaged;
 use thurible_core::{Exec, Objective, Real, Solver, Space, Status};
 
 /// The windows so far, and sums over what they keep.
@@ -60,6 +63,24 @@ impl Sum {
         self.mass = solver.density(window.keeps).iter().map(|x| x.to_f64()).sum();
     }
 
+    /// Passes over all of it.
+    pub fn record(&mut self, words: &mut Words) -> Result<(), Damaged> {
+        words.list(&mut self.windows, WindowRecord::default(), window)?;
+        for sum in [&mut self.objective, &mut self.of_last] {
+            let mut record = (*sum).into();
+            objective(words, &mut record)?;
+            *sum = Objective {
+                data: record.data,
+                force: record.force,
+                plain: record.plain,
+            };
+        }
+        let numbers = self.densities.iter_mut().chain(&mut self.source);
+        numbers
+            .chain([&mut self.mass])
+            .try_for_each(|number| words.real(number))
+    }
+
     /// Takes out what the end of the last window adds, where no window goes on from there.
     pub fn leave_last_out(&mut self) {
         self.objective = combined(self.objective, -1.0, self.of_last);
@@ -96,6 +117,20 @@ impl Sum {
             windows: core::mem::take(&mut self.windows),
         }
     }
+}
+
+/// Passes over what is told of a window.
+fn window(words: &mut Words, record: &mut WindowRecord) -> Result<(), Damaged> {
+    words.count(&mut record.start)?;
+    words.count(&mut record.steps)?;
+    words.count(&mut record.kept)?;
+    words.counts(&mut record.keyframes)?;
+    words.option(&mut record.ahead, Words::count)?;
+    words.flag(&mut record.continued)?;
+    words.count(&mut record.iterations)?;
+    words.named(&mut record.status)?;
+    objective(words, &mut record.objective)?;
+    words.real(&mut record.seconds)
 }
 
 /// The sum of `one` and `s` times `other`.

@@ -1,9 +1,10 @@
 //! From window to window: each in the block that the one before had, and what comes of all of them.
 
-use super::ahead::{Aim, Look, check_keyframes, free_masses};
+use super::ahead::{check_keyframes, free_masses};
 use super::kept::Kept;
 use super::left::Left;
 use super::sum::Sum;
+use crate::checkpoint::Keeper;
 use crate::destination::Aside;
 use crate::exit::Failure;
 use crate::output::{Precision, Sample, Samples};
@@ -11,31 +12,46 @@ use crate::plan;
 use crate::problem::OwnedProblem;
 use crate::progress::Watch;
 use crate::report::WindowRecord;
-use crate::run::drawn::refuse;
 use crate::run::found::Found;
 use crate::run::frames::SolverFrames;
-use crate::run::inputs::{set_mask, solver_refusal};
 use crate::run::job::{Job, iterate};
 use crate::run::messages::not_finite;
-use crate::run::targets::{Which, set_keyframes};
+use crate::run::saved::{self, Reading};
 use crate::windows::Window;
 use core::mem::MaybeUninit;
 use thurible_core::method::registry::steers;
-use thurible_core::{Exec, Method, Params, Progress, Real, Solver, Space, Status};
+use thurible_core::{Exec, Params, Progress, Real, Solver, Space, Status};
 
 /// How far the windows have come.
 pub(super) struct Walk<'a> {
-    job: &'a Job,
-    exec: &'a dyn Exec,
-    left: Left,
+    pub(super) job: &'a Job,
+    pub(super) exec: &'a dyn Exec,
+    pub(super) left: Left,
     /// The same of a flow that nothing steers, where keyframes take its mass.
     free: Left,
     pub kept: Kept,
     /// The mass of such a flow at every step.
-    masses: Option<Vec<f64>>,
-    mass_factors: Vec<f64>,
-    sum: Sum,
-    over: bool,
+    pub(super) masses: Option<Vec<f64>>,
+    pub(super) mass_factors: Vec<f64>,
+    pub(super) sum: Sum,
+    pub(super) over: bool,
+    /// The number of the next window, and what is remembered of it while it is under way.
+    pub(super) number: usize,
+    pub(super) inside: Option<Inside>,
+    pub(super) ended: Status,
+    pub(super) nested: f64,
+}
+
+/// What is remembered of a window that is under way.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Inside {
+    /// Whether there is a target where the way ahead leads.
+    pub(super) aimed: bool,
+    /// Whether its search began with what was left of the window before.
+    pub(super) continued: bool,
+    /// When it began, and at which iteration.
+    pub(super) second: f64,
+    pub(super) iteration: usize,
 }
 
 impl<'a> Walk<'a> {
@@ -58,6 +74,10 @@ impl<'a> Walk<'a> {
             mass_factors: Vec::new(),
             sum: Sum::default(),
             over: false,
+            number: 0,
+            inside: None,
+            ended: Status::Converged,
+            nested: 0.0,
         })
     }
 
@@ -72,7 +92,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The parameters of a window.
-    fn params(&self, is_searched: bool) -> Params {
+    pub(super) fn params(&self, is_searched: bool) -> Params {
         let params = &self.job.planned.params;
         if is_searched { *params } else { plan::free(params) }
     }
@@ -89,58 +109,73 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    /// Solves a window, and takes what it keeps; how all of them ended so far.
+    /// The number of the next window.
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
+    /// How all windows ended so far.
+    pub fn ended(&self) -> Status {
+        self.ended
+    }
+
+    /// The seconds of their nested starts.
+    pub fn nested(&self) -> f64 {
+        self.nested
+    }
+
+    /// Solves a window, on from the state that is left to read if there is one, and takes what it keeps; how all of them ended so far.
     pub fn through<T: Real + Sample, S: Space>(
         &mut self,
         block: &mut [MaybeUninit<u8>],
-        watch: &mut Watch,
+        (watch, keeper): (&mut Watch, &mut Keeper),
         window: &Window,
+        reading: Option<Reading<'_>>,
     ) -> Result<Status, Failure> {
-        let begun = (watch.clock.seconds(), watch.history.len());
-        let look = Look {
-            job: self.job,
-            exec: self.exec,
-            masses: self.masses.as_deref(),
+        let before = self.inside.take().zip(reading);
+        let entered = match before {
+            Some((inside, mut reading)) => Some(self.reenter::<T, S>(block, window, inside, &mut reading)?),
+            None => self.enter::<T, S>(block, watch, window)?,
         };
-        let aim = match look.along::<T, S>(&mut self.left, block, watch, window)? {
-            Aim::At(density) => Some(density),
-            Aim::Nowhere => None,
-            Aim::Cancelled if self.left.is_there() => return self.end_before(window, Status::Cancelled),
-            Aim::Cancelled => None,
+        let Some((mut solver, problem, mut window, inside)) = entered else {
+            self.ended = self.end_before(window, Status::Cancelled)?;
+            return Ok(self.ended);
         };
-        let mut window = window.clone();
-        window.ahead = window.ahead.filter(|_| aim.is_some());
-        let problem = window.problem(&self.job.planned.problem);
-        let mut solver = Solver::<T, S>::new(&problem.problem(), &self.params(window.is_searched()), block)
-            .map_err(|error| solver_refusal(&error))?;
-        self.begin(&mut solver, watch, &window, aim)?;
-        let continued = self.go_on(&mut solver, &window)?;
-        let ended = self.iterate(&mut solver, watch, &window);
+        self.inside = Some(inside);
+        let ended = self.iterate(&mut solver, watch, keeper, &window);
+        self.inside = None;
+        self.nested += (watch.clock.nested - inside.second).max(0.0);
         let unfinished = ended == Status::NotReady || solver.finish(self.exec).is_err();
         let useless = unfinished || (ended == Status::Cancelled && !window.is_searched());
         if useless && self.left.is_there() {
-            return self.end_before(&window, ended);
+            self.ended = self.end_before(&window, ended)?;
+            return Ok(self.ended);
         }
         if unfinished {
             watch.display.close();
+            keeper.forget();
             return Err(not_finite(&self.job.request.scene));
         }
         if ended == Status::Cancelled {
             (window.is_last, window.keeps) = (true, window.steps);
         }
-        self.record(&solver, watch, &window, (ended, continued), begun);
+        self.note(&solver, watch, &window, (ended, inside));
         self.take(&mut solver, &problem, &window)?;
-        Ok(self.sum.worst())
+        self.number += 1;
+        self.ended = self.sum.worst();
+        if !self.over && keeper.is_due(watch) {
+            self.keep(watch, keeper, &mut |_| Ok(()));
+        }
+        Ok(self.ended)
     }
 
-    /// Notes how a window went, which began at a second and an iteration.
-    fn record<T: Real, S: Space>(
+    /// Notes how a window went.
+    fn note<T: Real, S: Space>(
         &mut self,
         solver: &Solver<'_, T, S>,
         watch: &Watch,
         window: &Window,
-        (ended, continued): (Status, bool),
-        (second, iteration): (f64, usize),
+        (ended, inside): (Status, Inside),
     ) {
         let steps = &self.job.planned.problem.keyframes;
         let step = |number: &usize| steps.get(*number).copied();
@@ -150,92 +185,33 @@ impl<'a> Walk<'a> {
             kept: window.keeps,
             keyframes: window.keyframes.iter().filter_map(step).collect(),
             ahead: window.beyond().and_then(|number| step(&number)),
-            continued,
-            iterations: watch.history.len() - iteration,
+            continued: inside.continued,
+            iterations: watch.history.len() - inside.iteration,
             status: ended.of_result(true),
             objective: solver.objective().into(),
-            seconds: watch.clock.seconds() - second,
+            seconds: watch.clock.seconds() - inside.second,
         });
     }
 
-    /// Hands a solver what its window begins with.
-    fn begin<T: Real + Sample, S: Space>(
+    /// Iterates to the end, and keeps states; what is only simulated is no iteration of a search.
+    fn iterate<T: Real + Sample, S: Space>(
         &mut self,
-        solver: &mut Solver<'_, T, S>,
-        watch: &Watch,
-        window: &Window,
-        aim: Option<Samples>,
-    ) -> Result<(), Failure> {
-        let request = &self.job.request;
-        let (scene, from, is_first) = (&request.scene, request.from.as_ref(), !self.left.is_there());
-        let mut notes = Vec::new();
-        self.left.begin(scene, from, window, solver, &mut notes)?;
-        if window.is_searched() {
-            set_mask(scene, solver, &mut notes)?;
-            let which = Which {
-                masses: self.masses.as_deref(),
-                among: Some(&window.keyframes),
-            };
-            let factors = set_keyframes(scene, solver, which, &mut notes)?;
-            if let Some(mut aim) = aim {
-                let last = window.keyframes.len();
-                solver
-                    .set_keyframe(last, T::list(&mut aim))
-                    .map_err(refuse(scene, "keyframe"))?;
-            }
-            let judged = window.keyframes.iter().zip(factors);
-            let steps = &self.job.planned.problem.keyframes;
-            let own = judged.filter(|(number, _)| {
-                steps
-                    .get(**number)
-                    .is_some_and(|step| window.judges().contains(step))
-            });
-            self.mass_factors.extend(own.map(|(_, factor)| factor));
-        }
-        if is_first {
-            notes.iter().for_each(|note| watch.display.file_note(note));
-            self.job.prepare(solver, self.exec, watch)?;
-        }
-        Ok(())
-    }
-
-    /// Lets the search begin with the rest of the window before, unless the method begins on coarser grids by itself, which leads as far;
-    /// whether it does.
-    fn go_on<T: Real + Sample, S: Space>(
-        &mut self,
-        solver: &mut Solver<'_, T, S>,
-        window: &Window,
-    ) -> Result<bool, Failure> {
-        let Params {
-            method,
-            direct,
-            lbfgs,
-            ..
-        } = self.job.planned.params;
-        let continues = match method {
-            Method::Direct => !direct.nested,
-            Method::Lbfgs => !lbfgs.nested,
-            _ => false,
-        };
-        if !(continues && window.is_searched() && self.left.is_there()) {
-            return Ok(false);
-        }
-        self.left.give(solver, window.steps)?;
-        Ok(solver.begin_at_given(self.exec).unwrap_or(false))
-    }
-
-    /// Iterates to the end; what is only simulated is no iteration of a search.
-    fn iterate<T: Real, S: Space>(
-        &self,
         solver: &mut Solver<'_, T, S>,
         watch: &mut Watch,
+        keeper: &mut Keeper,
         window: &Window,
     ) -> Status {
+        let exec = self.exec;
         if window.is_searched() || !self.steers() {
-            return iterate(solver, self.exec, watch, None);
+            let mut each = |solver: &mut Solver<'_, T, S>, watch: &mut Watch| {
+                if keeper.is_due(watch) {
+                    self.keep(watch, keeper, &mut |file| saved::write(solver, file));
+                }
+            };
+            return iterate(solver, exec, watch, None, &mut each);
         }
         loop {
-            let Progress { status, .. } = solver.step(self.exec, watch);
+            let Progress { status, .. } = solver.step(exec, watch);
             if let Some(status) = status {
                 return status;
             }

@@ -19,7 +19,7 @@ impl Endless {
     }
 
     /// Starts `command`, which prints lines of JSON, and waits for one that `is_it`.
-    pub fn seen(command: &mut Command, is_it: impl Fn(&str) -> bool) -> Self {
+    pub fn seen(command: &mut Command, mut is_it: impl FnMut(&str) -> bool) -> Self {
         let mut program = command
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -39,7 +39,13 @@ impl Endless {
 
     /// Solves `scene` into `out`.
     pub fn solving(scene: &str, out: &Path) -> Self {
-        Self::begin(super::thurible().args(["solve", scene, "-o", out.to_str().unwrap()]))
+        Self::begin(super::thurible().args(["solve", scene, "--force", "-o", out.to_str().unwrap()]))
+    }
+
+    /// Ends it at once, by the signal that nobody hears.
+    pub fn kill(mut self) {
+        self.program.kill().unwrap();
+        self.program.wait().unwrap();
     }
 
     /// Asks it to stop, and returns how it ended.

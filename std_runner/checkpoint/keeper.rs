@@ -1,0 +1,252 @@
+//! Keeps the state of a solve while it runs.
+
+use super::open::{held, write};
+use super::{Every, Found, Options, SLOTS, Sealed, Solve, Words, beside};
+use crate::destination::Destination;
+use crate::exit::Failure;
+use crate::held::remove;
+use crate::progress::Watch;
+use crate::scene::Document;
+use crate::{bytes, room};
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+use std::{env, io};
+use thurible_core::checkpoint::Refused;
+
+/// Solves that take longer than this are kept without being asked, in seconds.
+const LONG: f64 = 300.0;
+/// How often, in seconds, and the most that it may take, in parts of the time between.
+const OFTEN: f64 = 60.0;
+const SHARE: f64 = 0.05;
+/// Iterations by which the time that is left is estimated.
+const LATEST: usize = 5;
+
+/// Bytes that a solve is going to write.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Needs {
+    /// The result.
+    pub result: u64,
+    /// A state.
+    pub state: u64,
+}
+
+/// Keeps the states of a solve: the last two.
+pub(crate) struct Keeper {
+    every: Every,
+    /// Where, and as the user knows it.
+    place: PathBuf,
+    document: Document,
+    options: Options,
+    solve: Option<Solve>,
+    /// Held from the first state on.
+    lock: Option<Arc<File>>,
+    /// When the last state was kept, how long that took, and the iterations so far.
+    last: Instant,
+    took: f64,
+    iterations: usize,
+    /// Whether the user has heard that a state could not be kept.
+    told: bool,
+}
+
+impl Keeper {
+    /// For a solve of `document` that was begun now or, with `found`, goes on from there. Sees whether there is room for what it is going to
+    /// write.
+    ///
+    /// # Errors
+    /// There is no room for the result, or for states that were asked for.
+    pub fn new(
+        every: Every,
+        destination: &Destination,
+        needs: Needs,
+        (document, options): (Document, Options),
+        found: Option<&Found>,
+    ) -> Result<Self, Failure> {
+        let mut keeper = Self {
+            every,
+            place: found.map_or_else(|| beside(destination.folder()), |found| found.place.clone()),
+            document,
+            options,
+            solve: found.map(|found| found.solve.clone()),
+            lock: found.map(|found| Arc::clone(&found.lock)),
+            last: Instant::now(),
+            took: 0.0,
+            iterations: 0,
+            told: false,
+        };
+        keeper.look_for_room(destination, needs)?;
+        Ok(keeper)
+    }
+
+    fn look_for_room(&mut self, destination: &Destination, needs: Needs) -> Result<(), Failure> {
+        let Some(free) = room::free_at(destination.folder()) else {
+            return Ok(());
+        };
+        let shown = destination.shown().display();
+        let in_words = |count: u64| bytes::rounded(usize::try_from(count).unwrap_or(usize::MAX));
+        if free < needs.result {
+            return Err(Failure::File(format!(
+                "the result takes about {}, but the disc of {shown} has room for {} only; free some space, or choose a folder on another disc with -o DIR",
+                in_words(needs.result),
+                in_words(free)
+            )));
+        }
+        // Two are kept while the third is written; those that are there already have their room.
+        let there = SLOTS
+            .iter()
+            .filter(|slot| self.place.join(slot).is_file())
+            .count() as u64;
+        let states = needs.state.saturating_mul(3 - there);
+        if room::free_at(&self.place).unwrap_or(free) >= needs.result.saturating_add(states) {
+            return Ok(());
+        }
+        if self.every.is_asked_for() {
+            return Err(Failure::File(format!(
+                "the result takes about {} and its checkpoints {}, but the disc of {shown} has room for {} only; free some space, choose a folder on another disc with -o DIR, or do without by --checkpoint off",
+                in_words(needs.result),
+                in_words(states),
+                in_words(free)
+            )));
+        }
+        self.every = Every::Off;
+        Ok(())
+    }
+
+    /// Whether anything is kept at all.
+    pub fn is_on(&self) -> bool {
+        self.every != Every::Off
+    }
+
+    /// A folder for files that states belong to, held from now on.
+    ///
+    /// # Errors
+    /// The system refused, or another run holds it.
+    pub fn folder(&mut self) -> Result<&Path, Failure> {
+        if self.lock.is_none() {
+            fs::create_dir_all(&self.place).map_err(|error| {
+                let shown = self.place.display();
+                Failure::File(format!("cannot write {shown}: {error}; choose another folder with -o DIR, or keep no state with --checkpoint off"))
+            })?;
+            self.lock = Some(Arc::new(held(&self.place)?));
+        }
+        Ok(&self.place)
+    }
+
+    /// Whether a state should be kept after the iteration that is over.
+    pub fn is_due(&self, watch: &Watch) -> bool {
+        let since = self.last.elapsed().as_secs_f64();
+        match self.every {
+            Every::Off => false,
+            Every::Seconds(seconds) => since >= seconds,
+            Every::Iterations(count) => watch.history.len() >= self.iterations + count,
+            Every::ByItself => since >= OFTEN.max(self.took / SHARE) && expected_seconds(watch) > LONG,
+        }
+    }
+
+    /// Keeps a state: `words`, and what `fields` writes. What cannot be written is no reason to end a solve: the user is told once.
+    pub fn keep(
+        &mut self,
+        watch: &Watch,
+        words: &Words,
+        fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+    ) {
+        let begun = Instant::now();
+        if let Err(failure) = self.write(words, fields)
+            && !self.told
+        {
+            self.told = true;
+            watch.display.warning(&format!(
+                "the state of the solve could not be kept: {failure}. The solve goes on, and states that were kept before stay"
+            ));
+        }
+        self.last = Instant::now();
+        self.took = begun.elapsed().as_secs_f64();
+        self.iterations = watch.history.len();
+    }
+
+    fn write(
+        &mut self,
+        words: &Words,
+        fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+    ) -> Result<(), Failure> {
+        self.folder()?;
+        let refused = |place: &Path, error: &io::Error| {
+            Failure::File(format!(
+                "cannot write {}: {error}; check that its disc has room",
+                place.display()
+            ))
+        };
+        if self.solve.is_none() {
+            let solve = Solve::of(&self.document, self.options.clone());
+            self.solve = Some(solve.map_err(|error| {
+                Failure::File(format!("a file that the scene names cannot be read: {error}"))
+            })?);
+        }
+        let Some(solve) = &mut self.solve else {
+            return Ok(());
+        };
+        solve.number += 1;
+        let slot = SLOTS.get((solve.number % 2) as usize).unwrap_or(&"state");
+        let written = write(&self.place.join(slot), solve, words, fields);
+        written.map_err(|error| {
+            // The next one takes the same place: the other holds the last whole state.
+            solve.number -= 1;
+            refused(&self.place, &error)
+        })
+    }
+
+    /// Keeps the state at the end of a solve whose result could not be written, and says how it is gone on with; `None` where there is no
+    /// room for it either. A state without files beside it may go `elsewhere`.
+    pub fn keep_end(
+        &mut self,
+        elsewhere: bool,
+        words: &Words,
+        fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+    ) -> Option<PathBuf> {
+        let is_kept =
+            self.write(words, fields).is_ok() || SLOTS.iter().any(|slot| self.place.join(slot).is_file());
+        if is_kept {
+            return Some(self.place.clone());
+        }
+        if !elsewhere {
+            return None;
+        }
+        self.forget();
+        // Nothing was kept yet, and nothing can be here: elsewhere, then.
+        self.place = env::temp_dir().join(self.place.file_name()?);
+        if self.place.exists() || self.write(words, fields).is_err() {
+            return None;
+        }
+        Some(self.place.clone())
+    }
+
+    /// The folder of the states, if one was kept.
+    pub fn kept(&self) -> Option<&Path> {
+        let number = self.solve.as_ref().map_or(0, |solve| solve.number);
+        (number > 0).then_some(&self.place)
+    }
+
+    /// Removes all states: the result is written.
+    pub fn forget(&mut self) {
+        if self.lock.take().is_some() {
+            // States go before the files that they need. What is left behind is not what the user must hear of.
+            for slot in SLOTS {
+                let _ = fs::remove_file(self.place.join(slot));
+            }
+            let _ = remove(&self.place);
+        }
+    }
+}
+
+/// Seconds that the solve takes in all, if it needs all its iterations.
+fn expected_seconds(watch: &Watch) -> f64 {
+    let seconds = watch.clock.seconds();
+    let (done, limit) = (watch.history.len(), watch.display.limit());
+    let latest = watch.history.get(done.saturating_sub(LATEST)..).unwrap_or(&[]);
+    let (Some(first), Some(last)) = (latest.first(), latest.last()) else {
+        return seconds;
+    };
+    let each = (last.seconds - first.seconds) / latest.len().saturating_sub(1).max(1) as f64;
+    seconds + each * limit.saturating_sub(done) as f64
+}

@@ -1,0 +1,35 @@
+//! States of a solve on the disc, from which it goes on bit for bit.
+//!
+//! They are in a folder beside the result, `DIR.checkpoint`, the last two of them: `state.0` and `state.1`, each in one file that is written
+//! under another name, synced and renamed. A file has blocks, each a count of bytes and the bytes: the [`Solve`] as JSON, what the
+//! runner remembers as [`Words`]; then the core's saved state and the fields of windows follow as they are.
+
+mod every;
+mod inputs;
+mod keeper;
+mod open;
+mod sealed;
+mod solve;
+mod words;
+
+pub(crate) use every::{Every, parse};
+pub(crate) use keeper::{Keeper, Needs};
+pub(crate) use open::{Found, damaged, is_there, open, read, throw_away};
+pub(crate) use sealed::{Sealed, Unsealed};
+pub(crate) use solve::{Options, Solve};
+pub(crate) use words::Words;
+
+use std::path::{Path, PathBuf};
+
+/// The states of a folder: the later one takes the place of the one before the last.
+const SLOTS: [&str; 2] = ["state.0", "state.1"];
+
+/// Where a state grows.
+const PART: &str = "state.part";
+
+/// The folder of the states of a solve whose result goes to `folder`.
+fn beside(folder: &Path) -> PathBuf {
+    let mut name = folder.file_name().unwrap_or("out".as_ref()).to_owned();
+    name.push(".checkpoint");
+    folder.with_file_name(name)
+}

@@ -1,0 +1,158 @@
+//! The states that an earlier run left.
+
+use super::{PART, SLOTS, Sealed, Solve, Unsealed, Words, beside};
+use crate::exit::Failure;
+use crate::held::{LOCK, hold, remove};
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use thurible_core::checkpoint::Refused;
+
+/// A state to go on from.
+#[derive(Clone, Debug)]
+pub(crate) struct Found {
+    /// The folder of states, which is held as long as this lives.
+    pub place: PathBuf,
+    pub lock: Arc<File>,
+    /// The file.
+    pub slot: PathBuf,
+    pub solve: Solve,
+    /// What is to be said of another one.
+    pub note: Option<String>,
+}
+
+/// Whether there is a state of a solve into `folder` that was not finished.
+pub(crate) fn is_there(folder: &Path) -> bool {
+    let place = beside(folder);
+    SLOTS.iter().any(|slot| place.join(slot).is_file())
+}
+
+/// Finds the last whole state of `folder`, a folder of states or that of the result.
+///
+/// # Errors
+/// There is none, or another run holds it.
+pub(crate) fn open(folder: &Path) -> Result<Found, Failure> {
+    let is_there = |place: &PathBuf| SLOTS.iter().any(|slot| place.join(slot).is_file());
+    let places = [folder.to_owned(), beside(folder)];
+    let shown = folder.display();
+    let place = places.iter().find(|place| is_there(place)).ok_or_else(|| {
+        let why = if folder.join("report.json").is_file() {
+            "its solve was finished, and nothing is left to go on with"
+        } else {
+            "there is no state of a solve in it or beside it"
+        };
+        Failure::File(format!("cannot go on with {shown}: {why}; give the folder of a solve that was not finished, or of its states"))
+    })?;
+    let lock = held(place)?;
+    let mut whole: Vec<(PathBuf, Solve)> = Vec::new();
+    let mut broken = Vec::new();
+    for slot in SLOTS.map(|slot| place.join(slot)) {
+        match head(&slot) {
+            Ok(Some(solve)) => whole.push((slot, solve)),
+            Ok(None) => broken.push(format!("{} is not whole", slot.display())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => broken.push(format!("{} cannot be read: {error}", slot.display())),
+        }
+    }
+    let broken = broken.join(", ");
+    let latest = whole.into_iter().max_by_key(|(_, solve)| solve.number);
+    let (slot, solve) = latest.ok_or_else(|| {
+        Failure::File(format!(
+            "cannot go on with {shown}: {broken}; solve anew with --force"
+        ))
+    })?;
+    Ok(Found {
+        place: place.clone(),
+        lock: Arc::new(lock),
+        slot,
+        solve,
+        note: (!broken.is_empty()).then(|| format!("{broken}, so the other state is gone on from")),
+    })
+}
+
+/// What the state at `slot` belongs to; `None` if it is not whole.
+fn head(slot: &Path) -> io::Result<Option<Solve>> {
+    let Some(mut file) = Unsealed::open(slot)? else {
+        return Ok(None);
+    };
+    let head = file.block().ok();
+    Ok(head.and_then(|head| serde_json::from_slice(&head).ok()))
+}
+
+/// What the runner remembered in the state at `slot`, and the file where the core's state follows.
+pub(crate) fn read(slot: &Path) -> Result<(Words, Unsealed), Failure> {
+    let file = Unsealed::open(slot).unwrap_or(None);
+    let mut file = file.ok_or_else(|| damaged(slot))?;
+    let words = file.block().and_then(|_| file.block());
+    let words = words.map_err(|Refused| damaged(slot))?;
+    Ok((Words::read(words), file))
+}
+
+/// The failure of a state that is whole and yet not what it should be.
+pub(crate) fn damaged(slot: &Path) -> Failure {
+    Failure::File(format!(
+        "{} is damaged, or was kept by another version of thurible; solve anew with --force",
+        slot.display()
+    ))
+}
+
+/// Holds a folder of states.
+pub(super) fn held(place: &Path) -> Result<File, Failure> {
+    let shown = place.display();
+    match hold(place) {
+        Ok(Some(lock)) => Ok(lock),
+        Ok(None) => Err(Failure::File(format!(
+            "another run is writing to {shown} just now; wait for it, or choose another folder with -o DIR"
+        ))),
+        Err(error) => Err(Failure::File(format!(
+            "cannot write to {shown}: {error}; make it writable, or copy it elsewhere and go on with the copy"
+        ))),
+    }
+}
+
+/// Makes way for a new solve into `folder`: states of an earlier one are thrown away if that is forced, and refused else.
+///
+/// # Errors
+/// They are there, or another run holds them.
+pub(crate) fn throw_away(folder: &Path, forced: bool) -> Result<(), Failure> {
+    let place = beside(folder);
+    if !place.is_dir() {
+        return Ok(());
+    }
+    let (shown, states) = (place.display(), SLOTS.map(|slot| place.join(slot)));
+    let is_empty = fs::read_dir(&place).is_ok_and(|mut entries| entries.next().is_none());
+    let is_ours = is_empty || states.iter().any(|state| state.is_file()) || place.join(LOCK).is_file();
+    if !is_ours {
+        return Err(Failure::File(format!(
+            "{shown} is where the states of this solve would go, but it is there and was not made by thurible; move it away, or choose another folder with -o DIR"
+        )));
+    }
+    let _lock = held(&place)?;
+    if !forced && states.iter().any(|state| state.is_file()) {
+        let result = folder.display();
+        return Err(Failure::File(format!(
+            "the solve into {result} was not finished: go on with it by `thurible resume {result}`, or solve anew with --force, which throws its state away"
+        )));
+    }
+    remove(&place).map_err(|error| {
+        Failure::File(format!(
+            "cannot remove the states in {shown}: {error}; remove that folder yourself"
+        ))
+    })
+}
+
+/// Writes the state at `slot`: its head, what the runner remembers, and what `fields` adds.
+pub(super) fn write(
+    slot: &Path,
+    solve: &Solve,
+    words: &Words,
+    fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+) -> io::Result<()> {
+    let head = serde_json::to_vec(solve)?;
+    Sealed::write(slot, &slot.with_file_name(PART), &mut |file| {
+        file.block(&head)?;
+        file.block(words.bytes())?;
+        fields(file)
+    })
+}

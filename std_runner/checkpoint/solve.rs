@@ -1,0 +1,126 @@
+//! What a state belongs to: the scene and the options of its solve, whole enough to go on without the scene's file.
+
+use super::inputs::{Input, inputs_of};
+use crate::exit::Failure;
+use crate::scene::Document;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+/// A solve, as its states name it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Solve {
+    /// Version of the program, which may compute other bits in another.
+    pub version: String,
+    /// The state's number: the larger one is the later one.
+    pub number: u64,
+    /// The scene file as it was named, and the folder that it was named from.
+    scene: PathBuf,
+    named_from: PathBuf,
+    text: String,
+    /// What the command line changed of it, in order.
+    pub assignments: Vec<String>,
+    /// Whether keyframes and method of the file are left out, and the method that is taken then.
+    pub free: Option<String>,
+    /// f32 or f64.
+    pub precision: String,
+    /// The ceiling of the memory that choices were made under, in bytes.
+    pub ceiling: Option<usize>,
+    /// The result folder, absolute, and as the user knows it.
+    pub folder: PathBuf,
+    pub shown: PathBuf,
+    /// Whether pictures are drawn.
+    pub images: bool,
+    /// Earlier results that it begins with or is guided by: option, folder, step.
+    pub from: Option<(String, PathBuf, Option<usize>)>,
+    pub reference: Option<(String, PathBuf, Option<usize>)>,
+    inputs: Vec<Input>,
+}
+
+/// A folder in a sentence of a command, and a step of the result in it.
+type Earlier = Option<(String, PathBuf, Option<usize>)>;
+
+/// The options of a solve that its states have to know.
+#[derive(Clone, Debug)]
+pub(crate) struct Options {
+    pub free: Option<String>,
+    pub precision: String,
+    pub ceiling: Option<usize>,
+    pub folder: PathBuf,
+    pub shown: PathBuf,
+    pub images: bool,
+    pub from: Earlier,
+    pub reference: Earlier,
+}
+
+impl Solve {
+    /// The solve of `document`, whose files are what they are now.
+    pub fn of(document: &Document, options: Options) -> io::Result<Self> {
+        let earlier = [&options.from, &options.reference];
+        let results = earlier.into_iter().flatten();
+        let results: Vec<PathBuf> = results.map(|(_, folder, _)| folder.join("result.npz")).collect();
+        Ok(Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            number: 0,
+            scene: document.path().to_owned(),
+            named_from: std::env::current_dir()?,
+            text: document.text().into(),
+            assignments: document.assignments().map(Into::into).collect(),
+            free: options.free,
+            precision: options.precision,
+            ceiling: options.ceiling,
+            folder: options.folder,
+            shown: options.shown,
+            images: options.images,
+            from: absolute(options.from)?,
+            reference: absolute(options.reference)?,
+            inputs: inputs_of(document, &results)?,
+        })
+    }
+
+    /// The scene that it began with. One that was changed since, or a file that it names, is refused.
+    pub fn document(&self) -> Result<Document, Failure> {
+        if self.version != env!("CARGO_PKG_VERSION") {
+            return Err(Failure::Input(format!(
+                "the state was kept by thurible {}, and this is {}, which may compute other bits; go on with that one, or solve anew",
+                self.version,
+                env!("CARGO_PKG_VERSION")
+            )));
+        }
+        let here = std::env::current_dir().unwrap_or_default();
+        let path = if here == self.named_from {
+            self.scene.clone()
+        } else {
+            self.named_from.join(&self.scene)
+        };
+        // A scene that is gone is not needed: its text is here.
+        if fs::read(&path).is_ok_and(|text| text != self.text.as_bytes()) {
+            return Err(Failure::Input(format!(
+                "{} was changed since the solve began; put it back as it was, or solve anew",
+                path.display()
+            )));
+        }
+        self.inputs.iter().try_for_each(Input::check)?;
+        let mut document = Document::parse(&path, self.text.clone())?;
+        for assignment in &self.assignments {
+            document.set(assignment)?;
+        }
+        Ok(document)
+    }
+
+    /// Where the result goes, as the user knows it if he is where he was.
+    pub fn destination(&self) -> &Path {
+        let here = std::env::current_dir().unwrap_or_default();
+        if here == self.named_from {
+            &self.shown
+        } else {
+            &self.folder
+        }
+    }
+}
+
+fn absolute(earlier: Earlier) -> io::Result<Earlier> {
+    earlier
+        .map(|(option, folder, step)| Ok((option, std::path::absolute(folder)?, step)))
+        .transpose()
+}

@@ -1,0 +1,120 @@
+//! `thurible resume DIR`: a solve that was not finished, on from the last state that was kept of it.
+
+use super::options::Running;
+use crate::checkpoint::{self, Every, Found};
+use crate::console;
+use crate::exit::Failure;
+use crate::interrupt::Interrupt;
+use crate::plan::PlanOptions;
+use crate::problem::Precision;
+use crate::progress::{Clock, Mode};
+use crate::run::{Origin, Outputs, Request, RunOptions};
+use crate::scene::{Document, Scene};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use thurible_core::{Method, Named};
+
+/// Arguments of `resume`.
+#[derive(Args, Debug)]
+pub struct ResumeArguments {
+    /// The result folder of the solve, or the folder of its states.
+    pub folder: PathBuf,
+    /// What it takes of the machine: threads and ceiling may be others than before.
+    #[command(flatten)]
+    pub running: Running,
+    /// How often the state is kept from now on: every=60s, every=20 iterations, or off.
+    #[arg(long, value_name = "every=60s|N", value_parser = checkpoint::parse)]
+    pub checkpoint: Option<Every>,
+    /// Where the result goes [default: where it was to go].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
+/// Goes on with a solve; the answer is the exit code.
+pub fn run(arguments: &ResumeArguments) -> Result<u8, Failure> {
+    let clock = Clock::start();
+    let running = &arguments.running;
+    let on = On {
+        threads: running.threads,
+        memory_limit: running.memory_limit,
+        mode: running.mode(),
+        checkpoint: arguments.checkpoint.unwrap_or_default(),
+        output: arguments.output.as_deref(),
+        interrupt: None,
+        clock,
+    };
+    go_on(checkpoint::open(&arguments.folder)?, on)
+}
+
+/// How a solve goes on.
+pub(super) struct On<'a> {
+    /// Threads and ceiling, which may be others than before.
+    pub threads: Option<usize>,
+    pub memory_limit: Option<usize>,
+    /// How progress is shown.
+    pub mode: Mode,
+    /// How often the state is kept.
+    pub checkpoint: Every,
+    /// Where the result goes, if not where it was to go.
+    pub output: Option<&'a Path>,
+    /// Listens for Ctrl-C; if there is none, the solve listens itself.
+    pub interrupt: Option<Interrupt>,
+    /// A clock that runs.
+    pub clock: Clock,
+}
+
+/// Goes on from what was found.
+pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
+    let mode = on.mode;
+    if let (Some(note), true) = (&found.note, mode == Mode::Human) {
+        console::error(&format!("thurible: {note}"));
+    }
+    let damaged = || checkpoint::damaged(&found.slot);
+    let solve = &found.solve;
+    let precision = [Precision::F32, Precision::F64];
+    let precision = precision
+        .into_iter()
+        .find(|precision| precision.name() == solve.precision);
+    let options = RunOptions {
+        plan: PlanOptions {
+            precision: precision.ok_or_else(damaged)?,
+            threads: on.threads,
+            limit: on.memory_limit,
+            began_under: Some(solve.ceiling),
+        },
+        mode,
+        outputs: Outputs {
+            arrays: true,
+            images: solve.images,
+        },
+    };
+    let scene = scene_of(solve.document()?, &found)?;
+    let folder = on.output.unwrap_or_else(|| solve.destination());
+    let origin = |earlier: &Option<(String, PathBuf, Option<usize>)>, option| {
+        let (_, folder, step) = earlier.clone()?;
+        Some(Origin { option, folder, step })
+    };
+    let request = Request {
+        from: origin(&solve.from, "--from"),
+        reference: origin(&solve.reference, "--reference"),
+        free: solve.free.is_some(),
+        checkpoint: on.checkpoint,
+        interrupt: on.interrupt,
+        ..Request::new(scene, folder.to_owned(), on.clock)
+    };
+    let request = Request {
+        found: Some(found),
+        ..request
+    };
+    Ok(options.solve(request)?.exit_code())
+}
+
+fn scene_of(document: Document, found: &Found) -> Result<Scene, Failure> {
+    let Some(method) = &found.solve.free else {
+        return Scene::of(document);
+    };
+    let method = Method::from_name(method).map_err(|_| checkpoint::damaged(&found.slot))?;
+    let mut scene = Scene::free_of(document)?;
+    scene.method.params.method = method;
+    Ok(scene)
+}

@@ -1,0 +1,61 @@
+//! Hidden folders that killed runs left behind: what was under way in them is brought to one end or the other, and they are removed.
+
+use super::moves::{Moves, Plan};
+use super::staging::MARK;
+use crate::held::{is_left_behind, remove};
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Puts `folder` in order after runs that were killed while they wrote to it. What another run is still at stays.
+pub(super) fn recover(folder: &Path) {
+    for hidden in left_behind(folder) {
+        finish(folder, &hidden);
+        // A folder that cannot be removed is not what the user must hear of.
+        let _ = remove(&hidden);
+    }
+}
+
+/// The hidden folders for `folder` whose runs are no more: in it, in its own folders, or beside it.
+fn left_behind(folder: &Path) -> Vec<PathBuf> {
+    let inside = |name: &str| name.strip_prefix('.').is_some_and(|name| name.starts_with(MARK));
+    let own = format!(
+        ".{}.{MARK}",
+        folder.file_name().unwrap_or(OsStr::new("out")).to_string_lossy()
+    );
+    let mut found = named(folder, &inside);
+    found.extend(named(&folder.join("frames"), &inside));
+    if let Some(parent) = folder.parent() {
+        found.extend(named(parent, &|name: &str| name.starts_with(&own)));
+    }
+    found.retain(|hidden| is_left_behind(hidden));
+    found
+}
+
+/// The folders in `folder` whose names are `wanted`.
+fn named(folder: &Path, wanted: &dyn Fn(&str) -> bool) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let folders = entries.filter(|entry| {
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        is_folder && entry.file_name().to_str().is_some_and(wanted)
+    });
+    folders.map(|entry| entry.path()).collect()
+}
+
+/// Brings a move that was cut off to its end, where all of it had been written down.
+fn finish(folder: &Path, hidden: &Path) {
+    let Some(plan) = Plan::read(hidden) else {
+        // Nothing of the earlier result was moved.
+        return;
+    };
+    let (fresh, old) = (hidden.join("new"), hidden.join("old"));
+    let mut moves = Moves::default();
+    for file in plan.gone.iter().filter(|file| !old.join(file).exists()) {
+        // Gone with the user's consent, or not there to be moved.
+        let _ = moves.carry(file, folder, &old);
+    }
+    for file in plan.new.iter().filter(|file| fresh.join(file).exists()) {
+        // What is in the way now was put there by somebody else, and stays.
+        let _ = moves.carry(file, &fresh, folder);
+    }
+}

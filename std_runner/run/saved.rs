@@ -1,0 +1,220 @@
+//! The state of a solve as a checkpoint has it: what the runner remembers, and the solver's own.
+
+use super::inputs::{set_obstacles, solver_refusal};
+use super::job::Job;
+use crate::checkpoint::{Found, Keeper, Needs, Options, Sealed, Unsealed, Words, damaged, read};
+use crate::destination::Destination;
+use crate::exit::Failure;
+use crate::progress::{Clock, Spent, Watch};
+use crate::report::{Facts, IterationRecord, ObjectiveRecord};
+use core::time::Duration;
+use std::path::Path;
+use thurible_core::checkpoint::{Damaged, Refused};
+use thurible_core::{Fact, Kind, Objective, Real, SavedError, Solver, Space, Status};
+
+/// What is remembered of a solve as a whole, beside its solver.
+#[derive(Debug, Default)]
+pub(super) struct Progressed {
+    /// By how much each keyframe was scaled to the mass of the source.
+    pub mass_factors: Vec<f64>,
+    /// How the iterations ended, if they did.
+    pub ended: Option<Ended>,
+}
+
+/// How iterations ended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ended(pub Status);
+
+impl Default for Ended {
+    fn default() -> Self {
+        Self(Status::Converged)
+    }
+}
+
+impl Progressed {
+    /// Passes over it and over what `watch` has seen.
+    pub fn record(&mut self, words: &mut Words, watch: &mut Watch) -> Result<(), Damaged> {
+        words.reals(&mut self.mass_factors)?;
+        words.option(&mut self.ended, |words, ended| words.named(&mut ended.0))?;
+        seen(words, watch)
+    }
+}
+
+/// Passes over what was seen of a solve: the seconds, all iterations, and the window.
+fn seen(words: &mut Words, watch: &mut Watch) -> Result<(), Damaged> {
+    clock(words, &mut watch.clock)?;
+    let empty = IterationRecord {
+        iteration: 0,
+        window: None,
+        seconds: 0.0,
+        objective: Objective::default().into(),
+        level: None,
+        facts: Facts::default(),
+    };
+    words.list(&mut watch.history, empty, iteration)?;
+    words.option(watch.window(), |words, (number, before)| {
+        words.count(number)?;
+        words.count(before)
+    })
+}
+
+/// Passes over the seconds; the clock goes on from there.
+fn clock(words: &mut Words, clock: &mut Clock) -> Result<(), Damaged> {
+    let mut total = clock.total();
+    words.real(&mut total)?;
+    words.real(&mut clock.begun)?;
+    words.real(&mut clock.nested)?;
+    let reads = words.reads();
+    let now = clock.total();
+    let (phases, before) = clock.state();
+    if reads {
+        *before += total - now;
+    }
+    words.list(phases, ("", Spent::default()), |words, (name, spent)| {
+        words.name(name)?;
+        let mut seconds = spent.seconds();
+        words.real(&mut seconds)?;
+        words.count(&mut spent.calls)?;
+        if reads {
+            spent.time = Duration::try_from_secs_f64(seconds).map_err(|_| Damaged)?;
+        }
+        Ok(())
+    })
+}
+
+/// Passes over an iteration.
+fn iteration(words: &mut Words, record: &mut IterationRecord) -> Result<(), Damaged> {
+    words.count(&mut record.iteration)?;
+    words.option(&mut record.window, Words::count)?;
+    words.real(&mut record.seconds)?;
+    objective(words, &mut record.objective)?;
+    words.option(&mut record.level, Words::counts)?;
+    let empty = (Fact::new("", Kind::Number, ""), Vec::new());
+    words.list(&mut record.facts.0, empty, |words, (fact, values)| {
+        words.name(&mut fact.name)?;
+        words.name(&mut fact.words)?;
+        kind(words, &mut fact.kind)?;
+        words.option(&mut fact.chart, |words, chart| words.name(chart))?;
+        words.reals(values)
+    })
+}
+
+fn kind(words: &mut Words, kind: &mut Kind) -> Result<(), Damaged> {
+    const ALL: [Kind; 4] = [Kind::Number, Kind::Count, Kind::Flag, Kind::Series];
+    let mut place = ALL.iter().position(|one| one == kind).unwrap_or(0);
+    words.count(&mut place)?;
+    *kind = *ALL.get(place).ok_or(Damaged)?;
+    Ok(())
+}
+
+/// Passes over an objective.
+pub(super) fn objective(words: &mut Words, record: &mut ObjectiveRecord) -> Result<(), Damaged> {
+    words.real(&mut record.data)?;
+    words.real(&mut record.force)?;
+    words.real(&mut record.plain)
+}
+
+/// Writes the state of `solver` into a checkpoint.
+pub(super) fn write<T: Real, S: Space>(
+    solver: &mut Solver<'_, T, S>,
+    file: &mut Sealed,
+) -> Result<(), Refused> {
+    solver.save_to(file).map_err(|_| Refused)
+}
+
+/// A state that is gone on from: what is left to read of it.
+pub(super) struct Reading<'a> {
+    found: &'a Found,
+    pub words: Words,
+    pub file: Unsealed,
+}
+
+impl<'a> Reading<'a> {
+    /// Opens it.
+    pub fn new(found: &'a Found) -> Result<Self, Failure> {
+        let (words, file) = read(&found.slot)?;
+        Ok(Self { found, words, file })
+    }
+
+    /// The failure of a state that is whole and yet not what it should be.
+    pub fn damaged(&self) -> Failure {
+        damaged(&self.found.slot)
+    }
+
+    /// The folder of the state.
+    pub fn folder(&self) -> &Path {
+        &self.found.place
+    }
+
+    /// Hands `solver`, which has nothing yet, its state.
+    pub fn restore<T: Real, S: Space>(
+        &mut self,
+        job: &Job,
+        solver: &mut Solver<'_, T, S>,
+    ) -> Result<(), Failure> {
+        set_obstacles(&job.request.scene, solver, &mut Vec::new())?;
+        solver.restore_from(&mut self.file).map_err(|error| match error {
+            SavedError::OtherSolve => Failure::Input(format!(
+                "the state in {} is of another scene, precision, method or choice than what was kept with it; this is a fault of thurible, please report it",
+                self.found.place.display()
+            )),
+            _ => self.damaged(),
+        })
+    }
+}
+
+impl Job {
+    /// What keeps the states of the solve, into `destination`.
+    pub fn keeper(&self, destination: &Destination) -> Result<Keeper, Failure> {
+        let (request, planned) = (&self.request, &self.planned);
+        let origin = |origin: &super::Origin| (origin.option.to_owned(), origin.folder.clone(), origin.step);
+        let method = || planned.params.method;
+        let options = Options {
+            free: request
+                .free
+                .then(|| thurible_core::Named::name(method()).to_owned()),
+            precision: planned.precision.name().into(),
+            ceiling: planned.choosing_ceiling(),
+            folder: destination.folder().to_owned(),
+            shown: request.folder.clone(),
+            images: self.options.outputs.images,
+            from: request.from.as_ref().map(origin),
+            reference: request.reference.as_ref().map(origin),
+        };
+        let needs = Needs {
+            result: self.result_bytes(),
+            state: planned.plan.saved_bytes() as u64,
+        };
+        let document = request.scene.document.clone();
+        Keeper::new(
+            request.checkpoint,
+            destination,
+            needs,
+            (document, options),
+            request.found.as_ref(),
+        )
+    }
+
+    /// About the bytes of `result.npz`: a density, a velocity and a force for each step, and the keyframes.
+    fn result_bytes(&self) -> u64 {
+        let problem = &self.planned.problem;
+        let cells: u64 = problem.cells.iter().map(|&count| count as u64).product();
+        let fields = (problem.steps + 1 + problem.keyframes.len()) + 2 * problem.cells.len() * problem.steps;
+        let number = if self.planned.precision == crate::problem::Precision::F64 {
+            8
+        } else {
+            4
+        };
+        cells.saturating_mul(fields as u64).saturating_mul(number)
+    }
+
+    /// Makes the solver of the whole scene.
+    pub fn solver<'m, T: Real, S: Space>(
+        &self,
+        block: &'m mut [core::mem::MaybeUninit<u8>],
+    ) -> Result<Solver<'m, T, S>, Failure> {
+        let problem = &self.planned.problem;
+        let params = self.planned.choices(problem, &self.planned.params);
+        Solver::new(&problem.problem(), &params, block).map_err(|error| solver_refusal(&error))
+    }
+}

@@ -1,0 +1,179 @@
+//! A scene that is solved as a whole, from its beginning or from a state that was kept.
+
+use super::found::Found;
+use super::frames::SolverFrames;
+use super::inputs::{Inputs, set_inputs};
+use super::job::{Job, Solved, end_of_states, iterate};
+use super::masses;
+use super::messages::{self, not_finite};
+use super::outcome::Facts;
+use super::saved::{self, Ended, Progressed, Reading};
+use super::settled::Settled;
+use crate::checkpoint::{Keeper, Words};
+use crate::destination::Destination;
+use crate::exit::Failure;
+use crate::output::Sample;
+use crate::progress::Watch;
+use crate::report::{self, RunRecord};
+use core::mem::MaybeUninit;
+use std::path::Path;
+use thurible_core::checkpoint::Damaged;
+use thurible_core::{Exec, Real, Solver, Space, Status};
+
+impl Job {
+    /// Solves the scene in `block`, and writes the arrays and the report.
+    pub(super) fn solve_whole<T: Real + Sample, S: Space>(
+        &self,
+        exec: &dyn Exec,
+        block: &mut [MaybeUninit<u8>],
+    ) -> Result<Solved, Failure> {
+        let found = self.request.found.as_ref();
+        let masses = match found {
+            Some(_) => None,
+            None => masses::of_a_free_flow::<T, S>(&self.request.scene, &self.planned, exec, block)?,
+        };
+        let mut solver = self.solver::<T, S>(block)?;
+        let reading = found.map(Reading::new).transpose()?;
+        let inputs = match &reading {
+            Some(_) => Inputs::default(),
+            None => self.set_inputs(&mut solver, masses.as_deref())?,
+        };
+        let files = report::files(self.planned.problem.steps, self.options.outputs.images);
+        let mut destination = Destination::check(&self.request.folder, files)?;
+        let mut keeper = self.keeper(&destination)?;
+        let mut watch = self.watch()?;
+        messages::plan(&watch.display, &self.request.scene, &self.planned);
+        inputs.notes.iter().for_each(|note| watch.display.file_note(note));
+        let mut so_far = Progressed {
+            mass_factors: inputs.mass_factors,
+            ended: None,
+        };
+        match reading {
+            Some(mut reading) => self.go_on(&mut reading, &mut solver, &mut so_far, &mut watch)?,
+            None => {
+                self.prepare(&mut solver, exec, &watch)?;
+                watch.clock.begin();
+            }
+        }
+        let ended = self.search(exec, &mut solver, &mut so_far, (&mut watch, &mut keeper))?;
+        let mut words = Words::default();
+        let remembered = so_far.record(&mut words, &mut watch);
+        let record = self.record(&solver, &so_far, (ended, &mut watch), &destination);
+        let mut frames = SolverFrames::new(&mut solver, exec, &self.planned.problem);
+        let filled = destination.fill(|folder| report::write_numbers(folder, &mut frames, &record));
+        if let Err(failure) = filled {
+            watch.display.close();
+            let kept = remembered
+                .ok()
+                .and_then(|()| keeper.keep_end(true, &words, &mut |file| saved::write(&mut solver, file)));
+            return Err(messages::unwritten(failure, kept.as_deref()));
+        }
+        end_of_states(&mut keeper, ended);
+        Ok(Solved {
+            destination,
+            record,
+            watch,
+            states: keeper.kept().map(Path::to_owned),
+        })
+    }
+
+    /// Iterates to the end, keeping states, and makes the result feasible; how it ended. What ended before is not searched again.
+    fn search<T: Real + Sample, S: Space>(
+        &self,
+        exec: &dyn Exec,
+        solver: &mut Solver<'_, T, S>,
+        so_far: &mut Progressed,
+        (watch, keeper): (&mut Watch, &mut Keeper),
+    ) -> Result<Status, Failure> {
+        let ended = match so_far.ended {
+            Some(Ended(status)) => status,
+            None => {
+                let mut settled = self.request.settled.map(Settled::new);
+                let mut each = |solver: &mut Solver<'_, T, S>, watch: &mut Watch| {
+                    if keeper.is_due(watch) {
+                        let mut words = Words::default();
+                        if so_far.record(&mut words, watch).is_ok() {
+                            keeper.keep(watch, &words, &mut |file| saved::write(solver, file));
+                        }
+                    }
+                };
+                iterate(solver, exec, watch, settled.as_mut(), &mut each)
+            }
+        };
+        watch.clock.solved();
+        watch
+            .display
+            .detail(format_args!("making the result feasible and writing it"));
+        let is_unfinished = !solver.is_finished() && solver.finish(exec).is_err();
+        if ended == Status::NotReady || is_unfinished {
+            watch.display.close();
+            keeper.forget();
+            return Err(not_finite(&self.request.scene));
+        }
+        watch.clock.finished();
+        so_far.ended = Some(Ended(ended));
+        Ok(ended)
+    }
+
+    /// What was found, beside an earlier result where there is one.
+    fn record<T: Real, S: Space>(
+        &self,
+        solver: &Solver<'_, T, S>,
+        so_far: &Progressed,
+        (ended, watch): (Status, &mut Watch),
+        destination: &Destination,
+    ) -> RunRecord {
+        let facts = Facts {
+            scene: &self.request.scene,
+            planned: &self.planned,
+            problem: &self.planned.problem,
+            footprint: self.footprint,
+            mass_factors: &so_far.mass_factors,
+            folder: destination.folder(),
+        };
+        let found = Found::of(solver, &self.planned.problem);
+        let mut record = facts.record(found, ended, watch);
+        if let Some(truth) = self.request.reference.as_ref().or(self.request.from.as_ref()) {
+            // A density that cannot be read is no reason to lose what was found.
+            match truth.compare(&self.request.scene, solver) {
+                Ok(frames) => record.frames = frames,
+                Err(failure) => record.remarks.push(format!("It is not compared: {failure}.")),
+            }
+        }
+        record
+    }
+
+    /// Hands the solver the state that it goes on from, and the watch what was seen until then.
+    fn go_on<T: Real, S: Space>(
+        &self,
+        reading: &mut Reading<'_>,
+        solver: &mut Solver<'_, T, S>,
+        so_far: &mut Progressed,
+        watch: &mut Watch,
+    ) -> Result<(), Failure> {
+        let remembered = so_far.record(&mut reading.words, watch);
+        remembered
+            .and_then(|()| reading.words.end())
+            .map_err(|Damaged| reading.damaged())?;
+        reading.restore(self, solver)?;
+        messages::goes_on(&watch.display, reading.folder(), watch);
+        Ok(())
+    }
+
+    /// Hands the solver what it starts from.
+    fn set_inputs<T: Real, S: Space>(
+        &self,
+        solver: &mut Solver<'_, T, S>,
+        masses: Option<&[f64]>,
+    ) -> Result<Inputs, Failure> {
+        let scene = &self.request.scene;
+        let inputs = match &self.request.from {
+            Some(from) => from.begin(scene, solver, None)?,
+            None => set_inputs(scene, solver, masses)?,
+        };
+        if let Some(reference) = &self.request.reference {
+            reference.guide(scene, solver)?;
+        }
+        Ok(inputs)
+    }
+}

@@ -1,0 +1,175 @@
+//! The state of windows in a checkpoint: what is remembered as words, what is kept of all steps in files of its own, what the last window left.
+
+use super::kept::Kept;
+use super::left::failed;
+use super::walk::Walk;
+use crate::checkpoint::{Keeper, Sealed, Words};
+use crate::exit::Failure;
+use crate::output::{Sample, Samples, Series};
+use crate::progress::Watch;
+use crate::remarks::KeyframeError;
+use crate::run::saved::{Progressed, Reading};
+use crate::stay::Stay;
+use core::mem::MaybeUninit;
+use std::io;
+use thurible_core::checkpoint::{Damaged, Refused};
+use thurible_core::{Output, Real, Space};
+
+/// The files of fields: name, numbers of a field, fields, and a word of all their bits.
+type Files = Vec<(String, (usize, usize, u64))>;
+
+const NO_ERROR: KeyframeError = KeyframeError {
+    stay: Stay { first: 0, last: 0 },
+    before: 0.0,
+    after: 0.0,
+    denser: 0.0,
+};
+
+/// The files of what is kept, and the sizes of what is left.
+type InFiles<'a> = (&'a mut Files, &'a mut Vec<(usize, usize)>);
+
+impl Walk<'_> {
+    /// Passes over all that is remembered; what of it is in files is left to the caller.
+    fn record(
+        &mut self,
+        words: &mut Words,
+        watch: &mut Watch,
+        (files, left): InFiles<'_>,
+    ) -> Result<(), Damaged> {
+        words.count(&mut self.number)?;
+        words.real(&mut self.nested)?;
+        words.named(&mut self.ended)?;
+        words.flag(&mut self.over)?;
+        words.option(&mut self.inside, |words, inside| {
+            words.flag(&mut inside.aimed)?;
+            words.flag(&mut inside.continued)?;
+            words.real(&mut inside.second)?;
+            words.count(&mut inside.iteration)
+        })?;
+        words.option(&mut self.masses, Words::reals)?;
+        self.sum.record(words)?;
+        self.kept.record(words, files)?;
+        self.left.record(words, left)?;
+        let mut so_far = Progressed {
+            mass_factors: core::mem::take(&mut self.mass_factors),
+            ended: None,
+        };
+        let recorded = so_far.record(words, watch);
+        self.mass_factors = so_far.mass_factors;
+        recorded
+    }
+
+    /// What is remembered now, its files synced; `None` where they cannot be.
+    pub(super) fn words(&mut self, watch: &mut Watch) -> Option<Words> {
+        self.kept.sync().ok()?;
+        let mut words = Words::default();
+        let recorded = self.record(&mut words, watch, (&mut Vec::new(), &mut Vec::new()));
+        recorded.ok().map(|()| words)
+    }
+
+    /// Writes what the last window left into a checkpoint.
+    pub(super) fn write(&mut self, file: &mut Sealed) -> Result<(), Refused> {
+        self.left.write(file)
+    }
+
+    /// Keeps the state, with what `solver` adds of a window that is under way.
+    pub(super) fn keep(
+        &mut self,
+        watch: &mut Watch,
+        keeper: &mut Keeper,
+        solver: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+    ) {
+        if let Some(words) = self.words(watch) {
+            keeper.keep(watch, &words, &mut |file| {
+                self.write(file)?;
+                solver(file)
+            });
+        }
+    }
+
+    /// Goes on from a state, but for the solver of a window that was under way.
+    pub(super) fn go_on<T: Real + Sample, S: Space>(
+        &mut self,
+        block: &mut [MaybeUninit<u8>],
+        reading: &mut Reading<'_>,
+        watch: &mut Watch,
+    ) -> Result<(), Failure> {
+        let (mut files, mut left) = (Vec::new(), Vec::new());
+        let recorded = self.record(&mut reading.words, watch, (&mut files, &mut left));
+        recorded
+            .and_then(|()| reading.words.end())
+            .map_err(|Damaged| reading.damaged())?;
+        // The solver of the last window says what there is of it.
+        let windows = self.job.planned.windows();
+        let last = windows.get(self.number.saturating_sub(1));
+        let last = last.ok_or_else(|| reading.damaged())?;
+        let problem = last.problem(&self.job.planned.problem);
+        let outputs = self.solver::<T, S>(block, last, &problem)?.outputs();
+        let there = self.kept.go_on(files, outputs)?;
+        there.ok_or_else(|| reading.damaged())?;
+        let taken = self.left.go_on(&mut reading.file, &left);
+        taken.map_err(|error| error.map_or_else(|| reading.damaged(), failed))
+    }
+}
+
+impl Kept {
+    /// Passes over all but the fields themselves, which stay in their files.
+    fn record(&mut self, words: &mut Words, files: &mut Files) -> Result<(), Damaged> {
+        if !words.reads() {
+            let states = self
+                .series
+                .iter()
+                .map(|(name, series)| (name.clone(), series.state()));
+            *files = states.collect();
+        }
+        words.list(
+            files,
+            Default::default(),
+            |words, (name, (len, count, digest))| {
+                words.text(name)?;
+                words.count(len)?;
+                words.count(count)?;
+                words.word(digest)
+            },
+        )?;
+        words.list(&mut self.errors, NO_ERROR, |words, error| {
+            words.count(&mut error.stay.first)?;
+            words.count(&mut error.stay.last)?;
+            let numbers = [&mut error.before, &mut error.after, &mut error.denser];
+            numbers.into_iter().try_for_each(|number| words.real(number))
+        })?;
+        words.real(&mut self.emitted)?;
+        words.reals(&mut self.factors)?;
+        let problem = &mut self.problem;
+        let mut lengths = [problem.keyframes.len(), problem.keyframe_weights.len()];
+        words.count(&mut problem.steps)?;
+        words.option(&mut problem.release, Words::count)?;
+        lengths.iter_mut().try_for_each(|length| words.count(length))?;
+        problem.keyframes.truncate(lengths[0]);
+        problem.keyframe_weights.truncate(lengths[1]);
+        Ok(())
+    }
+
+    /// Makes sure that all fields are on the disc.
+    fn sync(&self) -> io::Result<()> {
+        self.series.values().try_for_each(Series::sync)
+    }
+
+    /// Goes on with the `files` of an earlier run, and the `outputs` that they are of. `None` if one is not what it was.
+    fn go_on(&mut self, files: Files, outputs: &'static [Output]) -> Result<Option<()>, Failure> {
+        self.outputs = outputs;
+        for (name, state) in files {
+            // A name that leads elsewhere is none of ours.
+            if name.contains(['/', '\\']) {
+                return Ok(None);
+            }
+            let mut samples = Samples::new(self.precision);
+            let series = Series::go_on(&self.scratch.file(&name), state, &mut samples);
+            let Some(series) = series.map_err(failed)? else {
+                return Ok(None);
+            };
+            self.series.insert(name, series);
+        }
+        Ok(Some(()))
+    }
+}

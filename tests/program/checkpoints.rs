@@ -1,0 +1,371 @@
+//! A solve that is killed goes on from its last state, bit for bit, and nothing is written over that somebody may want.
+
+use crate::support::endless::Endless;
+use crate::support::{Ended, fresh_folder, run, thurible};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const PLAIN: &str = "\
+[grid]
+cells = [32, 24]
+[time]
+steps = 10
+[source]
+file = \"source.npy\"
+[[keyframe]]
+step = 10
+circle = { center = [0.65, 0.5], radius = 0.2 }
+[method]
+iterations = 25
+direct = { tolerance = 1e-12, nested = false }
+admm = { density_tolerance = 1e-12 }
+[output]
+frames = false
+";
+
+const WINDOWS: &str = "\
+[grid]
+cells = [20, 16]
+[time]
+steps = 30
+[source]
+circle = { center = [0.3, 0.4], radius = 0.2 }
+[[emitter]]
+from = 0
+to = 20
+rate = 0.05
+circle = { center = [0.3, 0.4], radius = 0.15 }
+[[obstacle]]
+box = { min = [0.7, 0.0], max = [0.8, 0.3] }
+[[keyframe]]
+step = 5
+circle = { center = [0.5, 0.4], radius = 0.25 }
+[[keyframe]]
+step = 24
+circle = { center = [0.5, 0.7], radius = 0.25 }
+[control]
+release = 25
+[method]
+iterations = 6
+window = 9
+stride = 5
+direct = { tolerance = 1e-12 }
+[output]
+frames = false
+";
+
+/// A fresh folder with a scene in it.
+fn folder_with(name: &str, scene: &str) -> PathBuf {
+    let folder = fresh_folder(name);
+    fs::write(folder.join("scene.toml"), scene).unwrap();
+    let cells: Vec<f64> = (0..24 * 32)
+        .map(|cell| f64::from(u8::from((cell % 32) / 8 == 1 && cell / 32 > 8)))
+        .collect();
+    fs::write(
+        folder.join("source.npy"),
+        crate::support::npz::npy(&[24, 32], &cells),
+    )
+    .unwrap();
+    folder
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = thurible();
+    command.current_dir(folder).args(arguments);
+    command
+}
+
+fn ended(folder: &Path, arguments: &[&str]) -> Ended {
+    command(folder, arguments).output().unwrap().into()
+}
+
+/// Runs `arguments`, which keep the state, and kills the program when it has told of `lines` iterations.
+fn killed(folder: &Path, arguments: &[&str], lines: usize) {
+    let mut seen = 0;
+    let running = Endless::seen(&mut command(folder, &[arguments, &["--json"]].concat()), |line| {
+        seen += usize::from(line.contains("\"event\":\"iteration\""));
+        seen == lines
+    });
+    running.kill();
+}
+
+fn arrays(folder: &Path) -> Vec<u8> {
+    fs::read(folder.join("out/result.npz")).unwrap()
+}
+
+fn report(folder: &Path) -> Value {
+    serde_json::from_slice(&fs::read(folder.join("out/report.json")).unwrap()).unwrap()
+}
+
+/// Everything of a report but seconds, threads and the command line.
+fn facts(folder: &Path) -> Value {
+    let mut report = report(folder);
+    for key in ["seconds", "threads", "command", "memory"] {
+        report[key] = Value::Null;
+    }
+    for list in ["history", "windows"] {
+        for row in report[list].as_array_mut().into_iter().flatten() {
+            row["seconds"] = Value::Null;
+        }
+    }
+    report
+}
+
+/// Kills the solve after some iterations and goes on, with other threads and another ceiling.
+fn goes_on(test: &str, scene: &str, solve: &[&str], kills: &[usize]) {
+    let folder = folder_with(test, scene);
+    let solve = [solve, &["scene.toml", "-o", "out", "--threads", "1"]].concat();
+    let whole = ended(&folder, &[&solve[..], &["--quiet"]].concat());
+    assert!(matches!(whole.code, 0 | 5), "{test}: {}", whole.err);
+    let (expected, said) = (arrays(&folder), facts(&folder));
+    fs::remove_dir_all(folder.join("out")).unwrap();
+    let kept = ["--checkpoint", "every=1"];
+    killed(&folder, &[&solve[..], &kept].concat(), kills[0]);
+    let on = ["resume", "out", "--threads", "2", "--memory-limit", "100MiB"];
+    for &more in &kills[1..] {
+        killed(&folder, &[&on[..], &kept].concat(), more);
+    }
+    let ended = ended(&folder, &on);
+    assert!(matches!(ended.code, 0 | 5), "{test}: {}", ended.err);
+    assert!(ended.err.contains("going on from"), "{}", ended.err);
+    assert!(arrays(&folder) == expected, "{test}: another result");
+    assert_eq!(facts(&folder), said, "{test}");
+    let names: Vec<_> = fs::read_dir(&folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    assert_eq!(names.len(), 3, "{test}: left behind: {names:?}");
+}
+
+#[test]
+fn a_killed_solve_goes_on_bit_for_bit() {
+    goes_on("killed_direct", PLAIN, &["solve"], &[9, 4]);
+    goes_on("killed_admm", PLAIN, &["solve", "--method", "admm"], &[5]);
+    goes_on(
+        "killed_f64",
+        PLAIN,
+        &["solve", "--method", "lbfgs", "--precision", "f64"],
+        &[6],
+    );
+    goes_on("killed_capped", PLAIN, &["solve", "--memory-limit", "1MiB"], &[7]);
+}
+
+/// Within a window, between windows, after the release, and of a flow alone.
+#[test]
+fn a_solve_in_windows_goes_on_bit_for_bit() {
+    goes_on("killed_windows", WINDOWS, &["solve"], &[3, 10, 8]);
+    goes_on("killed_windows_late", WINDOWS, &["solve"], &[31]);
+    goes_on("killed_flow", WINDOWS, &["simulate"], &[2]);
+}
+
+/// What a solve began with is what it goes on with.
+#[test]
+fn what_was_changed_since_is_refused_by_name() {
+    let folder = folder_with("changed_since", PLAIN);
+    let solve = ["solve", "scene.toml", "-o", "out", "--checkpoint", "every=1"];
+    killed(&folder, &solve, 4);
+    let refused = |words: &[&str], code: i32| {
+        let ended = ended(&folder, &["resume", "out"]);
+        assert!(
+            ended.code == code && ended.err.lines().count() == 1,
+            "{}",
+            ended.err
+        );
+        assert!(words.iter().all(|word| ended.err.contains(word)), "{}", ended.err);
+    };
+    let scene = folder.join("scene.toml");
+    fs::write(&scene, PLAIN.replace("0.65", "0.66")).unwrap();
+    refused(&["scene.toml was changed since", "put it back", "solve anew"], 2);
+    fs::write(&scene, PLAIN).unwrap();
+    let source = folder.join("source.npy");
+    let bytes = fs::read(&source).unwrap();
+    let mut other = bytes.clone();
+    *other.last_mut().unwrap() ^= 1;
+    fs::write(&source, other).unwrap();
+    refused(&["source.npy was changed since", "put it back"], 2);
+    fs::remove_file(&source).unwrap();
+    refused(&["source.npy", "put it back"], 4);
+    fs::write(&source, bytes).unwrap();
+    // A new solve neither throws the state away unasked, nor can it be shared.
+    let anew = ended(&folder, &["solve", "scene.toml", "-o", "out"]);
+    assert_eq!(anew.code, 4);
+    assert!(
+        anew.err.contains("`thurible resume out`") && anew.err.contains("--force"),
+        "{}",
+        anew.err
+    );
+    // The text of the scene is with the state, its file is not needed.
+    fs::remove_file(&scene).unwrap();
+    let on = ended(
+        &folder,
+        &["resume", "out.checkpoint", "-o", "elsewhere", "--quiet"],
+    );
+    assert!(matches!(on.code, 0 | 5), "{}", on.err);
+    assert!(folder.join("elsewhere/result.npz").is_file() && !folder.join("out.checkpoint").exists());
+    let nothing = ended(&folder, &["resume", "out"]);
+    assert!(
+        nothing.code == 4 && nothing.err.contains("no state of a solve"),
+        "{}",
+        nothing.err
+    );
+}
+
+/// One state is held by one run.
+#[test]
+fn a_state_that_is_being_written_is_left_alone() {
+    let folder = folder_with("held", PLAIN);
+    let endless = [
+        "--set",
+        "method.iterations=100000",
+        "--set",
+        "method.direct.tolerance=0",
+    ];
+    let solve = [
+        "solve",
+        "scene.toml",
+        "--method",
+        "admm",
+        "-o",
+        "out",
+        "--checkpoint",
+        "every=1",
+        "--json",
+    ];
+    let mut seen = 0;
+    let running = Endless::seen(&mut command(&folder, &[&solve[..], &endless].concat()), |line| {
+        seen += usize::from(line.contains("\"event\":\"iteration\""));
+        seen == 3
+    });
+    for arguments in [
+        &["resume", "out"][..],
+        &["solve", "scene.toml", "-o", "out", "--force"],
+    ] {
+        let ended = ended(&folder, arguments);
+        assert!(
+            ended.code == 4 && ended.err.contains("another run"),
+            "{}",
+            ended.err
+        );
+    }
+    // Interrupted, it says how it goes on; what it has written so far may then be replaced.
+    assert_eq!(running.stop().code, 130);
+    assert!(folder.join("out/result.npz").is_file() && folder.join("out.checkpoint/state.0").is_file());
+}
+
+#[test]
+fn a_result_is_not_written_over_unasked() {
+    let folder = folder_with("not_over", PLAIN);
+    let solve = [
+        "solve",
+        "scene.toml",
+        "--set",
+        "method.iterations=1",
+        "--quiet",
+        "-o",
+        "out",
+    ];
+    assert!(matches!(ended(&folder, &solve).code, 0 | 5));
+    let before = arrays(&folder);
+    let again = ended(&folder, &[&solve[..], &["--set", "flow.buoyancy=1e-3"]].concat());
+    assert_eq!(again.code, 4);
+    let words = [
+        "out holds a result already",
+        "-o DIR",
+        "--name-by-time",
+        "--force",
+    ];
+    assert!(words.iter().all(|word| again.err.contains(word)), "{}", again.err);
+    assert!(arrays(&folder) == before);
+    let timed = ended(&folder, &[&solve[..], &["--name-by-time"]].concat());
+    assert!(matches!(timed.code, 0 | 5), "{}", timed.err);
+    let named = fs::read_dir(&folder).unwrap().filter(|entry| {
+        let name = entry.as_ref().unwrap().file_name().into_string().unwrap();
+        name.starts_with("out_20") && name.len() == "out_2026-11-26_213045".len()
+    });
+    assert_eq!(named.count(), 1);
+    let forced = ended(
+        &folder,
+        &[&solve[..], &["--force", "--set", "flow.buoyancy=1e-3"]].concat(),
+    );
+    assert!(matches!(forced.code, 0 | 5) && arrays(&folder) != before);
+}
+
+/// What killed runs leave behind is found by the next run, and what was under way is brought to an end.
+#[test]
+fn leftovers_of_killed_runs_are_removed() {
+    let folder = folder_with("leftovers", PLAIN);
+    let solve = [
+        "solve",
+        "scene.toml",
+        "--set",
+        "method.iterations=1",
+        "--quiet",
+        "-o",
+        "out",
+        "--force",
+    ];
+    assert!(matches!(ended(&folder, &solve).code, 0 | 5));
+    let before = arrays(&folder);
+    // Killed when some files of the earlier result had gone, and one of the new one had come.
+    let hidden = folder.join("out/.thurible-new-1");
+    for below in ["new", "old"] {
+        fs::create_dir_all(hidden.join(below)).unwrap();
+    }
+    let names = ["manifest.json", "report.html", "report.json", "result.npz"];
+    let new = ["report.json", "report.html", "result.npz", "manifest.json"];
+    for name in names {
+        let path = folder.join("out").join(name);
+        let bytes = fs::read(&path).unwrap();
+        fs::rename(&path, hidden.join("old").join(name)).unwrap();
+        fs::write(hidden.join("new").join(name), bytes).unwrap();
+    }
+    fs::rename(hidden.join("new/report.json"), folder.join("out/report.json")).unwrap();
+    fs::write(
+        hidden.join("moves.json"),
+        serde_json::json!({ "gone": names, "new": new }).to_string(),
+    )
+    .unwrap();
+    fs::write(hidden.join("lock"), "").unwrap();
+    let beside = folder.join(".out.thurible-growing-1");
+    fs::create_dir(&beside).unwrap();
+    fs::write(beside.join("lock"), "").unwrap();
+    fs::write(beside.join("density"), [0; 100]).unwrap();
+    let refused = ended(&folder, &solve[..solve.len() - 1]);
+    assert!(refused.err.contains("holds a result already"), "{}", refused.err);
+    assert!(arrays(&folder) == before && !hidden.exists() && !beside.exists());
+    let mut found: Vec<_> = fs::read_dir(folder.join("out"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    found.sort();
+    assert_eq!(found, names);
+}
+
+#[test]
+fn what_is_no_state_is_refused() {
+    let folder = folder_with("no_state", PLAIN);
+    let states = folder.join("out.checkpoint");
+    fs::create_dir(&states).unwrap();
+    fs::write(states.join("mine"), "mine").unwrap();
+    let ended_ = ended(&folder, &["solve", "scene.toml", "-o", "out", "--quiet"]);
+    assert!(
+        ended_.code == 4 && ended_.err.contains("was not made by thurible"),
+        "{}",
+        ended_.err
+    );
+    fs::write(states.join("state.0"), "no state").unwrap();
+    let refused = ended(&folder, &["resume", "out"]);
+    assert!(
+        refused.code == 4 && refused.err.contains("state.0 is not whole"),
+        "{}",
+        refused.err
+    );
+    let often = run(&["solve", "examples/small_letter.toml", "--checkpoint", "often"]);
+    assert!(
+        often.code == 2 && often.err.contains("every=60s"),
+        "{}",
+        often.err
+    );
+}
