@@ -221,10 +221,10 @@ impl Keeper {
         Some(self.place.clone())
     }
 
-    /// The folder of the states, if one was kept.
+    /// The folder of the states, if there is one.
     pub fn kept(&self) -> Option<&Path> {
         let number = self.solve.as_ref().map_or(0, |solve| solve.number);
-        (number > 0).then_some(&self.place)
+        (number > 0 && self.lock.is_some()).then_some(&self.place)
     }
 
     /// Removes all states: the result is written.

@@ -129,6 +129,7 @@ impl Run {
             destination,
             record,
             watch,
+            keeper: None,
         })
     }
 

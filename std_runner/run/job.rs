@@ -16,7 +16,7 @@ use crate::region::{Region, touch};
 use crate::report::{self, RunRecord};
 use crate::{bytes, threads};
 use core::mem::MaybeUninit;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
@@ -50,15 +50,8 @@ pub(crate) struct Solved {
     pub destination: Destination,
     pub record: RunRecord,
     pub watch: Watch,
-    /// Where the solve can be gone on from, where it was interrupted.
-    pub states: Option<PathBuf>,
-}
-
-/// Removes the states of a solve that ended; one that was interrupted goes on from the last of them.
-pub(super) fn end_of_states(keeper: &mut Keeper, ended: Status) {
-    if ended != Status::Cancelled || keeper.kept().is_none() {
-        keeper.forget();
-    }
+    /// Keeps the states until all is written, where there are any.
+    pub keeper: Option<Keeper>,
 }
 
 impl Solved {
@@ -73,11 +66,17 @@ impl Solved {
             destination,
             record,
             watch,
-            states,
+            keeper,
         } = self;
         messages::result(options.mode, &watch, &record, &destination);
-        if let Some(states) = states {
-            messages::can_go_on(options.mode, &states);
+        if let Some(mut keeper) = keeper {
+            // What was interrupted goes on from the last state.
+            match keeper.kept() {
+                Some(states) if record.status == Status::Cancelled => {
+                    messages::can_go_on(options.mode, states);
+                }
+                _ => keeper.forget(),
+            }
         }
         Ok(Outcome {
             record,

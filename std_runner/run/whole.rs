@@ -3,7 +3,7 @@
 use super::found::Found;
 use super::frames::SolverFrames;
 use super::inputs::{Inputs, set_inputs};
-use super::job::{Job, Solved, end_of_states, iterate};
+use super::job::{Job, Solved, iterate};
 use super::masses;
 use super::messages::{self, not_finite};
 use super::outcome::Facts;
@@ -16,7 +16,6 @@ use crate::output::Sample;
 use crate::progress::Watch;
 use crate::report::{self, RunRecord};
 use core::mem::MaybeUninit;
-use std::path::Path;
 use thurible_core::checkpoint::Damaged;
 use thurible_core::{Exec, Real, Solver, Space, Status};
 
@@ -68,12 +67,11 @@ impl Job {
                 .and_then(|()| keeper.keep_end(true, &words, &mut |file| saved::write(&mut solver, file)));
             return Err(messages::unwritten(failure, kept.as_deref()));
         }
-        end_of_states(&mut keeper, ended);
         Ok(Solved {
             destination,
             record,
             watch,
-            states: keeper.kept().map(Path::to_owned),
+            keeper: Some(keeper),
         })
     }
 

@@ -45,8 +45,8 @@ circle = { center = [0.5, 0.4], radius = 0.25 }
 [[keyframe]]
 step = 24
 circle = { center = [0.5, 0.7], radius = 0.25 }
-[control]
-release = 25
+[[release]]
+from = 25
 [method]
 iterations = 6
 window = 9

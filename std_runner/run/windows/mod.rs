@@ -8,7 +8,7 @@ mod state;
 mod sum;
 mod walk;
 
-use super::job::{Job, Solved, end_of_states};
+use super::job::{Job, Solved};
 use super::messages::{self, not_finite};
 use super::outcome::Facts;
 use super::saved::Reading;
@@ -17,7 +17,6 @@ use crate::exit::Failure;
 use crate::output::Sample;
 use crate::report;
 use core::mem::MaybeUninit;
-use std::path::Path;
 use thurible_core::{Exec, Real, Space};
 use walk::Walk;
 
@@ -95,12 +94,11 @@ impl Job {
                 .and_then(|words| keeper.keep_end(false, &words, &mut |file| walk.write(file)));
             return Err(messages::unwritten(failure, states.as_deref()));
         }
-        end_of_states(&mut keeper, ended);
         Ok(Solved {
             destination,
             record,
             watch,
-            states: keeper.kept().map(Path::to_owned),
+            keeper: Some(keeper),
         })
     }
 }
