@@ -34,8 +34,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         self.scalars(&mut record).map_err(Broken::from)?;
         record.seal(self.saved_bytes, self.fingerprint ^ self.solid_print)?;
         self.kept(&mut record);
+        record.ended()?;
         debug_assert_eq!(record.bytes(), self.saved_bytes, "planned and saved bytes differ");
-        Ok(record.ended()?)
+        Ok(())
     }
 
     /// Goes on from what a solver of the same problem, method and choices saved: every later step gives the bits that it would

@@ -171,7 +171,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("thurible-sealed-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         let (path, part, other) = (folder.join("a"), folder.join("part"), folder.join("b"));
-        let payload: Vec<u8> = (0..2000u32).map(|byte| (byte * 7 % 251) as u8).collect();
+        let payload: Vec<u8> = (0..300u32).map(|byte| (byte * 7 % 251) as u8).collect();
         Sealed::write(&path, &part, &mut |file| {
             file.block(&payload)?;
             file.put(b"rest")

@@ -1,7 +1,7 @@
 //! `result.npz`: every array of a result, streamed step by step.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, Write};
+use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 
 use thurible_core::{Output, Place, Real};
@@ -9,6 +9,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::file::write_whole;
+use super::quiet::Quiet;
 use super::{Frames, GivenValues, OutputError, Precision, Samples};
 
 /// Numbers that are written at a time.
@@ -20,15 +21,11 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub(crate) fn write_archive(path: &Path, frames: &mut dyn Frames) -> Result<(), OutputError> {
     write_whole(path, |file| {
         let mut archive = Archive {
-            zip: ZipWriter::new(file),
+            zip: ZipWriter::new(Quiet::new(file)),
             path,
             samples: Samples::new(frames.precision()),
         };
-        if let Err(error) = archive.write(frames) {
-            // Dropped, it would try to end the file and print what it thinks of the attempt.
-            core::mem::forget(archive.zip);
-            return Err(error);
-        }
+        archive.write(frames)?;
         archive.zip.finish().map_err(OutputError::of(path))?;
         Ok(())
     })
@@ -52,15 +49,12 @@ pub(crate) fn pack_archive(
 ) -> Result<(), OutputError> {
     write_whole(path, |file| {
         let mut archive = Archive {
-            zip: ZipWriter::new(file),
+            zip: ZipWriter::new(Quiet::new(file)),
             path,
             samples: Samples::new(precision),
         };
         for array in arrays {
-            if let Err(error) = archive.copy(array) {
-                core::mem::forget(archive.zip);
-                return Err(error);
-            }
+            archive.copy(array)?;
         }
         archive.zip.finish().map_err(OutputError::of(path))?;
         Ok(())
@@ -74,7 +68,7 @@ struct Archive<'a, W: Write + Seek> {
     samples: Samples,
 }
 
-impl Archive<'_, &mut BufWriter<File>> {
+impl Archive<'_, Quiet<'_>> {
     fn write(&mut self, frames: &mut dyn Frames) -> Result<(), OutputError> {
         let cells = frames.cells().to_vec();
         for output in frames.outputs() {
@@ -229,18 +223,15 @@ pub(crate) struct Plain<'a, T> {
 /// Writes arrays as they are into the archive `path`.
 pub(crate) fn write_arrays<T: Real>(path: &Path, arrays: &[Plain<'_, T>]) -> Result<(), OutputError> {
     write_whole(path, |file| {
-        let mut zip = ZipWriter::new(file);
-        if let Err(error) = arrays.iter().try_for_each(|array| put(&mut zip, array)) {
-            // As above.
-            core::mem::forget(zip);
-            return Err(OutputError::of(path)(error));
-        }
+        let mut zip = ZipWriter::new(Quiet::new(file));
+        let written = arrays.iter().try_for_each(|array| put(&mut zip, array));
+        written.map_err(OutputError::of(path))?;
         zip.finish().map_err(OutputError::of(path))?;
         Ok(())
     })
 }
 
-fn put<T: Real>(zip: &mut ZipWriter<&mut BufWriter<File>>, array: &Plain<'_, T>) -> io::Result<()> {
+fn put<T: Real>(zip: &mut ZipWriter<Quiet<'_>>, array: &Plain<'_, T>) -> io::Result<()> {
     let kind = if T::BYTES == 4 { "<f4" } else { "<f8" };
     zip.start_file(format!("{}.npy", array.name), stored())?;
     zip.write_all(&header(kind, &array.shape))?;

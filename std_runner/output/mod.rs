@@ -16,6 +16,7 @@ mod lists;
 mod movie;
 mod picture;
 mod plate;
+mod quiet;
 mod reel;
 mod render;
 mod series;
