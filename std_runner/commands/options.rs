@@ -1,6 +1,7 @@
 //! Options that several commands share.
 
 use crate::checkpoint::{self, Every};
+use crate::destination::put_in_order;
 use crate::exit::Failure;
 use crate::plan::PlanOptions;
 use crate::problem::Precision;
@@ -81,6 +82,7 @@ impl Keeping {
         if self.name_by_time {
             request.folder = by_time(&request.folder, SystemTime::now());
         }
+        put_in_order(&request.folder);
         checkpoint::throw_away(&request.folder, self.force)?;
         Ok(Request {
             overwrites: self.force,

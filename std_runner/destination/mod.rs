@@ -52,6 +52,13 @@ impl Aside {
     }
 }
 
+/// Brings to an end what killed runs were at in `folder`.
+pub(crate) fn put_in_order(folder: &Path) {
+    if let Ok(place) = resolved(folder) {
+        leftover::recover(&place);
+    }
+}
+
 /// Refuses a folder that holds a whole result already.
 ///
 /// # Errors

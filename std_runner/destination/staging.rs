@@ -6,9 +6,8 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// What their names have after a point, and after that the purpose and the process; and what has the place of it in one that is kept.
+/// What their names have after a point, and after that the purpose and the process.
 pub(super) const MARK: &str = "thurible-";
-const RESCUED: &str = "thurible.rescued-";
 
 /// Hidden folders of one name that earlier runs may have left behind.
 const LEFT_BEHIND: usize = 100;
@@ -61,13 +60,9 @@ impl Staging {
         self.path.join(name)
     }
 
-    /// Leaves it behind under a name that no later run takes for its own: it holds what could not be put back.
+    /// Leaves it behind: the next run brings to an end what could not be put back.
     pub(super) fn keep(&mut self) {
         self.kept = true;
-        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        let name = name.replace(MARK, RESCUED);
-        // Under its old name it is found by the next run, which puts back what it can.
-        let _ = fs::rename(&self.path, self.path.with_file_name(name));
     }
 }
 

@@ -25,7 +25,11 @@ pub(crate) fn write_archive(path: &Path, frames: &mut dyn Frames) -> Result<(), 
             path,
             samples: Samples::new(frames.precision()),
         };
-        archive.write(frames)?;
+        if let Err(error) = archive.write(frames) {
+            // Dropped, it would try to end a file that is in the middle of an array.
+            core::mem::forget(archive.zip);
+            return Err(error);
+        }
         archive.zip.finish().map_err(OutputError::of(path))?;
         Ok(())
     })
@@ -54,7 +58,10 @@ pub(crate) fn pack_archive(
             samples: Samples::new(precision),
         };
         for array in arrays {
-            archive.copy(array)?;
+            if let Err(error) = archive.copy(array) {
+                core::mem::forget(archive.zip);
+                return Err(error);
+            }
         }
         archive.zip.finish().map_err(OutputError::of(path))?;
         Ok(())
@@ -224,8 +231,11 @@ pub(crate) struct Plain<'a, T> {
 pub(crate) fn write_arrays<T: Real>(path: &Path, arrays: &[Plain<'_, T>]) -> Result<(), OutputError> {
     write_whole(path, |file| {
         let mut zip = ZipWriter::new(Quiet::new(file));
-        let written = arrays.iter().try_for_each(|array| put(&mut zip, array));
-        written.map_err(OutputError::of(path))?;
+        if let Err(error) = arrays.iter().try_for_each(|array| put(&mut zip, array)) {
+            // As above.
+            core::mem::forget(zip);
+            return Err(OutputError::of(path)(error));
+        }
         zip.finish().map_err(OutputError::of(path))?;
         Ok(())
     })
