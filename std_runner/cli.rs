@@ -2,6 +2,7 @@
 
 use crate::commands::check_gradient::CheckGradientArguments;
 use crate::commands::compare::CompareArguments;
+use crate::commands::completions::{CompletionsArguments, ManArguments};
 use crate::commands::condense::CondenseArguments;
 use crate::commands::deblur::DeblurArguments;
 use crate::commands::export::ExportArguments;
@@ -18,6 +19,7 @@ use crate::commands::scene::SceneCommand;
 use crate::commands::schema::SchemaArguments;
 use crate::commands::simulate::SimulateArguments;
 use crate::commands::solve::SolveArguments;
+use crate::commands::sweep::SweepArguments;
 use crate::commands::thesis::ThesisArguments;
 use crate::commands::tomography::TomographyArguments;
 use crate::commands::track::TrackArguments;
@@ -75,6 +77,8 @@ pub enum Command {
     Scene(SceneCommand),
     /// Solve a scene by several methods, one after the other, and compare them on one page.
     Compare(CompareArguments),
+    /// Solve a scene with every value of some keys, and put the results on one page.
+    Sweep(SweepArguments),
     /// Solve the scenes of Pan & Manocha's paper and put the results beside its own.
     Paper(PaperArguments),
     /// Make the figures of Gregson's thesis on captures, photographs and images, and put them beside its own.
@@ -91,4 +95,8 @@ pub enum Command {
     Schema(SchemaArguments),
     /// Write a commented scene to start from.
     New(NewArguments),
+    /// Print a script by which a shell completes commands and options.
+    Completions(CompletionsArguments),
+    /// Write manual pages, one for each command.
+    Man(ManArguments),
 }

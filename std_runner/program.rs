@@ -2,12 +2,13 @@
 
 use crate::cli::{Cli, Command};
 use crate::commands::{
-    check_gradient, compare, condense, deblur, export, guide, new, paper, photograph, plan, readvect, remap,
-    render, resume, scene, schema, simulate, solve, thesis, tomography, track, upsample,
+    check_gradient, compare, completions, condense, deblur, export, guide, new, paper, photograph, plan,
+    readvect, remap, render, resume, scene, schema, simulate, solve, sweep, thesis, tomography, track,
+    upsample,
 };
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 /// Runs the program and returns its exit code; errors are one sentence on stderr.
 pub fn main() -> u8 {
@@ -39,6 +40,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::CheckGradient(arguments) => check_gradient::run(arguments),
         Command::Scene(command) => scene::run(command),
         Command::Compare(arguments) => compare::run(arguments),
+        Command::Sweep(arguments) => sweep::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),
         Command::Export(arguments) => export::run(arguments),
@@ -49,5 +51,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Condense(arguments) => condense::run(arguments),
         Command::Schema(arguments) => schema::run(arguments),
         Command::New(arguments) => new::run(arguments),
+        Command::Completions(arguments) => completions::run(arguments, Cli::command()),
+        Command::Man(arguments) => completions::man(arguments, Cli::command()),
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod check_gradient;
 pub mod compare;
+pub mod completions;
 pub mod condense;
 pub mod deblur;
 pub mod export;
@@ -20,6 +21,7 @@ pub mod schema;
 pub mod simulate;
 pub mod solve;
 mod studio;
+pub mod sweep;
 mod takes;
 pub mod thesis;
 pub mod tomography;

@@ -46,6 +46,7 @@ mod shape_keys;
 mod shapes;
 mod small;
 mod stable_fluids;
+mod sweeps;
 mod templates;
 mod thesis;
 mod tomography;

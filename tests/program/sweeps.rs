@@ -1,0 +1,112 @@
+//! A scene with every value of some keys; and what shells and `man` are told.
+
+use crate::support::{fresh_folder, run, thurible};
+use serde_json::Value;
+use std::fs;
+use std::process::Stdio;
+
+const SCENE: &str = "\
+[grid]
+cells = [12, 12]
+[time]
+steps = 4
+[source]
+circle = { center = [0.4, 0.5], radius = 0.25 }
+[[keyframe]]
+step = 4
+circle = { center = [0.6, 0.5], radius = 0.25 }
+[method]
+iterations = 2
+";
+
+#[test]
+fn every_combination_is_solved_once() {
+    let folder = fresh_folder("sweep");
+    let (scene, out) = (folder.join("scene.toml"), folder.join("out"));
+    fs::write(&scene, SCENE).unwrap();
+    let sweep = |more: &[&str]| {
+        let vary = [
+            "--vary",
+            "control.force_weight=1e2,1e4",
+            "--vary",
+            "method.iterations=1,2",
+        ];
+        let first = ["sweep", scene.to_str().unwrap(), "-o", out.to_str().unwrap()];
+        run(&[&first[..], &vary, more].concat())
+    };
+    let listed = sweep(&["--list"]);
+    assert_eq!(
+        (listed.code, listed.out.lines().count()),
+        (0, 4),
+        "{}",
+        listed.err
+    );
+    assert!(!out.exists());
+    let one = sweep(&["--only", "2", "--quiet"]);
+    assert!(matches!(one.code, 0 | 5), "{}", one.err);
+    let second = out.join("002_control.force_weight=1e2_method.iterations=2");
+    let modified = || {
+        fs::metadata(second.join("result.npz"))
+            .unwrap()
+            .modified()
+            .unwrap()
+    };
+    let (before, page) = (modified(), out.join("sweep.html"));
+    assert!(!page.exists());
+    let all = sweep(&[]);
+    assert!(matches!(all.code, 0 | 5), "{}", all.err);
+    assert_eq!(modified(), before, "what is there was solved again");
+    let facts: Value = serde_json::from_slice(&fs::read(out.join("sweep.json")).unwrap()).unwrap();
+    let rows = facts["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    for row in rows {
+        let result = out.join(row["folder"].as_str().unwrap()).join("report.json");
+        let report: Value = serde_json::from_slice(&fs::read(result).unwrap()).unwrap();
+        assert_eq!(report["objective"]["total"], row["objective"]["total"]);
+        assert!(
+            row["set"][0]
+                .as_str()
+                .unwrap()
+                .starts_with("control.force_weight=")
+        );
+    }
+    let words = fs::read_to_string(page).unwrap();
+    assert!(
+        words.contains("control.force_weight=1e4 method.iterations=1") && words.contains("The last step")
+    );
+    for (more, code, words) in [
+        (&["--only", "5"][..], 2, "runs from 1 to 4"),
+        (&["--vary", "time.steps"], 2, "no `=`"),
+        (&["--vary", "time.steps=1,9999"], 2, "time.steps"),
+    ] {
+        let refused = sweep(more);
+        assert!(
+            refused.code == code && refused.err.contains(words),
+            "{}",
+            refused.err
+        );
+    }
+}
+
+#[test]
+fn shells_and_man_are_told_of_all_commands() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = run(&["completions", shell]);
+        assert!(script.code == 0 && script.out.contains("name-by-time"), "{shell}");
+    }
+    // A reader that has seen enough.
+    let mut program = thurible()
+        .args(["completions", "bash"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(program.stdout.take());
+    let ended = program.wait_with_output().unwrap();
+    assert!(ended.status.success() && ended.stderr.is_empty());
+    let folder = fresh_folder("man");
+    assert_eq!(run(&["man", folder.to_str().unwrap()]).code, 0);
+    let page = fs::read_to_string(folder.join("thurible-resume.1")).unwrap();
+    assert!(page.contains("Go on with a solve") && page.contains("memory\\-limit"));
+    assert!(folder.join("thurible.1").is_file());
+}
