@@ -1,7 +1,7 @@
 //! Thurible in Python: `thurible_smoke.solve` and `thurible_smoke.plan` on NumPy's arrays.
 //!
 //! The arguments ([`choices`], [`effects`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
-//! own ([`watch`]); what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`], [`mod@tomography`] and [`mod@operator`] are ways of their own. The package
+//! own ([`watch`]), its state kept by [`mod@keep`]; what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`], [`mod@tomography`] and [`mod@operator`] are ways of their own. The package
 //! `thurible_smoke` has it all under its own name, and what `jax` and `torch` take the operator by.
 
 pub mod block;
@@ -12,6 +12,7 @@ pub mod effects;
 pub mod inputs;
 pub mod operating;
 pub mod operator;
+mod keep;
 pub mod place;
 pub mod plan;
 mod reconstruct;

@@ -4,15 +4,18 @@ use crate::block::Block;
 use crate::choices::Choices;
 use crate::effects;
 use crate::inputs::{self, Common, Inputs};
+use crate::keep::{self, Keep};
 use crate::place::{self, Number, Place, fields};
 use crate::plan::{self, Planned, Precision};
 use crate::solution::Solution;
 use crate::templates;
 use crate::watch;
-use crate::words::refused;
-use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
+use crate::words::{read, refused};
+use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError, PyRuntimeWarning};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::ffi::CString;
+use std::path::PathBuf;
 use thurible::bytes::grouped;
 use thurible::remarks::{OF_PYTHON, keyframe_errors, or_else, remarks, still_falls};
 use thurible_core::{D2, D3, Method, Solver, SolverError, Space, Status};
@@ -21,11 +24,12 @@ use thurible_core::{D2, D3, Method, Solver, SolverError, Space, Status};
 ///
 /// The dtype of `source`, float32 or float64, is the precision of the solve; its shape, (ny, nx) or (nz, ny, nx), is the grid. It may be
 /// None where `emitters`, dicts with a shape each, make all smoke.
+/// The state is kept in the file `checkpoint` every `checkpoint_every` seconds, and `resume` names one to go on from, bit for bit.
 /// `progress` is called after every iteration with a Progress; it stops the solve by returning False, or by raising. Other Python
 /// threads run meanwhile. Raises ValueError or TypeError for what cannot be used, MemoryError for what does not fit in memory_limit
 /// bytes, FloatingPointError when the flow leaves the finite numbers.
 #[pyfunction]
-#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, templates=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, mask=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, reference=None, method=None, options=None, iterations=60, threads=None, memory_limit=None, progress=None)")]
+#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, templates=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, mask=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, initial_velocity=None, reference=None, method=None, options=None, iterations=60, threads=None, memory_limit=None, progress=None, checkpoint=None, checkpoint_every=60.0, resume=None)")]
 pub fn solve<'py>(
     source: &Bound<'py, PyAny>,
     keyframes: &Bound<'py, PyAny>,
@@ -38,13 +42,37 @@ pub fn solve<'py>(
     let regions = effects::argument(choices, "regions")?;
     let solids = effects::argument(choices, "solids")?;
     let mask = effects::argument(choices, "mask")?;
-    let (choices, [velocity, reference, progress]) = Choices::read(
+    let (choices, [velocity, reference, progress, checkpoint, every, resume]) = Choices::read(
         &common.shape,
         steps.clone(),
         &emitters,
         choices,
-        ["initial_velocity", "reference", "progress"],
+        [
+            "initial_velocity",
+            "reference",
+            "progress",
+            "checkpoint",
+            "checkpoint_every",
+            "resume",
+        ],
     )?;
+    let path = |name: &str, value: Option<Bound<'py, PyAny>>| {
+        value.map(|value| read(name, &value, "a path")).transpose()
+    };
+    let every = every.map_or(Ok(60.0), |every| {
+        read("checkpoint_every", &every, "a number of seconds")
+    })?;
+    if !(0.0..1e9).contains(&every) {
+        return Err(refused(
+            "checkpoint_every",
+            "is no number of seconds from 0; give one",
+        ));
+    }
+    let states = States {
+        checkpoint: path("checkpoint", checkpoint)?,
+        every,
+        resume: path("resume", resume)?,
+    };
     if progress.as_ref().is_some_and(|progress| !progress.is_callable()) {
         return Err(refused(
             "progress",
@@ -73,6 +101,7 @@ pub fn solve<'py>(
         choices,
         planned,
         progress,
+        states,
     };
     let py = source.py();
     match (job.common.shape.len(), job.common.precision) {
@@ -83,6 +112,27 @@ pub fn solve<'py>(
     }
 }
 
+/// Where the state is kept, how often in seconds, and where one is gone on from.
+struct States {
+    checkpoint: Option<PathBuf>,
+    every: f64,
+    resume: Option<PathBuf>,
+}
+
+impl States {
+    /// Lets `solver`, which was given its arrays, go on if that is asked for; what keeps its state.
+    fn begin<T: Number, S: Space>(self, solver: &mut Solver<'_, T, S>) -> PyResult<Option<Keep>> {
+        if self.checkpoint.is_none() && self.resume.is_none() {
+            return Ok(None);
+        }
+        let begun = keep::digest(solver);
+        if let Some(path) = &self.resume {
+            keep::resume(solver, path, begun)?;
+        }
+        Ok(self.checkpoint.map(|path| Keep::new(path, self.every, begun)))
+    }
+}
+
 /// A solve that is ready to run.
 struct Job<'py> {
     common: Common,
@@ -90,6 +140,7 @@ struct Job<'py> {
     planned: Planned,
     inputs: Inputs<'py>,
     progress: Option<Bound<'py, PyAny>>,
+    states: States,
 }
 
 impl Job<'_> {
@@ -100,6 +151,7 @@ impl Job<'_> {
             planned: Planned { plan, params },
             inputs,
             progress,
+            states,
         } = self;
         if params.method == Method::Guide && inputs.reference.is_none() {
             return Err(refused(
@@ -114,7 +166,13 @@ impl Job<'_> {
             .map_err(solver_refused)?;
         let periodic = choices.periodic();
         let mass_factors = inputs.set_inputs(&mut solver, &common, &periodic)?;
-        let ended = watch::solve(py, &mut solver, params.threads, progress.map(Bound::unbind))?;
+        let mut keep = states.begin(&mut solver)?;
+        let callback = progress.map(Bound::unbind);
+        let ended = watch::solve(py, &mut solver, params.threads, callback, keep.as_mut())?;
+        if let Some(error) = keep.and_then(|keep| keep.trouble) {
+            let text = CString::new(format!("checkpoint: the state could not be kept: {error}"))?;
+            PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)?;
+        }
         if matches!(ended.status, Status::NotFinite | Status::NotReady) {
             return Err(PyFloatingPointError::new_err(
                 "the solve left the finite numbers, or a flow was too fast to follow from the start; use float64, more steps or a slower initial_velocity",

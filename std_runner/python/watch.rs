@@ -1,5 +1,6 @@
 //! A solve on a thread of its own, while the thread that called it listens: to Python's signals, and to what its callback says.
 
+use crate::keep::Keep;
 use crate::words::read;
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -166,6 +167,7 @@ pub fn solve<T: Real, S: Space>(
     solver: &mut Solver<'_, T, S>,
     count: usize,
     callback: Option<Py<PyAny>>,
+    keep: Option<&mut Keep>,
 ) -> PyResult<Ended> {
     py.detach(|| {
         let stop = AtomicBool::new(false);
@@ -177,7 +179,7 @@ pub fn solve<T: Real, S: Space>(
                 iterations,
                 answers,
             };
-            let work = move || on_threads(count, |exec| line.iterate(solver, exec));
+            let work = move || on_threads(count, |exec| line.iterate(solver, exec, keep));
             let worker = spawn(scope, work)?;
             let listened = listen(&heard, &answer, callback);
             if listened.is_err() {
@@ -256,7 +258,12 @@ fn joined<R>(worker: thread::ScopedJoinHandle<'_, R>) -> PyResult<R> {
 
 impl Line<'_> {
     /// Iterates to the end and makes the result feasible: how the solve ended, and how its last step did.
-    fn iterate<T: Real, S: Space>(self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> [Status; 2] {
+    fn iterate<T: Real, S: Space>(
+        self,
+        solver: &mut Solver<'_, T, S>,
+        exec: &dyn Exec,
+        mut keep: Option<&mut Keep>,
+    ) -> [Status; 2] {
         let began = Instant::now();
         let status = loop {
             let progress = solver.step(exec, &mut Stop(self.stop));
@@ -270,6 +277,9 @@ impl Line<'_> {
             }
             if let Some(status) = progress.status {
                 break status;
+            }
+            if let Some(keep) = &mut keep {
+                keep.after(solver);
             }
         };
         let usable = status != Status::NotReady && !self.stop.load(Ordering::Relaxed);

@@ -883,6 +883,42 @@ class Tomography(unittest.TestCase):
                 thurible_smoke.tomography(**{"pictures": pictures, "cameras": cameras, "cells": cells, **given})
 
 
+class States(unittest.TestCase):
+    """What is kept of a solve goes on with the same bits, and what is not what was kept is refused."""
+
+    def test_a_solve_goes_on(self):
+        for dtype, method, options in [(np.float32, "direct", {"nested": False, "tolerance": 1e-12}), (np.float64, "lbfgs", {"tolerance": 1e-12})]:
+            with self.subTest(method=method), tempfile.TemporaryDirectory() as folder:
+                choices = {"method": method, "options": options, "iterations": 12}
+                state = pathlib.Path(folder) / "state"
+                _, _, whole = move((24, 20), dtype, 6, **choices)
+                _, _, part = move((24, 20), dtype, 6, checkpoint=state, checkpoint_every=0, progress=lambda seen: seen.iteration < 5, **choices)
+                self.assertEqual((part.status, os.listdir(folder)), ("cancelled", ["state"]))
+                _, _, rest = move((24, 20), dtype, 6, resume=str(state), threads=1, **choices)
+                np.testing.assert_array_equal(rest.density, whole.density)
+                for one, other in zip(rest.force, whole.force):
+                    np.testing.assert_array_equal(one, other)
+                self.assertEqual([seen.objective for seen in rest.history], [seen.objective for seen in whole.history][4:])
+
+    def test_what_is_not_what_was_kept_is_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            state = pathlib.Path(folder) / "state"
+            move((12, 10), np.float32, 4, checkpoint=state, checkpoint_every=0, iterations=4)
+            whole = state.read_bytes()
+            with self.assertRaisesRegex(ValueError, "other arrays or choices"):
+                move((12, 10), np.float32, 4, resume=state, force_weight=3.0)
+            with self.assertRaisesRegex(ValueError, "other arrays or choices"):
+                thurible.solve(np.ones((12, 10), np.float32), {4: np.eye(12, 10, dtype=np.float32)}, resume=state)
+            for damaged in [whole[:-1], whole[:100], whole + b"0", whole[:1500] + bytes([whole[1500] ^ 1]) + whole[1501:]]:
+                state.write_bytes(damaged)
+                with self.assertRaisesRegex(ValueError, "damaged"):
+                    move((12, 10), np.float32, 4, resume=state, iterations=4)
+            with self.assertRaises(OSError):
+                move((12, 10), np.float32, 4, resume=state.with_name("none"))
+            with self.assertWarnsRegex(RuntimeWarning, "could not be kept"):
+                move((12, 10), np.float32, 4, checkpoint=pathlib.Path(folder) / "none" / "state", checkpoint_every=0, iterations=4)
+
+
 class Stubs(unittest.TestCase):
     def test_they_say_what_is_there(self):
         stubs = pathlib.Path(thurible_smoke.__file__).with_name("__init__.pyi")

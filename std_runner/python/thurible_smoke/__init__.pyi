@@ -4,6 +4,7 @@ Arrays have the shape (ny, nx) or (nz, ny, nx); their dtype, float32 or float64,
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from os import PathLike
 from typing import Any, Literal, TypeAlias, TypedDict, final
 
 import numpy as np
@@ -109,6 +110,9 @@ def solve(
     threads: int | None = None,
     memory_limit: int | None = None,
     progress: Callable[[Progress], bool | None] | None = None,
+    checkpoint: str | PathLike[str] | None = None,
+    checkpoint_every: float = 60.0,
+    resume: str | PathLike[str] | None = None,
 ) -> Solution:
     """Finds the smallest force that carries the smoke of `source` to `keyframes`: arrays by the step at which they stand.
 
@@ -128,6 +132,10 @@ def solve(
 
     With `templates` the force is made of them alone, and the method is "templates" unless another is given: it searches for their amplitudes;
     "simulate" takes them as they are given, and the others know none. `method` is "direct" where there are none.
+
+    `checkpoint` is a file that the state is kept in after an iteration, every `checkpoint_every` seconds. With `resume`, such a file, and the same
+    arrays and choices, the solve goes on from there and gives the same bits; `threads` and `memory_limit` may be others, unless fewer pairs of
+    L-BFGS fit. A state of other arrays or choices, or one that is damaged, is a ValueError.
 
     `progress` is called after every iteration; it stops the solve by returning False, or by raising. Other Python threads run
     meanwhile.
