@@ -908,7 +908,7 @@ class States(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "other arrays or choices"):
                 move((12, 10), np.float32, 4, resume=state, force_weight=3.0)
             with self.assertRaisesRegex(ValueError, "other arrays or choices"):
-                thurible.solve(np.ones((12, 10), np.float32), {4: np.eye(12, 10, dtype=np.float32)}, resume=state)
+                thurible_smoke.solve(np.ones((12, 10), np.float32), {4: np.eye(12, 10, dtype=np.float32)}, resume=state)
             for damaged in [whole[:-1], whole[:100], whole + b"0", whole[:1500] + bytes([whole[1500] ^ 1]) + whole[1501:]]:
                 state.write_bytes(damaged)
                 with self.assertRaisesRegex(ValueError, "damaged"):
