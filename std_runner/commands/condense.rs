@@ -53,8 +53,7 @@ pub fn run(arguments: &CondenseArguments) -> Result<u8, Failure> {
         folder: arguments.output.clone(),
         options: PlanOptions {
             precision: resources.precision.unwrap_or(Precision::F64),
-            threads: resources.threads,
-            limit: resources.memory_limit,
+            ..arguments.options.plan()
         },
         mode: resources.mode(),
     };

@@ -111,7 +111,8 @@ fn kind(words: &mut Words, kind: &mut Kind) -> Result<(), Damaged> {
 pub(super) fn objective(words: &mut Words, record: &mut ObjectiveRecord) -> Result<(), Damaged> {
     words.real(&mut record.data)?;
     words.real(&mut record.force)?;
-    words.real(&mut record.plain)
+    words.real(&mut record.plain)?;
+    words.option(&mut record.initial, Words::real)
 }
 
 /// Writes the state of `solver` into a checkpoint.

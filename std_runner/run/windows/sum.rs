@@ -73,6 +73,7 @@ impl Sum {
                 data: record.data,
                 force: record.force,
                 plain: record.plain,
+                initial: record.initial.unwrap_or(0.0),
             };
         }
         let numbers = self.densities.iter_mut().chain(&mut self.source);
