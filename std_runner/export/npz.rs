@@ -3,7 +3,7 @@
 use super::arrays::arrays;
 use super::sink::{SMOKE, Sink};
 use super::source::{Frame, Source};
-use crate::output::{OutputError, Streamed, write_streamed};
+use crate::output::{OutputError, write_npz};
 use core::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -27,23 +27,19 @@ impl Sink for Archive {
     ) -> Result<(), OutputError> {
         let mut all = arrays(source).map_err(OutputError::Source)?;
         all.retain(|held| !held.entries(&steps).is_empty());
-        let streamed = all.iter().map(|held| {
-            let order = if held.kind.ends_with('1') { '|' } else { '<' };
-            Streamed {
-                name: held.name.clone(),
-                kind: format!("{order}{}", held.kind),
-                count: held.entries(&steps).len(),
-                shape: held.shape().to_vec(),
-            }
-        });
-        let streamed: Vec<Streamed> = streamed.collect();
         let path = folder.join(format!("{SMOKE}.npz"));
-        write_streamed(&path, &streamed, &mut |array, entry| {
-            let Some(held) = all.get_mut(array) else {
-                return Ok(Vec::new());
-            };
-            let entry = held.entries(&steps).start + entry;
-            held.bytes(source, entry).map_err(OutputError::Source)
+        write_npz(&path, |npz| {
+            for held in &mut all {
+                let entries = held.entries(&steps);
+                let order = if held.kind.ends_with('1') { '|' } else { '<' };
+                let shape = [&[entries.len()], held.shape()].concat();
+                npz.begin(&held.name, &format!("{order}{}", held.kind), &shape)?;
+                for entry in entries {
+                    let bytes = held.bytes(source, entry).map_err(OutputError::Source)?;
+                    npz.put(|file| file.write_all(&bytes))?;
+                }
+            }
+            Ok(())
         })
     }
 }

@@ -1,15 +1,12 @@
 //! `result.npz`: every array of a result, streamed step by step.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 use thurible_core::{Output, Place, Real};
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipWriter};
 
-use super::file::write_whole;
-use super::quiet::Quiet;
+use super::npz::{Npz, write_npz};
 use super::{Frames, GivenValues, OutputError, Precision, Samples};
 
 /// Numbers that are written at a time.
@@ -19,19 +16,9 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Writes `path`, holding one field in memory at a time.
 pub(crate) fn write_archive(path: &Path, frames: &mut dyn Frames) -> Result<(), OutputError> {
-    write_whole(path, |file| {
-        let mut archive = Archive {
-            zip: ZipWriter::new(Quiet::new(file)),
-            path,
-            samples: Samples::new(frames.precision()),
-        };
-        if let Err(error) = archive.write(frames) {
-            // Dropped, it would try to end a file that is in the middle of an array.
-            core::mem::forget(archive.zip);
-            return Err(error);
-        }
-        archive.zip.finish().map_err(OutputError::of(path))?;
-        Ok(())
+    write_npz(path, |npz| {
+        let samples = Samples::new(frames.precision());
+        Archive { npz, path, samples }.write(frames)
     })
 }
 
@@ -51,31 +38,21 @@ pub(crate) fn pack_archive(
     precision: Precision,
     arrays: &[Packed<'_>],
 ) -> Result<(), OutputError> {
-    write_whole(path, |file| {
-        let mut archive = Archive {
-            zip: ZipWriter::new(Quiet::new(file)),
-            path,
-            samples: Samples::new(precision),
-        };
-        for array in arrays {
-            if let Err(error) = archive.copy(array) {
-                core::mem::forget(archive.zip);
-                return Err(error);
-            }
-        }
-        archive.zip.finish().map_err(OutputError::of(path))?;
-        Ok(())
+    write_npz(path, |npz| {
+        let samples = Samples::new(precision);
+        let mut archive = Archive { npz, path, samples };
+        arrays.iter().try_for_each(|array| archive.copy(array))
     })
 }
 
-struct Archive<'a, W: Write + Seek> {
-    zip: ZipWriter<W>,
+struct Archive<'a, 'z> {
+    npz: &'a mut Npz<'z>,
     path: &'a Path,
     /// The one field that is in memory.
     samples: Samples,
 }
 
-impl Archive<'_, Quiet<'_>> {
+impl Archive<'_, '_> {
     fn write(&mut self, frames: &mut dyn Frames) -> Result<(), OutputError> {
         let cells = frames.cells().to_vec();
         for output in frames.outputs() {
@@ -88,12 +65,12 @@ impl Archive<'_, Quiet<'_>> {
             }
         }
         let keyframes = frames.keyframe_steps();
-        self.begin("keyframe_step", "<i8", &[keyframes.len()])?;
+        self.npz.begin("keyframe_step", "<i8", &[keyframes.len()])?;
         let whole: Vec<i64> = keyframes
             .iter()
             .map(|&step| i64::try_from(step).unwrap_or(i64::MAX))
             .collect();
-        push(&mut self.zip, &whole, i64::to_le_bytes).map_err(OutputError::of(self.path))?;
+        self.npz.put(|file| push(file, &whole, i64::to_le_bytes))?;
         self.series("keyframe_density", keyframes.len(), &cells, &mut |index, out| {
             frames.keyframe(index, out)
         })?;
@@ -112,8 +89,8 @@ impl Archive<'_, Quiet<'_>> {
                     })?;
                 }
                 GivenValues::Numbers(values) => {
-                    self.begin(given.name, "<f8", &[values.len()])?;
-                    push(&mut self.zip, &values, f64::to_le_bytes).map_err(OutputError::of(self.path))?;
+                    self.npz.begin(given.name, "<f8", &[values.len()])?;
+                    self.npz.put(|file| push(file, &values, f64::to_le_bytes))?;
                 }
             }
         }
@@ -128,11 +105,11 @@ impl Archive<'_, Quiet<'_>> {
             .into_iter()
             .chain(array.shape.iter().copied())
             .collect();
-        self.begin(array.name, kind, &shape)?;
+        self.npz.begin(array.name, kind, &shape)?;
         let expected = shape.iter().product::<usize>();
         let file = File::open(array.values).map_err(OutputError::unread(array.values))?;
         let mut values = file.take((expected * bytes) as u64);
-        let copied = io::copy(&mut values, &mut self.zip).map_err(OutputError::of(self.path))?;
+        let copied = self.npz.put(|file| io::copy(&mut values, file))?;
         let found = copied as usize / bytes;
         if found == expected {
             return Ok(());
@@ -188,7 +165,7 @@ impl Archive<'_, Quiet<'_>> {
         field: &mut dyn FnMut(usize, &mut Samples),
     ) -> Result<(), OutputError> {
         let (kind, _) = self.kind();
-        self.begin(name, kind, &shape)?;
+        self.npz.begin(name, kind, &shape)?;
         let expected: usize = shape.iter().product::<usize>() / count.max(1);
         for index in 0..count {
             field(index, &mut self.samples);
@@ -201,22 +178,12 @@ impl Archive<'_, Quiet<'_>> {
                     expected,
                 });
             }
-            match &self.samples {
-                Samples::F32(values) => push(&mut self.zip, values, f32::to_le_bytes),
-                Samples::F64(values) => push(&mut self.zip, values, f64::to_le_bytes),
-            }
-            .map_err(OutputError::of(self.path))?;
+            self.npz.put(|file| match &self.samples {
+                Samples::F32(values) => push(file, values, f32::to_le_bytes),
+                Samples::F64(values) => push(file, values, f64::to_le_bytes),
+            })?;
         }
         Ok(())
-    }
-
-    fn begin(&mut self, name: &str, kind: &str, shape: &[usize]) -> Result<(), OutputError> {
-        self.zip
-            .start_file(format!("{name}.npy"), stored())
-            .map_err(OutputError::of(self.path))?;
-        self.zip
-            .write_all(&header(kind, shape))
-            .map_err(OutputError::of(self.path))
     }
 }
 
@@ -229,38 +196,25 @@ pub(crate) struct Plain<'a, T> {
 
 /// Writes arrays as they are into the archive `path`.
 pub(crate) fn write_arrays<T: Real>(path: &Path, arrays: &[Plain<'_, T>]) -> Result<(), OutputError> {
-    write_whole(path, |file| {
-        let mut zip = ZipWriter::new(Quiet::new(file));
-        if let Err(error) = arrays.iter().try_for_each(|array| put(&mut zip, array)) {
-            // As above.
-            core::mem::forget(zip);
-            return Err(OutputError::of(path)(error));
-        }
-        zip.finish().map_err(OutputError::of(path))?;
-        Ok(())
+    let kind = if T::BYTES == 4 { "<f4" } else { "<f8" };
+    write_npz(path, |npz| {
+        arrays.iter().try_for_each(|array| {
+            npz.begin(&array.name, kind, &array.shape)?;
+            npz.put(|file| array.parts.iter().try_for_each(|part| put(file, part)))
+        })
     })
 }
 
-fn put<T: Real>(zip: &mut ZipWriter<Quiet<'_>>, array: &Plain<'_, T>) -> io::Result<()> {
-    let kind = if T::BYTES == 4 { "<f4" } else { "<f8" };
-    zip.start_file(format!("{}.npy", array.name), stored())?;
-    zip.write_all(&header(kind, &array.shape))?;
+fn put<T: Real>(file: &mut dyn Write, values: &[T]) -> io::Result<()> {
     let mut bytes = Vec::with_capacity(PIECE * T::BYTES);
-    for values in array.parts.iter().flat_map(|part| part.chunks(PIECE)) {
+    for values in values.chunks(PIECE) {
         bytes.resize(values.len() * T::BYTES, 0);
         for (bytes, value) in bytes.chunks_exact_mut(T::BYTES).zip(values) {
             value.write(bytes);
         }
-        zip.write_all(&bytes)?;
+        file.write_all(&bytes)?;
     }
     Ok(())
-}
-
-/// Members are stored as they are, of any size.
-pub(super) fn stored() -> SimpleFileOptions {
-    SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .large_file(true)
 }
 
 /// The name of the array of a component.
@@ -291,26 +245,9 @@ fn faces(frames: &dyn Frames, axis: usize) -> Vec<usize> {
     counts
 }
 
-/// The head of a `.npy` file: magic, length, a Python dictionary padded to a multiple of 64 bytes.
-pub(super) fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
-    let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
-    let mut text = format!(
-        "{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}",
-        sides.trim_end()
-    );
-    while (10 + text.len() + 1) % 64 != 0 {
-        text.push(' ');
-    }
-    text.push('\n');
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((text.len() as u16).to_le_bytes());
-    bytes.extend(text.as_bytes());
-    bytes
-}
-
 /// Writes `values` through a small buffer.
 pub(super) fn push<T: Copy, const N: usize>(
-    sink: &mut impl Write,
+    sink: &mut (impl Write + ?Sized),
     values: &[T],
     bytes: impl Fn(T) -> [u8; N],
 ) -> io::Result<()> {
