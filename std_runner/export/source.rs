@@ -2,14 +2,12 @@
 
 use super::orient::{Lattice, Orientation};
 use crate::exit::Failure;
-use crate::keyframes::{Series, ShapeError, has_array};
+use crate::keyframes::{Series, ShapeError, VELOCITY, has_array};
 use crate::report::{ARCHIVE, Said};
 use std::path::{Path, PathBuf};
 
 /// What messages call the file.
 const KEY: &str = "result";
-/// The names of a velocity's components.
-const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
 
 /// A component of the velocity on the faces across an axis.
 pub(super) struct Faces {

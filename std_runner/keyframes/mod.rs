@@ -46,4 +46,5 @@ pub(crate) use raster::DENSEST;
 pub use series::Series;
 pub(crate) use series::array_names;
 pub use spec::ShapeSpec;
+pub(crate) use velocity::VELOCITY;
 pub use velocity::{read_centered_velocity, read_velocity};

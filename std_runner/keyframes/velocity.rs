@@ -6,6 +6,9 @@ use super::error::Fault;
 use super::npz;
 use super::{Canvas, ShapeError};
 
+/// The names of a velocity's components in files.
+pub(crate) const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
+
 /// Reads `velocity_x`, `velocity_y` (and `velocity_z`) of a `.npz` file, one list of faces an axis, x fastest.
 ///
 /// A component has one face more than cells along its own axis if that axis is a wall. A leading axis of length 1
@@ -62,10 +65,7 @@ fn component(path: &Path, (name, expected): (&'static str, Vec<usize>)) -> Resul
 
 /// The name of a velocity's component and its shape, x last.
 pub(super) fn faces(axis: usize, canvas: &Canvas) -> (&'static str, Vec<usize>) {
-    let name = ["velocity_x", "velocity_y", "velocity_z"]
-        .get(axis)
-        .copied()
-        .unwrap_or_default();
+    let name = VELOCITY.get(axis).copied().unwrap_or_default();
     let mut shape = canvas.cells.clone();
     if let Some(faces) = shape.get_mut(axis) {
         *faces += usize::from(!canvas.repeats(axis));

@@ -6,7 +6,7 @@ use super::doors::{Free, marked};
 use super::fields::{faces, half_of_cells, half_of_faces};
 use crate::destination::Destination;
 use crate::exit::{DONE, Failure};
-use crate::keyframes::{Series, ShapeError};
+use crate::keyframes::{Series, ShapeError, VELOCITY};
 use crate::output::{Precision, Store};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -18,8 +18,6 @@ const STRETCH: usize = 5;
 /// The archive of frames and flows, and that of the density at the beginning.
 const ARCHIVE: &str = "truth.npz";
 const SOURCE: &str = "source.npz";
-pub(super) const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// What is to be captured.
 pub(super) struct Play {
@@ -205,11 +203,11 @@ impl Film {
         let mut store = Store::new(&destination)?;
         let reversed = |counts: &[usize]| counts.iter().rev().copied().collect::<Vec<_>>();
         let density = store.begin("density", reversed(cells))?;
-        let velocity = AXES
+        let velocity = VELOCITY
             .iter()
             .take(cells.len())
             .enumerate()
-            .map(|(axis, name)| store.begin(&format!("velocity_{name}"), reversed(&faces(cells, axis))));
+            .map(|(axis, name)| store.begin(name, reversed(&faces(cells, axis))));
         let velocity = velocity.collect::<Result<_, Failure>>()?;
         Ok(Self {
             destination,
@@ -230,8 +228,7 @@ impl Film {
             self.frames += 1;
         }
         for (axis, &array) in self.velocity.iter().enumerate() {
-            let name = format!("velocity_{}", AXES.get(axis).copied().unwrap_or_default());
-            let mut flow = open(made, &name)?;
+            let mut flow = open(made, VELOCITY.get(axis).copied().unwrap_or_default())?;
             for frame in 0..frames {
                 let mut mean: Vec<f64> = Vec::new();
                 for step in STEPS * frame..STEPS * (frame + 1) {
