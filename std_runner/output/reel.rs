@@ -1,14 +1,12 @@
 //! The steps of a written result, exposed one at a time: the memory of one field and one picture, whatever the number of steps.
 
-use std::fs;
 use std::path::Path;
-
-use serde_json::Value;
 
 use super::exr::exr;
 use super::lines::{Lines, Plane, Vectors};
 use super::render::{Body, Drift, Film, Shot, Smoke};
 use super::{Densities, OutputError, Pictured, Precision};
+use crate::report::Said;
 use crate::stay::Stay;
 
 /// Bytes for each pixel of a picture: its light, its colours and its file.
@@ -44,75 +42,41 @@ struct Flow {
     scale: f32,
 }
 
-/// What `report.json` says of a result.
-struct Facts {
-    precision: Precision,
-    cells: Vec<usize>,
-    steps: usize,
-    keyframes: Vec<usize>,
-    flow: Flow,
-}
-
-impl Facts {
-    /// Those of a folder, if it has a report of ours.
-    fn of(folder: &Path) -> Option<Self> {
-        let text = fs::read_to_string(folder.join("report.json")).ok()?;
-        let report: Value = serde_json::from_str(&text).ok()?;
-        let number = |value: &Value| value.as_u64().and_then(|value| usize::try_from(value).ok());
-        let cells: Option<Vec<usize>> = report.get("cells")?.as_array()?.iter().map(number).collect();
-        let cells = cells.filter(|cells| matches!(cells.len(), 2 | 3) && !cells.contains(&0))?;
-        let sides = report.get("boundary")?.as_array()?.iter();
-        let beyond: Vec<usize> = sides.map(|side| usize::from(side != "periodic")).collect();
-        let real = |key: &str| report.get(key).and_then(Value::as_f64);
-        let side = real("length")? / cells.iter().copied().max()? as f64;
-        Some(Self {
-            flow: Flow {
-                beyond: Some(beyond).filter(|beyond| beyond.len() == cells.len())?,
-                scale: (real("dt")? / side) as f32,
-            },
-            precision: match report.get("precision")?.as_str()? {
-                "f64" => Precision::F64,
-                _ => Precision::F32,
-            },
-            cells,
-            steps: number(report.get("steps")?)?,
-            keyframes: report
-                .get("keyframes")?
-                .as_array()?
-                .iter()
-                .filter_map(|keyframe| keyframe.get("step").and_then(number))
-                .collect(),
-        })
-    }
-}
-
 impl Reel {
     /// Opens a result folder; `None` if it is none.
     pub fn open(folder: &Path) -> Result<Option<Self>, OutputError> {
         let archive = folder.join("result.npz");
-        let Some(facts) = Facts::of(folder).filter(|_| archive.is_file()) else {
+        let Some(said) = Said::of(folder).ok().filter(|_| archive.is_file()) else {
             return Ok(None);
         };
-        let keyframes = (0..facts.keyframes.len()).map(|target| Pictured {
+        let axes = said.cells.len();
+        let (Some(steps), Some(known), true) = (said.steps, &said.keyframes, said.boundary.len() == axes)
+        else {
+            return Ok(None);
+        };
+        let flow = Flow {
+            beyond: (0..axes).map(|axis| usize::from(!said.repeats(axis))).collect(),
+            scale: (said.dt / said.side()) as f32,
+        };
+        let precision = if said.double {
+            Precision::F64
+        } else {
+            Precision::F32
+        };
+        let keyframes = (0..known.len()).map(|target| Pictured {
             stay: Stay::at(0),
             step: 0,
             target,
         });
-        let mut densities = Densities::open(
-            &archive,
-            facts.precision,
-            facts.cells,
-            facts.steps,
-            keyframes.collect(),
-        )?;
+        let mut densities = Densities::open(&archive, precision, said.cells, steps, keyframes.collect())?;
         let (full, body) = (densities.full()?, densities.body()?);
         Ok(Some(Self {
             densities,
             full,
             body,
-            flow: facts.flow,
+            flow,
             drift: None,
-            keyframes: facts.keyframes,
+            keyframes: known.clone(),
             lines: Lines::default(),
         }))
     }

@@ -14,6 +14,9 @@ pub(crate) struct Said {
     pub boundary: Vec<Value>,
     pub length: f64,
     pub dt: f64,
+    /// The last step, and the steps of the keyframes, where the report has them.
+    pub steps: Option<usize>,
+    pub keyframes: Option<Vec<usize>>,
     /// Whether its numbers have 64 bits.
     pub double: bool,
     /// Whether velocities are those of cells, and not of faces.
@@ -47,6 +50,7 @@ impl Said {
                 .filter(|&number| number > 0.0 && number.is_finite())
                 .ok_or_else(|| foreign(key))
         };
+        let step = |keyframe: &Value| keyframe.get("step").and_then(count);
         let word = |key: &str| report.get(key).and_then(Value::as_str);
         Ok(Self {
             cells: cells
@@ -55,9 +59,16 @@ impl Said {
             boundary: list("boundary").ok_or_else(|| foreign("boundary"))?.clone(),
             length: real("length")?,
             dt: real("dt")?,
+            steps: report.get("steps").and_then(count),
+            keyframes: list("keyframes").map(|all| all.iter().filter_map(step).collect()),
             double: word("precision") == Some("f64"),
             centred: word("velocity_location") == Some("center"),
         })
+    }
+
+    /// Whether `axis` is periodic.
+    pub fn repeats(&self, axis: usize) -> bool {
+        self.boundary.get(axis).is_some_and(|end| end == "periodic")
     }
 
     /// The side of a cell.
