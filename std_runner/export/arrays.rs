@@ -130,8 +130,10 @@ fn dimensions(source: &Source, name: &str, series: &Series, counts: Counts) -> V
             AXES.get(axis).copied().unwrap_or_default(),
         );
         let is_across = name.ends_with(&format!("_{across}")) && !source.said.centred;
+        // Between walls there is a face more than there are cells.
+        let beyond = usize::from(!source.said.repeats(axis));
         let own = match found {
-            Some(count) if is_grid && is_across && (size == count || size == count + 1) => FACES[axis].into(),
+            Some(count) if is_grid && is_across && size == count + beyond => FACES[axis].into(),
             Some(count) if is_grid && size == count => across.into(),
             _ => format!("{name}_{place}"),
         };

@@ -66,6 +66,26 @@ fn result(test: &str, axes: usize) -> PathBuf {
     folder
 }
 
+/// Adds an array to a result.
+fn add(result: &Path, name: &str, shape: &[usize]) {
+    let file = fs::File::options()
+        .read(true)
+        .write(true)
+        .open(result.join("result.npz"));
+    let mut archive = zip::ZipWriter::new_append(file.unwrap()).unwrap();
+    let values: Vec<f64> = (0..shape.iter().product()).map(|k| k as f64 + 0.5).collect();
+    let stored = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    archive.start_file(format!("{name}.npy"), stored).unwrap();
+    archive.write_all(&npz::npy(shape, &values)).unwrap();
+    archive.finish().unwrap();
+}
+
+/// What an array of an exported group says of itself.
+fn said_of(folder: &Path, array: &str) -> Value {
+    let path = folder.join("smoke.zarr").join(array).join("zarr.json");
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
 /// A line for each file below a folder: its name, its bytes and a checksum of them.
 fn sums(folder: &Path) -> String {
     let mut files = Vec::new();
@@ -157,6 +177,22 @@ fn numpy_gets_the_arrays_as_they_are() {
     assert_eq!(part["density"].shape, [1, 3, 4, 5]);
     assert_eq!(part["density"].data, whole["density"].data[60..120]);
     assert_eq!(part["velocity_x"].data, whole["velocity_x"].data[72..]);
+}
+
+#[test]
+fn an_axis_is_of_faces_where_its_end_says_so() {
+    let result = result("export_faces", 3);
+    // Walls at the ends of x, a ring along y.
+    add(&result, "count_x", &[3, 3, 4, 5]);
+    add(&result, "flux_x", &[3, 3, 4, 6]);
+    add(&result, "flux_y", &[3, 3, 4, 5]);
+    add(&result, "sum_y", &[3, 3, 5, 5]);
+    let folder = exported(&result, "out", &["--format", "zarr"]);
+    let axes = |array: &str| said_of(&folder, array)["dimension_names"].clone();
+    assert_eq!(axes("count_x"), json!(["time", "z", "y", "x"]));
+    assert_eq!(axes("flux_x"), json!(["time", "z", "y", "x_face"]));
+    assert_eq!(axes("flux_y"), json!(["time", "z", "y_face", "x"]));
+    assert_eq!(axes("sum_y"), json!(["time", "z", "sum_y_1", "x"]));
 }
 
 #[test]
