@@ -3,8 +3,10 @@
 
 import pathlib
 import tempfile
+import traceback
 
 import bpy
+from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from . import job, scene_file, volume
@@ -40,7 +42,8 @@ class Settings(bpy.types.PropertyGroup):
     memory: StringProperty(name="Memory", description="What a solve takes")
     progress: FloatProperty(name="Progress", min=0, max=1, subtype="FACTOR")
     said: StringProperty()
-    busy: BoolProperty()
+    # Not kept: what a file or a step of undo brings back says nothing of a job.
+    busy: BoolProperty(get=lambda _settings: running is not None)
 
 
 def program_path(context):
@@ -106,7 +109,8 @@ class Solve(bpy.types.Operator):
         except (scene_file.Refused, OSError) as refused:
             self.report({"ERROR"}, str(refused))
             return {"CANCELLED"}
-        settings.busy, settings.progress, settings.said = True, 0.0, f"solving in {settings.memory}"
+        running.scene = context.scene.name
+        settings.progress, settings.said = 0.0, f"solving in {settings.memory}"
         bpy.app.timers.register(look, first_interval=LOOK)
         return {"FINISHED"}
 
@@ -135,7 +139,7 @@ class Load(bpy.types.Operator):
         settings = context.scene.thurible
         try:
             low, _longest, _cells = scene_file.grid(settings)
-            volume.load(context, working_folder(settings) / "volumes", low)
+            volume.load(context.scene, working_folder(settings) / "volumes", low)
         except (scene_file.Refused, OSError) as refused:
             self.report({"ERROR"}, str(refused))
             return {"CANCELLED"}
@@ -144,29 +148,50 @@ class Load(bpy.types.Operator):
 
 def look():
     """Looks at the job; called by a timer until it is over."""
-    global running
-    context = bpy.context
-    settings = context.scene.thurible
     if running is None:
-        settings.busy = False
         return None
+    # Another scene may be shown by now.
+    scene = bpy.data.scenes.get(running.scene) or bpy.context.scene
+    try:
+        return looked(scene)
+    except (scene_file.Refused, OSError) as refused:
+        said = str(refused)
+    except Exception as error:
+        # Blender drops a timer that fails, and the job would be there for ever.
+        traceback.print_exc()
+        said = f"{type(error).__name__}: {error}"
+    drop()
+    scene.thurible.said = said
+    return None
+
+
+def looked(scene):
+    """Shows how far the job is, and brings in what it made; seconds to the next look, or None."""
+    global running
+    settings, screen = scene.thurible, bpy.context.screen
     over = running.poll()
     settings.progress, settings.said = running.progress, running.said
-    for area in context.screen.areas if context.screen else ():
+    for area in screen.areas if screen else ():
         area.tag_redraw()
     if not over:
         return LOOK
-    ended, running, settings.busy = running, None, False
+    ended, running = running, None
     if ended.failure:
         settings.said = ended.failure
         return None
-    try:
-        low, _longest, _cells = scene_file.grid(settings)
-        volume.load(context, ended.export, low)
-        settings.said = "cancelled: the smoke so far" if ended.cancelled else "done"
-    except (scene_file.Refused, OSError) as refused:
-        settings.said = str(refused)
+    low, _longest, _cells = scene_file.grid(settings)
+    volume.load(scene, ended.export, low)
+    settings.said = "cancelled: the smoke so far" if ended.cancelled else "done"
     return None
+
+
+@persistent
+def drop(*_file):
+    """Stops the job, whose scene goes or that cannot be followed any more."""
+    global running
+    ended, running = running, None
+    if ended is not None:
+        ended.cancel()
 
 
 class Panel(bpy.types.Panel):
@@ -208,11 +233,14 @@ def register():
     bpy.types.Object.thurible_frame = IntProperty(
         name="Frame", description="When the smoke takes this shape; 0: at the last frame", default=0, min=0
     )
+    bpy.app.handlers.load_pre.append(drop)
 
 
 def unregister():
-    if running is not None:
-        running.cancel()
+    drop()
+    bpy.app.handlers.load_pre.remove(drop)
+    if bpy.app.timers.is_registered(look):
+        bpy.app.timers.unregister(look)
     del bpy.types.Object.thurible_frame
     del bpy.types.Scene.thurible
     for kind in reversed(classes):

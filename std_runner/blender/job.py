@@ -7,6 +7,7 @@ import queue
 import shutil
 import signal
 import subprocess
+import sys
 import threading
 
 from .scene_file import Refused
@@ -48,7 +49,7 @@ class Job:
         self._begin(["solve", str(scene_file), "--json", "-o", str(self.result)])
 
     def _begin(self, arguments):
-        self.lines, self.errors = queue.Queue(), []
+        self.lines, self.errors, self.asked = queue.Queue(), [], False
         self.process = subprocess.Popen(
             [self.program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8"
         )
@@ -66,9 +67,15 @@ class Job:
                 take(line)
 
     def cancel(self):
-        """Asks the program to stop: it writes what it has."""
+        """Asks the program to stop: it writes what it has. On Windows a program without a console cannot be asked, and is ended."""
         self.cancelled = True
-        if self.process.poll() is None:
+        # Asked twice, it ends at once and writes nothing.
+        if self.asked or self.process.poll() is not None:
+            return
+        self.asked = True
+        if sys.platform == "win32":
+            self.process.terminate()
+        else:
             self.process.send_signal(signal.SIGINT)
 
     def poll(self):
@@ -103,7 +110,8 @@ class Job:
         # 5: stalled, 130: interrupted; both have written a result.
         fine = code in (0, 5, 130) and (self.stage == "export" or (self.result / "result.npz").is_file())
         if not fine:
-            self.failure = "".join(self.errors).strip() or f"thurible {self.stage} ended with {code}"
+            how = "cancelled before there was any smoke" if self.cancelled else f"thurible {self.stage} ended with {code}"
+            self.failure = "".join(self.errors).strip() or how
             self.done = True
         elif self.stage == "solve":
             self.stage, self.said = "export", "writing volumes"

@@ -24,8 +24,8 @@ def material(density):
     return made
 
 
-def load(context, export, low):
-    """Puts the sequence in the folder `export` into the scene, the corner of its box at `low`; the answer is the object."""
+def load(scene, export, low):
+    """Puts the sequence in the folder `export` into `scene`, the corner of its box at `low`; the answer is the object."""
     export = pathlib.Path(export)
     facts = json.loads((export / "export.json").read_text(encoding="utf-8"))
     first, last = facts["frames"]
@@ -34,7 +34,7 @@ def load(context, export, low):
     data.filepath = str(files[0])
     data.is_sequence = True
     data.frame_duration = len(files)
-    data.frame_start = context.scene.frame_start
+    data.frame_start = scene.frame_start
     data.frame_offset = first - 1
     data.sequence_mode = "CLIP"
     data.velocity_unit = "SECOND"
@@ -44,6 +44,6 @@ def load(context, export, low):
         old.data, thing = data, old
     else:
         thing = bpy.data.objects.new(NAME, data)
-        context.scene.collection.objects.link(thing)
+        scene.collection.objects.link(thing)
     thing.location = low
     return thing

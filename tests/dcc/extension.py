@@ -3,9 +3,11 @@
 import importlib.util
 import json
 import pathlib
+import shutil
 import subprocess
 import sys
 import time
+import types
 
 import bpy
 import numpy as np
@@ -63,7 +65,7 @@ def stage(folder):
     target.thurible_frame = 13
     settings = scene.thurible
     settings.domain, settings.source, settings.keyframes = domain, collection("source", ball), collection("keys", target)
-    settings.solids = collection("solids", cube(0.3, (5, 0, 0.2)))
+    settings.solids = collection("solids", cube(0.4, (5, 0, 0.2)))
     settings.resolution, settings.iterations, settings.folder, settings.force_weight = 16, 40, str(folder), 1
     return settings
 
@@ -127,6 +129,70 @@ settings.resolution = 24
 bpy.ops.thurible.solve()
 wait(module, 300, until=lambda job: job.progress > 0)
 assert settings.said == "cancelled: the smoke so far", settings.said
+# Asked twice, it still writes what it has.
+shutil.rmtree(folder / "result")
+bpy.ops.thurible.solve()
+wait(module, 300, until=lambda job: job.progress > 0 and (job.cancel(), time.sleep(0.05)))
+assert settings.said == "cancelled: the smoke so far", settings.said
+
+
+def broken(end, said):
+    """A job that cannot be followed is over, and another one may begin."""
+    bpy.ops.thurible.solve()
+    job = module.running
+    end(job)
+    wait(module, 300)
+    assert said in settings.said and not settings.busy and module.running is None, settings.said
+    assert bpy.ops.thurible.solve.poll()
+    job.process.wait(60)
+
+
+broken(lambda job: job.lines.put("no JSON\n"), "JSONDecodeError")
+settings.iterations = 3
+load, module.volume.load = module.volume.load, lambda *_: {}["frames"]
+broken(lambda job: None, "KeyError: 'frames'")
+module.volume.load = load
+
+
+class Process:
+    """A program as Windows has it: it takes no SIGINT, and what ends it leaves nothing."""
+
+    returncode = None
+
+    def poll(self):
+        return self.returncode
+
+    def send_signal(self, number):
+        raise ValueError(f"Unsupported signal: {number}")
+
+    def terminate(self):
+        self.returncode = 1
+
+
+job_sys, module.job.sys = module.job.sys, types.SimpleNamespace(platform="win32")
+bpy.ops.thurible.solve()
+real, module.running.process = module.running.process, Process()
+bpy.ops.thurible.cancel()
+real.terminate()
+wait(module, 60)
+assert settings.said == "cancelled before there was any smoke", settings.said
+module.job.sys = job_sys
+# A scene that is not shown any more gets its smoke, and no second job begins meanwhile.
+shown, other = bpy.context.scene, bpy.data.scenes.new("Other")
+bpy.ops.thurible.solve()
+bpy.context.window.scene = other
+assert bpy.context.scene == other and not bpy.ops.thurible.solve.poll()
+wait(module, 300)
+assert (settings.said, other.thurible.said) == ("done", ""), (settings.said, other.thurible.said)
+bpy.context.window.scene = shown
+# A file that is opened ends the job, also one that was kept while there was a job.
+bpy.ops.thurible.solve()
+job = module.running
+bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "busy.blend"))
+bpy.ops.wm.open_mainfile(filepath=str(OUT / "busy.blend"))
+settings = bpy.context.scene.thurible
+assert module.running is None and not settings.busy and job.cancelled
+job.process.wait(60)
 # What is missing is said in a sentence.
 settings.domain = None
 try:
