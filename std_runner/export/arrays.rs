@@ -78,6 +78,11 @@ pub(super) fn arrays(source: &Source) -> Result<Vec<Held>, Failure> {
     let failed = |error| unread(&path, &error);
     let mut all = Vec::new();
     for name in array_names(&path, KEY).map_err(failed)? {
+        if !is_plain(&name) {
+            return Err(source.refuse(&format!(
+                "has an array called {name:?}, and a file of that name may be anywhere; call it by letters, digits and _"
+            )));
+        }
         let series = Series::open(&path, Some(&name), KEY).map_err(failed)?;
         let kind = match series.kind() {
             // Numbers of 16 bits are read by fewer programs.

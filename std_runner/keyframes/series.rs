@@ -124,10 +124,10 @@ fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Option<PathBuf>),
         file.seek(SeekFrom::Start(begin))?;
         return Ok((file, None));
     }
-    // Archives that are open at the same time have members of the same name.
+    // Archives that are open at the same time have members of the same name, which may be a path besides.
     static COPIES: AtomicUsize = AtomicUsize::new(0);
     let number = COPIES.fetch_add(1, Ordering::Relaxed);
-    let aside = std::env::temp_dir().join(format!("thurible-{}-{number}-{name}.npy", std::process::id()));
+    let aside = std::env::temp_dir().join(format!("thurible-{}-{number}.npy", std::process::id()));
     let mut copy = File::create(&aside)?;
     let copied = io::copy(&mut member, &mut copy);
     drop(copy);
@@ -170,4 +170,30 @@ pub(crate) fn array_names(path: &Path, key: &str) -> Result<Vec<String>, ShapeEr
         Ok(held)
     };
     names().map_err(|fault| fault.of(key, path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn a_packed_array_whose_name_is_a_path_is_read() {
+        let path = std::env::temp_dir().join(format!("thurible-test-{}-series.npz", std::process::id()));
+        let mut archive = zip::ZipWriter::new(File::create(&path).unwrap());
+        let packed =
+            zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
+        archive.start_file("group/values.npy", packed).unwrap();
+        let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2,), }\n";
+        archive.write_all(b"\x93NUMPY\x01\x00").unwrap();
+        archive.write_all(&(header.len() as u16).to_le_bytes()).unwrap();
+        archive.write_all(header.as_bytes()).unwrap();
+        for value in [1.5_f64, 2.5] {
+            archive.write_all(&value.to_le_bytes()).unwrap();
+        }
+        archive.finish().unwrap();
+        let mut series = Series::open(&path, Some("group/values"), "frames").unwrap();
+        assert_eq!(series.read(1).unwrap(), [2.5]);
+        std::fs::remove_file(&path).unwrap();
+    }
 }

@@ -196,6 +196,38 @@ fn an_axis_is_of_faces_where_its_end_says_so() {
 }
 
 #[test]
+fn an_array_whose_name_is_a_path_is_refused() {
+    let result = result("export_names", 2);
+    let whole = fs::read(result.join("result.npz")).unwrap();
+    let folder = exported(&result, "out", &["--format", "zarr"]);
+    let before = sums(result.parent().unwrap());
+    let beside = result.with_file_name("beside");
+    for name in ["../../../beside", text(&beside), "..", "a/b", "a\\b", "c:d", ""] {
+        fs::write(result.join("result.npz"), &whole).unwrap();
+        add(&result, name, &[3, 4, 5]);
+        for format in ["zarr", "npz"] {
+            let ended = run(&[
+                "export",
+                text(&result),
+                "--quiet",
+                "-o",
+                text(&folder),
+                "--format",
+                format,
+            ]);
+            assert_eq!(ended.code, 2, "{name}: {}", ended.err);
+            assert!(
+                ended.err.contains(&format!("has an array called {name:?}")),
+                "{name}: {}",
+                ended.err
+            );
+        }
+    }
+    fs::write(result.join("result.npz"), &whole).unwrap();
+    assert_eq!(sums(result.parent().unwrap()), before);
+}
+
+#[test]
 fn an_export_says_how_it_plays() {
     let result = result("export_says", 3);
     let facts = |folder: &Path| -> Value {
