@@ -7,6 +7,8 @@ use core::ops::Range;
 use core::ops::RangeInclusive;
 
 const KEY: &str = "result";
+/// What the names of arrays begin with that belong to no step, but to a template of the force.
+const TEMPLATE: &str = "template_";
 /// The names of axes, and of faces across them.
 const AXES: [&str; 3] = ["x", "y", "z"];
 const FACES: [&str; 3] = ["x_face", "y_face", "z_face"];
@@ -55,6 +57,16 @@ impl Held {
         self.series.shape()
     }
 
+    /// Whether it is one number, without an axis.
+    pub fn is_number(&self) -> bool {
+        self.series.is_number()
+    }
+
+    /// The shape of so many entries as one array.
+    pub fn whole(&self, entries: usize) -> Vec<usize> {
+        whole(&self.series, entries)
+    }
+
     /// The entries that belong to `steps`.
     pub fn entries(&self, steps: &RangeInclusive<usize>) -> Range<usize> {
         let count = self.series.count();
@@ -83,7 +95,7 @@ pub(super) fn arrays(source: &Source) -> Result<Vec<Held>, Failure> {
                 "has an array called {name:?}, and a file of that name may be anywhere; call it by letters, digits and _"
             )));
         }
-        let series = Series::open(&path, Some(&name), KEY).map_err(failed)?;
+        let series = Series::open_any(&path, &name, KEY).map_err(failed)?;
         let kind = match series.kind() {
             // Numbers of 16 bits are read by fewer programs.
             kind if kind == "f2" => "f4".to_owned(),
@@ -101,13 +113,23 @@ pub(super) fn arrays(source: &Source) -> Result<Vec<Held>, Failure> {
     Ok(all)
 }
 
+/// Whether `name` is a file's own name on every system, and never a way to another folder.
+fn is_plain(name: &str) -> bool {
+    let fits = |letter: char| letter.is_alphanumeric() || "_- +.".contains(letter);
+    name.chars().all(fits) && !name.starts_with(['.', ' ']) && !name.ends_with(['.', ' ']) && !name.is_empty()
+}
+
+fn whole(series: &Series, entries: usize) -> Vec<usize> {
+    let first = (!series.is_number()).then_some(entries);
+    first.into_iter().chain(series.shape().iter().copied()).collect()
+}
+
 fn counts(source: &Source, name: &str, series: &Series) -> Counts {
     let cells: Vec<usize> = source.said.cells.iter().rev().copied().collect();
-    let whole: Vec<usize> = [&[series.count()], series.shape()].concat();
     let (count, steps) = (series.count(), source.steps());
     if name.starts_with("keyframe_") {
         Counts::Keyframe
-    } else if whole == cells {
+    } else if series.is_number() || name.starts_with(TEMPLATE) || whole(series, count) == cells {
         Counts::Nothing
     } else if count == steps + 1 {
         Counts::Time
@@ -123,11 +145,11 @@ fn counts(source: &Source, name: &str, series: &Series) -> Counts {
 /// The names of all axes; those that are neither of cells nor of faces are the array's own.
 fn dimensions(source: &Source, name: &str, series: &Series, counts: Counts) -> Vec<String> {
     let cells = &source.said.cells;
-    let whole: Vec<usize> = [&[series.count()], series.shape()].concat();
+    let whole = whole(series, series.count());
     let leading = usize::from(counts != Counts::Nothing);
     let grid = whole.get(leading..).unwrap_or(&[]);
     let mut names: Vec<String> = (0..leading).map(|_| counts.name().to_owned()).collect();
-    let is_grid = grid.len() == cells.len();
+    let is_grid = grid.len() == cells.len() && !name.starts_with(TEMPLATE);
     for (place, &size) in grid.iter().enumerate() {
         let axis = grid.len() - 1 - place;
         let (found, across) = (

@@ -32,7 +32,7 @@ impl Sink for Archive {
             for held in &mut all {
                 let entries = held.entries(&steps);
                 let order = if held.kind.ends_with('1') { '|' } else { '<' };
-                let shape = [&[entries.len()], held.shape()].concat();
+                let shape = held.whole(entries.len());
                 npz.begin(&held.name, &format!("{order}{}", held.kind), &shape)?;
                 for entry in entries {
                     let bytes = held.bytes(source, entry).map_err(OutputError::Source)?;

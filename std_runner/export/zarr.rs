@@ -61,17 +61,18 @@ impl Sink for Group {
             if entries.is_empty() {
                 continue;
             }
-            let shape: Vec<usize> = [&[entries.len()], held.shape()].concat();
+            let shape = held.whole(entries.len());
             let names = held.dimensions.iter().cloned();
             lengths.extend(names.zip(shape.iter().copied()));
             let mut chunk = shape.clone();
             if held.shape().is_empty() {
-                // A list of numbers is one chunk.
+                // A list of numbers is one chunk, and so is a number.
                 let mut all = Vec::new();
                 for entry in entries {
                     all.extend(held.bytes(source, entry).map_err(OutputError::Source)?);
                 }
-                put_chunk(&path, &[0], &all)?;
+                let place: &[usize] = if held.is_number() { &[] } else { &[0] };
+                put_chunk(&path, place, &all)?;
             } else {
                 if let Some(first) = chunk.first_mut() {
                     *first = 1;

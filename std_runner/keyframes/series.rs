@@ -22,6 +22,8 @@ pub struct Series {
     size: u64,
     header: Entry,
     count: usize,
+    /// Whether it is one number, without an axis.
+    is_number: bool,
     /// A copy that is removed in the end: packed arrays are unpacked once.
     unpacked: Option<PathBuf>,
 }
@@ -41,15 +43,25 @@ impl Series {
     /// # Errors
     /// A file that cannot be read, or has no such array.
     pub fn open(path: &Path, name: Option<&str>, key: &str) -> Result<Self, ShapeError> {
-        Self::opened(path, name, key).map_err(|fault| fault.of(key, path))
+        Self::opened(path, name, key, false).map_err(|fault| fault.of(key, path))
     }
 
-    fn opened(path: &Path, name: Option<&str>, key: &str) -> Result<Self, Fault> {
+    /// Opens the array `name` of the archive `path`, whatever it is: a number without an axis is one entry.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub(crate) fn open_any(path: &Path, name: &str, key: &str) -> Result<Self, ShapeError> {
+        Self::opened(path, Some(name), key, true).map_err(|fault| fault.of(key, path))
+    }
+
+    fn opened(path: &Path, name: Option<&str>, key: &str, numbers: bool) -> Result<Self, Fault> {
         let (mut file, unpacked) = match name {
             None => (BufReader::new(File::open(path)?), None),
             Some(name) => member(path, name)?,
         };
-        let (header, count) = Header::read(&mut file)?.entries()?;
+        let header = Header::read(&mut file)?;
+        let is_number = numbers && header.shape.is_empty();
+        let (header, count) = if is_number { (header, 1) } else { header.entries()? };
         let header = header.without_ones();
         Ok(Self {
             key: key.to_owned(),
@@ -59,6 +71,7 @@ impl Series {
             header: Entry(header),
             file,
             count,
+            is_number,
             unpacked,
         })
     }
@@ -67,6 +80,11 @@ impl Series {
     #[must_use]
     pub fn count(&self) -> usize {
         self.count
+    }
+
+    /// Whether it is one number, without an axis.
+    pub(crate) fn is_number(&self) -> bool {
+        self.is_number
     }
 
     /// The shape of an entry, x last.
@@ -149,7 +167,7 @@ pub(super) fn has(path: &Path, name: &str) -> bool {
     npz::archive(BufReader::new(file)).is_ok_and(|archive| npz::index_of(&archive, name).is_some())
 }
 
-/// The names of the arrays of a `.npz` file that hold anything along a first axis.
+/// The names of the arrays of a `.npz` file that hold anything.
 ///
 /// # Errors
 /// A file that cannot be read; `key` names it.
@@ -163,7 +181,7 @@ pub(crate) fn array_names(path: &Path, key: &str) -> Result<Vec<String>, ShapeEr
         let mut held = Vec::new();
         for name in all {
             let shape = Header::read(&mut npz::member(&mut archive, &name)?)?.shape;
-            if !shape.is_empty() && !shape.contains(&0) {
+            if !shape.contains(&0) {
                 held.push(name);
             }
         }

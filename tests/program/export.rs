@@ -196,6 +196,33 @@ fn an_axis_is_of_faces_where_its_end_says_so() {
 }
 
 #[test]
+fn what_templates_found_has_no_time() {
+    let result = result("export_templates", 2);
+    // As many numbers as there are densities, flows and cells along an axis.
+    add(&result, "template_0_center", &[3]);
+    add(&result, "template_0_amplitude", &[2, 5]);
+    add(&result, "template_0_radius", &[]);
+    let folder = exported(&result, "out", &["--format", "zarr,npz", "--steps", "1..1"]);
+    let arrays = npz::read(&folder.join("smoke.npz"));
+    let given = npz::read(&result.join("result.npz"));
+    for (array, axes) in [
+        (
+            "template_0_amplitude",
+            json!(["template_0_amplitude_0", "template_0_amplitude_1"]),
+        ),
+        ("template_0_center", json!(["template_0_center_0"])),
+        ("template_0_radius", json!([])),
+    ] {
+        assert_eq!(arrays[array], given[array], "{array}");
+        let said = said_of(&folder, array);
+        assert_eq!(said["dimension_names"], axes, "{array}");
+        assert_eq!(said["shape"], json!(given[array].shape), "{array}");
+    }
+    let radius = fs::read(folder.join("smoke.zarr/template_0_radius/c")).unwrap();
+    assert_eq!(radius, 0.5_f64.to_le_bytes());
+}
+
+#[test]
 fn an_array_whose_name_is_a_path_is_refused() {
     let result = result("export_names", 2);
     let whole = fs::read(result.join("result.npz")).unwrap();
