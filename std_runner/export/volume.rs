@@ -23,8 +23,8 @@ pub(super) struct Volumes<'a> {
 
 impl Sink for Volumes<'_> {
     fn parts(&self) -> Vec<PathBuf> {
-        let stage = self.stage.then(|| format!("{SMOKE}.usda").into());
-        [PathBuf::from(FOLDER)].into_iter().chain(stage).collect()
+        // A stage of an earlier export plays the files that these replace, so it goes with them even where no new one comes.
+        vec![FOLDER.into(), stage()]
     }
 
     fn step(&mut self, folder: &Path, source: &mut Source, frame: &Frame) -> Result<(), OutputError> {
@@ -69,7 +69,7 @@ impl Sink for Volumes<'_> {
         }
         let files = steps.map(|step| (step + 1, file(step)));
         let text = usd::stage(files.collect(), &fields, self.manner);
-        write_bytes(&folder.join(format!("{SMOKE}.usda")), text.as_bytes())
+        write_bytes(&folder.join(stage()), text.as_bytes())
     }
 }
 
@@ -156,6 +156,11 @@ impl Volumes<'_> {
         }
         Ok(())
     }
+}
+
+/// The file of the stage.
+fn stage() -> PathBuf {
+    format!("{SMOKE}.usda").into()
 }
 
 fn file(step: usize) -> String {

@@ -306,6 +306,17 @@ fn a_new_export_takes_the_place_of_the_old_one_of_its_format_alone() {
 }
 
 #[test]
+fn a_stage_goes_with_the_volumes_that_it_plays() {
+    let result = result("export_stage", 2);
+    let folder = exported(&result, "out", &["--format", "usd,vti"]);
+    let stage = folder.join("smoke.usda");
+    exported(&result, "out", &["--format", "vti"]);
+    assert!(stage.is_file());
+    exported(&result, "out", &["--format", "vdb", "--steps", "1..1"]);
+    assert!(!stage.exists());
+}
+
+#[test]
 fn what_cannot_be_exported_is_refused_and_leaves_the_earlier_one() {
     let result = result("export_refused", 3);
     let folder = exported(&result, "out", &["--format", "vdb"]);
