@@ -14,6 +14,9 @@ const FPS: f64 = 24.0;
 /// Which dt are taken for the length of a frame: those of so many frames a second.
 const FILMED: RangeInclusive<f64> = 10.0..=240.0;
 
+/// By how much a rate may be off and is still taken for the one beside it: a dt of few digits is, 24000/1001 is not 24, a thousandth away.
+const NEAR: f64 = 9e-4;
+
 /// How fast it plays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TimeScale {
@@ -27,7 +30,7 @@ impl TimeScale {
     /// That of steps of `dt`, played as asked for, or in real time where a step is as long as a film's frame.
     pub fn of(dt: f64, fps: Option<f64>) -> Self {
         let real = 1.0 / dt;
-        let whole = if (real - real.round()).abs() < 1e-3 * real {
+        let whole = if (real - real.round()).abs() < NEAR * real {
             real.round()
         } else {
             real
@@ -41,7 +44,7 @@ impl TimeScale {
                 let fps = given.unwrap_or(FPS);
                 let factor = dt * fps;
                 // A dt that was written with few digits is still that of whole frames.
-                let near = (factor - 1.0).abs() < 1e-3;
+                let near = (factor - 1.0).abs() < NEAR;
                 Self {
                     fps,
                     factor: if near { 1.0 } else { factor },

@@ -255,6 +255,36 @@ fn an_array_whose_name_is_a_path_is_refused() {
 }
 
 #[test]
+fn a_rate_a_thousandth_away_is_another_one() {
+    let result = result("export_rates", 2);
+    let path = result.join("report.json");
+    let report: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    let played = |dt: f64, more: &[&str]| {
+        let mut report = report.clone();
+        report["dt"] = dt.into();
+        fs::write(&path, report.to_string()).unwrap();
+        let folder = exported(&result, "out", more);
+        let facts: Value = serde_json::from_slice(&fs::read(folder.join("export.json")).unwrap()).unwrap();
+        let number = |key: &str| facts[key].as_f64().unwrap();
+        (number("fps"), number("velocity_factor"))
+    };
+    for whole in [24.0, 30.0, 48.0, 60.0, 120.0] {
+        let film: f64 = whole * 1000.0 / 1001.0;
+        for dt in [1.0 / film, (1e6 / film).round() / 1e6, (1e7 / film).round() / 1e7] {
+            let near = |(fps, factor): (f64, f64), wanted: [f64; 2]| {
+                (fps / wanted[0] - 1.0).abs() < 1e-12 && (factor / wanted[1] - 1.0).abs() < 1e-12
+            };
+            assert!(near(played(dt, &[]), [1.0 / dt, 1.0]), "{dt}");
+            let asked = played(dt, &["--fps", &whole.to_string()]);
+            assert!(near(asked, [whole, dt * whole]), "{dt}");
+        }
+    }
+    // What few digits leave of a rate is still that rate.
+    assert_eq!(played(0.041667, &[]), (24.0, 1.0));
+    assert_eq!(played(0.0417, &["--fps", "24"]), (24.0, 1.0));
+}
+
+#[test]
 fn an_export_says_how_it_plays() {
     let result = result("export_says", 3);
     let facts = |folder: &Path| -> Value {
