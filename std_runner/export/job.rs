@@ -135,6 +135,12 @@ fn check(request: &Request, source: &Source) -> Result<(), Failure> {
     if request.formats.contains(&Format::Fga) && !source.has_flow() {
         return Err(lacks("--format fga"));
     }
+    let volumes = [Format::Vdb, Format::Usd];
+    if request.staggered && !request.formats.iter().any(|format| volumes.contains(format)) {
+        return Err(Failure::Input(
+            "--staggered is a grid of vdb, which is not written; add vdb or usd to --format, or leave --staggered out".into(),
+        ));
+    }
     if request.staggered && !source.has_flow() {
         return Err(lacks("--staggered"));
     }

@@ -365,6 +365,11 @@ fn what_cannot_be_exported_is_refused_and_leaves_the_earlier_one() {
         "possible values: vdb, usd, vti, zarr, fga, npz",
     );
     refused(&["--fps", "0"], 2, "allowed is a number from 0.01 to 10000");
+    refused(
+        &["--format", "vti,zarr", "--staggered"],
+        2,
+        "add vdb or usd to --format",
+    );
     let archive = result.join("result.npz");
     let whole = fs::read(&archive).unwrap();
     fs::write(&archive, &whole[..whole.len() / 2]).unwrap();
