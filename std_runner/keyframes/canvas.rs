@@ -56,6 +56,23 @@ impl Canvas {
         self.periodic.get(axis).copied().unwrap_or(false)
     }
 
+    /// By how much the box is moved to itself and to its neighbours along axes that repeat.
+    pub(super) fn images(&self) -> Vec<[f64; 3]> {
+        let mut shifts = vec![[0.0; 3]];
+        for (axis, side) in self.extent().into_iter().enumerate() {
+            if self.repeats(axis) {
+                for shift in shifts.clone() {
+                    for direction in [-1.0, 1.0] {
+                        let mut moved = shift;
+                        moved[axis] += direction * side;
+                        shifts.push(moved);
+                    }
+                }
+            }
+        }
+        shifts
+    }
+
     /// The axis that points up in pictures: y in 2D, z in 3D.
     pub fn up(&self) -> usize {
         if self.dimensions() == 3 { 2 } else { 1 }

@@ -190,7 +190,7 @@ pub(super) fn fill(canvas: &Canvas, solid: &dyn Solid) -> Vec<f64> {
     let h = canvas.cell_size();
     let [nx, ny, nz] = canvas.cells_3d();
     let depth = if canvas.dimensions() == 3 { 0.5 } else { 0.0 };
-    let shifts = images(canvas);
+    let shifts = canvas.images();
     let mut cells = Vec::with_capacity(canvas.cell_count());
     for k in 0..nz {
         for j in 0..ny {
@@ -204,21 +204,4 @@ pub(super) fn fill(canvas: &Canvas, solid: &dyn Solid) -> Vec<f64> {
         }
     }
     cells
-}
-
-/// The box itself and its neighbours along periodic axes.
-fn images(canvas: &Canvas) -> Vec<[f64; 3]> {
-    let mut shifts = vec![[0.0; 3]];
-    for (axis, side) in canvas.extent().into_iter().enumerate() {
-        if canvas.repeats(axis) {
-            for shift in shifts.clone() {
-                for direction in [-1.0, 1.0] {
-                    let mut moved = shift;
-                    moved[axis] += direction * side;
-                    shifts.push(moved);
-                }
-            }
-        }
-    }
-    shifts
 }

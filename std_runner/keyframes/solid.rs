@@ -73,11 +73,13 @@ impl Solid for Capsule {
     }
 }
 
-fn minus(left: [f64; 3], right: [f64; 3]) -> [f64; 3] {
+/// Their difference, axis by axis.
+pub(super) fn minus(left: [f64; 3], right: [f64; 3]) -> [f64; 3] {
     core::array::from_fn(|axis| left[axis] - right[axis])
 }
 
-fn dot(left: [f64; 3], right: [f64; 3]) -> f64 {
+/// Their scalar product.
+pub(super) fn dot(left: [f64; 3], right: [f64; 3]) -> f64 {
     left[0] * right[0] + left[1] * right[1] + left[2] * right[2]
 }
 

@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::surface::{Point, Surface};
-use super::winding::{Winding, cross, dot, minus};
+use super::winding::{Winding, cross};
 use crate::keyframes::Canvas;
+use crate::keyframes::solid::{dot, minus};
 
 /// Points a side at which a cell on the surface is looked at.
 const FINER: usize = 3;
@@ -97,19 +98,13 @@ fn covered(inside: impl Fn(Point) -> bool) -> f64 {
 fn images(surface: &Surface, canvas: &Canvas) -> Vec<Point> {
     let [low, high] = surface.bounds();
     let extent = canvas.extent();
-    let mut shifts = vec![[0.0; 3]];
-    for axis in (0..3).filter(|&axis| canvas.repeats(axis)) {
-        for shift in shifts.clone() {
-            for turns in [-1.0, 1.0] {
-                let mut moved: Point = shift;
-                moved[axis] += turns * extent[axis];
-                if low[axis] + moved[axis] < extent[axis] && high[axis] + moved[axis] > 0.0 {
-                    shifts.push(moved);
-                }
-            }
-        }
-    }
-    shifts
+    let reaches = |shift: &Point| {
+        (0..3).all(|axis| {
+            let stays = shift[axis] == 0.0;
+            stays || low[axis] + shift[axis] < extent[axis] && high[axis] + shift[axis] > 0.0
+        })
+    };
+    canvas.images().into_iter().filter(reaches).collect()
 }
 
 /// Cells that a triangle passes through, or where inside ends without one: over a hole.

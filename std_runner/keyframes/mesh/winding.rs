@@ -6,6 +6,7 @@
 //! normals times area and the mean c of their middles by area.
 
 use super::surface::{Point, Surface};
+use crate::keyframes::solid::{dot, minus};
 
 /// Triangles of the smallest groups.
 const LEAF: usize = 8;
@@ -141,14 +142,6 @@ fn solid_angle([a, b, c]: [Point; 3]) -> f64 {
     let volume = dot(a, cross(b, c));
     let below = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
     2.0 * volume.atan2(below)
-}
-
-pub(super) fn minus(a: Point, b: Point) -> Point {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(super) fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 pub(super) fn cross(a: Point, b: Point) -> Point {
