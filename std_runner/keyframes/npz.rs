@@ -43,10 +43,7 @@ fn read_by<R>(path: &Path, name: Option<&str>, read: How<'_, R>) -> Result<R, Fa
             "remove `name`",
         )),
         ("npz", Some(name)) => read_member(file, name, read),
-        ("npz", None) => {
-            let sole = sole(&archive(BufReader::new(File::open(path)?))?)?;
-            read_member(file, &sole, read)
-        }
+        ("npz", None) => read_member(file, &sole_name(path)?, read),
         _ => Err(Fault::content(
             "has an unknown extension",
             "files are .npy, .npz or .vdb",
@@ -68,9 +65,9 @@ fn names(archive: &ZipArchive<BufReader<File>>) -> Vec<String> {
         .collect()
 }
 
-/// The name of the only array.
-fn sole(archive: &ZipArchive<BufReader<File>>) -> Result<String, Fault> {
-    let names = names(archive);
+/// The name of the only array in the `.npz` at `path`.
+pub(super) fn sole_name(path: &Path) -> Result<String, Fault> {
+    let names = names(&archive(BufReader::new(File::open(path)?))?);
     match names.as_slice() {
         [name] => Ok(name.clone()),
         [] => Err(Fault::content("holds no array", "save it by numpy.savez")),
@@ -79,11 +76,6 @@ fn sole(archive: &ZipArchive<BufReader<File>>) -> Result<String, Fault> {
             format!("say which by `name`; there are: {}", some.join(", ")),
         )),
     }
-}
-
-/// The name of the only array in the `.npz` at `path`.
-pub(super) fn sole_name(path: &Path) -> Result<String, Fault> {
-    sole(&archive(BufReader::new(File::open(path)?))?)
 }
 
 /// Which member is the array `name`: NumPy names it with an ending, others do without.
@@ -136,10 +128,7 @@ pub(super) fn member<'a>(
 /// Reads the array `name` by `read`, and the rest of its member for the sake of the checksum.
 fn read_member<R>(file: BufReader<File>, name: &str, read: How<'_, R>) -> Result<R, Fault> {
     let mut archive = archive(file)?;
-    let mut member = Watched {
-        inner: member(&mut archive, name)?,
-        failed: None,
-    };
+    let mut member = Watched::new(member(&mut archive, name)?);
     let array = read(&mut member);
     // The checksum is compared at the member's end, which the array's last value need not be.
     let _ = io::copy(&mut member, &mut io::sink());
@@ -150,9 +139,15 @@ fn read_member<R>(file: BufReader<File>, name: &str, read: How<'_, R>) -> Result
 }
 
 /// A reader that remembers how it failed: damage is told before whatever sense the bytes made.
-struct Watched<R> {
+pub(super) struct Watched<R> {
     inner: R,
-    failed: Option<String>,
+    pub failed: Option<String>,
+}
+
+impl<R> Watched<R> {
+    pub fn new(inner: R) -> Self {
+        Self { inner, failed: None }
+    }
 }
 
 impl<R: Read> Read for Watched<R> {

@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 use std::fs::File;
-use std::io::{self, BufReader, Seek, SeekFrom};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::error::Fault;
@@ -25,8 +25,12 @@ pub struct Series {
     /// Whether it is one number, without an axis.
     is_number: bool,
     /// A copy that is removed in the end: packed arrays are unpacked once.
-    unpacked: Option<PathBuf>,
+    _unpacked: Option<Aside>,
 }
+
+/// A temporary file.
+#[derive(Debug)]
+struct Aside(PathBuf);
 
 /// The header of an entry.
 struct Entry(Header);
@@ -55,11 +59,14 @@ impl Series {
     }
 
     fn opened(path: &Path, name: Option<&str>, key: &str, numbers: bool) -> Result<Self, Fault> {
-        let (mut file, unpacked) = match name {
-            None => (BufReader::new(File::open(path)?), None),
+        let (mut file, header, unpacked) = match name {
+            None => {
+                let mut file = BufReader::new(File::open(path)?);
+                let header = Header::read(&mut file)?;
+                (file, header, None)
+            }
             Some(name) => member(path, name)?,
         };
-        let header = Header::read(&mut file)?;
         let is_number = numbers && header.shape.is_empty();
         let (header, count) = if is_number { (header, 1) } else { header.entries()? };
         let header = header.without_ones();
@@ -72,7 +79,7 @@ impl Series {
             file,
             count,
             is_number,
-            unpacked,
+            _unpacked: unpacked,
         })
     }
 
@@ -122,43 +129,52 @@ impl Series {
     }
 }
 
-impl Drop for Series {
+impl Drop for Aside {
     fn drop(&mut self) {
-        if let Some(path) = self.unpacked.take() {
-            // What is left behind where temporary files go is not what the user must hear of.
-            let _ = std::fs::remove_file(path);
-        }
+        // What is left behind where temporary files go is not what the user must hear of.
+        let _ = std::fs::remove_file(&self.0);
     }
 }
 
-/// The array `name` of a `.npz`, as a file that stands at its header; packed ones are unpacked to a temporary file. Either way it is read through
-/// once, for its checksum.
-fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Option<PathBuf>), Fault> {
+/// The array `name` of a `.npz`, as a file that stands at its values; those of packed ones are unpacked to a temporary file. Either way it is read
+/// through once, for its checksum.
+fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Header, Option<Aside>), Fault> {
     let mut archive = npz::archive(BufReader::new(File::open(path)?))?;
-    let mut member = npz::member(&mut archive, name)?;
+    let member = npz::member(&mut archive, name)?;
     if let (zip::CompressionMethod::Stored, Some(begin)) = (member.compression(), member.data_start()) {
+        let mut member = member;
         io::copy(&mut member, &mut io::sink()).map_err(|error| npz::damaged(name, &error))?;
         let mut file = BufReader::new(File::open(path)?);
         file.seek(SeekFrom::Start(begin))?;
-        return Ok((file, None));
+        let header = Header::read(&mut file)?;
+        return Ok((file, header, None));
     }
-    // Archives that are open at the same time have members of the same name, which may be a path besides.
+    // Archives that are open at the same time have members of the same name, and names are not all those of files.
     static COPIES: AtomicUsize = AtomicUsize::new(0);
     let number = COPIES.fetch_add(1, Ordering::Relaxed);
-    let aside = std::env::temp_dir().join(format!("thurible-{}-{number}.npy", std::process::id()));
-    let mut copy = File::create(&aside)?;
-    let copied = io::copy(&mut member, &mut copy);
-    drop(copy);
-    match copied
-        .map_err(|error| npz::damaged(name, &error))
-        .and_then(|_| Ok(File::open(&aside)?))
-    {
-        Ok(file) => Ok((BufReader::new(file), Some(aside))),
-        Err(fault) => {
-            let _ = std::fs::remove_file(&aside);
-            Err(fault)
-        }
-    }
+    let name_of_copy = format!("thurible-{}-{number}.values", std::process::id());
+    let aside = Aside(std::env::temp_dir().join(name_of_copy));
+    let mut member = npz::Watched::new(member);
+    let unpacked = unpack(&mut member, &aside.0);
+    let _ = io::copy(&mut member, &mut io::sink());
+    let failed = member.failed.map(|error| npz::damaged(name, &error));
+    let (file, header) = failed.map_or(unpacked, Err)?;
+    Ok((file, header, Some(aside)))
+}
+
+/// Reads the header of an array, and copies as many bytes of values as it promises to a new file at `aside`.
+fn unpack(member: &mut dyn Read, aside: &Path) -> Result<(BufReader<File>, Header), Fault> {
+    let header = Header::read(member)?;
+    let mut copied = || {
+        let mut copy = File::create(aside)?;
+        io::copy(&mut member.take(header.bytes()), &mut copy)?;
+        File::open(aside)
+    };
+    let file = copied().map_err(|error| {
+        let said = format!("it is unpacked to {}: {error}", aside.display());
+        io::Error::new(error.kind(), said)
+    })?;
+    Ok((BufReader::new(file), header))
 }
 
 /// Whether a `.npz` file has an array of this name.

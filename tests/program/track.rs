@@ -4,6 +4,7 @@ use crate::support::npz;
 use crate::support::{fresh_folder, run};
 use serde_json::Value;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// A small plume and its flow, simulated.
@@ -250,6 +251,23 @@ fn what_cannot_be_tracked_is_refused() {
         fs::remove_file(frames.join(format!("smoke_{number}.npy"))).unwrap();
     }
     refused("one frame", &["a single frame", "a flow needs two frames"]);
+}
+
+#[test]
+fn an_array_may_have_any_name() {
+    let folder = fresh_folder("track_name");
+    let (path, out) = (folder.join("smoke.npz"), folder.join("out"));
+    let mut archive = zip::ZipWriter::new(fs::File::create(&path).unwrap());
+    let packed =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
+    archive.start_file("a/../b.npy", packed).unwrap();
+    let values: Vec<f64> = (0..3).flat_map(blob).map(f64::from).collect();
+    archive.write_all(&npz::npy(&[3, 12, 16], &values)).unwrap();
+    archive.finish().unwrap();
+    let capture = folder.join("capture.toml");
+    fs::write(&capture, "[capture]\nfiles = \"smoke.npz\"\nname = \"a/../b\"\n").unwrap();
+    let ended = track(&capture, &out, &["--quiet"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
 }
 
 #[test]
