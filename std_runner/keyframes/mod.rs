@@ -32,6 +32,7 @@ mod spec;
 mod text;
 mod vdb;
 mod velocity;
+mod whole;
 
 pub use array::steps_of_array;
 pub use canvas::Canvas;

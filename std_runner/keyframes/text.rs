@@ -1,12 +1,12 @@
 //! `text = "F"`: letters that stand upright, flat in 2D, extruded along y in 3D (read in the x-z plane from -y).
 
 use std::borrow::Cow;
-use std::fs;
 use std::path::Path;
 
 use super::font::{self, Lettering, Trouble};
 use super::outline::Point;
 use super::solid::Solid;
+use super::whole::whole;
 use super::{Canvas, ShapeError, ShapeSpec, check};
 
 /// Height of a capital letter if none is given, in heights of the box.
@@ -15,6 +15,8 @@ const USUAL_HEIGHT: f64 = 0.5;
 const WIDEST: f64 = 0.8;
 /// Thickness along y if none is given, in heights of a capital letter.
 const USUAL_DEPTH: f64 = 0.3;
+/// What to write where a font cannot be used.
+const FONTS: &str = "name a .ttf or .otf file, or leave `font` out";
 /// Distances beyond this many cells need not be exact: tanh is 1 there.
 const REACH: f64 = 24.0;
 
@@ -107,12 +109,8 @@ fn lettering(text: &str, file: Option<&Path>, base: &Path) -> Result<Lettering, 
     let path = file.map(|file| base.join(file));
     let font: Cow<'_, [u8]> = match &path {
         None => font::built_in().into(),
-        Some(path) => fs::read(path)
-            .map_err(|source| ShapeError::Read {
-                key: "font".into(),
-                path: path.clone(),
-                source,
-            })?
+        Some(path) => whole(path, 1, FONTS)
+            .map_err(|fault| fault.of("font", path))?
             .into(),
     };
     font::set(text, &font).map_err(|trouble| match trouble {
@@ -121,7 +119,7 @@ fn lettering(text: &str, file: Option<&Path>, base: &Path) -> Result<Lettering, 
             key: "font".into(),
             path: path.unwrap_or_default(),
             found,
-            remedy: "name a .ttf or .otf file, or leave `font` out".into(),
+            remedy: FONTS.into(),
         },
     })
 }

@@ -418,6 +418,70 @@ fn wrong_meshes_are_refused_by_name() {
 }
 
 #[test]
+fn a_gltf_file_says_the_same_again_and_again_without_taking_memory() {
+    let base = folder("mesh_again");
+    let (points, faces) = ball([0.5; 3], 0.3);
+    let (text, buffer) = gltf(&points, &faces, "");
+    let write = |name: &str, text: &str| fs::write(base.join(name), glb(text, &buffer)).unwrap();
+    let primitive = "{\"attributes\":{\"POSITION\":0},\"indices\":1}";
+    write("plain.glb", &text);
+    let (plain, _) = draw("mesh = \"plain.glb\"", &box_of(12), &base);
+    // Lines bound nothing, whatever their points are; primitives may share points.
+    let lines = "{\"mode\":1,\"attributes\":{\"POSITION\":7}}";
+    write(
+        "lines.glb",
+        &text.replace(primitive, &format!("{lines},{primitive}")),
+    );
+    write(
+        "shared.glb",
+        &text.replace(primitive, &format!("{primitive},{primitive}")),
+    );
+    let (lines, _) = draw("mesh = \"lines.glb\"", &box_of(12), &base);
+    assert_eq!(plain, lines);
+    let (shared, notes) = draw("mesh = \"shared.glb\"", &box_of(12), &base);
+    assert_eq!(plain, shared);
+    assert!(notes[0].text.contains("4,416 triangles"), "{notes:?}");
+    // What is too much is known before any of it is read.
+    write("many.glb", &text.replace("\"count\":6624", "\"count\":300000000"));
+    // A node is there once, however often others name it.
+    let many = vec!["1"; 200_000].join(",");
+    let nodes = format!(
+        "\"nodes\":[{{\"children\":[{many}]}},{{\"children\":[{many}]}}{}]",
+        ",{}".repeat(20_000)
+    );
+    fs::write(
+        base.join("children.gltf"),
+        format!("{{\"scenes\":[{{\"nodes\":[0]}}],{nodes}}}"),
+    )
+    .unwrap();
+    for (name, expected) in [
+        ("many.glb", "has more than 67108864 triangles; reduce it"),
+        ("children.gltf", "has nodes that hold each other"),
+    ] {
+        let error = refusal(&format!("mesh = \"{name}\""), 3, &base).to_string();
+        assert!(error.contains(expected), "{name}: {error}");
+    }
+}
+
+/// A device gives bytes without an end, or none.
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_on_a_disk_is_refused() {
+    let base = folder("mesh_device");
+    let (points, faces) = ball([0.5; 3], 0.3);
+    let device = gltf(&points, &faces, "\"uri\":\"/dev/null\",").0;
+    fs::write(base.join("device.gltf"), device).unwrap();
+    for (shape, dimensions) in [
+        ("mesh = \"device.gltf\"", 3),
+        ("image = \"/dev/null\"", 2),
+        ("text = \"F\"\nfont = \"/dev/null\"", 2),
+    ] {
+        let error = refusal(shape, dimensions, &base).to_string();
+        assert!(error.contains("is no regular file; "), "{shape}: {error}");
+    }
+}
+
+#[test]
 fn every_cut_and_every_flipped_byte_of_a_mesh_ends_in_a_sentence_or_a_drawing() {
     let base = folder("mesh_mutants");
     let points = [[0.2, 0.2, 0.2], [0.8, 0.2, 0.2], [0.2, 0.8, 0.2], [0.2, 0.2, 0.8]];

@@ -1,5 +1,12 @@
 //! What a glTF file is made of: its text, the buffer behind it, names of others.
 
+use std::borrow::Cow;
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use super::surface::bytes_of;
 use crate::keyframes::error::Fault;
 
 /// What to do with a file that cannot be read.
@@ -40,8 +47,38 @@ fn chunk(bytes: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
     rest.split_at_checked(size).ok_or_else(|| broken("it breaks off"))
 }
 
+/// The buffer that `uri` names: the one `inside` where it names none, what it holds itself, or a file beside the one at `path`.
+pub(super) fn buffer<'a>(
+    uri: Option<&str>,
+    inside: Option<&'a [u8]>,
+    path: &Path,
+) -> Result<Cow<'a, [u8]>, Fault> {
+    let Some(uri) = uri else {
+        return inside.map(Cow::from).ok_or_else(|| broken("a buffer is nowhere"));
+    };
+    let held = uri
+        .strip_prefix("data:")
+        .and_then(|rest| rest.split_once(";base64,"));
+    let bytes = match held {
+        Some((_, text)) => STANDARD.decode(text).map_err(|_| broken("a buffer is no base64")),
+        None => beside(&path.with_file_name(plain(uri))),
+    };
+    bytes.map(Cow::from)
+}
+
+fn beside(path: &Path) -> Result<Vec<u8>, Fault> {
+    let kept = |why: String| format!("keeps its points in `{}`, which {why}", path.display());
+    bytes_of(path).map_err(|fault| match fault {
+        Fault::Read(error) => Fault::content(
+            kept(format!("cannot be read ({error})")),
+            "put that file beside it, or export it as .glb",
+        ),
+        Fault::Content { found, remedy } => Fault::content(kept(found), remedy),
+    })
+}
+
 /// A name in which `%20` stands for a space.
-pub(super) fn plain(uri: &str) -> String {
+fn plain(uri: &str) -> String {
     let mut bytes = Vec::new();
     let mut rest = uri.as_bytes();
     while let Some((&first, after)) = rest.split_first() {

@@ -1,17 +1,17 @@
 //! glTF 2.0, as `.gltf` with its buffers beside it or within, and as `.glb`: positions and triangles of all meshes of the scene, each where
 //! its nodes put it. Skins, morphs and animations are left at rest.
 
+use core::ops::Range;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use serde::Deserialize;
 use serde_json::Value;
-use std::collections::BTreeMap;
 
-use super::glb::{AGAIN, broken, parts, plain};
+use super::glb::{AGAIN, broken, buffer, parts};
 use super::scene_graph::{Node, placed};
-use super::surface::{Point, Surface};
+use super::surface::{MOST_TRIANGLES, Point, REDUCE, Surface};
 use crate::keyframes::error::Fault;
 
 #[derive(Default, Deserialize)]
@@ -93,9 +93,12 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Surface, Fault> {
     if let Some(name) = packed {
         return Err(Fault::content(format!("is packed by {name}"), AGAIN));
     }
-    let buffers = root.buffers.iter().map(|buffer| buffer.bytes(inside, path));
-    let buffers = buffers.collect::<Result<Vec<_>, _>>()?;
+    let uris = root.buffers.iter().map(|buffer| buffer.uri.as_deref());
+    let buffers = uris
+        .map(|uri| buffer(uri, inside, path))
+        .collect::<Result<Vec<_>, _>>()?;
     let file = File { root, buffers };
+    file.check_size()?;
     let meshes = file.root.meshes.iter().map(|mesh| file.mesh(mesh));
     let meshes = meshes.collect::<Result<Vec<_>, _>>()?;
     let all: Vec<usize> = (0..file.root.nodes.len()).collect();
@@ -107,49 +110,73 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Surface, Fault> {
     placed(&file.root.nodes, roots, &meshes)
 }
 
-impl Buffer {
-    fn bytes(&self, inside: Option<&[u8]>, path: &Path) -> Result<Vec<u8>, Fault> {
-        match self.uri.as_deref() {
-            None => Ok(inside.ok_or_else(|| broken("a buffer is nowhere"))?.to_vec()),
-            Some(uri) => match uri
-                .strip_prefix("data:")
-                .and_then(|rest| rest.split_once(";base64,"))
-            {
-                Some((_, text)) => STANDARD.decode(text).map_err(|_| broken("a buffer is no base64")),
-                None => {
-                    let beside = path.with_file_name(plain(uri));
-                    std::fs::read(&beside).map_err(|error| {
-                        let found = format!(
-                            "keeps its points in `{}`, which cannot be read ({error})",
-                            beside.display()
-                        );
-                        Fault::content(found, "put that file beside it, or export it as .glb")
-                    })
-                }
-            },
-        }
+impl Primitive {
+    /// The accessor of its points, if it bounds something: points and lines do not.
+    fn positions(&self) -> Option<usize> {
+        let bounds = matches!(self.mode, 4..=6);
+        self.attributes.get("POSITION").copied().filter(|_| bounds)
     }
 }
 
-struct File {
+struct File<'a> {
     root: Root,
-    buffers: Vec<Vec<u8>>,
+    buffers: Vec<Cow<'a, [u8]>>,
 }
 
-impl File {
+impl File<'_> {
+    /// Refuses more than there is room for before any of it is read: primitives can take the same bytes again and again.
+    fn check_size(&self) -> Result<(), Fault> {
+        let count = |accessor: usize| self.root.accessors.get(accessor).map_or(0, |found| found.count);
+        let (mut points, mut triangles) = (0_usize, 0_usize);
+        for mesh in &self.root.meshes {
+            let mut known = BTreeSet::new();
+            for primitive in &mesh.primitives {
+                let Some(positions) = primitive.positions() else {
+                    continue;
+                };
+                let own = count(positions);
+                points = points.saturating_add(if known.insert(positions) { own } else { 0 });
+                let corners = primitive.indices.map_or(own, count);
+                let faces = if primitive.mode == 4 {
+                    corners / 3
+                } else {
+                    corners.saturating_sub(2)
+                };
+                triangles = triangles.saturating_add(faces);
+            }
+        }
+        for (count, what) in [(points, "points"), (triangles, "triangles")] {
+            if count > MOST_TRIANGLES {
+                let found = format!("has more than {MOST_TRIANGLES} {what}");
+                return Err(Fault::content(found, REDUCE));
+            }
+        }
+        Ok(())
+    }
+
     fn mesh(&self, mesh: &Mesh) -> Result<Surface, Fault> {
         let mut surface = Surface::default();
+        // Primitives of one mesh often share their points.
+        let mut known = BTreeMap::new();
         for primitive in &mesh.primitives {
-            let Some(&positions) = primitive.attributes.get("POSITION") else {
+            let Some(positions) = primitive.positions() else {
                 continue;
             };
-            let first = surface.points.len() as u32;
-            let numbers = self.numbers(positions, "VEC3")?;
-            surface.points.extend(
-                numbers
-                    .chunks_exact(3)
-                    .map(|point| -> Point { [point[0], point[1], point[2]] }),
-            );
+            let points = match known.get(&positions) {
+                Some(points) => Range::clone(points),
+                None => {
+                    let first = surface.points.len() as u32;
+                    let numbers = self.numbers(positions, "VEC3")?;
+                    let new = numbers.chunks_exact(3);
+                    surface
+                        .points
+                        .extend(new.map(|point| -> Point { [point[0], point[1], point[2]] }));
+                    let points = first..surface.points.len() as u32;
+                    known.insert(positions, points.clone());
+                    points
+                }
+            };
+            let first = points.start;
             let corners: Vec<u32> = match primitive.indices {
                 Some(indices) => {
                     let indices = self.numbers(indices, "SCALAR")?;
@@ -158,7 +185,7 @@ impl File {
                         .map(|index| first.saturating_add(index as u32))
                         .collect()
                 }
-                None => (first..surface.points.len() as u32).collect(),
+                None => points.collect(),
             };
             match primitive.mode {
                 4 => corners
@@ -170,9 +197,7 @@ impl File {
                         surface.polygon(&if index % 2 == 0 { [a, b, c] } else { [b, a, c] })?;
                     }
                 }
-                6 => surface.polygon(&corners)?,
-                // Points and lines bound nothing.
-                _ => {}
+                _ => surface.polygon(&corners)?,
             }
         }
         Ok(surface)

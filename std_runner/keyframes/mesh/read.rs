@@ -2,21 +2,17 @@
 
 use std::path::Path;
 
-use super::surface::Surface;
+use super::surface::{Surface, bytes_of};
 use super::{gltf, obj, ply, stl};
-use crate::bytes::{are_free, grouped};
 use crate::keyframes::error::Fault;
-
-/// Bytes of memory that a byte of a file may become.
-const GROWTH: usize = 8;
 
 /// Reads the surface in the file at `path`.
 pub(super) fn read(path: &Path) -> Result<Surface, Fault> {
     let surface = match extension(path).as_str() {
-        "obj" => obj::read(&whole(path)?),
-        "stl" => stl::read(&whole(path)?),
-        "ply" => ply::read(&whole(path)?),
-        "gltf" | "glb" => gltf::read(&whole(path)?, path),
+        "obj" => obj::read(&bytes_of(path)?),
+        "stl" => stl::read(&bytes_of(path)?),
+        "ply" => ply::read(&bytes_of(path)?),
+        "gltf" | "glb" => gltf::read(&bytes_of(path)?, path),
         _ => Err(Fault::content(
             "has an unknown extension",
             "meshes are .obj, .stl, .ply, .gltf or .glb",
@@ -34,20 +30,4 @@ fn extension(path: &Path) -> String {
     path.extension().map_or(String::new(), |extension| {
         extension.to_string_lossy().to_ascii_lowercase()
     })
-}
-
-/// All bytes of a file that fits into memory with what is made of it.
-pub(super) fn whole(path: &Path) -> Result<Vec<u8>, Fault> {
-    let about = std::fs::metadata(path)?;
-    let size = usize::try_from(about.len()).unwrap_or(usize::MAX);
-    if about.is_file() && !are_free(size.saturating_mul(GROWTH)) {
-        return Err(Fault::content(
-            format!(
-                "has {} bytes, more than there is memory to read them",
-                grouped(size)
-            ),
-            "reduce the mesh: the cells of the grid are coarser than its triangles by far",
-        ));
-    }
-    Ok(std::fs::read(path)?)
 }

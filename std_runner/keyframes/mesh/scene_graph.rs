@@ -93,15 +93,12 @@ pub(super) fn placed(nodes: &[Node], roots: &[usize], meshes: &[Surface]) -> Res
             *slot = true;
         }
     }
-    let roots = roots.iter().filter(|&&root| is_child.get(root) != Some(&true));
+    let roots = roots.iter().filter(|&&root| is_child.get(root) == Some(&false));
     let mut open: Vec<(usize, Placing)> = roots.map(|&root| (root, Placing::NONE)).collect();
     let (mut whole, mut visited) = (Surface::default(), 0);
     while let Some((number, outer)) = open.pop() {
         let Some(node) = nodes.get(number) else { continue };
         visited += 1;
-        if visited > nodes.len() {
-            return Err(Fault::content("has nodes that hold each other", remedy));
-        }
         let placing = outer.after(&Placing::of(node));
         if let Some(mesh) = node.mesh.and_then(|mesh| meshes.get(mesh)) {
             add(&mut whole, mesh, &placing);
@@ -111,7 +108,12 @@ pub(super) fn placed(nodes: &[Node], roots: &[usize], meshes: &[Surface]) -> Res
         {
             return Err(Fault::content("repeats its meshes too often", "reduce it"));
         }
-        open.extend(node.children.iter().map(|&child| (child, placing)));
+        let there = node.children.iter().filter(|&&child| child < nodes.len());
+        open.extend(there.map(|&child| (child, placing)));
+        // What is open is going to be visited: a node more than there are is one that comes again.
+        if visited + open.len() > nodes.len() {
+            return Err(Fault::content("has nodes that hold each other", remedy));
+        }
     }
     Ok(whole)
 }

@@ -1,12 +1,24 @@
 //! A surface of triangles, as a file has it.
 
+use std::path::Path;
+
 use crate::keyframes::error::Fault;
+use crate::keyframes::whole::whole;
 
 /// A point in space.
 pub(super) type Point = [f64; 3];
 
 /// More triangles than this are refused.
 pub(super) const MOST_TRIANGLES: usize = 1 << 26;
+/// Bytes of memory that a byte of a file may become.
+const GROWTH: usize = 8;
+/// What to do with a mesh that is too large.
+pub(super) const REDUCE: &str = "reduce it: the cells of the grid are coarser than its triangles by far";
+
+/// All bytes of a file that fits into memory with what is made of it.
+pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>, Fault> {
+    whole(path, GROWTH, REDUCE)
+}
 
 /// Points, and triangles of three of them.
 #[derive(Debug, Default)]
@@ -26,7 +38,7 @@ impl Surface {
         if self.triangles.len() > MOST_TRIANGLES {
             return Err(Fault::content(
                 format!("has more than {MOST_TRIANGLES} triangles"),
-                "reduce it: the cells of the grid are coarser than its triangles by far",
+                REDUCE,
             ));
         }
         Ok(())
