@@ -57,25 +57,32 @@ impl Steps {
                 return Err(document.outside(&format!("{key}.files"), super::check::shown(other), wanted));
             }
             None => {
-                let shapes = of_array(document, key, shape)?;
+                let count = of_array(document, key, shape)?;
                 // A density for every frame of the scene: those at the steps are taken.
-                if shapes.len() == steps + 1 {
-                    let frames = shapes.into_iter().enumerate();
-                    return Ok(frames.skip(self.from).step_by(self.every).collect());
+                if count == steps + 1 {
+                    let taken = (self.from..count).step_by(self.every);
+                    return Ok(taken.map(|step| (step, shape.of_step(step))).collect());
                 }
-                shapes
+                self.check(document, key, count, steps)?;
+                (0..count).map(|step| shape.of_step(step)).collect()
             }
         };
-        let last = self.from + (shapes.len() - 1) * self.every;
-        if last > steps {
-            let why = format!(
-                "put {} shapes at steps up to {last}, but the scene ends at step {steps}; raise `time.steps`, or begin sooner",
-                shapes.len()
-            );
-            return Err(document.refuse(&format!("{key}.steps"), why));
-        }
+        self.check(document, key, shapes.len(), steps)?;
         let at = |(index, shape)| (self.from + index * self.every, shape);
         Ok(shapes.into_iter().enumerate().map(at).collect())
+    }
+
+    /// Refuses a sequence of `count` shapes that goes on after the last of all `steps`.
+    fn check(self, document: &Document, key: &str, count: usize, steps: usize) -> Result<(), Failure> {
+        let between = count.saturating_sub(1);
+        let last = self.from.saturating_add(between.saturating_mul(self.every));
+        if last <= steps {
+            return Ok(());
+        }
+        let why = format!(
+            "put {count} shapes at steps up to {last}, but the scene ends at step {steps}; raise `time.steps`, or begin sooner"
+        );
+        Err(document.refuse(&format!("{key}.steps"), why))
     }
 }
 
@@ -87,10 +94,13 @@ fn by_pattern(
     shape: &ShapeSpec,
 ) -> Result<Vec<ShapeSpec>, Failure> {
     let paths = files_of(document, &format!("{key}.files"), pattern)?;
-    let first = paths.first().cloned().unwrap_or_default();
+    // Shapes look for their files from the folder of the scene on.
+    let folder = document.folder();
+    let relative = |path: &PathBuf| path.strip_prefix(folder).unwrap_or(path).to_owned();
+    let first = paths.first().map(relative).unwrap_or_default();
     Ok(paths
-        .into_iter()
-        .map(|path| shape.of_file(path, &first))
+        .iter()
+        .map(|path| shape.of_file(relative(path), &first))
         .collect())
 }
 
@@ -104,7 +114,15 @@ pub(crate) fn files_of(document: &Document, key: &str, pattern: &str) -> Result<
         );
         return Err(document.refuse(key, why));
     };
-    let folder = path.parent().unwrap_or(Path::new("."));
+    if after.contains('*') {
+        let why = format!(
+            "is \"{pattern}\", which has more than one `*`; write one, where the numbers stand, as in \"horse_*.png\""
+        );
+        return Err(document.refuse(key, why));
+    }
+    // A bare name has a parent without letters, which is no folder.
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
     let entries = std::fs::read_dir(folder).map_err(|error| {
         let sentence = format!(
             "names the folder {}, which cannot be read ({error}); correct it",
@@ -118,7 +136,7 @@ pub(crate) fn files_of(document: &Document, key: &str, pattern: &str) -> Result<
             name.len() >= before.len() + after.len() && name.starts_with(before) && name.ends_with(after)
         })
     };
-    let paths = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));
+    let paths = entries.filter_map(|entry| Some(path.with_file_name(entry.ok()?.file_name())));
     let mut paths: Vec<PathBuf> = paths.filter(fits).collect();
     paths.sort_by_key(|path| number_of(path, before.len(), after.len()));
     if paths.is_empty() {
@@ -143,11 +161,10 @@ fn number_of(path: &Path, before: usize, after: usize) -> (Option<u64>, String) 
     (middle.parse().ok(), middle)
 }
 
-/// The steps of one array.
-fn of_array(document: &Document, key: &str, shape: &ShapeSpec) -> Result<Vec<ShapeSpec>, Failure> {
-    let count = steps_of_array(shape, document.folder()).map_err(|error| {
+/// How many steps one array has.
+fn of_array(document: &Document, key: &str, shape: &ShapeSpec) -> Result<usize, Failure> {
+    steps_of_array(shape, document.folder()).map_err(|error| {
         let sentence = format!("{}: in {key}: {error}", document.place(key));
         error.failure(sentence)
-    })?;
-    Ok((0..count).map(|step| shape.of_step(step)).collect())
+    })
 }

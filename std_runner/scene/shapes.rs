@@ -77,6 +77,7 @@ fn keyframe(
             document.step_of_keyframe(&at, &found, allowed)?
         }
     };
+    refuse_file_beside_files(document, &key, &table)?;
     let held = table.remove("hold");
     // Beside a text, `weight` is that of its strokes.
     let weight = match table.remove("weight") {
@@ -113,6 +114,19 @@ fn keyframe(
         })
     };
     shapes.into_iter().map(keyframe).collect()
+}
+
+/// Refuses one file beside a pattern of many, which takes its place.
+fn refuse_file_beside_files(document: &Document, key: &str, table: &Table) -> Result<(), Failure> {
+    let beside = ["mesh", "image", "file"];
+    match beside.into_iter().find(|one| table.contains_key(*one)) {
+        Some(one) if table.contains_key("files") => {
+            let why =
+                format!("stands beside `files`, which names the files of the sequence; take one of them out");
+            Err(document.refuse(&format!("{key}.{one}"), why))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A shape that says of which cells something holds, if there is one.

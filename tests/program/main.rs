@@ -41,6 +41,7 @@ mod said;
 mod scene_check;
 mod scenes;
 mod schema;
+mod sequences;
 mod shape_files;
 mod shape_keys;
 mod shapes;

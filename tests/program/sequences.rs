@@ -1,0 +1,94 @@
+//! Keyframes from many files or one array with time: which files are meant, where they stand, and what is refused.
+
+use super::small::{CIRCLE, SIDE, density, refused};
+use super::support::{Ended, fresh_folder, npz::npy, thurible};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A scene of four steps with this keyframe, and two arrays beside it.
+fn written(test: &str, keyframe: &str) -> PathBuf {
+    let folder = fresh_folder(&format!("sequences_{test}"));
+    for number in 0..2 {
+        let array = npy(&[SIDE, SIDE], &density());
+        fs::write(folder.join(format!("blob_{number}.npy")), array).unwrap();
+    }
+    let text = format!(
+        "[grid]\ncells = [{SIDE}, {SIDE}]\n[time]\nsteps = 4\n[source]\n{CIRCLE}\n[[keyframe]]\n{keyframe}\n"
+    );
+    fs::write(folder.join("scene.toml"), text).unwrap();
+    folder
+}
+
+/// What is said of a scene when the program is run in the folder `here`; its picture goes to `folder`.
+fn seen(here: &Path, scene: &str, folder: &Path) -> Ended {
+    let mut command = thurible();
+    command.current_dir(here).args(["scene", "check", scene, "-o"]);
+    command.arg(folder.join("seen.png")).output().unwrap().into()
+}
+
+#[test]
+fn files_are_looked_for_beside_the_scene_wherever_the_program_runs() {
+    let folder = written(
+        "beside",
+        "steps = { from = 2, every = 2 }\nfiles = \"blob_*.npy\"",
+    );
+    let name = folder.file_name().unwrap().to_str().unwrap();
+    let from_above = format!("{name}/scene.toml");
+    let whole = folder.join("scene.toml");
+    for (here, scene) in [
+        (folder.as_path(), "scene.toml"),
+        (folder.as_path(), "./scene.toml"),
+        (folder.parent().unwrap(), from_above.as_str()),
+        (Path::new("/"), whole.to_str().unwrap()),
+    ] {
+        let ended = seen(here, scene, &folder);
+        assert_eq!(ended.code, 0, "{scene}: {}", ended.err);
+        assert!(
+            ended.out.contains("keyframe[0], step 4"),
+            "{scene}: {}",
+            ended.out
+        );
+    }
+}
+
+#[test]
+fn a_header_that_promises_more_steps_than_there_are_is_refused() {
+    let keyframe = "steps = { from = 2, every = 2 }\nfile = \"huge.npy\"";
+    let folder = written("huge", keyframe);
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (9000000000000000000, 8, 8), }\n";
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend(u16::try_from(header.len()).unwrap().to_le_bytes());
+    bytes.extend(header.as_bytes());
+    fs::write(folder.join("huge.npy"), bytes).unwrap();
+    let ended = seen(&folder, "scene.toml", &folder);
+    refused(
+        &ended,
+        &[
+            "`keyframe[0].steps`",
+            "put 9000000000000000000 shapes at steps up to",
+        ],
+    );
+}
+
+#[test]
+fn keys_that_would_be_passed_over_are_refused() {
+    let steps = "steps = { from = 2, every = 2 }";
+    for (key, words) in [
+        (
+            "files = \"blob_*.npy\"\nfile = \"blob_0.npy\"",
+            "`keyframe[0].file` stands beside `files`",
+        ),
+        (
+            "files = \"blob_*.npy\"\nimage = \"a.png\"",
+            "`keyframe[0].image` stands beside `files`",
+        ),
+        (
+            "files = \"blob_*.npy\"\nmesh = \"a.obj\"",
+            "`keyframe[0].mesh` stands beside `files`",
+        ),
+        ("files = \"*_*.npy\"", "has more than one `*`"),
+    ] {
+        let folder = written("keys", &format!("{steps}\n{key}"));
+        refused(&seen(&folder, "scene.toml", &folder), &[words, "; "]);
+    }
+}
