@@ -112,12 +112,9 @@ impl ShapeSpec {
     }
 
     fn refuse_stray_keys(&self, shape: &str) -> Result<(), ShapeError> {
-        // A volume is placed as a mesh is.
-        let placed = if self.file.as_deref().is_some_and(is_volume) {
-            "file"
-        } else {
-            "mesh"
-        };
+        // A volume is placed as a mesh is, and has no entries.
+        let is_volume = self.file.as_deref().is_some_and(is_volume);
+        let placed = if is_volume { "file" } else { "mesh" };
         let owned = [
             ("font", "text", self.font.is_some()),
             ("height", "text", self.height.is_some()),
@@ -141,6 +138,14 @@ impl ShapeSpec {
                     remedy,
                 ));
             }
+        }
+        if is_volume && self.entry.is_some() {
+            let remedy = "leave it out, and name the volume of the frame that you want";
+            return Err(ShapeError::key(
+                "entry",
+                "stands beside a volume, which is one frame",
+                remedy,
+            ));
         }
         Ok(())
     }

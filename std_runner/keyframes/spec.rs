@@ -65,7 +65,7 @@ pub struct ShapeSpec {
     /// Of `file`, in a sequence: the step along its first axis.
     #[serde(skip)]
     pub(super) step: Option<usize>,
-    /// Of `mesh`, in a sequence: the file by whose size all are placed.
+    /// Of a mesh or a volume, in a sequence: the file by whose size all are placed.
     #[serde(skip)]
     pub(super) first: Option<PathBuf>,
 }
@@ -78,7 +78,11 @@ impl ShapeSpec {
             .map(|extension| extension.to_string_lossy().to_ascii_lowercase());
         let mut shape = self.clone();
         match extension.as_deref() {
-            Some("npy" | "npz" | "vdb") => shape.file = Some(path),
+            Some("npy" | "npz") => shape.file = Some(path),
+            Some("vdb") => {
+                shape.first = Some(first.to_owned());
+                shape.file = Some(path);
+            }
             Some("obj" | "stl" | "ply" | "gltf" | "glb") => {
                 shape.first = Some(first.to_owned());
                 shape.mesh = Some(path);

@@ -1,6 +1,7 @@
 //! OpenVDB volumes as shapes: written by OpenVDB itself (`volumes/make.py`), and by a few lines here where that cannot pack as others do.
 
 use super::shape_keys::{folder, refusal};
+use super::support::run;
 use flate2::{Compression, write::ZlibEncoder};
 use std::fs;
 use std::io::Write;
@@ -238,6 +239,13 @@ fn wrong_volumes_are_refused_by_name() {
     let mut old = whole.clone();
     old[8] = 200;
     write("old.vdb", &old);
+    // The only grid says that the next one begins where it does itself, a million times.
+    let mut back = small(0, false);
+    let begin = 61;
+    back[begin..begin + 4].copy_from_slice(&1_000_000_u32.to_le_bytes());
+    let end = begin + 4 + "smoke".len() + "Tree_float_5_4_3".len() + 12 + 16;
+    back[end..end + 8].copy_from_slice(&(begin as u64 + 4).to_le_bytes());
+    write("back.vdb", &back);
     let table = [
         ("file = \"missing.vdb\"", 3, "cannot be read"),
         ("file = \"text.vdb\"", 3, "is no OpenVDB file"),
@@ -250,6 +258,8 @@ fn wrong_volumes_are_refused_by_name() {
             "holds `velocity` as Tree_vec3s",
         ),
         ("file = \"a.vdb\"", 2, "the grid is 2D"),
+        ("file = \"a.vdb\"\nentry = 0", 3, "`entry` stands beside a volume"),
+        ("file = \"back.vdb\"", 3, "a grid ends before it begins"),
         ("file = \"a.npy\"\nfit = \"world\"", 3, "is a key of `mesh`"),
     ];
     for (shape, dimensions, expected) in table {
@@ -259,6 +269,41 @@ fn wrong_volumes_are_refused_by_name() {
             "{shape}\n  said    {error}\n  not     {expected}"
         );
     }
+}
+
+#[test]
+fn a_sequence_of_volumes_is_placed_as_its_first_one_is() {
+    let base = folder("volumes_sequence");
+    let whole = small(0, false);
+    fs::write(base.join("a_0.vdb"), &whole).unwrap();
+    // The same with voxels of half the size.
+    let mut half = whole.clone();
+    let map = b"UniformScaleMap";
+    let scale = half.windows(map.len()).position(|part| part == map).unwrap() + map.len();
+    for axis in 0..3 {
+        half[scale + 8 * axis..scale + 8 * axis + 8].copy_from_slice(&0.5_f64.to_le_bytes());
+    }
+    fs::write(base.join("a_1.vdb"), &half).unwrap();
+    let scene = base.join("scene.toml");
+    let text = "[grid]\ncells = [16, 16, 16]\n[time]\nsteps = 4\n[source]\nfile = \"a_0.vdb\"\n[[keyframe]]\n\
+                steps = { from = 2, every = 2 }\nfiles = \"a_*.vdb\"\n";
+    fs::write(&scene, text).unwrap();
+    let picture = base.join("seen.png");
+    let ended = run(&[
+        "scene",
+        "check",
+        scene.to_str().unwrap(),
+        "-o",
+        picture.to_str().unwrap(),
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let mass = |title: &str| -> f64 {
+        let line = ended.out.lines().find(|line| line.ends_with(title));
+        line.unwrap().split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let [source, first, second] = ["source", "step 2", "step 4"].map(mass);
+    assert_eq!(source, first);
+    assert!((second / first - 0.125).abs() < 0.005, "{}", ended.out);
 }
 
 #[test]

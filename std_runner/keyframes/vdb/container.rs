@@ -99,6 +99,7 @@ fn entries(file: &[u8]) -> Result<Vec<Entry>, Fault> {
     let count = bytes.u32()?;
     let mut entries = Vec::new();
     for _ in 0..count {
+        // Each entry says where the next one begins: behind it, or there would be no end of them.
         let (name, kind, parent) = (bytes.text()?, bytes.text()?, bytes.text()?);
         let mut place = || {
             bytes
@@ -115,6 +116,10 @@ fn entries(file: &[u8]) -> Result<Vec<Entry>, Fault> {
             grid,
             buffers,
         });
+        let here = file.len() - bytes.0.len();
+        if end < here {
+            return Err(broken("a grid ends before it begins"));
+        }
         bytes = Bytes(file.get(end..).ok_or_else(short)?);
     }
     Ok(entries)

@@ -5,8 +5,9 @@ use std::path::Path;
 use super::bytes::broken;
 use super::container::{Grid, grid};
 use super::tree::{Corner, Part, walk};
-use crate::bytes::{are_free, grouped};
+use crate::bytes::are_free;
 use crate::keyframes::error::Fault;
+use crate::keyframes::whole::whole;
 
 /// Longest side in voxels that is read.
 const LONGEST: i64 = 4096;
@@ -69,18 +70,8 @@ impl Turn {
 }
 
 /// The bytes of a file that there is memory for.
-pub(super) fn whole(path: &Path) -> Result<Vec<u8>, Fault> {
-    let size = usize::try_from(std::fs::metadata(path)?.len()).unwrap_or(usize::MAX);
-    if !are_free(size.saturating_mul(2)) {
-        return Err(Fault::content(
-            format!(
-                "has {} bytes, more than there is memory to read them",
-                grouped(size)
-            ),
-            "make it coarser, or crop it",
-        ));
-    }
-    Ok(std::fs::read(path)?)
+pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>, Fault> {
+    whole(path, 2, "make it coarser, or crop it")
 }
 
 /// The voxels of a grid that count.
@@ -191,7 +182,7 @@ pub(super) fn array(grid: &Grid<'_>, bounds: Bounds, turn: Turn) -> Result<Vec<f
 
 /// The active voxels of the grid `name` in the file at `path`.
 pub(in crate::keyframes) fn bounds(path: &Path, name: Option<&str>) -> Result<Bounds, Fault> {
-    let file = whole(path)?;
+    let file = bytes_of(path)?;
     bounds_of(&grid(&file, name)?, Turn { y_up: false })
 }
 
@@ -201,6 +192,6 @@ pub(in crate::keyframes) fn frame(
     name: Option<&str>,
     bounds: Bounds,
 ) -> Result<Vec<f64>, Fault> {
-    let file = whole(path)?;
+    let file = bytes_of(path)?;
     array(&grid(&file, name)?, bounds, Turn { y_up: false })
 }

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::container;
-use super::dense::{Turn, array, bounds_of, whole};
+use super::container::{self, Grid};
+use super::dense::{Bounds, Turn, array, bounds_of, bytes_of};
 use crate::keyframes::error::Fault;
 use crate::keyframes::mesh::{Fit, Placed, Up};
 use crate::keyframes::note::Note;
@@ -30,35 +30,22 @@ pub(in crate::keyframes) fn draw(
     let up = placed.up.map_or(Ok(Up::Z), Up::parse)?;
     let turn = Turn { y_up: up == Up::Y };
     let of = |fault: Fault| fault.of("file", path);
-    let file = whole(path).map_err(of)?;
+    let file = bytes_of(path).map_err(of)?;
     let grid = container::grid(&file, name).map_err(of)?;
     let active = bounds_of(&grid, turn).map_err(of)?;
-    let ([sx, sy, sz], [ox, oy, oz]) = (grid.scale, grid.origin);
-    let (scale, origin) = if turn.y_up {
-        ([sx, sz, sy], [ox, -oz, oy])
-    } else {
-        (grid.scale, grid.origin)
-    };
-    let side = |voxel: [i64; 3], half: f64| {
-        core::array::from_fn(|axis| origin[axis] + scale[axis] * (voxel[axis] as f64 + half))
-    };
-    let fit = match placed.first {
+    let (scale, origin) = steps(&grid, turn);
+    let around = match placed.first {
         Some(first) if first != path => {
-            let file = whole(first).map_err(of)?;
-            let first = container::grid(&file, name).map_err(of)?;
-            let bounds = bounds_of(&first, turn).map_err(of)?;
-            Fit::of(
-                placed.fit,
-                [side(bounds.low, -0.5), side(bounds.high, 0.5)],
-                canvas,
-            )?
+            let found = || -> Result<[[f64; 3]; 2], Fault> {
+                let file = bytes_of(first)?;
+                let grid = container::grid(&file, name)?;
+                Ok(corners(&grid, bounds_of(&grid, turn)?, turn))
+            };
+            found().map_err(|fault| fault.of("file", first))?
         }
-        _ => Fit::of(
-            placed.fit,
-            [side(active.low, -0.5), side(active.high, 0.5)],
-            canvas,
-        )?,
+        _ => corners(&grid, active, turn),
     };
+    let fit = Fit::of(placed.fit, around, canvas)?;
     let bounds = active.wider();
     let shape = bounds.sides();
     let mut voxels = Array {
@@ -88,4 +75,23 @@ pub(in crate::keyframes) fn draw(
         up.name()
     )));
     Ok(resample(voxels.values, &shape, &taps))
+}
+
+/// Side of a voxel along each axis, and the middle of voxel 0, z up.
+fn steps(grid: &Grid<'_>, turn: Turn) -> ([f64; 3], [f64; 3]) {
+    let ([sx, sy, sz], [ox, oy, oz]) = (grid.scale, grid.origin);
+    if turn.y_up {
+        ([sx, sz, sy], [ox, -oz, oy])
+    } else {
+        (grid.scale, grid.origin)
+    }
+}
+
+/// Lowest and highest corner of the voxels within `bounds`.
+fn corners(grid: &Grid<'_>, bounds: Bounds, turn: Turn) -> [[f64; 3]; 2] {
+    let (scale, origin) = steps(grid, turn);
+    let side = |voxel: [i64; 3], half: f64| {
+        core::array::from_fn(|axis| origin[axis] + scale[axis] * (voxel[axis] as f64 + half))
+    };
+    [side(bounds.low, -0.5), side(bounds.high, 0.5)]
 }
