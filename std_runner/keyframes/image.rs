@@ -43,6 +43,12 @@ pub(super) fn draw(
     if let Some(said) = &picture.note {
         notes.push(Note::warning(format!("`{shown}` {said}")));
     }
+    if let (0.0, Some(said)) = (smoke, &picture.note) {
+        let remedy = "save it again, or say by `ink` what of it is smoke";
+        return Err(
+            Fault::content(format!("{said}, and nothing else of it is smoke"), remedy).of("image", path),
+        );
+    }
     if smoke > NEARLY_ALL {
         let other = ink.other();
         notes.push(Note::warning(format!(

@@ -114,6 +114,15 @@ fn what_is_not_drawn_is_said_or_refused() {
             .any(|note| note.warning && note.text.contains("turn text into paths")),
         "{notes:?}"
     );
+    // Nothing else is in it: why it is empty is in the refusal.
+    let only = text.replace("<rect width=\"4\" height=\"4\"/>", "");
+    fs::write(base.join("only.svg"), only).unwrap();
+    let spec: ShapeSpec = toml::from_str("image = \"only.svg\"").unwrap();
+    let error = spec.rasterise(&box_of(8), &base).unwrap_err().to_string();
+    assert!(error.contains("turn text into paths"), "{error}");
+    // A name says nothing, of curves neither.
+    fs::write(base.join("curves.png"), text).unwrap();
+    assert_eq!(draw(&base, "curves.png").0, draw(&base, "text.svg").0);
     fs::write(base.join("text.gif"), b"GIF89a").unwrap();
     let spec: ShapeSpec = toml::from_str("image = \"text.gif\"").unwrap();
     let error = spec.rasterise(&box_of(8), &base).unwrap_err().to_string();

@@ -10,7 +10,7 @@ use crate::keyframes::error::Fault;
 use crate::keyframes::whole::whole;
 
 /// What the names of pictures end in.
-const ENDINGS: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "webp", "exr", "svg", "svgz"];
+const ENDINGS: [&str; 8] = ["png", "jpg", "jpeg", "tif", "tiff", "webp", "exr", "svg"];
 
 /// Whether a file is a picture by its name.
 pub(crate) fn is_picture(path: &Path) -> bool {
@@ -36,10 +36,10 @@ pub(in crate::keyframes) fn read(path: &Path, side: usize) -> Result<Pixels, Fau
         photo::read(&bytes, ImageFormat::WebP)
     } else if starts(b"\x76\x2f\x31\x01") {
         exr::decoded(&bytes)
-    } else if starts(b"\x89PNG") || is_png {
-        png::read(&bytes)
     } else if is_svg(&bytes) {
         svg::read(&bytes, side)
+    } else if starts(b"\x89PNG") || is_png {
+        png::read(&bytes)
     } else {
         Err(Fault::content(
             "is no picture of a known kind",
