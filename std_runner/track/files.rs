@@ -2,7 +2,7 @@
 
 use super::scene::{CaptureScene, ENDS};
 use crate::exit::Failure;
-use crate::keyframes::{Frames, Series, ShapeError, has_array};
+use crate::keyframes::{Frames, Series, ShapeError, has_array, is_picture};
 use crate::scene::{Document, files_of};
 use std::path::{Path, PathBuf};
 use thurible_core::{Boundary, Named};
@@ -52,6 +52,7 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
         path.clone()
     };
     if archive.is_file() {
+        refuse_one_frame(document, &archive)?;
         let name = scene.name.as_deref();
         let of_track = name.is_none() && has_array(&archive, "captured");
         let name = if of_track { Some("captured") } else { name };
@@ -83,6 +84,19 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
         emission: None,
         known: Known::default(),
     })
+}
+
+/// Refuses a file that is one frame, whatever is in it.
+fn refuse_one_frame(document: &Document, path: &Path) -> Result<(), Failure> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    if is_picture(path) || ending.eq_ignore_ascii_case("vdb") {
+        let why = format!(
+            "names {}, which is one frame, and a flow needs two; write a pattern of several, as in \"smoke_*.{ending}\"",
+            path.display()
+        );
+        return Err(document.refuse(KEY, why));
+    }
+    Ok(())
 }
 
 /// What the report beside an archive says.

@@ -251,6 +251,17 @@ fn what_cannot_be_tracked_is_refused() {
         fs::remove_file(frames.join(format!("smoke_{number}.npy"))).unwrap();
     }
     refused("one frame", &["a single frame", "a flow needs two frames"]);
+    for name in ["smoke.svg", "smoke.vdb", "smoke.png"] {
+        let path = frames.with_file_name(name);
+        fs::write(&path, b"whatever").unwrap();
+        let ended = track(&path, &out, &["--quiet"]);
+        assert_eq!(ended.code, 2, "{}", ended.err);
+        assert!(
+            ended.err.contains("is one frame, and a flow needs two; "),
+            "{}",
+            ended.err
+        );
+    }
 }
 
 #[test]
