@@ -36,7 +36,7 @@ pub(super) fn solid(request: &Request, known: &Known) -> Result<Option<Vec<bool>
     } else {
         let shape = ShapeSpec::default().of_file(solid.clone(), solid);
         let mut notes: Vec<Note> = Vec::new();
-        let drawn = shape.rasterise_noting(&canvas, Path::new("."), &mut notes);
+        let drawn = shape.cut_noting(&canvas, Path::new("."), &mut notes);
         let drawn = drawn.map_err(|error| told(error.to_string()))?;
         drawn.into_iter().map(|part| part >= 0.5).collect()
     };

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::mesh::Placed;
+use super::mesh::{Edge, Placed};
 use super::npy::Entry;
 use super::solid::Solid;
 use super::{Canvas, Note, ShapeError, ShapeSpec, array, build, image, mesh, vdb};
@@ -33,10 +33,32 @@ impl ShapeSpec {
         base: &Path,
         notes: &mut Vec<Note>,
     ) -> Result<Vec<f64>, ShapeError> {
+        self.drawn((canvas, base), Edge::Soft, notes)
+    }
+
+    /// As [`Self::rasterise_noting`], for cells that are inside from 0.5 on: the middle of a cell decides of a mesh too.
+    ///
+    /// # Errors
+    /// As [`Self::rasterise`].
+    pub fn cut_noting(
+        &self,
+        canvas: &Canvas,
+        base: &Path,
+        notes: &mut Vec<Note>,
+    ) -> Result<Vec<f64>, ShapeError> {
+        self.drawn((canvas, base), Edge::Cut, notes)
+    }
+
+    fn drawn(
+        &self,
+        place: (&Canvas, &Path),
+        edge: Edge,
+        notes: &mut Vec<Note>,
+    ) -> Result<Vec<f64>, ShapeError> {
         let name = self.the_shape()?;
         self.refuse_stray_keys(name)?;
         let density = self.checked_density()?;
-        let mut cells = self.draw(canvas, base, notes)?;
+        let mut cells = self.draw(place, edge, notes)?;
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest < FAINTEST {
             let remedy = "move it into the box or make it larger; in a picture, `ink` says what is smoke";
@@ -46,9 +68,14 @@ impl ShapeSpec {
         Ok(cells)
     }
 
-    fn draw(&self, canvas: &Canvas, base: &Path, notes: &mut Vec<Note>) -> Result<Vec<f64>, ShapeError> {
+    fn draw(
+        &self,
+        (canvas, base): (&Canvas, &Path),
+        edge: Edge,
+        notes: &mut Vec<Note>,
+    ) -> Result<Vec<f64>, ShapeError> {
         if let Some(shapes) = &self.shapes {
-            return union(shapes, canvas, base, notes);
+            return union(shapes, (canvas, base), edge, notes);
         }
         if let Some(path) = &self.image {
             return image::draw(&base.join(path), self.ink.as_deref(), canvas, notes);
@@ -58,6 +85,7 @@ impl ShapeSpec {
             fit: self.fit.as_ref(),
             up: self.up.as_deref(),
             first: first.as_deref(),
+            edge,
         };
         if let Some(path) = &self.mesh {
             return mesh::draw(&base.join(path), &placed, canvas, notes);
@@ -172,17 +200,17 @@ fn is_volume(path: &Path) -> bool {
 /// The sum of the shapes, clipped to 1 (or to the largest `density` that one of them asks for).
 fn union(
     shapes: &[ShapeSpec],
-    canvas: &Canvas,
-    base: &Path,
+    place: (&Canvas, &Path),
+    edge: Edge,
     notes: &mut Vec<Note>,
 ) -> Result<Vec<f64>, ShapeError> {
     if shapes.is_empty() {
         return Err(ShapeError::key("shapes", "is empty", "list at least one shape"));
     }
-    let mut sum = vec![0.0; canvas.cell_count()];
+    let mut sum = vec![0.0; place.0.cell_count()];
     let mut ceiling = 1.0_f64;
     for shape in shapes {
-        let cells = shape.rasterise_noting(canvas, base, notes)?;
+        let cells = shape.drawn(place, edge, notes)?;
         sum.iter_mut().zip(cells).for_each(|(total, cell)| *total += cell);
         ceiling = ceiling.max(shape.density.unwrap_or(1.0));
     }

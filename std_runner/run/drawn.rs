@@ -1,8 +1,9 @@
 //! Shapes of a scene on its cells, and the sentences where they cannot be used.
 
 use crate::exit::Failure;
-use crate::keyframes::{Note, ShapeError, ShapeSpec};
+use crate::keyframes::{Canvas, Note, ShapeError, ShapeSpec};
 use crate::scene::Scene;
+use std::path::Path;
 use thurible_core::{InputError, Real};
 
 /// The sentence for a field of `key` that the solver refuses.
@@ -33,12 +34,33 @@ pub(crate) fn drawn<T: Real>(
     shape: &ShapeSpec,
     notes: &mut Vec<Note>,
 ) -> Result<Vec<T>, Failure> {
+    drawn_by(ShapeSpec::rasterise_noting, scene, (key, shape), notes).map(narrowed)
+}
+
+/// Draws a shape, which stands at `key`, for cells that are in it from 0.5 on.
+pub(super) fn cut(
+    scene: &Scene,
+    key: &str,
+    shape: &ShapeSpec,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, Failure> {
+    drawn_by(ShapeSpec::cut_noting, scene, (key, shape), notes)
+}
+
+/// A way to draw a shape.
+type How = fn(&ShapeSpec, &Canvas, &Path, &mut Vec<Note>) -> Result<Vec<f64>, ShapeError>;
+
+fn drawn_by(
+    how: How,
+    scene: &Scene,
+    (key, shape): (&str, &ShapeSpec),
+    notes: &mut Vec<Note>,
+) -> Result<Vec<f64>, Failure> {
     let mut said = Vec::new();
-    let density = shape
-        .rasterise_noting(&scene.canvas(), scene.document.folder(), &mut said)
+    let density = how(shape, &scene.canvas(), scene.document.folder(), &mut said)
         .map_err(|error| refusal(scene, key, &error))?;
     notes.extend(said.into_iter().map(|note| note.of(key)));
-    Ok(narrowed(density))
+    Ok(density)
 }
 
 /// `values` rounded to the precision of the solve.

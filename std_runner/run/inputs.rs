@@ -1,6 +1,6 @@
 //! What a solve starts from: drawn from the scene, or read from an earlier result, one field at a time.
 
-use super::drawn::{drawn, narrowed, refusal, refuse};
+use super::drawn::{cut, drawn, narrowed, refusal, refuse};
 use super::reach::Reach;
 use super::targets::{Which, check_reach, set_keyframes};
 use crate::exit::Failure;
@@ -96,7 +96,7 @@ pub(crate) fn solid_cells(scene: &Scene, notes: &mut Vec<Note>) -> Result<Option
     }
     let mut solid = vec![false; scene.grid.cells.iter().product()];
     for (key, shape) in &scene.obstacles {
-        let covered: Vec<f64> = drawn(scene, key, shape, notes)?;
+        let covered = cut(scene, key, shape, notes)?;
         if !covered.iter().any(|&part| part >= 0.5) {
             let why = "covers no cell by half, so that nothing would be solid; make it larger, or thicker than a cell";
             return Err(scene.document.refuse(key, why));

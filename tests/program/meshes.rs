@@ -1,6 +1,7 @@
 //! Meshes as shapes: all formats give the same body, holes and flips and overlaps leave it, and no file is trusted.
 
 use super::shape_keys::{canvas, folder, refusal};
+use super::support::run;
 use base64::Engine;
 use std::fs;
 use std::path::Path;
@@ -479,6 +480,50 @@ fn what_is_no_file_on_a_disk_is_refused() {
         let error = refusal(shape, dimensions, &base).to_string();
         assert!(error.contains("is no regular file; "), "{shape}: {error}");
     }
+}
+
+#[test]
+fn a_wall_of_one_cell_stays_where_cells_are_cut() {
+    let base = folder("mesh_wall");
+    let corners = |index: usize| {
+        [
+            7.0 / 16.0 + (index & 1) as f64 / 16.0,
+            [-0.1, 1.1][index >> 1 & 1],
+            [-0.1, 1.1][index >> 2],
+        ]
+    };
+    let sides = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let points: Vec<_> = (0..8).map(corners).collect();
+    let faces: Vec<_> = sides
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+        .collect();
+    fs::write(base.join("wall.obj"), obj(&points, &faces)).unwrap();
+    let scene = base.join("scene.toml");
+    let ball = "sphere = { center = [0.2, 0.5, 0.5], radius = 0.15 }";
+    let text = format!(
+        "[grid]\ncells = [16, 16, 16]\n[time]\nsteps = 4\n[source]\n{ball}\n[[keyframe]]\nstep = 4\n{ball}\n\
+         [[obstacle]]\nmesh = \"wall.obj\"\nfit = \"world\"\nup = \"z\"\n"
+    );
+    fs::write(&scene, text).unwrap();
+    let picture = base.join("seen.png");
+    let ended = run(&[
+        "scene",
+        "check",
+        scene.to_str().unwrap(),
+        "-o",
+        picture.to_str().unwrap(),
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    // One layer of cells in sixteen.
+    assert!(ended.out.contains("0.062500  obstacle"), "{}", ended.out);
 }
 
 #[test]

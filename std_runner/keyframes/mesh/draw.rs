@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use super::found;
 use super::place::{Fit, FitKey, Up, turn};
 use super::read::{has_y_up, read};
-use super::{found, voxels};
+use super::voxels::{Edge, fill};
 use crate::keyframes::note::Note;
 use crate::keyframes::{Canvas, ShapeError};
 
@@ -16,6 +17,8 @@ pub(in crate::keyframes) struct Placed<'a> {
     pub up: Option<&'a str>,
     /// The file whose size and place count, where that is another one: a mesh of a sequence moves as its first one was placed.
     pub first: Option<&'a Path>,
+    /// How a mesh ends.
+    pub edge: Edge,
 }
 
 /// The body of the surface in the file at `path`; what was found of it is added to `notes`.
@@ -45,7 +48,7 @@ pub(in crate::keyframes) fn draw(
         _ => body.bounds(),
     };
     Fit::of(placed.fit, bounds, canvas)?.apply(&mut body);
-    let filled = voxels::fill(&body, canvas);
+    let filled = fill(&body, canvas, placed.edge);
     let (said, shown) = (found::sentence(&body, &filled), path.display());
     notes.push(Note::remark(format!("mesh `{shown}`, {} up, {said}", up.name())));
     Ok(filled.density)

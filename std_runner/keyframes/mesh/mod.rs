@@ -17,3 +17,4 @@ mod winding;
 
 pub(super) use draw::{Placed, draw};
 pub(super) use place::{Fit, FitKey, Up};
+pub(super) use voxels::Edge;

@@ -9,6 +9,8 @@ use crate::keyframes::solid::{dot, minus};
 
 /// Points a side at which a cell on the surface is looked at.
 const FINER: usize = 3;
+/// The largest part of those points that is less than half of them.
+const LESS_THAN_HALF: f64 = 13.0 / 27.0;
 /// Weight of each neighbour in a pass of smoothing. Two passes bring the edge of the covered part of a cell (variance 1/12 of a cell) to
 /// that of 0.5 - 0.5 tanh(d / h), as other shapes have it (pi^2 / 12).
 const BESIDE: f64 = 0.185;
@@ -23,8 +25,17 @@ pub(super) struct Filled {
     pub overlaps: usize,
 }
 
+/// How a body ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::keyframes) enum Edge {
+    /// Over a cell or two, as smoke does.
+    Soft,
+    /// At a side of a cell: of one whose middle is inside at least half is covered, of any other less, as it is of shapes with a distance.
+    Cut,
+}
+
 /// Fills `surface`, which lies where the box of `canvas` does.
-pub(super) fn fill(surface: &Surface, canvas: &Canvas) -> Filled {
+pub(super) fn fill(surface: &Surface, canvas: &Canvas, end: Edge) -> Filled {
     let winding = Winding::new(surface);
     let place = Place {
         h: canvas.cell_size(),
@@ -54,8 +65,15 @@ pub(super) fn fill(surface: &Surface, canvas: &Canvas) -> Filled {
             f64::from(u8::from(whole))
         };
     });
-    for _ in 0..2 {
-        smooth(&mut density, canvas);
+    match end {
+        Edge::Soft => (0..2).for_each(|_| smooth(&mut density, canvas)),
+        Edge::Cut => density.iter_mut().zip(&winds).for_each(|(cell, &w)| {
+            *cell = if inside(w) {
+                cell.max(0.5)
+            } else {
+                cell.min(LESS_THAN_HALF)
+            };
+        }),
     }
     Filled {
         density,
