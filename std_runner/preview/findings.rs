@@ -72,8 +72,9 @@ fn fast(scene: &Scene, canvas: &Canvas, layers: &[Layer]) -> Vec<String> {
         .map(is_smoke)
         .collect();
     let source = layers.iter().find(|layer| layer.role == Role::Source);
-    // The first step goes with the initial velocity, which is rest where none is given.
-    let rests = usize::from(scene.control.initial_velocity.is_none());
+    // The first step goes with the initial velocity, which is rest where none is given. Stable Fluids are forced before it too.
+    let forced = scene.method.fluids.chosen;
+    let rests = usize::from(!forced && scene.control.initial_velocity.is_none());
     let mut before = (
         source.map_or_else(|| vec![false; canvas.cell_count()], is_smoke),
         0,

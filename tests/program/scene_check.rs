@@ -69,4 +69,10 @@ fn what_is_probably_not_meant_is_said() {
     let solid = "[[obstacle]]\nbox = { min = [0.4, 0.3], max = [0.7, 0.7] }\n[[emitter]]\nrate = 0.1\ncircle = { center = [0.5, 0.5], radius = 0.05 }\n";
     let [_, err] = said("solid", &scene(solid, &source));
     assert!(err.contains("of emitter[0] lies inside an obstacle"), "{err}");
+    // Stable Fluids are forced before step 1: there is one step to get there.
+    let near = ball(0.2, 0.5, 0.1);
+    let early =
+        format!("[method]\nname = \"stable_fluids\"\n[source]\n{source}[[keyframe]]\nstep = 1\n{near}");
+    let [_, err] = said("early", &early);
+    assert!(!err.contains("cannot be reached"), "{err}");
 }
