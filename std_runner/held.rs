@@ -1,10 +1,11 @@
 //! A folder that a run holds: as long as it lives, a file in it is locked, on network discs too. A lock ends with its process, however
 //! that ends.
 
+use core::time::Duration;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::Path;
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
 /// The file that is locked.
 pub(crate) const LOCK: &str = "lock";
