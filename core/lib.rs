@@ -133,7 +133,7 @@ pub use operator::{Operator, OperatorParams, OperatorPlan};
 pub use problem::{
     Advection, Emitter, Feature, Problem, ProblemError, Scheme, Supply, Template, TemplateKind,
 };
-pub use progress::{Fact, Kind, Objective, Progress, Report, Status};
+pub use progress::{Fact, Kind, Objective, Progress, Report, Rule, Status};
 pub use real::Real;
 pub use solver::{
     Elsewhere, InputError, Method, Params, Plan, PlanError, Refined, Refinement, SavedError, Solver,

@@ -198,6 +198,15 @@ impl Report {
     }
 }
 
+/// A rule of convergence: a search ends where the value is, and stays for as long as the method asks for, below the bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rule {
+    /// The value after the iteration.
+    pub value: f64,
+    /// The bound.
+    pub bound: f64,
+}
+
 /// What one outer iteration did.
 #[derive(Clone, Debug, Default)]
 pub struct Progress {
@@ -213,6 +222,8 @@ pub struct Progress {
     pub level: usize,
     /// Iteration on that grid, from 1; 0 where the method does not count them.
     pub level_iteration: usize,
+    /// The number that the method's rule of convergence looks at, where it looks at one.
+    pub rule: Option<Rule>,
     /// What the method has to tell beside that.
     pub report: Report,
 }

@@ -36,6 +36,11 @@ impl Interrupt {
         Ok(interrupt)
     }
 
+    /// Asks the solve to stop, as Ctrl-C does.
+    pub fn ask(&self) {
+        self.asked.store(true, Ordering::Relaxed);
+    }
+
     /// Whether the user has asked to stop.
     pub fn asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed)

@@ -9,7 +9,7 @@ use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::observe::Observer;
-use crate::progress::{Objective, Progress, Status};
+use crate::progress::{Objective, Progress, Rule, Status};
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -111,9 +111,14 @@ impl Descent {
         progress: &mut Progress,
     ) -> Result<(Self, Outcome), Status> {
         let mut course = Course::default();
+        let before = self.objective;
         let ended = self.iterate(exec, observer, function, tolerance, &mut course);
         course.tell(progress);
         let (outcome, objective) = ended?;
+        progress.rule = before.map(|before| Rule {
+            value: (before.total() - objective.total()) / objective.total(),
+            bound: tolerance,
+        });
         progress.objective = objective;
         Ok((self, outcome))
     }

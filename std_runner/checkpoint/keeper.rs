@@ -20,8 +20,6 @@ const LONG: f64 = 300.0;
 /// How often, in seconds, and the most that it may take, in parts of the time between.
 const OFTEN: f64 = 60.0;
 const SHARE: f64 = 0.05;
-/// Iterations by which the time that is left is estimated.
-const LATEST: usize = 5;
 
 /// Bytes that a solve is going to write.
 #[derive(Clone, Copy, Debug)]
@@ -239,14 +237,8 @@ impl Keeper {
     }
 }
 
-/// Seconds that the solve takes in all, if it needs all its iterations.
+/// Seconds that the solve takes in all, about; those so far where nothing tells more.
 fn expected_seconds(watch: &Watch) -> f64 {
     let seconds = watch.clock.seconds();
-    let (done, limit) = (watch.history.len(), watch.display.limit());
-    let latest = watch.history.get(done.saturating_sub(LATEST)..).unwrap_or(&[]);
-    let (Some(first), Some(last)) = (latest.first(), latest.last()) else {
-        return seconds;
-    };
-    let each = (last.seconds - first.seconds) / latest.len().saturating_sub(1).max(1) as f64;
-    seconds + each * limit.saturating_sub(done) as f64
+    seconds + watch.left(seconds).unwrap_or(0.0)
 }

@@ -74,6 +74,17 @@ pub struct Keeping {
     /// How often the state is kept, for `thurible resume DIR`: every=60s, every=20 iterations, or off [default: once a minute where it takes over five minutes].
     #[arg(long, value_name = "every=60s|N", value_parser = checkpoint::parse)]
     pub checkpoint: Option<Every>,
+    /// Its page.
+    #[command(flatten)]
+    pub watching: Watching,
+}
+
+/// The page of a solve that runs.
+#[derive(Args, Clone, Debug)]
+pub struct Watching {
+    /// Show frames and curves as they come, and the time that is left, on a page of this machine whose address is printed; a button on it stops the solve [default: any free port].
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0", conflicts_with = "quiet")]
+    pub watch: Option<u16>,
 }
 
 impl Keeping {
@@ -87,6 +98,7 @@ impl Keeping {
         Ok(Request {
             overwrites: self.force,
             checkpoint: self.checkpoint.unwrap_or_default(),
+            watch: self.watching.watch,
             ..request
         })
     }

@@ -1,6 +1,6 @@
 //! `thurible resume DIR`: a solve that was not finished, on from the last state that was kept of it.
 
-use super::options::Running;
+use super::options::{Running, Watching};
 use crate::checkpoint::{self, Every, Found};
 use crate::console;
 use crate::exit::Failure;
@@ -25,6 +25,9 @@ pub struct ResumeArguments {
     /// How often the state is kept from now on: every=60s, every=20 iterations, or off.
     #[arg(long, value_name = "every=60s|N", value_parser = checkpoint::parse)]
     pub checkpoint: Option<Every>,
+    /// Its page.
+    #[command(flatten)]
+    pub watching: Watching,
     /// Where the result goes [default: where it was to go].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
@@ -39,6 +42,7 @@ pub fn run(arguments: &ResumeArguments) -> Result<u8, Failure> {
         memory_limit: running.memory_limit,
         mode: running.mode(),
         checkpoint: arguments.checkpoint.unwrap_or_default(),
+        watch: arguments.watching.watch,
         output: arguments.output.as_deref(),
         interrupt: None,
         clock,
@@ -55,6 +59,8 @@ pub(super) struct On<'a> {
     pub mode: Mode,
     /// How often the state is kept.
     pub checkpoint: Every,
+    /// The port of its page, if there is one.
+    pub watch: Option<u16>,
     /// Where the result goes, if not where it was to go.
     pub output: Option<&'a Path>,
     /// Listens for Ctrl-C; if there is none, the solve listens itself.
@@ -99,6 +105,7 @@ pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
         reference: origin(&solve.reference, "--reference"),
         free: solve.free.is_some(),
         checkpoint: on.checkpoint,
+        watch: on.watch,
         interrupt: on.interrupt,
         ..Request::new(scene, folder.to_owned(), on.clock)
     };

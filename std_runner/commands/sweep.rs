@@ -157,6 +157,7 @@ impl SweepArguments {
                 memory_limit,
                 mode: self.options.mode(),
                 checkpoint: self.checkpoint.unwrap_or_default(),
+                watch: None,
                 output: None,
                 interrupt: Some(interrupt.clone()),
                 clock,

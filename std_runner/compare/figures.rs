@@ -136,6 +136,7 @@ mod tests {
             iteration: index + 1,
             window: None,
             seconds: index as f64 + 1.0,
+            seconds_left: None,
             objective: ObjectiveRecord {
                 data,
                 force: 0.0,

@@ -7,7 +7,6 @@ use super::written;
 use crate::bytes::{grouped, rounded};
 use crate::destination::Destination;
 use crate::exit::Failure;
-use crate::interrupt::Interrupt;
 use crate::output::{Sample, Store};
 use crate::plan::size_in_words;
 use crate::problem::Precision;
@@ -134,14 +133,8 @@ impl Run {
     }
 
     fn watch(&self) -> Result<Watch, Failure> {
-        let interrupt = self
-            .request
-            .interrupt
-            .clone()
-            .map_or_else(Interrupt::listen, Ok)?;
         let most = self.planned.params.iterations;
-        let display = Display::new(self.options.mode, most);
-        Ok(Watch::new(self.request.clock.clone(), display, most, interrupt))
+        self.request.watched(self.options.mode, [most, most])
     }
 
     /// Says what is going to be done, and in how many bytes.

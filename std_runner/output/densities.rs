@@ -38,6 +38,34 @@ pub(crate) struct Pictured {
     pub target: usize,
 }
 
+/// A field of a result that pictures show.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shown {
+    /// The density of a step.
+    Density(usize),
+    /// A target, by its number.
+    Target(usize),
+}
+
+/// The density that is drawn as 1, of a result of so many `steps` and `targets`: the largest of the source; of a source without smoke, that of
+/// the targets, and where there are none, that of the last step. `largest` finds that of a field.
+pub(crate) fn full<E>(
+    steps: usize,
+    targets: usize,
+    largest: &mut dyn FnMut(Shown) -> Result<f32, E>,
+) -> Result<f32, E> {
+    let mut full = largest(Shown::Density(0))?;
+    if full <= 0.0 {
+        for index in 0..targets {
+            full = full.max(largest(Shown::Target(index))?);
+        }
+    }
+    if full <= 0.0 {
+        full = largest(Shown::Density(steps))?;
+    }
+    Ok(full)
+}
+
 impl Densities {
     /// Opens `path`, which holds densities 0 ..= `steps` and the targets of `keyframes`, of `cells` numbers each.
     pub fn open(
@@ -91,23 +119,19 @@ impl Densities {
         Ok(solid.and_then(|solid| Body::new(&self.cells, &solid)))
     }
 
-    /// The density that is drawn as 1: the largest of the source; of a source without smoke, that of the targets, and where there are
-    /// none, that of the last step.
+    /// See [`full`].
     pub fn full(&mut self) -> Result<f32, OutputError> {
-        let largest = |field: Vec<f32>| field.into_iter().fold(0.0, f32::max);
-        let mut full = largest(self.density(0)?);
-        if full <= 0.0 {
-            for index in 0..self.keyframes.len() {
-                let Some(target) = self.keyframes.get(index).map(|keyframe| keyframe.target) else {
-                    continue;
-                };
-                full = full.max(largest(self.target(target)?));
-            }
-        }
-        if full <= 0.0 {
-            full = largest(self.density(self.steps)?);
-        }
-        Ok(full)
+        let targets = self.keyframes.len();
+        full(self.steps, targets, &mut |of| {
+            let field = match of {
+                Shown::Density(step) => self.density(step)?,
+                Shown::Target(index) => {
+                    let target = self.keyframes.get(index).map_or(0, |keyframe| keyframe.target);
+                    self.target(target)?
+                }
+            };
+            Ok(field.into_iter().fold(0.0, f32::max))
+        })
     }
 
     /// The file.

@@ -204,7 +204,7 @@ fn develop(step: usize, smoke: &Smoke, folder: &Path) -> Result<(usize, Picture,
 
 /// Steps from first to last, evenly, moved to the keyframes that they are closest to: of each at least one step, the first if none is
 /// there anyway.
-fn strip_steps(steps: usize, keyframes: &[Stay]) -> BTreeSet<usize> {
+pub(crate) fn strip_steps(steps: usize, keyframes: &[Stay]) -> BTreeSet<usize> {
     let mut chosen: BTreeSet<usize> = (0..STRIP).map(|index| index * steps / (STRIP - 1)).collect();
     let is_keyframe = |step: usize| keyframes.iter().any(|keyframe| keyframe.contains(step));
     for keyframe in keyframes {

@@ -106,18 +106,16 @@ impl Display {
         }
     }
 
-    /// Shows an outer iteration that ended `seconds` after the start; the coarser grids took the first `nested` of them.
-    pub fn iteration(&mut self, progress: &Progress, seconds: f64, nested: f64) {
-        self.event("iteration", iteration_fields(progress, seconds));
+    /// Shows an outer iteration that ended `seconds` after the start; `left` seconds are left, about, where that is known.
+    pub fn iteration(&mut self, progress: &Progress, seconds: f64, left: Option<f64>) {
+        self.event("iteration", iteration_fields(progress, (seconds, left)));
         if self.mode != Mode::Human {
             return;
         }
         let done = iterations_on_the_finest_grid(progress);
-        let left = self.limit.saturating_sub(done) as f64 * (seconds - nested) / done.max(1) as f64;
-        let left = if done > 0 {
-            format!("at most {} left", in_words(left))
-        } else {
-            format!("on {} cells", size_in_words(&cells(progress)))
+        let left = match left {
+            Some(left) => format!("about {} left", in_words(left)),
+            None => format!("on {} cells", size_in_words(&cells(progress))),
         };
         let text = format!(
             "{left}, data {:.3e}, force {:.3e}, {}",
@@ -156,7 +154,7 @@ impl Display {
 }
 
 /// A method that counts the iterations of each grid may begin on coarser ones, which the limit does not count.
-fn iterations_on_the_finest_grid(progress: &Progress) -> usize {
+pub(super) fn iterations_on_the_finest_grid(progress: &Progress) -> usize {
     match (progress.level, progress.level_iteration) {
         (_, 0) => progress.iteration,
         (0, iteration) => iteration,
@@ -181,6 +179,6 @@ fn manner(progress: &Progress) -> String {
     }
 }
 
-fn iteration_fields(progress: &Progress, seconds: f64) -> Value {
-    serde_json::to_value(IterationRecord::new(seconds, progress)).unwrap_or_default()
+fn iteration_fields(progress: &Progress, (seconds, left): (f64, Option<f64>)) -> Value {
+    serde_json::to_value(IterationRecord::new(seconds, left, progress)).unwrap_or_default()
 }

@@ -2,11 +2,14 @@
 
 mod clock;
 mod display;
+mod left;
 
 pub use clock::{Clock, Spent, in_words};
 pub use display::{Display, Mode};
+pub use left::Pace;
 
 use crate::interrupt::Interrupt;
+use crate::live::Live;
 use crate::report::IterationRecord;
 use core::ops::ControlFlow;
 use thurible_core::{Event, Observer, Progress};
@@ -33,6 +36,12 @@ pub struct Watch {
     /// The window that is solved, where there are windows, and the iterations of those before.
     window: Option<(usize, usize)>,
     interrupt: Interrupt,
+    /// How fast it comes on.
+    pace: Pace,
+    /// The part of the scene that is solved when the search is over.
+    part: f64,
+    /// The page on which it can be watched, if there is one.
+    pub live: Option<Live>,
     /// Whether the user has heard that the solve stops.
     told: bool,
 }
@@ -42,6 +51,9 @@ impl Watch {
     pub fn new(clock: Clock, display: Display, limit: usize, interrupt: Interrupt) -> Self {
         Watch {
             clock,
+            pace: Pace::new(display.limit()),
+            part: 1.0,
+            live: None,
             display,
             history: Vec::with_capacity(limit.min(ROWS)),
             window: None,
@@ -55,9 +67,10 @@ impl Watch {
         &mut self.window
     }
 
-    /// What follows is of window `number`; its iterations are counted on.
-    pub fn enter_window(&mut self, number: usize) {
+    /// What follows is of window `number`, after which this part of the scene's steps is done; its iterations are counted on.
+    pub fn enter_window(&mut self, number: usize, part: f64) {
         self.window = Some((number, self.history.len()));
+        self.part = part;
     }
 
     /// Records an outer iteration that is over.
@@ -67,13 +80,31 @@ impl Watch {
         if progress.level > 0 {
             self.clock.nested();
         }
-        self.display.iteration(progress, seconds, self.clock.nested);
-        let mut record = IterationRecord::new(seconds, progress);
+        self.pace.note(progress, seconds);
+        let left = self.left(seconds);
+        self.display.iteration(progress, seconds, left);
+        let mut record = IterationRecord::new(seconds, left, progress);
         if let Some((number, before)) = self.window {
             record.window = Some(number);
             record.iteration += before;
         }
+        if let Some(live) = &mut self.live {
+            live.iteration(&record, self.pace.done());
+        }
         self.history.push(record);
+    }
+
+    /// The page, where there is something new to draw on it.
+    pub fn page(&mut self) -> Option<&mut Live> {
+        let is_there = self.pace.done() > 0;
+        self.live.as_mut().filter(|live| is_there && live.wants_frames())
+    }
+
+    /// Seconds that the search on the finest grid still takes, about, so many after the start; later windows take as long for their steps as those so far.
+    /// `None` where nothing tells yet.
+    pub fn left(&self, seconds: f64) -> Option<f64> {
+        let end = seconds + self.pace.left()?;
+        Some(end / self.part - seconds)
     }
 
     /// Whether the user has interrupted the solve; says so once.

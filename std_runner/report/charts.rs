@@ -3,12 +3,10 @@
 use super::axes::Scale;
 use super::chart::{Chart, Curve};
 use super::iteration::IterationRecord;
-use super::record::RunRecord;
 use thurible_core::{Fact, Kind};
 
 /// All figures that this run has data for, as HTML.
-pub(super) fn charts(record: &RunRecord) -> String {
-    let history = &record.history;
+pub(crate) fn charts(history: &[IterationRecord]) -> String {
     let mut charts = vec![objective(history)];
     if history.iter().any(|entry| entry.level.is_some()) {
         charts.push(gains(history));

@@ -79,6 +79,9 @@ pub struct IterationRecord {
     pub window: Option<usize>,
     /// Since the solve began.
     pub seconds: f64,
+    /// What was still to come, by the pace so far, where there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seconds_left: Option<f64>,
     /// The objective after the iteration.
     #[serde(flatten)]
     pub objective: ObjectiveRecord,
@@ -91,12 +94,13 @@ pub struct IterationRecord {
 }
 
 impl IterationRecord {
-    /// Of an iteration that ended `seconds` after the solve began.
-    pub(crate) fn new(seconds: f64, progress: &Progress) -> Self {
+    /// Of an iteration that ended `seconds` after the solve began, when about `seconds_left` were left.
+    pub(crate) fn new(seconds: f64, seconds_left: Option<f64>, progress: &Progress) -> Self {
         Self {
             iteration: progress.iteration,
             window: None,
             seconds,
+            seconds_left,
             objective: progress.objective.into(),
             level: (progress.level_iteration > 0).then(|| cells(progress)),
             facts: Facts::of(progress),

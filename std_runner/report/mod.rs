@@ -24,17 +24,18 @@ pub use record::{
     SecondsRecord, SolvedBy,
 };
 
-pub(crate) use charts::by_grid;
+pub(crate) use charts::{by_grid, charts};
 pub(crate) use document::{Block, Document, Shot, evenly};
 pub use found::TemplateRecord;
 pub(crate) use iteration::{by_name, cells};
+pub(crate) use page::shell;
 pub(crate) use record::by_side;
 
 pub(crate) use found::{record as template_record, templates};
 pub(crate) use said::Said;
 pub(crate) use tables::{product, smoothness};
 pub(crate) use templates::lines as template_lines;
-pub(crate) use words::{bytes, count, number, seconds};
+pub(crate) use words::{bytes, count, escape, number, seconds};
 
 use crate::output::{
     ANIMATION, Densities, Frames, Gallery, OutputError, Pictured, Precision, create_folder, frame,

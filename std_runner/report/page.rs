@@ -3,9 +3,10 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use super::charts::charts;
 use super::record::{KeyframeRecord, RunRecord};
 use super::words::{count, escape, number, outcome, seconds};
-use super::{charts, tables, templates, words};
+use super::{tables, templates, words};
 use crate::output::{Gallery, KeyframePictures};
 use crate::stay::Stay;
 
@@ -24,7 +25,7 @@ pub(super) fn page(title: &str, record: &RunRecord, gallery: &Gallery) -> String
         found_templates(record),
         earlier_frames(record),
         windows(record),
-        section("Convergence", "charts", &charts::charts(record)),
+        section("Convergence", "charts", &charts(&record.history)),
         section(
             "Memory",
             "memory",
@@ -41,7 +42,7 @@ pub(super) fn page(title: &str, record: &RunRecord, gallery: &Gallery) -> String
 }
 
 /// A page of its own around `body`; `title` is HTML.
-pub(super) fn shell(title: &str, body: &str) -> String {
+pub(crate) fn shell(title: &str, body: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title} \u{b7} thurible</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n"

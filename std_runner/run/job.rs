@@ -1,5 +1,6 @@
 //! A planned solve in its block of memory: solve, make feasible, write, report.
 
+use super::frames::SolverFrames;
 use super::messages::{self, no_memory};
 use super::outcome::Outcome;
 use super::request::{Request, RunOptions};
@@ -7,17 +8,16 @@ use super::settled::Settled;
 use crate::checkpoint::Keeper;
 use crate::destination::Destination;
 use crate::exit::Failure;
-use crate::interrupt::Interrupt;
 use crate::output::{Gallery, Sample};
 use crate::plan::Planned;
-use crate::problem::Precision;
-use crate::progress::{Display, Watch, history_bytes};
+use crate::problem::{OwnedProblem, Precision};
+use crate::progress::{Watch, history_bytes};
 use crate::region::{Region, touch};
 use crate::report::{self, RunRecord};
 use crate::{bytes, threads};
 use core::mem::MaybeUninit;
 use std::path::Path;
-use thurible_core::{D2, D3, Exec, Real, Solver, Space, Status};
+use thurible_core::{D2, D3, Exec, Named, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
 const DIVERGENT: f64 = 1e-6;
@@ -69,6 +69,13 @@ impl Solved {
             keeper,
         } = self;
         messages::result(options.mode, &watch, &record, &destination);
+        if let Some(live) = watch.live {
+            let shown = destination.shown().display();
+            live.end(&format!(
+                "It is over ({}): the result is in {shown}.",
+                record.status.name()
+            ));
+        }
         if let Some(mut keeper) = keeper {
             // What was interrupted goes on from the last state.
             match keeper.kept() {
@@ -162,14 +169,8 @@ impl Job {
     }
 
     pub(super) fn watch(&self) -> Result<Watch, Failure> {
-        let interrupt = self
-            .request
-            .interrupt
-            .clone()
-            .map_or_else(Interrupt::listen, Ok)?;
-        let display = Display::new(self.options.mode, self.planned.params.iterations);
-        let most = self.planned.most_iterations();
-        Ok(Watch::new(self.request.clock.clone(), display, most, interrupt))
+        let limits = [self.planned.params.iterations, self.planned.most_iterations()];
+        self.request.watched(self.options.mode, limits)
     }
 
     /// Projects v_0 and warns if it needed that.
@@ -216,5 +217,18 @@ pub(super) fn iterate<T: Real, S: Space>(
             return Status::Converged;
         }
         each(solver, watch);
+    }
+}
+
+/// Draws what is there on the page of the solve, if it has one and is on the finest grid; steps count on from `first`.
+pub(super) fn show<T: Real + Sample, S: Space>(
+    solver: &mut Solver<'_, T, S>,
+    exec: &dyn Exec,
+    problem: &OwnedProblem,
+    watch: &mut Watch,
+    first: usize,
+) {
+    if let Some(live) = watch.page() {
+        live.draw(&mut SolverFrames::new(solver, exec, problem), first);
     }
 }

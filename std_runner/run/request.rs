@@ -2,10 +2,13 @@
 
 use super::earlier::Origin;
 use crate::checkpoint::{Every, Found};
+use crate::exit::Failure;
 use crate::interrupt::Interrupt;
+use crate::live::Live;
 use crate::plan::PlanOptions;
-use crate::progress::{Clock, Mode};
+use crate::progress::{Clock, Display, Mode, Watch};
 use crate::scene::Scene;
+use serde_json::json;
 use std::path::PathBuf;
 
 /// How scenes are to be solved.
@@ -46,6 +49,8 @@ pub(crate) struct Request {
     pub settled: Option<f64>,
     /// Whether a result that is in the folder may go.
     pub overwrites: bool,
+    /// The port of a page on which it can be watched, 0 for any.
+    pub watch: Option<u16>,
     /// How often the state is kept.
     pub checkpoint: Every,
     /// Whether keyframes and method of the scene's file are left out.
@@ -66,9 +71,32 @@ impl Request {
             interrupt: None,
             settled: None,
             overwrites: true,
+            watch: None,
             checkpoint: Every::Off,
             free: false,
             found: None,
         }
+    }
+
+    /// What watches its solve, of at most so many iterations on the finest grid and on all; its page is open then, if there is one.
+    ///
+    /// # Errors
+    /// The system lets nobody listen: for signals, or at the port.
+    pub(crate) fn watched(&self, mode: Mode, [finest, all]: [usize; 2]) -> Result<Watch, Failure> {
+        let interrupt = self.interrupt.clone().map_or_else(Interrupt::listen, Ok)?;
+        let display = Display::new(mode, finest);
+        let live = match self.watch {
+            Some(port) => {
+                let title = self.scene.document.path().display().to_string();
+                let live = Live::open(port, title, finest, interrupt.clone())?;
+                display.event("watch", json!({ "address": live.address() }));
+                display.note(&format!("watch it at {}", live.address()));
+                Some(live)
+            }
+            None => None,
+        };
+        let mut watch = Watch::new(self.clock.clone(), display, all, interrupt);
+        watch.live = live;
+        Ok(watch)
     }
 }

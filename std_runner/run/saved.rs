@@ -47,6 +47,7 @@ fn seen(words: &mut Words, watch: &mut Watch) -> Result<(), Damaged> {
         iteration: 0,
         window: None,
         seconds: 0.0,
+        seconds_left: None,
         objective: Objective::default().into(),
         level: None,
         facts: Facts::default(),
@@ -87,6 +88,7 @@ fn iteration(words: &mut Words, record: &mut IterationRecord) -> Result<(), Dama
     words.count(&mut record.iteration)?;
     words.option(&mut record.window, Words::count)?;
     words.real(&mut record.seconds)?;
+    words.option(&mut record.seconds_left, Words::real)?;
     objective(words, &mut record.objective)?;
     words.option(&mut record.level, Words::counts)?;
     let empty = (Fact::new("", Kind::Number, ""), Vec::new());

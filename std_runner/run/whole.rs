@@ -3,7 +3,7 @@
 use super::found::Found;
 use super::frames::SolverFrames;
 use super::inputs::{Inputs, set_inputs};
-use super::job::{Job, Solved, iterate};
+use super::job::{Job, Solved, iterate, show};
 use super::masses;
 use super::messages::{self, not_finite};
 use super::outcome::Facts;
@@ -88,6 +88,7 @@ impl Job {
             None => {
                 let mut settled = self.request.settled.map(Settled::new);
                 let mut each = |solver: &mut Solver<'_, T, S>, watch: &mut Watch| {
+                    show(solver, exec, &self.planned.problem, watch, 0);
                     if keeper.is_due(watch) {
                         let mut words = Words::default();
                         if so_far.record(&mut words, watch).is_ok() {

@@ -108,6 +108,7 @@ fn facts(folder: &Path) -> Value {
     for list in ["history", "windows"] {
         for row in report[list].as_array_mut().into_iter().flatten() {
             row["seconds"] = Value::Null;
+            row["seconds_left"] = Value::Null;
         }
     }
     report

@@ -55,4 +55,6 @@ mod track;
 mod undershoot;
 mod volumes;
 #[cfg(unix)]
+mod watch;
+#[cfg(unix)]
 mod windows;

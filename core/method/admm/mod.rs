@@ -35,7 +35,7 @@ use crate::nso::{Bases, NsoSolver, SmootherMemory, Workspace, newton};
 use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::problem::{Feature, Problem};
-use crate::progress::{Objective, Progress, Status};
+use crate::progress::{Objective, Progress, Rule, Status};
 use crate::real::Real;
 use core::marker::PhantomData;
 use history::History;
@@ -254,6 +254,10 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         let mut course = Course::default();
         let ended = self.alternate(exec, observer, script, progress, &mut course);
         course.tell(&mut progress.report);
+        progress.rule = (self.iteration > 1).then_some(Rule {
+            value: course.density_change,
+            bound: self.setup.params.density_tolerance,
+        });
         ended
     }
 

@@ -25,7 +25,8 @@ impl Walk<'_> {
         watch: &mut Watch,
         window: &Window,
     ) -> Result<Option<Entered<'m, T, S>>, Failure> {
-        watch.enter_window(self.number);
+        let steps = self.job.planned.problem.steps;
+        watch.enter_window(self.number, (window.start + window.keeps) as f64 / steps as f64);
         let (second, iteration) = (watch.clock.seconds(), watch.history.len());
         let look = Look {
             job: self.job,

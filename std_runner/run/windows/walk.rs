@@ -14,7 +14,7 @@ use crate::progress::Watch;
 use crate::report::WindowRecord;
 use crate::run::found::Found;
 use crate::run::frames::SolverFrames;
-use crate::run::job::{Job, iterate};
+use crate::run::job::{Job, iterate, show};
 use crate::run::messages::not_finite;
 use crate::run::saved::{self, Reading};
 use crate::windows::Window;
@@ -142,7 +142,7 @@ impl<'a> Walk<'a> {
             return Ok(self.ended);
         };
         self.inside = Some(inside);
-        let ended = self.iterate(&mut solver, watch, keeper, &window);
+        let ended = self.iterate(&mut solver, watch, keeper, (&window, &problem));
         self.inside = None;
         self.nested += (watch.clock.nested - inside.second).max(0.0);
         let unfinished = ended == Status::NotReady || solver.finish(self.exec).is_err();
@@ -199,11 +199,12 @@ impl<'a> Walk<'a> {
         solver: &mut Solver<'_, T, S>,
         watch: &mut Watch,
         keeper: &mut Keeper,
-        window: &Window,
+        (window, problem): (&Window, &OwnedProblem),
     ) -> Status {
         let exec = self.exec;
         if window.is_searched() || !self.steers() {
             let mut each = |solver: &mut Solver<'_, T, S>, watch: &mut Watch| {
+                show(solver, exec, problem, watch, window.start);
                 if keeper.is_due(watch) {
                     self.keep(watch, keeper, &mut |file| saved::write(solver, file));
                 }

@@ -306,6 +306,7 @@ fn entry(iteration: usize) -> IterationRecord {
         window: None,
         iteration,
         seconds: 3.9 * late,
+        seconds_left: Some(3.9 * (40.0 - late)),
         objective: ObjectiveRecord {
             data: 2400.0 * (-0.25 * late).exp() + 38.0,
             force: 19.0 * (1.0 - (-0.2 * late).exp()) * wobble,

@@ -49,9 +49,14 @@ impl Endless {
     }
 
     /// Asks it to stop, and returns how it ended.
-    pub fn stop(mut self) -> Ended {
+    pub fn stop(self) -> Ended {
         let kill = format!("kill -INT {}", self.program.id());
         assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+        self.wait()
+    }
+
+    /// Waits until somebody has stopped it, and returns how it ended.
+    pub fn wait(mut self) -> Ended {
         let mut out = String::new();
         self.lines.read_to_string(&mut out).unwrap();
         let mut ended = Ended::from(self.program.wait_with_output().unwrap());

@@ -1,0 +1,156 @@
+//! How long a search still takes.
+
+use super::display::iterations_on_the_finest_grid;
+use std::collections::VecDeque;
+use thurible_core::{Progress, Rule};
+
+/// The fewest iterations by which the end of a search is foretold, and the most.
+const FEWEST: usize = 6;
+const MOST: usize = 256;
+
+/// The pace of a search on its finest grid.
+///
+/// Iterations there take the same time on average. There are as many as the limit leaves, or fewer where the number that the rule of convergence looks at
+/// falls so fast that it is below its bound before: its logarithm over the last third of the iterations, as a line (least squares).
+#[derive(Clone, Debug, Default)]
+pub struct Pace {
+    /// Iterations on the finest grid at most.
+    limit: usize,
+    /// Those so far.
+    done: usize,
+    /// How many there were when their time began to be taken, and when that was.
+    first: Option<(usize, f64)>,
+    /// When the last iteration ended, of whatever grid.
+    last: f64,
+    /// Logarithms of the latest values of the rule, and of its bound.
+    values: VecDeque<f64>,
+    bound: f64,
+}
+
+impl Pace {
+    /// That of a search of at most `limit` iterations on the finest grid.
+    pub fn new(limit: usize) -> Self {
+        Self {
+            limit,
+            values: VecDeque::with_capacity(MOST),
+            ..Self::default()
+        }
+    }
+
+    /// Hears of an iteration that ended `seconds` after the start.
+    pub fn note(&mut self, progress: &Progress, seconds: f64) {
+        let done = iterations_on_the_finest_grid(progress);
+        let before = self.last;
+        if done <= self.done {
+            // A coarser grid, or another search.
+            *self = Self::new(self.limit);
+        }
+        (self.done, self.last) = (done, seconds);
+        if done == 0 {
+            return;
+        }
+        // A search that goes on from a saved state has had iterations before.
+        let fresh = (0, before);
+        self.first
+            .get_or_insert(if done == 1 { fresh } else { (done, seconds) });
+        if let Some(Rule { value, bound }) = progress.rule {
+            if self.values.len() == MOST {
+                self.values.pop_front();
+            }
+            self.values.push_back(value.max(f64::MIN_POSITIVE).ln());
+            self.bound = bound.ln();
+        }
+    }
+
+    /// Iterations on the finest grid so far.
+    pub fn done(&self) -> usize {
+        self.done
+    }
+
+    /// Seconds that the search still takes after its last iteration, about; `None` where nothing tells yet.
+    pub fn left(&self) -> Option<f64> {
+        let (first, began) = self.first?;
+        let timed = self.done - first;
+        (timed > 0).then(|| (self.last - began) / timed as f64 * self.iterations_left())
+    }
+
+    fn iterations_left(&self) -> f64 {
+        let at_most = self.limit.saturating_sub(self.done) as f64;
+        self.foretold().map_or(at_most, |count| count.clamp(0.0, at_most))
+    }
+
+    /// Iterations until the rule holds, if it goes on as in the last third.
+    fn foretold(&self) -> Option<f64> {
+        let count = FEWEST.max(self.done / 3);
+        let latest = self.values.iter().rev().take(count);
+        if latest.len() < FEWEST {
+            return None;
+        }
+        // x counts iterations back from the last one.
+        let n = latest.len() as f64;
+        let middle = 0.5 * (n - 1.0);
+        let mean = latest.clone().sum::<f64>() / n;
+        let spread = n * (n * n - 1.0) / 12.0;
+        let along: f64 = latest
+            .enumerate()
+            .map(|(x, y)| (x as f64 - middle) * (y - mean))
+            .sum();
+        let fall = along / spread;
+        let now = mean - fall * middle;
+        (fall > 0.0).then(|| ((now - self.bound) / fall).ceil().max(0.0) + 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn iteration(number: usize, value: f64) -> Progress {
+        Progress {
+            iteration: number,
+            rule: Some(Rule { value, bound: 1e-4 }),
+            ..Progress::default()
+        }
+    }
+
+    #[test]
+    fn the_limit_ends_what_does_not_converge_before() {
+        let mut pace = Pace::new(60);
+        assert_eq!(pace.left(), None);
+        for number in 1..=20 {
+            pace.note(&iteration(number, 1e-2), 2.0 * number as f64);
+        }
+        assert!((pace.left().unwrap() - 80.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn convergence_is_foretold() {
+        let mut pace = Pace::new(1000);
+        for number in 1..=30 {
+            // It is below the bound after 80 iterations.
+            let value = 1e-4 * ((80 - number) as f64 * 0.1).exp();
+            pace.note(&iteration(number, value), 3.0 * number as f64);
+        }
+        let left = pace.left().unwrap();
+        assert!((left - 150.0).abs() < 7.0, "{left}");
+    }
+
+    #[test]
+    fn a_coarser_grid_and_a_new_search_begin_anew() {
+        let mut pace = Pace::new(10);
+        (1..=3).for_each(|number| pace.note(&iteration(number, 1.0), number as f64));
+        assert!(pace.left().is_some() && pace.done() == 3);
+        let coarse = Progress {
+            iteration: 4,
+            level: 1,
+            level_iteration: 1,
+            ..Progress::default()
+        };
+        pace.note(&coarse, 4.0);
+        assert_eq!((pace.left(), pace.done()), (None, 0));
+        (1..=2).for_each(|number| pace.note(&iteration(number, 1.0), 4.0 + 3.0 * number as f64));
+        assert_eq!((pace.left(), pace.done()), (Some(24.0), 2));
+        pace.note(&iteration(1, 1.0), 12.0);
+        assert_eq!((pace.left(), pace.done()), (Some(18.0), 1));
+    }
+}
