@@ -57,8 +57,8 @@ pub struct Case {
     pub norm: Norm,
     /// Where the smoother leaves terms out, at kappa = 1.
     pub damping: LocalDamping<f64>,
-    /// What the smoother's blocks know beyond their cells; `None` for the usual.
-    pub surroundings: Option<Surroundings<f64>>,
+    /// What the smoother's blocks know beyond their cells.
+    pub surroundings: Surroundings<f64>,
     /// What is in the way.
     pub obstacle: Option<Obstacle>,
 }
@@ -74,7 +74,7 @@ impl Case {
             colours: Colours::RedBlack,
             norm: Norm::Scaled,
             damping: LocalDamping::USUAL,
-            surroundings: None,
+            surroundings: Surroundings::WITH_MASS,
             obstacle: None,
         }
     }

@@ -67,7 +67,7 @@ fn row<S: Space>(case: &Case) -> f64 {
         Surroundings::WITH_MASS,
     ]
     .map(|surroundings| Case {
-        surroundings: Some(surroundings),
+        surroundings,
         ..case.clone()
     });
     let seconds = seconds::<S>(&pair);

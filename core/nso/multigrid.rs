@@ -2,7 +2,6 @@
 
 use super::level::{Coefficients, LevelMut, State};
 use super::params::{Norm, Setup};
-use super::surroundings::Surroundings;
 use super::workspace::{Bases, Closing, Parts, Workspace};
 use super::{residual, smoother};
 use crate::exec::Exec;
@@ -70,7 +69,7 @@ fn coefficients<T: Real>(setup: &Setup) -> Coefficients<T> {
         slots: setup.slots,
         kappa: T::from_f64(setup.kappa),
         viscosity: T::from_f64(setup.viscosity),
-        surroundings: setup.surroundings.unwrap_or(Surroundings::WITH_MASS).to(),
+        surroundings: setup.surroundings.to(),
         damping: setup.damping.at(setup.kappa),
     }
 }

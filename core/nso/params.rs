@@ -75,8 +75,8 @@ pub struct Setup {
     pub params: NsoParams,
     /// Where the smoother damps, at kappa = 1.
     pub damping: LocalDamping<f64>,
-    /// What the smoother's blocks know beyond their cells; `None` for the usual.
-    pub surroundings: Option<Surroundings<f64>>,
+    /// What the smoother's blocks know beyond their cells.
+    pub surroundings: Surroundings<f64>,
     /// How the multigrid uses its memory.
     pub memory: SmootherMemory,
     /// Relative tolerance of Newton's projections.

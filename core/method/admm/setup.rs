@@ -5,6 +5,7 @@ use super::params::AdmmParams;
 use crate::grid::Grid;
 use crate::method::params::Params;
 use crate::nso::damping::LocalDamping;
+use crate::nso::surroundings::Surroundings;
 use crate::nso::{self, SmootherMemory};
 use crate::objective::flow;
 use crate::problem::Problem;
@@ -60,7 +61,7 @@ impl Setup {
             threads: sweep.threads,
             params: self.params.nso,
             damping: LocalDamping::USUAL,
-            surroundings: None,
+            surroundings: Surroundings::WITH_MASS,
             memory: self.memory,
             projection_tolerance,
         }

@@ -9,6 +9,7 @@ use thurible_core::memory::Arena;
 use thurible_core::memory::{Ledger, Pool};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::State;
+use thurible_core::nso::surroundings::Surroundings;
 use thurible_core::nso::{Bases, Finest, Nso, Setup, SmootherMemory, Split, Workspace};
 use thurible_core::{Exec, NsoParams, Real, Space};
 
@@ -42,7 +43,7 @@ pub fn setup(kappa: f64, slots: usize) -> Setup {
             ..NsoParams::default()
         },
         damping: LocalDamping::USUAL,
-        surroundings: None,
+        surroundings: Surroundings::WITH_MASS,
         memory: SmootherMemory {
             lanes: 16,
             split: Split::Planes(2),
