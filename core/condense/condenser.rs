@@ -94,8 +94,12 @@ impl<'m, T: Real, const D: usize> Condenser<'m, T, D> {
     }
 
     /// What the basis' columns reach.
-    pub(super) fn columns<'a>(begin: &'a [u32], members: &'a [u32], free: usize) -> Columns<'a> {
-        Columns { begin, members, free }
+    pub(super) fn columns(&self) -> Columns<'_> {
+        Columns {
+            begin: &*self.buffers.patch_begin,
+            members: &*self.buffers.patches,
+            free: self.topology.free(),
+        }
     }
 
     /// The state with `free` as the displacements of free vertices.
@@ -130,12 +134,22 @@ impl<'m, T: Real, const D: usize> Condenser<'m, T, D> {
     /// # Errors
     /// [`CondenseError::Values`]; nothing has changed then. An empty shift changes nothing.
     pub fn shift(&mut self, shift: &[f64]) -> Result<(), CondenseError> {
-        if shift.is_empty() {
-            return Ok(());
+        self.check_shift(shift)?;
+        self.add(shift);
+        Ok(())
+    }
+
+    pub(super) fn check_shift(&self, shift: &[f64]) -> Result<(), CondenseError> {
+        let right = shift.is_empty() || shift.len() == self.mesh.vertices() * D;
+        if right && shift.iter().all(|x| x.is_finite()) {
+            Ok(())
+        } else {
+            Err(CondenseError::Values)
         }
-        if shift.len() != self.mesh.vertices() * D || shift.iter().any(|x| !x.is_finite()) {
-            return Err(CondenseError::Values);
-        }
+    }
+
+    /// Adds a shift that was checked.
+    pub(super) fn add(&mut self, shift: &[f64]) {
         let free = self.topology.free();
         for (row, &number) in shift.chunks_exact(D).zip(self.topology.place) {
             let number = number as usize;
@@ -148,7 +162,6 @@ impl<'m, T: Real, const D: usize> Condenser<'m, T, D> {
                 *to = T::from_f64(to.to_f64() + from);
             }
         }
-        Ok(())
     }
 
     /// Gives free vertices a velocity, `D` numbers to each vertex, before an implicit step.

@@ -38,12 +38,21 @@ impl<'a, T: Real> Hessian<'a, T> {
 }
 
 /// Writes the Hessian of a state, each element's block projected to positive semidefinite; without the springs that a basis does not know,
-/// unless `all`.
-pub fn assemble<T: Real>(exec: &dyn Exec, body: &Body<'_, T>, all: bool, values: &mut [T]) {
-    let begin = body.topology.row_begin;
+/// unless `all`. Of a `colour` its rows alone are written.
+pub fn assemble<T: Real>(
+    exec: &dyn Exec,
+    body: &Body<'_, T>,
+    all: bool,
+    colour: Option<usize>,
+    values: &mut [T],
+) {
+    let (begin, colours) = (body.topology.row_begin, body.topology.colour);
     let square = body.mesh.dims * body.mesh.dims;
     for_uneven(exec, begin, square, values, |number, row| {
-        fill(body, all, number, row)
+        let own = colours.get(number).map(|&own| own as usize);
+        if colour.is_none() || colour == own {
+            fill(body, all, number, row);
+        }
     });
 }
 

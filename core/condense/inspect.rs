@@ -15,7 +15,7 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
 
     /// Makes the Hessian at the present state, without the springs that a basis does not know unless `all`.
     pub fn make_hessian(&mut self, exec: &dyn Exec, all: bool) {
-        self.fill_hessian(&Capped::new(exec, self.params.threads), all);
+        self.fill_hessian(&Capped::new(exec, self.params.threads), all, None);
     }
 
     /// The block of the Hessian, as it was made last, of two vertices; 0 where they are not joined, or one is held.
@@ -46,7 +46,7 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
         if row >= free || column >= free {
             return 0.0;
         }
-        let columns = Self::columns(self.buffers.patch_begin, self.buffers.patches, free);
+        let columns = self.columns();
         let size = self.params.size(D);
         let (begin, count) = columns.extent(column);
         let Some(local) = columns.local(column, row) else {

@@ -48,7 +48,6 @@ pub use condenser::Condenser;
 pub use error::CondenseError;
 pub use material::Material;
 pub use mesh::{Mesh, Spring};
-pub use patches::Counted;
 pub use plan::CondensePlan;
 pub use settings::{Basis, Block, CondenseParams, Order, Update};
 pub use shapes::Regular;

@@ -63,10 +63,10 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
         libm::sqrt(gradient.map(|value| value * value).sum()) / self.scale
     }
 
-    /// Makes the Hessian.
-    pub(super) fn fill_hessian(&mut self, exec: &dyn Exec, all: bool) {
+    /// Makes the Hessian, or its rows of a colour.
+    pub(super) fn fill_hessian(&mut self, exec: &dyn Exec, all: bool, colour: Option<usize>) {
         let values = core::mem::take(&mut self.buffers.hessian);
-        assemble(exec, &self.body(self.buffers.displacement), all, values);
+        assemble(exec, &self.body(self.buffers.displacement), all, colour, values);
         self.buffers.hessian = values;
     }
 
@@ -80,13 +80,12 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
 
     /// Builds the basis, or H0's factor, at the present state.
     pub(super) fn build_here(&mut self, exec: &dyn Exec) {
-        self.fill_hessian(exec, false);
+        self.fill_hessian(exec, false, None);
         let factor = core::mem::take(&mut self.buffers.factor);
         let basis = core::mem::take(&mut self.buffers.basis);
-        let (begin, members) = (&*self.buffers.patch_begin, &*self.buffers.patches);
         let build = Build {
             hessian: self.hessian(),
-            columns: Self::columns(begin, members, self.topology.free()),
+            columns: self.columns(),
             band: self.topology.band(D),
         };
         let noise = Noise {
@@ -143,9 +142,15 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
 
     /// Finds the direction at the present state, whose gradient there is; <g, d>.
     pub(super) fn find_direction(&mut self, exec: &dyn Exec, method: Update, colour: Option<usize>) -> f64 {
-        if !matches!(method, Update::Chord | Update::Warped) {
-            self.fill_hessian(exec, true);
+        if method.reads_hessian() {
+            // A block of `plain` reads its own row alone, what follows a block those of its members.
+            self.fill_hessian(exec, true, colour.filter(|_| method == Update::Plain));
         }
+        self.direct(exec, method, colour)
+    }
+
+    /// The same by the Hessian that is there.
+    pub(super) fn direct(&mut self, exec: &dyn Exec, method: Update, colour: Option<usize>) -> f64 {
         if method != Update::Plain && self.params.turns() {
             let turns = core::mem::take(&mut self.buffers.turns);
             let built = &*self.buffers.built;
@@ -200,7 +205,7 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
             hessian: self.hessian(),
             gradient: &*buffers.gradient,
             basis: &*buffers.basis,
-            columns: Self::columns(buffers.patch_begin, buffers.patches, free),
+            columns: self.columns(),
             turns: if self.params.turns() { &*buffers.turns } else { &[] },
         };
         let (colours, block) = (self.topology.colour, self.params.block);

@@ -43,6 +43,11 @@ impl Update {
         !matches!(self, Self::Newton | Self::Plain)
     }
 
+    /// Whether its direction is found by today's Hessian.
+    pub(super) fn reads_hessian(self) -> bool {
+        !matches!(self, Self::Chord | Self::Warped)
+    }
+
     /// Whether it keeps a basis, which takes most of the memory.
     #[must_use]
     pub fn keeps_basis(self) -> bool {

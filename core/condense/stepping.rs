@@ -72,7 +72,8 @@ pub struct Stepped {
 }
 
 impl<T: Real, const D: usize> Condenser<'_, T, D> {
-    /// The next step. `tell` hears of the state before each iteration and at the end; `observer` can stop it before an iteration.
+    /// The next step. `tell` hears of the state before each iteration and at the end; `observer` can stop it before an iteration, and before a build
+    /// at its beginning: then nothing has changed, and `tell` hears of no state.
     ///
     /// # Errors
     /// [`CondenseError::Values`]; nothing has changed then.
@@ -91,8 +92,7 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
         // From the last converged state: built on the mesh that the boundary has jerked, a basis is worse.
         let due = self.builds == 0
             || (self.params.basis.is_rebuilt() && self.steps.is_multiple_of(self.params.rebuild));
-        let jumped = self.check_shift(step.shift);
-        jumped?;
+        self.check_shift(step.shift)?;
         if self.params.method.is_built() && due && self.build(exec, observer).is_err() {
             return Ok(Stepped {
                 status: Status::Cancelled,
@@ -102,7 +102,7 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
         }
         self.gravity = step.gravity;
         self.lead();
-        self.shift(step.shift)?;
+        self.add(step.shift);
         let (status, iterations) = self.minimise(exec, observer, tell);
         self.steps += 1;
         Ok(Stepped {
@@ -110,15 +110,6 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
             iterations,
             builds: self.builds - before,
         })
-    }
-
-    fn check_shift(&self, shift: &[f64]) -> Result<(), CondenseError> {
-        let right = shift.is_empty() || shift.len() == self.mesh.vertices() * D;
-        if right && shift.iter().all(|x| x.is_finite()) {
-            Ok(())
-        } else {
-            Err(CondenseError::Values)
-        }
     }
 
     /// x~ = x_t + dt v_t + dt^2 g, with v_t = (x_t - x_{t-1}) / dt.
@@ -140,7 +131,7 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
     }
 
     fn build(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), Status> {
-        phase(observer, BUILD, || self.build_here(exec))
+        phase_of(observer, BUILD, || self.build_here(exec))
     }
 
     fn minimise(
@@ -244,7 +235,10 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
         if slope < 0.0 || !self.params.search {
             slope
         } else {
-            self.find_direction(exec, Update::Plain, None)
+            if !method.reads_hessian() {
+                self.fill_hessian(exec, true, None);
+            }
+            self.direct(exec, Update::Plain, None)
         }
     }
 
@@ -279,8 +273,4 @@ fn phase_of<R>(observer: &mut dyn Observer, phase: Phase, work: impl FnOnce() ->
     // What is done is done: a break is heard at the next beginning.
     let _ = observer.on(Event::PhaseEnd(phase));
     Ok(result)
-}
-
-fn phase(observer: &mut dyn Observer, phase: Phase, work: impl FnOnce()) -> Result<(), Status> {
-    phase_of(observer, phase, work)
 }
