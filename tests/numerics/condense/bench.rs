@@ -60,6 +60,14 @@ impl Bench {
         self.held.len()
     }
 
+    /// Components of the free vertices, as vertex and axis.
+    pub fn unknowns(&self) -> Vec<[usize; 2]> {
+        let vertices = (0..self.vertices()).filter(|&vertex| !self.held[vertex]);
+        vertices
+            .flat_map(|vertex| (0..self.dims).map(move |k| [vertex, k]))
+            .collect()
+    }
+
     pub fn place(&self, vertex: usize) -> &[f64] {
         &self.rest[vertex * self.dims..(vertex + 1) * self.dims]
     }
@@ -140,6 +148,19 @@ impl Bench {
             (iterations, builds, energy)
         })
     }
+}
+
+/// The largest difference, in parts of the largest that is expected.
+pub fn apart(found: &[f64], expected: &[f64]) -> f64 {
+    assert_eq!(found.len(), expected.len());
+    let largest = expected
+        .iter()
+        .fold(0.0, |most: f64, value| most.max(value.abs()));
+    let differences = found
+        .iter()
+        .zip(expected)
+        .map(|(found, expected)| (found - expected).abs());
+    differences.fold(0.0, f64::max) / largest
 }
 
 /// The same count, within 1 below 20 and 5 % above.

@@ -1,6 +1,6 @@
 //! Energy, gradient, Hessian, basis, rotations: each against something plainer.
 
-use super::bench::Bench;
+use super::bench::{Bench, apart};
 use super::reference::rod;
 use thurible_core::condense::{Basis, Block, CondenseParams, Condenser, Regular, Spring, Step, Update};
 use thurible_core::{Named, Serial, Silent};
@@ -28,13 +28,6 @@ fn sprung(dims: usize) -> Bench {
     bench
 }
 
-fn unknowns(bench: &Bench) -> Vec<[usize; 2]> {
-    let vertices = (0..bench.vertices()).filter(|&vertex| !bench.held[vertex]);
-    vertices
-        .flat_map(|vertex| (0..bench.dims).map(move |k| [vertex, k]))
-        .collect()
-}
-
 fn one<const D: usize>(bench: &Bench, [vertex, k]: [usize; 2], by: f64) -> Vec<f64> {
     let mut shift = vec![0.0; bench.rest.len()];
     shift[vertex * D + k] = by;
@@ -56,11 +49,12 @@ fn gradient_by_differences<const D: usize>(bench: &Bench, dt: Option<f64>) {
         run.step(&Serial, &step, &mut Stop, &mut |_| {}).unwrap();
         run.evaluate(&Serial);
         let h = 1e-6;
-        let largest = unknowns(bench)
+        let largest = bench
+            .unknowns()
             .iter()
             .map(|&[vertex, k]| run.gradient(vertex)[k].abs())
             .fold(0.0, f64::max);
-        for at in unknowns(bench) {
+        for at in bench.unknowns() {
             run.shift(&one::<D>(bench, at, h)).unwrap();
             let [above, _] = run.evaluate(&Serial);
             run.shift(&one::<D>(bench, at, -2.0 * h)).unwrap();
@@ -104,7 +98,7 @@ fn hessian_by_differences<const D: usize>(bench: &Bench) {
         let stretched = bench.field(|place, _, axis| 0.05 * place[axis]);
         run.shift(&stretched).unwrap();
         run.make_hessian(&Serial, true);
-        let (all, h) = (unknowns(bench), 1e-6);
+        let (all, h) = (bench.unknowns(), 1e-6);
         let largest = all
             .iter()
             .map(|&[vertex, k]| run.hessian_block(vertex, vertex)[k][k])
@@ -157,7 +151,7 @@ fn basis_solves<const D: usize>(bench: &Bench, params: CondenseParams) {
     bench.run::<f64, D, _>(params, |run| {
         run.make_hessian(&Serial, true);
         run.build_basis(&Serial);
-        let all = unknowns(bench);
+        let all = bench.unknowns();
         let same = |one: [usize; 2], other: [usize; 2]| {
             one[0] == other[0] && (params.block == Block::Vertex || one[1] == other[1])
         };
@@ -213,15 +207,6 @@ fn directions<const D: usize>(bench: &Bench, params: CondenseParams, built_here:
             .flat_map(|vertex| run.direction(vertex))
             .collect()
     })
-}
-
-fn apart(one: &[f64], other: &[f64]) -> f64 {
-    let largest = other.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-    one.iter()
-        .zip(other)
-        .map(|(one, other)| (one - other).abs())
-        .fold(0.0, f64::max)
-        / largest
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The counts and arrays of a second program.
 
-use super::bench::{Bench, close};
+use super::bench::{Bench, apart, close};
 use crate::npz::{self, Array};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -144,26 +144,7 @@ fn square(point: &BTreeMap<String, Array>) -> Bench {
     bench
 }
 
-/// The largest difference, in parts of the largest number.
-fn apart(found: &[f64], expected: &[f64]) -> f64 {
-    assert_eq!(found.len(), expected.len());
-    let largest = expected
-        .iter()
-        .fold(0.0, |most: f64, value| most.max(value.abs()));
-    let differences = found
-        .iter()
-        .zip(expected)
-        .map(|(found, expected)| (found - expected).abs());
-    differences.fold(0.0, f64::max) / largest
-}
-
 type Run<'a, 'm> = &'a mut Condenser<'m, f64, 2>;
-
-/// The free unknowns, x and y side by side.
-fn free(bench: &Bench) -> Vec<[usize; 2]> {
-    let vertices = (0..bench.vertices()).filter(|&vertex| !bench.held[vertex]);
-    vertices.flat_map(|vertex| [[vertex, 0], [vertex, 1]]).collect()
-}
 
 fn matrix(run: Run<'_, '_>, unknowns: &[[usize; 2]]) -> Vec<f64> {
     let row = |&[one, i]: &[usize; 2]| -> Vec<f64> {
@@ -179,7 +160,7 @@ fn matrix(run: Run<'_, '_>, unknowns: &[[usize; 2]]) -> Vec<f64> {
 fn a_state_has_the_numbers_of_the_reference() {
     let point = npz::read(&folder().join("point.npz"));
     let bench = square(&point);
-    let unknowns = free(&bench);
+    let unknowns = bench.unknowns();
     let position = &point["position"].data;
     let shift: Vec<f64> = position
         .iter()
