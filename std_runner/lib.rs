@@ -54,6 +54,8 @@ pub mod interrupt;
 #[cfg(feature = "std")]
 pub mod keyframes;
 #[cfg(feature = "std")]
+mod ledger;
+#[cfg(feature = "std")]
 mod live;
 #[cfg(feature = "std")]
 pub mod output;

@@ -3,6 +3,7 @@
 use crate::bytes;
 use crate::choices::chosen;
 use crate::exit::Failure;
+use crate::ledger::over;
 use crate::phases::phases;
 use crate::problem::{OwnedProblem, Precision, params_of, refusal};
 use crate::region::MARGIN;
@@ -194,15 +195,7 @@ pub fn choose(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> 
 
 fn over_limit(scene: &Scene, planned: &Planned, options: &PlanOptions, limit: usize) -> Failure {
     let needed = block_bytes(&planned.plan);
-    let whose = if options.limit.is_some() {
-        "--memory-limit allows"
-    } else {
-        "this machine has"
-    };
-    let mut ways = vec![format!(
-        "raise --memory-limit to {} bytes",
-        bytes::grouped(needed)
-    )];
+    let mut ways = Vec::new();
     let fits = |precision| {
         let bytes = planned.bytes_of(&planned.problem, precision);
         bytes.is_ok_and(|bytes| bytes.saturating_add(MARGIN) <= limit)
@@ -220,15 +213,8 @@ fn over_limit(scene: &Scene, planned: &Planned, options: &PlanOptions, limit: us
     if planned.windows.is_none() {
         ways.push("solve it in parts by `method.window`".into());
     }
-    Failure::Memory(format!(
-        "{}: the solve needs {} bytes ({}), but {whose} {} bytes ({}); {}",
-        scene.document.path().display(),
-        bytes::grouped(needed),
-        bytes::rounded(needed),
-        bytes::grouped(limit),
-        bytes::rounded(limit),
-        ways.join(", or ")
-    ))
+    let (path, given) = (scene.document.path(), options.limit.is_some());
+    over(path, "the solve needs", (needed, limit), given, &ways)
 }
 
 /// The largest grid of the same proportions, in steps of four cells, whose plan is within `limit`.

@@ -1,10 +1,11 @@
 //! `thurible plan SCENE`: the memory of a solve to the byte, and what other sizes and precisions would take.
 
 use super::options::SceneArguments;
-use crate::bytes::{grouped, rounded};
+use crate::bytes::grouped;
 use crate::console::print;
 use crate::exit::{DONE, Failure};
 use crate::fluids;
+use crate::ledger::{line, print_ledger};
 use crate::plan::{self, PlanOptions, Planned, block_bytes, plan_fields, scaled, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
@@ -116,21 +117,7 @@ fn print_plan(scene: &Scene, planned: &Planned, others: &[Other]) {
             planned.windows().len()
         ));
     }
-    print(&format!("\n{:>18}  buffer", "bytes"));
-    for entry in plan.entries() {
-        print(&format!(
-            "{:>18}  {:indent$}{}",
-            grouped(entry.bytes),
-            "",
-            entry.name,
-            indent = 2 * entry.depth
-        ));
-    }
-    print(&format!(
-        "{:>18}  in all ({})",
-        grouped(plan.bytes()),
-        rounded(plan.bytes())
-    ));
+    print_ledger(plan.entries().iter().map(line), plan.bytes(), "");
     print_bound(plan);
     print(&format!(
         "\n{:>18}{:>8}{:>18}{:>20}",

@@ -1,8 +1,9 @@
 //! The plan of a scene under a ceiling: as many states as it holds.
 
-use crate::bytes::{self, grouped, rounded};
+use crate::bytes::{self, grouped};
 use crate::console::print;
 use crate::exit::Failure;
+use crate::ledger::{line, over, print_ledger};
 use crate::plan::{PlanOptions, size_in_words};
 use crate::problem::{self, OwnedProblem, Precision};
 use crate::region::MARGIN;
@@ -171,11 +172,6 @@ fn remedy(plan: &FluidsPlan, params: &FluidsParams) -> Option<&'static str> {
 }
 
 fn over_limit(scene: &Scene, options: &PlanOptions, plan: &FluidsPlan, limit: usize) -> Failure {
-    let whose = if options.limit.is_some() {
-        "--memory-limit allows"
-    } else {
-        "this machine has"
-    };
     let needed = plan.bytes().saturating_add(MARGIN);
     let section = scene.method.fluids;
     let less = match (remedy(plan, &section.params), section.slots) {
@@ -184,15 +180,9 @@ fn over_limit(scene: &Scene, options: &PlanOptions, plan: &FluidsPlan, limit: us
         (None, None) if options.precision == Precision::F64 => "use --precision f32",
         (None, None) => "make `grid.cells` smaller",
     };
-    Failure::Memory(format!(
-        "{}: {NAME} needs {} bytes ({}), but {whose} {} bytes ({}); raise --memory-limit to {} bytes, or {less}",
-        scene.document.path().display(),
-        grouped(needed),
-        rounded(needed),
-        grouped(limit),
-        rounded(limit),
-        grouped(needed)
-    ))
+    let (path, given) = (scene.document.path(), options.limit.is_some());
+    let what = format!("{NAME} needs");
+    over(path, &what, (needed, limit), given, &[less.into()])
 }
 
 /// Says what is planned, buffer by buffer, and what one more state would take.
@@ -211,16 +201,7 @@ pub(crate) fn print_plan(scene: &Scene, planned: &Planned) {
         precision.name(),
         params.threads
     ));
-    print(&format!("\n{:>18}  buffer", "bytes"));
-    for entry in plan.entries() {
-        let (bytes, indent) = (grouped(entry.bytes), 2 * entry.depth);
-        print(&format!("{bytes:>18}  {:indent$}{}", "", entry.name));
-    }
-    print(&format!(
-        "{:>18}  in all ({})",
-        grouped(plan.bytes()),
-        rounded(plan.bytes())
-    ));
+    print_ledger(plan.entries().iter().map(line), plan.bytes(), "");
     let repeated = planned.repeated();
     match params.slots {
         Slots::None => {}

@@ -2,9 +2,10 @@
 
 use super::given::Given;
 use super::scene::CaptureScene;
-use crate::bytes::{self, grouped, rounded};
+use crate::bytes;
 use crate::console::print;
 use crate::exit::Failure;
+use crate::ledger::{line, over, print_ledger};
 use crate::plan::{PlanOptions, size_in_words};
 use crate::problem::Precision;
 use crate::region::MARGIN;
@@ -87,25 +88,13 @@ fn plan_of(
 }
 
 fn over_limit(scene: &CaptureScene, options: &PlanOptions, needed: usize, limit: usize) -> Failure {
-    let whose = if options.limit.is_some() {
-        "--memory-limit allows"
-    } else {
-        "this machine has"
-    };
     let less = if options.precision == Precision::F64 {
-        ", or use --precision f32"
+        "use --precision f32"
     } else {
-        ", or give frames of fewer cells"
+        "give frames of fewer cells"
     };
-    Failure::Memory(format!(
-        "{}: tracking needs {} bytes ({}), but {whose} {} bytes ({}); raise --memory-limit to {} bytes{less}",
-        scene.document.path().display(),
-        grouped(needed),
-        rounded(needed),
-        grouped(limit),
-        rounded(limit),
-        grouped(needed)
-    ))
+    let (path, given) = (scene.document.path(), options.limit.is_some());
+    over(path, "tracking needs", (needed, limit), given, &[less.into()])
 }
 
 /// Says what is planned, buffer by buffer.
@@ -126,14 +115,6 @@ pub(crate) fn print_plan(scene: &CaptureScene, planned: &Planned) {
         params.threads,
         params.flow.minimiser.name()
     ));
-    print(&format!("\n{:>18}  buffer", "bytes"));
-    for entry in plan.entries() {
-        let (bytes, indent) = (grouped(entry.bytes), 2 * entry.depth);
-        print(&format!("{bytes:>18}  {:indent$}{}", "", entry.name));
-    }
-    print(&format!(
-        "{:>18}  in all ({}), whatever the number of frames",
-        grouped(plan.bytes()),
-        rounded(plan.bytes())
-    ));
+    let lines = plan.entries().iter().map(line);
+    print_ledger(lines, plan.bytes(), ", whatever the number of frames");
 }
