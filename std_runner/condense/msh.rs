@@ -1,22 +1,45 @@
 //! Gmsh's .msh files, ASCII, versions 2.2 and 4.1.
 
 use super::parsed::{Parsed, Read, coordinate, number};
+use core::iter::Enumerate;
+use core::str::{Lines, SplitWhitespace};
 
 /// Most vertices, elements and tags.
 const MOST: usize = 20_000_000;
 
-/// The words of a .msh file, with the line of each.
+/// The words of a .msh file one by one, with the line of each.
 struct Words<'a> {
-    words: Vec<(usize, &'a str)>,
-    next: usize,
+    text: &'a str,
+    lines: Enumerate<Lines<'a>>,
+    /// What is left of line `line`.
+    words: SplitWhitespace<'a>,
+    line: usize,
+    /// The line of the last word.
+    last: usize,
 }
 
 impl<'a> Words<'a> {
+    fn new(text: &'a str) -> Self {
+        Self {
+            text,
+            lines: text.lines().enumerate(),
+            words: "".split_whitespace(),
+            line: 1,
+            last: 1,
+        }
+    }
+
     fn word(&mut self) -> (usize, Option<&'a str>) {
-        let last = self.words.last().map_or(1, |word| word.0);
-        let word = self.words.get(self.next);
-        self.next += 1;
-        word.map_or((last, None), |&(line, word)| (line, Some(word)))
+        loop {
+            if let Some(word) = self.words.next() {
+                self.last = self.line;
+                return (self.line, Some(word));
+            }
+            let Some((index, line)) = self.lines.next() else {
+                return (self.last, None);
+            };
+            (self.line, self.words) = (index + 1, line.split_whitespace());
+        }
     }
 
     fn whole(&mut self, what: &str) -> Read<u64> {
@@ -24,10 +47,10 @@ impl<'a> Words<'a> {
         number(word, line, what)
     }
 
-    /// How many of something follow: no more than the file has words.
+    /// How many of something follow: no more than the file can have words.
     fn count(&mut self, what: &str) -> Read<usize> {
         let count = self.whole(what)? as usize;
-        if count > MOST || count > self.words.len() {
+        if count > MOST || count > self.text.len().div_ceil(2) {
             return Err(format!(
                 "says that it has {count} {what}, more than it can hold; it is damaged"
             ));
@@ -46,9 +69,14 @@ impl<'a> Words<'a> {
 
     /// Goes behind `$name`.
     fn section(&mut self, name: &str) -> Read<()> {
-        let found = self.words.iter().position(|(_, word)| *word == name);
-        self.next = 1 + found.ok_or_else(|| format!("has no {name}; it is damaged"))?;
-        Ok(())
+        *self = Self::new(self.text);
+        loop {
+            match self.word().1 {
+                Some(word) if word == name => return Ok(()),
+                Some(_) => {}
+                None => return Err(format!("has no {name}; it is damaged")),
+            }
+        }
     }
 
     fn ends(&mut self, name: &str) -> Read<()> {
@@ -65,12 +93,7 @@ impl<'a> Words<'a> {
 
 /// Reads a .msh file.
 pub(super) fn msh(text: &str) -> Read<Parsed> {
-    let lines = text.lines().enumerate();
-    let words = lines.flat_map(|(line, text)| text.split_whitespace().map(move |word| (line + 1, word)));
-    let mut words = Words {
-        words: words.collect(),
-        next: 0,
-    };
+    let mut words = Words::new(text);
     words.section("$MeshFormat")?;
     let (line, word) = words.word();
     let version: f64 = number(word, line, "the version of the format")?;
