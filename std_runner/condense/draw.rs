@@ -3,6 +3,7 @@
 use super::body::OwnedMesh;
 use super::canvas::{Canvas, Colour};
 use crate::output::Picture;
+use crate::tomography::{cross, dot, minus};
 use std::collections::BTreeMap;
 
 /// The longer side of a picture, and its margin, in pixels.
@@ -132,19 +133,10 @@ fn row(places: &[f64], dims: usize, vertex: u32) -> &[f64] {
 /// The normal of a face of a box.
 fn normal(position: &[f64], corners: [u32; 3]) -> [f64; 3] {
     let [a, b, c] = corners.map(|corner| <[f64; 3]>::try_from(row(position, 3, corner)).unwrap_or_default());
-    let [u, v] = [[0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k])];
-    let cross = [
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    ];
-    let length = cross
-        .iter()
-        .map(|x| x * x)
-        .sum::<f64>()
-        .sqrt()
-        .max(f64::MIN_POSITIVE);
-    cross.map(|x| x / length)
+    let across = cross(minus(b, a), minus(c, a));
+    // Also where the mesh is so small that `unit` would see no length.
+    let length = dot(across, across).sqrt().max(f64::MIN_POSITIVE);
+    across.map(|x| x / length)
 }
 
 /// Faces that look up are brighter.

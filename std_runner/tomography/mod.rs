@@ -25,3 +25,4 @@ pub(crate) use job::reconstruct;
 pub(crate) use request::Request;
 pub(crate) use rig::photograph;
 pub(crate) use subject::Rig;
+pub(crate) use vector::{cross, dot, minus};

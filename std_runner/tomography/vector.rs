@@ -1,15 +1,15 @@
 //! Three numbers, and what cameras need of them.
 
 /// A place or a way; in a plane the third number is 0.
-pub(super) type Vector = [f64; 3];
+pub(crate) type Vector = [f64; 3];
 
 /// a . b.
-pub(super) fn dot(a: Vector, b: Vector) -> f64 {
+pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a x b.
-pub(super) fn cross(a: Vector, b: Vector) -> Vector {
+pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -23,7 +23,7 @@ pub(super) fn scaled(a: Vector, by: f64) -> Vector {
 }
 
 /// a - b.
-pub(super) fn minus(a: Vector, b: Vector) -> Vector {
+pub(crate) fn minus(a: Vector, b: Vector) -> Vector {
     core::array::from_fn(|axis| a[axis] - b[axis])
 }
 
