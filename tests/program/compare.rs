@@ -1,14 +1,10 @@
 //! `thurible compare` from end to end: every figure of a page is one that the run itself wrote down.
 
 use crate::support::verify::verify;
-use crate::support::{fresh_folder, run, without_pictures};
+use crate::support::{fresh_folder, json, run, without_pictures};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-
-pub fn json(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
-}
 
 fn number(value: &Value, pointer: &str) -> f64 {
     value

@@ -1,14 +1,17 @@
 //! `thurible condense`: presets and files to pages and folders, and everything that is refused.
 
 use crate::support::npz::read;
-use crate::support::{Ended, fresh_folder, run};
+use crate::support::{Ended, fresh_folder, json, run, text};
 use serde_json::Value;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
+/// Lines of the scene of these tests: its mesh, its steps, what holds it at both sides and at the left one alone, its methods.
+const MESH: &str = "grid = [2, 2], size = [1.0, 1.0]";
+const TIME: &str = "time = { steps = 2 }";
+const HOLD: &str = "hold = [ { box = { min = [0, 0], max = [0, 1] } }, { box = { min = [1, 0], max = [1, 1] }, move = [0.1, 0] } ]";
+const LEFT: &str = "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]";
+const METHODS: &str = "methods = [\"cc\"]";
 
 fn condense(folder: &Path, scene: &str, more: &[&str]) -> Ended {
     run(&[
@@ -18,17 +21,16 @@ fn condense(folder: &Path, scene: &str, more: &[&str]) -> Ended {
     .concat())
 }
 
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+/// The folder of a scene that ends well.
+fn solved(folder: &Path, scene: &str, more: &[&str]) -> PathBuf {
+    let ended = condense(folder, scene, more);
+    assert_eq!(ended.code, 0, "{scene}: {}", ended.err);
+    folder.join("out")
 }
 
 /// A scene of a square of 2 x 2, and what is put in the place of some of its text.
 fn scene(folder: &Path, changes: &[(&str, &str)]) -> String {
-    let mut text = String::from(
-        "mesh = { grid = [2, 2], size = [1.0, 1.0] }\ntime = { steps = 2 }\n\
-         hold = [ { box = { min = [0, 0], max = [0, 1] } }, { box = { min = [1, 0], max = [1, 1] }, move = [0.1, 0] } ]\n\
-         [solver]\nmethods = [\"cc\"]\n",
-    );
+    let mut text = format!("mesh = {{ {MESH} }}\n{TIME}\n{HOLD}\n[solver]\n{METHODS}\n");
     for (from, to) in changes {
         assert!(text.contains(from), "{from}");
         text = text.replace(from, to);
@@ -51,9 +53,7 @@ fn a_preset_becomes_a_page_and_a_folder_a_variant() {
         "--threads",
         "2",
     ];
-    let ended = condense(&folder, "stretch", &more);
-    assert_eq!(ended.code, 0, "{}", ended.err);
-    let out = folder.join("out");
+    let out = solved(&folder, "stretch", &more);
     for (name, expected) in [
         ("newton", [3, 3, 3]),
         ("cc-fixed", [5, 5, 7]),
@@ -125,13 +125,9 @@ fn a_preset_becomes_a_page_and_a_folder_a_variant() {
 #[test]
 fn sweeps_make_a_row_each() {
     let folder = fresh_folder("condense_sweep");
-    let ended = condense(
-        &folder,
-        "rod",
-        &["--methods", "newton,cc,plain", "--set", "solver.cap=400"],
-    );
-    assert_eq!(ended.code, 0, "{}", ended.err);
-    let runs = json(&folder.join("out/condense.json"))["runs"].clone();
+    let more = ["--methods", "newton,cc,plain", "--set", "solver.cap=400"];
+    let out = solved(&folder, "rod", &more);
+    let runs = json(&out.join("condense.json"))["runs"].clone();
     let count = |case: &str, name: &str| {
         let run = runs
             .as_array()
@@ -147,7 +143,7 @@ fn sweeps_make_a_row_each() {
     assert_eq!(count("young 100", "plain"), (46, "converged".into()));
     assert_eq!(count("young 1000", "plain"), (368, "converged".into()));
     assert_eq!(count("young 100000", "plain"), (400, "cap".into()));
-    assert!(folder.join("out/young_100/plain/result.npz").is_file());
+    assert!(out.join("young_100/plain/result.npz").is_file());
 }
 
 #[test]
@@ -224,9 +220,7 @@ fn single_precision_springs_and_space_run() {
         "--set",
         "solver.tolerance=1e-6",
     ];
-    let ended = condense(&folder, "spring_3d", &more);
-    assert_eq!(ended.code, 0, "{}", ended.err);
-    let out = folder.join("out/in_basis_true");
+    let out = solved(&folder, "spring_3d", &more).join("in_basis_true");
     let tips: Vec<f64> = ["newton", "cc-fixed", "warped-fixed"]
         .iter()
         .map(|name| {
@@ -265,16 +259,9 @@ fn files() -> Vec<(&'static str, String)> {
 
 fn file_scene(folder: &Path, name: &str, content: &str) -> String {
     fs::write(folder.join(name), content).unwrap();
-    let mesh = format!("{{ file = \"{name}\" }}");
-    let hold = "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nload = { gravity = [0.0, -1.0] }";
-    let changes = [
-        ("{ grid = [2, 2], size = [1.0, 1.0] }", mesh.as_str()),
-        (
-            "hold = [ { box = { min = [0, 0], max = [0, 1] } }, { box = { min = [1, 0], max = [1, 1] }, move = [0.1, 0] } ]",
-            hold,
-        ),
-    ];
-    scene(folder, &changes)
+    let mesh = format!("file = \"{name}\"");
+    let hold = format!("{LEFT}\nload = {{ gravity = [0.0, -1.0] }}");
+    scene(folder, &[(MESH, &mesh), (HOLD, &hold)])
 }
 
 #[test]
@@ -283,9 +270,7 @@ fn meshes_come_from_files() {
     let mut last = None;
     for (name, content) in files() {
         let scene = file_scene(&folder, name, &content);
-        let ended = condense(&folder, &scene, &[]);
-        assert_eq!(ended.code, 0, "{name}: {}", ended.err);
-        let arrays = read(&folder.join("out/cc-fixed/result.npz"));
+        let arrays = read(&solved(&folder, &scene, &[]).join("cc-fixed/result.npz"));
         assert_eq!(
             (arrays["rest"].shape.clone(), arrays["elements"].data.clone()),
             (vec![4, 2], vec![0.0, 1.0, 2.0, 0.0, 2.0, 3.0]),
@@ -299,14 +284,10 @@ fn meshes_come_from_files() {
     let tetrahedron = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n7 0 0 1\n$EndNodes\n\
                        $Elements\n2\n1 2 2 0 1 1 2 3\n2 4 2 0 1 1 2 3 7\n$EndElements\n";
     fs::write(folder.join("t.msh"), tetrahedron).unwrap();
-    let text = "mesh = { file = \"t.msh\" }\nhold = [ { box = { min = [0, 0, 0], max = [1, 1, 0] } } ]\nload = { gravity = [0.0, 0.0, -1.0] }\n";
-    fs::write(folder.join("t.toml"), text).unwrap();
-    let ended = condense(&folder, folder.join("t.toml").to_str().unwrap(), &[]);
-    assert_eq!(ended.code, 0, "{}", ended.err);
-    assert_eq!(
-        read(&folder.join("out/cc-fixed/result.npz"))["rest"].shape,
-        [4, 3]
-    );
+    let space = "mesh = { file = \"t.msh\" }\nhold = [ { box = { min = [0, 0, 0], max = [1, 1, 0] } } ]\nload = { gravity = [0.0, 0.0, -1.0] }\n";
+    fs::write(folder.join("t.toml"), space).unwrap();
+    let out = solved(&folder, text(&folder.join("t.toml")), &[]);
+    assert_eq!(read(&out.join("cc-fixed/result.npz"))["rest"].shape, [4, 3]);
 }
 
 #[test]
@@ -410,20 +391,18 @@ fn damaged_files_are_refused_by_name() {
 #[test]
 fn what_does_not_go_together_is_refused_by_name() {
     let folder = fresh_folder("condense_refusals");
-    let grid = "grid = [2, 2], size = [1.0, 1.0]";
-    let hold = "hold = [ { box = { min = [0, 0], max = [0, 1] } }, { box = { min = [1, 0], max = [1, 1] }, move = [0.1, 0] } ]";
-    let solver = "methods = [\"cc\"]";
+    let left = |more: &str| format!("{LEFT}\n{more}");
     let rows: [(&str, &str, &str); 26] = [
-        (grid, "grid = [2, 0], size = [1.0, 1.0]", "`mesh.grid` is [2, 0]"),
-        (grid, "grid = [2], size = [1.0]", "`mesh.grid` is [2]"),
-        (grid, "grid = [2, 2], size = [1.0, -1.0]", "as many sizes above 0"),
+        (MESH, "grid = [2, 0], size = [1.0, 1.0]", "`mesh.grid` is [2, 0]"),
+        (MESH, "grid = [2], size = [1.0]", "`mesh.grid` is [2]"),
+        (MESH, "grid = [2, 2], size = [1.0, -1.0]", "as many sizes above 0"),
         (
-            grid,
+            MESH,
             "grid = [2, 2], rod = 3",
             "must have one of `grid`, `rod` and `file`",
         ),
         (
-            hold,
+            HOLD,
             "",
             "`hold` is refused: a quasi-static problem must hold a vertex",
         ),
@@ -435,79 +414,63 @@ fn what_does_not_go_together_is_refused_by_name() {
         ),
         ("move = [0.1, 0]", "move = [0.1]", "`hold[1].move` is [0.1]"),
         (
-            hold,
-            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nmaterial = { poisson = 0.5 }",
+            HOLD,
+            &left("material = { poisson = 0.5 }"),
             "`material.poisson` is 0.5, but only a number above -1 and below 1/2",
         ),
+        (HOLD, &left("material = { young = -1.0 }"), "`material.young`"),
+        (HOLD, &left("load = { gravity = [1.0] }"), "`load.gravity`"),
         (
-            hold,
-            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nmaterial = { young = -1.0 }",
-            "`material.young`",
-        ),
-        (
-            hold,
-            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nload = { gravity = [1.0] }",
-            "`load.gravity`",
-        ),
-        (
-            hold,
-            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nload = { impulse = { at = [1.0, 1.0], value = [1.0, 0.0] } }",
+            HOLD,
+            &left("load = { impulse = { at = [1.0, 1.0], value = [1.0, 0.0] } }"),
             "`load.impulse` needs inertia",
         ),
         (
-            hold,
-            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nspring = [ { from = [1, 1], to = [1, 1], stiffness = 1.0, rest_length = 0.1 } ]",
+            HOLD,
+            &left("spring = [ { from = [1, 1], to = [1, 1], stiffness = 1.0, rest_length = 0.1 } ]"),
             "begins and ends at the same vertex",
         ),
         (
-            hold,
-            "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]\nspring = [ { from = [1, 1], to = [1, 2], stiffness = 0.0, rest_length = 0.1 } ]",
+            HOLD,
+            &left("spring = [ { from = [1, 1], to = [1, 2], stiffness = 0.0, rest_length = 0.1 } ]"),
             "`spring[0].stiffness`",
         ),
+        (TIME, "time = { steps = 0 }", "`time.steps` is 0"),
+        (TIME, "time = { steps = 2, dt = 0.0 }", "`time.dt`"),
         (
-            "time = { steps = 2 }",
-            "time = { steps = 0 }",
-            "`time.steps` is 0",
-        ),
-        (
-            "time = { steps = 2 }",
-            "time = { steps = 2, dt = 0.0 }",
-            "`time.dt`",
-        ),
-        (
-            solver,
+            METHODS,
             "methods = [\"newton\"]\nbasis = \"rebuilt\"",
             "`solver.basis` is for methods that have one, and \"newton\" has none",
         ),
         (
-            solver,
+            METHODS,
             "methods = [\"plain\"]\nbasis = \"fixed\"\nradius = 2",
             "`solver.radius` is for methods that keep a basis",
         ),
         (
-            solver,
+            METHODS,
             "methods = [\"cc\"]\nbasis = \"corotated\"\nblock = \"scalar\"",
             "\"scalar\" cannot be co-rotated",
         ),
         (
-            solver,
+            METHODS,
             "methods = [\"chord\"]\nbasis = \"corotated\"",
             "\"chord\" cannot be co-rotated",
         ),
         (
-            solver,
+            METHODS,
             "methods = [\"plain\", \"cc\"]\norder = \"colours\"",
             "`solver.order` is refused: order \"colours\" is for method \"plain\"",
         ),
-        (solver, "methods = [\"gauss\"]", "`solver.methods` is \"gauss\""),
-        (solver, "methods = []", "`solver.methods` is empty"),
+        (METHODS, "methods = [\"gauss\"]", "`solver.methods` is \"gauss\""),
+        (METHODS, "methods = []", "`solver.methods` is empty"),
         (
-            solver,
+            METHODS,
             "methods = [\"cc\"]\ntolerance = 0.0",
             "`solver.tolerance`",
         ),
-        (solver, "methods = [\"cc\"]\ncap = 0", "`solver.cap` is 0"),
-        (solver, "methods = [\"cc\"]\nspeed = 1", "speed"),
+        (METHODS, "methods = [\"cc\"]\ncap = 0", "`solver.cap` is 0"),
+        (METHODS, "methods = [\"cc\"]\nspeed = 1", "speed"),
     ];
     for (from, to, said) in rows {
         let scene = scene(&folder, &[(from, to)]);
@@ -558,15 +521,8 @@ fn exit_codes_say_how_it_ended() {
     assert_eq!(ended.code, 1, "{}", ended.err);
     let status = |name: &str| json(&folder.join("out").join(name).join("report.json"))["status"].clone();
     assert_eq!(status("cc-fixed"), "not_finite");
-    let short = scene(
-        &folder,
-        &[(
-            "methods = [\"cc\"]",
-            "methods = [\"plain\"]\ntolerance = 1e-300\ncap = 3",
-        )],
-    );
-    let ended = condense(&folder, &short, &[]);
-    assert_eq!(ended.code, 0, "{}", ended.err);
+    let plain = "methods = [\"plain\"]\ntolerance = 1e-300\ncap = 3";
+    solved(&folder, &scene(&folder, &[(METHODS, plain)]), &[]);
     assert_eq!(status("plain"), "cap");
 }
 

@@ -1,14 +1,10 @@
 //! `thurible deblur`: sharper images, and everything that is refused.
 
 use crate::support::npz::{npy, read};
-use crate::support::{Ended, fresh_folder, run};
+use crate::support::{Ended, fresh_folder, json, run, text};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
 
 /// A bright square on grey, 32 x 24, blurred by a box of 5 x 5, and itself.
 fn images(folder: &Path) {
@@ -39,7 +35,7 @@ fn deblur(folder: &Path, image: &str, out: &str, more: &[&str]) -> Ended {
 }
 
 fn report(folder: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(folder.join("report.json")).unwrap()).unwrap()
+    json(&folder.join("report.json"))
 }
 
 #[test]

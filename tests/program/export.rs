@@ -1,16 +1,12 @@
 //! Results as files of other programs. That those programs read them is shown by `.ci/run dcc`; here their bytes are compared with
 //! what was read there, and what may go wrong is tried.
 
-use crate::support::{fresh_folder, npz, run};
+use crate::support::{fresh_folder, npz, run, text};
 use serde_json::{Value, json};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
 
 /// Exports what must end well.
 fn exported(result: &Path, name: &str, more: &[&str]) -> PathBuf {

@@ -1,6 +1,6 @@
 //! What is made of a flow that is known: simulated on from any step, and guiding another simulation.
 
-use crate::support::{Ended, fresh_folder, run};
+use crate::support::{Ended, fresh_folder, run, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,10 +19,6 @@ buoyancy = 0.003
 [output]
 frames = false
 "#;
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
 
 /// The plume of a test, simulated: its scene and its result.
 fn plume(test: &str) -> [PathBuf; 2] {

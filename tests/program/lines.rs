@@ -1,7 +1,7 @@
 //! `thurible render` in planes: arrows and streaklines over the smoke.
 
-use crate::render::{DEEP, png, solved, text};
-use crate::support::{Ended, run};
+use crate::render::{DEEP, png, solved};
+use crate::support::{Ended, run, text};
 use std::path::{Path, PathBuf};
 
 /// Smoke that goes round a disc, from a source and from an emitter; the box repeats along x.

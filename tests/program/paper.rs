@@ -1,8 +1,8 @@
 //! `thurible paper` from end to end, at an eighth of its size.
 
-use super::compare::{cell, check_row, json, table};
+use super::compare::{cell, check_row, table};
 use crate::support::verify::verify;
-use crate::support::{fresh_folder, run};
+use crate::support::{fresh_folder, json, run};
 use std::fs;
 
 #[test]

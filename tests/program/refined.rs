@@ -1,9 +1,9 @@
 //! `thurible render --scale`: finer pictures of a result, and what it refuses.
 
 use crate::lines::{FLOW, rendered};
-use crate::render::{DEEP, FLAT, png, solved, text};
+use crate::render::{DEEP, FLAT, png, solved};
 use crate::support::npz::npy;
-use crate::support::{fresh_folder, run};
+use crate::support::{fresh_folder, run, text};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

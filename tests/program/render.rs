@@ -1,6 +1,6 @@
 //! `thurible render`: pictures of a result, and what it refuses.
 
-use crate::support::{fresh_folder, run};
+use crate::support::{fresh_folder, run, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -16,10 +16,6 @@ pub fn solved(test: &str, scene: &str) -> PathBuf {
     let ended = run(&["solve", text(&path), "--quiet", "-o", text(&out)]);
     assert!(ended.code == 0 || ended.code == 5, "{}", ended.err);
     out
-}
-
-pub fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
 }
 
 /// Width, height and the bytes of the pixels of a PNG file.

@@ -1,9 +1,9 @@
 //! `thurible thesis` from end to end, at an eighth of its size.
 
-use super::compare::{cell, json, table};
+use super::compare::{cell, table};
 #[cfg(unix)]
 use crate::support::endless::Endless;
-use crate::support::{fresh_folder, npz, run};
+use crate::support::{fresh_folder, json, npz, run};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

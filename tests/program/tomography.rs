@@ -1,7 +1,7 @@
 //! `thurible photograph` and `thurible tomography`: from a known density to its reconstruction, and everything that is refused.
 
 use crate::support::npz::{npy, read};
-use crate::support::{fresh_folder, run};
+use crate::support::{fresh_folder, json, run, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -34,12 +34,8 @@ fn density(folder: &Path, dims: usize) -> PathBuf {
     path
 }
 
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
-
 fn report(folder: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(folder.join("report.json")).unwrap()).unwrap()
+    json(&folder.join("report.json"))
 }
 
 /// Views of a density in a fresh folder.

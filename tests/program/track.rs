@@ -1,7 +1,7 @@
 //! `thurible track`: frames in, flows out; what is refused, what is said, what an interruption leaves.
 
 use crate::support::npz;
-use crate::support::{fresh_folder, run};
+use crate::support::{fresh_folder, json, run};
 use serde_json::Value;
 use std::fs;
 use std::io::Write;
@@ -38,7 +38,7 @@ fn track(frames: &Path, out: &Path, more: &[&str]) -> crate::support::Ended {
 }
 
 fn report(folder: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(folder.join("report.json")).unwrap()).unwrap()
+    json(&folder.join("report.json"))
 }
 
 /// An array file.

@@ -27,6 +27,16 @@ pub fn fresh_folder(name: &str) -> PathBuf {
     folder
 }
 
+/// A path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// The JSON of a file.
+pub fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
 /// The exit code and what was printed on stdout and stderr.
 pub struct Ended {
     pub code: i32,
