@@ -20,6 +20,8 @@ pub(super) struct OwnedMesh {
     pub held: Vec<bool>,
     pub regular: [usize; 3],
     pub material: Material,
+    /// Vertices of the body itself: behind them lie the fixed points of springs.
+    pub own: usize,
 }
 
 impl OwnedMesh {
@@ -36,10 +38,15 @@ impl OwnedMesh {
         }
     }
 
-    /// The least and the largest place along each axis.
+    /// The places of the body's own vertices.
+    fn places(&self) -> impl Iterator<Item = &[f64]> {
+        self.rest.chunks_exact(self.dims).take(self.own)
+    }
+
+    /// The least and the largest place of the body along each axis.
     pub fn extent(&self) -> Vec<[f64; 2]> {
         let mut extent = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.dims];
-        for place in self.rest.chunks_exact(self.dims) {
+        for place in self.places() {
             for (extent, x) in extent.iter_mut().zip(place) {
                 *extent = [extent[0].min(*x), extent[1].max(*x)];
             }
@@ -52,11 +59,13 @@ impl OwnedMesh {
         SLACK * longest.fold(0.0, f64::max)
     }
 
-    /// The vertex next to a place.
+    /// The vertex of the body next to a place.
     pub fn nearest(&self, at: &[f64]) -> usize {
         let square = |place: &[f64]| place.iter().zip(at).map(|(x, y)| (x - y) * (x - y)).sum::<f64>();
-        let places = self.rest.chunks_exact(self.dims).enumerate();
-        let nearest = places.min_by(|one, other| square(one.1).total_cmp(&square(other.1)));
+        let nearest = self
+            .places()
+            .enumerate()
+            .min_by(|one, other| square(one.1).total_cmp(&square(other.1)));
         nearest.map_or(0, |(vertex, _)| vertex)
     }
 }
@@ -85,6 +94,7 @@ pub(super) fn mesh(document: &Document, raw: RawMesh) -> Result<OwnedMesh, Failu
         })?;
         return Ok(OwnedMesh {
             dims: found.dims,
+            own: found.rest.len() / found.dims,
             held: vec![false; found.rest.len() / found.dims],
             rest: found.rest,
             elements: found.elements,
@@ -129,6 +139,7 @@ fn regular_mesh(regular: &Regular, material: Material) -> OwnedMesh {
             .collect(),
         springs: Vec::new(),
         held: vec![false; regular.vertices()],
+        own: regular.vertices(),
         regular: regular.sides(),
         material,
     }

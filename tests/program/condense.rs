@@ -205,6 +205,38 @@ fn a_plan_is_what_is_used_and_a_byte_less_is_refused() {
     assert_eq!(report["memory"]["planned_bytes"].as_u64(), Some(bytes));
 }
 
+/// The fixed point of a spring is no vertex of the body: loads and other springs are next to others, and its length is that of the body alone.
+#[test]
+fn fixed_points_of_springs_are_no_body() {
+    let folder = fresh_folder("condense_fixed_points");
+    let spring =
+        |from: &str| format!("{{ from = {from}, to = [4, 1], stiffness = 1e-9, rest_length = 3.0 }}");
+    let first = |more: &str| {
+        let hold = format!("{LEFT}\n{more}\nload = {{ bump = 0.01 }}");
+        let scene = scene(&folder, &[(HOLD, &hold), (TIME, "time = { steps = 1 }")]);
+        read(&solved(&folder, &scene, &[]).join("cc-fixed/result.npz"))["energy"].data[0]
+    };
+    let [without, with] = [first(""), first(&format!("spring = [ {} ]", spring("[1, 1]")))];
+    assert!((with / without - 1.0).abs() < 1e-6, "{with}, not {without}");
+    let twice = format!(
+        "{LEFT}\nspring = [ {}, {{ from = [4, 1], to = [1, 1], stiffness = 1.0, rest_length = 1.0 }} ]",
+        spring("[1, 0]")
+    );
+    let ended = condense(&folder, &scene(&folder, &[(HOLD, &twice)]), &[]);
+    assert_eq!(ended.code, 2);
+    let said = "`spring[1]` begins and ends at the same vertex";
+    assert!(ended.err.contains(said), "{}", ended.err);
+    let hit = format!(
+        "{LEFT}\nspring = [ {} ]\nload = {{ impulse = {{ at = [4, 1], value = [1.0, 0.0] }} }}",
+        spring("[1, 1]")
+    );
+    let hit = scene(
+        &folder,
+        &[(HOLD, &hit), (TIME, "time = { steps = 1, dt = 0.01 }")],
+    );
+    solved(&folder, &hit, &[]);
+}
+
 #[test]
 fn single_precision_springs_and_space_run() {
     let folder = fresh_folder("condense_space");
