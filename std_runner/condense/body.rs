@@ -78,6 +78,7 @@ pub(super) fn mesh(document: &Document, raw: RawMesh) -> Result<OwnedMesh, Failu
             "must have one of `grid`, `rod` and `file`; write one of them",
         ));
     }
+    refuse_foreign(document, &raw)?;
     let area = document.number("mesh.area", raw.area.unwrap_or(0.01), Numbers::Positive)?;
     let material = Material {
         area,
@@ -104,7 +105,10 @@ pub(super) fn mesh(document: &Document, raw: RawMesh) -> Result<OwnedMesh, Failu
         });
     }
     let (key, cells, size) = match (raw.rod, raw.grid) {
-        (Some(rod), _) => ("mesh.rod", vec![rod], vec![raw.length.unwrap_or(1.0)]),
+        (Some(rod), _) => {
+            let length = document.number("mesh.length", raw.length.unwrap_or(1.0), Numbers::Positive)?;
+            ("mesh.rod", vec![rod], vec![length])
+        }
         (None, grid) => {
             let grid = grid.unwrap_or_default();
             let size = raw.size.unwrap_or_else(|| vec![1.0; grid.len()]);
@@ -125,6 +129,20 @@ pub(super) fn mesh(document: &Document, raw: RawMesh) -> Result<OwnedMesh, Failu
         )
     })?;
     Ok(regular_mesh(&regular, material))
+}
+
+/// Refuses keys of another kind of mesh.
+fn refuse_foreign(document: &Document, raw: &RawMesh) -> Result<(), Failure> {
+    let keys = [
+        ("size", raw.size.is_some(), raw.grid.is_some(), "grid"),
+        ("length", raw.length.is_some(), raw.rod.is_some(), "rod"),
+        ("area", raw.area.is_some(), raw.rod.is_some(), "rod"),
+    ];
+    let foreign = keys.into_iter().find(|(_, given, taken, _)| *given && !taken);
+    foreign.map_or(Ok(()), |(key, _, _, kind)| {
+        let why = format!("is for a mesh by `{kind}`; leave it out");
+        Err(document.refuse(&format!("mesh.{key}"), why))
+    })
 }
 
 fn regular_mesh(regular: &Regular, material: Material) -> OwnedMesh {

@@ -424,7 +424,7 @@ fn damaged_files_are_refused_by_name() {
 fn what_does_not_go_together_is_refused_by_name() {
     let folder = fresh_folder("condense_refusals");
     let left = |more: &str| format!("{LEFT}\n{more}");
-    let rows: [(&str, &str, &str); 26] = [
+    let rows: [(&str, &str, &str); 30] = [
         (MESH, "grid = [2, 0], size = [1.0, 1.0]", "`mesh.grid` is [2, 0]"),
         (MESH, "grid = [2], size = [1.0]", "`mesh.grid` is [2]"),
         (MESH, "grid = [2, 2], size = [1.0, -1.0]", "as many sizes above 0"),
@@ -432,6 +432,22 @@ fn what_does_not_go_together_is_refused_by_name() {
             MESH,
             "grid = [2, 2], rod = 3",
             "must have one of `grid`, `rod` and `file`",
+        ),
+        (MESH, "rod = 10, length = -1.0", "`mesh.length` is -1"),
+        (
+            MESH,
+            "rod = 10, size = [1.0]",
+            "`mesh.size` is for a mesh by `grid`",
+        ),
+        (
+            MESH,
+            "grid = [2, 2], length = 1.0",
+            "`mesh.length` is for a mesh by `rod`",
+        ),
+        (
+            MESH,
+            "grid = [2, 2], area = 0.1",
+            "`mesh.area` is for a mesh by `rod`",
         ),
         (
             HOLD,
