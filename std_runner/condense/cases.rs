@@ -5,9 +5,10 @@ use super::raw::RawSweep;
 use super::scene::Problem;
 use crate::exit::Failure;
 use crate::scene::{Document, read, shown};
+use std::collections::BTreeSet;
 use std::path::Path;
 use thurible_core::Named;
-use thurible_core::condense::{Basis, CondenseParams, Update};
+use thurible_core::condense::{Basis, CondenseError, CondenseParams, Update};
 use toml::Value;
 
 /// Problems of a scene at most.
@@ -55,7 +56,7 @@ pub(crate) fn document(
 /// All cases of a document.
 pub(super) fn cases(document: &Document) -> Result<Vec<Case>, Failure> {
     let mut documents = vec![(String::new(), document.clone())];
-    for (index, sweep) in sweeps(document)?.into_iter().enumerate() {
+    for (index, sweep) in sweeps(document)? {
         let place = format!("sweep[{index}]");
         if sweep.values.is_empty() || sweep.values.len() * documents.len() > MOST {
             let why = format!(
@@ -73,6 +74,15 @@ pub(super) fn cases(document: &Document) -> Result<Vec<Case>, Failure> {
                 next.push((format!("{label}{gap}{}", named(&sweep.key, value)), document));
             }
         }
+        let mut folders = BTreeSet::new();
+        let twice = |(label, _): &&(String, Document)| !folders.insert(folder(label));
+        if let Some((label, _)) = next.iter().find(twice) {
+            let why = format!(
+                "has values whose results would lie in one folder, {}; leave one of them out",
+                folder(label)
+            );
+            return Err(document.refuse(&format!("{place}.values"), why));
+        }
         documents = next;
     }
     documents
@@ -81,8 +91,8 @@ pub(super) fn cases(document: &Document) -> Result<Vec<Case>, Failure> {
         .collect()
 }
 
-/// The sweeps, but for those of keys that the command line sets.
-fn sweeps(document: &Document) -> Result<Vec<RawSweep>, Failure> {
+/// The sweeps with their places, but for those of keys that the command line sets.
+fn sweeps(document: &Document) -> Result<Vec<(usize, RawSweep)>, Failure> {
     let Some(raw) = document.table().get("sweep") else {
         return Ok(Vec::new());
     };
@@ -93,7 +103,8 @@ fn sweeps(document: &Document) -> Result<Vec<RawSweep>, Failure> {
         .collect();
     Ok(sweeps
         .into_iter()
-        .filter(|sweep| !set.contains(&sweep.key.as_str()))
+        .enumerate()
+        .filter(|(_, sweep)| !set.contains(&sweep.key.as_str()))
         .collect())
 }
 
@@ -110,6 +121,16 @@ fn named(key: &str, value: &Value) -> String {
         other => number(other),
     };
     format!("{name} {value}")
+}
+
+/// The folder of a case: its label, in letters that every system takes.
+pub(super) fn folder(label: &str) -> String {
+    let plain = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '.' | '-');
+    let letters = label.chars();
+    let letters: String = letters
+        .map(|letter| if plain(letter) { letter } else { '_' })
+        .collect();
+    letters.replace("__", "_")
 }
 
 fn case(label: String, document: Document) -> Result<Case, Failure> {
@@ -180,13 +201,10 @@ fn variant(
         ..problem.params
     };
     params.check(problem.mesh.dims).map_err(|error| {
-        let word = error.to_string();
-        let key = if word.contains("order") {
-            "solver.order"
-        } else if word.contains("co-rotated") {
-            "solver.basis"
-        } else {
-            "solver"
+        let key = match error {
+            CondenseError::Colours { .. } => "solver.order",
+            CondenseError::NoTurn { .. } => "solver.basis",
+            _ => "solver",
         };
         document.refuse(key, format!("is refused: {error}; change it"))
     })?;

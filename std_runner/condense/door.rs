@@ -1,6 +1,6 @@
 //! The door of the command: all cases by all variants, their folders, the page.
 
-use super::cases::{Case, cases};
+use super::cases::{Case, cases, folder};
 use super::job::{self, Listeners, Outcome, status_word};
 use super::page::{self, Done};
 use super::planned::{planned, print_plan};
@@ -12,7 +12,7 @@ use crate::interrupt::Interrupt;
 use crate::plan::PlanOptions;
 use crate::progress::{Display, Mode};
 use crate::scene::Document;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use thurible_core::Status;
 
 /// The name of the page and of its facts.
@@ -113,19 +113,7 @@ fn name(document: &Document) -> String {
 
 /// The folder of a variant, in that of its case where there are several.
 fn place(request: &Request, case: &Case, variant: &str) -> PathBuf {
-    let label: String = case
-        .label
-        .chars()
-        .map(|letter| {
-            if letter.is_ascii_alphanumeric() || matches!(letter, '.' | '-') {
-                letter
-            } else {
-                '_'
-            }
-        })
-        .collect();
-    let label = label.replace("__", "_");
-    request.folder.join(Path::new(&label)).join(variant)
+    request.folder.join(folder(&case.label)).join(variant)
 }
 
 fn say(display: &Display, outcome: &Outcome) {

@@ -238,6 +238,21 @@ fn fixed_points_of_springs_are_no_body() {
 }
 
 #[test]
+fn values_of_one_folder_are_refused() {
+    let folder = fresh_folder("condense_one_folder");
+    let sweep = |key: &str, values: &str| format!("[[sweep]]\nkey = \"{key}\"\nvalues = [{values}]\n");
+    let sweeps = sweep("solver.cap", "10, 20") + &sweep("material.young", "100, 1e3, 100.0") + "[solver]";
+    let twice = scene(&folder, &[("[solver]", &sweeps)]);
+    for more in [&[][..], &["--set", "solver.cap=10"]] {
+        let ended = condense(&folder, &twice, more);
+        assert_eq!(ended.code, 2, "{}", ended.err);
+        let said = "`sweep[1].values` has values whose results would lie in one folder";
+        assert!(ended.err.contains(said), "{}", ended.err);
+        assert!(ended.err.contains("young_100;"), "{}", ended.err);
+    }
+}
+
+#[test]
 fn single_precision_springs_and_space_run() {
     let folder = fresh_folder("condense_space");
     let more = [
