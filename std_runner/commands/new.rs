@@ -1,6 +1,6 @@
 //! `thurible new NAME`: a commented scene to start from.
 
-use crate::condense::preset;
+use crate::condense::{preset, preset_names};
 use crate::console;
 use crate::exit::{DONE, Failure};
 use crate::scene::{section, steering};
@@ -38,7 +38,15 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
         .file_stem()
         .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let (text, command) = match &arguments.preset {
-        Some(asked) => (preset(asked)?.text.to_owned(), "condense"),
+        Some(asked) => {
+            let found = preset(asked).ok_or_else(|| {
+                Failure::Input(format!(
+                    "--preset {asked}: there is no such preset; presets are {}",
+                    preset_names()
+                ))
+            })?;
+            (found.text.to_owned(), "condense")
+        }
         None => (template(&name), "solve"),
     };
     let written = OpenOptions::new()

@@ -1,6 +1,6 @@
 //! What is solved: the problem at every value of its sweeps, each by every method with every basis that it takes.
 
-use super::presets::preset;
+use super::presets::{preset, preset_names};
 use super::raw::RawSweep;
 use super::scene::Problem;
 use crate::exit::Failure;
@@ -42,7 +42,13 @@ pub(crate) fn document(
     let mut document = if path.extension().is_some_and(|end| end == "toml") {
         Document::read(path)?
     } else {
-        Document::parse(path, preset(name)?.text.into())?
+        let found = preset(name).ok_or_else(|| {
+            Failure::Input(format!(
+                "\"{name}\" is neither a preset nor the name of a scene file that ends in .toml; presets are {}",
+                preset_names()
+            ))
+        })?;
+        Document::parse(path, found.text.into())?
     };
     for assignment in set {
         document.set(assignment)?;

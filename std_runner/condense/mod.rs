@@ -28,4 +28,4 @@ mod written;
 
 pub(crate) use cases::document;
 pub(crate) use door::{Request, plan, run};
-pub(crate) use presets::{preset, presets};
+pub(crate) use presets::{preset, preset_names, presets};

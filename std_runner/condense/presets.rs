@@ -1,7 +1,5 @@
 //! The test problems, each a commented scene.
 
-use crate::exit::Failure;
-
 /// A problem.
 pub(crate) struct Preset {
     pub name: &'static str,
@@ -46,13 +44,13 @@ pub(crate) fn presets() -> &'static [Preset] {
     ALL
 }
 
+/// Their names.
+pub(crate) fn preset_names() -> String {
+    let names: Vec<&str> = ALL.iter().map(|preset| preset.name).collect();
+    names.join(", ")
+}
+
 /// The one with this name.
-pub(crate) fn preset(name: &str) -> Result<&'static Preset, Failure> {
-    ALL.iter().find(|preset| preset.name == name).ok_or_else(|| {
-        let names: Vec<&str> = ALL.iter().map(|preset| preset.name).collect();
-        Failure::Input(format!(
-            "\"{name}\" is neither a preset nor the name of a scene file that ends in .toml; presets are {}",
-            names.join(", ")
-        ))
-    })
+pub(crate) fn preset(name: &str) -> Option<&'static Preset> {
+    ALL.iter().find(|preset| preset.name == name)
 }

@@ -175,6 +175,7 @@ fn every_preset_is_listed_written_planned_and_read() {
     let ended = run(&["new", text(&folder.join("other")), "--preset", "bend"]);
     assert_eq!(ended.code, 2);
     assert!(ended.err.contains("presets are rod, stretch"), "{}", ended.err);
+    assert!(!ended.err.contains("scene file"), "{}", ended.err);
 }
 
 #[test]
