@@ -30,9 +30,7 @@ pub(crate) struct Request {
 pub(crate) fn plan(request: &Request) -> Result<u8, Failure> {
     for case in cases(&request.document)? {
         if request.mode == Mode::Quiet {
-            case.variants
-                .iter()
-                .try_for_each(|variant| planned(&case, variant, &request.options).map(drop))?;
+            planned(&case, &request.options)?;
         } else {
             print_plan(&case, &request.options, request.mode)?;
         }
@@ -44,11 +42,8 @@ pub(crate) fn plan(request: &Request) -> Result<u8, Failure> {
 pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let cases = cases(&request.document)?;
     // All is refused before anything is solved.
-    for case in &cases {
-        case.variants
-            .iter()
-            .try_for_each(|variant| planned(case, variant, &request.options).map(drop))?;
-    }
+    let plans = cases.iter().map(|case| planned(case, &request.options));
+    let plans = plans.collect::<Result<Vec<_>, _>>()?;
     let mut folder = publish::prepare(&request.folder, STEM)?;
     for case in &cases {
         for variant in &case.variants {
@@ -58,12 +53,12 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let interrupt = Interrupt::listen()?;
     let mut done: Vec<Done<'_>> = Vec::new();
     let mut ended = DONE;
-    for case in &cases {
+    for (case, plans) in cases.iter().zip(&plans) {
         done.push(Done {
             case,
             outcomes: Vec::new(),
         });
-        for variant in &case.variants {
+        for (variant, fits) in case.variants.iter().zip(plans) {
             if interrupt.asked() {
                 break;
             }
@@ -73,8 +68,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
                 display: &display,
                 precision: request.options.precision,
             };
-            let fits = planned(case, variant, &request.options)?;
-            let outcome = job::run(case, variant, &fits, listeners)?;
+            let outcome = job::run(case, variant, fits, listeners)?;
             let mut destination = Destination::check(&place(request, case, &variant.name), files())?;
             destination.fill(|folder| written::write(folder, case, variant, &outcome))?;
             display.close();
@@ -88,14 +82,9 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     done.retain(|done| !done.outcomes.is_empty());
     let page =
         page::page(&name(&request.document), &done).map_err(|error| Failure::File(error.to_string()))?;
-    publish::write(&mut folder, STEM, &page, &page::facts(&done))?;
-    publish::announce(
-        request.mode,
-        &folder,
-        STEM,
-        &page::table(&done).markdown(),
-        page::facts(&done),
-    );
+    let facts = page::facts(&done);
+    publish::write(&mut folder, STEM, &page, &facts)?;
+    publish::announce(request.mode, &folder, STEM, &page::table(&done).markdown(), facts);
     Ok(publish::code(&folder, &interrupt, ended))
 }
 

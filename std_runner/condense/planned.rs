@@ -4,13 +4,14 @@ use super::cases::{Case, Variant};
 use crate::bytes::{self, grouped, rounded};
 use crate::console::print;
 use crate::exit::Failure;
+use crate::ledger::{over, print_ledger};
 use crate::plan::PlanOptions;
 use crate::problem::Precision;
 use crate::progress::{Display, Mode};
 use crate::region::MARGIN;
 use crate::threads;
 use serde_json::{Value, json};
-use thurible_core::condense::{CondenseError, CondenseParams, CondensePlan, Topology, Update};
+use thurible_core::condense::{CondenseError, CondenseParams, CondensePlan, Order, Topology, Update};
 
 /// Edges of the patches that a plan shows beside the whole basis.
 const SHOWN_RADIUS: usize = 2;
@@ -68,8 +69,53 @@ pub(super) fn refused(case: &Case, error: &CondenseError) -> Failure {
         .refuse(key, format!("is refused: {error}; {remedy}"))
 }
 
-/// Plans a variant within the ceiling; on fewer threads, if their number was not given and that makes it fit.
-pub(super) fn planned(case: &Case, variant: &Variant, options: &PlanOptions) -> Result<Planned, Failure> {
+/// Plans the variants of a case within the ceiling; each on fewer threads, if their number was not given and that makes it fit.
+pub(super) fn planned(case: &Case, options: &PlanOptions) -> Result<Vec<Planned>, Failure> {
+    let (mesh, mut list) = (case.problem.mesh.mesh(), lists(case, options)?);
+    let mut radii: Vec<Option<usize>> = Vec::new();
+    for variant in &case.variants {
+        if !radii.contains(&variant.params.radius) {
+            radii.push(variant.params.radius);
+        }
+    }
+    let mut plans = Vec::new();
+    for radius in radii {
+        let topology = Topology::new(&mesh, radius, &mut list).map_err(|error| refused(case, &error))?;
+        let variants = case.variants.iter().enumerate();
+        for (index, variant) in variants.filter(|(_, variant)| variant.params.radius == radius) {
+            plans.push((index, fitting(case, variant, options, &topology)?));
+        }
+    }
+    plans.sort_by_key(|(index, _)| *index);
+    Ok(plans.into_iter().map(|(_, plan)| plan).collect())
+}
+
+/// Words for the order and neighbours of a mesh, which the ceiling allows.
+fn lists(case: &Case, options: &PlanOptions) -> Result<Vec<u32>, Failure> {
+    let words = Topology::words(&case.problem.mesh.mesh());
+    let needed = words.saturating_mul(4).saturating_add(MARGIN);
+    match options.limit.or_else(bytes::of_machine) {
+        Some(limit) if needed > limit => {
+            let (path, given) = (case.document.path(), options.limit.is_some());
+            let what = "the order and neighbours of the mesh alone need";
+            Err(over(
+                path,
+                what,
+                (needed, limit),
+                given,
+                &["give a coarser mesh".into()],
+            ))
+        }
+        _ => Ok(vec![0; words]),
+    }
+}
+
+fn fitting(
+    case: &Case,
+    variant: &Variant,
+    options: &PlanOptions,
+    topology: &Topology<'_>,
+) -> Result<Planned, Failure> {
     let ceiling = options.limit.or_else(bytes::of_machine);
     let mut threads = options.threads.unwrap_or_else(threads::available);
     loop {
@@ -77,7 +123,7 @@ pub(super) fn planned(case: &Case, variant: &Variant, options: &PlanOptions) -> 
             threads,
             ..variant.params
         };
-        let planned = plan_of(case, params, options.precision)?;
+        let planned = plan_of(case, params, options.precision, topology)?;
         let needed = planned.bytes().saturating_add(MARGIN);
         match ceiling {
             Some(limit) if needed > limit => {
@@ -91,34 +137,25 @@ pub(super) fn planned(case: &Case, variant: &Variant, options: &PlanOptions) -> 
     }
 }
 
-fn plan_of(case: &Case, params: CondenseParams, precision: Precision) -> Result<Planned, Failure> {
+fn plan_of(
+    case: &Case,
+    params: CondenseParams,
+    precision: Precision,
+    topology: &Topology<'_>,
+) -> Result<Planned, Failure> {
     let mesh = case.problem.mesh.mesh();
-    let words = Topology::words(&mesh);
-    let mut list = vec![0; words];
-    let refuse = |error| refused(case, &error);
-    let topology = Topology::new(&mesh, params.radius, &mut list).map_err(refuse)?;
     let plan = match precision {
-        Precision::F32 => CondensePlan::new::<f32>(&mesh, &topology, &params),
-        Precision::F64 => CondensePlan::new::<f64>(&mesh, &topology, &params),
+        Precision::F32 => CondensePlan::new::<f32>(&mesh, topology, &params),
+        Precision::F64 => CondensePlan::new::<f64>(&mesh, topology, &params),
     };
     Ok(Planned {
         params,
-        words,
-        plan: plan.map_err(refuse)?,
+        words: Topology::words(&mesh),
+        plan: plan.map_err(|error| refused(case, &error))?,
     })
 }
 
-fn over_limit(
-    case: &Case,
-    variant: &Variant,
-    options: &PlanOptions,
-    (needed, limit): (usize, usize),
-) -> Failure {
-    let whose = if options.limit.is_some() {
-        "--memory-limit allows"
-    } else {
-        "this machine has"
-    };
+fn over_limit(case: &Case, variant: &Variant, options: &PlanOptions, bytes: (usize, usize)) -> Failure {
     let less = if variant.params.method.keeps_basis() {
         "use --radius W or the method \"warped\", which keeps no basis"
     } else if options.precision == Precision::F64 {
@@ -126,56 +163,51 @@ fn over_limit(
     } else {
         "give a coarser mesh"
     };
-    Failure::Memory(format!(
-        "{}: {} needs {} bytes ({}), but {whose} {} bytes ({}); raise --memory-limit to {} bytes, or {less}",
-        case.document.path().display(),
-        variant.name,
-        grouped(needed),
-        rounded(needed),
-        grouped(limit),
-        rounded(limit),
-        grouped(needed)
-    ))
+    let (path, given) = (case.document.path(), options.limit.is_some());
+    let what = format!("{} needs", variant.name);
+    over(path, &what, bytes, given, &[less.into()])
 }
 
-/// What a whole basis, patches and no basis at all take, side by side.
-fn beside(case: &Case, options: &PlanOptions) -> Vec<(String, usize)> {
+/// What a whole basis, patches and no basis at all take, side by side; those that the core takes.
+fn beside(case: &Case, options: &PlanOptions) -> Result<Vec<(String, usize)>, Failure> {
     let radius = case.problem.params.radius.unwrap_or(SHOWN_RADIUS);
     let threads = options.threads.unwrap_or_else(threads::available);
-    let rows = [
-        ("cc, the whole basis".to_owned(), Update::Cc, None),
-        (
-            format!("cc, patches of radius {radius}"),
-            Update::Cc,
-            Some(radius),
-        ),
-        ("warped, no basis".to_owned(), Update::Warped, None),
-    ];
-    let base = CondenseParams {
-        noise: 0.0,
-        order: thurible_core::condense::Order::Jacobi,
-        ..case.problem.params
-    };
-    rows.into_iter()
-        .filter_map(|(name, method, radius)| {
+    let (mesh, mut list) = (case.problem.mesh.mesh(), lists(case, options)?);
+    let mut bytes = |radius: Option<usize>, methods: &[Update]| -> Vec<Option<usize>> {
+        let Ok(topology) = Topology::new(&mesh, radius, &mut list) else {
+            return vec![None; methods.len()];
+        };
+        let bytes = |&method: &Update| {
             let params = CondenseParams {
                 method,
                 radius,
                 threads,
-                ..base
+                noise: 0.0,
+                order: Order::Jacobi,
+                ..case.problem.params
             };
-            Some((name, plan_of(case, params, options.precision).ok()?.bytes()))
-        })
-        .collect()
+            Some(plan_of(case, params, options.precision, &topology).ok()?.bytes())
+        };
+        methods.iter().map(bytes).collect()
+    };
+    let whole = bytes(None, &[Update::Cc, Update::Warped]);
+    let patches = bytes(Some(radius), &[Update::Cc]);
+    let rows = [
+        ("cc, the whole basis".to_owned(), whole.first()),
+        (format!("cc, patches of radius {radius}"), patches.first()),
+        ("warped, no basis".to_owned(), whole.last()),
+    ];
+    let known = |(name, bytes): (String, Option<&Option<usize>>)| Some((name, bytes.copied().flatten()?));
+    Ok(rows.into_iter().filter_map(known).collect())
 }
 
 /// Says what every variant of a case takes, buffer by buffer.
 pub(super) fn print_plan(case: &Case, options: &PlanOptions, mode: Mode) -> Result<(), Failure> {
+    let plans = planned(case, options)?;
     if mode == Mode::Json {
-        return json_plan(case, options);
+        return json_plan(case, options, &plans);
     }
-    for variant in &case.variants {
-        let planned = planned(case, variant, options)?;
+    for (variant, planned) in case.variants.iter().zip(&plans) {
         let label = if case.label.is_empty() {
             String::new()
         } else {
@@ -188,38 +220,25 @@ pub(super) fn print_plan(case: &Case, options: &PlanOptions, mode: Mode) -> Resu
             options.precision.name(),
             planned.params.threads
         ));
-        print(&format!("\n{:>18}  buffer", "bytes"));
-        for line in planned.ledger() {
-            print(&format!(
-                "{:>18}  {:indent$}{}",
-                grouped(line.bytes),
-                "",
-                line.name,
-                indent = 2 * line.depth
-            ));
-        }
-        print(&format!(
-            "{:>18}  in all ({}), whatever the number of steps\n",
-            grouped(planned.bytes()),
-            rounded(planned.bytes())
-        ));
+        let lines = planned.ledger();
+        let lines = lines.iter().map(|line| (line.name, line.bytes, line.depth));
+        print_ledger(lines, planned.bytes(), ", whatever the number of steps\n");
     }
-    for (name, bytes) in beside(case, options) {
+    for (name, bytes) in beside(case, options)? {
         print(&format!("{:>18}  {name} ({})", grouped(bytes), rounded(bytes)));
     }
     print("");
     Ok(())
 }
 
-fn json_plan(case: &Case, options: &PlanOptions) -> Result<(), Failure> {
-    let mut variants = Vec::new();
-    for variant in &case.variants {
-        let planned = planned(case, variant, options)?;
-        variants.push(json!({
+fn json_plan(case: &Case, options: &PlanOptions, plans: &[Planned]) -> Result<(), Failure> {
+    let variant = |(variant, planned): (&Variant, &Planned)| {
+        json!({
             "name": variant.name, "planned_bytes": planned.bytes(), "threads": planned.params.threads, "ledger": ledger(&planned.ledger()),
-        }));
-    }
-    let beside: Vec<Value> = beside(case, options)
+        })
+    };
+    let variants: Vec<Value> = case.variants.iter().zip(plans).map(variant).collect();
+    let beside: Vec<Value> = beside(case, options)?
         .into_iter()
         .map(|(name, bytes)| json!({ "name": name, "bytes": bytes }))
         .collect();
