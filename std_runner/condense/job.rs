@@ -30,6 +30,8 @@ pub(super) struct Outcome {
     pub at: Vec<f64>,
     /// The rest state and those at the ends of steps.
     pub position: Vec<Vec<f64>>,
+    /// The step that it ended in, from 1.
+    pub ended_in: usize,
     /// Build, direction, search.
     pub seconds: [f64; 3],
     pub total: f64,
@@ -183,6 +185,7 @@ fn solve<T: Real, const D: usize>(
         residual: Vec::new(),
         at: Vec::new(),
         position: vec![positions(&condenser)],
+        ended_in: 0,
         seconds: [0.0; 3],
         total: 0.0,
         planned: planned.bytes(),
@@ -191,6 +194,7 @@ fn solve<T: Real, const D: usize>(
     };
     for index in 0..problem.steps {
         let (shift, gravity) = load(case, index);
+        let told = outcome.energy.len();
         let step = Step {
             shift: &shift,
             gravity,
@@ -201,10 +205,14 @@ fn solve<T: Real, const D: usize>(
             outcome.at.push(start.total());
         });
         let stepped = stepped.map_err(refuse)?;
+        (outcome.status, outcome.ended_in) = (stepped.status, index + 1);
+        // Stopped before its build, a step has no state.
+        if outcome.energy.len() == told {
+            break;
+        }
         outcome.iterations.push(stepped.iterations);
         outcome.builds.push(stepped.builds);
         outcome.position.push(positions(&condenser));
-        outcome.status = stepped.status;
         show(&outcome, index, problem.steps, listeners.display, &start);
         if stepped.status != Status::Converged {
             break;

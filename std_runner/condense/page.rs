@@ -114,7 +114,7 @@ fn ended(outcome: &Outcome) -> String {
     if outcome.status == Status::Converged {
         return word;
     }
-    format!("{word}, step {}", outcome.iterations.len())
+    format!("{word}, step {}", outcome.ended_in)
 }
 
 /// The page of a scene.

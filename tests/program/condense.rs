@@ -626,3 +626,26 @@ fn an_interrupted_run_leaves_its_result() {
     assert!(!out.join("newton").exists() && out.join("condense.html").is_file());
     assert_eq!(read(&out.join("plain/result.npz"))["position"].shape, [2, 101, 1]);
 }
+
+/// Stopped before its first build it has a result without a step; wherever it is stopped, the lists belong together.
+#[cfg(unix)]
+#[test]
+fn a_step_without_a_state_is_no_step() {
+    let out = fresh_folder("condense_before").join("out");
+    let mut command = crate::support::thurible();
+    command.args(["condense", "rod", "--methods", "chord", "--json"]);
+    command.args(["--set", "mesh.rod=500000", "--set", "material.young=1e2"]);
+    command.args(["-o", text(&out)]);
+    crate::support::endless::Endless::seen(&mut command, |line| line.contains("\"variant\"")).stop();
+    let arrays = read(&out.join("chord-fixed/result.npz"));
+    let iterations = &arrays["iterations"].data;
+    let steps = iterations.len();
+    assert_eq!(
+        arrays["energy"].data.len(),
+        iterations.iter().sum::<f64>() as usize + steps
+    );
+    assert_eq!(arrays["builds"].data.len(), steps);
+    assert_eq!(arrays["position"].shape, [steps + 1, 500_001, 1]);
+    let page = fs::read_to_string(out.join("condense.md")).unwrap();
+    assert!(page.contains("cancelled, step 1") || steps > 0, "{page}");
+}
