@@ -68,9 +68,10 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
                 display: &display,
                 precision: request.options.precision,
             };
-            let outcome = job::run(case, variant, fits, listeners)?;
+            let mut outcome = job::run(case, variant, fits, listeners)?;
             let mut destination = Destination::check(&place(request, case, &variant.name), files())?;
             destination.fill(|folder| written::write(folder, case, variant, &outcome))?;
+            outcome.keep_last(case.problem.mesh.rest.len());
             display.close();
             say(&display, &outcome);
             ended = worst(ended, outcome.status);

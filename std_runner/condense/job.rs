@@ -28,8 +28,8 @@ pub(super) struct Outcome {
     pub residual: Vec<f64>,
     /// Seconds from the first step to there.
     pub at: Vec<f64>,
-    /// The rest state and those at the ends of steps.
-    pub position: Vec<Vec<f64>>,
+    /// The rest state and those at the ends of steps, one after the other.
+    pub position: Vec<f64>,
     /// The step that it ended in, from 1.
     pub ended_in: usize,
     /// Build, direction, search.
@@ -38,6 +38,15 @@ pub(super) struct Outcome {
     pub planned: usize,
     pub used: usize,
     pub ledger: Vec<Line>,
+}
+
+impl Outcome {
+    /// Keeps the last state alone, of `numbers` numbers: all that a page draws.
+    pub fn keep_last(&mut self, numbers: usize) {
+        let before = self.position.len().saturating_sub(numbers);
+        self.position.drain(..before);
+        self.position.shrink_to_fit();
+    }
 }
 
 /// Its word in reports.
@@ -184,7 +193,7 @@ fn solve<T: Real, const D: usize>(
         energy: Vec::new(),
         residual: Vec::new(),
         at: Vec::new(),
-        position: vec![positions(&condenser)],
+        position: Vec::new(),
         ended_in: 0,
         seconds: [0.0; 3],
         total: 0.0,
@@ -192,6 +201,7 @@ fn solve<T: Real, const D: usize>(
         used: 0,
         ledger: planned.ledger(),
     };
+    outcome.position.extend(positions(&condenser));
     for index in 0..problem.steps {
         let (shift, gravity) = load(case, index);
         let told = outcome.energy.len();
@@ -212,7 +222,7 @@ fn solve<T: Real, const D: usize>(
         }
         outcome.iterations.push(stepped.iterations);
         outcome.builds.push(stepped.builds);
-        outcome.position.push(positions(&condenser));
+        outcome.position.extend(positions(&condenser));
         show(&outcome, index, problem.steps, listeners.display, &start);
         if stepped.status != Status::Converged {
             break;
@@ -242,10 +252,8 @@ fn load(case: &Case, index: usize) -> (Vec<f64>, [f64; 3]) {
     (shift, problem.gravity.map(|along| part * along))
 }
 
-fn positions<T: Real, const D: usize>(condenser: &Condenser<'_, T, D>) -> Vec<f64> {
-    (0..condenser.vertices())
-        .flat_map(|vertex| condenser.position(vertex).into_iter().take(D))
-        .collect()
+fn positions<T: Real, const D: usize>(condenser: &Condenser<'_, T, D>) -> impl Iterator<Item = f64> {
+    (0..condenser.vertices()).flat_map(|vertex| condenser.position(vertex).into_iter().take(D))
 }
 
 fn show(outcome: &Outcome, index: usize, steps: usize, display: &Display, start: &Clock) {

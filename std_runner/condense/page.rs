@@ -237,15 +237,14 @@ fn charts_of(variants: &[Variant], outcomes: &[Outcome], least: &[f64]) -> [Char
 /// The last state of each variant, in one frame.
 fn shots(case: &Case, outcomes: &[Outcome]) -> Result<Vec<Shot>, OutputError> {
     let mesh = &case.problem.mesh;
-    let last = |outcome: &'_ Outcome| outcome.position.last().cloned().unwrap_or_default();
-    let states: Vec<Vec<f64>> = outcomes.iter().map(last).collect();
-    let mut frames: Vec<&[f64]> = states.iter().map(Vec::as_slice).collect();
+    let states = outcomes.iter().map(|outcome| outcome.position.as_slice());
+    let mut frames: Vec<&[f64]> = states.clone().collect();
     frames.push(&mesh.rest);
     let finite = frames
         .iter()
         .all(|frame| frame.iter().all(|x| x.is_finite() && x.abs() < 1e6));
     let mut shots = Vec::new();
-    for ((variant, outcome), state) in case.variants.iter().zip(outcomes).zip(&states) {
+    for ((variant, outcome), state) in case.variants.iter().zip(outcomes).zip(states) {
         if let Some(picture) = finite.then(|| draw(mesh, &frames, state)).flatten() {
             let png = picture
                 .to_png()

@@ -201,6 +201,13 @@ fn beside(case: &Case, options: &PlanOptions) -> Result<Vec<(String, usize)>, Fa
     Ok(rows.into_iter().filter_map(known).collect())
 }
 
+/// Bytes of the states of a result, which lie beside the plan until they are written.
+fn result_bytes(case: &Case) -> usize {
+    let states = case.problem.steps.saturating_add(1);
+    let state = case.problem.mesh.rest.len().saturating_mul(size_of::<f64>());
+    states.saturating_mul(state)
+}
+
 /// Says what every variant of a case takes, buffer by buffer.
 pub(super) fn print_plan(case: &Case, options: &PlanOptions, mode: Mode) -> Result<(), Failure> {
     let plans = planned(case, options)?;
@@ -227,7 +234,12 @@ pub(super) fn print_plan(case: &Case, options: &PlanOptions, mode: Mode) -> Resu
     for (name, bytes) in beside(case, options)? {
         print(&format!("{:>18}  {name} ({})", grouped(bytes), rounded(bytes)));
     }
-    print("");
+    let states = result_bytes(case);
+    print(&format!(
+        "{:>18}  beside each: the states of its result, until they are written ({})\n",
+        grouped(states),
+        rounded(states)
+    ));
     Ok(())
 }
 
@@ -242,7 +254,7 @@ fn json_plan(case: &Case, options: &PlanOptions, plans: &[Planned]) -> Result<()
         .into_iter()
         .map(|(name, bytes)| json!({ "name": name, "bytes": bytes }))
         .collect();
-    let fields = json!({ "case": case.label, "variants": variants, "beside": beside });
+    let fields = json!({ "case": case.label, "variants": variants, "beside": beside, "result_bytes": result_bytes(case) });
     Display::new(Mode::Json, 0).event("plan", fields);
     Ok(())
 }

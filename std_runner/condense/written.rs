@@ -22,7 +22,6 @@ pub(super) fn write(
     let elements: Vec<i64> = mesh.elements.iter().map(|&corner| i64::from(corner)).collect();
     let whole = |list: &[usize]| -> Vec<i64> { list.iter().map(|&count| count as i64).collect() };
     let (iterations, builds) = (whole(&outcome.iterations), whole(&outcome.builds));
-    let position: Vec<f64> = outcome.position.iter().flatten().copied().collect();
     let list = |name: &'static str, shape: Vec<usize>, values| List { name, shape, values };
     let lists = [
         list("rest", vec![n, dims], Values::Reals(&mesh.rest)),
@@ -34,8 +33,8 @@ pub(super) fn write(
         list("fixed", vec![n], Values::Flags(&mesh.held)),
         list(
             "position",
-            vec![outcome.position.len(), n, dims],
-            Values::Reals(&position),
+            vec![outcome.iterations.len() + 1, n, dims],
+            Values::Reals(&outcome.position),
         ),
         list("iterations", vec![iterations.len()], Values::Whole(&iterations)),
         list("builds", vec![builds.len()], Values::Whole(&builds)),

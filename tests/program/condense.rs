@@ -185,6 +185,8 @@ fn a_plan_is_what_is_used_and_a_byte_less_is_refused() {
     let planned = run(&[&["condense", "stretch", "--plan", "--json"][..], &more].concat());
     let line: Value = serde_json::from_str(planned.out.lines().next().unwrap()).unwrap();
     let bytes = line["variants"][0]["planned_bytes"].as_u64().unwrap();
+    // Four states of 81 places.
+    assert_eq!(line["result_bytes"], 4 * 81 * 2 * 8);
     let limit = |bytes: u64| {
         condense(
             &folder,
