@@ -3,6 +3,7 @@
 //! The server listens on the loopback address alone, and answers nobody who does not know the token in its address.
 
 mod server;
+mod shared;
 mod state;
 mod strip;
 
@@ -12,8 +13,9 @@ use crate::output::Frames;
 use crate::report::IterationRecord;
 use core::time::Duration;
 use server::Server;
+use shared::Shared;
 use state::State;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 use strip::strip;
 
@@ -22,21 +24,6 @@ const OFTEN: f64 = 1.0;
 const SHARE: f64 = 0.05;
 /// How long the end of the solve waits for a page that is open to hear of it.
 const FAREWELL: Duration = Duration::from_millis(1500);
-
-/// What the solve shares with the threads that answer.
-struct Shared {
-    state: Mutex<State>,
-    interrupt: Interrupt,
-    token: String,
-    port: u16,
-}
-
-impl Shared {
-    /// The state; a thread that panicked while it held it left it whole, since nothing in it is changed in two steps.
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
 
 /// A page that is there while it lives.
 pub struct Live {

@@ -1,6 +1,6 @@
 //! The server of the page.
 
-use super::Shared;
+use super::shared::Shared;
 use crate::exit::Failure;
 use crate::report;
 use std::net::{Ipv4Addr, SocketAddr};
