@@ -94,6 +94,12 @@ pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
                 runs.len()
             ))
         })?;
+        // The folder is marked as one of ours. Of jobs that begin together the first one does it.
+        if let Err(failure) = publish::prepare(&folder, STEM)
+            && !publish::is_marked(&folder, STEM)
+        {
+            return Err(failure);
+        }
         return arguments.solve(run, &Interrupt::listen()?);
     }
     let mut page = publish::prepare(&folder, STEM)?;

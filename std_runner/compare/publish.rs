@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// As [`Destination::check`].
 pub(crate) fn prepare(folder: &Path, stem: &str) -> Result<Destination, Failure> {
-    let mark = format!("{stem}.json");
+    let mark = mark(stem);
     let names = ["json", "html", "md"].map(|kind| PathBuf::from(format!("{stem}.{kind}")));
     let mut page = Destination::check_for(folder, &mark, names.to_vec())?;
     if !page.folder().join(&mark).exists() {
@@ -24,6 +24,15 @@ pub(crate) fn prepare(folder: &Path, stem: &str) -> Result<Destination, Failure>
         page.add(|folder| write_bytes(&folder.join(&mark), empty.as_bytes()))?;
     }
     Ok(page)
+}
+
+/// Whether somebody has marked the folder so.
+pub(crate) fn is_marked(folder: &Path, stem: &str) -> bool {
+    folder.join(mark(stem)).is_file()
+}
+
+fn mark(stem: &str) -> String {
+    format!("{stem}.json")
 }
 
 /// Refuses a folder for a method below `folder` that cannot hold the result of its scene.

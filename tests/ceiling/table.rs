@@ -135,7 +135,7 @@ fn every_method_keeps_what_is_promised() {
         let limit = block.to_string();
         let solve = [
             row.arguments("solve", &words_of_threads),
-            vec!["--quiet", "-o", "out", "--memory-limit", &limit],
+            vec!["--quiet", "--force", "-o", "out", "--memory-limit", &limit],
         ]
         .concat();
         let promised = block + BESIDE + DRAWING * u64::try_from(cells.iter().product::<usize>()).unwrap();

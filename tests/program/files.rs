@@ -123,6 +123,7 @@ fn a_result_is_replaced_and_the_users_own_files_stay() {
         "solve",
         "examples/small_central.toml",
         "--quiet",
+        "--force",
         "--set",
         "method.iterations=2",
         "--set",

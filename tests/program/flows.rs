@@ -395,7 +395,14 @@ fn what_emitters_add_goes_to_finer_cells_too() {
     let [scene, result] = plume("flows_emitted");
     let emitter = "[[emitter]]\nrate = 0.2\nto = 8\nbox = { min = [0.3, 0.1], max = [0.5, 0.2] }\n[flow]";
     fs::write(&scene, PLUME.replace("[flow]", emitter)).unwrap();
-    well(&["simulate", text(&scene), "--quiet", "-o", text(&result)]);
+    well(&[
+        "simulate",
+        text(&scene),
+        "--force",
+        "--quiet",
+        "-o",
+        text(&result),
+    ]);
     let again = result.with_file_name("again");
     well(&[
         "readvect",
@@ -695,7 +702,7 @@ fn an_entry_of_an_array_over_time_is_a_shape() {
         let circle = "circle = { center = [0.4, 0.35], radius = 0.15 }";
         fs::write(&scene, PLUME.replace(circle, &source)).unwrap();
         let on = result.with_file_name("entry");
-        let ended = run(&["simulate", text(&scene), "--quiet", "-o", text(&on)]);
+        let ended = run(&["simulate", text(&scene), "--force", "--quiet", "-o", text(&on)]);
         (ended, on)
     };
     let (_, all) = array(&result, "density");

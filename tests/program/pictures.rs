@@ -228,6 +228,7 @@ fn the_program_says_what_it_took() {
     let ended = run(&[
         "solve",
         scene.to_str().unwrap(),
+        "--force",
         "--set",
         "keyframe[0].ink=dark",
         "--json",

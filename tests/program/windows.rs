@@ -245,6 +245,7 @@ fn memory_is_that_of_a_window() {
             "solve",
             path.to_str().unwrap(),
             "--quiet",
+            "--force",
             "--threads",
             "1",
             "-o",
