@@ -76,11 +76,11 @@ impl Live {
             .is_none_or(|(when, took)| when.elapsed().as_secs_f64() >= OFTEN.max(took / SHARE))
     }
 
-    /// Draws some of the steps of `frames`, which count on from `first`, and shows them.
-    pub(crate) fn draw(&mut self, frames: &mut dyn Frames, first: usize) {
+    /// Draws some of the first `steps` of `frames`, which count on from `first`, and shows them.
+    pub(crate) fn draw(&mut self, frames: &mut dyn Frames, first: usize, steps: usize) {
         let began = Instant::now();
         // What cannot be drawn is not shown; the solve goes on.
-        if let Ok(drawn) = strip(frames, first) {
+        if let Ok(drawn) = strip(frames, first, steps) {
             self.shared.state().frames(drawn);
         }
         self.drawn = Some((Instant::now(), began.elapsed().as_secs_f64()));

@@ -4,14 +4,14 @@ use crate::output::{Body, Frames, OutputError, Samples, Shown, Smoke, full, stri
 use crate::stay::Stay;
 use std::path::Path;
 
-/// Some steps of `frames`, each with its number, which counts on from `first`, and its PNG file.
-pub(super) fn strip(frames: &mut dyn Frames, first: usize) -> Result<Vec<(usize, Vec<u8>)>, OutputError> {
-    let (steps, cells) = (frames.steps(), frames.cells().to_vec());
-    let at: Vec<Stay> = frames
-        .keyframe_steps()
-        .iter()
-        .map(|&step| Stay::at(step))
-        .collect();
+/// Some of the first `steps` of `frames`, each with its number, which counts on from `first`, and its PNG file.
+pub(super) fn strip(
+    frames: &mut dyn Frames,
+    first: usize,
+    steps: usize,
+) -> Result<Vec<(usize, Vec<u8>)>, OutputError> {
+    let cells = frames.cells().to_vec();
+    let at = frames.keyframe_steps().to_vec();
     let mut samples = Samples::new(frames.precision());
     let body = body(frames, &cells, &mut samples);
     let mut field = |of: Shown| {
@@ -33,7 +33,14 @@ pub(super) fn strip(frames: &mut dyn Frames, first: usize) -> Result<Vec<(usize,
         let png = smoke.photograph().to_png();
         Ok((first + step, png.map_err(OutputError::of(Path::new("frame")))?))
     };
-    strip_steps(steps, &at).into_iter().map(picture).collect()
+    strip_steps(steps, &stays(&at)).into_iter().map(picture).collect()
+}
+
+/// Keyframes at steps one after the other are held, or move: one of them is enough to be seen.
+fn stays(steps: &[usize]) -> Vec<Stay> {
+    let together = steps.chunk_by(|before, after| before + 1 == *after);
+    let ends = together.filter_map(|steps| Some((*steps.first()?, *steps.last()?)));
+    ends.map(|(first, last)| Stay { first, last }).collect()
 }
 
 fn body(frames: &mut dyn Frames, cells: &[usize], samples: &mut Samples) -> Option<Body> {

@@ -11,7 +11,7 @@ const MOST: usize = 256;
 /// The pace of a search on its finest grid.
 ///
 /// Iterations there take the same time on average. There are as many as the limit leaves, or fewer where the number that the rule of convergence looks at
-/// falls so fast that it is below its bound before: its logarithm over the last third of the iterations, as a line (least squares).
+/// falls so fast that it is below its bound before: its logarithm over the last two thirds of the iterations, as a line (least squares).
 #[derive(Clone, Debug, Default)]
 pub struct Pace {
     /// Iterations on the finest grid at most.
@@ -79,9 +79,9 @@ impl Pace {
         self.foretold().map_or(at_most, |count| count.clamp(0.0, at_most))
     }
 
-    /// Iterations until the rule holds, if it goes on as in the last third.
+    /// Iterations until the rule holds, if it goes on as in the last two thirds.
     fn foretold(&self) -> Option<f64> {
-        let count = FEWEST.max(self.done / 3);
+        let count = FEWEST.max(2 * self.done / 3);
         let latest = self.values.iter().rev().take(count);
         if latest.len() < FEWEST {
             return None;

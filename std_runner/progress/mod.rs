@@ -38,8 +38,8 @@ pub struct Watch {
     interrupt: Interrupt,
     /// How fast it comes on.
     pace: Pace,
-    /// The part of the scene that is solved when the search is over.
-    part: f64,
+    /// Seconds of all windows, if the rest of them takes as long for its steps as those before.
+    whole: Option<f64>,
     /// The page on which it can be watched, if there is one.
     pub live: Option<Live>,
     /// Whether the user has heard that the solve stops.
@@ -52,7 +52,7 @@ impl Watch {
         Watch {
             clock,
             pace: Pace::new(display.limit()),
-            part: 1.0,
+            whole: None,
             live: None,
             display,
             history: Vec::with_capacity(limit.min(ROWS)),
@@ -67,10 +67,10 @@ impl Watch {
         &mut self.window
     }
 
-    /// What follows is of window `number`, after which this part of the scene's steps is done; its iterations are counted on.
+    /// What follows is of window `number`, before which this part of the scene's steps is done; its iterations are counted on.
     pub fn enter_window(&mut self, number: usize, part: f64) {
         self.window = Some((number, self.history.len()));
-        self.part = part;
+        self.whole = (part > 0.0).then(|| self.clock.seconds() / part);
     }
 
     /// Records an outer iteration that is over.
@@ -100,11 +100,12 @@ impl Watch {
         self.live.as_mut().filter(|live| is_there && live.wants_frames())
     }
 
-    /// Seconds that the search on the finest grid still takes, about, so many after the start; later windows take as long for their steps as those so far.
-    /// `None` where nothing tells yet.
+    /// Seconds that all searches still take, about, so many after the start; `None` where nothing tells yet.
     pub fn left(&self, seconds: f64) -> Option<f64> {
-        let end = seconds + self.pace.left()?;
-        Some(end / self.part - seconds)
+        match (self.window, self.whole) {
+            (None, _) => self.pace.left(),
+            (Some(_), whole) => whole.map(|whole| (whole - seconds).max(0.0)),
+        }
     }
 
     /// Whether the user has interrupted the solve; says so once.

@@ -229,6 +229,8 @@ pub(super) fn show<T: Real + Sample, S: Space>(
     first: usize,
 ) {
     if let Some(live) = watch.page() {
-        live.draw(&mut SolverFrames::new(solver, exec, problem), first);
+        // What comes after the release is simulated in the end.
+        let steps = problem.release.unwrap_or(problem.steps);
+        live.draw(&mut SolverFrames::new(solver, exec, problem), first, steps);
     }
 }

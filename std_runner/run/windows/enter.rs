@@ -26,7 +26,7 @@ impl Walk<'_> {
         window: &Window,
     ) -> Result<Option<Entered<'m, T, S>>, Failure> {
         let steps = self.job.planned.problem.steps;
-        watch.enter_window(self.number, (window.start + window.keeps) as f64 / steps as f64);
+        watch.enter_window(self.number, window.start as f64 / steps as f64);
         let (second, iteration) = (watch.clock.seconds(), watch.history.len());
         let look = Look {
             job: self.job,
