@@ -1,7 +1,7 @@
 //! Puts frames of results side by side, a row for each result:
 //! `cargo run --release --example strip -- PICTURE.png HEIGHT RESULT_FOLDER STEP ... [-- RESULT_FOLDER STEP ...]`.
 //!
-//! Frames are drawn HEIGHT pixels high, by means of the pixels that they have. docs/README.md has the commands of the pictures there.
+//! Frames are drawn HEIGHT pixels high, by means of the pixels that they have. docs/gallery.md has the commands of its pictures.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter};

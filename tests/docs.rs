@@ -22,7 +22,8 @@ fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
     for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         let name = path.file_name().unwrap().to_str().unwrap();
         if path.is_dir() {
-            if !name.starts_with('.') && !["target", "out", "shared"].contains(&name) {
+            let made = ["target", "out", "shared"].contains(&name) || path == root().join("book");
+            if !name.starts_with('.') && !made {
                 list.extend(files(&path, endings));
             }
         } else if endings.iter().any(|ending| name.ends_with(ending)) {
@@ -124,11 +125,128 @@ fn every_link_leads_to_a_file_and_a_heading() {
     assert!(wrong.is_empty(), "broken links:\n{}", wrong.join("\n"));
 }
 
+/// The values of an attribute in a page of HTML.
+fn attributes<'a>(html: &'a str, name: &str) -> Vec<&'a str> {
+    let begin = format!(" {name}=\"");
+    html.split(begin.as_str())
+        .skip(1)
+        .filter_map(|rest| rest.split('"').next())
+        .collect()
+}
+
+/// What is wrong with a link of the built page `file`.
+fn broken_in_book(file: &Path, html: &str, link: &str) -> Option<String> {
+    let wrong = |fault: &str| Some(format!("{}: {link}: {fault}", file.display()));
+    if let Some((scheme, rest)) = link.split_once("://") {
+        let host = rest.split(['/', '#', '?']).next().unwrap();
+        let named = host.contains('.') && !host.contains(' ');
+        return if scheme.starts_with("http") && named {
+            None
+        } else {
+            wrong("it has not the form of an address")
+        };
+    }
+    if link.starts_with("mailto:") || link.starts_with("data:") || link.starts_with("javascript:") {
+        return None;
+    }
+    let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
+    let path = path.split('?').next().unwrap();
+    let target = if path.is_empty() {
+        file.to_owned()
+    } else {
+        file.parent().unwrap().join(path)
+    };
+    if !target.exists() {
+        return wrong("there is no such file");
+    }
+    let other;
+    let page = if target == file {
+        html
+    } else if anchor.is_empty() || target.extension().is_none_or(|end| end != "html") {
+        return None;
+    } else {
+        other = fs::read_to_string(&target).unwrap();
+        &other
+    };
+    if anchor.is_empty() || attributes(page, "id").contains(&anchor) {
+        None
+    } else {
+        wrong("there is no such anchor")
+    }
+}
+
+#[test]
+#[ignore = "it looks at the pages that mdBook made: .ci/run book"]
+fn every_link_of_the_built_book_leads_somewhere() {
+    let (mut count, mut wrong) = (0, Vec::new());
+    for file in built(&root().join("book")) {
+        let html = fs::read_to_string(&file).unwrap();
+        // The page for addresses that are not there has links from the root of a server.
+        if file.ends_with("404.html") {
+            continue;
+        }
+        for link in [attributes(&html, "href"), attributes(&html, "src")].concat() {
+            count += 1;
+            wrong.extend(broken_in_book(&file, &html, link));
+        }
+    }
+    assert!(count > 2000, "only {count} links were found");
+    assert!(wrong.is_empty(), "broken links:\n{}", wrong.join("\n"));
+}
+
+fn built(folder: &Path) -> Vec<PathBuf> {
+    let mut list = Vec::new();
+    for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if path.is_dir() {
+            list.extend(built(&path));
+        } else if path.extension().is_some_and(|end| end == "html") {
+            list.push(path);
+        }
+    }
+    list
+}
+
 #[test]
 fn links_and_anchors_are_found() {
     let text = "# A page, in short\n[a](b.md#c), `[no](code)` and <img src=\"d.png\">\n```\n[no](either)\n```\n[e](#f)";
     assert_eq!(links(text), ["b.md#c", "d.png", "#f"]);
     assert_eq!(anchors(text), ["a-page-in-short"]);
+    let html = "<h2 id=\"b\"><a href=\"#b\"></a></h2>";
+    assert_eq!(attributes(html, "href"), ["#b"]);
+    assert_eq!(broken_in_book(Path::new("x.html"), html, "https://a.b/c"), None);
+    let page = root().join("LICENSE");
+    assert_eq!(broken_in_book(&page, html, "#b"), None);
+    assert!(broken_in_book(&page, html, "#c").is_some() && broken_in_book(&page, html, "d.html").is_some());
+    assert!(broken_in_book(&page, html, "ftp://a.b").is_some());
+}
+
+#[test]
+fn every_page_has_one_line_in_the_contents_of_the_book() {
+    let docs = root().join("docs");
+    let contents = fs::read_to_string(docs.join("SUMMARY.md")).unwrap();
+    let mut listed: Vec<PathBuf> = links(&contents).iter().map(|link| docs.join(link)).collect();
+    listed.push(docs.join("SUMMARY.md"));
+    listed.sort();
+    assert_eq!(
+        listed,
+        files(&docs, &[".md"]),
+        "docs/SUMMARY.md lists every page of docs/ once"
+    );
+    // mdBook makes .html of .md in every link, also of pages that are not in the book.
+    for page in listed {
+        let text = fs::read_to_string(&page).unwrap();
+        for link in links(&text)
+            .iter()
+            .filter(|link| link.starts_with("../") && link.contains(".md"))
+        {
+            let path = page.parent().unwrap().join(link.split('#').next().unwrap());
+            let inside = path
+                .canonicalize()
+                .unwrap()
+                .starts_with(docs.canonicalize().unwrap());
+            assert!(inside, "{}: {link} leads out of the book", page.display());
+        }
+    }
 }
 
 /// The files and folders of this repository that a page names between backticks.

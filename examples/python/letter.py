@@ -1,6 +1,6 @@
 """A circle of smoke becomes the letter F, in Python.
 
-    pip install numpy matplotlib        # and thurible_smoke: see docs/integrators.md
+    pip install numpy matplotlib        # and thurible_smoke: see docs/python.md
     python examples/python/letter.py
 
 draws the smoke and the objective into letter.png. Without matplotlib it solves all the same and says what is missing.

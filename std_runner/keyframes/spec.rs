@@ -119,7 +119,9 @@ pub(super) enum EntryKey {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "{ center = [x, y], radius = r }")]
 pub(super) struct BallKeys {
+    /// Its middle.
     pub center: Vec<f64>,
+    /// Its radius.
     pub radius: f64,
 }
 
@@ -127,7 +129,9 @@ pub(super) struct BallKeys {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "{ min = [x, y], max = [x, y] }")]
 pub(super) struct BlockKeys {
+    /// The corner where every coordinate is smallest.
     pub min: Vec<f64>,
+    /// The corner where every coordinate is largest.
     pub max: Vec<f64>,
 }
 
@@ -138,9 +142,13 @@ pub(super) struct BlockKeys {
     expecting = "{ center = [x, y, z], axis = \"z\", radius = r, tube = r }"
 )]
 pub(super) struct TorusKeys {
+    /// Its middle.
     pub center: Vec<f64>,
+    /// In 3D: the direction through its hole.
     pub axis: Option<AxisKey>,
+    /// From its middle to the middle of the tube.
     pub radius: f64,
+    /// The radius of the tube.
     pub tube: f64,
 }
 
@@ -156,8 +164,11 @@ pub(super) enum AxisKey {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "{ from = [x, y], to = [x, y], radius = r }")]
 pub(super) struct CapsuleKeys {
+    /// Where the line begins.
     pub from: Vec<f64>,
+    /// Where the line ends.
     pub to: Vec<f64>,
+    /// How far it reaches around the line.
     pub radius: f64,
 }
 

@@ -63,7 +63,7 @@ pub(super) fn schedule(_: &mut SchemaGenerator) -> Schema {
 pub(super) fn velocity(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "anyOf": [
         { "const": "rest" },
-        { "type": "object", "required": ["file"], "additionalProperties": false, "properties": { "file": { "type": "string" } } }
+        { "type": "object", "required": ["file"], "additionalProperties": false, "properties": { "file": { "description": "A result, or arrays `velocity_x`, `velocity_y` (and `velocity_z`).", "type": "string" } } }
     ] })
 }
 
@@ -106,7 +106,7 @@ fn vector(words: &str) -> Value {
 }
 
 pub(super) fn keyframes(generator: &mut SchemaGenerator) -> Schema {
-    let region = shape(generator).to_value();
+    let region = json!({ "description": "Where it matters: any shape.", "allOf": [shape(generator)] });
     let more = json!({
         "step": step("The step it stands at.", 2),
         "steps": {
@@ -131,20 +131,21 @@ pub(super) fn releases(_: &mut SchemaGenerator) -> Schema {
 }
 
 pub(super) fn templates(_: &mut SchemaGenerator) -> Schema {
-    let numbers = json!({ "anyOf": [{ "type": "number" }, vector("")] });
+    let numbers = json!({ "description": "How strong it is where the search begins, and in `thurible simulate`.",
+        "anyOf": [{ "type": "number" }, vector("")] });
     json_schema!({ "type": "array", "items": {
         "type": "object", "additionalProperties": false, "required": ["kind", "center", "radius"],
         "properties": {
-            "kind": { "enum": names::<TemplateKind>() },
+            "kind": { "description": "What it does.", "enum": names::<TemplateKind>() },
             "center": vector("Its middle."),
-            "radius": { "type": "number", "exclusiveMinimum": 0 },
+            "radius": { "description": "How far it reaches.", "type": "number", "exclusiveMinimum": 0 },
             "from": step("It acts from this step on.", 0),
             "to": step("It acts up to this step.", 1),
             "interval": step("Another strength every so many steps.", 1),
-            "move": { "type": "boolean" },
+            "move": { "description": "Whether its middle and its radius are searched for too.", "type": "boolean" },
             "amplitude": numbers,
-            "size": { "type": "number", "exclusiveMinimum": 0 },
-            "seed": { "type": "integer", "minimum": 0 }
+            "size": { "description": "Of noise: the length of its waves.", "type": "number", "exclusiveMinimum": 0 },
+            "seed": { "description": "Of noise: which one.", "type": "integer", "minimum": 0, "maximum": u32::MAX }
         }
     } })
 }

@@ -4,6 +4,7 @@ mod build;
 mod check;
 mod document;
 mod effects;
+mod keys;
 mod kinds;
 mod method;
 mod model;

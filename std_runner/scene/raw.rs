@@ -35,10 +35,13 @@ pub(super) struct RawScene {
     /// Winds and vortices of which the force is made.
     #[schemars(schema_with = "kinds::templates")]
     pub template: Option<Vec<Table>>,
+    /// The fluid.
     #[serde(default)]
     pub flow: RawFlow,
+    /// What is asked of the flow.
     #[serde(default)]
     pub control: RawControl,
+    /// How density is carried.
     #[serde(default)]
     pub advection: RawAdvection,
     /// How it is solved.
@@ -47,6 +50,7 @@ pub(super) struct RawScene {
     /// Choices that concern several methods.
     #[schemars(schema_with = "kinds::table")]
     pub simulation: Option<Value>,
+    /// What is written.
     #[serde(default)]
     pub output: RawOutput,
 }
@@ -79,7 +83,7 @@ pub(super) struct RawTime {
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawFlow {
-    /// In length^2 / time.
+    /// How thick the fluid is; 1e-4 is like thin syrup.
     pub viscosity: Option<f64>,
     /// Acceleration where the density is 1, against gravity.
     pub buoyancy: Option<f64>,

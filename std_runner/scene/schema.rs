@@ -1,10 +1,11 @@
 //! The JSON schema of a scene, by which editors complete and check it.
 
+use super::keys;
 use super::method::{section, steering};
 use super::raw::RawScene;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
-use thurible_core::choices::{Choice, Choices, Kind, Numbers};
+use thurible_core::choices::{self, Choice, Choices, Kind, Numbers};
 use thurible_core::problem::MAX_STEPS;
 use thurible_core::solver::MAX_ITERATIONS;
 use thurible_core::{Method, Named, Params, stable_fluids};
@@ -31,6 +32,7 @@ pub fn schema() -> Value {
             sections.insert(name, table);
         }
     }
+    keys::annotate(&mut root);
     root
 }
 
@@ -46,36 +48,29 @@ fn tables() -> Map<String, Value> {
         "iterations": whole("At most, on the finest grid.", 1, MAX_ITERATIONS),
         "window": whole("So many steps at a time.", 2, MAX_STEPS),
         "stride": whole("How many steps later the next window begins.", 1, MAX_STEPS),
-        "projection": object(json!({ "tolerance": number(Numbers::Below(1.0)) }))
+        "projection": said("Projections onto flows free of divergence, in every method.",
+            object(json!({ "tolerance": said("What a projection may leave of the divergence.", number(Numbers::Below(1.0))) })))
     });
     let mut tables = Map::new();
     let params = Params::default();
     for &of in Method::ALL {
-        let choices = params.choices(of).table();
-        let table = object(
-            choices
-                .iter()
-                .map(|choice| (choice.name.to_owned(), entry(choice)))
-                .collect(),
-        );
+        let choices = params.choices(of);
+        let words = format!("Choices of {}.", of.name());
+        let table = said(&words, object(Value::Object(entries(choices))));
         match section(of).strip_prefix("method.") {
             Some(name) => method[name] = table,
-            None if choices.is_empty() => {}
-            None => drop(tables.insert(section(of), table)),
+            None if choices.table().is_empty() => {}
+            None => drop(tables.insert(section(of), said("Choices that concern several methods.", table))),
         }
     }
-    method[stable_fluids::NAME] = fluids();
-    tables.insert("method".into(), object(method));
+    method[stable_fluids::NAME] = said(&format!("Choices of {}.", stable_fluids::NAME), fluids());
+    tables.insert("method".into(), said("How it is solved.", object(method)));
     tables
 }
 
 /// `[method.stable_fluids]`.
 fn fluids() -> Value {
-    let mut table: Map<String, Value> = stable_fluids::FluidsParams::default()
-        .table()
-        .iter()
-        .map(|choice| (choice.name.to_owned(), entry(choice)))
-        .collect();
+    let mut table = entries(&stable_fluids::FluidsParams::default());
     let words: Vec<&str> = stable_fluids::Control::ALL
         .iter()
         .map(|control| control.name())
@@ -87,6 +82,12 @@ fn fluids() -> Value {
 
 fn object(properties: Value) -> Value {
     json!({ "type": "object", "additionalProperties": false, "properties": properties })
+}
+
+/// The same with a description.
+fn said(words: &str, mut schema: Value) -> Value {
+    schema["description"] = words.into();
+    schema
 }
 
 fn whole(words: &str, least: usize, most: usize) -> Value {
@@ -105,8 +106,16 @@ fn number(numbers: Numbers) -> Value {
     }
 }
 
+/// A table of choices, each with its default.
+fn entries(choices: &dyn Choices) -> Map<String, Value> {
+    let table = choices.table().iter().enumerate();
+    table
+        .map(|(index, choice)| (choice.name.to_owned(), entry(choice, choices.get(index))))
+        .collect()
+}
+
 /// A line of a table of choices.
-fn entry(choice: &Choice) -> Value {
+fn entry(choice: &Choice, standard: Option<choices::Value<'_>>) -> Value {
     let mut entry = match choice.kind {
         Kind::Number(numbers) => number(numbers),
         Kind::Count(most) => whole("", 1, most),
@@ -115,5 +124,13 @@ fn entry(choice: &Choice) -> Value {
         Kind::Word(words) => json!({ "enum": words }),
     };
     entry["description"] = format!("{}: {}", choice.words, choice.kind).into();
+    entry["default"] = match standard {
+        None => return entry,
+        Some(choices::Value::Number(number)) => number.into(),
+        Some(choices::Value::Count(count)) => count.into(),
+        Some(choices::Value::Automatic) => "auto".into(),
+        Some(choices::Value::Flag(flag)) => flag.into(),
+        Some(choices::Value::Word(word)) => word.into(),
+    };
     entry
 }

@@ -101,7 +101,8 @@ fn wrong(root: &Value, schema: &Value, value: &Value, at: &str) -> Option<String
                     .find(|(key, _)| keys.get(key).is_none())
                     .map(|(key, _)| format!("{at}: there is no {key}"))
             }
-            "$schema" | "title" | "description" | "default" | "format" | "definitions" => None,
+            "$schema" | "title" | "description" | "default" | "format" | "definitions" | "x-default"
+            | "x-unit" => None,
             other => panic!("{at}: the keyword {other} is not known to this test"),
         };
         if found.is_some() {
