@@ -10,6 +10,7 @@
 
 mod commands;
 mod defaults;
+mod packages;
 mod pages;
 mod scene_keys;
 mod workshop;

@@ -131,13 +131,12 @@ fn words(schema: &Value) -> Option<&str> {
 
 /// What is said of a key. The words of a choice end with its kind, which has a column of its own.
 fn sentence(words: &str) -> String {
-    const KINDS: [&str; 6] = [
+    const KINDS: [&str; 5] = [
         "a whole number",
         "a number",
         "a finite number",
         "true or false",
         "\"",
-        "a word",
     ];
     let bare = match words.rsplit_once(": ") {
         Some((bare, kind)) if KINDS.iter().any(|begins| kind.starts_with(begins)) => bare,
