@@ -7,9 +7,9 @@
 use super::pages::{Command, Mark, commands, pages};
 use super::workshop::{Workshop, called, filled, told};
 use super::{printed, root};
+use core::sync::atomic::{AtomicUsize, Ordering};
 use std::fs;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
 
@@ -39,7 +39,7 @@ const PAGES: [(&str, &str); 6] = [
 ];
 
 /// Commands in sentences that do not run, by what they begin with, and why.
-const SENTENCES: [(&str, &str); 22] = [
+const SENTENCES: [(&str, &str); 23] = [
     ("cargo test", "it is what runs this"),
     (
         "cargo bench",
@@ -101,6 +101,7 @@ const SENTENCES: [(&str, &str); 22] = [
         "cargo install --locked --path .",
         "`.ci/run packages` installs it",
     ),
+    ("mdbook build docs", "`.ci/run book` builds it"),
     (
         "apt-get install ./target/debian",
         "`.ci/run packages` builds and unpacks it",

@@ -24,7 +24,7 @@ pub struct Command {
 }
 
 /// What begins a command.
-const PROGRAMS: [&str; 8] = [
+const PROGRAMS: [&str; 9] = [
     "thurible",
     "cargo",
     "python3",
@@ -33,6 +33,7 @@ const PROGRAMS: [&str; 8] = [
     "target/release/thurible",
     "blender",
     "apt-get",
+    "mdbook",
 ];
 
 /// The README and all pages of docs/, by their names from the root.
@@ -91,7 +92,7 @@ pub fn commands(text: &str) -> Vec<Command> {
                 script.push('\n');
             }
             if ["sh", "bash"].contains(&language) || (["", "text"].contains(&language) && begins(&script)) {
-                let mark = std::mem::replace(&mut said, Mark::Nothing);
+                let mark = core::mem::replace(&mut said, Mark::Nothing);
                 found.push(Command {
                     line: line_number,
                     script,
@@ -110,7 +111,7 @@ pub fn commands(text: &str) -> Vec<Command> {
                 script.push('\n');
                 script.push_str(more);
             }
-            let mark = std::mem::replace(&mut said, Mark::Nothing);
+            let mark = core::mem::replace(&mut said, Mark::Nothing);
             found.push(Command {
                 line: line_number,
                 script,
@@ -135,7 +136,10 @@ pub fn commands(text: &str) -> Vec<Command> {
 }
 
 /// A line with those after it while one of its backticks is open.
-fn joined<'a>(line: &str, lines: &mut std::iter::Peekable<impl Iterator<Item = (usize, &'a str)>>) -> String {
+fn joined<'a>(
+    line: &str,
+    lines: &mut core::iter::Peekable<impl Iterator<Item = (usize, &'a str)>>,
+) -> String {
     let mut text = line.to_owned();
     while text.matches('`').count() % 2 == 1 {
         let Some((_, more)) = lines.next() else { break };

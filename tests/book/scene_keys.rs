@@ -1,8 +1,8 @@
 //! docs/scene_keys.md, which is made of the schema.
 
 use super::{resolved, root as project, schema};
+use core::fmt::Write;
 use serde_json::Value;
-use std::fmt::Write;
 use std::fs;
 
 const HEAD: &str = "# Every key of a scene
