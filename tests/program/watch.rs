@@ -64,7 +64,7 @@ fn watched(name: &str) -> (Endless, Page, std::path::PathBuf) {
     let mut command = thurible();
     command.args([
         "solve",
-        "examples/small_letter.toml",
+        "examples/letter_f.toml",
         "--watch",
         "--json",
         "--threads",
@@ -98,7 +98,7 @@ fn it_shows_the_solve_and_stops_it() {
         "{head}"
     );
     assert!(
-        html.contains("examples/small_letter.toml") && html.contains("<h2>Convergence</h2>"),
+        html.contains("examples/letter_f.toml") && html.contains("<h2>Convergence</h2>"),
         "{html}"
     );
     let since = Instant::now();
@@ -169,7 +169,7 @@ fn it_says_why_there_is_no_page() {
     let watch = format!("--watch={port}");
     let solve = [
         "solve",
-        "examples/small_letter.toml",
+        "examples/letter_f.toml",
         "-o",
         folder.to_str().unwrap(),
         &watch,
