@@ -18,6 +18,9 @@
 //! | [`templates`] | the templates of a result, by number |
 //! | [`track`] | the flow behind frames of smoke |
 //! | [`tomography`] | density from what cameras see of it |
+//! | [`steps`] | fields of every step, from arrays of the caller's or into them |
+//! | [`fluids`] | Stable Fluids, and the search for what moves it |
+//! | [`operator`] | a simulation that can be differentiated |
 //! | [`fields`] | results by a code: views and copies |
 //! | `trap` | the end of a panic |
 #![no_std]
@@ -26,11 +29,14 @@ pub mod calls;
 pub mod config;
 pub mod facts;
 pub mod fields;
+pub mod fluids;
 pub mod host;
 pub mod instance;
+pub mod operator;
 pub mod outputs;
 mod pointer;
 pub mod result;
+pub mod steps;
 pub mod templates;
 pub mod text;
 pub mod tomography;

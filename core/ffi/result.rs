@@ -42,7 +42,7 @@ pub enum ThuribleResult {
     NoSource = 14,
     /// A keyframe was not set.
     NoKeyframe = 15,
-    /// There is no result: the solve was not finished, or went on since.
+    /// There is no result: the solve was not finished, or went on since; an operator did not simulate or differentiate before.
     NoResult = 16,
     /// The executor has no function, no thread, or more threads than were planned for.
     Executor = 17,

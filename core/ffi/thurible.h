@@ -33,6 +33,15 @@
 // Cameras at most, and novel views at most.
 #define THURIBLE_MOST_CAMERAS 64
 
+// What a `ThuribleOnStep` returns where all of a step is 0.
+#define THURIBLE_NOTHING 1
+
+// The density, then the components.
+#define PARTS 4
+
+// `slots` of a configuration where nothing is kept for a way back: the flow alone, without gradients.
+#define THURIBLE_NO_WAY_BACK (UINT32_MAX - 1)
+
 // What a call returns: 0, or why it was refused. What is refused changes nothing.
 typedef enum {
     // The call did what it was asked to do.
@@ -67,7 +76,7 @@ typedef enum {
     THURIBLE_RESULT_NO_SOURCE = 14,
     // A keyframe was not set.
     THURIBLE_RESULT_NO_KEYFRAME = 15,
-    // There is no result: the solve was not finished, or went on since.
+    // There is no result: the solve was not finished, or went on since; an operator did not simulate or differentiate before.
     THURIBLE_RESULT_NO_RESULT = 16,
     // The executor has no function, no thread, or more threads than were planned for.
     THURIBLE_RESULT_EXECUTOR = 17,
@@ -344,8 +353,48 @@ typedef enum {
     THURIBLE_WALK_EAGER = 1,
 } ThuribleWalk;
 
+// How Stable Fluids finds the pressure.
+typedef enum {
+    // By Gauss-Seidel sweeps.
+    THURIBLE_PRESSURE_GAUSS_SEIDEL = 0,
+    // By conjugate gradients.
+    THURIBLE_PRESSURE_CG = 1,
+} ThuriblePressure;
+
+// What the adjoint of conjugate gradients is.
+typedef enum {
+    // That of the iterations that were done.
+    THURIBLE_ADJOINT_EXACT = 0,
+    // One more solve: right in the limit, in less memory.
+    THURIBLE_ADJOINT_SECOND_SOLVE = 1,
+} ThuribleAdjoint;
+
+// What Stable Fluids searches for: `controls` is a sum of these.
+typedef enum {
+    // The velocity at the start.
+    THURIBLE_CONTROL_INITIAL_VELOCITY = 1,
+    // A force in every cell and step.
+    THURIBLE_CONTROL_FORCES = 2,
+    // Amplitudes of templates, and middles and radii of those that move.
+    THURIBLE_CONTROL_TEMPLATES = 4,
+} ThuribleControl;
+
+// What simulates.
+typedef enum {
+    // The implicit solver on the staggered grid, with all that a scene may have.
+    THURIBLE_SIMULATOR_IMPLICIT = 0,
+    // Stable Fluids: everything at the centres of cells.
+    THURIBLE_SIMULATOR_STABLE_FLUIDS = 1,
+} ThuribleSimulator;
+
 // A solve in memory of the caller: a handle, whose inside is the library's.
 typedef struct Thurible Thurible;
+
+// A search by Stable Fluids, in memory of the caller: a handle, whose inside is the library's.
+typedef struct ThuribleFluids ThuribleFluids;
+
+// A simulation that can be differentiated, in memory of the caller: a handle, whose inside is the library's.
+typedef struct ThuribleOperator ThuribleOperator;
 
 // A box that is reconstructed frame by frame, in memory of the caller: a handle, whose inside is the library's.
 typedef struct ThuribleTomography ThuribleTomography;
@@ -859,6 +908,117 @@ typedef struct {
     double residual;
 } ThuribleWalked;
 
+// What is chosen for Stable Fluids beside the scene, a `ThuribleConfig` whose precision, box, times, keyframes, `templates` (winds and vortices),
+// `buoyancy`, `viscosity`, `force_weight`, `filters`, `match_mass`, `threads` and `memory_ceiling` it takes: begin with `thurible_fluids_defaults`. Later
+// versions add fields at the end.
+typedef struct {
+    // `sizeof(ThuribleFluidsConfig)`, as `thurible_fluids_defaults` writes it.
+    size_t size;
+    // A sum of `ThuribleControl`; the velocity at the start by default.
+    uint32_t controls;
+    // States that are kept for the way back, from 1 to the steps; 0 for all that the adjoint reads; `THURIBLE_AUTOMATIC`, the default, for the most that
+    // `memory_ceiling` of the scene holds, and `THURIBLE_NO_WAY_BACK`. No number changes a bit.
+    uint32_t slots;
+    // A `ThuriblePressure`; by sweeps by default.
+    uint32_t pressure;
+    // A `ThuribleAdjoint`; exact by default.
+    uint32_t adjoint;
+    // Gauss-Seidel sweeps, of pressure and diffusion.
+    uint32_t sweeps;
+    // Iterations of conjugate gradients at most.
+    uint32_t cg_iterations;
+    // What they leave, in parts of their right-hand side.
+    double cg_tolerance;
+    // Diffusion of the density, in squared lengths per time.
+    double diffusion;
+    // Price of the initial velocity.
+    double initial_weight;
+    // Stop when the objective falls by less than this times itself, twice in a row.
+    double tolerance;
+    // Pairs of L-BFGS.
+    uint32_t history;
+    // Iterations at most.
+    uint32_t iterations;
+    // Whether `thurible_fluids_set_initial_velocity` gives a velocity at the start: 0, the default, or 1.
+    uint32_t initial_velocity;
+    // For later versions; must be 0.
+    uint32_t reserved;
+} ThuribleFluidsConfig;
+
+// Told of a step: before what is given for it is read, or after what is handed out was written. 0 goes on; `THURIBLE_NOTHING`, where something is
+// to be given, says that there is nothing at this step; anything else stops.
+typedef int32_t (*ThuribleOnStep)(void *context, size_t step);
+
+// Arrays of the host for every step: x fastest, in the scene's units. Each is either that of one step, which every step uses in its turn, or that
+// of all steps, one after the other; its bytes say which. Null stands for what is not given, which is 0, or not wanted.
+typedef struct {
+    // Called for every step; null for nobody.
+    ThuribleOnStep on;
+    // Passed to `on` as it is; the library never reads it.
+    void *context;
+    // One number for each cell. Forces have none.
+    void *density;
+    // Its bytes.
+    size_t density_bytes;
+    // Components along x, y and z.
+    void *vector[3];
+    // Their bytes.
+    size_t vector_bytes[3];
+} ThuribleSteps;
+
+// How far a search is.
+typedef struct {
+    // How it ended, or that it goes on.
+    ThuribleStatus status;
+    // Iterations so far.
+    size_t iteration;
+    // Data term of the objective.
+    double data;
+    // Price of the forces.
+    double force;
+    // Price of the velocity at the start.
+    double initial;
+    // Step along the direction.
+    double step;
+    // Objectives computed in the iteration.
+    size_t evaluations;
+    // Steps that its gradient repeated, beside those that were run once more to be taken back.
+    size_t repeated;
+} ThuribleSearched;
+
+// How a simulation becomes an operator, beside its scene, a `ThuribleConfig` whose method, keyframes and prices count for nothing: begin with
+// `thurible_operator_defaults`. Later versions add fields at the end.
+typedef struct {
+    // `sizeof(ThuribleOperatorConfig)`, as `thurible_operator_defaults` writes it.
+    size_t size;
+    // A `ThuribleSimulator`; implicit by default.
+    uint32_t simulator;
+    // States that are kept for the way back, from 1 to the steps; `THURIBLE_AUTOMATIC`, the default, for as many as `memory_ceiling` of the scene holds. Of
+    // Stable Fluids also 0, for all that the adjoint reads, and `THURIBLE_NO_WAY_BACK`. No number changes a bit.
+    uint32_t slots;
+    // Implicit: what a step and its adjoint leave of their residuals; 1e-10 by default.
+    double tolerance;
+    // Stable Fluids: pressure, adjoint, sweeps and diffusion; null for the defaults. Read as `keyframes` of a scene.
+    const ThuribleFluidsConfig *fluids;
+} ThuribleOperatorConfig;
+
+// What a scalar function gets by the numbers of an emitter.
+typedef struct {
+    // By its rate or target.
+    double supply;
+    // By the velocity of its smoke along x, y and z; 0 where it has none.
+    double velocity[3];
+} ThuribleEmitterGradient;
+
+// How a simulation or its way back ended.
+typedef struct {
+    // `THURIBLE_STATUS_CONVERGED` where it came to its end; `THURIBLE_STATUS_CANCELLED` where the observer or a `ThuribleOnStep` stopped it;
+    // `THURIBLE_STATUS_NOT_FINITE` where a flow was too fast or not finite.
+    ThuribleStatus status;
+    // Steps that were run again, beside the one for each step that was taken back.
+    size_t repeated;
+} ThuribleRan;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -1205,6 +1365,199 @@ ThuribleResult thurible_tomography_picture(const ThuribleTomography *tomography,
 // Copies what novel view `view` shows, as `thurible_tomography_picture`.
 // Safety: As `thurible_tomography_density`.
 ThuribleResult thurible_tomography_novel(const ThuribleTomography *tomography, size_t view, void *out, size_t bytes);
+
+// As `thurible_explain`, of the scene and the configuration of a search.
+// Safety: `scene` and `config` are null or point to configurations whose lists are there; `buffer` is null or points to `size` bytes.
+size_t thurible_fluids_explain(const ThuribleConfig *scene, const ThuribleFluidsConfig *config, char *buffer, size_t size);
+
+// As `thurible_operator_plan`, of a search by Stable Fluids.
+// Safety: `scene` and `config` are null or point to configurations whose lists are there; the others are null or may be written.
+ThuribleResult thurible_fluids_plan(const ThuribleConfig *scene,
+                                    const ThuribleFluidsConfig *config,
+                                    size_t *bytes,
+                                    size_t *alignment,
+                                    size_t *slots,
+                                    size_t *repeated);
+
+// Makes a search in `memory`, as `thurible_init` makes an instance.
+// Safety: `memory` is null or points to `bytes` bytes that nobody else uses; `scene` and `config` as in `thurible_fluids_plan`; `out` is null or may be written.
+ThuribleResult thurible_fluids_init(void *memory,
+                                    size_t bytes,
+                                    const ThuribleConfig *scene,
+                                    const ThuribleFluidsConfig *config,
+                                    ThuribleFluids **out);
+
+// Ends a search: its memory is the caller's again.
+// Safety: `fluids` is null or points to memory of a search's size.
+ThuribleResult thurible_fluids_close(ThuribleFluids *fluids);
+
+// As `thurible_message`, of the last call with this search.
+// Safety: `fluids` as in `thurible_fluids_close`; `buffer` is null or points to `size` bytes.
+size_t thurible_fluids_message(const ThuribleFluids *fluids, char *buffer, size_t size);
+
+// Sets the density at the start, as `thurible_set_source`.
+// Safety: `fluids` as in `thurible_fluids_close`; `density` is null or points to `bytes` bytes.
+ThuribleResult thurible_fluids_set_source(ThuribleFluids *fluids, const void *density, size_t bytes);
+
+// Sets the target of keyframe `index`, after the source, as `thurible_set_keyframe`.
+// Safety: As `thurible_fluids_set_source`; `factor` is null or may be written.
+ThuribleResult thurible_fluids_set_keyframe(ThuribleFluids *fluids,
+                                            size_t index,
+                                            const void *density,
+                                            size_t bytes,
+                                            double *factor);
+
+// Sets component `axis` of the velocity at the start, at the centres of cells and in the scene's units, where `initial_velocity` of the configuration is 1.
+// Safety: As `thurible_fluids_set_source`.
+ThuribleResult thurible_fluids_set_initial_velocity(ThuribleFluids *fluids,
+                                                    size_t axis,
+                                                    const void *velocity,
+                                                    size_t bytes);
+
+// Fills a configuration of `size` bytes, `sizeof(ThuribleFluidsConfig)` of the program that calls, with the defaults.
+// Safety: `config` is null or points to `size` bytes to write.
+ThuribleResult thurible_fluids_defaults(ThuribleFluidsConfig *config, size_t size);
+
+// Simulates by what was found, a step at a time: `states` are the N + 1 densities and velocities at the centres of cells, that at the start first, `forces` those
+// of the steps 0 .. N - 1, each told of when the step was taken. Either may be null, as `executor` and `observer`. The search may go on afterwards. How it ends is in
+// `status`, which must not be null; this returns only refusals.
+// Safety: `fluids` as in `thurible_fluids_close`; `executor` and `observer` are null or keep to their contracts; the others are null or may be read and written,
+// and their arrays are null or have as many bytes as they say and overlap no other.
+ThuribleResult thurible_fluids_replay(ThuribleFluids *fluids,
+                                      const ThuribleExecutor *executor,
+                                      const ThuribleObserver *observer,
+                                      const ThuribleSteps *states,
+                                      const ThuribleSteps *forces,
+                                      ThuribleStatus *status);
+
+// Writes how many unknowns there are to `count` and copies them into `out` of exactly `bytes` bytes; either may be null. First is the velocity at the start, component after
+// component, then forces step after step, then the numbers of each template.
+// Safety: `fluids` as in `thurible_fluids_close`; `count` is null or may be written; `out` is null or points to `bytes` bytes to write.
+ThuribleResult thurible_fluids_unknowns(ThuribleFluids *fluids,
+                                        size_t *count,
+                                        void *out,
+                                        size_t bytes);
+
+// Template `index` as it is now, from 0 on: its middle and radius, and its first amplitude.
+// Safety: `fluids` as in `thurible_fluids_close`; `found` is null or may be written.
+ThuribleResult thurible_fluids_template(ThuribleFluids *fluids, size_t index, ThuribleTemplate *found);
+
+// The amplitude that template `index` has at step `step` now, from its `from` to before its `to`: three numbers, of which the template's kind says how many
+// count.
+// Safety: `fluids` as in `thurible_fluids_close`; `amplitude` is null or points to three numbers to write.
+ThuribleResult thurible_fluids_template_amplitude(ThuribleFluids *fluids,
+                                                  size_t index,
+                                                  size_t step,
+                                                  double *amplitude);
+
+// One iteration. `executor`, `observer` and `searched` may be null. How a search ends is in `searched`, `THURIBLE_STATUS_NOT_READY` where source or keyframes
+// are missing or nothing is searched for; this returns only refusals.
+// Safety: `fluids` as in `thurible_fluids_close`; `executor` and `observer` are null or keep to their contracts; `searched` is null or may be written.
+ThuribleResult thurible_fluids_step(ThuribleFluids *fluids,
+                                    const ThuribleExecutor *executor,
+                                    const ThuribleObserver *observer,
+                                    ThuribleSearched *searched);
+
+// Iterates to the end; what is found is read by `thurible_fluids_replay`.
+// Safety: As `thurible_fluids_step`.
+ThuribleResult thurible_fluids_solve(ThuribleFluids *fluids,
+                                     const ThuribleExecutor *executor,
+                                     const ThuribleObserver *observer,
+                                     ThuribleSearched *searched);
+
+// As `thurible_explain`, of an operator's scene and configuration.
+// Safety: `scene` and `config` are null or point to configurations whose lists are there; `buffer` is null or points to `size` bytes.
+size_t thurible_operator_explain(const ThuribleConfig *scene, const ThuribleOperatorConfig *config, char *buffer, size_t size);
+
+// How many bytes an operator takes, on which multiple of bytes they must begin, how many states it keeps (0 where all that an adjoint reads is kept, or
+// nothing), and how many steps a gradient repeats. A null `config` stands for the defaults; each pointer but `scene` may be null.
+// Safety: `scene` and `config` are null or point to configurations whose lists are there; the others are null or may be written.
+ThuribleResult thurible_operator_plan(const ThuribleConfig *scene,
+                                      const ThuribleOperatorConfig *config,
+                                      size_t *bytes,
+                                      size_t *alignment,
+                                      size_t *slots,
+                                      size_t *repeated);
+
+// Makes an operator in `memory`, as `thurible_init` makes an instance.
+// Safety: `memory` is null or points to `bytes` bytes that nobody else uses; `scene` and `config` as in `thurible_operator_plan`; `out` is null or may be written.
+ThuribleResult thurible_operator_init(void *memory,
+                                      size_t bytes,
+                                      const ThuribleConfig *scene,
+                                      const ThuribleOperatorConfig *config,
+                                      ThuribleOperator **out);
+
+// Ends an operator: its memory is the caller's again.
+// Safety: `operator_` is null or points to memory of an operator's size.
+ThuribleResult thurible_operator_close(ThuribleOperator *operator_);
+
+// As `thurible_message`, of the last call with this operator.
+// Safety: `operator_` as in `thurible_operator_close`; `buffer` is null or points to `size` bytes.
+size_t thurible_operator_message(const ThuribleOperator *operator_, char *buffer, size_t size);
+
+// Sets which cells are solid, before anything is simulated, as `thurible_set_solids`. Refused where `solids` of the scene is 0.
+// Safety: `operator_` as in `thurible_operator_close`; `solid` is null or points to `bytes` bytes.
+ThuribleResult thurible_operator_set_solids(ThuribleOperator *operator_, const uint8_t *solid, size_t bytes);
+
+// Sets the shape of emitter `index`, as `thurible_set_emitter`.
+// Safety: `operator_` as in `thurible_operator_close`; `shape` is null or points to `bytes` bytes.
+ThuribleResult thurible_operator_set_emitter(ThuribleOperator *operator_, size_t index, const void *shape, size_t bytes);
+
+// Fills a configuration of `size` bytes, `sizeof(ThuribleOperatorConfig)` of the program that calls, with the defaults.
+// Safety: `config` is null or points to `size` bytes to write.
+ThuribleResult thurible_operator_defaults(ThuribleOperatorConfig *config, size_t size);
+
+// Bytes of the density of a step, part 0, or of component `part` - 1 of a velocity or force: faces as `thurible_copy` has them, of Stable Fluids centres
+// of cells.
+// Safety: `operator_` as in `thurible_operator_close`; `bytes` is null or may be written.
+ThuribleResult thurible_operator_bytes(const ThuribleOperator *operator_,
+                                       size_t part,
+                                       size_t *bytes);
+
+// Copies the gradient by the density at the start, part 0, or by component `part` - 1 of the velocity there, as it was given, into `out` of exactly
+// `bytes` bytes.
+// Safety: `operator_` as in `thurible_operator_close`; `out` is null or points to `bytes` bytes to write.
+ThuribleResult thurible_operator_gradient(const ThuribleOperator *operator_,
+                                          size_t part,
+                                          void *out,
+                                          size_t bytes);
+
+// Writes the gradient by the acceleration of buoyancy along x, y and z.
+// Safety: `operator_` as in `thurible_operator_close`; `buoyancy` is null or points to three numbers to write.
+ThuribleResult thurible_operator_buoyancy(const ThuribleOperator *operator_, double *buoyancy);
+
+// Writes the gradient by the numbers of emitter `index` to `numbers`, and copies that by its shape into `shape` of exactly `bytes` bytes; either may be null.
+// Safety: `operator_` as in `thurible_operator_close`; `numbers` is null or may be written; `shape` is null or points to `bytes` bytes to write.
+ThuribleResult thurible_operator_emitter(const ThuribleOperator *operator_,
+                                         size_t index,
+                                         ThuribleEmitterGradient *numbers,
+                                         void *shape,
+                                         size_t bytes);
+
+// Simulates all steps: from the density of `start`, which may be any finite numbers, and its velocity, at rest where components are null; pushed by
+// `forces`, of the steps 0 .. N - 1, beside what the scene has. `states` are the N + 1 densities and velocities, that at the start first. `forces`,
+// `states`, `executor` and `observer` may be null. How it ends is in `ran`, which must not be null; this returns only refusals.
+// Safety: `operator_` as in `thurible_operator_close`; `executor` and `observer` are null or keep to their contracts; the others are null or may be read and
+// written, and their arrays are null or have as many bytes as they say and overlap no other.
+ThuribleResult thurible_operator_simulate(ThuribleOperator *operator_,
+                                          const ThuribleExecutor *executor,
+                                          const ThuribleObserver *observer,
+                                          const ThuribleSteps *start,
+                                          const ThuribleSteps *forces,
+                                          const ThuribleSteps *states,
+                                          ThuribleRan *ran);
+
+// The vector-Jacobian product of the last simulation: `cotangents` are what a scalar function gets by the N + 1 densities and velocities, asked for
+// from the last to the first; `gradients` what it gets by the forces of the steps N - 1 .. 0, in this order; `thurible_operator_gradient` and the others have the rest. `forces`
+// are those of the simulation. Each pointer but `operator_` and `ran` may be null. It may be called again.
+// Safety: As `thurible_operator_simulate`.
+ThuribleResult thurible_operator_vjp(ThuribleOperator *operator_,
+                                     const ThuribleExecutor *executor,
+                                     const ThuribleObserver *observer,
+                                     const ThuribleSteps *forces,
+                                     const ThuribleSteps *cotangents,
+                                     const ThuribleSteps *gradients,
+                                     ThuribleRan *ran);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -1,5 +1,6 @@
 //! The way back: a step, and all of them.
 
+use super::fields::Places;
 use super::states::flow;
 use super::{Ask, Given, Input, Operator, OperatorError, Phase, Show, View};
 use crate::exec::Exec;
@@ -87,7 +88,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
     /// Adds the covectors of step `step`.
     fn ask(&mut self, cotangent: &mut Ask<'_, T>, step: usize) -> Result<(), OperatorError> {
         let mut given = Given {
-            grid: &self.levels.finest,
+            places: Places::Faces(&self.levels.finest),
             density: self.mu,
             vector: reborrow(&mut self.covector),
             unit: self.setup.velocity_unit,
@@ -113,7 +114,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         show(
             step,
             &View {
-                grid: self.grid(),
+                places: Places::Faces(self.grid()),
                 density: &[],
                 vector: view(&self.z[0]),
                 unit: 1.0 / self.setup.force_unit,
@@ -241,8 +242,12 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
 
     /// What is given in solid cells counts for nothing, and v_0 was projected.
     fn end(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Result<(), OperatorError> {
-        let n = self.grid().n[0];
+        let (n, cells) = (self.grid().n[0], self.grid().cells());
         self.levels.solids(0).clear_cells(n, self.mu);
+        for index in 0..self.setup.emitters {
+            let shape = rows::part_mut(self.of_shapes, index * cells..(index + 1) * cells);
+            self.levels.solids(0).clear_cells(n, shape);
+        }
         let threads = self.setup.params.threads;
         let mut projection = Projection::carve(&self.levels, 0, 1, threads, &mut Pool::new(self.region));
         let tolerance = self.setup.projection_tolerance;

@@ -24,6 +24,8 @@ pub enum OperatorError {
     Cancelled,
     /// Nothing was simulated that a gradient could be taken of.
     NotSimulated,
+    /// Nothing is kept for the way back.
+    NothingKept,
 }
 
 /// What a caller gives.
@@ -90,6 +92,7 @@ impl fmt::Display for OperatorError {
             ),
             Self::Cancelled => f.write_str("it was stopped"),
             Self::NotSimulated => f.write_str("nothing was simulated yet whose gradient could be taken"),
+            Self::NothingKept => f.write_str("nothing is kept for the way back; choose how many states are"),
         }
     }
 }

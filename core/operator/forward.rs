@@ -1,5 +1,6 @@
 //! The way forward: a step, and all of them.
 
+use super::fields::Places;
 use super::states::flow;
 use super::{Ask, Given, Input, Operator, OperatorError, Phase, Show, Start, View};
 use crate::exec::Exec;
@@ -140,7 +141,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
 
     fn shown<'a>(&'a self, density: &'a [T], v: &'a VectorMut<'_, T>) -> View<'a, T> {
         View {
-            grid: self.grid(),
+            places: Places::Faces(self.grid()),
             density,
             vector: view(v),
             unit: self.setup.velocity_unit,
@@ -191,7 +192,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
         let mut out = core::mem::take(&mut self.force);
         slot::clear(exec, self.grid(), &mut out, 0);
         let mut given = Given {
-            grid: self.grid(),
+            places: Places::Faces(self.grid()),
             density: &mut [],
             vector: reborrow(&mut out),
             unit: 1.0 / self.setup.force_unit,

@@ -15,8 +15,11 @@
 //! ```text
 //! u_k gets z,    rho_{k+1} gets B^T z,    b gets <z, B_1 rho_{k+1}>,    rho_k gets A_rho^T mu,    v_k gets (1 - K_k) z + A_v^T mu
 //! ```
+//!
+//! [`Simulator`] is what an [`Operator`] does, and [`Fluids`](crate::Fluids) does it too: by Stable Fluids, with everything at the centres of cells.
 
 mod backward;
+mod centers;
 mod error;
 mod fields;
 mod forward;
@@ -24,12 +27,14 @@ mod layout;
 mod params;
 mod plan;
 mod setup;
+mod simulator;
 mod states;
 
 pub use error::{Input, OperatorError};
 pub use fields::{Ask, Given, Show, Start, View};
 pub use params::OperatorParams;
 pub use plan::OperatorPlan;
+pub use simulator::Simulator;
 
 use crate::field::{VectorMut, view};
 use crate::grid::levels::Levels;
@@ -43,6 +48,7 @@ use crate::reversal::Reversal;
 use crate::solver::{FileLayout, InputError, SolverError, block, check_density, check_solids, put_solids};
 use core::marker::PhantomData;
 use core::mem::MaybeUninit;
+use fields::Places;
 use setup::Setup;
 
 /// What is known of the last simulation.
@@ -206,7 +212,7 @@ impl<'m, T: Real, S: Space> Operator<'m, T, S> {
     #[must_use]
     pub fn gradient(&self) -> View<'_, T> {
         View {
-            grid: self.grid(),
+            places: Places::Faces(self.grid()),
             density: self.mu,
             vector: view(&self.covector),
             unit: 1.0 / self.setup.velocity_unit,
@@ -236,7 +242,7 @@ impl<'m, T: Real, S: Space> Operator<'m, T, S> {
     pub fn shape_gradient(&self, index: usize) -> View<'_, T> {
         let cells = self.grid().cells();
         View {
-            grid: self.grid(),
+            places: Places::Faces(self.grid()),
             density: self
                 .of_shapes
                 .get(index * cells..(index + 1) * cells)

@@ -110,7 +110,8 @@ fn clamped<T: Real>(x: T, low: T, high: T) -> T {
 fn floor<T: Real>(x: T) -> T {
     let whole = x.to_f64() as i32;
     let whole_below = if f64::from(whole) > x.to_f64() {
-        whole - 1
+        // What is farther away than can be counted ends at the edge, whatever this gives.
+        whole.wrapping_sub(1)
     } else {
         whole
     };

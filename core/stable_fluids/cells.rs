@@ -262,22 +262,6 @@ impl Cells {
                 .unwrap_or_default(),
         ]
     }
-
-    /// Copies the cells of a padded field into one without ghosts.
-    pub fn pack<T: Real>(&self, padded: &[T], out: &mut [T]) {
-        for (row, out) in out.chunks_exact_mut(self.n[0].max(1)).enumerate() {
-            out.copy_from_slice(padded.get(self.row(row)).unwrap_or_default());
-        }
-    }
-
-    /// Copies a field without ghosts into the cells of a padded one.
-    pub fn unpack<T: Real>(&self, field: &[T], padded: &mut [T]) {
-        for (row, field) in field.chunks_exact(self.n[0].max(1)).enumerate() {
-            if let Some(out) = padded.get_mut(self.row(row)) {
-                out.copy_from_slice(field);
-            }
-        }
-    }
 }
 
 fn at<T: Real>(x: &[T], place: usize, offset: isize) -> T {

@@ -81,6 +81,19 @@ impl<T: Real> Given<'_, T> {
                 None => out.fill(T::ZERO),
             }
         }
+        self.add_templates(exec, (cells, grid), z, step, factors, out);
+    }
+
+    /// Adds the templates that act in a step to its force, without ghosts.
+    pub fn add_templates(
+        &self,
+        exec: &dyn Exec,
+        (cells, grid): (&Cells, &Grid),
+        z: &[T],
+        step: usize,
+        factors: &mut [f64],
+        out: &mut VectorMut<'_, T>,
+    ) {
         for placed in self.unknowns.placed(self.templates) {
             if let Some(interval) = placed.interval(step) {
                 shape(cells, &placed, z, interval, factors).add(exec, grid, out);

@@ -103,6 +103,7 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
             scale: 1.0,
             taped: false,
             repeated: 0,
+            of_buoyancy: [0.0; 3],
             begun: false,
             iteration: 0,
             objective: Objective::default(),
@@ -196,11 +197,7 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
     /// What takes little.
     fn small(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let (cells, params) = (self.flow.cells, self.params);
-        let states = match params.slots {
-            Slots::States(slots) => slots,
-            _ => 0,
-        };
-        layout.work("steps of states", &mut self.kept, states)?;
+        layout.work("steps of states", &mut self.kept, params.slots.states())?;
         layout.work("steps of keyframes", &mut self.steps, self.keys)?;
         let numbers = self.keys + PACKED * self.placed + Shape::len(&cells);
         layout.work("weights, templates and their factors", &mut self.numbers, numbers)?;

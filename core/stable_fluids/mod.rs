@@ -7,13 +7,13 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `cells` | padded fields, their ghosts and the adjoint of them |
+//! | `cells`, `plain` | padded fields, their ghosts and the adjoint of them; fields without ghosts |
 //! | `skew`, `relax`, `sweeps` | Gauss-Seidel by diagonals; diffusion and its adjoint |
 //! | `conjugate`, `project` | conjugate gradients and their exact adjoint; the projection |
 //! | `advect`, `advect_back` | semi-Lagrangian advection and its adjoint |
 //! | `flow`, `kept`, `march` | a step, forward and backward; what is kept of it; all steps, by a tape or by states that are kept |
 //! | `unknowns`, `template`, `script` | what is searched for, winds and vortices, the objective |
-//! | `operator` | the simulation as an operator: forward, and the vector-Jacobian product |
+//! | `operator` | the simulation by given forces, and its steps taken back, for [`operator`](crate::operator) |
 //! | `search`, `steer` | the objective for L-BFGS, and the search |
 //! | `params`, `plan`, `layout` | what is chosen, and the memory that it takes |
 
@@ -29,8 +29,9 @@ mod inputs;
 mod kept;
 mod layout;
 pub mod march;
-pub mod operator;
+pub(crate) mod operator;
 pub mod params;
+mod plain;
 mod plan;
 pub mod project;
 pub mod relax;
@@ -43,7 +44,6 @@ pub mod sweeps;
 pub mod template;
 pub mod unknowns;
 
-pub use operator::Part;
 pub use params::{Adjoint, Control, Controls, FluidsParams, NAME, Pressure, Slots};
 pub use plan::FluidsPlan;
 pub use results::{FoundTemplate, Moment};
@@ -101,6 +101,8 @@ pub struct Fluids<'m, T, S> {
     taped: bool,
     /// Steps that the last gradient repeated.
     repeated: usize,
+    /// What the acceleration of buoyancy got by the last product back.
+    of_buoyancy: [f64; 3],
     begun: bool,
     iteration: usize,
     objective: Objective,

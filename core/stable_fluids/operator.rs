@@ -1,4 +1,4 @@
-//! The simulation as an operator for other programs: densities and velocities from a start and forces, and the vector-Jacobian product back.
+//! The simulation by forces that are given, and all its steps taken back: what [`operator`](crate::operator) builds on.
 
 use super::Fluids;
 use super::cells::Cells;
@@ -7,7 +7,7 @@ use super::march::{March, Script};
 use super::params::Slots;
 use super::results::Moment;
 use crate::exec::Exec;
-use crate::field::{Vector, VectorMut, rows};
+use crate::field::{Vector, VectorMut, rows, view};
 use crate::grid::{Grid, Space};
 use crate::observe::Observer;
 use crate::problem::Units;
@@ -16,85 +16,65 @@ use crate::real::Real;
 use crate::solver::InputError;
 use core::ops::ControlFlow;
 
-/// What a number of a state or a gradient is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// The density.
-    Density,
-    /// A component of the velocity.
-    Velocity(usize),
-}
-
-/// Writes component `axis` of the force of step `step`, at the centres of cells, in length / time^2.
-pub type Forces<'a, T> = dyn FnMut(usize, usize, &mut [T]) + 'a;
-/// Writes the cotangent of a part of the state after `step` steps; whether it is not 0.
-pub type Cotangents<'a, T> = dyn FnMut(usize, Part, &mut [T]) -> bool + 'a;
-/// Takes the gradient by component `axis` of the force of step `step`.
-pub type ForceGradients<'a, T> = dyn FnMut(usize, usize, &[T]) + 'a;
+/// Adds the force of a step, in the units of steps, at the centres of cells and without ghosts, to what is 0.
+pub(crate) type Forces<'a, T> = dyn FnMut(usize, &Cells, &mut VectorMut<'_, T>) + 'a;
+/// Adds covectors to those of the padded density and velocity after so many steps.
+pub(crate) type Covectors<'a, T> = dyn FnMut(usize, &Cells, &mut [T], &mut VectorMut<'_, T>) + 'a;
+/// Takes the covector of the force of a step, padded.
+pub(crate) type ForceCovectors<'a, T> = dyn FnMut(usize, &Cells, Vector<'_, T>) + 'a;
 
 /// What a program gives, as a script.
 struct Given<'a, T> {
-    units: Units,
     forces: &'a mut Forces<'a, T>,
-    cotangents: &'a mut Cotangents<'a, T>,
-    gradients: &'a mut ForceGradients<'a, T>,
-    /// A field without ghosts.
-    field: &'a mut [T],
+    covectors: &'a mut Covectors<'a, T>,
+    taken: &'a mut ForceCovectors<'a, T>,
+    /// What the scene has: templates, which act as they are.
+    scene: super::given::Given<'a, T>,
+    z: &'a [T],
+    factors: &'a mut [f64],
+    /// What the acceleration of buoyancy gets, in the units of steps.
+    of_buoyancy: [f64; 3],
 }
 
-/// Asks for the components of the force of a step, in the units of steps.
-fn ask<T: Real>(
-    forces: &mut Forces<'_, T>,
-    step: usize,
-    dims: usize,
-    units: Units,
+/// The force of a step: what a program gives, and templates.
+fn push<T: Real>(
+    exec: &dyn Exec,
+    scene: &super::given::Given<'_, T>,
+    (step, forces): (usize, &mut Forces<'_, T>),
+    (grid, z, factors): ((&Cells, &Grid), &[T], &mut [f64]),
     force: &mut VectorMut<'_, T>,
 ) {
-    let unit = T::from_f64(1.0 / units.force);
-    for (axis, force) in force.iter_mut().enumerate().take(dims) {
-        force.fill(T::ZERO);
-        forces(step, axis, force);
-        rows::scale_in_place(force, unit);
-    }
+    force.iter_mut().for_each(|component| component.fill(T::ZERO));
+    forces(step, grid.0, force);
+    scene.add_templates(exec, grid, z, step, factors, force);
 }
 
 impl<T: Real> Script<T> for Given<'_, T> {
     fn force(
         &mut self,
-        _: &dyn Exec,
-        (cells, _): (&Cells, &Grid),
+        exec: &dyn Exec,
+        grid: (&Cells, &Grid),
         step: usize,
         force: &mut VectorMut<'_, T>,
         _: &mut [f64],
     ) {
-        ask(self.forces, step, cells.dims, self.units, force);
+        let place = (grid, self.z, &mut *self.factors);
+        push(exec, &self.scene, (step, self.forces), place, force);
     }
 
     fn see(&mut self, _: &dyn Exec, _: usize, _: Seen<'_, T>) {}
 
-    fn add_adjoint(&mut self, exec: &dyn Exec, step: usize, mut seen: Seen<'_, T>) {
-        let (cells, n) = (seen.cells, seen.cells.n[0]);
-        let mut add = |part: Part, unit: f64, adjoint: &mut [T]| {
-            self.field.fill(T::ZERO);
-            if (self.cotangents)(step, part, self.field) {
-                let field = &*self.field;
-                cells.for_rows(exec, [adjoint], |row, [adjoint]| {
-                    rows::add_scaled(
-                        adjoint,
-                        T::from_f64(unit),
-                        rows::part(field, row * n..(row + 1) * n),
-                    );
-                });
-            }
-        };
-        add(Part::Density, 1.0, seen.rho_adjoint);
-        for (axis, adjoint) in seen.v_adjoint.iter_mut().enumerate().take(cells.dims) {
-            add(Part::Velocity(axis), self.units.velocity, adjoint);
+    fn add_adjoint(&mut self, _: &dyn Exec, step: usize, mut seen: Seen<'_, T>) {
+        // Before covectors are added the adjoint is that of the force of the step that begins here.
+        let adjoint = view(&seen.v_adjoint);
+        for (out, adjoint) in self.of_buoyancy.iter_mut().zip(adjoint).take(seen.cells.dims) {
+            *out += seen.cells.dot(adjoint, seen.rho);
         }
+        (self.covectors)(step, seen.cells, seen.rho_adjoint, &mut seen.v_adjoint);
     }
 
     fn looks_at(&self, _: usize) -> bool {
-        false
+        true
     }
 
     fn take_gradient(
@@ -105,21 +85,18 @@ impl<T: Real> Script<T> for Given<'_, T> {
         [adjoint, _]: [Vector<'_, T>; 2],
         _: &mut [f64],
     ) {
-        let unit = T::from_f64(1.0 / self.units.force);
-        for (axis, adjoint) in adjoint.iter().enumerate().take(cells.dims) {
-            cells.pack(adjoint, self.field);
-            rows::scale_in_place(self.field, unit);
-            (self.gradients)(step, axis, self.field);
-        }
+        (self.taken)(step, cells, adjoint);
     }
 }
 
 impl<T: Real, S: Space> Fluids<'_, T, S> {
+    /// The cells.
+    pub(crate) fn box_of_cells(&self) -> &Cells {
+        &self.flow.cells
+    }
+
     /// Sets rho_0 to any finite numbers: densities of a program need not be positive.
-    ///
-    /// # Errors
-    /// [`InputError`]: wrong length, a value that is not finite.
-    pub fn set_density(&mut self, density: &[T]) -> Result<(), InputError> {
+    pub(crate) fn set_density(&mut self, density: &[T]) -> Result<(), InputError> {
         self.check(density)?;
         rows::part_mut(self.source, 0..density.len()).copy_from_slice(density);
         // What keyframes are scaled to; it says that there is a source, too.
@@ -128,55 +105,65 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         Ok(())
     }
 
-    /// Simulates from what was set by given forces, in the place of controls and templates; `each` sees the flow at the start and after every
-    /// step.
-    ///
-    /// # Errors
-    /// [`Status`]: cancelled, or not ready.
-    pub fn simulate(
+    /// The velocity at the start is 0.
+    pub(crate) fn set_at_rest(&mut self) {
+        for component in &mut self.initial {
+            component.fill(T::ZERO);
+        }
+        self.taped = false;
+    }
+
+    /// Simulates from what was set by given forces, in the place of those that are searched for, and by templates; `each` sees the flow at
+    /// the start and after every step.
+    pub(crate) fn drive(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         forces: &mut Forces<'_, T>,
         each: &mut dyn FnMut(Moment<'_, '_, T>) -> ControlFlow<()>,
     ) -> Result<(), Status> {
-        let units = self.units;
-        self.play(exec, observer, each, &mut |_, step, _, force| {
-            ask(forces, step, S::DIM, units, force);
+        self.play(exec, observer, each, &mut |scene, step, place, force| {
+            push(exec, scene, (step, forces), place, force);
         })
     }
 
-    /// Takes cotangents of all states after the start, the last first, back to the start: `gradients` hears of those by the forces, and
-    /// [`Self::cotangent`] reads those by the density and the velocity at the start. Steps that were repeated.
-    ///
-    /// # Errors
-    /// [`Status`]: cancelled, or not ready: nothing is kept for the way back.
-    pub fn vjp<'a>(
+    /// Takes covectors of all states, the last first, back to the start: `taken` hears of those of the forces, [`Self::of_start`] and
+    /// [`Self::of_buoyancy`] have the others. Steps that were repeated; `NotReady` where nothing is kept for the way back.
+    pub(crate) fn take_back<'a>(
         &'a mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         forces: &'a mut Forces<'a, T>,
-        cotangents: &'a mut Cotangents<'a, T>,
-        gradients: &'a mut ForceGradients<'a, T>,
-    ) -> Result<usize, Status> {
+        covectors: &'a mut Covectors<'a, T>,
+        taken: &'a mut ForceCovectors<'a, T>,
+    ) -> Result<(), Status> {
         if self.params.slots == Slots::None || self.mass <= 0.0 {
             return Err(Status::NotReady);
         }
+        let _ = self.unknowns();
         self.taped = false;
-        let (steps, units) = (self.steps(), self.units);
+        let steps = self.steps();
         let mut search = self.search();
         search.begin();
-        let super::Search { flow, work, kept, .. } = search;
-        let [_, field] = work.metric;
+        let super::Search {
+            flow,
+            given: scene,
+            work,
+            kept,
+            z,
+            ..
+        } = search;
         let mut given = Given {
-            units,
             forces,
-            cotangents,
-            gradients,
-            field: field.get_mut(..flow.cells.count()).unwrap_or_default(),
+            covectors,
+            taken,
+            scene,
+            z,
+            factors: work.factors,
+            of_buoyancy: [0.0; 3],
         };
         let mut march = March {
-            flow,
+            flow: &mut *flow,
             script: &mut given,
             observer,
         };
@@ -187,22 +174,27 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
                 .map(|()| 0),
             _ => march.backward(exec, steps, kept.fields, kept.steps),
         };
-        done.map_err(Status::from)
+        // The state at the start, of which the way back leaves nothing.
+        flow.put_density(scene.source);
+        flow.seen(|seen| given.add_adjoint(exec, 0, seen));
+        let of_buoyancy = given.of_buoyancy;
+        (self.repeated, self.of_buoyancy) = (done?, of_buoyancy);
+        Ok(())
     }
 
-    /// The cotangent of a part of the start, after [`Self::vjp`].
-    pub fn cotangent(&self, part: Part, out: &mut [T]) {
-        let (field, unit) = match part {
-            Part::Density => (self.flow.rho_adjoint(), 1.0),
-            Part::Velocity(axis) => {
-                let v = self.flow.v_adjoint();
-                (
-                    v.get(axis).copied().unwrap_or_default(),
-                    1.0 / self.units.velocity,
-                )
-            }
-        };
-        self.flow.cells.pack(field, out);
-        rows::scale_in_place(out, T::from_f64(unit));
+    /// The covectors of density and velocity at the start, padded and in the units of steps.
+    pub(crate) fn of_start(&self) -> (&[T], Vector<'_, T>) {
+        (self.flow.rho_adjoint(), self.flow.v_adjoint())
+    }
+
+    /// What the acceleration of buoyancy got along each axis, in the scene's units.
+    pub(crate) fn of_buoyancy(&self) -> [f64; 3] {
+        let Units { force, .. } = self.units;
+        self.of_buoyancy.map(|gradient| gradient / force)
+    }
+
+    /// Steps that the last way back repeated.
+    pub(crate) fn repeated(&self) -> usize {
+        self.repeated
     }
 }

@@ -112,6 +112,15 @@ pub enum Slots {
 }
 
 impl Slots {
+    /// How many states.
+    #[must_use]
+    pub fn states(self) -> usize {
+        match self {
+            Self::States(states) => states,
+            Self::None | Self::Tape => 0,
+        }
+    }
+
     /// Steps that a gradient repeats beside those that it runs once more to take them back.
     #[must_use]
     pub fn repeated_steps(self, steps: usize) -> usize {

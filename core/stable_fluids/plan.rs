@@ -76,6 +76,33 @@ impl FluidsPlan {
         Ok(with(Slots::States(fits)))
     }
 
+    /// The choices with what is kept for the way back, the most that the ceiling allows where nobody says what, and their plan.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; [`PlanError::Ceiling`] where the ceiling holds too little.
+    pub fn within<T: Real, S: Space>(
+        problem: &Problem<'_>,
+        params: &FluidsParams,
+        slots: Option<Slots>,
+        ceiling: Option<usize>,
+    ) -> Result<(FluidsParams, Self), PlanError> {
+        let params = match (slots, ceiling) {
+            (None, Some(ceiling)) => Self::fitting::<T, S>(problem, params, ceiling)?,
+            (slots, _) => FluidsParams {
+                slots: slots.unwrap_or(Slots::Tape),
+                ..*params
+            },
+        };
+        let plan = Self::new::<T, S>(problem, &params)?;
+        match ceiling {
+            Some(ceiling) if plan.bytes > ceiling => Err(PlanError::Ceiling {
+                needed: plan.bytes,
+                ceiling,
+            }),
+            _ => Ok((params, plan)),
+        }
+    }
+
     /// Bytes of the whole block.
     #[must_use]
     pub fn bytes(&self) -> usize {

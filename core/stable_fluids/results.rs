@@ -5,7 +5,7 @@ use super::cells::Cells;
 use super::fields::Flow;
 use super::given::Given;
 use crate::exec::Exec;
-use crate::field::{VectorMut, rows};
+use crate::field::{Vector, VectorMut, rows};
 use crate::grid::{Grid, Space};
 use crate::observe::{Event, Observer};
 use crate::problem::{Template, Units};
@@ -22,7 +22,13 @@ pub struct Moment<'a, 'm, T> {
     units: Units,
 }
 
-impl<T: Real> Moment<'_, '_, T> {
+impl<'a, T: Real> Moment<'a, '_, T> {
+    /// The state as it lies: cells, the density and the velocity, padded, and what 1 is in the scene's units.
+    pub(crate) fn state(&self) -> (&'a Cells, &'a [T], Vector<'a, T>, f64) {
+        let flow = self.flow;
+        (&flow.cells, flow.rho(), flow.v(), self.units.velocity)
+    }
+
     /// The density, one number a cell, x fastest.
     pub fn density(&mut self) -> &[T] {
         self.flow.cells.pack(self.flow.rho(), self.out);

@@ -9,7 +9,7 @@ pub mod sized;
 mod slot;
 mod templates;
 
-use choices::codes;
+pub(crate) use choices::codes;
 pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleNorm, ThuribleNsoSolver};
 pub use choices::{ThuriblePrecision, ThuribleScheme, code, precision, wide};
 pub use default::thurible_defaults;
@@ -18,7 +18,7 @@ pub use effects::{
 };
 pub use error::{ConfigError, ListNames};
 pub use read::{dimensions, ends, first, is_on};
-pub use slot::{Held, Slot, THURIBLE_AUTOMATIC};
+pub use slot::{Held, Slot, THURIBLE_AUTOMATIC, put_choices, take_choices};
 pub use templates::{THURIBLE_MOST_TEMPLATES, ThuribleTemplate, ThuribleTemplateKind};
 
 /// How a scene is solved.

@@ -1,6 +1,6 @@
 //! From C to the core: what a configuration describes.
 
-use super::choices::{code, flag, wide};
+use super::choices::{ThuriblePrecision, code, flag, precision, wide};
 use super::effects::Lists;
 use super::sized;
 use super::{AUTOMATIC_SMOOTHNESS, ConfigError, THURIBLE_AUTOMATIC, ThuribleConfig};
@@ -17,6 +17,14 @@ impl ThuribleConfig {
     pub unsafe fn read(config: *const Self) -> Result<Self, ConfigError> {
         // SAFETY: the caller's promise.
         unsafe { sized::read(config) }
+    }
+
+    /// Precision and axes.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    pub fn kind(&self) -> Result<(ThuriblePrecision, usize), ConfigError> {
+        Ok((precision(self.precision)?, dimensions(self.dimensions)?))
     }
 
     /// Calls `work` with the problem and the choices that this describes.
@@ -67,12 +75,17 @@ impl ThuribleConfig {
         Ok(work(&problem, &params))
     }
 
+    /// Bytes to stay within, if there is a number.
+    pub fn ceiling(&self) -> Option<usize> {
+        (self.memory_ceiling != 0).then_some(self.memory_ceiling)
+    }
+
     fn params(mut self) -> Result<Params, ConfigError> {
         let mut params = Params {
             method: code("method", self.method)?,
             iterations: self.iterations,
             threads: self.threads,
-            ceiling: (self.memory_ceiling != 0).then_some(self.memory_ceiling),
+            ceiling: self.ceiling(),
             ..Params::default()
         };
         for held in self.held() {

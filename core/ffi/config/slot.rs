@@ -77,6 +77,37 @@ impl Held<'_> {
     }
 }
 
+/// The place of a choice in a table.
+fn place(choices: &dyn Choices, name: &str) -> Option<usize> {
+    choices.table().iter().position(|choice| choice.name == name)
+}
+
+/// Writes what is chosen to the fields that hold it.
+pub fn put_choices<'a>(fields: impl IntoIterator<Item = Held<'a>>, choices: &dyn Choices) {
+    for held in fields {
+        if let Some(index) = place(choices, held.choice) {
+            held.write(choices, index);
+        }
+    }
+}
+
+/// Chooses what the fields hold.
+///
+/// # Errors
+/// [`ConfigError::Code`].
+pub fn take_choices<'a>(
+    fields: impl IntoIterator<Item = Held<'a>>,
+    choices: &mut dyn Choices,
+) -> Result<(), ConfigError> {
+    for held in fields {
+        match place(choices, held.choice) {
+            Some(index) => held.read(choices, index)?,
+            None => held.unknown()?,
+        }
+    }
+    Ok(())
+}
+
 impl Slot<'_> {
     /// What lies there, where something of this kind is chosen.
     fn value(&self, kind: Kind) -> Option<Value<'static>> {

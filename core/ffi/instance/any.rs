@@ -25,3 +25,31 @@ macro_rules! each {
         }
     };
 }
+
+/// Evaluates `$call` by the types and the wrapper of an [`Any`] that `$kind`, a precision and a number of axes, stands for.
+#[macro_export]
+macro_rules! typed {
+    ($kind:expr, $real:ident, $space:ident, $wrap:ident => $call:expr) => {
+        match $kind {
+            ($crate::config::ThuriblePrecision::F32, 2) => {
+                $crate::typed!(@ f32, D2, Plane32, $real, $space, $wrap, $call)
+            }
+            ($crate::config::ThuriblePrecision::F64, 2) => {
+                $crate::typed!(@ f64, D2, Plane64, $real, $space, $wrap, $call)
+            }
+            ($crate::config::ThuriblePrecision::F32, _) => {
+                $crate::typed!(@ f32, D3, Space32, $real, $space, $wrap, $call)
+            }
+            ($crate::config::ThuriblePrecision::F64, _) => {
+                $crate::typed!(@ f64, D3, Space64, $real, $space, $wrap, $call)
+            }
+        }
+    };
+    (@ $of:ty, $dim:ident, $variant:ident, $real:ident, $space:ident, $wrap:ident, $call:expr) => {{
+        type $real = $of;
+        type $space = thurible_core::$dim;
+        #[allow(unused_imports)]
+        use $crate::instance::Any::$variant as $wrap;
+        $call
+    }};
+}

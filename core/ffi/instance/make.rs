@@ -1,12 +1,12 @@
 //! How an instance is made.
 
-use super::any::Any;
 use super::body::{AnySolver, Body, Sizes, Thurible};
 use super::handle::{ALIGN, Handle, Place, block, mark};
-use super::plan::{Planned, choose, plan};
+use super::plan::{Planned, plan};
 use super::progress::ThuribleProgress;
-use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision};
+use crate::config::{ConfigError, ThuribleConfig};
 use crate::result::ThuribleResult;
+use crate::typed;
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicUsize};
@@ -77,14 +77,10 @@ pub unsafe fn make(
     let instance: *mut Thurible = memory.cast();
     // SAFETY: the caller's promise; `instance` is aligned, and the bytes before the solver's block are its own.
     let made = unsafe {
-        config.with(
-            |problem, params| match choose(config).map_err(ConfigError::result)? {
-                (ThuriblePrecision::F32, 2) => place(instance, sizes, problem, params, block, Any::Plane32),
-                (ThuriblePrecision::F64, 2) => place(instance, sizes, problem, params, block, Any::Plane64),
-                (ThuriblePrecision::F32, _) => place(instance, sizes, problem, params, block, Any::Space32),
-                (ThuriblePrecision::F64, _) => place(instance, sizes, problem, params, block, Any::Space64),
-            },
-        )
+        config.with(|problem, params| {
+            let kind = config.kind().map_err(ConfigError::result)?;
+            typed!(kind, _T, _S, Wrap => place(instance, sizes, problem, params, block, Wrap))
+        })
     };
     made.map_err(ConfigError::result)??;
     Ok(instance)

@@ -2,9 +2,10 @@
 
 use super::body::Thurible;
 use super::handle::block;
-use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision, precision};
+use crate::config::{ConfigError, ThuribleConfig};
 use crate::result::ThuribleResult;
-use thurible_core::{D2, D3, Params, Plan, Problem, Real, Space};
+use crate::typed;
+use thurible_core::{Params, Plan, Problem, Real, Space};
 
 /// Bytes of an instance, and of one that is saved.
 #[derive(Clone, Copy, Debug)]
@@ -25,19 +26,9 @@ pub struct Planned {
 pub unsafe fn plan(config: &ThuribleConfig) -> Result<Planned, ConfigError> {
     // SAFETY: the caller's promise.
     let planned = unsafe {
-        config.with(|problem, params| match choose(config)? {
-            (ThuriblePrecision::F32, 2) => sizes_of::<f32, D2>(problem, params),
-            (ThuriblePrecision::F64, 2) => sizes_of::<f64, D2>(problem, params),
-            (ThuriblePrecision::F32, _) => sizes_of::<f32, D3>(problem, params),
-            (ThuriblePrecision::F64, _) => sizes_of::<f64, D3>(problem, params),
-        })
+        config.with(|problem, params| typed!(config.kind()?, T, S, _W => sizes_of::<T, S>(problem, params)))
     };
     planned.flatten()
-}
-
-/// Precision and dimension, which choose the type of the solver.
-pub(super) fn choose(config: &ThuribleConfig) -> Result<(ThuriblePrecision, u32), ConfigError> {
-    Ok((precision(config.precision)?, config.dimensions))
 }
 
 // Not inlined, as the functions in `body`.

@@ -2,6 +2,7 @@
 
 use crate::result::ThuribleResult;
 use core::fmt;
+use thurible_core::operator::OperatorError;
 use thurible_core::tomography::{Fault, TomographyError};
 use thurible_core::{InputError, SavedError};
 
@@ -16,6 +17,8 @@ pub enum Refusal {
     Saved(SavedError),
     /// Something of a reconstruction was refused.
     Tomography(TomographyError),
+    /// Something of an operator was refused.
+    Operator(OperatorError),
 }
 
 impl fmt::Display for Refusal {
@@ -26,6 +29,7 @@ impl fmt::Display for Refusal {
             Self::Input(error) => error.fmt(f),
             Self::Saved(error) => error.fmt(f),
             Self::Tomography(error) => error.fmt(f),
+            Self::Operator(error) => error.fmt(f),
         }
     }
 }
@@ -62,6 +66,23 @@ impl Refusal {
             Self::Input(error) => error.into(),
             Self::Saved(error) => error.into(),
             Self::Tomography(error) => error.into(),
+            Self::Operator(error) => error.into(),
+        }
+    }
+}
+
+impl From<OperatorError> for Refusal {
+    fn from(error: OperatorError) -> Self {
+        Self::Operator(error)
+    }
+}
+
+impl From<OperatorError> for ThuribleResult {
+    fn from(error: OperatorError) -> Self {
+        match error {
+            OperatorError::Input { error, .. } => error.into(),
+            OperatorError::NotSimulated | OperatorError::NothingKept => ThuribleResult::NoResult,
+            _ => ThuribleResult::Unknown,
         }
     }
 }

@@ -1,32 +1,6 @@
 /* The whole of thurible.h, as C11 and as C++17. Ends with 0 when every check holds; says which does not. */
-#ifndef _POSIX_C_SOURCE
-#define _POSIX_C_SOURCE 200809L
-#endif
-#include "thurible.h"
-#include <math.h>
+#include "check.h"
 #include <pthread.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-static int failures = 0;
-
-#define CHECK(what) \
-    do { \
-        if (!(what)) { \
-            failures++; \
-            fprintf(stderr, "%s:%d: %s\n", __FILE__, __LINE__, #what); \
-        } \
-    } while (0)
-#define IS(call, result) check_result(__LINE__, #call, (call), THURIBLE_RESULT_##result)
-#define OK(call) IS(call, OK)
-
-static void check_result(int line, const char *call, ThuribleResult found, ThuribleResult wanted) {
-    if (found != wanted) {
-        failures++;
-        fprintf(stderr, "%s:%d: %s: %s, but should be: %s\n", __FILE__, line, call, thurible_result_text(found), thurible_result_text(wanted));
-    }
-}
 
 /* A scene with its densities, in either precision. */
 typedef struct {
@@ -35,22 +9,6 @@ typedef struct {
     size_t cells, number, bytes, saved;
     void *source, *target;
 } Scene;
-
-static void *aligned(size_t bytes) {
-    void *memory = NULL;
-    if (posix_memalign(&memory, 64, bytes ? bytes : 64) != 0) exit(99);
-    memset(memory, 0xA5, bytes);
-    return memory;
-}
-
-static void put(void *field, size_t number, size_t index, double value) {
-    if (number == 4) ((float *)field)[index] = (float)value;
-    else ((double *)field)[index] = value;
-}
-
-static double get(const void *field, size_t number, size_t index) {
-    return number == 4 ? ((const float *)field)[index] : ((const double *)field)[index];
-}
 
 /* The caller's config.keyframes must stay where it is, so scenes are filled in place. */
 static void make_scene(Scene *scene, uint32_t precision, uint32_t dimensions, size_t side, size_t steps, uint32_t method) {
@@ -363,15 +321,6 @@ static void handles(void) {
     drop_scene(&scene);
 }
 
-static void says(const Thurible *solver, const char *words) {
-    char text[200];
-    size_t length = thurible_message(solver, text, sizeof text);
-    if (!strstr(text, words) || length != strlen(text)) {
-        failures++;
-        fprintf(stderr, "\"%s\" does not say \"%s\"\n", text, words);
-    }
-}
-
 static void inputs(void) {
     Scene scene;
     make_scene(&scene, THURIBLE_PRECISION_F64, 2, 8, 4, THURIBLE_METHOD_DIRECT);
@@ -380,27 +329,27 @@ static void inputs(void) {
     memcpy(field, scene.source, scene.cells * 8);
     size_t bytes = scene.cells * 8;
     IS(thurible_step(solver, NULL, NULL, NULL), NO_SOURCE);
-    says(solver, "there is no smoke yet");
+    SAYS(thurible_message, solver, "there is no smoke yet");
     IS(thurible_set_keyframe(solver, 0, field, bytes, NULL), NO_SOURCE);
     IS(thurible_set_source(solver, NULL, bytes), NULL);
     IS(thurible_set_source(solver, (char *)field + 4, bytes), MISALIGNED);
     IS(thurible_set_source(solver, field, bytes - 1), LENGTH);
     IS(thurible_set_source(solver, field, bytes / 2), LENGTH); /* as floats */
-    says(solver, "40 values where 80 are needed");
+    SAYS(thurible_message, solver, "40 values where 80 are needed");
     IS(thurible_set_source(solver, field, SIZE_MAX), LENGTH);
     field[3] = -1.0;
     IS(thurible_set_source(solver, field, bytes), NEGATIVE);
-    says(solver, "value 3 is negative");
+    SAYS(thurible_message, solver, "value 3 is negative");
     field[3] = (double)NAN;
     IS(thurible_set_source(solver, field, bytes), NOT_FINITE);
     memset(field, 0, bytes);
     IS(thurible_set_source(solver, field, bytes), EMPTY);
     OK(thurible_set_source(solver, scene.source, bytes));
-    says(solver, "");
+    SAYS(thurible_message, solver, "");
     OK(thurible_set_keyframe(solver, 1, scene.target, bytes, NULL));
     IS(thurible_set_keyframe(solver, 2, scene.target, bytes, NULL), INDEX);
     IS(thurible_solve(solver, NULL, NULL, NULL), NO_KEYFRAME);
-    says(solver, "keyframe 0 was not set");
+    SAYS(thurible_message, solver, "keyframe 0 was not set");
     IS(thurible_finish(solver, NULL, NULL), NO_KEYFRAME);
     IS(thurible_set_initial_velocity(solver, 2, field, bytes), INDEX);
     IS(thurible_set_initial_velocity(solver, 0, field, bytes), LENGTH);
@@ -500,7 +449,7 @@ static void saves_and_goes_on(uint32_t precision, uint32_t dimensions, size_t si
     scene.config.force_weight = 11.0;
     other = empty(&scene);
     IS(thurible_restore(other, saved[0], scene.saved), SAVED_OTHER);
-    says(other, "another problem");
+    SAYS(thurible_message, other, "another problem");
     drop(other);
     while (count > 0) free(saved[--count]);
     free(whole);
@@ -881,7 +830,7 @@ static Thurible *with_effects(const Scene *scene) {
     IS(thurible_set_keyframe(solver, 0, scene->target, bytes, NULL), NO_EMITTER);
     OK(thurible_set_emitter(solver, 0, scene->target, bytes));
     IS(thurible_step(solver, NULL, NULL, NULL), NO_EMITTER);
-    says(solver, "the shape of emitter 1 must be set first");
+    SAYS(thurible_message, solver, "the shape of emitter 1 must be set first");
     OK(thurible_set_emitter(solver, 1, scene->target, bytes));
     OK(thurible_set_keyframe(solver, 0, scene->target, bytes, NULL));
     OK(thurible_set_region(solver, 0, scene->target, bytes));
@@ -1008,7 +957,7 @@ static void emits(uint32_t precision, uint32_t dimensions, uint32_t method) {
     IS(thurible_set_region(solver, 1, scene.target, bytes), INDEX);
     put(field, scene.number, 5, 1.25);
     IS(thurible_set_region(solver, 0, field, bytes), ABOVE_ONE);
-    says(solver, "value 5 is above 1");
+    SAYS(thurible_message, solver, "value 5 is above 1");
     IS(thurible_set_region(solver, 0, field, bytes - 1), LENGTH);
     IS(thurible_set_region(solver, 0, NULL, bytes), NULL);
     put(field, scene.number, 5, -1.0);
@@ -1052,7 +1001,7 @@ static void emits_alone(void) {
     left = empty(&scene);
     OK(thurible_set_emitter(left, 0, scene.source, bytes));
     IS(thurible_set_keyframe(left, 0, scene.target, bytes, &factor), NO_SOURCE);
-    says(left, "there is no smoke yet");
+    SAYS(thurible_message, left, "there is no smoke yet");
     drop(left);
     scene.keyframes[0] = 3;
     left = empty(&scene);

@@ -38,6 +38,9 @@ fn header(check: bool) -> Result<(), Box<dyn core::error::Error>> {
         "templates.rs",
         "track/mod.rs",
         "tomography/mod.rs",
+        "steps.rs",
+        "fluids/mod.rs",
+        "operator/mod.rs",
     ] {
         builder = builder.with_src(ffi.join(source));
     }

@@ -4,6 +4,7 @@ use super::config::ThuribleTrackConfig;
 use crate::config::{ConfigError, ThuriblePrecision};
 use crate::instance::{self, Any, Handle, place_bytes};
 use crate::result::{ThuribleResult, ThuribleStatus};
+use crate::typed;
 use core::mem::MaybeUninit;
 use thurible_core::flow::MAX_LEVELS;
 use thurible_core::track::Pair;
@@ -111,12 +112,7 @@ impl ThuriblePair {
 /// [`ConfigError`].
 pub fn plan(config: &ThuribleTrackConfig) -> Result<usize, ConfigError> {
     let kind = config.kind()?;
-    let planned = config.with(|capture, params| match kind {
-        (ThuriblePrecision::F32, 2) => bytes_of::<f32, D2>(capture, params),
-        (ThuriblePrecision::F64, 2) => bytes_of::<f64, D2>(capture, params),
-        (ThuriblePrecision::F32, _) => bytes_of::<f32, D3>(capture, params),
-        (ThuriblePrecision::F64, _) => bytes_of::<f64, D3>(capture, params),
-    });
+    let planned = config.with(|capture, params| typed!(kind, T, S, _W => bytes_of::<T, S>(capture, params)));
     planned.flatten()
 }
 
@@ -146,12 +142,7 @@ pub unsafe fn make(
     // SAFETY: the caller's promise.
     let block = unsafe { instance::behind::<ThuribleTracker>(memory, bytes, needed) }?;
     let tracker = config
-        .with(|capture, params| match kind {
-            (ThuriblePrecision::F32, 2) => made(capture, params, block, Any::Plane32),
-            (ThuriblePrecision::F64, 2) => made(capture, params, block, Any::Plane64),
-            (ThuriblePrecision::F32, _) => made(capture, params, block, Any::Space32),
-            (ThuriblePrecision::F64, _) => made(capture, params, block, Any::Space64),
-        })
+        .with(|capture, params| typed!(kind, _T, _S, Wrap => made(capture, params, block, Wrap)))
         .map_err(ConfigError::result)??;
     let (precision, dims) = kind;
     let body = Body {

@@ -2,10 +2,9 @@
 
 use crate::config::{
     ConfigError, ThuribleBoundary, ThuriblePrecision, code, dimensions, ends, first, held, is_on, precision,
-    sized,
+    put_choices, sized, take_choices,
 };
 use crate::result::ThuribleResult;
-use thurible_core::choices::Choices;
 use thurible_core::flow::{Minimiser, Warping};
 use thurible_core::track::{FULL, Prediction};
 use thurible_core::{Capture, TrackParams};
@@ -140,11 +139,7 @@ impl ThuribleTrackConfig {
             // SAFETY: every pattern of bits is a configuration.
             ..unsafe { core::mem::zeroed() }
         };
-        for held in config.held() {
-            if let Some(index) = place(&params, held.choice) {
-                held.write(&params, index);
-            }
-        }
+        put_choices(config.held(), &params);
         config
     }
 
@@ -195,12 +190,7 @@ impl ThuribleTrackConfig {
             ..TrackParams::of(code("method", self.method)?)
         };
         let mut own = *self;
-        for held in own.held() {
-            match place(&params, held.choice) {
-                Some(index) => held.read(&mut params, index)?,
-                None => held.unknown()?,
-            }
-        }
+        take_choices(own.held(), &mut params)?;
         let [x, y, z] = self.buoyancy;
         let capture = Capture {
             cells: first(&self.cells, dims),
@@ -213,11 +203,6 @@ impl ThuribleTrackConfig {
         };
         Ok(work(&capture, &params))
     }
-}
-
-/// The place of a choice in the core's table.
-fn place(params: &TrackParams, name: &str) -> Option<usize> {
-    params.table().iter().position(|choice| choice.name == name)
 }
 
 /// Fills a configuration of `size` bytes, `sizeof(ThuribleTrackConfig)` of the program that calls, with the defaults of a `ThuribleMinimiser`.

@@ -3,11 +3,12 @@
 use super::case::{Scene, built};
 use crate::fields::Memory;
 use crate::fields::random::Random;
-use core::ops::ControlFlow;
-use thurible_core::stable_fluids::{Controls, Part, Slots};
+use thurible_core::operator::{Given, Input as What, OperatorError, Show, Simulator, Start, View};
+use thurible_core::solver::InputError;
+use thurible_core::stable_fluids::{Controls, Slots};
 use thurible_core::{D2, D3, Fluids, Problem, Serial, Silent, Space};
 
-/// Start and forces: density, velocity by axis, then force by step and axis.
+/// Start and pushes: density, velocity by axis, then force by step and axis, then the acceleration of buoyancy.
 type Input = Vec<Vec<f64>>;
 
 struct Operator {
@@ -29,40 +30,36 @@ impl Operator {
     }
 
     fn with<S: Space, R>(&self, input: &Input, work: impl FnOnce(&mut Fluids<'_, f64, S>) -> R) -> R {
+        let lift = &input[input.len() - 1];
         let problem = Problem {
             keyframes: &[],
-            templates: &[],
+            buoyancy: std::array::from_fn(|axis| lift.get(axis).copied().unwrap_or(0.0)),
             ..self.scene.problem()
         };
         let mut memory = Memory::new(built::<f64, S>(&problem, &self.scene.params).unwrap());
         let mut fluids = Fluids::<f64, S>::new(&problem, &self.scene.params, memory.block()).unwrap();
-        fluids.set_density(&input[0]).unwrap();
-        for axis in 0..S::DIM {
-            fluids.set_initial_velocity(axis, &input[1 + axis]).unwrap();
-        }
         work(&mut fluids)
     }
 
-    /// <cotangents, states after the start>.
+    /// <cotangents, states>.
     fn value<S: Space>(&self, input: &Input) -> f64 {
         self.with::<S, _>(input, |fluids| {
             let mut sum = 0.0;
-            let forces = &mut |step: usize, axis: usize, out: &mut [f64]| {
-                out.copy_from_slice(&input[1 + S::DIM + step * S::DIM + axis]);
-            };
-            let each = &mut |mut moment: thurible_core::stable_fluids::Moment<'_, '_, f64>| {
-                let step = moment.step;
+            let mut field = vec![0.0; self.scene.count()];
+            let show = &mut |step: usize, view: &View<'_, f64>| {
                 let own = &self.cotangents[step * (1 + S::DIM)..];
                 let dot = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
-                if step > 0 {
-                    sum += dot(&own[0], moment.density());
-                    for axis in 0..S::DIM {
-                        sum += dot(&own[1 + axis], moment.velocity(axis));
-                    }
+                view.read_density(&mut field);
+                sum += dot(&own[0], &field);
+                for axis in 0..S::DIM {
+                    view.read_vector(axis, &mut field);
+                    sum += dot(&own[1 + axis], &field);
+                    let lies = view.vector(axis);
+                    let at = lies.numbers[lies.strides[0] + 2 * lies.strides[1]] * lies.unit;
+                    assert_eq!(at, field[1 + 2 * lies.extent[0]]);
                 }
-                ControlFlow::Continue(())
             };
-            fluids.simulate(&Serial, &mut Silent, forces, each).unwrap();
+            simulate(fluids, input, show).unwrap();
             sum
         })
     }
@@ -70,34 +67,51 @@ impl Operator {
     fn gradient<S: Space>(&self, input: &Input) -> Input {
         let mut gradient: Input = input.clone();
         self.with::<S, _>(input, |fluids| {
-            let mut start = vec![vec![0.0; self.scene.count()]; 1 + S::DIM];
-            let (mut forces, mut cotangents, mut gradients) = (
-                |step: usize, axis: usize, out: &mut [f64]| {
-                    out.copy_from_slice(&input[1 + S::DIM + step * S::DIM + axis]);
-                },
-                |step: usize, part: Part, out: &mut [f64]| {
-                    let which = match part {
-                        Part::Density => 0,
-                        Part::Velocity(axis) => 1 + axis,
-                    };
-                    out.copy_from_slice(&self.cotangents[step * (1 + S::DIM) + which]);
-                    true
-                },
-                |step: usize, axis: usize, own: &[f64]| {
-                    gradient[1 + S::DIM + step * S::DIM + axis].copy_from_slice(own);
-                },
-            );
+            simulate(fluids, input, &mut |_, _| {}).unwrap();
+            let cotangent = &mut |step: usize, given: &mut Given<'_, f64>| {
+                let own = &self.cotangents[step * (1 + S::DIM)..];
+                given.density(&own[0]);
+                (0..S::DIM).for_each(|axis| given.vector(axis, &own[1 + axis]));
+            };
+            let show = &mut |step: usize, view: &View<'_, f64>| {
+                for axis in 0..S::DIM {
+                    view.read_vector(axis, &mut gradient[1 + S::DIM + step * S::DIM + axis]);
+                }
+            };
             fluids
-                .vjp(&Serial, &mut Silent, &mut forces, &mut cotangents, &mut gradients)
+                .vjp(&Serial, &mut Silent, &mut forces::<S>(input), cotangent, show)
                 .unwrap();
-            fluids.cotangent(Part::Density, &mut start[0]);
+            let start = Simulator::gradient(fluids);
+            start.read_density(&mut gradient[0]);
             for axis in 0..S::DIM {
-                fluids.cotangent(Part::Velocity(axis), &mut start[1 + axis]);
+                start.read_vector(axis, &mut gradient[1 + axis]);
             }
-            gradient[..=S::DIM].clone_from_slice(&start);
+            let last = gradient.len() - 1;
+            gradient[last] = fluids.buoyancy_gradient()[..S::DIM].to_vec();
         });
         gradient
     }
+}
+
+/// Gives the forces of an input.
+fn forces<S: Space>(input: &Input) -> impl FnMut(usize, &mut Given<'_, f64>) + '_ {
+    move |step, given| {
+        for axis in 0..S::DIM {
+            given.vector(axis, &input[1 + S::DIM + step * S::DIM + axis]);
+        }
+    }
+}
+
+fn simulate<S: Space>(
+    fluids: &mut Fluids<'_, f64, S>,
+    input: &Input,
+    show: &mut Show<'_, f64>,
+) -> Result<(), OperatorError> {
+    let start = Start {
+        density: &input[0],
+        velocity: std::array::from_fn(|axis| if axis < S::DIM { &input[1 + axis][..] } else { &[] }),
+    };
+    fluids.simulate(&Serial, &mut Silent, &start, &mut forces::<S>(input), show)
 }
 
 fn agrees<S: Space>(cells: &[usize], ends: &str) {
@@ -108,6 +122,7 @@ fn agrees<S: Space>(cells: &[usize], ends: &str) {
     input.extend(operator.scene.velocity(0.7));
     let fields = operator.scene.steps * S::DIM;
     input.extend((0..fields).map(|_| (0..count).map(|_| 0.05 * random.signed()).collect()));
+    input.push((0..S::DIM).map(|_| 0.1 * random.signed()).collect());
     let gradient = operator.gradient::<S>(&input);
     for slots in [1, 2, 5] {
         let other = Operator::new(cells, ends, Slots::States(slots));
@@ -133,6 +148,15 @@ fn agrees<S: Space>(cells: &[usize], ends: &str) {
     };
     let best = gap(1e-6).min(gap(1e-7));
     assert!(best < 1e-5, "{best:e}");
+    let lift = gradient.len() - 1;
+    let alone = |sign: f64| {
+        let mut other = input.clone();
+        other[lift][1] += sign * 1e-6;
+        operator.value::<S>(&other)
+    };
+    let difference = (alone(1.0) - alone(-1.0)) / 2e-6;
+    let gap = (difference - gradient[lift][1]).abs() / difference.abs();
+    assert!(gap < 1e-5, "by buoyancy {gap:e}");
 }
 
 #[test]
@@ -141,18 +165,69 @@ fn the_product_back_is_the_transpose_of_the_way_forward() {
     agrees::<D3>(&[6, 5, 5], "www");
 }
 
-#[test]
-fn there_is_no_way_back_where_nothing_is_kept() {
-    let operator = Operator::new(&[8, 8], "ww", Slots::None);
+/// An operator in 2D, and what it begins with.
+fn plane(slots: Slots) -> (Operator, Input) {
+    let operator = Operator::new(&[8, 12], "wp", slots);
     let mut input: Input = vec![operator.scene.source.clone()];
     input.extend(operator.scene.velocity(0.7));
+    input.extend(vec![vec![0.0; 96]; 2 * operator.scene.steps]);
+    input.push(vec![0.0; 2]);
+    (operator, input)
+}
+
+fn back(fluids: &mut Fluids<'_, f64, D2>, input: &Input, cotangent: f64) -> Result<(), OperatorError> {
+    let wrong = &mut |_: usize, given: &mut Given<'_, f64>| given.density(&[cotangent; 96]);
+    fluids.vjp(
+        &Serial,
+        &mut Silent,
+        &mut forces::<D2>(input),
+        wrong,
+        &mut |_, _| {},
+    )
+}
+
+#[test]
+fn there_is_no_way_back_where_nothing_is_kept_or_simulated() {
+    for (slots, error) in [
+        (Slots::None, OperatorError::NothingKept),
+        (Slots::Tape, OperatorError::NotSimulated),
+    ] {
+        let (operator, input) = plane(slots);
+        let ended = operator.with::<D2, _>(&input, |fluids| back(fluids, &input, 1.0));
+        assert_eq!(ended, Err(error));
+    }
+}
+
+#[test]
+fn what_is_given_is_refused_by_name() {
+    let (operator, mut input) = plane(Slots::States(2));
+    let refused = |what: What, error: InputError| Err(OperatorError::Input { what, error });
     let ended = operator.with::<D2, _>(&input, |fluids| {
-        let (mut forces, mut cotangents, mut gradients) = (
-            |_: usize, _: usize, _: &mut [f64]| {},
-            |_: usize, _: Part, _: &mut [f64]| false,
-            |_: usize, _: usize, _: &[f64]| {},
-        );
-        fluids.vjp(&Serial, &mut Silent, &mut forces, &mut cotangents, &mut gradients)
+        simulate(fluids, &input, &mut |_, _| {}).unwrap();
+        back(fluids, &input, f64::NAN)
     });
-    assert_eq!(ended, Err(thurible_core::Status::NotReady));
+    let index = 0;
+    let step = operator.scene.steps;
+    assert_eq!(
+        ended,
+        refused(What::Cotangent { step }, InputError::NotFinite { index })
+    );
+    input[3 + 2 * 3 + 1][9] = f64::INFINITY;
+    let run = |input: &Input| operator.with::<D2, _>(input, |fluids| simulate(fluids, input, &mut |_, _| {}));
+    let index = 9;
+    assert_eq!(
+        run(&input),
+        refused(What::Force { step: 3 }, InputError::NotFinite { index })
+    );
+    // Along a ring nothing holds it.
+    for step in 0..step {
+        input[3 + 2 * step + 1].fill(f64::MAX);
+    }
+    assert_eq!(run(&input), Err(OperatorError::TooFast { step: step - 1 }));
+    input[0].pop();
+    let (expected, given) = (96, 95);
+    assert_eq!(
+        run(&input),
+        refused(What::Density, InputError::Length { expected, given })
+    );
 }

@@ -14,7 +14,7 @@ impl Part {
     }
 }
 
-pub const PARTS: [Part; 9] = [
+pub const PARTS: [Part; 10] = [
     Part {
         name: "interface",
         files: &["problem/", "solver/"],
@@ -44,6 +44,11 @@ pub const PARTS: [Part; 9] = [
         name: "tracking and tomography",
         files: &["deblur/", "flow/", "tomography/", "track/", "walk/"],
         holds: "frames, grids of a pyramid and pictures are cut by the plan for the cells, levels and cameras that are used here; patches are of a fixed size",
+    },
+    Part {
+        name: "operator and Stable Fluids",
+        files: &["operator/", "stable_fluids/", "reversal.rs"],
+        holds: "fields, states and tapes are cut by the plan for the cells, axes, steps and slots that are used here; what a program gives is checked before",
     },
     Part {
         name: "rows",

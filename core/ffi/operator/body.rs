@@ -1,0 +1,192 @@
+//! An operator in the caller's memory.
+
+use super::config::{Chosen, ThuribleOperatorConfig};
+use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision};
+use crate::fluids::fitted;
+use crate::instance::{self, Any, Handle, place_bytes};
+use crate::result::ThuribleResult;
+use crate::steps::PARTS;
+use crate::typed;
+use thurible_core::operator::Simulator;
+use thurible_core::{
+    D2, D3, Fluids, Operator, OperatorParams, OperatorPlan, Problem, Real, SolverError, Space,
+};
+
+/// A simulation that can be differentiated, in memory of the caller: a handle, whose inside is the library's.
+pub struct ThuribleOperator {
+    _inside: (),
+}
+
+impl Handle for ThuribleOperator {
+    type Body = Body;
+    const MARK: usize = 0x4f70_6572;
+}
+
+type Implicit = Any<
+    Operator<'static, f32, D2>,
+    Operator<'static, f64, D2>,
+    Operator<'static, f32, D3>,
+    Operator<'static, f64, D3>,
+>;
+type Centers = Any<
+    Fluids<'static, f32, D2>,
+    Fluids<'static, f64, D2>,
+    Fluids<'static, f32, D3>,
+    Fluids<'static, f64, D3>,
+>;
+
+/// A simulator of either kind, precision and dimension.
+#[derive(Debug)]
+pub enum AnySimulator {
+    /// On the staggered grid.
+    Implicit(Implicit),
+    /// Stable Fluids.
+    Fluids(Centers),
+}
+
+/// Evaluates `$call` with `$one` bound to the simulator, whatever its type.
+macro_rules! simulator {
+    ($any:expr, $one:ident => $call:expr) => {
+        match $any {
+            $crate::operator::AnySimulator::Implicit(any) => $crate::each!(any, $one => $call),
+            $crate::operator::AnySimulator::Fluids(any) => $crate::each!(any, $one => $call),
+        }
+    };
+}
+
+pub(super) use simulator;
+
+/// What is behind the handle.
+#[derive(Debug)]
+pub struct Body {
+    /// The simulator, in the block behind the place.
+    pub simulator: AnySimulator,
+    /// Numbers of a density and of each component, 0 where there is none.
+    pub lens: [usize; PARTS],
+    /// Bytes of a number.
+    pub number: usize,
+    /// Axes.
+    pub dims: usize,
+    /// Steps N.
+    pub steps: usize,
+    /// How many emitters there are.
+    pub emitters: usize,
+    /// Threads that memory was planned for.
+    pub threads: usize,
+    /// Whether there is a simulation to take back.
+    pub simulated: bool,
+    /// Whether there is a gradient to read.
+    pub differentiated: bool,
+}
+
+/// Bytes of an operator with its place, states that it keeps, and steps that a gradient repeats.
+#[derive(Clone, Copy, Debug)]
+pub struct Planned {
+    pub bytes: usize,
+    pub slots: usize,
+    pub repeated: usize,
+}
+
+/// Plans an operator.
+///
+/// # Errors
+/// [`ConfigError`].
+///
+/// # Safety
+/// As [`ThuribleOperatorConfig::with`].
+pub unsafe fn plan(scene: &ThuribleConfig, config: &ThuribleOperatorConfig) -> Result<Planned, ConfigError> {
+    let kind = scene.kind()?;
+    let ceiling = scene.ceiling();
+    // SAFETY: the caller's promise.
+    let planned = unsafe {
+        config.with(scene, |problem, chosen| match chosen {
+            Chosen::Implicit(params) => typed!(kind, T, S, _W => implicit::<T, S>(problem, params)),
+            Chosen::Fluids(params, slots) => typed!(kind, T, S, _W => {
+                let (params, bytes) = fitted::<T, S>(problem, params, *slots, ceiling)?;
+                Ok(Planned {
+                    bytes,
+                    slots: params.slots.states(),
+                    repeated: params.slots.repeated_steps(problem.steps),
+                })
+            }),
+        })
+    };
+    let planned = planned.flatten()?;
+    let bytes = planned
+        .bytes
+        .checked_add(const { place_bytes::<ThuribleOperator>() })
+        .ok_or(ConfigError::Result(ThuribleResult::TooLarge))?;
+    Ok(Planned { bytes, ..planned })
+}
+
+#[inline(never)]
+fn implicit<T: Real, S: Space>(
+    problem: &Problem<'_>,
+    params: &OperatorParams,
+) -> Result<Planned, ConfigError> {
+    let plan = OperatorPlan::new::<T, S>(problem, params)?;
+    Ok(Planned {
+        bytes: plan.bytes(),
+        slots: plan.slots(),
+        repeated: plan.repeated_steps(),
+    })
+}
+
+/// Makes an operator in the first bytes of `memory`.
+///
+/// # Errors
+/// [`ThuribleResult`].
+///
+/// # Safety
+/// `memory` is null or points to `bytes` bytes that nobody else uses while the operator lives; otherwise as [`plan`].
+pub unsafe fn make(
+    memory: *mut u8,
+    bytes: usize,
+    scene: &ThuribleConfig,
+    config: &ThuribleOperatorConfig,
+) -> Result<*mut ThuribleOperator, ThuribleResult> {
+    // SAFETY: the caller's promises.
+    let simulator = unsafe {
+        let needed = plan(scene, config).map_err(ConfigError::result)?.bytes;
+        let kind = scene.kind().map_err(ConfigError::result)?;
+        let block = instance::behind::<ThuribleOperator>(memory, bytes, needed)?;
+        config.with(scene, |problem, chosen| match chosen {
+            Chosen::Implicit(params) => typed!(kind, T, S, Wrap => {
+                made(Operator::<T, S>::new(problem, params, block), Wrap).map(AnySimulator::Implicit)
+            }),
+            Chosen::Fluids(params, slots) => typed!(kind, T, S, Wrap => {
+                let ceiling = scene.ceiling();
+                let (params, _) = fitted::<T, S>(problem, params, *slots, ceiling)?;
+                made(Fluids::<T, S>::new(problem, &params, block), Wrap).map(AnySimulator::Fluids)
+            }),
+        })
+    };
+    let simulator = simulator.map_err(ConfigError::result)??;
+    let (precision, dims) = scene.kind().map_err(ConfigError::result)?;
+    let lens = simulator!(&simulator, one => [
+        Simulator::density_len(one),
+        Simulator::vector_len(one, 0),
+        Simulator::vector_len(one, 1),
+        Simulator::vector_len(one, 2),
+    ]);
+    let body = Body {
+        simulator,
+        lens,
+        number: if precision == ThuriblePrecision::F32 { 4 } else { 8 },
+        dims,
+        steps: scene.steps,
+        emitters: scene.emitter_count,
+        threads: scene.threads,
+        simulated: false,
+        differentiated: false,
+    };
+    let handle: *mut ThuribleOperator = memory.cast();
+    // SAFETY: the caller's promise; the bytes before the block are the place's.
+    unsafe { instance::settle(handle, body) };
+    Ok(handle)
+}
+
+/// What was made, as one of its kind.
+fn made<M, A>(made: Result<M, SolverError>, wrap: fn(M) -> A) -> Result<A, ThuribleResult> {
+    Ok(wrap(made?))
+}
