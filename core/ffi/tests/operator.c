@@ -222,6 +222,18 @@ static void taylor(Work *work) {
     if (!(best < 1e-6)) fprintf(stderr, "simulator %u, %uD: %g\n", (unsigned)work->config.simulator, (unsigned)work->scene.dimensions, best);
 }
 
+/* A covector that is the same everywhere is all gradient: no velocity gets anything by it, and no cycle of the adjoint is needed. */
+static void gradient_alone(void) {
+    Work work;
+    make(&work, THURIBLE_SIMULATOR_IMPLICIT, THURIBLE_PRECISION_F64, 3);
+    value(&work);
+    for (size_t part = 0; part < PARTS; part++)
+        for (size_t index = 0; index < (STEPS + 1) * work.len[part]; index++) put(work.covector[part], work.number, index, part == 1);
+    back(&work);
+    for (size_t index = 0; index < work.len[0]; index++) CHECK(fabs(get(work.by_start[0], work.number, index)) < 1e-9);
+    drop(&work);
+}
+
 /* What callbacks of a step see and do. */
 typedef struct {
     Work *work;
@@ -668,6 +680,7 @@ int main(void) {
             }
             free(work.shape), free(work.by_shape);
         }
+    gradient_alone();
     ceilings(THURIBLE_SIMULATOR_IMPLICIT);
     ceilings(THURIBLE_SIMULATOR_STABLE_FLUIDS);
     for (uint32_t controls = 1; controls <= 4; controls *= 2) {

@@ -33,6 +33,8 @@ const LEFT_OF_ADJOINT: f64 = 1e-2;
 const SURE: f64 = 0.3;
 /// Rounding errors of a residual, in parts of its largest term.
 const ROUNDING: f64 = 16.0;
+/// Rounding errors of projecting a gradient, in parts of its size.
+const OF_GRADIENT: f64 = 4.0;
 /// A step whose rounding errors are a larger part of its speed is not solved.
 const MOST_ROUNDING: f64 = 1e-3;
 
@@ -204,12 +206,15 @@ impl<'a, T: Real> Step<'a, T> {
         let mut enough = None;
         let speed = self.speed(exec, view(&self.v), sums);
         let known = libm::sqrt(dot(exec, shape, view(&self.adjoint), view(&self.adjoint), sums));
+        // What projecting leaves of a covector that is all gradient.
+        let given = libm::sqrt(dot(exec, shape, view(&self.given), view(&self.given), sums));
+        let noise = OF_GRADIENT * T::EPSILON * given;
         for _ in 0..CORRECTIONS {
             self.residual::<S>(exec, observer, Law::Adjoint, sums)?;
             let size = libm::sqrt(dot(exec, shape, view(&self.residual), view(&self.residual), sums));
             let enough =
                 *enough.get_or_insert((known + size) * self.setup.tolerance.max(self.rounding(speed)));
-            if size <= enough {
+            if size <= enough.max(noise) {
                 return Ok(());
             }
             if !size.is_finite() {
