@@ -196,7 +196,10 @@ fn set_reference<T: Number, S: Space>(
 }
 
 /// The components of a flow.
-fn components<'py, S: Space>(field: &str, flow: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+pub(crate) fn components<'py, S: Space>(
+    field: &str,
+    flow: &Bound<'py, PyAny>,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let wanted = format!(
         "a sequence of {} arrays: the components along x, y and so on",
         S::DIM
@@ -294,7 +297,10 @@ fn readable<'py, V: Element>(
 
 /// The values of a density in order. What transport has undershot becomes 0 in a copy, with a warning; what is plainly no density is
 /// refused.
-fn density<'a, T: Number>(field: &str, array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<Cow<'a, [T]>> {
+pub(crate) fn density<'a, T: Number>(
+    field: &str,
+    array: &'a PyReadonlyArrayDyn<'_, T>,
+) -> PyResult<Cow<'a, [T]>> {
     let values = numbers(array)?;
     let Some(found) = Undershoot::of(&values) else {
         return Ok(values);

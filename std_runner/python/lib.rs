@@ -1,7 +1,7 @@
 //! Thurible in Python: `thurible_smoke.solve` and `thurible_smoke.plan` on NumPy's arrays.
 //!
 //! The arguments ([`choices`], [`effects`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
-//! own ([`watch`]), its state kept by [`mod@keep`]; what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`], [`mod@tomography`] and [`mod@operator`] are ways of their own. The package
+//! own ([`watch`]), its state kept by [`mod@keep`]; what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`], [`mod@tomography`], [`mod@operator`] (whose simulator is [`mod@simulating`]) and [`mod@steering`] are ways of their own. The package
 //! `thurible_smoke` has it all under its own name, and what `jax` and `torch` take the operator by.
 
 pub mod block;
@@ -10,15 +10,19 @@ pub mod choices;
 pub mod covectors;
 pub mod effects;
 pub mod inputs;
+pub mod iterated;
+mod keep;
 pub mod operating;
 pub mod operator;
-mod keep;
 pub mod place;
 pub mod plan;
 mod reconstruct;
 pub mod reconstructed;
+pub mod simulating;
 pub mod solution;
 pub mod solve;
+pub mod steered;
+pub mod steering;
 mod templates;
 pub mod tomography;
 pub mod track;
@@ -43,6 +47,10 @@ mod _thurible {
     use crate::solution::{Given, Solution};
     #[pymodule_export]
     use crate::solve::solve;
+    #[pymodule_export]
+    use crate::steered::Found;
+    #[pymodule_export]
+    use crate::steering::stable_fluids;
     #[pymodule_export]
     use crate::tomography::tomography;
     #[pymodule_export]

@@ -6,13 +6,13 @@ use crate::place::Number;
 use crate::plan::Precision;
 use crate::watch::interruptible;
 use crate::words::{read, refused};
-use crate::worked::{Gradient, Work, room, stopped};
+use crate::worked::{Gradient, found, room, stopped};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::borrow::Cow;
 use thurible_core::Boundary;
-use thurible_core::operator::{Given, Start, View};
+use thurible_core::operator::{Given, Simulator, Start, View};
 
 /// What is known of an operator beside its memory.
 pub struct About {
@@ -22,6 +22,8 @@ pub struct About {
     pub steps: usize,
     /// How each axis ends.
     pub boundary: Vec<Boundary>,
+    /// Whether components are at the centres of cells too.
+    pub centers: bool,
     /// Of all arrays.
     pub precision: Precision,
     /// The forces of the last simulation, which its way back reads again.
@@ -35,10 +37,10 @@ pub struct About {
 }
 
 impl About {
-    /// Shape of the faces across an axis.
+    /// Shape of a component: that of the faces across its axis, or of the cells.
     pub fn faces_of(&self, axis: usize) -> Vec<usize> {
         let mut faces = self.shape.clone();
-        let closed = self.boundary.get(axis) != Some(&Boundary::Periodic);
+        let closed = !self.centers && self.boundary.get(axis) != Some(&Boundary::Periodic);
         let along = faces.len() - 1 - axis;
         faces
             .iter_mut()
@@ -99,7 +101,7 @@ impl About {
     pub fn run<'py, T: Number>(
         &mut self,
         py: Python<'py>,
-        work: &mut dyn Work<T>,
+        work: &mut (dyn Simulator<T> + Send),
         density: &Bound<'py, PyAny>,
         velocity: Option<&Bound<'py, PyAny>>,
         forces: Option<&Bound<'py, PyAny>>,
@@ -191,7 +193,7 @@ impl About {
     pub fn back<'py, T: Number>(
         &self,
         py: Python<'py>,
-        work: &mut dyn Work<T>,
+        work: &mut (dyn Simulator<T> + Send),
         density: Option<&Bound<'py, PyAny>>,
         velocity: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Gradient> {
@@ -255,7 +257,7 @@ impl About {
     fn gradient<T: Number>(
         &self,
         py: Python<'_>,
-        work: &mut dyn Work<T>,
+        work: &mut (dyn Simulator<T> + Send),
         by_force: Vec<Vec<T>>,
     ) -> PyResult<Gradient> {
         let (steps, dims) = (self.steps, self.shape.len());
@@ -270,7 +272,7 @@ impl About {
         let mut of_shapes = (0..count)
             .map(|_| room::<T>(cells))
             .collect::<PyResult<Vec<_>>>()?;
-        let found = work.found(&mut rho, &mut v, &mut of_shapes);
+        let found = found(work, &mut rho, &mut v, &mut of_shapes);
         let mut emitters = Vec::new();
         for ((shape, of), pushes) in of_shapes.into_iter().zip(found.emitters).zip(&self.pushes) {
             let emitter = PyDict::new(py);

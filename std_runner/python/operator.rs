@@ -5,56 +5,33 @@ use crate::choices::Choices;
 use crate::effects;
 use crate::inputs::{array, flags, numbers, unusable};
 use crate::operating::About;
-use crate::place::Number;
 use crate::plan::{Precision, precision};
-use crate::words::{automatic, number, plan_refused, read, refused};
+use crate::simulating::{Any, Chosen, Planned, STEERS, each};
+use crate::words::{read, refused};
 use crate::worked::Gradient;
 use core::mem::MaybeUninit;
-use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use thurible::bytes::{self, grouped};
-use thurible::owned::OwnedProblem;
-use thurible::threads;
-use thurible_core::{D2, D3, OperatorParams, OperatorPlan, PlanError, Space};
-
-/// An operator of either precision in either dimension.
-enum Any {
-    Plane32(thurible_core::Operator<'static, f32, D2>),
-    Plane64(thurible_core::Operator<'static, f64, D2>),
-    Space32(thurible_core::Operator<'static, f32, D3>),
-    Space64(thurible_core::Operator<'static, f64, D3>),
-}
-
-/// Calls `$work` with the operator, whatever it is.
-macro_rules! each {
-    ($any:expr, $one:ident => $work:expr) => {
-        match $any {
-            Any::Plane32($one) => $work,
-            Any::Plane64($one) => $work,
-            Any::Space32($one) => $work,
-            Any::Space64($one) => $work,
-        }
-    };
-}
+use thurible::bytes::grouped;
 
 /// A simulation as an operator, for arrays of `shape`, whose last axis is x, over `steps` steps, and its exact adjoint in planned memory.
 ///
 /// `simulate` gives densities and velocities, `vjp` what a scalar function of them gets by where they begin and by what pushes them. The way back
-/// keeps `slots` states, by default as many as memory_limit holds; how many changes time and memory, and no bit.
+/// keeps `slots` states, by default as many as memory_limit holds; how many changes time and memory, and no bit. `solver` is "implicit", on the
+/// staggered grid, or "stable_fluids", with everything at the centres of cells and `options` of its own.
 #[pyclass(module = "thurible_smoke", name = "Operator", weakref)]
 pub struct PyOperator {
     // Before the block, in which it lives.
     any: Any,
     about: About,
-    plan: OperatorPlan,
+    plan: Planned,
     _block: Block,
 }
 
 /// What an operator does not have.
-const CONTROL: [&str; 12] = [
+const CONTROL: [&str; 11] = [
     "method",
-    "options",
     "iterations",
     "force_weight",
     "smoothness",
@@ -70,7 +47,7 @@ const CONTROL: [&str; 12] = [
 #[pymethods]
 impl PyOperator {
     #[new]
-    #[pyo3(signature = (shape, steps, **choices), text_signature = "(shape, steps, *, dtype='float64', dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, templates=None, solids=None, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, tolerance=1e-10, slots='auto', threads=None, memory_limit=None)")]
+    #[pyo3(signature = (shape, steps, **choices), text_signature = "(shape, steps, *, dtype='float64', dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, templates=None, solids=None, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, solver='implicit', options=None, tolerance=1e-10, slots='auto', threads=None, memory_limit=None)")]
     fn new(shape: &Bound<'_, PyAny>, steps: usize, choices: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();
         let shape: Vec<usize> = read(
@@ -85,48 +62,36 @@ impl PyOperator {
         let given = choices.map_or_else(|| Ok(PyDict::new(py)), |choices| choices.copy())?;
         for name in CONTROL {
             if given.contains(name)? {
-                let why = "steers, and an operator steers nothing; take it out";
-                return Err(refused(name, why));
+                return Err(refused(name, STEERS));
             }
         }
         given.set_item("steps", steps)?;
         let emitters = effects::emitters(Some(&given))?;
-        let others = ["dtype", "tolerance", "slots"];
-        let (choices, [dtype, tolerance, slots]) =
-            Choices::read(&shape, Vec::new(), &emitters, Some(&given), others)?;
+        let chosen =
+            Chosen::read(["solver", "tolerance", "slots", "options"].map(|name| taken(&given, name)))?;
+        let (choices, [dtype]) = Choices::read(&shape, Vec::new(), &emitters, Some(&given), ["dtype"])?;
         let precision = dtype.map_or(Ok(Precision::Double), |dtype| precision(&dtype))?;
-        let mut params = OperatorParams::default();
-        if let Some(tolerance) = tolerance {
-            params.tolerance = number("tolerance", &tolerance)?;
-        }
-        if let Some(slots) = slots {
-            params.slots = automatic("slots", &slots)?;
-        }
-        let plan = plan(&choices, &mut params, precision)?;
+        let plan = Planned::new(&choices, chosen, precision)?;
         let short = || {
             PyMemoryError::new_err(format!(
                 "the system has not the {} bytes that the operator needs",
-                grouped(plan.bytes())
+                grouped(plan.bytes)
             ))
         };
-        let mut block = Block::new(plan.bytes()).ok_or_else(short)?;
+        let mut block = Block::new(plan.bytes).ok_or_else(short)?;
         let memory = block.bytes_mut();
         // SAFETY: the bytes stay where they are until the block is dropped, which is after the operator, the only one to use them.
         let memory: &'static mut [MaybeUninit<u8>] =
             unsafe { core::slice::from_raw_parts_mut(memory.as_mut_ptr(), memory.len()) };
+        let any = plan.make(&choices, precision, memory)?;
         let scene = &choices.scene;
-        let any = match (shape.len(), precision) {
-            (2, Precision::Single) => Any::Plane32(made(scene, &params, memory)?),
-            (2, Precision::Double) => Any::Plane64(made(scene, &params, memory)?),
-            (_, Precision::Single) => Any::Space32(made(scene, &params, memory)?),
-            (_, Precision::Double) => Any::Space64(made(scene, &params, memory)?),
-        };
         let mut operator = Self {
             any,
             about: About {
                 shape,
                 steps,
                 boundary: scene.boundary.clone(),
+                centers: chosen.has_centers(),
                 precision,
                 forces: Vec::new(),
                 runs: 0,
@@ -135,7 +100,7 @@ impl PyOperator {
                     .iter()
                     .map(|emitter| emitter.velocity.is_some())
                     .collect(),
-                threads: params.threads,
+                threads: plan.threads,
             },
             plan,
             _block: block,
@@ -147,25 +112,25 @@ impl PyOperator {
     /// Bytes of the operator's block.
     #[getter]
     fn planned_bytes(&self) -> usize {
-        self.plan.bytes()
+        self.plan.bytes
     }
 
-    /// States that are kept.
+    /// States that are kept; 0 where Stable Fluids keeps all that its adjoint reads.
     #[getter]
     fn slots(&self) -> usize {
-        self.plan.slots()
+        self.plan.slots
     }
 
     /// Bytes with one state more; None where every step has one.
     #[getter]
     fn next_slot_bytes(&self) -> Option<usize> {
-        self.plan.next_slot()
+        self.plan.next
     }
 
     /// Steps that a gradient repeats beside the one for each step that it takes back, the simulation counted.
     #[getter]
     fn repeated_steps(&self) -> usize {
-        self.plan.repeated_steps()
+        self.plan.repeated
     }
 
     /// Steps.
@@ -210,8 +175,8 @@ impl PyOperator {
             self.about.shape,
             self.about.steps,
             self.dtype(),
-            grouped(self.plan.bytes()),
-            self.plan.slots(),
+            grouped(self.plan.bytes),
+            self.plan.slots,
             self.about.steps
         )
     }
@@ -231,7 +196,7 @@ impl PyOperator {
         at: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let about = &mut self.about;
-        each!(&mut self.any, one => about.run(py, one, density, velocity, forces, at))
+        each!(&mut self.any, one => about.run(py, one.as_mut(), density, velocity, forces, at))
     }
 
     /// The gradient of a scalar function of the last simulation, by its covectors: what it gets by density, (steps + 1, ny, nx), and by velocity,
@@ -245,46 +210,15 @@ impl PyOperator {
         velocity: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Gradient> {
         let about = &self.about;
-        each!(&mut self.any, one => about.back(py, one, density, velocity))
+        each!(&mut self.any, one => about.back(py, one.as_mut(), density, velocity))
     }
 }
 
-/// An operator in memory.
-fn made<T: Number, S: Space>(
-    scene: &OwnedProblem,
-    params: &OperatorParams,
-    memory: &'static mut [MaybeUninit<u8>],
-) -> PyResult<thurible_core::Operator<'static, T, S>> {
-    let made = thurible_core::Operator::new(&scene.problem(), params, memory);
-    made.map_err(|error| PyRuntimeError::new_err(error.to_string()))
-}
-
-/// Plans under the ceiling, on fewer threads if that is what it takes and nobody asked for a number.
-fn plan(choices: &Choices, params: &mut OperatorParams, precision: Precision) -> PyResult<OperatorPlan> {
-    params.ceiling = choices.memory_limit.or_else(bytes::of_machine);
-    params.threads = choices.threads.unwrap_or_else(threads::available);
-    let problem = choices.scene.problem();
-    loop {
-        let planned = match (choices.scene.cells.len(), precision) {
-            (2, Precision::Single) => OperatorPlan::new::<f32, D2>(&problem, params),
-            (2, Precision::Double) => OperatorPlan::new::<f64, D2>(&problem, params),
-            (_, Precision::Single) => OperatorPlan::new::<f32, D3>(&problem, params),
-            (_, Precision::Double) => OperatorPlan::new::<f64, D3>(&problem, params),
-        };
-        match planned {
-            Err(PlanError::Ceiling { needed, ceiling })
-                if choices.threads.is_some() || params.threads <= 1 =>
-            {
-                return Err(PyMemoryError::new_err(format!(
-                    "the operator needs {} bytes, and memory_limit or the machine allows {}; raise memory_limit, keep fewer slots, or take fewer cells",
-                    grouped(needed),
-                    grouped(ceiling)
-                )));
-            }
-            Err(PlanError::Ceiling { .. }) => params.threads /= 2,
-            other => return other.map_err(plan_refused),
-        }
-    }
+/// An argument, taken out of the others.
+fn taken<'py>(given: &Bound<'py, PyDict>, name: &str) -> Option<Bound<'py, PyAny>> {
+    let value = given.get_item(name).ok().flatten()?;
+    given.del_item(name).ok()?;
+    (!value.is_none()).then_some(value)
 }
 
 impl PyOperator {

@@ -4,6 +4,7 @@ use crate::block::Block;
 use crate::choices::Choices;
 use crate::effects;
 use crate::inputs::{self, Common, Inputs};
+use crate::iterated::Kept;
 use crate::keep::{self, Keep};
 use crate::place::{self, Number, Place, fields};
 use crate::plan::{self, Planned, Precision};
@@ -168,7 +169,11 @@ impl Job<'_> {
         let mass_factors = inputs.set_inputs(&mut solver, &common, &periodic)?;
         let mut keep = states.begin(&mut solver)?;
         let callback = progress.map(Bound::unbind);
-        let ended = watch::solve(py, &mut solver, params.threads, callback, keep.as_mut())?;
+        let mut kept = Kept {
+            solver: &mut solver,
+            keep: keep.as_mut(),
+        };
+        let ended = watch::solve(py, &mut kept, params.threads, callback)?;
         if let Some(error) = keep.and_then(|keep| keep.trouble) {
             let text = CString::new(format!("checkpoint: the state could not be kept: {error}"))?;
             PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)?;

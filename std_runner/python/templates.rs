@@ -113,9 +113,12 @@ impl<'a, 'py> One<'a, 'py> {
 /// A template as it was found, and its amplitudes.
 #[derive(Clone, Debug)]
 pub struct FoundTemplate {
-    template: Template,
-    amplitudes: Vec<Vec<f64>>,
-    dims: usize,
+    /// With its middle and radius as found.
+    pub template: Template,
+    /// The numbers of its amplitude in each interval.
+    pub amplitudes: Vec<Vec<f64>>,
+    /// Axes.
+    pub dims: usize,
 }
 
 /// All templates of a solver.

@@ -1,6 +1,6 @@
 //! A solve on a thread of its own, while the thread that called it listens: to Python's signals, and to what its callback says.
 
-use crate::keep::Keep;
+use crate::iterated::Iterated;
 use crate::words::read;
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +11,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use thurible::threads;
-use thurible_core::{Event, Exec, Fact, Kind, Observer, Progress, Real, Serial, Solver, Space, Status};
+use thurible_core::{Event, Exec, Fact, Kind, Observer, Progress, Serial, Status};
 
 /// How often signals, as that of Ctrl-C, are looked for.
 const LISTEN: Duration = Duration::from_millis(50);
@@ -162,12 +162,11 @@ struct Line<'a> {
 
 /// Solves with the interpreter released; `callback` hears every iteration on the thread of the caller, and stops by returning `False`
 /// or raising.
-pub fn solve<T: Real, S: Space>(
+pub fn solve(
     py: Python<'_>,
-    solver: &mut Solver<'_, T, S>,
+    iterated: &mut dyn Iterated,
     count: usize,
     callback: Option<Py<PyAny>>,
-    keep: Option<&mut Keep>,
 ) -> PyResult<Ended> {
     py.detach(|| {
         let stop = AtomicBool::new(false);
@@ -179,7 +178,7 @@ pub fn solve<T: Real, S: Space>(
                 iterations,
                 answers,
             };
-            let work = move || on_threads(count, |exec| line.iterate(solver, exec, keep));
+            let work = move || on_threads(count, |exec| line.iterate(iterated, exec));
             let worker = spawn(scope, work)?;
             let listened = listen(&heard, &answer, callback);
             if listened.is_err() {
@@ -258,15 +257,10 @@ fn joined<R>(worker: thread::ScopedJoinHandle<'_, R>) -> PyResult<R> {
 
 impl Line<'_> {
     /// Iterates to the end and makes the result feasible: how the solve ended, and how its last step did.
-    fn iterate<T: Real, S: Space>(
-        self,
-        solver: &mut Solver<'_, T, S>,
-        exec: &dyn Exec,
-        mut keep: Option<&mut Keep>,
-    ) -> [Status; 2] {
+    fn iterate(self, iterated: &mut dyn Iterated, exec: &dyn Exec) -> [Status; 2] {
         let began = Instant::now();
         let status = loop {
-            let progress = solver.step(exec, &mut Stop(self.stop));
+            let progress = iterated.step(exec, &mut Stop(self.stop));
             // An iteration that was cut short, or was not finite, has no numbers.
             if !matches!(progress.status, Some(Status::Cancelled | Status::NotFinite)) {
                 let iteration = Iteration::new(&progress, began.elapsed().as_secs_f64());
@@ -278,13 +272,11 @@ impl Line<'_> {
             if let Some(status) = progress.status {
                 break status;
             }
-            if let Some(keep) = &mut keep {
-                keep.after(solver);
-            }
+            iterated.after();
         };
         let usable = status != Status::NotReady && !self.stop.load(Ordering::Relaxed);
         if usable {
-            [status.of_result(solver.finish(exec).is_ok()), status]
+            [status.of_result(iterated.finish(exec)), status]
         } else {
             [status; 2]
         }

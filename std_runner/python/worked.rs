@@ -1,12 +1,11 @@
-//! What an operator of either dimension does, and what its way back gives.
+//! What the way back of an operator gives.
 
 use crate::place::Number;
 use crate::words::refused;
 use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use thurible_core::operator::{Ask, EmitterGradient, OperatorError, Show, Start};
-use thurible_core::{Exec, Observer, Operator, Space};
+use thurible_core::operator::{EmitterGradient, OperatorError, Simulator};
 
 /// The gradient of a scalar function of a simulation.
 #[pyclass(frozen, get_all, module = "thurible_smoke", name = "Gradient")]
@@ -31,70 +30,28 @@ pub struct Found {
     pub emitters: Vec<EmitterGradient>,
 }
 
-/// An operator of either dimension.
-pub trait Work<T>: Send {
-    /// See [`Operator::simulate`].
-    fn simulate(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        start: &Start<'_, T>,
-        force: &mut Ask<'_, T>,
-        show: &mut Show<'_, T>,
-    ) -> Result<(), OperatorError>;
-
-    /// See [`Operator::vjp`].
-    fn vjp(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        force: &mut Ask<'_, T>,
-        cotangent: &mut Ask<'_, T>,
-        show: &mut Show<'_, T>,
-    ) -> Result<(), OperatorError>;
-
-    /// Reads the rest of the gradient.
-    fn found(&self, density: &mut [T], velocity: &mut [Vec<T>], shapes: &mut [Vec<T>]) -> Found;
-}
-
-impl<T: Number, S: Space + Send> Work<T> for Operator<'static, T, S> {
-    fn simulate(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        start: &Start<'_, T>,
-        force: &mut Ask<'_, T>,
-        show: &mut Show<'_, T>,
-    ) -> Result<(), OperatorError> {
-        Operator::simulate(self, exec, observer, start, force, show)
+/// Reads what a way back found beside the forces.
+pub fn found<T: Number>(
+    work: &dyn Simulator<T>,
+    density: &mut [T],
+    velocity: &mut [Vec<T>],
+    shapes: &mut [Vec<T>],
+) -> Found {
+    let view = work.gradient();
+    view.read_density(density);
+    for (axis, v) in velocity.iter_mut().enumerate() {
+        view.read_vector(axis, v);
     }
-
-    fn vjp(
-        &mut self,
-        exec: &dyn Exec,
-        observer: &mut dyn Observer,
-        force: &mut Ask<'_, T>,
-        cotangent: &mut Ask<'_, T>,
-        show: &mut Show<'_, T>,
-    ) -> Result<(), OperatorError> {
-        Operator::vjp(self, exec, observer, force, cotangent, show)
+    for (index, shape) in shapes.iter_mut().enumerate() {
+        if let Some(view) = work.shape_gradient(index) {
+            view.read_density(shape);
+        }
     }
-
-    fn found(&self, density: &mut [T], velocity: &mut [Vec<T>], shapes: &mut [Vec<T>]) -> Found {
-        let view = self.gradient();
-        view.read_density(density);
-        for (axis, v) in velocity.iter_mut().enumerate() {
-            view.read_vector(axis, v);
-        }
-        for (index, shape) in shapes.iter_mut().enumerate() {
-            self.shape_gradient(index).read_density(shape);
-        }
-        Found {
-            buoyancy: self.buoyancy_gradient(),
-            emitters: (0..shapes.len())
-                .map(|index| self.emitter_gradient(index))
-                .collect(),
-        }
+    Found {
+        buoyancy: work.buoyancy_gradient(),
+        emitters: (0..shapes.len())
+            .map(|index| work.emitter_gradient(index))
+            .collect(),
     }
 }
 

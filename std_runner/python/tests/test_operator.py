@@ -45,7 +45,9 @@ def slope(value):
 
 class Gradients(unittest.TestCase):
     def check(self, shape, steps, **choices):
-        operator = thurible_smoke.Operator(shape, steps, advection="central", advection_tolerance=1e-200, tolerance=1e-12, **choices)
+        if choices.get("solver") != "stable_fluids":
+            choices |= {"advection": "central", "advection_tolerance": 1e-200, "tolerance": 1e-12}
+        operator = thurible_smoke.Operator(shape, steps, **choices)
         density, velocity, forces = draw(operator, 1)
         found = operator.simulate(density, velocity, forces)
         random = np.random.default_rng(2)
@@ -76,6 +78,41 @@ class Gradients(unittest.TestCase):
         self.assertEqual(gradient.emitters[0]["shape"].shape, (8, 9))
         self.assertEqual(len(gradient.emitters[0]["velocity"]), 2)
         self.assertEqual(len(gradient.buoyancy), 2)
+
+    def test_by_differences_with_stable_fluids(self):
+        wind = {"kind": "wind", "center": (0.4, 0.6), "radius": 0.3, "amplitude": (0.05, -0.02)}
+        operator, _, _, gradient = self.check((8, 9), 4, solver="stable_fluids", templates=[wind], viscosity=1e-3, options={"diffusion": 1e-3}, slots=2)
+        self.assertEqual(operator.faces, ((8, 9), (8, 9)))
+        self.assertEqual((operator.slots, gradient.velocity[0].shape, len(gradient.emitters)), (2, (8, 9), 0))
+        self.check((6, 5, 7), 3, solver="stable_fluids", boundary="periodic", buoyancy=0.1, dt=0.5, length=2.0)
+        cg = {"pressure": "cg", "cg_iterations": 30, "cg_tolerance": 1e-12}
+        self.check((8, 9), 4, solver="stable_fluids", boundary=("wall", "periodic"), options=cg, slots=0)
+
+    def test_by_buoyancy_with_stable_fluids(self):
+        def run(lift):
+            operator = thurible_smoke.Operator((8, 9), 4, solver="stable_fluids", buoyancy=(0.0, lift))
+            density, velocity, forces = draw(operator, 1)
+            found = operator.simulate(density, velocity, forces)
+            covectors = [np.random.default_rng(2).standard_normal(field.shape) for field in (found[0], *found[1])]
+            return along((found[0], *found[1]), covectors), operator.vjp(covectors[0], covectors[1:]).buoyancy[1]
+
+        expected = (run(0.2 + 1e-6)[0] - run(0.2 - 1e-6)[0]) / 2e-6
+        self.assertAlmostEqual(run(0.2)[1], expected, delta=1e-6 * abs(expected))
+
+    def test_slots_of_stable_fluids(self):
+        found = []
+        for slots in (0, 1, 3):
+            operator = thurible_smoke.Operator((8, 9), 6, solver="stable_fluids", slots=slots, threads=1)
+            density, velocity, forces = draw(operator, 1)
+            operator.simulate(density, velocity, forces)
+            gradient = operator.vjp({6: density}, {2: velocity})
+            found.append([gradient.density, *gradient.velocity, *gradient.forces])
+            self.assertEqual(operator.slots, slots)
+            with self.assertRaises(MemoryError):
+                thurible_smoke.Operator((8, 9), 6, solver="stable_fluids", slots=slots, threads=1, memory_limit=operator.planned_bytes - 1)
+        for other in found[1:]:
+            for mine, theirs in zip(found[0], other):
+                np.testing.assert_array_equal(mine, theirs)
 
     def test_steps_alone_and_no_forces(self):
         operator = thurible_smoke.Operator((8, 9), 6)
@@ -150,10 +187,74 @@ class Gradients(unittest.TestCase):
             (FloatingPointError, "too fast", lambda: operator.simulate(density, [1e6 * v for v in velocity])),
             (ValueError, "force_weight steers", lambda: thurible_smoke.Operator((8, 9), 3, force_weight=1.0)),
             (ValueError, "operator.slots is 9", lambda: thurible_smoke.Operator((8, 9), 3, slots=9)),
+            (ValueError, 'solver is "euler"', lambda: thurible_smoke.Operator((8, 9), 3, solver="euler")),
+            (ValueError, "options steers", lambda: thurible_smoke.Operator((8, 9), 3, options={"sweeps": 3})),
+            (ValueError, "tolerance is of the implicit", lambda: thurible_smoke.Operator((8, 9), 3, solver="stable_fluids", tolerance=1e-9)),
+            (ValueError, "history.*steers", lambda: thurible_smoke.Operator((8, 9), 3, solver="stable_fluids", options={"history": 3})),
+            (TypeError, "no option of this method sweep", lambda: thurible_smoke.Operator((8, 9), 3, solver="stable_fluids", options={"sweep": 3})),
+            (ValueError, "stable_fluids knows no", lambda: thurible_smoke.Operator((8, 9), 3, solver="stable_fluids", solids=density > 0.9)),
+            (ValueError, "slots is 9", lambda: thurible_smoke.Operator((8, 9), 3, solver="stable_fluids", slots=9)),
             (TypeError, "there is no argument gravity", lambda: thurible_smoke.Operator((8, 9), 3, gravity=9)),
         ]:
             with self.assertRaisesRegex(error, words):
                 act()
+
+
+class Search(unittest.TestCase):
+    """`stable_fluids`: a blob goes to the right by each control."""
+
+    def setUp(self):
+        y, x = np.mgrid[0:16, 0:16]
+        self.blob = lambda at: np.exp(-((x - at) ** 2 + (y - 7.5) ** 2) / 8.0)
+        self.x = x
+
+    def search(self, **choices):
+        choices = {"force_weight": 0.1, "options": {"initial_weight": 0.1}, "iterations": 15, **choices}
+        return thurible_smoke.stable_fluids(self.blob(5.0), {6: self.blob(9.0)}, **choices)
+
+    def test_each_control(self):
+        wind = {"kind": "wind", "center": (0.5, 0.5), "radius": 0.4, "interval": 3, "move": True}
+        for control, more in (("initial_velocity", {}), (["forces"], {"slots": 2}), ("templates", {"templates": [wind]})):
+            found = self.search(control=control, **more)
+            self.assertEqual((found.density.shape, found.velocity[1].shape, found.force[0].shape), ((7, 16, 16), (7, 16, 16), (6, 16, 16)))
+            self.assertLess(found.objective, 0.5 * found.history[0].objective)
+            self.assertAlmostEqual(found.objective, found.data_term + found.force_term + found.initial_term)
+            self.assertIn(found.status, ("converged", "max_iterations"))
+            np.testing.assert_array_equal(found.density[0], self.blob(5.0))
+            self.assertGreater((found.density[-1] * self.x).sum() / found.density[-1].sum(), 7.5)
+            self.assertEqual(found.slots, more.get("slots", 0))
+            self.assertEqual(len(found.templates), len(more.get("templates", [])))
+        self.assertEqual(len(found.templates[0]["amplitude"]), 2)
+        self.assertGreater(found.templates[0]["amplitude"][0][0], 0.0)
+
+    def test_the_flow_is_that_of_the_operator(self):
+        found = self.search()
+        operator = thurible_smoke.Operator((16, 16), 6, solver="stable_fluids")
+        density, velocity = operator.simulate(found.density[0], [v[0] for v in found.velocity])
+        for mine, theirs in zip((density, *velocity), (found.density, *found.velocity)):
+            np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-13)
+
+    def test_it_goes_on_from_a_velocity_and_can_be_stopped(self):
+        ahead = [np.full((16, 16), 0.04), np.zeros((16, 16))]
+        heard = []
+        found = self.search(initial_velocity=ahead, progress=lambda entry: heard.append(entry.iteration) or len(heard) < 3)
+        self.assertEqual((heard, found.status, len(found.history)), ([1, 2, 3], "cancelled", 3))
+        self.assertLess(found.history[0].objective, self.search().history[0].objective)
+
+    def test_what_is_wrong_is_refused(self):
+        for error, words, choices in [
+            (ValueError, 'control is "wind"', {"control": "wind"}),
+            (ValueError, "control is empty", {"control": []}),
+            (ValueError, "method is chosen", {"method": "direct"}),
+            (ValueError, "template", {"control": "templates"}),
+            (ValueError, "stable_fluids knows no", {"release": 4}),
+            (ValueError, r"initial_velocity\[0\] has shape", {"initial_velocity": [np.zeros((16, 17)), np.zeros((17, 16))]}),
+            (ValueError, "progress cannot be called", {"progress": 3}),
+            (TypeError, "there is no argument gravity", {"gravity": 9}),
+            (MemoryError, "memory_limit", {"memory_limit": 1000, "threads": 1}),
+        ]:
+            with self.assertRaisesRegex(error, words):
+                self.search(**choices)
 
 
 def missing(name):
@@ -169,11 +270,19 @@ def missing(name):
 class Jax(unittest.TestCase):
     def test_gradients(self):
         import jax
+
+        jax.config.update("jax_enable_x64", True)
+        for operator in (
+            thurible_smoke.Operator((7, 8), 3, boundary="periodic", tolerance=1e-12),
+            thurible_smoke.Operator((7, 8), 3, solver="stable_fluids"),
+        ):
+            self.check(operator)
+
+    def check(self, operator):
+        import jax
         import jax.numpy as jnp
         import thurible_smoke.jax
 
-        jax.config.update("jax_enable_x64", True)
-        operator = thurible_smoke.Operator((7, 8), 3, boundary="periodic", tolerance=1e-12)
         simulate = thurible_smoke.jax.simulation(operator)
         density, velocity, forces = draw(operator, 5)
 

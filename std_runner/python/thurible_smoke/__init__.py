@@ -1,6 +1,6 @@
 """Steers smoke: finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
 
-`solve` and `plan` are the solver, `track` and `tomography` find flows and densities behind pictures, and `Operator` is a simulation that can
+`solve` and `plan` are the solver, `stable_fluids` searches by another simulator, `track` and `tomography` find flows and densities behind pictures, and `Operator` is a simulation that can
 be differentiated. `thurible_smoke.jax` and `thurible_smoke.torch` make a function of it that jax or torch differentiates.
 """
 
@@ -11,11 +11,13 @@ from ._thurible import (
     Plan,
     Progress,
     Solution,
+    StableFluids,
     Tomography,
     Track,
     __version__,
     plan,
     solve,
+    stable_fluids,
     tomography,
     track,
 )
@@ -27,11 +29,13 @@ __all__ = [
     "Plan",
     "Progress",
     "Solution",
+    "StableFluids",
     "Tomography",
     "Track",
     "__version__",
     "plan",
     "solve",
+    "stable_fluids",
     "tomography",
     "track",
 ]

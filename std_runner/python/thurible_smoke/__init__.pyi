@@ -432,6 +432,72 @@ class Solution:
         """Threads on which it was solved."""
 
 @final
+class StableFluids:
+    """What a search by Stable Fluids found: everything at the centres of cells."""
+
+    @property
+    def density(self) -> Numbers:
+        """Densities, (steps + 1, (nz,) ny, nx)."""
+    @property
+    def velocity(self) -> tuple[Numbers, ...]:
+        """Velocities along x, y (and z), each of the shape of `density`."""
+    @property
+    def force(self) -> tuple[Numbers, ...]:
+        """Forces, those of templates among them, (steps, (nz,) ny, nx) each."""
+    @property
+    def templates(self) -> list[dict[str, Any]]:
+        """Templates as they were found, with the keys that they are given by: an amplitude for each interval."""
+    @property
+    def objective(self) -> float:
+        """`data_term + force_term + initial_term`."""
+    @property
+    def data_term(self) -> float:
+        """Distance from the keyframes."""
+    @property
+    def force_term(self) -> float:
+        """Price of the force."""
+    @property
+    def initial_term(self) -> float:
+        """Price of the velocity at the start."""
+    @property
+    def status(self) -> Literal["converged", "max_iterations", "stalled", "cancelled"]:
+        """Why the search stopped."""
+    @property
+    def history(self) -> list[Progress]:
+        """All iterations."""
+    @property
+    def mass_factors(self) -> list[float]:
+        """By how much each keyframe was scaled to the mass of the source."""
+    @property
+    def planned_bytes(self) -> int:
+        """Bytes of the block in which it was searched."""
+    @property
+    def slots(self) -> int:
+        """States that were kept; 0 where all that the adjoint reads was."""
+    @property
+    def repeated_steps(self) -> int:
+        """Steps that a gradient repeats."""
+    @property
+    def threads(self) -> int:
+        """Threads on which it ran."""
+
+def stable_fluids(
+    source: Numbers,
+    keyframes: Mapping[int, Numbers] | Iterable[tuple[int, Numbers]],
+    *,
+    control: Literal["initial_velocity", "forces", "templates"] | Sequence[str] = "initial_velocity",
+    options: Mapping[str, Any] | None = None,
+    slots: int | Literal["auto"] = "auto",
+    initial_velocity: Sequence[Numbers] | None = None,
+    **choices: Any,
+) -> StableFluids:
+    """Searches for what carries the smoke of `source` through `keyframes` by Stable Fluids, for the controls that are named.
+
+    `choices` are steps, dt, length, boundary, viscosity, buoyancy, templates (winds and vortices), force_weight, weights, filters, match_mass, iterations,
+    threads, memory_limit and progress, as `solve` takes them; `options` are those of `[method.stable_fluids]` in a scene. Keyframes may be at step 1.
+    slots=0 keeps all that the adjoint reads."""
+
+@final
 class Gradient:
     """What a scalar function of a simulation gets by what the simulation follows from."""
 
@@ -458,6 +524,10 @@ class Operator:
     Called with shape (ny, nx) or (nz, ny, nx) and steps, and by name dtype="float64", dt, length, boundary, viscosity, buoyancy, emitters, templates,
     solids, advection, advection_tolerance, projection_tolerance as `solve`, tolerance=1e-10 (what steps leave, and about the relative error of
     gradients), slots="auto" (states that are kept), threads, memory_limit.
+
+    solver="stable_fluids" simulates by Stable Fluids: everything is at the centres of cells, so that components have the shape of a density; it knows no
+    emitters, solids or open ends, slots=0 keeps all that its adjoint reads, and `options` are pressure, sweeps, cg_iterations, cg_tolerance, adjoint
+    and diffusion.
     """
 
     def __new__(cls, shape: Sequence[int], steps: int, **choices: Any) -> Operator: ...
@@ -466,7 +536,7 @@ class Operator:
         """Shape of a density."""
     @property
     def faces(self) -> tuple[tuple[int, ...], ...]:
-        """Shapes of the components of a velocity or force along x, y (and z)."""
+        """Shapes of the components of a velocity or force along x, y (and z): of faces, or of cells with Stable Fluids."""
     @property
     def steps(self) -> int:
         """Steps."""
