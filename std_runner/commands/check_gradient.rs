@@ -4,7 +4,8 @@ use super::options::Options;
 use crate::bytes::grouped;
 use crate::console::print;
 use crate::exit::{DONE, Failure, NOT_FINITE};
-use crate::gradient::{self, INPUTS, Table};
+use crate::fluids;
+use crate::gradient::{self, Kept, Table};
 use crate::problem::Precision;
 use crate::progress::{Display, Mode};
 use crate::scene::{Document, Scene};
@@ -39,7 +40,11 @@ pub fn run(arguments: &CheckGradientArguments) -> Result<u8, Failure> {
     } else {
         Scene::free_of(document)?
     };
-    let table = gradient::check(&scene, &options.plan())?;
+    let table = if scene.method.fluids.chosen {
+        fluids::check_gradient(&scene, &options.plan())?
+    } else {
+        gradient::check(&scene, &options.plan())?
+    };
     match options.mode() {
         Mode::Human => show(&table),
         Mode::Json => Display::new(Mode::Json, 0).event("gradient_check", table.fields()),
@@ -53,14 +58,17 @@ fn show(table: &Table) {
         "J = {:.6e}, its derivative along a random direction {:.6e}",
         table.value, table.slope
     ));
-    for (name, part) in INPUTS.iter().zip(table.parts).filter(|(_, part)| *part != 0.0) {
+    for (name, part) in table.parts.iter().filter(|(_, part)| *part != 0.0) {
         print(&format!("  by {name:<24}{part:>14.6e}"));
     }
+    let Kept {
+        bytes,
+        slots,
+        repeated,
+    } = table.kept;
     print(&format!(
-        "operator: {} bytes, {} states kept, {} steps repeated",
-        grouped(table.bytes),
-        table.slots,
-        table.repeated
+        "operator: {} bytes, {slots} states kept, {repeated} steps repeated",
+        grouped(bytes)
     ));
     print("    step        J(t) - J       remainder   in parts of the derivative");
     for row in &table.rows {

@@ -1,11 +1,13 @@
 //! Stable Fluids by a scene: planned, searched or simulated in one block of memory, written a step at a time.
 
+mod checked;
 mod inputs;
 mod job;
 mod plan;
 mod record;
 mod written;
 
+pub(crate) use checked::check as check_gradient;
 pub(crate) use plan::{planned, print_plan};
 
 use crate::address_space;

@@ -7,8 +7,10 @@
 mod point;
 mod table;
 
+pub(crate) use point::noise;
 pub use point::{INPUTS, Point};
-pub use table::{Row, Table};
+pub(crate) use table::STEPS;
+pub use table::{Kept, Row, Table};
 
 use crate::bytes;
 use crate::exit::Failure;
@@ -20,9 +22,7 @@ use crate::run::inputs::solid_cells;
 use crate::scene::Scene;
 use crate::threads;
 use thurible_core::operator::{OperatorError, Start};
-use thurible_core::{
-    D2, D3, Exec, Operator, OperatorParams, OperatorPlan, PlanError, Silent, Space, stable_fluids,
-};
+use thurible_core::{D2, D3, Exec, Operator, OperatorParams, OperatorPlan, PlanError, Silent, Space};
 
 /// What a step should look like.
 struct Wanted {
@@ -48,13 +48,6 @@ pub(crate) struct Check<'s> {
 /// # Errors
 /// [`Failure`]
 pub fn check(scene: &Scene, options: &PlanOptions) -> Result<Table, Failure> {
-    if scene.method.fluids.chosen {
-        let why = format!(
-            "is {:?}, whose gradient is not that of the simulation that is checked here; take another method, as in --set method.name=\"lbfgs\"",
-            stable_fluids::NAME
-        );
-        return Err(scene.document.refuse("method.name", why));
-    }
     let limit = options.limit.or_else(bytes::of_machine);
     let notes = &mut Vec::new();
     let mut check = Check {
@@ -170,9 +163,13 @@ impl Check<'_> {
             .carve(plan.bytes())
             .ok_or_else(|| Failure::Memory("the block of memory is too small".into()))?;
         let (value, parts) = self.gradient::<S>(exec, block)?;
-        let slope: f64 = parts.iter().sum();
-        let mut table = Table::new(value, slope, parts, plan);
-        for step in table::STEPS {
+        let kept = Kept {
+            bytes: plan.bytes(),
+            slots: plan.slots(),
+            repeated: plan.repeated_steps(),
+        };
+        let mut table = Table::new(value, INPUTS.into_iter().zip(parts).collect(), kept);
+        for step in STEPS {
             table.push(step, self.value::<S>(exec, block, step)?);
         }
         Ok(table)

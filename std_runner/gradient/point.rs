@@ -46,7 +46,7 @@ pub struct Point {
 }
 
 /// From -1 to 1, by a hash (SplitMix64) of what is asked for.
-fn noise(what: u64, step: usize, axis: usize, at: usize) -> f64 {
+pub(crate) fn noise(what: u64, step: usize, axis: usize, at: usize) -> f64 {
     let seed = [what, step as u64, axis as u64, at as u64];
     let mixed = seed.into_iter().fold(0x9E37_79B9_7F4A_7C15_u64, |state, part| {
         let mut z = (state ^ part).wrapping_add(0x9E37_79B9_7F4A_7C15);

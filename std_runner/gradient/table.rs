@@ -1,11 +1,9 @@
 //! Taylor's table of a gradient, and what it says.
 
-use super::INPUTS;
 use serde_json::{Value, json};
-use thurible_core::OperatorPlan;
 
 /// The steps along the direction.
-pub(super) const STEPS: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+pub(crate) const STEPS: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 /// What is judged are steps of at most this.
 const SMALL: f64 = 1e-6;
 /// What the difference quotient may be away from the derivative, whatever the order.
@@ -35,32 +33,37 @@ pub struct Table {
     pub value: f64,
     /// Its derivative along the direction by the adjoint.
     pub slope: f64,
-    /// The part of it that each of [`INPUTS`] has.
-    pub parts: [f64; INPUTS.len()],
+    /// The part of it that each input has, by its name.
+    pub parts: Vec<(&'static str, f64)>,
     /// The lines, largest step first.
     pub rows: Vec<Row>,
-    /// Bytes of the operator, states that it keeps, and steps that its gradient repeats.
+    /// What it ran in.
+    pub kept: Kept,
+}
+
+/// The memory of a gradient.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept {
+    /// Bytes of the block.
     pub bytes: usize,
-    /// States that it keeps.
+    /// States that are kept.
     pub slots: usize,
-    /// Steps that its gradient repeats.
+    /// Steps that the gradient repeats.
     pub repeated: usize,
 }
 
 impl Table {
-    pub(super) fn new(value: f64, slope: f64, parts: [f64; INPUTS.len()], plan: &OperatorPlan) -> Self {
+    pub(crate) fn new(value: f64, parts: Vec<(&'static str, f64)>, kept: Kept) -> Self {
         Self {
             value,
-            slope,
+            slope: parts.iter().map(|(_, part)| part).sum(),
             parts,
             rows: Vec::new(),
-            bytes: plan.bytes(),
-            slots: plan.slots(),
-            repeated: plan.repeated_steps(),
+            kept,
         }
     }
 
-    pub(super) fn push(&mut self, step: f64, value: f64) {
+    pub(crate) fn push(&mut self, step: f64, value: f64) {
         let change = value - self.value;
         let remainder = change - step * self.slope;
         self.rows.push(Row {
@@ -96,19 +99,17 @@ impl Table {
                 "relative": row.relative,
             })
         };
-        let parts = INPUTS
-            .iter()
-            .zip(self.parts)
-            .map(|(name, part)| (name.replace(' ', "_"), json!(part)));
+        let parts = self.parts.iter();
+        let parts = parts.map(|(name, part)| (name.replace(' ', "_"), json!(part)));
         json!({
             "exact": self.is_exact(),
             "value": self.value,
             "derivative": self.slope,
             "parts": Value::Object(parts.collect()),
             "rows": self.rows.iter().map(row).collect::<Vec<_>>(),
-            "bytes": self.bytes,
-            "slots": self.slots,
-            "repeated_steps": self.repeated,
+            "bytes": self.kept.bytes,
+            "slots": self.kept.slots,
+            "repeated_steps": self.kept.repeated,
         })
     }
 }
@@ -118,15 +119,12 @@ mod tests {
     use super::*;
 
     fn table(slope: f64) -> Table {
-        let mut table = Table {
-            value: 1.0,
-            slope,
-            parts: [0.0; INPUTS.len()],
-            rows: Vec::new(),
+        let kept = Kept {
             bytes: 0,
             slots: 1,
             repeated: 0,
         };
+        let mut table = Table::new(1.0, vec![("all", slope)], kept);
         // J(t) = 1 + 2 t + 3 t^2.
         STEPS
             .iter()

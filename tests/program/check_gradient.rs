@@ -57,20 +57,43 @@ fn fewer_states_are_kept_under_a_limit_and_the_gradient_is_the_same() {
     );
 }
 
-/// Stable Fluids' gradient is not that of the operator: a table of that would say nothing of it.
+/// The gradient of the search, by each of its controls alone and by several at once.
 #[test]
-fn another_simulator_is_refused_by_name() {
+fn gradients_of_stable_fluids_are_exact() {
+    let templates = "template=[{ kind = \"wind\", center = [0.5, 0.4], radius = 0.3, interval = 3, move = true, amplitude = [0.1, 0.2] }, { kind = \"vortex\", center = [0.4, 0.5], radius = 0.2 }]";
+    let fluids = ["--set", "method.name=stable_fluids"];
+    for (scene, control, cells) in [
+        ("small_letter", "[\"initial_velocity\"]", "[24, 24]"),
+        ("small_letter", "[\"forces\"]", "[24, 24]"),
+        ("small_letter", "[\"initial_velocity\", \"forces\"]", "[24, 24]"),
+        ("small_letter", "[\"templates\"]", "[24, 24]"),
+        ("small_3d", "[\"initial_velocity\"]", "[12, 12, 12]"),
+    ] {
+        let control = format!("method.stable_fluids.control={control}");
+        let cells = format!("grid.cells={cells}");
+        for slots in ["method.stable_fluids.slots=0", "method.stable_fluids.slots=3"] {
+            let mut more = vec!["--set", &control, "--set", &cells, "--set", slots];
+            if control.contains("templates") {
+                more.extend(["--set", templates]);
+            }
+            let said = checked(scene, &[&fluids[..], &more].concat());
+            assert_eq!(said["exact"], true, "{scene}, {control}: {said}");
+            let parts = said["parts"].as_object().unwrap();
+            assert!(
+                !parts.is_empty() && parts.keys().all(|name| control.contains(name.as_str())),
+                "{said}"
+            );
+        }
+    }
+    let free = ["--set", "keyframe=[]"];
     refused(
         &run(&[
-            "check-gradient",
-            "examples/small_letter.toml",
-            "--set",
-            "method.name=stable_fluids",
-        ]),
-        &[
-            "`method.name` is \"stable_fluids\"",
-            "--set method.name=\"lbfgs\"",
-        ],
+            &["check-gradient", "examples/small_letter.toml"],
+            &fluids[..],
+            &free,
+        ]
+        .concat()),
+        &["`keyframe`"],
     );
 }
 
