@@ -1,6 +1,7 @@
 //! One scene by several methods, one after the other in this process.
 
-use super::figures::{Figures, ends};
+use super::figures::{Figures, descends, ends};
+use super::staggered::{Staggered, staggered};
 use super::words::listed;
 use crate::console;
 use crate::exit::{DONE, FILE, Failure, NOT_FINITE};
@@ -98,6 +99,8 @@ fn price_alike(scenes: &mut [Scene]) -> Option<String> {
 pub(crate) struct Comparison {
     /// Methods with a result, in order.
     pub solved: Vec<Outcome>,
+    /// The results of another simulator on the grid of the others, at the places of `solved`.
+    pub staggered: Vec<Option<Staggered>>,
     /// Methods without a result, and the reason.
     pub failed: Vec<(String, String)>,
     /// What was changed so that all solve the same problem.
@@ -125,13 +128,19 @@ impl Comparison {
                 break;
             }
             let rule = lineup.settled.filter(|(of, _)| *of == scene.method.params.method);
+            let elsewhere = scene.method.fluids.chosen.then(|| scene.clone());
             let request = Request {
                 interrupt: Some(interrupt.clone()),
                 settled: rule.map(|(_, part)| part),
                 ..Request::new(scene, folder.join(method), Clock::start())
             };
             match solve(options, request) {
-                Ok(outcome) => comparison.solved.push(outcome),
+                Ok(outcome) => {
+                    let brought =
+                        elsewhere.map(|scene| staggered(&scene, &folder.join(method), &options.plan));
+                    comparison.staggered.push(brought.transpose()?);
+                    comparison.solved.push(outcome);
+                }
                 Err(Failure::NotFinite(why)) => {
                     if options.mode != Mode::Quiet {
                         console::error(&format!("thurible: {method}: {why}"));
@@ -149,10 +158,21 @@ impl Comparison {
         self.solved.iter().map(|solved| &solved.record)
     }
 
-    /// The rows of the table.
+    /// The rows of the table: of another simulator what it comes to on the grid of the others.
     pub fn figures(&self) -> Vec<Figures> {
-        let ends = ends(self.records());
-        self.records().map(|record| Figures::of(record, ends)).collect()
+        let ends = self.ends();
+        let rows = self.records().zip(&self.staggered);
+        rows.map(|(record, staggered)| Figures::of(record, staggered.as_ref(), ends))
+            .collect()
+    }
+
+    /// The least objective, and the largest of those that descend to it.
+    fn ends(&self) -> (f64, f64) {
+        let totals = self.records().zip(&self.staggered).map(|(record, staggered)| {
+            let objective = staggered.map_or(record.objective, |found| found.objective);
+            (objective.total(), staggered.is_none() && descends(record))
+        });
+        ends(totals)
     }
 
     /// The comparison as JSON: the least objective, the rows of the table, what failed, and what was changed.
@@ -162,7 +182,7 @@ impl Comparison {
             .iter()
             .map(|(method, why)| json!({ "method": method, "why": why }))
             .collect();
-        json!({ "best": ends(self.records()).0, "rows": self.figures(), "failed": failed, "note": self.note })
+        json!({ "best": self.ends().0, "rows": self.figures(), "failed": failed, "note": self.note })
     }
 
     /// The exit code of a comparison that was not interrupted.

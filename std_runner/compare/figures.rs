@@ -1,5 +1,6 @@
 //! The figures of one method in a comparison, from the record of its run alone.
 
+use super::staggered::Staggered;
 use crate::report::{
     IterationRecord, KeyframeRecord, ObjectiveRecord, RunRecord, SolvedBy, by_grid, by_name,
 };
@@ -35,8 +36,10 @@ pub struct Figures {
     pub ao_average: Option<f64>,
     /// Seconds of a Navier-Stokes problem, on average; ADMM only.
     pub nso_average: Option<f64>,
-    /// The objective of the feasible result.
+    /// The objective of the feasible result, on the staggered grid.
     pub objective: ObjectiveRecord,
+    /// Of another simulator the objective that it searched by, on its own grid.
+    pub own_objective: Option<ObjectiveRecord>,
     /// The largest relative distance from a keyframe.
     pub keyframe_error: f64,
     /// The same of the source held still.
@@ -50,8 +53,9 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// The figures of `record`; `best` is the least final objective, `worst` the largest of the methods that descend.
-    pub fn of(record: &RunRecord, (best, worst): (f64, f64)) -> Self {
+    /// The figures of `record`, and what it comes to on the staggered grid where it is of another; `best` is the least final objective, `worst` the
+    /// largest of the methods that descend.
+    pub(crate) fn of(record: &RunRecord, staggered: Option<&Staggered>, (best, worst): (f64, f64)) -> Self {
         let finest = finest(record);
         let coarser = record.history.len() - finest.len();
         let seconds = record.history.last().map_or(0.0, |entry| entry.seconds);
@@ -62,13 +66,20 @@ impl Figures {
             iterations: finest.len(),
             coarser_iterations: coarser,
             seconds,
-            seconds_to_best: reached(finest, record.objective.total(), NEAR * best),
-            seconds_to_worst: reached(finest, record.objective.total(), worst),
+            // The way of another objective says nothing of this one.
+            seconds_to_best: reached(finest, record.objective.total(), NEAR * best)
+                .filter(|_| staggered.is_none()),
+            seconds_to_worst: reached(finest, record.objective.total(), worst)
+                .filter(|_| staggered.is_none()),
             iteration_average: (seconds - record.seconds.nested) / finest.len().max(1) as f64,
             ao_average: spent(record.seconds.ao_average),
             nso_average: spent(record.seconds.nso_average),
-            objective: record.objective,
-            keyframe_error: largest(record, |keyframe| keyframe.relative_l2),
+            objective: staggered.map_or(record.objective, |found| found.objective),
+            own_objective: staggered.map(|_| record.objective),
+            keyframe_error: staggered.map_or_else(
+                || largest(record, |keyframe| keyframe.relative_l2),
+                |found| found.keyframe_error,
+            ),
             keyframe_error_before: largest(record, |keyframe| keyframe.relative_l2_before),
             remarks: record.remarks.clone(),
             planned_bytes: record.memory.planned_bytes,
@@ -110,20 +121,13 @@ pub fn descends(record: &RunRecord) -> bool {
     finest(record).len() > 1
 }
 
-/// The least objective of the results, and the largest of those that descend.
-pub fn ends<'a>(records: impl Iterator<Item = &'a RunRecord>) -> (f64, f64) {
-    let widened = |(least, largest): (f64, f64), record: &RunRecord| {
-        let total = record.objective.total();
-        (
-            least.min(total),
-            if descends(record) {
-                largest.max(total)
-            } else {
-                largest
-            },
-        )
+/// The least of the objectives that methods ended with, and the largest of those that descend, of objectives and whether they do.
+pub(crate) fn ends(totals: impl Iterator<Item = (f64, bool)>) -> (f64, f64) {
+    let widened = |(least, largest): (f64, f64), (total, descends): (f64, bool)| {
+        let largest = if descends { largest.max(total) } else { largest };
+        (least.min(total), largest)
     };
-    records.fold((f64::INFINITY, f64::NEG_INFINITY), widened)
+    totals.fold((f64::INFINITY, f64::NEG_INFINITY), widened)
 }
 
 #[cfg(test)]

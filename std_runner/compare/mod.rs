@@ -5,6 +5,7 @@ mod comparison;
 mod figures;
 mod page;
 pub(crate) mod publish;
+mod staggered;
 mod words;
 
 pub use figures::{Figures, NEAR};

@@ -114,9 +114,22 @@ fn table(rows: &[Figures]) -> Table {
     }
 }
 
+/// What the figures of another simulator are.
+fn elsewhere(figures: &Figures) -> Option<Block> {
+    let own = figures.own_objective?;
+    Some(Block::Text(format!(
+        "{}: objective, its parts and the worst keyframe are those of the others: its flow was brought to faces and projected, the smoke carried by that, and the force \
+         taken that makes it, from the velocity at the start that was found. On its own grid, by its own price, its objective is {}; curves and pictures are of that.",
+        figures.method.name(),
+        number(own.total())
+    )))
+}
+
 /// Notes below the table.
 fn notes(comparison: &Comparison) -> Vec<Block> {
-    let mut notes: Vec<Block> = race(&comparison.figures()).map(Block::Text).into_iter().collect();
+    let rows = comparison.figures();
+    let mut notes: Vec<Block> = race(&rows).map(Block::Text).into_iter().collect();
+    notes.extend(rows.iter().filter_map(elsewhere));
     notes.extend(
         comparison
             .failed
@@ -133,7 +146,9 @@ fn notes(comparison: &Comparison) -> Vec<Block> {
 
 /// Which method was first at the final objective of the worst one.
 fn race(rows: &[Figures]) -> Option<String> {
-    let descending = rows.iter().filter(|row| row.iterations > 1);
+    let descending = rows
+        .iter()
+        .filter(|row| row.iterations > 1 && row.own_objective.is_none());
     let worst = descending.max_by(|one, other| one.objective.total().total_cmp(&other.objective.total()))?;
     let mut times: Vec<(&str, f64)> = rows
         .iter()
