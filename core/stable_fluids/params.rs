@@ -113,7 +113,6 @@ pub enum Slots {
 
 impl Slots {
     /// How many states.
-    #[must_use]
     pub fn states(self) -> usize {
         match self {
             Self::States(states) => states,
