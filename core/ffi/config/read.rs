@@ -34,6 +34,8 @@ impl ThuribleConfig {
     ///
     /// # Safety
     /// The lists of the configuration have as many entries as it says.
+    // Not inlined: its lists take much of a stack, which callers that describe a problem twice would have twice.
+    #[inline(never)]
     pub unsafe fn with<R>(&self, work: impl FnOnce(&Problem<'_>, &Params) -> R) -> Result<R, ConfigError> {
         let dims = dimensions(self.dimensions)?;
         let boundary = ends(&self.boundary, dims)?;

@@ -48,6 +48,7 @@ pub struct Body {
 ///
 /// # Safety
 /// The lists of the scene have as many entries as it says.
+#[inline(never)]
 pub unsafe fn plan(scene: &ThuribleConfig, config: &ThuribleFluidsConfig) -> Result<[usize; 3], ConfigError> {
     let (kind, ceiling) = (scene.kind()?, scene.ceiling());
     let chosen = config.params(scene.threads)?;

@@ -23,6 +23,7 @@ pub struct Planned {
 ///
 /// # Safety
 /// The lists of `config` have as many entries as it says.
+#[inline(never)]
 pub unsafe fn plan(config: &ThuribleConfig) -> Result<Planned, ConfigError> {
     // SAFETY: the caller's promise.
     let planned = unsafe {

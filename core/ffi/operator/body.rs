@@ -94,6 +94,7 @@ pub struct Planned {
 ///
 /// # Safety
 /// As [`ThuribleOperatorConfig::with`].
+#[inline(never)]
 pub unsafe fn plan(scene: &ThuribleConfig, config: &ThuribleOperatorConfig) -> Result<Planned, ConfigError> {
     let kind = scene.kind()?;
     let ceiling = scene.ceiling();
