@@ -1,12 +1,14 @@
 //! Thurible in Python: `thurible_smoke.solve` and `thurible_smoke.plan` on NumPy's arrays.
 //!
 //! The arguments ([`choices`], [`effects`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
-//! own ([`watch`]), its state kept by [`mod@keep`]; what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`], [`mod@tomography`], [`mod@operator`] (whose simulator is [`mod@simulating`]) and [`mod@steering`] are ways of their own. The package
+//! own ([`watch`]), its state kept by [`mod@keep`]; what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`], [`mod@tomography`], [`mod@operator`] (whose simulator is [`mod@simulating`]) [`mod@steering`] and [`mod@condensing`] are ways of their own. The package
 //! `thurible_smoke` has it all under its own name, and what `jax` and `torch` take the operator by.
 
 pub mod block;
 mod cameras;
 pub mod choices;
+pub mod condensed;
+pub mod condensing;
 pub mod covectors;
 pub mod effects;
 pub mod inputs;
@@ -37,6 +39,8 @@ use pyo3::prelude::*;
 /// Steers smoke: finds the smallest force field that makes an incompressible flow of smoke pass through keyframes.
 #[pymodule]
 mod _thurible {
+    #[pymodule_export]
+    use crate::condensing::PyCondenser;
     #[pymodule_export]
     use crate::operator::PyOperator;
     #[pymodule_export]

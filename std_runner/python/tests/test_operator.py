@@ -257,6 +257,77 @@ class Search(unittest.TestCase):
                 self.search(**choices)
 
 
+class Condense(unittest.TestCase):
+    """`Condenser`: a square that is stretched, a rod under its weight."""
+
+    def square(self, n=4, **choices):
+        x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1))
+        rest = np.stack([x.ravel(), y.ravel()], axis=1)
+        at = lambda i, j: j * (n + 1) + i
+        cells = [(i, j) for j in range(n) for i in range(n)]
+        corners = [[at(i, j), at(i + 1, j), at(i + 1, j + 1)] for i, j in cells] + [[at(i, j), at(i + 1, j + 1), at(i, j + 1)] for i, j in cells]
+        held = (rest[:, 0] == 0) | (rest[:, 0] == 1)
+        return rest, held, thurible_smoke.Condenser(rest, np.array(corners), held, **choices)
+
+    def stretched(self, **choices):
+        rest, held, body = self.square(**choices)
+        said = [body.step(np.where((rest[:, :1] == 1), [[0.05, 0.0]], 0.0)) for _ in range(2)]
+        return rest, held, body, said
+
+    def test_methods_agree_with_newton(self):
+        rest, held, newton, told = self.stretched(method="newton", tolerance=1e-10)
+        for said in told:
+            self.assertEqual((said["status"], len(said["energy"])), ("converged", said["iterations"] + 1))
+            self.assertTrue((np.diff(said["energy"]) <= 1e-9 * said["energy"][0]).all())
+        np.testing.assert_allclose(newton.position[held], rest[held] + np.where(rest[held][:, :1] == 1, [[0.1, 0.0]], 0.0), atol=1e-14)
+        self.assertLess(abs(newton.gradient).max(), 1e-3)
+        self.assertEqual(newton.steps, 2)
+        for method in ("cc", "projected", "warped"):
+            _, _, body, told = self.stretched(method=method, tolerance=1e-10)
+            self.assertEqual([said["status"] for said in told], ["converged"] * 2)
+            np.testing.assert_allclose(body.position, newton.position, atol=1e-7)
+            self.assertGreaterEqual(body.builds, 1)
+
+    def test_the_energy_is_that_of_the_gradient(self):
+        _, held, body, told = self.stretched(method="newton", cap=1)
+        self.assertEqual(told[0]["status"], "max_iterations")
+        self.assertEqual((body.gradient[held] == 0).all(), True)
+
+    def test_a_rod_hangs_by_its_weight(self):
+        n, young, density = 8, 1e4, 1000.0
+        rest = np.linspace(0, 1, n + 1)[:, None]
+        rod = thurible_smoke.Condenser(rest, np.stack([np.arange(n), np.arange(1, n + 1)], axis=1), np.arange(n + 1) == 0, young=young, density=density, tolerance=1e-12)
+        said = rod.step(gravity=[1.0])
+        self.assertEqual(said["status"], "converged")
+        # Linear elements are exact at their ends: u(x) = rho g / Y (x - x^2 / 2).
+        x = rest[:, 0]
+        np.testing.assert_allclose((rod.position - rest)[:, 0], density / young * (x - x * x / 2), rtol=1e-8, atol=1e-12)
+
+    def test_memory_and_refusals(self):
+        _, _, body = self.square(threads=1)
+        for limit in (body.planned_bytes - 1, 1000):
+            with self.assertRaisesRegex(MemoryError, "memory_limit"):
+                self.square(threads=1, memory_limit=limit)
+        self.assertEqual(self.square(threads=1, memory_limit=body.planned_bytes)[2].planned_bytes, body.planned_bytes)
+        for error, words, choices in [
+            (ValueError, 'method is "gauss"', {"method": "gauss"}),
+            (ValueError, "basis cannot be used", {"method": "newton", "basis": "rebuilt"}),
+            (ValueError, "poisson must be", {"poisson": 0.5}),
+            (ValueError, "spring 0", {"springs": [(0, 0, 1.0, 1.0)]}),
+            (TypeError, "there is no argument mass", {"mass": 1.0}),
+        ]:
+            with self.assertRaisesRegex(error, words):
+                self.square(**choices)
+        for words, act in [
+            ("shift has another shape", lambda: body.step(np.zeros((3, 2)))),
+            ("gravity has 3 numbers", lambda: body.step(gravity=[0.0, 0.0, 1.0])),
+            ("cannot be used", lambda: body.set_velocity(np.zeros((25, 2)))),
+            ("hold", lambda: thurible_smoke.Condenser(np.eye(3)[:, :2], [[2, 0, 1]], [False] * 3)),
+        ]:
+            with self.assertRaisesRegex(ValueError, words):
+                act()
+
+
 def missing(name):
     try:
         __import__(name)

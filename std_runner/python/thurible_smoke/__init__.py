@@ -5,6 +5,7 @@ be differentiated. `thurible_smoke.jax` and `thurible_smoke.torch` make a functi
 """
 
 from ._thurible import (
+    Condenser,
     Gradient,
     Operator,
     Output,
@@ -23,6 +24,7 @@ from ._thurible import (
 )
 
 __all__ = [
+    "Condenser",
     "Gradient",
     "Operator",
     "Output",

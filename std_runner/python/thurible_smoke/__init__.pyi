@@ -498,6 +498,39 @@ def stable_fluids(
     slots=0 keeps all that the adjoint reads."""
 
 @final
+class Condenser:
+    """An elastic body whose energy is minimised step by step, in planned memory (docs/condense.md).
+
+    Called with rest (vertices, axes), 1 to 3 axes, elements (elements, axes + 1), held (vertices,), and by name springs (tuples of two vertices, stiffness
+    and rest length), young, poisson, density, area (of rods), method ("cc", "newton", "plain", "jgs2", "jgs2_local", "projected", "chord", "warped"), basis
+    ("fixed", "rebuilt", "corotated", "corotated_rebuilt", "adaptive", "corotated_adaptive"), rebuild, radius, order, block, tolerance, cap, search,
+    dt (implicit steps; None is quasi-static), dtype, threads, memory_limit.
+    """
+
+    def __new__(cls, rest: Numbers, elements: NDArray[Any], held: NDArray[np.bool_], **choices: Any) -> Condenser: ...
+    def step(self, shift: Numbers | None = None, gravity: Sequence[float] | None = None) -> dict[str, Any]:
+        """The next step: "status", "iterations", "builds", and arrays "energy", "residual", "length" before each iteration and at the end.
+
+        Every vertex, held or not, is moved by shift first, (vertices, axes)."""
+    def set_velocity(self, velocity: Numbers) -> None:
+        """Gives free vertices a velocity before an implicit step."""
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """Where the vertices are, (vertices, axes)."""
+    @property
+    def gradient(self) -> NDArray[np.float64]:
+        """The gradient of the energy when it was made last, (vertices, axes); 0 of held vertices."""
+    @property
+    def steps(self) -> int:
+        """Steps that are done."""
+    @property
+    def builds(self) -> int:
+        """Builds of the basis, or of its factor, so far."""
+    @property
+    def planned_bytes(self) -> int:
+        """Bytes of its block."""
+
+@final
 class Gradient:
     """What a scalar function of a simulation gets by what the simulation follows from."""
 
