@@ -72,6 +72,7 @@ mod tests {
                 plain: 1.0,
                 initial: None,
             },
+            own_objective: None,
             keyframe_error,
             keyframe_error_before: 0.9,
             remarks: Vec::new(),
