@@ -59,6 +59,7 @@ pub(crate) fn is_left_behind(folder: &Path) -> bool {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

@@ -162,6 +162,7 @@ fn is_whole(file: &mut File, length: u64) -> io::Result<bool> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

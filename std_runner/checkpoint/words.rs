@@ -177,6 +177,7 @@ impl Words {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
     use thurible_core::Status;

@@ -353,6 +353,7 @@ fn document(name: &str, vary: &[String], runs: &[Run], table: Table) -> Document
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

@@ -207,6 +207,7 @@ pub(crate) fn array_names(path: &Path, key: &str) -> Result<Vec<String>, ShapeEr
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
     use std::io::Write;

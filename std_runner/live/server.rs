@@ -3,7 +3,7 @@
 use super::shared::Shared;
 use crate::exit::Failure;
 use crate::report;
-use std::net::{Ipv4Addr, SocketAddr};
+use core::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
 use tiny_http::{Header, Method, Request, Response, StatusCode};

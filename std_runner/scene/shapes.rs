@@ -121,8 +121,7 @@ fn refuse_file_beside_files(document: &Document, key: &str, table: &Table) -> Re
     let beside = ["mesh", "image", "file"];
     match beside.into_iter().find(|one| table.contains_key(*one)) {
         Some(one) if table.contains_key("files") => {
-            let why =
-                format!("stands beside `files`, which names the files of the sequence; take one of them out");
+            let why = "stands beside `files`, which names the files of the sequence; take one of them out";
             Err(document.refuse(&format!("{key}.{one}"), why))
         }
         _ => Ok(()),

@@ -14,12 +14,14 @@ mod readers;
 mod seeds;
 
 use change::{Random, changed};
+use core::panic::AssertUnwindSafe;
+use core::sync::atomic::{AtomicU64, Ordering};
+use core::time::Duration;
 use readers::{READERS, Reader};
 use std::fs;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Most bytes of an input.
 const MOST: usize = 1 << 20;

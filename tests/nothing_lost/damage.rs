@@ -3,10 +3,10 @@
 use crate::Random;
 use crate::place::{Place, result, run};
 use crate::scenes::{CASES, Case};
+use core::time::Duration;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
-use std::time::Duration;
 
 /// Damages `count` states.
 pub fn all(place: &Place, count: u64, random: &mut Random) {

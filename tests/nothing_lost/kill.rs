@@ -3,11 +3,11 @@
 use crate::Random;
 use crate::place::{Place, left_over, result, run};
 use crate::scenes::{CASES, Case};
+use core::time::Duration;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::thread::sleep;
-use std::time::Duration;
 
 /// Kills `count` solves.
 pub fn all(place: &Place, count: u64, random: &mut Random) {

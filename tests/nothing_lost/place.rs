@@ -1,10 +1,11 @@
 //! The program under test, and folders to try it in.
 
 use crate::scenes::Case;
+use core::time::Duration;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Where the program and the folders are.
 pub struct Place {

@@ -33,7 +33,7 @@ impl Operator {
         let lift = &input[input.len() - 1];
         let problem = Problem {
             keyframes: &[],
-            buoyancy: std::array::from_fn(|axis| lift.get(axis).copied().unwrap_or(0.0)),
+            buoyancy: core::array::from_fn(|axis| lift.get(axis).copied().unwrap_or(0.0)),
             ..self.scene.problem()
         };
         let mut memory = Memory::new(built::<f64, S>(&problem, &self.scene.params).unwrap());
@@ -109,7 +109,7 @@ fn simulate<S: Space>(
 ) -> Result<(), OperatorError> {
     let start = Start {
         density: &input[0],
-        velocity: std::array::from_fn(|axis| if axis < S::DIM { &input[1 + axis][..] } else { &[] }),
+        velocity: core::array::from_fn(|axis| if axis < S::DIM { &input[1 + axis][..] } else { &[] }),
     };
     fluids.simulate(&Serial, &mut Silent, &start, &mut forces::<S>(input), show)
 }
