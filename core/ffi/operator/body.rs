@@ -37,6 +37,10 @@ type Centers = Any<
 
 /// A simulator of either kind, precision and dimension.
 #[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it lies once in the caller's block, and there is no heap for the larger one"
+)]
 pub enum AnySimulator {
     /// On the staggered grid.
     Implicit(Implicit),
