@@ -486,15 +486,28 @@ def stable_fluids(
     keyframes: Mapping[int, Numbers] | Iterable[tuple[int, Numbers]],
     *,
     control: Literal["initial_velocity", "forces", "templates"] | Sequence[str] = "initial_velocity",
+    steps: int | None = None,
+    dt: float = 1.0,
+    length: float = 1.0,
+    boundary: Boundary | Sequence[Boundary] = "wall",
+    viscosity: float = 0.0,
+    buoyancy: float | Sequence[float] = 0.0,
+    templates: Sequence[Template] | None = None,
+    force_weight: float = 1e3,
+    weights: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
+    filters: int | Literal["auto"] | None = None,
+    match_mass: bool = True,
+    initial_velocity: Sequence[Numbers] | None = None,
     options: Mapping[str, Any] | None = None,
     slots: int | Literal["auto"] = "auto",
-    initial_velocity: Sequence[Numbers] | None = None,
-    **choices: Any,
+    iterations: int = 60,
+    threads: int | None = None,
+    memory_limit: int | None = None,
+    progress: Callable[[Progress], bool | None] | None = None,
 ) -> StableFluids:
     """Searches for what carries the smoke of `source` through `keyframes` by Stable Fluids, for the controls that are named.
 
-    `choices` are steps, dt, length, boundary, viscosity, buoyancy, templates (winds and vortices), force_weight, weights, filters, match_mass, iterations,
-    threads, memory_limit and progress, as `solve` takes them; `options` are those of `[method.stable_fluids]` in a scene. Keyframes may be at step 1.
+    All others are as `solve` takes them; templates are winds and vortices, `options` those of `[method.stable_fluids]` in a scene. Keyframes may be at step 1.
     slots=0 keeps all that the adjoint reads."""
 
 @final
