@@ -7,8 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Fails each call of each case, from number `first` on.
-pub fn all(place: &Place, first: u64) {
+/// Fails each call of each case, or one of `every` so many: others for each way to fail.
+pub fn all(place: &Place, every: u64) {
     let layer = place.work.join("fail.so");
     let source = concat!(env!("CARGO_MANIFEST_DIR"), "/fail.c");
     let compiler = Command::new("cc")
@@ -26,14 +26,14 @@ pub fn all(place: &Place, first: u64) {
         .filter(|case| ["direct", "windows"].contains(&case.name))
     {
         let (expected, _) = place.whole(case);
-        for (how, on) in [
+        for (first, (how, on)) in (1..).zip([
             ("ENOSPC", true),
             ("ENOSPC", false),
             ("EIO", false),
             ("EROFS", true),
             ("short", false),
-        ] {
-            let mut at = first;
+        ]) {
+            let mut at = if every > 1 { first } else { 1 };
             loop {
                 let (folder, old) = with_earlier(place, case);
                 let mut command = place.solving(&folder, case, &["--force"]);
@@ -58,7 +58,7 @@ pub fn all(place: &Place, first: u64) {
                 if count.trim().parse::<u64>().unwrap() < at {
                     break;
                 }
-                at += 1;
+                at += every;
             }
         }
     }

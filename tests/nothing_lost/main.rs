@@ -1,4 +1,4 @@
-//! Proves that nothing is lost: `thurible-nothing-lost PROGRAM WORK kill N [SEED]`, `damage N [SEED]` and `calls [FIRST]`. PROGRAM is the program
+//! Proves that nothing is lost: `thurible-nothing-lost PROGRAM WORK kill N [SEED]`, `damage N [SEED]` and `calls [EVERY]`. PROGRAM is the program
 //! `thurible`, WORK a folder that may be filled.
 #![allow(
     clippy::unwrap_used,
@@ -33,7 +33,7 @@ fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [program, work, what, rest @ ..] = arguments.as_slice() else {
         eprintln!(
-            "usage: thurible-nothing-lost PROGRAM WORK kill N [SEED] | damage N [SEED] | calls [FIRST]"
+            "usage: thurible-nothing-lost PROGRAM WORK kill N [SEED] | damage N [SEED] | calls [EVERY]"
         );
         std::process::exit(2);
     };
