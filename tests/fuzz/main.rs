@@ -85,7 +85,10 @@ fn watch_for_hangs() {
 
 /// What one reader makes of many inputs; how many broke a promise.
 fn tried(reader: &Reader, work: &Path, runs: u64, random: &mut Random) -> u64 {
+    // What goes wrong with the good inputs is the test's own fault, and is to be read.
+    let silent = std::panic::take_hook();
     let seeds = (reader.seeds)(work);
+    std::panic::set_hook(silent);
     let runs = runs / reader.dear;
     let path = work.join(reader.file);
     let (mut accepted, mut refused, mut broken) = (0, 0, 0);
@@ -112,11 +115,10 @@ fn tried(reader: &Reader, work: &Path, runs: u64, random: &mut Random) -> u64 {
         most = most.max(took_memory.saturating_sub(16 * bytes.len()));
         let why = match read {
             Ok(is_good) => {
-                assert!(
-                    is_good || whole.is_none(),
-                    "{}: input {number} is good and was refused",
-                    reader.name
-                );
+                if !is_good && whole.is_some() {
+                    eprintln!("{}: input {number} is good and was refused", reader.name);
+                    std::process::exit(1);
+                }
                 accepted += u64::from(is_good);
                 refused += u64::from(!is_good);
                 if took > Duration::from_secs(1) {
