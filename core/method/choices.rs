@@ -48,6 +48,8 @@ pub enum Numbers {
     /// Those above 0 and below this one in a scene. The solver takes all above 0: a program may ask for a tolerance so large that one
     /// iteration is enough.
     Below(f64),
+    /// Those above 0 and below this one: what there is to do grows with them.
+    Within(f64),
 }
 
 /// What is chosen.
@@ -108,7 +110,7 @@ impl Numbers {
             Self::Positive => number.is_finite() && number > 0.0,
             Self::NotNegative => number.is_finite() && number >= 0.0,
             Self::Fraction => (0.0..1.0).contains(&number),
-            Self::Below(limit) => number > 0.0 && number < limit,
+            Self::Below(limit) | Self::Within(limit) => number > 0.0 && number < limit,
         }
     }
 
@@ -120,6 +122,7 @@ impl Numbers {
             _ if self.allow(given) => Ok(()),
             Self::Fraction => Err(ProblemError::NotFraction { field, given }),
             Self::Finite => Err(ProblemError::NotFinite { field, given }),
+            Self::Within(limit) => Err(ProblemError::NotWithin { field, given, limit }),
         }
     }
 }
@@ -131,7 +134,7 @@ impl fmt::Display for Numbers {
             Self::Positive => write!(f, "a finite number above 0"),
             Self::NotNegative => write!(f, "a finite number from 0"),
             Self::Fraction => write!(f, "a number from 0 up to but not 1"),
-            Self::Below(limit) => write!(f, "a number above 0 and below {limit}"),
+            Self::Below(limit) | Self::Within(limit) => write!(f, "a number above 0 and below {limit}"),
         }
     }
 }

@@ -91,6 +91,15 @@ pub enum ProblemError {
         /// The value.
         given: f64,
     },
+    /// A number is not above 0 and below another one.
+    NotWithin {
+        /// The field.
+        field: &'static str,
+        /// The value.
+        given: f64,
+        /// What it must be below.
+        limit: f64,
+    },
     /// `smoothness` is not from 0 to [`MAX_SMOOTHNESS`].
     SmoothnessRange {
         /// The value.
@@ -209,6 +218,9 @@ impl fmt::Display for ProblemError {
             Self::NotFinite { field, given } => write!(f, "{field} is {given}; it must be finite"),
             Self::NotFraction { field, given } => {
                 write!(f, "{field} is {given}; it must be at least 0 and below 1")
+            }
+            Self::NotWithin { field, given, limit } => {
+                write!(f, "{field} is {given}; it must be above 0 and below {limit}")
             }
             Self::SmoothnessRange { given } => {
                 write!(f, "smoothness is {given}; it must be from 0 to {MAX_SMOOTHNESS}")

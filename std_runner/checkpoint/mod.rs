@@ -16,7 +16,7 @@ pub(crate) use every::{Every, parse};
 pub(crate) use keeper::{Keeper, Needs};
 pub(crate) use open::{Found, damaged, is_there, open, read, throw_away};
 pub(crate) use sealed::{Sealed, Unsealed};
-pub(crate) use solve::{Options, Solve};
+pub(crate) use solve::{Earlier, Options, Solve};
 pub(crate) use words::Words;
 
 use std::path::{Path, PathBuf};

@@ -20,6 +20,17 @@ pub(crate) struct Solve {
     text: String,
     /// What the command line changed of it, in order.
     pub assignments: Vec<String>,
+    #[serde(flatten)]
+    pub options: Options,
+    inputs: Vec<Input>,
+}
+
+/// A folder in a sentence of a command, and a step of the result in it.
+pub(crate) type Earlier = Option<(String, PathBuf, Option<usize>)>;
+
+/// The options of a solve that its states have to know.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Options {
     /// Whether keyframes and method of the file are left out, and the method that is taken then.
     pub free: Option<String>,
     /// f32 or f64.
@@ -31,24 +42,7 @@ pub(crate) struct Solve {
     pub shown: PathBuf,
     /// Whether pictures are drawn.
     pub images: bool,
-    /// Earlier results that it begins with or is guided by: option, folder, step.
-    pub from: Option<(String, PathBuf, Option<usize>)>,
-    pub reference: Option<(String, PathBuf, Option<usize>)>,
-    inputs: Vec<Input>,
-}
-
-/// A folder in a sentence of a command, and a step of the result in it.
-type Earlier = Option<(String, PathBuf, Option<usize>)>;
-
-/// The options of a solve that its states have to know.
-#[derive(Clone, Debug)]
-pub(crate) struct Options {
-    pub free: Option<String>,
-    pub precision: String,
-    pub ceiling: Option<usize>,
-    pub folder: PathBuf,
-    pub shown: PathBuf,
-    pub images: bool,
+    /// Earlier results that it begins with or is guided by.
     pub from: Earlier,
     pub reference: Earlier,
 }
@@ -66,15 +60,12 @@ impl Solve {
             named_from: std::env::current_dir()?,
             text: document.text().into(),
             assignments: document.assignments().map(Into::into).collect(),
-            free: options.free,
-            precision: options.precision,
-            ceiling: options.ceiling,
-            folder: options.folder,
-            shown: options.shown,
-            images: options.images,
-            from: absolute(options.from)?,
-            reference: absolute(options.reference)?,
             inputs: inputs_of(document, &results)?,
+            options: Options {
+                from: absolute(options.from)?,
+                reference: absolute(options.reference)?,
+                ..options
+            },
         })
     }
 
@@ -112,9 +103,9 @@ impl Solve {
     pub fn destination(&self) -> &Path {
         let here = std::env::current_dir().unwrap_or_default();
         if here == self.named_from {
-            &self.shown
+            &self.options.shown
         } else {
-            &self.folder
+            &self.options.folder
         }
     }
 }

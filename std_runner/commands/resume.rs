@@ -1,7 +1,7 @@
 //! `thurible resume DIR`: a solve that was not finished, on from the last state that was kept of it.
 
 use super::options::{Running, Watching};
-use crate::checkpoint::{self, Every, Found};
+use crate::checkpoint::{self, Earlier, Every, Found};
 use crate::console;
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
@@ -80,30 +80,30 @@ pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
     let precision = [Precision::F32, Precision::F64];
     let precision = precision
         .into_iter()
-        .find(|precision| precision.name() == solve.precision);
+        .find(|precision| precision.name() == solve.options.precision);
     let options = RunOptions {
         plan: PlanOptions {
             precision: precision.ok_or_else(damaged)?,
             threads: on.threads,
             limit: on.memory_limit,
-            began_under: Some(solve.ceiling),
+            began_under: Some(solve.options.ceiling),
         },
         mode,
         outputs: Outputs {
             arrays: true,
-            images: solve.images,
+            images: solve.options.images,
         },
     };
     let scene = scene_of(solve.document()?, &found)?;
     let folder = on.output.unwrap_or_else(|| solve.destination());
-    let origin = |earlier: &Option<(String, PathBuf, Option<usize>)>, option| {
+    let origin = |earlier: &Earlier, option| {
         let (_, folder, step) = earlier.clone()?;
         Some(Origin { option, folder, step })
     };
     let request = Request {
-        from: origin(&solve.from, "--from"),
-        reference: origin(&solve.reference, "--reference"),
-        free: solve.free.is_some(),
+        from: origin(&solve.options.from, "--from"),
+        reference: origin(&solve.options.reference, "--reference"),
+        free: solve.options.free.is_some(),
         checkpoint: on.checkpoint,
         watch: on.watch,
         interrupt: on.interrupt,
@@ -117,7 +117,7 @@ pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
 }
 
 fn scene_of(document: Document, found: &Found) -> Result<Scene, Failure> {
-    let Some(method) = &found.solve.free else {
+    let Some(method) = &found.solve.options.free else {
         return Scene::of(document);
     };
     let method = Method::from_name(method).map_err(|_| checkpoint::damaged(&found.slot))?;

@@ -100,7 +100,7 @@ fn number(numbers: Numbers) -> Value {
         Numbers::Positive => json!({ "type": "number", "exclusiveMinimum": 0 }),
         Numbers::NotNegative => json!({ "type": "number", "minimum": 0 }),
         Numbers::Fraction => json!({ "type": "number", "minimum": 0, "exclusiveMaximum": 1 }),
-        Numbers::Below(limit) => {
+        Numbers::Below(limit) | Numbers::Within(limit) => {
             json!({ "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": limit })
         }
     }

@@ -345,4 +345,18 @@ fn what_cannot_guide_is_refused() {
         Plan::new::<f32, D2>(&open.problem(), &open.params).map(|_| ()),
         Err(PlanError::Problem(unfit))
     );
+    // A Gaussian of any width would take any time to plan.
+    let mut wide = scene.clone();
+    for given in [64.0, 1e300] {
+        wide.params.guide.radius = given;
+        let (field, limit) = ("guide.radius", 64.0);
+        assert_eq!(
+            Plan::new::<f32, D2>(&wide.problem(), &wide.params).map(|_| ()),
+            Err(PlanError::Problem(ProblemError::NotWithin {
+                field,
+                given,
+                limit
+            }))
+        );
+    }
 }

@@ -74,7 +74,7 @@ impl Default for GuideParams {
 }
 
 choices!(GuideParams, "guide" {
-    radius: radius, Kind::Number(Numbers::Below(64.0)),
+    radius: radius, Kind::Number(Numbers::Within(64.0)),
         "what is larger than so many cells follows the given flow";
     smoothness: smoothness, Kind::Number(Numbers::Positive),
         "how smooth the correction of a step is";
