@@ -48,7 +48,7 @@ pub enum Numbers {
     /// Those above 0 and below this one in a scene. The solver takes all above 0: a program may ask for a tolerance so large that one
     /// iteration is enough.
     Below(f64),
-    /// Those above 0 and below this one: what there is to do grows with them.
+    /// Those above 0 and below this one, for the solver too: beyond it nothing is found, or what there is to do has no bound.
     Within(f64),
 }
 

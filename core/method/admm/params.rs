@@ -46,7 +46,7 @@ impl Default for AdmmParams {
 choices!(AdmmParams, "admm" {
     penalty: penalty, Kind::Number(Numbers::Positive),
         "how strongly the two halves of the method are tied together";
-    relaxation: relaxation, Kind::Number(Numbers::Below(2.0)),
+    relaxation: relaxation, Kind::Number(Numbers::Within(2.0)),
         "step of the multipliers, in parts of the penalty";
     ao_iterations: ao_iterations, Kind::Count(1000),
         "fixed-point iterations for the densities in each iteration";
