@@ -89,9 +89,15 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let mut record = Record::read(head, source);
         self.scalars(&mut record).map_err(Broken::from)?;
         self.kept(&mut record);
+        if let Err(broken) = record.ended() {
+            // Half of it is another state: nothing can be done with it but to set it up anew.
+            (self.mass, self.missing) = (0.0, self.lists.steps.len());
+            (self.prepared, self.finished) = (None, false);
+            return Err(broken.into());
+        }
         // The flow that it follows is among the fields.
         self.reference = self.reference.map(|_| true);
-        Ok(record.ended()?)
+        Ok(())
     }
 
     /// Passes over all scalars, which are all checked before anything is changed.

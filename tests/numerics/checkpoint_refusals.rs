@@ -233,6 +233,12 @@ fn pieces_are_the_same_bytes_and_any_may_be_refused() {
             }
             assert!(calls > 10, "{method:?}: {calls}");
             let rest = rest_of(&scene, solver);
+            // Half of a state is none: there is no going on from it.
+            assert!(solver.restore_from(&mut pieces(&whole, calls - 1)).is_err());
+            assert!(
+                solver.prepare(&Serial).is_err() && !solver.is_finished(),
+                "{method:?}"
+            );
             for left in 0..calls {
                 with_empty::<f64, D2, _>(&scene, 0, |solver| {
                     let refused = solver.restore_from(&mut pieces(&whole, left));
