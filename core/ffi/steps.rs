@@ -6,6 +6,7 @@ use crate::result::ThuribleResult;
 use core::cell::Cell;
 use core::ffi::c_void;
 use core::ops::ControlFlow;
+use thurible_core::operator::Simulator;
 use thurible_core::{Event, Observer, Real};
 
 /// Told of a step: before what is given for it is read, or after what is handed out was written. 0 goes on; `THURIBLE_NOTHING`, where something is
@@ -36,6 +37,12 @@ pub struct ThuribleSteps {
 
 /// The density, then the components.
 pub const PARTS: usize = 4;
+
+/// Numbers of each part of a state.
+pub fn lens<T: Real>(simulator: &impl Simulator<T>) -> [usize; PARTS] {
+    let [x, y, z] = [0, 1, 2].map(|axis| simulator.vector_len(axis));
+    [simulator.density_len(), x, y, z]
+}
 
 /// An array of the host.
 #[derive(Clone, Copy, Debug)]
@@ -100,6 +107,9 @@ impl<'a> Steps<'a> {
 
     /// Tells the host of a step; whether there is something at it.
     fn tell(&self, step: usize) -> bool {
+        if self.stopped.get() {
+            return false;
+        }
         // SAFETY: the host's function with its context.
         let told = self.on.map_or(0, |on| unsafe { on(self.context, step) });
         match told {
@@ -138,6 +148,9 @@ impl<'a> Steps<'a> {
 
     /// Has each part of a step written that the host wants, and tells it.
     pub fn take<T: Real>(&self, step: usize, mut write: impl FnMut(usize, &mut [T])) {
+        if self.stopped.get() {
+            return;
+        }
         for part in 0..PARTS {
             if let Some((values, bytes)) = self.place(part, step) {
                 // SAFETY: checked by `read`, and the caller promises the bytes.

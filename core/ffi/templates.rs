@@ -55,10 +55,9 @@ pub unsafe extern "C" fn thurible_template_amplitude(
         instance::enter(instance, |body| {
             required(amplitude)?;
             let template = at(body, index)?;
-            if !(template.from..template.to).contains(&step) {
-                return Err(ThuribleResult::Index.into());
-            }
-            let interval = (step - template.from) / template.interval.max(1);
+            let interval = template
+                .interval_at(step, template.to)
+                .ok_or(ThuribleResult::Index)?;
             let found = each!(&body.solver, solver => solver.amplitude(index, interval));
             amplitude.cast::<[f64; 3]>().write(found);
             Ok(())

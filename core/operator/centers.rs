@@ -121,6 +121,10 @@ impl<T: Real, S: Space> Simulator<T> for Fluids<'_, T, S> {
             observer,
             &mut |step, cells, out| push(force, unit, refused, (step, cells, out)),
             &mut |moment| {
+                // A force that was refused leads nowhere that is worth a look.
+                if refused.get().is_some() {
+                    return ControlFlow::Break(());
+                }
                 let view = state(&moment);
                 // What is not finite once stays so.
                 if moment.step == last && !view.is_finite() {

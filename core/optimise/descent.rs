@@ -115,7 +115,8 @@ impl Descent {
         let ended = self.iterate(exec, observer, function, tolerance, &mut course);
         course.tell(progress);
         let (outcome, objective) = ended?;
-        progress.rule = before.map(|before| Rule {
+        // Where no step was taken the gain says nothing.
+        progress.rule = before.filter(|_| course.step > 0.0).map(|before| Rule {
             value: (before.total() - objective.total()) / objective.total(),
             bound: tolerance,
         });

@@ -103,6 +103,13 @@ impl Template {
         self.slots(slots).len().div_ceil(self.interval.max(1))
     }
 
+    /// The interval that a force belongs to, where it acts among so many slots.
+    #[must_use]
+    pub fn interval_at(&self, step: usize, slots: usize) -> Option<usize> {
+        let acts = self.slots(slots).contains(&step);
+        acts.then(|| (step - self.from) / self.interval.max(1))
+    }
+
     /// How many numbers are searched for: the amplitudes, then the middle and the radius where they move.
     #[must_use]
     pub fn unknowns(&self, dims: usize, slots: usize) -> usize {

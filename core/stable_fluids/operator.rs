@@ -122,6 +122,7 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         forces: &mut Forces<'_, T>,
         each: &mut dyn FnMut(Moment<'_, '_, T>) -> ControlFlow<()>,
     ) -> Result<(), Status> {
+        self.repeated = 0;
         self.play(exec, observer, each, &mut |scene, step, place, force| {
             push(exec, scene, (step, forces), place, force);
         })
@@ -174,11 +175,12 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
                 .map(|()| 0),
             _ => march.backward(exec, steps, kept.fields, kept.steps),
         };
+        let repeated = done?;
         // The state at the start, of which the way back leaves nothing.
         flow.put_density(scene.source);
         flow.seen(|seen| given.add_adjoint(exec, 0, seen));
         let of_buoyancy = given.of_buoyancy;
-        (self.repeated, self.of_buoyancy) = (done?, of_buoyancy);
+        (self.repeated, self.of_buoyancy) = (repeated, of_buoyancy);
         Ok(())
     }
 

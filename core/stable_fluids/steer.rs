@@ -1,6 +1,6 @@
 //! The search, and its objective and gradient at given unknowns.
 
-use super::{Controls, Fluids, Search};
+use super::{Controls, Fluids, Search, Slots};
 use crate::exec::Exec;
 use crate::grid::Space;
 use crate::observe::Observer;
@@ -82,7 +82,8 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
             objective: self.objective,
             ..Progress::default()
         };
-        if !self.is_ready() || self.params.controls == Controls::none() {
+        let searches = self.params.controls != Controls::none() && self.params.slots != Slots::None;
+        if !self.is_ready() || !searches {
             progress.status = Some(Status::NotReady);
             return progress;
         }

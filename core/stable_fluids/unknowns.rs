@@ -155,8 +155,7 @@ impl Placed {
     /// The interval that a step belongs to, where it acts.
     #[must_use]
     pub fn interval(&self, step: usize) -> Option<usize> {
-        let acts = self.given.slots(self.unknowns.steps).contains(&step);
-        acts.then(|| (step - self.given.from) / self.given.interval.max(1))
+        self.given.interval_at(step, self.unknowns.steps)
     }
 
     fn unknown<T: Real>(&self, z: &[T], which: usize) -> f64 {

@@ -9,7 +9,7 @@ pub mod sized;
 mod slot;
 mod templates;
 
-pub(crate) use choices::codes;
+use choices::codes;
 pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleNorm, ThuribleNsoSolver};
 pub use choices::{ThuriblePrecision, ThuribleScheme, code, precision, wide};
 pub use default::thurible_defaults;

@@ -2,7 +2,7 @@
 
 use super::config::{ThuribleFluidsConfig, fitted};
 use super::searched::ThuribleSearched;
-use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision};
+use crate::config::{ConfigError, ThuribleConfig};
 use crate::instance::{self, Any, Handle, place_bytes};
 use crate::result::ThuribleResult;
 use crate::typed;
@@ -33,8 +33,6 @@ pub struct Body {
     pub fluids: AnyFluids,
     /// Bytes of a number.
     pub number: usize,
-    /// Axes.
-    pub dims: usize,
     /// Threads that memory was planned for.
     pub threads: usize,
     /// How far it is.
@@ -95,11 +93,10 @@ pub unsafe fn make(
         })
     };
     let fluids = fluids.map_err(ConfigError::result)??;
-    let (precision, dims) = scene.kind().map_err(ConfigError::result)?;
+    let (precision, _) = scene.kind().map_err(ConfigError::result)?;
     let body = Body {
         fluids,
-        number: if precision == ThuriblePrecision::F32 { 4 } else { 8 },
-        dims,
+        number: precision as usize,
         threads: scene.threads,
         searched: ThuribleSearched::default(),
     };

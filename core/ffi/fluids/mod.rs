@@ -7,7 +7,7 @@ mod read;
 mod search;
 mod searched;
 
-pub use body::ThuribleFluids;
+pub use body::{AnyFluids, ThuribleFluids};
 pub use calls::{
     thurible_fluids_close, thurible_fluids_explain, thurible_fluids_init, thurible_fluids_message,
     thurible_fluids_plan, thurible_fluids_set_initial_velocity, thurible_fluids_set_keyframe,

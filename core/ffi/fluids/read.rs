@@ -7,7 +7,7 @@ use crate::host::{self, Threads, ThuribleExecutor, ThuribleObserver};
 use crate::instance::{self, Refusal};
 use crate::pointer::{array, put, required, writable};
 use crate::result::{ThuribleResult, ThuribleStatus};
-use crate::steps::{Steps, ThuribleSteps, Watch};
+use crate::steps::{Steps, ThuribleSteps, Watch, lens};
 use core::cell::Cell;
 use core::ffi::c_void;
 use core::ops::ControlFlow;
@@ -36,10 +36,7 @@ pub unsafe extern "C" fn thurible_fluids_replay(
             required(status)?;
             let threads = Threads::new(executor, body.threads).ok_or(ThuribleResult::Executor)?;
             let observer = host::observer(observer).ok_or(ThuribleResult::Misaligned)?;
-            let (cells, steps) = each!(&body.fluids, one => (one.cells(), one.steps()));
-            let of = |axis: usize| if axis < body.dims { cells } else { 0 };
-            let vector = [of(0), of(1), of(2)];
-            let [x, y, z] = vector;
+            let ([cells, x, y, z], steps) = each!(&body.fluids, one => (lens(one), one.steps()));
             let states = Steps::read(states, steps + 1, ([cells, x, y, z], body.number), stopped)?;
             let forces = Steps::read(forces, steps, ([0, x, y, z], body.number), stopped)?;
             let mut watch = Watch { observer, stopped };
@@ -154,10 +151,9 @@ pub unsafe extern "C" fn thurible_fluids_template_amplitude(
             required(amplitude)?;
             let found = each!(&mut body.fluids, one => one.template(index));
             let template = found.ok_or(ThuribleResult::Index)?.template;
-            if !(template.from..template.to).contains(&step) {
-                return Err(ThuribleResult::Index.into());
-            }
-            let interval = (step - template.from) / template.interval.max(1);
+            let interval = template
+                .interval_at(step, template.to)
+                .ok_or(ThuribleResult::Index)?;
             let found = each!(&mut body.fluids, one => one.template_amplitude(index, interval));
             amplitude
                 .cast::<[f64; 3]>()

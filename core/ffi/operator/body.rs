@@ -1,13 +1,12 @@
 //! An operator in the caller's memory.
 
 use super::config::{Chosen, ThuribleOperatorConfig};
-use crate::config::{ConfigError, ThuribleConfig, ThuriblePrecision};
-use crate::fluids::fitted;
+use crate::config::{ConfigError, ThuribleConfig};
+use crate::fluids::{AnyFluids, fitted};
 use crate::instance::{self, Any, Handle, place_bytes};
 use crate::result::ThuribleResult;
-use crate::steps::PARTS;
+use crate::steps::{PARTS, lens};
 use crate::typed;
-use thurible_core::operator::Simulator;
 use thurible_core::{
     D2, D3, Fluids, Operator, OperatorParams, OperatorPlan, Problem, Real, SolverError, Space,
 };
@@ -28,12 +27,6 @@ type Implicit = Any<
     Operator<'static, f32, D3>,
     Operator<'static, f64, D3>,
 >;
-type Centers = Any<
-    Fluids<'static, f32, D2>,
-    Fluids<'static, f64, D2>,
-    Fluids<'static, f32, D3>,
-    Fluids<'static, f64, D3>,
->;
 
 /// A simulator of either kind, precision and dimension.
 #[derive(Debug)]
@@ -45,7 +38,7 @@ pub enum AnySimulator {
     /// On the staggered grid.
     Implicit(Implicit),
     /// Stable Fluids.
-    Fluids(Centers),
+    Fluids(AnyFluids),
 }
 
 /// Evaluates `$call` with `$one` bound to the simulator, whatever its type.
@@ -69,8 +62,6 @@ pub struct Body {
     pub lens: [usize; PARTS],
     /// Bytes of a number.
     pub number: usize,
-    /// Axes.
-    pub dims: usize,
     /// Steps N.
     pub steps: usize,
     /// How many emitters there are.
@@ -167,18 +158,12 @@ pub unsafe fn make(
         })
     };
     let simulator = simulator.map_err(ConfigError::result)??;
-    let (precision, dims) = scene.kind().map_err(ConfigError::result)?;
-    let lens = simulator!(&simulator, one => [
-        Simulator::density_len(one),
-        Simulator::vector_len(one, 0),
-        Simulator::vector_len(one, 1),
-        Simulator::vector_len(one, 2),
-    ]);
+    let (precision, _) = scene.kind().map_err(ConfigError::result)?;
+    let lens = simulator!(&simulator, one => lens(one));
     let body = Body {
         simulator,
         lens,
-        number: if precision == ThuriblePrecision::F32 { 4 } else { 8 },
-        dims,
+        number: precision as usize,
         steps: scene.steps,
         emitters: scene.emitter_count,
         threads: scene.threads,

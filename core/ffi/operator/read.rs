@@ -4,7 +4,6 @@ use super::body::{Body, ThuribleOperator, simulator};
 use crate::instance;
 use crate::pointer::{array, put, required, writable};
 use crate::result::ThuribleResult;
-use crate::steps::PARTS;
 use core::ffi::c_void;
 use thurible_core::Real;
 use thurible_core::operator::{EmitterGradient, Simulator, View};
@@ -41,7 +40,7 @@ pub unsafe extern "C" fn thurible_operator_bytes(
 }
 
 fn len(body: &Body, part: usize) -> Result<usize, ThuribleResult> {
-    let found = body.lens.get(part).copied().filter(|_| part < PARTS);
+    let found = body.lens.get(part).copied();
     found.filter(|&len| len > 0).ok_or(ThuribleResult::Index)
 }
 

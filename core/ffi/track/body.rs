@@ -1,7 +1,7 @@
 //! A tracker in the caller's memory.
 
 use super::config::ThuribleTrackConfig;
-use crate::config::{ConfigError, ThuriblePrecision};
+use crate::config::ConfigError;
 use crate::instance::{self, Any, Handle, place_bytes};
 use crate::result::{ThuribleResult, ThuribleStatus};
 use crate::typed;
@@ -148,7 +148,7 @@ pub unsafe fn make(
     let body = Body {
         tracker,
         dims,
-        number: if precision == ThuriblePrecision::F32 { 4 } else { 8 },
+        number: precision as usize,
         threads: config.threads,
         readvect: config.readvect == 1,
         frames: 0,

@@ -199,13 +199,32 @@ fn there_is_no_way_back_where_nothing_is_kept_or_simulated() {
 }
 
 #[test]
+fn a_new_simulation_has_repeated_nothing_yet() {
+    let (operator, input) = plane(Slots::States(1));
+    operator.with::<D2, _>(&input, |fluids| {
+        simulate(fluids, &input, &mut |_, _| {}).unwrap();
+        back(fluids, &input, 1.0).unwrap();
+        assert!(Simulator::repeated(fluids) > 0);
+        simulate(fluids, &input, &mut |_, _| {}).unwrap();
+        assert_eq!(Simulator::repeated(fluids), 0);
+    });
+}
+
+#[test]
 fn what_is_given_is_refused_by_name() {
     let (operator, mut input) = plane(Slots::States(2));
     let refused = |what: What, error: InputError| Err(OperatorError::Input { what, error });
+    let mut asked = 0;
     let ended = operator.with::<D2, _>(&input, |fluids| {
         simulate(fluids, &input, &mut |_, _| {}).unwrap();
-        back(fluids, &input, f64::NAN)
+        let wrong = &mut |_: usize, given: &mut Given<'_, f64>| {
+            asked += 1;
+            given.density(&[f64::NAN; 96]);
+        };
+        let forces = &mut forces::<D2>(&input);
+        fluids.vjp(&Serial, &mut Silent, forces, wrong, &mut |_, _| {})
     });
+    assert_eq!(asked, 1, "nothing is asked for after a refusal");
     let index = 0;
     let step = operator.scene.steps;
     assert_eq!(
@@ -213,12 +232,21 @@ fn what_is_given_is_refused_by_name() {
         refused(What::Cotangent { step }, InputError::NotFinite { index })
     );
     input[3 + 2 * 3 + 1][9] = f64::INFINITY;
-    let run = |input: &Input| operator.with::<D2, _>(input, |fluids| simulate(fluids, input, &mut |_, _| {}));
+    let mut shown = 0;
+    let mut run = |input: &Input| {
+        operator.with::<D2, _>(input, |fluids| {
+            shown = 0;
+            simulate(fluids, input, &mut |_, _| shown += 1)
+        })
+    };
     let index = 9;
     assert_eq!(
         run(&input),
         refused(What::Force { step: 3 }, InputError::NotFinite { index })
     );
+    assert_eq!(shown, 4, "the states before the force");
+    let run =
+        |input: &Input| operator.with::<D2, _>(input, |fluids| simulate(fluids, input, &mut |_, _| {}));
     // Along a ring nothing holds it.
     for step in 0..step {
         input[3 + 2 * step + 1].fill(f64::MAX);

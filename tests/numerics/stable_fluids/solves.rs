@@ -67,6 +67,15 @@ fn j_falls_by_every_control() {
     }
 }
 
+#[test]
+fn a_search_needs_a_way_back() {
+    let scene = Scene::new(&[9, 8], "ww", &[Control::InitialVelocity]).kept(Slots::None);
+    scene.with::<f64, D2, _>(|fluids| {
+        let progress = fluids.step(&Serial, &mut Silent);
+        assert_eq!(progress.status, Some(Status::NotReady));
+    });
+}
+
 /// Says stop at one piece of work.
 struct StopsAt(usize);
 
