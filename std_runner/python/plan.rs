@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyInt};
 use thurible::bytes::{self, grouped};
 use thurible::threads;
-use thurible_core::{D2, D3, Params};
+use thurible_core::{D2, D3, Params, PlanError};
 
 /// Precision of all numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +77,29 @@ pub fn choose(choices: &Choices, precision: Precision) -> PyResult<Planned> {
             _ => return Ok(planned),
         }
         threads /= 2;
+    }
+}
+
+/// What `plan` makes of a number of threads and the ceiling; of fewer threads if that is what it takes and nobody asked for a number.
+pub fn under_ceiling<P>(
+    choices: &Choices,
+    what: &str,
+    mut plan: impl FnMut(usize, Option<usize>) -> Result<P, PlanError>,
+) -> PyResult<P> {
+    let limit = choices.memory_limit.or_else(bytes::of_machine);
+    let mut threads = choices.threads.unwrap_or_else(threads::available);
+    loop {
+        match plan(threads, limit) {
+            Err(PlanError::Ceiling { needed, ceiling }) if choices.threads.is_some() || threads <= 1 => {
+                return Err(PyMemoryError::new_err(format!(
+                    "the {what} needs {} bytes, and memory_limit or the machine allows {}; raise memory_limit, keep fewer slots, or take fewer cells",
+                    grouped(needed),
+                    grouped(ceiling)
+                )));
+            }
+            Err(PlanError::Ceiling { .. }) => threads /= 2,
+            other => return other.map_err(plan_refused),
+        }
     }
 }
 

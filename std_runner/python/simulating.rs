@@ -1,14 +1,12 @@
 //! Which simulator an operator has: chosen by words, planned under its ceiling, made in its block.
 
 use crate::choices::{Choices, set_options};
-use crate::plan::Precision;
-use crate::words::{automatic, number, one_of, plan_refused, refused};
+use crate::plan::{Precision, under_ceiling};
+use crate::words::{automatic, number, one_of, refused};
 use core::mem::MaybeUninit;
-use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use thurible::bytes::{self, grouped};
-use thurible::threads;
 use thurible_core::operator::Simulator;
 use thurible_core::stable_fluids::{Controls, NAME, Slots};
 use thurible_core::{
@@ -156,24 +154,12 @@ pub struct Planned {
 impl Planned {
     /// Plans under the ceiling, on fewer threads if that is what it takes and nobody asked for a number.
     pub fn new(choices: &Choices, mut chosen: Chosen, precision: Precision) -> PyResult<Self> {
-        let ceiling = choices.memory_limit.or_else(bytes::of_machine);
-        let mut count = choices.threads.unwrap_or_else(threads::available);
         let problem = choices.scene.problem();
-        loop {
-            chosen.set_threads(count);
-            let kind = (precision, choices.scene.cells.len());
-            match typed!(kind, T, S => of::<T, S>(&problem, chosen, ceiling, count)) {
-                Err(PlanError::Ceiling { needed, ceiling }) if choices.threads.is_some() || count <= 1 => {
-                    return Err(PyMemoryError::new_err(format!(
-                        "the operator needs {} bytes, and memory_limit or the machine allows {}; raise memory_limit, keep fewer slots, or take fewer cells",
-                        grouped(needed),
-                        grouped(ceiling)
-                    )));
-                }
-                Err(PlanError::Ceiling { .. }) => count /= 2,
-                other => return other.map_err(plan_refused),
-            }
-        }
+        let kind = (precision, choices.scene.cells.len());
+        under_ceiling(choices, "operator", |threads, ceiling| {
+            chosen.set_threads(threads);
+            typed!(kind, T, S => of::<T, S>(&problem, chosen, ceiling, threads))
+        })
     }
 
     /// Makes it in its memory.

@@ -5,20 +5,19 @@ use crate::choices::{Choices, set_options};
 use crate::effects;
 use crate::inputs::{self, Common, array, components, density, numbers, unusable};
 use crate::place::Number;
-use crate::plan::Precision;
+use crate::plan::{Precision, under_ceiling};
 use crate::simulating::kept;
 use crate::steered::{Arrays, Found, found_templates, replayed};
 use crate::templates::{self, FoundTemplate};
 use crate::watch::{self, Ended};
-use crate::words::{automatic, one_of, plan_refused, read, refused};
+use crate::words::{automatic, one_of, read, refused};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use thurible::bytes::{self, grouped};
-use thurible::threads;
+use thurible::bytes::grouped;
 use thurible_core::stable_fluids::{Control, Controls, Slots};
-use thurible_core::{D2, D3, Fluids, FluidsParams, FluidsPlan, Named, PlanError, Space, Status};
+use thurible_core::{D2, D3, Fluids, FluidsParams, FluidsPlan, Named, Space, Status};
 
 /// Searches for what carries the smoke of `source` through `keyframes` by Stable Fluids: `control` is one or several of "initial_velocity" (the default), "forces"
 /// and "templates". Takes the arguments of `solve` that it knows, and `slots`; `options` are those of `[method.stable_fluids]`. `initial_velocity` is a tuple by
@@ -117,28 +116,14 @@ struct Job<'py> {
 impl Job<'_> {
     /// Plans under the ceiling, on fewer threads if that is what it takes and nobody asked for a number.
     fn plan<T: Number, S: Space>(&self) -> PyResult<(FluidsParams, FluidsPlan)> {
-        let limit = self.choices.memory_limit.or_else(bytes::of_machine);
         let problem = self.choices.scene.problem();
-        let mut count = self.choices.threads.unwrap_or_else(threads::available);
-        loop {
+        under_ceiling(&self.choices, "search", |threads, limit| {
             let params = FluidsParams {
-                threads: count,
+                threads,
                 ..self.params
             };
-            match FluidsPlan::within::<T, S>(&problem, &params, self.slots, limit) {
-                Err(PlanError::Ceiling { needed, ceiling })
-                    if self.choices.threads.is_some() || count <= 1 =>
-                {
-                    return Err(PyMemoryError::new_err(format!(
-                        "the search needs {} bytes, and memory_limit or the machine allows {}; raise memory_limit, keep fewer slots, or take fewer cells",
-                        grouped(needed),
-                        grouped(ceiling)
-                    )));
-                }
-                Err(PlanError::Ceiling { .. }) => count /= 2,
-                other => return other.map_err(plan_refused),
-            }
-        }
+            FluidsPlan::within::<T, S>(&problem, &params, self.slots, limit)
+        })
     }
 
     fn run<T: Number, S: Space + Send>(self, py: Python<'_>) -> PyResult<Found> {
