@@ -98,6 +98,18 @@ fn prepared(name: &str, scene: &str) -> (PathBuf, u64, u64) {
     (folder, start, plan["planned_bytes"].as_u64().unwrap())
 }
 
+/// The arguments of a solve that is measured.
+const SOLVE: [&str; 8] = [
+    "solve",
+    "scene.toml",
+    "--threads",
+    "1",
+    "--quiet",
+    "--force",
+    "-o",
+    "out",
+];
+
 fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
@@ -106,17 +118,7 @@ fn words(output: &Output) -> String {
 fn the_program_needs_its_plan_and_little_more() {
     let (folder, start, bytes) = prepared("ceiling_program", SCENE);
     assert!(bytes > 4 * MIB);
-    let solve = [
-        "solve",
-        "scene.toml",
-        "--threads",
-        "1",
-        "--quiet",
-        "--force",
-        "-o",
-        "out",
-    ];
-    let enough = run(&folder, start + bytes + SPARE, &solve);
+    let enough = run(&folder, start + bytes + SPARE, &SOLVE);
     assert!(
         matches!(enough.status.code(), Some(0 | 5)),
         "with {start} + {bytes} + {SPARE}: {enough:?}"
@@ -128,7 +130,7 @@ fn the_program_needs_its_plan_and_little_more() {
         "no pictures"
     );
     for less in (0..=16).map(|step| step * 32 * 1024) {
-        let short = run(&folder, start + bytes + SPARE - less, &solve);
+        let short = run(&folder, start + bytes + SPARE - less, &SOLVE);
         match short.status.code() {
             Some(0 | 5) => {}
             Some(3) => assert!(
@@ -139,7 +141,7 @@ fn the_program_needs_its_plan_and_little_more() {
             _ => panic!("{less} bytes less: {short:?}"),
         }
     }
-    let short = run(&folder, start + bytes - 65_536, &solve);
+    let short = run(&folder, start + bytes - 65_536, &SOLVE);
     assert_eq!(short.status.code(), Some(3), "64 KiB short: {short:?}");
 }
 
@@ -211,22 +213,12 @@ fn drawing_takes_what_is_promised() {
         .replace("step = 24", "step = 2")
         .replace("[0.6, 0.5]", "[9.0, 9.0]");
     let (folder, _, bytes) = prepared("ceiling_drawing", &large);
-    let solve = [
-        "solve",
-        "scene.toml",
-        "--threads",
-        "1",
-        "--quiet",
-        "--force",
-        "-o",
-        "out",
-    ];
     let promised = bytes + BESIDE + DRAWING * 1024 * 1024;
     assert!(
-        words(&run(&folder, promised, &solve)).contains("puts nothing into the box"),
+        words(&run(&folder, promised, &SOLVE)).contains("puts nothing into the box"),
         "with {promised} bytes of addresses"
     );
-    let (code, peak) = ended(limited(&folder, promised, &solve));
+    let (code, peak) = ended(limited(&folder, promised, &SOLVE));
     assert_eq!(code, Some(2));
     assert!(
         (bytes..=promised).contains(&peak),
@@ -253,24 +245,14 @@ fn a_picture_that_does_not_fit_is_refused() {
         .write_image_data(&vec![255; (side * side) as usize])
         .unwrap();
     let needed = u64::from(side * side) * 16;
-    let solve = [
-        "solve",
-        "scene.toml",
-        "--threads",
-        "1",
-        "--quiet",
-        "--force",
-        "-o",
-        "out",
-    ];
-    let short = run(&folder, start + bytes + needed / 2, &solve);
+    let short = run(&folder, start + bytes + needed / 2, &SOLVE);
     assert_eq!(short.status.code(), Some(2), "{short:?}");
     assert!(
         words(&short).contains("67,108,864 bytes to read"),
         "{}",
         words(&short)
     );
-    let enough = run(&folder, start + bytes + BESIDE + needed, &solve);
+    let enough = run(&folder, start + bytes + BESIDE + needed, &SOLVE);
     assert!(matches!(enough.status.code(), Some(0 | 5)), "{enough:?}");
 }
 

@@ -28,7 +28,7 @@ const MOST: usize = 1 << 20;
 /// Seconds after which an input that is still being read ends the program.
 const HANGS: u64 = 20;
 
-/// When the input that is read now began, in seconds since the start.
+/// Seconds that the input has been read, the largest number where none is.
 static BEGUN: AtomicU64 = AtomicU64::new(u64::MAX);
 
 fn main() {

@@ -20,7 +20,7 @@ pub struct Reader {
     /// Good inputs; what else they need is written into the folder of work.
     pub seeds: fn(&Path) -> Vec<Vec<u8>>,
     /// Makes checksums right again, often, so that changes come to what is behind them.
-    pub mend: fn(&mut Vec<u8>, &mut Random),
+    pub mend: fn(&mut [u8], &mut Random),
     /// Of how many runs one is made, where one takes long.
     pub dear: u64,
     /// Whether it accepts them.
@@ -121,7 +121,7 @@ pub const READERS: &[Reader] = &[
     },
 ];
 
-fn as_it_is(_: &mut Vec<u8>, _: &mut Random) {}
+fn as_it_is(_: &mut [u8], _: &mut Random) {}
 
 fn canvas() -> Canvas {
     Canvas {
@@ -194,11 +194,7 @@ fn font(path: &Path, _: &[u8]) -> bool {
 }
 
 /// Makes the checksums of the parts of a PNG right again, half of the time.
-#[expect(
-    clippy::ptr_arg,
-    reason = "one of a list of functions, others of which change the length"
-)]
-fn mend_png(bytes: &mut Vec<u8>, random: &mut Random) {
+fn mend_png(bytes: &mut [u8], random: &mut Random) {
     if random.below(2) == 0 {
         return;
     }
@@ -250,11 +246,7 @@ fn saved_seeds(_: &Path) -> Vec<Vec<u8>> {
 }
 
 /// Gives the head of saved bytes the right checksum, mostly.
-#[expect(
-    clippy::ptr_arg,
-    reason = "one of a list of functions, others of which change the length"
-)]
-fn mend_saved(bytes: &mut Vec<u8>, random: &mut Random) {
+fn mend_saved(bytes: &mut [u8], random: &mut Random) {
     if random.below(4) > 0 {
         let mut sum = Mix::new();
         sum.bytes(bytes.get(..32).unwrap_or(&[]));
@@ -365,11 +357,7 @@ fn is_sealed(bytes: &[u8]) -> bool {
 }
 
 /// Makes the checksum of a state right again, mostly.
-#[expect(
-    clippy::ptr_arg,
-    reason = "one of a list of functions, others of which change the length"
-)]
-fn mend_state(bytes: &mut Vec<u8>, random: &mut Random) {
+fn mend_state(bytes: &mut [u8], random: &mut Random) {
     if random.below(8) > 0
         && let Some((all, sum)) = bytes.split_last_chunk_mut::<8>()
     {

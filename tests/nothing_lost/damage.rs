@@ -8,16 +8,22 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 
-/// Damages `count` states.
+/// The files of states.
+const STATES: [&str; 2] = ["state.0", "state.1"];
+
+/// Damages `count` pairs of states, of each case as many but for one.
 pub fn all(place: &Place, count: u64, random: &mut Random) {
-    for case in &CASES {
+    let cases = CASES.len() as u64;
+    for (index, case) in (0..).zip(CASES.iter().take(usize::try_from(count).unwrap())) {
         let (expected, takes) = place.whole(case);
         let kept = two_states(place, case, takes);
-        for number in 0..count / CASES.len() as u64 {
+        for number in (index..count).step_by(CASES.len()) {
             let folder = place.fresh(case);
             copy(&kept, &folder.join("out.checkpoint"));
-            let both = number % 2 == 0;
-            for state in ["state.0", "state.1"].iter().take(1 + usize::from(both)) {
+            let both = number / cases % 2 == 0;
+            let one = usize::try_from(random.below(2)).unwrap();
+            let damaged = if both { &STATES[..] } else { &STATES[one..=one] };
+            for state in damaged {
                 let path = folder.join("out.checkpoint").join(state);
                 let mut bytes = fs::read(&path).unwrap();
                 let place = usize::try_from(random.below(bytes.len() as u64)).unwrap();
@@ -63,10 +69,7 @@ fn two_states(place: &Place, case: &Case, takes: Duration) -> PathBuf {
         let _ = program.kill();
         program.wait().unwrap();
         let states = folder.join("out.checkpoint");
-        if ["state.0", "state.1"]
-            .iter()
-            .all(|state| states.join(state).is_file())
-        {
+        if STATES.iter().all(|state| states.join(state).is_file()) {
             copy(&states, &kept);
             break;
         }

@@ -1,7 +1,7 @@
 //! A solve that is killed goes on from its last state, bit for bit, and nothing is written over that somebody may want.
 
 use crate::support::endless::Endless;
-use crate::support::{Ended, fresh_folder, run, thurible};
+use crate::support::{Ended, fresh_folder, json, run, thurible};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ file = \"source.npy\"
 step = 10
 circle = { center = [0.65, 0.5], radius = 0.2 }
 [method]
-iterations = 25
+iterations = 60
 direct = { tolerance = 1e-12, nested = false }
 admm = { density_tolerance = 1e-12 }
 [output]
@@ -96,7 +96,7 @@ fn arrays(folder: &Path) -> Vec<u8> {
 }
 
 fn report(folder: &Path) -> Value {
-    serde_json::from_slice(&fs::read(folder.join("out/report.json")).unwrap()).unwrap()
+    json(&folder.join("out/report.json"))
 }
 
 /// Everything of a report but seconds, threads and the command line.

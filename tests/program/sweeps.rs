@@ -1,6 +1,6 @@
 //! A scene with every value of some keys; and what shells and `man` are told.
 
-use crate::support::{fresh_folder, run, thurible};
+use crate::support::{fresh_folder, json, run, thurible};
 use serde_json::Value;
 use std::fs;
 use std::process::Stdio;
@@ -56,12 +56,12 @@ fn every_combination_is_solved_once() {
     let all = sweep(&[]);
     assert!(matches!(all.code, 0 | 5), "{}", all.err);
     assert_eq!(modified(), before, "what is there was solved again");
-    let facts: Value = serde_json::from_slice(&fs::read(out.join("sweep.json")).unwrap()).unwrap();
+    let facts: Value = json(&out.join("sweep.json"));
     let rows = facts["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 4);
     for row in rows {
         let result = out.join(row["folder"].as_str().unwrap()).join("report.json");
-        let report: Value = serde_json::from_slice(&fs::read(result).unwrap()).unwrap();
+        let report: Value = json(&result);
         assert_eq!(report["objective"]["total"], row["objective"]["total"]);
         assert!(
             row["set"][0]

@@ -1,7 +1,7 @@
 //! The page of a solve that runs: what it answers, to whom, and that its button stops the solve.
 
 use crate::support::endless::Endless;
-use crate::support::{fresh_folder, run, thurible};
+use crate::support::{fresh_folder, json, run, thurible};
 use core::time::Duration;
 use serde_json::Value;
 use std::io::{Read, Write};
@@ -154,7 +154,7 @@ fn it_shows_the_solve_and_stops_it() {
     assert!(page.ask("POST", "/stop").0.starts_with("HTTP/1.1 200"));
     let ended = solve.wait();
     assert_eq!(ended.code, 130, "{}", ended.err);
-    let report: Value = serde_json::from_slice(&std::fs::read(folder.join("report.json")).unwrap()).unwrap();
+    let report: Value = json(&folder.join("report.json"));
     assert_eq!(report["status"], "cancelled");
     let row = report["history"].as_array().unwrap().last().unwrap();
     assert!(row["seconds_left"].as_f64().unwrap() > 0.0);
