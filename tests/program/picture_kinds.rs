@@ -4,6 +4,7 @@ use super::shape_keys::folder;
 use exr::prelude::WritableImage;
 use image::{ImageFormat, Luma, Rgba};
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use thurible::keyframes::{Canvas, Note, ShapeSpec};
 
@@ -41,6 +42,12 @@ fn write_all(base: &Path) -> Vec<&'static str> {
         .unwrap();
     wide.save_with_format(base.join("wide.tif"), ImageFormat::Tiff)
         .unwrap();
+    let mut file = fs::File::create(base.join("matte.tif")).unwrap();
+    let matte: Vec<f32> = wide.iter().map(|level| f32::from(*level) / 65535.0).collect();
+    tiff::encoder::TiffEncoder::new(&mut file)
+        .unwrap()
+        .write_image::<tiff::encoder::colortype::Gray32Float>(SIDE, SIDE, &matte)
+        .unwrap();
     clear
         .save_with_format(base.join("a.webp"), ImageFormat::WebP)
         .unwrap();
@@ -65,7 +72,10 @@ fn write_all(base: &Path) -> Vec<&'static str> {
     .unwrap();
     let circle = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 64 64\"><circle cx=\"20\" cy=\"25\" r=\"12\"/></svg>";
     fs::write(base.join("a.svg"), circle).unwrap();
-    vec!["a.jpg", "wide.tif", "a.webp", "webp.png", "a.exr", "a.svg"]
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    packed.write_all(circle.as_bytes()).unwrap();
+    fs::write(base.join("a.svgz"), packed.finish().unwrap()).unwrap();
+    vec!["a.jpg", "wide.tif", "matte.tif", "a.webp", "webp.png", "a.exr", "a.svg", "a.svgz"]
 }
 
 #[test]
@@ -73,7 +83,7 @@ fn every_kind_of_picture_gives_the_disc() {
     let base = folder("picture_kinds");
     for name in write_all(&base) {
         let (cells, notes) = draw(&base, name);
-        let full = if name == "wide.tif" {
+        let full = if ["wide.tif", "matte.tif"].contains(&name) {
             32769.0 / 65535.0
         } else {
             1.0
@@ -85,7 +95,8 @@ fn every_kind_of_picture_gives_the_disc() {
             // JPEG rings beside edges; curves have soft ones.
             let error = match name {
                 "a.jpg" => 0.15,
-                "a.svg" if away < 1.5 => 1.0,
+                "a.svg" | "a.svgz" if away < 1.5 => 1.0,
+                "matte.tif" => 1e-7,
                 _ => 1e-9,
             };
             assert!(
@@ -93,7 +104,7 @@ fn every_kind_of_picture_gives_the_disc() {
                 "{name}: {cell} at {x}, {y}, not {wanted}"
             );
         }
-        let taken = if ["a.webp", "webp.png", "a.svg"].contains(&name) {
+        let taken = if ["a.webp", "webp.png", "a.svg", "a.svgz"].contains(&name) {
             "alpha"
         } else {
             "luminance"

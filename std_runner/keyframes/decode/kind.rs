@@ -5,12 +5,14 @@ use std::path::Path;
 use image::ImageFormat;
 
 use super::pixels::Pixels;
-use super::{exr, photo, png, svg};
+use super::{exr, matte, photo, png, svg};
 use crate::keyframes::error::Fault;
 use crate::keyframes::whole::whole;
 
 /// What the names of pictures end in.
-const ENDINGS: [&str; 8] = ["png", "jpg", "jpeg", "tif", "tiff", "webp", "exr", "svg"];
+const ENDINGS: [&str; 9] = [
+    "png", "jpg", "jpeg", "tif", "tiff", "webp", "exr", "svg", "svgz",
+];
 
 /// Whether a file is a picture by its name.
 pub(crate) fn is_picture(path: &Path) -> bool {
@@ -31,13 +33,18 @@ pub(in crate::keyframes) fn read(path: &Path, side: usize) -> Result<Pixels, Fau
     if starts(b"\xff\xd8\xff") {
         photo::read(&bytes, ImageFormat::Jpeg)
     } else if starts(b"II*\0") || starts(b"MM\0*") || starts(b"II+\0") || starts(b"MM\0+") {
-        photo::read(&bytes, ImageFormat::Tiff)
+        match matte::read(&bytes)? {
+            Some(pixels) => Ok(pixels),
+            None => photo::read(&bytes, ImageFormat::Tiff),
+        }
     } else if starts(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
         photo::read(&bytes, ImageFormat::WebP)
     } else if starts(b"\x76\x2f\x31\x01") {
         exr::decoded(&bytes)
     } else if is_svg(&bytes) {
         svg::read(&bytes, side)
+    } else if starts(b"\x1f\x8b") {
+        svg::read(&svg::unpacked(&bytes)?, side)
     } else if starts(b"\x89PNG") || is_png {
         png::read(&bytes)
     } else {

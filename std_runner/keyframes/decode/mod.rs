@@ -2,6 +2,7 @@
 
 mod exr;
 mod kind;
+mod matte;
 mod photo;
 mod pixels;
 mod png;

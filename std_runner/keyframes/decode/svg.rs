@@ -1,11 +1,32 @@
 //! SVG, drawn by resvg as large as it is asked for. There are no fonts and no files: text must be paths, and other pictures are left out.
 
+use std::io::Read;
+
+use flate2::read::MultiGzDecoder;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{ImageHrefResolver, Options, Tree};
 
 use super::pixels::{Pixels, Samples};
 use super::room::check;
 use crate::keyframes::error::Fault;
+
+/// A drawing is no longer than this once it is unpacked.
+const LONGEST: u64 = 64 << 20;
+
+/// The drawing within a file of gzip, as `.svgz` are.
+pub(super) fn unpacked(bytes: &[u8]) -> Result<Vec<u8>, Fault> {
+    let remedy = "save it as plain SVG";
+    let mut drawing = Vec::new();
+    let taken = MultiGzDecoder::new(bytes)
+        .take(LONGEST + 1)
+        .read_to_end(&mut drawing)
+        .map_err(|error| Fault::content(format!("cannot be unpacked ({error})"), remedy))?;
+    if taken as u64 > LONGEST {
+        let found = format!("is longer than {} MiB once it is unpacked", LONGEST >> 20);
+        return Err(Fault::content(found, remedy));
+    }
+    Ok(drawing)
+}
 
 /// Draws an SVG file with `side` pixels along its longer side.
 pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
