@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use thurible_core::{Progress, Rule};
 
 /// The fewest iterations by which the end of a search is foretold, and the most.
-const FEWEST: usize = 6;
+const FEWEST: usize = 3;
 const MOST: usize = 256;
 
 /// The pace of a search on its finest grid.
@@ -18,7 +18,9 @@ pub struct Pace {
     limit: usize,
     /// Those so far.
     done: usize,
-    /// How many there were when their time began to be taken, and when that was.
+    /// When the first one that was heard of began.
+    begun: f64,
+    /// How many there were when it ended, and when that was.
     first: Option<(usize, f64)>,
     /// When the last iteration ended, of whatever grid.
     last: f64,
@@ -49,10 +51,9 @@ impl Pace {
         if done == 0 {
             return;
         }
-        // A search that goes on from a saved state has had iterations before.
-        let fresh = (0, before);
-        self.first
-            .get_or_insert(if done == 1 { fresh } else { (done, seconds) });
+        if self.first.is_none() {
+            (self.begun, self.first) = (before, Some((done, seconds)));
+        }
         if let Some(Rule { value, bound }) = progress.rule {
             if self.values.len() == MOST {
                 self.values.pop_front();
@@ -69,9 +70,15 @@ impl Pace {
 
     /// Seconds that the search still takes after its last iteration, about; `None` where nothing tells yet.
     pub fn left(&self) -> Option<f64> {
-        let (first, began) = self.first?;
-        let timed = self.done - first;
-        (timed > 0).then(|| (self.last - began) / timed as f64 * self.iterations_left())
+        let (first, ended) = self.first?;
+        let (count, seconds) = match self.done - first {
+            // The first one may have made the start as well, so it counts only as long as it is alone.
+            0 if first == 1 => (1, self.last - self.begun),
+            // A search that goes on from a saved state: when its first iteration here began is not known.
+            0 => return None,
+            count => (count, self.last - ended),
+        };
+        Some(seconds / count as f64 * self.iterations_left())
     }
 
     fn iterations_left(&self) -> f64 {
