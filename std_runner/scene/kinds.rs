@@ -108,11 +108,11 @@ fn vector(words: &str) -> Value {
 pub(super) fn keyframes(generator: &mut SchemaGenerator) -> Schema {
     let region = json!({ "description": "Where it matters: any shape.", "allOf": [shape(generator)] });
     let more = json!({
-        "step": step("The step it stands at.", 2),
+        "step": step("The step it stands at: 2 or later, but for Stable Fluids.", 1),
         "steps": {
             "description": "A shape for each of many steps, of `files` or of an array whose first axis is time.",
             "type": "object", "additionalProperties": false, "required": ["from", "every"],
-            "properties": { "from": step("The first step.", 2), "every": step("How many steps apart they are.", 1) }
+            "properties": { "from": step("The first step.", 1), "every": step("How many steps apart they are.", 1) }
         },
         "files": { "description": "Pictures, meshes, volumes or arrays, one for each step, as in \"horse_*.png\".", "type": "string" },
         "hold": step("It is kept for so many more steps.", 0),
