@@ -84,6 +84,30 @@ int mkdir(const char *path, mode_t mode) {
     return real(path, mode);
 }
 
+// A disc that is full lets files go: not a call that may fail so.
+static int removes(int is_below) {
+    const char *as = getenv("FAIL_AS");
+    return is_below && as && strcmp(as, "ENOSPC") && fails() == 1;
+}
+
+int unlink(const char *path) {
+    REAL(unlink);
+    if (removes(below(path))) return -1;
+    return real(path);
+}
+
+int rmdir(const char *path) {
+    REAL(rmdir);
+    if (removes(below(path))) return -1;
+    return real(path);
+}
+
+int unlinkat(int folder, const char *path, int flags) {
+    REAL(unlinkat);
+    if (removes(folder == AT_FDCWD || path[0] == '/' ? below(path) : open_below(folder))) return -1;
+    return real(folder, path, flags);
+}
+
 #define ON_FILE(name, declared, given)               \
     int name declared {                              \
         REAL(name);                                  \
