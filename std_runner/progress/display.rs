@@ -113,12 +113,14 @@ impl Display {
             return;
         }
         let done = iterations_on_the_finest_grid(progress);
+        let cells = size_in_words(&cells(progress));
         let left = match left {
-            Some(left) => format!("about {} left", in_words(left)),
-            None => format!("on {} cells", size_in_words(&cells(progress))),
+            Some(left) => format!("about {} left, ", in_words(left)),
+            None if cells.is_empty() => String::new(),
+            None => format!("on {cells} cells, "),
         };
         let text = format!(
-            "{left}, data {:.3e}, force {:.3e}, {}",
+            "{left}data {:.3e}, force {:.3e}, {}",
             progress.objective.data,
             progress.objective.force,
             manner(progress)

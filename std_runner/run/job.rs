@@ -169,7 +169,8 @@ impl Job {
     }
 
     pub(super) fn watch(&self) -> Result<Watch, Failure> {
-        let limits = [self.planned.params.iterations, self.planned.most_iterations()];
+        let most = self.planned.most_iterations();
+        let limits = [self.planned.params.iterations.min(most), most];
         self.request.watched(self.options.mode, limits)
     }
 

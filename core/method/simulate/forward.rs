@@ -73,6 +73,11 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         true
     }
 
+    /// One pass is all there is.
+    fn most_iterations(_: &Problem<'_>, _: &Params) -> usize {
+        1
+    }
+
     fn mix(params: &Params, mix: &mut Mix) {
         match params.method {
             Method::Pd => params.pd.mix(mix),
