@@ -13,7 +13,7 @@ use thurible_core::Method;
 pub struct GuideArguments {
     /// The scene file (TOML): its source, emitters, obstacles and buoyancy; `[method.guide]` has the choices.
     pub scene: PathBuf,
-    /// The result whose flow is followed: of `track`, `solve` or `simulate`, with the same cells.
+    /// The result whose flow is followed: of `track`, `solve` or `simulate`; with other cells it is brought to those of the scene.
     #[arg(long, value_name = "DIR")]
     pub reference: PathBuf,
     /// The step of the reference that the flow begins at.

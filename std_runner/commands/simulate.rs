@@ -86,6 +86,10 @@ impl Simulation<'_> {
         let assignments: Vec<String> = self.options.set.iter().cloned().chain(steps).collect();
         let mut scene = Scene::load_free(self.scene, &assignments)?;
         scene.method.params.method = method;
+        if method == Method::Guide {
+            // The flow that is followed stands in the velocities of all steps, so there is nothing to save by windows.
+            scene.method.windows = None;
+        }
         scene.method.fluids.chosen = self.fluids;
         let mut options = self.options.run(Outputs {
             arrays: true,

@@ -81,6 +81,10 @@ impl Job {
             folder: destination.folder(),
         };
         let mut record = facts.record(found, ended, &mut watch);
+        if self.request.from.as_ref().is_some_and(|from| from.step.is_some()) {
+            let text = "In windows the densities are not compared with those that follow in the result that it goes on from.";
+            record.remarks.push(text.into());
+        }
         if let Some(short) = messages::short(&record, self.planned.problem.steps) {
             record.remarks.insert(0, short);
         }
