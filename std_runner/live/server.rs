@@ -4,9 +4,15 @@ use super::shared::Shared;
 use crate::exit::Failure;
 use crate::report;
 use core::net::{Ipv4Addr, SocketAddr};
+use core::time::Duration;
 use std::sync::Arc;
-use std::thread::{Builder, JoinHandle};
+use std::thread::{Builder, JoinHandle, sleep};
+use std::time::Instant;
 use tiny_http::{Header, Method, Request, Response, StatusCode};
+
+/// How long the last answer may take when the solve is over, and how often it is looked at.
+const PATIENCE: Duration = Duration::from_secs(1);
+const STEP: Duration = Duration::from_millis(5);
 
 const PAGE: &str = include_str!("page.html");
 
@@ -72,9 +78,16 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// Answers nobody any more.
+    /// Answers nobody any more. Whoever asks and does not read the answer is not waited for long: the program ends all the same.
     pub fn close(self) {
         self.server.unblock();
+        let begun = Instant::now();
+        while !self.thread.is_finished() {
+            if begun.elapsed() > PATIENCE {
+                return;
+            }
+            sleep(STEP);
+        }
         let _ = self.thread.join();
     }
 }
