@@ -23,7 +23,7 @@ impl Interrupt {
     pub fn listen() -> Result<Self, Failure> {
         let interrupt = Interrupt::default();
         let flag = || Arc::clone(&interrupt.asked);
-        for signal in SIGNALS {
+        for signal in SIGNALS.into_iter().filter(|&signal| !is_ignored(signal)) {
             // The order matters: the first signal finds the flag down and raises it, the second one finds it up.
             let listening = flag::register_conditional_shutdown(signal, INTERRUPTED.into(), flag())
                 .and_then(|_| flag::register(signal, flag()));
@@ -45,4 +45,18 @@ impl Interrupt {
     pub fn asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed)
     }
+}
+
+/// Whether whoever started the program had it ignore that its terminal goes away, as `nohup` does. Linux tells; elsewhere the signal is heard.
+#[cfg(unix)]
+fn is_ignored(signal: c_int) -> bool {
+    let told = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = told.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    signal == signal_hook::consts::SIGHUP && ignored.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+#[cfg(not(unix))]
+fn is_ignored(_: c_int) -> bool {
+    false
 }
