@@ -27,11 +27,23 @@ pub(super) fn windows(cells: usize, samples: usize, start: f64, step: f64, edge:
         if edge == Edge::Empty && !(0.0..=samples as f64).contains(&middle) {
             return taps;
         }
-        for index in low.floor() as i64..high.ceil() as i64 {
-            let overlap = high.min((index + 1) as f64) - low.max(index as f64);
+        let mut add = |index: i64, from: f64, to: f64| {
+            let overlap = high.min(to) - low.max(from);
             if overlap > 1e-12 {
                 taps.push((sample_at(index, samples, edge), overlap / (2.0 * half)));
             }
+        };
+        let (mut first, mut last) = (low.floor() as i64, high.ceil() as i64);
+        if edge != Edge::Wrap {
+            // Beyond the ends there is one sample, however wide the window is.
+            (first, last) = (first.max(0), last.min(samples as i64));
+            add(-1, f64::NEG_INFINITY, 0.0);
+        }
+        for index in first..last {
+            add(index, index as f64, (index + 1) as f64);
+        }
+        if edge != Edge::Wrap {
+            add(samples as i64, samples as f64, f64::INFINITY);
         }
         taps
     };
@@ -116,6 +128,14 @@ mod tests {
         assert_eq!(resample(vec![0.0, 4.0], &[2], &[twice]), [0.0, 1.0, 3.0, 4.0]);
         let wrapped = windows_of_box(4, 2, Edge::Wrap);
         assert_eq!(resample(vec![0.0, 4.0], &[2], &[wrapped]), [1.0, 1.0, 3.0, 3.0]);
+    }
+
+    #[test]
+    fn a_window_of_any_width_has_a_tap_for_each_sample_and_end() {
+        let taps = windows(3, 4, -1.5e12 + 2.0, 1e12, Edge::Empty);
+        assert_eq!(taps.iter().map(Vec::len).collect::<Vec<_>>(), [0, 6, 0]);
+        let sum: f64 = taps[1].iter().map(|(_, weight)| weight).sum();
+        assert!((sum - 1.0).abs() < 1e-9, "{sum}");
     }
 
     #[test]

@@ -39,7 +39,7 @@ fn ball(center: [f64; 3], radius: f64) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
 }
 
 fn obj(points: &[[f64; 3]], faces: &[[usize; 3]]) -> String {
-    let mut text = String::from("# made by a test\no ball\n");
+    let mut text = String::from("# made by a test in C:\\models\\\no ball\n");
     for [x, y, z] in points {
         text.push_str(&format!("v {x} {y} {z}\n"));
     }

@@ -10,9 +10,7 @@ use crate::keyframes::error::Fault;
 use crate::keyframes::whole::whole;
 
 /// What the names of pictures end in.
-const ENDINGS: [&str; 9] = [
-    "png", "jpg", "jpeg", "tif", "tiff", "webp", "exr", "svg", "svgz",
-];
+const ENDINGS: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "webp", "exr", "svg", "svgz"];
 
 /// Whether a file is a picture by its name.
 pub(crate) fn is_picture(path: &Path) -> bool {

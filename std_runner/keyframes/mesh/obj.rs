@@ -10,8 +10,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Surface, Fault> {
     let mut joined: Vec<u8> = Vec::new();
     for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
         let line = line.strip_suffix(b"\r").unwrap_or(line);
-        // A backslash at its end goes on with the line on the next one.
-        if let Some(part) = line.strip_suffix(b"\\") {
+        // A backslash at its end goes on with the line on the next one, but for comments, which may end in a folder of Windows.
+        let is_comment = joined.is_empty() && line.trim_ascii_start().starts_with(b"#");
+        if let (false, Some(part)) = (is_comment, line.strip_suffix(b"\\")) {
             joined.extend(part);
             joined.push(b' ');
             continue;

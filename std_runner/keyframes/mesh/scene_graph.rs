@@ -95,6 +95,7 @@ pub(super) fn placed(nodes: &[Node], roots: &[usize], meshes: &[Surface]) -> Res
     }
     let roots = roots.iter().filter(|&&root| is_child.get(root) == Some(&false));
     let mut open: Vec<(usize, Placing)> = roots.map(|&root| (root, Placing::NONE)).collect();
+    let most = MOST_REPEATED.max(8 * meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>());
     let (mut whole, mut visited) = (Surface::default(), 0);
     while let Some((number, outer)) = open.pop() {
         let Some(node) = nodes.get(number) else { continue };
@@ -103,9 +104,7 @@ pub(super) fn placed(nodes: &[Node], roots: &[usize], meshes: &[Surface]) -> Res
         if let Some(mesh) = node.mesh.and_then(|mesh| meshes.get(mesh)) {
             add(&mut whole, mesh, &placing);
         }
-        if whole.points.len() + whole.triangles.len()
-            > MOST_REPEATED.max(8 * meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>())
-        {
+        if whole.points.len() + whole.triangles.len() > most {
             return Err(Fault::content("repeats its meshes too often", "reduce it"));
         }
         let there = node.children.iter().filter(|&&child| child < nodes.len());
