@@ -199,8 +199,8 @@ pub(crate) fn scene_file(path: &Path, folder: &Path) -> String {
     format!("{}{name}", "../".repeat(below.unwrap_or(0)))
 }
 
-/// The command line as it may be shown to others: absolute paths come down to their last name, so that a page tells nothing of
-/// the folders of the machine that made it, and what a shell would split stands in quotes.
+/// The command line as it may be shown to others: an argument, or what stands in it after `=` or in quotation marks, comes down to its last name
+/// where it is an absolute path, so that a page tells little of the folders of the machine that made it. What a shell would split stands in quotes.
 pub(crate) fn command_line() -> String {
     let arguments = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned());
     arguments
@@ -210,16 +210,17 @@ pub(crate) fn command_line() -> String {
         .join(" ")
 }
 
-/// An argument whose path, alone or after `=`, is only a name: that of the program always, others where they are absolute.
+/// An argument whose paths are only names: that of the program always, others where they are absolute.
 fn without_folders(index: usize, argument: &str) -> String {
+    let name = |path: &str| match Path::new(path).file_name() {
+        Some(name) if index == 0 || Path::new(path).has_root() => name.to_string_lossy().into_owned(),
+        _ => path.to_owned(),
+    };
     let start = argument.find('=').map_or(0, |place| place + 1);
-    let (option, path) = argument.split_at(start);
-    match Path::new(path).file_name() {
-        Some(name) if index == 0 || Path::new(path).has_root() => {
-            format!("{option}{}", name.to_string_lossy())
-        }
-        _ => argument.to_owned(),
-    }
+    let (option, value) = argument.split_at(start);
+    // Every second part stands between quotation marks.
+    let parts: Vec<String> = value.split('"').map(name).collect();
+    format!("{option}{}", parts.join("\""))
 }
 
 fn quoted(text: &str) -> String {
@@ -245,6 +246,11 @@ mod tests {
             (4, "time.steps=20", "time.steps=20"),
             (5, "1/2", "1/2"),
             (6, "/", "/"),
+            (
+                7,
+                "keyframe[0]={step=9,image=\"/home/someone/f.png\"}",
+                "keyframe[0]={step=9,image=\"f.png\"}",
+            ),
         ] {
             assert_eq!(without_folders(index, argument), shown);
         }
