@@ -46,7 +46,8 @@ class Job:
         self.fps, self.iterations = fps, max(1, iterations)
         self.progress, self.said, self.failure, self.cancelled = 0.0, "starting", None, False
         self.stage, self.done, self.cells, self.count = "solve", False, None, 0
-        self._begin(["solve", str(scene_file), "--json", "-o", str(self.result)])
+        # The folder is the extension's own: an earlier result in it is one of an earlier press of the button.
+        self._begin(["solve", str(scene_file), "--json", "--force", "-o", str(self.result)])
 
     def _begin(self, arguments):
         self.lines, self.errors, self.asked = queue.Queue(), [], False
