@@ -1,14 +1,29 @@
-//! The door of all scenes: each goes to what solves it.
+//! The door of all scenes: each goes to what plans and solves it.
 
+use crate::destination::refuse_result;
 use crate::exit::Failure;
-use crate::fluids;
+use crate::plan::PlanOptions;
 use crate::run::{Outcome, Request, RunOptions};
+use crate::scene::Scene;
+use crate::{fluids, plan};
 
 /// Solves the scene of `request` into its folder.
 pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, Failure> {
+    if !request.overwrites {
+        refuse_result(&request.folder)?;
+    }
     if request.scene.method.fluids.chosen {
         fluids::solve(options, request)
     } else {
         options.solve(request)
+    }
+}
+
+/// Refuses a scene whose solve would be refused for its plan.
+pub(crate) fn check(scene: &Scene, options: &PlanOptions) -> Result<(), Failure> {
+    if scene.method.fluids.chosen {
+        fluids::planned(scene, options).map(drop)
+    } else {
+        plan::choose(scene, options).map(drop)
     }
 }

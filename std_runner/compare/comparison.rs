@@ -5,14 +5,12 @@ use super::staggered::{Staggered, staggered};
 use super::words::listed;
 use crate::console;
 use crate::exit::{DONE, FILE, Failure, NOT_FINITE};
-use crate::fluids;
 use crate::interrupt::Interrupt;
-use crate::plan;
 use crate::progress::{Clock, Mode};
 use crate::report::RunRecord;
 use crate::run::{Outcome, Request, RunOptions};
 use crate::scene::{Document, Scene};
-use crate::solves::solve;
+use crate::solves;
 use serde_json::{Value, json};
 use std::path::Path;
 use thurible_core::method::registry::takes;
@@ -53,11 +51,7 @@ pub(crate) fn scenes_by_method(
     let mut scenes = methods.iter().map(scene).collect::<Result<Vec<_>, _>>()?;
     let note = price_alike(&mut scenes);
     for scene in &scenes {
-        if scene.method.fluids.chosen {
-            fluids::planned(scene, &options.plan)?;
-        } else {
-            plan::choose(scene, &options.plan)?;
-        }
+        solves::check(scene, &options.plan)?;
     }
     Ok(Lineup {
         scenes,
@@ -134,7 +128,7 @@ impl Comparison {
                 settled: rule.map(|(_, part)| part),
                 ..Request::new(scene, folder.join(method), Clock::start())
             };
-            match solve(options, request) {
+            match solves::solve(options, request) {
                 Ok(outcome) => {
                     let brought =
                         elsewhere.map(|scene| staggered(&scene, &folder.join(method), &options.plan));

@@ -1,4 +1,4 @@
-//! The folder of a page, and the page in it: shared by `compare`, `paper` and `thesis`.
+//! The folder of a page, and the page in it: shared by `compare`, `sweep`, `condense`, `paper` and `thesis`.
 
 use crate::console;
 use crate::destination::Destination;

@@ -24,17 +24,13 @@ pub(crate) use earlier::Origin;
 pub(crate) use outcome::{Outcome, command_line};
 pub(crate) use request::{Outputs, Request, RunOptions};
 
-use crate::destination::refuse_result;
 use crate::exit::Failure;
 use crate::{address_space, plan, threads};
 use job::Job;
 
 impl RunOptions {
-    /// Solves the scene of `request` into its folder.
+    /// Solves the scene of `request`, which no Stable Fluids solve, into its folder.
     pub(crate) fn solve(&self, request: Request) -> Result<Outcome, Failure> {
-        if !request.overwrites {
-            refuse_result(&request.folder)?;
-        }
         let planned = plan::choose(&request.scene, &self.plan)?;
         let threads = planned.params.threads;
         let (job, region) = Job::new(*self, request, planned)?;

@@ -78,6 +78,27 @@ fn shape(array: &Array) -> &[usize] {
 }
 
 #[test]
+fn a_result_is_not_written_over_unasked() {
+    let (out, _) = solved("stable_fluids_twice", SCENE, "solve", &[]);
+    let scene = out.with_file_name("scene.toml");
+    let again = [
+        "solve",
+        scene.to_str().unwrap(),
+        "-o",
+        out.to_str().unwrap(),
+        "--quiet",
+    ];
+    let refused = run(&again);
+    assert!(
+        refused.code == 4 && refused.err.contains("--force"),
+        "{}",
+        refused.err
+    );
+    let forced = run(&[&again[..], &["--force"]].concat());
+    assert!(matches!(forced.code, 0 | 5), "{}", forced.err);
+}
+
+#[test]
 fn a_result_has_what_the_chapter_says() {
     let (out, report) = solved("stable_fluids_result", SCENE, "solve", &["--precision", "f64"]);
     let arrays = read(&out.join("result.npz"));

@@ -78,6 +78,7 @@ fn every_combination_is_solved_once() {
         (&["--only", "5"][..], 2, "runs from 1 to 4"),
         (&["--vary", "time.steps"], 2, "no `=`"),
         (&["--vary", "time.steps=1,9999"], 2, "time.steps"),
+        (&["--precision", "f64"], 4, "of another precision"),
     ] {
         let refused = sweep(more);
         assert!(
@@ -86,6 +87,36 @@ fn every_combination_is_solved_once() {
             refused.err
         );
     }
+}
+
+#[test]
+fn any_solver_is_swept_and_what_was_interrupted_begins_again() {
+    let folder = fresh_folder("sweep_fluids");
+    let (scene, out) = (folder.join("scene.toml"), folder.join("out"));
+    fs::write(&scene, SCENE).unwrap();
+    let arguments = [
+        "sweep",
+        scene.to_str().unwrap(),
+        "-o",
+        out.to_str().unwrap(),
+        "--vary",
+        "method.name=direct,stable_fluids",
+        "--set",
+        "method.stable_fluids.control=[\"forces\"]",
+        "--quiet",
+    ];
+    let first = run(&arguments);
+    assert!(matches!(first.code, 0 | 5), "{}", first.err);
+    let report = out.join("002_method.name=stable_fluids/report.json");
+    assert_eq!(json(&report)["method"], "stable_fluids");
+    let interrupted = fs::read_to_string(&report)
+        .unwrap()
+        .replace("\"status\": \"", "\"status\": \"cancelled\", \"was\": \"");
+    fs::write(&report, interrupted).unwrap();
+    assert_eq!(json(&report)["status"], "cancelled");
+    let second = run(&arguments);
+    assert!(matches!(second.code, 0 | 5), "{}", second.err);
+    assert_ne!(json(&report)["status"], "cancelled");
 }
 
 #[test]

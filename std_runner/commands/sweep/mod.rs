@@ -1,5 +1,9 @@
 //! `thurible sweep SCENE --vary key=a,b,c`: a scene with every value of some keys, on one page.
 
+mod page;
+mod runs;
+mod there;
+
 use super::options::{Options, Running};
 use super::resume;
 use crate::checkpoint::{self, Every};
@@ -7,21 +11,19 @@ use crate::compare::publish;
 use crate::console;
 use crate::exit::{DONE, Failure};
 use crate::interrupt::Interrupt;
-use crate::output::frame;
-use crate::plan;
 use crate::progress::{Clock, Mode};
-use crate::report::{Block, Document, Shot, Table, bytes, number, seconds};
 use crate::run::{Outputs, Request};
 use crate::scene::Scene;
+use crate::solves;
 use clap::Args;
-use serde_json::{Value, json};
-use std::fs;
-use std::path::{Path, PathBuf};
+use page::{document, facts, table};
+use runs::{Run, runs};
+use serde_json::json;
+use std::path::PathBuf;
+use there::{is_of, is_whole, report_in};
 
 /// The name of the page and of its facts.
 const STEM: &str = "sweep";
-/// Most runs.
-const MOST: usize = 1000;
 
 /// Arguments of `sweep`.
 #[derive(Args, Debug)]
@@ -51,34 +53,18 @@ pub struct SweepArguments {
     pub output: Option<PathBuf>,
 }
 
-/// One of the runs.
-struct Run {
-    /// What is set, `key=value` each.
-    set: Vec<String>,
-    /// Its folder.
-    folder: PathBuf,
-}
-
 /// Solves all of them, or one, and writes the page; the answer is the exit code.
 pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
-    let combinations = combinations(&arguments.vary)?;
     let scene = Scene::load(&arguments.scene, &arguments.options.set, None)?;
     let folder = arguments.output.clone().unwrap_or_else(|| {
         let mut name = scene.output.folder.file_name().unwrap_or_default().to_owned();
         name.push("_sweep");
         scene.output.folder.with_file_name(name)
     });
-    let runs: Vec<Run> = combinations
-        .into_iter()
-        .enumerate()
-        .map(|(index, set)| Run {
-            folder: folder.join(format!("{:03}_{}", index + 1, in_a_name(&set.join("_")))),
-            set,
-        })
-        .collect();
+    let runs = runs(&arguments.vary, &folder)?;
     // Nothing is refused after hours of solving.
     for run in &runs {
-        plan::choose(&arguments.scene_of(run)?, &arguments.options.plan())?;
+        solves::check(&arguments.scene_of(run)?, &arguments.options.plan())?;
     }
     if arguments.list {
         for (index, run) in runs.iter().enumerate() {
@@ -111,11 +97,11 @@ pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
         }
         match arguments.solve(run, &interrupt) {
             Ok(code) => worst = worst.max(code),
-            Err(Failure::NotFinite(why)) => {
-                console::error(&format!("thurible: {}: {why}", run.set.join(" ")));
-                worst = worst.max(crate::exit::NOT_FINITE);
+            // The others may well be solved, and the page tells of them.
+            Err(failure) => {
+                console::error(&format!("thurible: {}: {failure}", run.set.join(" ")));
+                worst = worst.max(failure.code());
             }
-            Err(other) => return Err(other),
         }
     }
     let table = table(&runs);
@@ -154,8 +140,18 @@ impl SweepArguments {
             console::print(&format!("{}:", run.set.join(" ")));
         }
         let scene = self.scene_of(run)?;
-        if !self.force && is_solved(&run.folder, &scene) {
-            return Ok(DONE);
+        let options = self.options.run(Outputs {
+            arrays: true,
+            images: scene.output.frames,
+        });
+        if let (false, Some(report)) = (self.force, report_in(&run.folder).filter(is_whole)) {
+            if is_of(&report, &scene, options.plan.precision.name()) {
+                return Ok(DONE);
+            }
+            let shown = run.folder.display();
+            return Err(Failure::File(format!(
+                "{shown} holds the result of another scene, of other settings or of another precision: choose another folder with -o DIR, or solve all again with --force"
+            )));
         }
         if !self.force && checkpoint::is_there(&run.folder) {
             let on = resume::On {
@@ -171,200 +167,11 @@ impl SweepArguments {
             return resume::go_on(checkpoint::open(&run.folder)?, on);
         }
         checkpoint::throw_away(&run.folder, self.force)?;
-        let options = self.options.run(Outputs {
-            arrays: true,
-            images: scene.output.frames,
-        });
         let request = Request {
             interrupt: Some(interrupt.clone()),
-            overwrites: self.force,
             checkpoint: self.checkpoint.unwrap_or_default(),
             ..Request::new(scene, run.folder.clone(), clock)
         };
-        Ok(options.solve(request)?.exit_code())
-    }
-}
-
-/// Every combination of the values of all keys, that of the last key fastest.
-fn combinations(vary: &[String]) -> Result<Vec<Vec<String>>, Failure> {
-    let mut all = vec![Vec::new()];
-    for one in vary {
-        let (key, values) = one.split_once('=').ok_or_else(|| {
-            Failure::Input(format!(
-                "--vary {one}: there is no `=` in it; write key.path=a,b,c, as in --vary control.force_weight=1e2,1e3"
-            ))
-        })?;
-        let values = split(values);
-        if all.len().saturating_mul(values.len()) > MOST {
-            return Err(Failure::Input(format!(
-                "--vary {one}: there are more than {MOST} combinations; take fewer values"
-            )));
-        }
-        let with = |set: &Vec<String>, value: &String| {
-            let mut set = set.clone();
-            set.push(format!("{}={}", key.trim(), value.trim()));
-            set
-        };
-        all = all
-            .iter()
-            .flat_map(|set| values.iter().map(move |value| with(set, value)))
-            .collect();
-    }
-    Ok(all)
-}
-
-/// Values between commas, those within brackets, braces and quotation marks left together.
-fn split(values: &str) -> Vec<String> {
-    let (mut parts, mut depth, mut quoted) = (vec![String::new()], 0, false);
-    for letter in values.chars() {
-        match letter {
-            '"' => quoted = !quoted,
-            '[' | '{' if !quoted => depth += 1,
-            ']' | '}' if !quoted => depth -= 1,
-            ',' if !quoted && depth == 0 => {
-                parts.push(String::new());
-                continue;
-            }
-            _ => {}
-        }
-        if let Some(part) = parts.last_mut() {
-            part.push(letter);
-        }
-    }
-    parts
-}
-
-/// A text as a part of a file's name.
-fn in_a_name(text: &str) -> String {
-    let plain = |letter: char| {
-        if letter.is_ascii_alphanumeric() || "-+.=_".contains(letter) {
-            letter
-        } else {
-            '_'
-        }
-    };
-    text.chars().map(plain).take(80).collect()
-}
-
-/// The report of a run, if it has a whole result.
-fn result(folder: &Path) -> Option<Value> {
-    let report = fs::read(folder.join("report.json")).ok()?;
-    let report: Value = serde_json::from_slice(&report).ok()?;
-    let is_whole = report["status"].is_string() && report["status"] != "cancelled";
-    is_whole.then_some(report)
-}
-
-/// Whether a folder holds the result of this very scene, with all that was set.
-fn is_solved(folder: &Path, scene: &Scene) -> bool {
-    result(folder).is_some_and(|report| {
-        let set: Vec<&str> = scene.document.assignments().collect();
-        report["scene"] == scene.document.text() && report["overrides"] == json!(set)
-    })
-}
-
-/// What the page says of a run.
-fn facts(run: &Run) -> Value {
-    let report = result(&run.folder).unwrap_or_default();
-    let errors = report["keyframes"].as_array().into_iter().flatten();
-    let worst = errors
-        .filter_map(|keyframe| keyframe["relative_l2"].as_f64())
-        .fold(0.0, f64::max);
-    json!({
-        "set": run.set,
-        "folder": run.folder.file_name().unwrap_or_default().to_string_lossy(),
-        "status": report["status"],
-        "iterations": report["history"].as_array().map(Vec::len),
-        "seconds": report["seconds"]["total"],
-        "objective": report["objective"],
-        "keyframe_error": worst,
-        "planned_bytes": report["memory"]["planned_bytes"],
-    })
-}
-
-fn table(runs: &[Run]) -> Table {
-    let row = |run: &Run| {
-        let facts = facts(run);
-        let real = |value: &Value| value.as_f64().map_or_else(|| "\u{2013}".into(), number);
-        vec![
-            run.set.join(" "),
-            facts["status"]
-                .as_str()
-                .unwrap_or("not there yet")
-                .replace('_', " "),
-            facts["iterations"]
-                .as_u64()
-                .map_or_else(|| "\u{2013}".into(), |count| count.to_string()),
-            facts["seconds"]
-                .as_f64()
-                .map_or_else(|| "\u{2013}".into(), seconds),
-            real(&facts["objective"]["total"]),
-            real(&facts["objective"]["data"]),
-            real(&facts["objective"]["force"]),
-            format!("{:.1} %", 100.0 * facts["keyframe_error"].as_f64().unwrap_or(0.0)),
-            facts["planned_bytes"].as_u64().map_or_else(
-                || "\u{2013}".into(),
-                |count| bytes(usize::try_from(count).unwrap_or(usize::MAX)),
-            ),
-        ]
-    };
-    let head = vec![
-        "run",
-        "ended",
-        "iterations",
-        "time",
-        "objective",
-        "keyframes",
-        "force",
-        "worst keyframe",
-        "memory",
-    ];
-    Table {
-        names: 1,
-        ours: head.len(),
-        head,
-        rows: runs.iter().map(row).collect(),
-    }
-}
-
-fn document(name: &str, vary: &[String], runs: &[Run], table: Table) -> Document {
-    let last = |run: &Run| {
-        let steps = result(&run.folder)?["steps"].as_u64()?;
-        let png = fs::read(run.folder.join(frame(usize::try_from(steps).ok()?))).ok()?;
-        Some(Shot {
-            caption: run.set.join(" "),
-            png,
-        })
-    };
-    let mut blocks = vec![Block::Table(table)];
-    let shots: Vec<Shot> = runs.iter().filter_map(last).collect();
-    if !shots.is_empty() {
-        blocks.push(Block::Heading("The last step".into()));
-        blocks.push(Block::Pictures(shots));
-    }
-    Document {
-        title: format!("{name}, varied"),
-        lead: format!(
-            "The same scene with every combination of {}. Each run has a folder of its own with all that a solve writes.",
-            vary.join(" and ")
-        ),
-        blocks,
-        pictures: true,
-    }
-}
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn all_combinations_are_there_once() {
-        let vary = ["a.b=1,2".to_owned(), "c=\"x,y\",[1, 2],z".into()];
-        let all = combinations(&vary).unwrap();
-        assert_eq!(all.len(), 6);
-        assert_eq!(all[1], ["a.b=1", "c=[1, 2]"]);
-        assert_eq!(all[3], ["a.b=2", "c=\"x,y\""]);
-        assert!(combinations(&["a".into()]).is_err());
-        assert_eq!(in_a_name("a.b=[1, 2]/\""), "a.b=_1__2___");
+        Ok(solves::solve(&options, request)?.exit_code())
     }
 }

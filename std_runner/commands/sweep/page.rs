@@ -1,0 +1,98 @@
+//! The page of a sweep: a row and the last step of each run.
+
+use super::runs::Run;
+use super::there::{is_whole, report_in};
+use crate::output::frame;
+use crate::report::{Block, Document, Shot, Table, bytes, number, seconds};
+use serde_json::{Value, json};
+use std::fs;
+
+/// What the page says of a run.
+pub(super) fn facts(run: &Run) -> Value {
+    let report = report_in(&run.folder).filter(is_whole).unwrap_or_default();
+    let errors = report["keyframes"].as_array().into_iter().flatten();
+    let worst = errors
+        .filter_map(|keyframe| keyframe["relative_l2"].as_f64())
+        .reduce(f64::max);
+    json!({
+        "set": run.set,
+        "folder": run.folder.file_name().unwrap_or_default().to_string_lossy(),
+        "status": report["status"],
+        "iterations": report["history"].as_array().map(Vec::len),
+        "seconds": report["seconds"]["total"],
+        "objective": report["objective"],
+        "keyframe_error": worst,
+        "planned_bytes": report["memory"]["planned_bytes"],
+    })
+}
+
+pub(super) fn table(runs: &[Run]) -> Table {
+    let row = |run: &Run| {
+        let facts = facts(run);
+        let none = || "\u{2013}".to_owned();
+        let real = |value: &Value| value.as_f64().map_or_else(none, number);
+        vec![
+            run.set.join(" "),
+            facts["status"]
+                .as_str()
+                .unwrap_or("not there yet")
+                .replace('_', " "),
+            facts["iterations"]
+                .as_u64()
+                .map_or_else(none, |count| count.to_string()),
+            facts["seconds"].as_f64().map_or_else(none, seconds),
+            real(&facts["objective"]["total"]),
+            real(&facts["objective"]["data"]),
+            real(&facts["objective"]["force"]),
+            facts["keyframe_error"]
+                .as_f64()
+                .map_or_else(none, |error| format!("{:.1} %", 100.0 * error)),
+            facts["planned_bytes"]
+                .as_u64()
+                .map_or_else(none, |count| bytes(usize::try_from(count).unwrap_or(usize::MAX))),
+        ]
+    };
+    let head = vec![
+        "run",
+        "ended",
+        "iterations",
+        "time",
+        "objective",
+        "keyframes",
+        "force",
+        "worst keyframe",
+        "memory",
+    ];
+    Table {
+        names: 1,
+        ours: head.len(),
+        head,
+        rows: runs.iter().map(row).collect(),
+    }
+}
+
+pub(super) fn document(name: &str, vary: &[String], runs: &[Run], table: Table) -> Document {
+    let last = |run: &Run| {
+        let steps = report_in(&run.folder).filter(is_whole)?["steps"].as_u64()?;
+        let png = fs::read(run.folder.join(frame(usize::try_from(steps).ok()?))).ok()?;
+        Some(Shot {
+            caption: run.set.join(" "),
+            png,
+        })
+    };
+    let mut blocks = vec![Block::Table(table)];
+    let shots: Vec<Shot> = runs.iter().filter_map(last).collect();
+    if !shots.is_empty() {
+        blocks.push(Block::Heading("The last step".into()));
+        blocks.push(Block::Pictures(shots));
+    }
+    Document {
+        title: format!("{name}, varied"),
+        lead: format!(
+            "The same scene with every combination of {}. Each run has a folder of its own with all that a solve writes.",
+            vary.join(" and ")
+        ),
+        blocks,
+        pictures: true,
+    }
+}

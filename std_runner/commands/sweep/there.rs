@@ -1,0 +1,26 @@
+//! What a run left in its folder before.
+
+use crate::scene::Scene;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+
+/// The report of a run, if it has a result.
+pub(super) fn report_in(folder: &Path) -> Option<Value> {
+    let report = fs::read(folder.join("report.json")).ok()?;
+    let report: Value = serde_json::from_slice(&report).ok()?;
+    report["status"].is_string().then_some(report)
+}
+
+/// Whether a result is not that of a run that was interrupted.
+pub(super) fn is_whole(report: &Value) -> bool {
+    report["status"] != "cancelled"
+}
+
+/// Whether a result is that of this very scene, with all that was set, in this precision.
+pub(super) fn is_of(report: &Value, scene: &Scene, precision: &str) -> bool {
+    let set: Vec<&str> = scene.document.assignments().collect();
+    report["scene"] == scene.document.text()
+        && report["overrides"] == json!(set)
+        && report["precision"] == precision
+}
