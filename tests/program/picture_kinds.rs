@@ -75,7 +75,16 @@ fn write_all(base: &Path) -> Vec<&'static str> {
     let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
     packed.write_all(circle.as_bytes()).unwrap();
     fs::write(base.join("a.svgz"), packed.finish().unwrap()).unwrap();
-    vec!["a.jpg", "wide.tif", "matte.tif", "a.webp", "webp.png", "a.exr", "a.svg", "a.svgz"]
+    vec![
+        "a.jpg",
+        "wide.tif",
+        "matte.tif",
+        "a.webp",
+        "webp.png",
+        "a.exr",
+        "a.svg",
+        "a.svgz",
+    ]
 }
 
 #[test]

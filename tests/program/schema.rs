@@ -169,7 +169,7 @@ fn what_is_wrong_does_not_fulfil_the_schema() {
         "[source]\nimage = \"a.png\"\nink = \"bright\"",
         "[source]\nmesh = \"a.obj\"\nfit = { middle = [0, 0, 0] }",
         "[source]\nshapes = [{ text = 5 }]",
-        "[[keyframe]]\nstep = 1\ntext = \"F\"",
+        "[[keyframe]]\nstep = 0\ntext = \"F\"",
         "[[keyframe]]\nsteps = { from = 2 }\nfiles = \"a_*.obj\"",
         "[[keyframe]]\nstep = 2\nregion = { box = { min = [0, 0] } }",
         "[[emitter]]\nrate = 0\ntext = \"F\"",

@@ -245,8 +245,7 @@ fn what_is_given_is_refused_by_name() {
         refused(What::Force { step: 3 }, InputError::NotFinite { index })
     );
     assert_eq!(shown, 4, "the states before the force");
-    let run =
-        |input: &Input| operator.with::<D2, _>(input, |fluids| simulate(fluids, input, &mut |_, _| {}));
+    let run = |input: &Input| operator.with::<D2, _>(input, |fluids| simulate(fluids, input, &mut |_, _| {}));
     // Along a ring nothing holds it.
     for step in 0..step {
         input[3 + 2 * step + 1].fill(f64::MAX);
