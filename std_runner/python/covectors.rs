@@ -1,6 +1,6 @@
 //! Covectors of a trajectory, as Python gives them.
 
-use crate::inputs::numbers;
+use crate::arrays::numbers;
 use crate::place::Number;
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;

@@ -1,9 +1,10 @@
 //! Thurible in Python: `thurible_smoke.solve` and `thurible_smoke.plan` on NumPy's arrays.
 //!
-//! The arguments ([`choices`], [`effects`], [`inputs`], in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
+//! The arguments ([`choices`], [`effects`], [`inputs`], whose [`arrays`] are NumPy's, in [`words`] of Python's) become a [`mod@plan`]; [`mod@solve`] runs in a [`block`] on threads of its
 //! own ([`watch`]), its state kept by [`mod@keep`]; what it finds is a [`solution`], whose arrays lie at certain [`place`]s of that block. [`mod@track`], [`mod@tomography`], [`mod@operator`] (whose simulator is [`mod@simulating`]) [`mod@steering`] and [`mod@condensing`] are ways of their own. The package
 //! `thurible_smoke` has it all under its own name, and what `jax` and `torch` take the operator by.
 
+pub mod arrays;
 pub mod block;
 mod cameras;
 pub mod choices;
@@ -11,8 +12,10 @@ pub mod condensed;
 pub mod condensing;
 pub mod covectors;
 pub mod effects;
+pub mod given;
 pub mod inputs;
 pub mod iterated;
+pub mod iteration;
 mod keep;
 pub mod operating;
 pub mod operator;
@@ -42,13 +45,17 @@ mod _thurible {
     #[pymodule_export]
     use crate::condensing::PyCondenser;
     #[pymodule_export]
+    use crate::given::Given;
+    #[pymodule_export]
+    use crate::iteration::Iteration;
+    #[pymodule_export]
     use crate::operator::PyOperator;
     #[pymodule_export]
     use crate::plan::{Plan, plan};
     #[pymodule_export]
     use crate::reconstructed::Tomography;
     #[pymodule_export]
-    use crate::solution::{Given, Solution};
+    use crate::solution::Solution;
     #[pymodule_export]
     use crate::solve::solve;
     #[pymodule_export]
@@ -61,8 +68,6 @@ mod _thurible {
     use crate::track::track;
     #[pymodule_export]
     use crate::tracked::Track;
-    #[pymodule_export]
-    use crate::watch::Iteration;
     #[pymodule_export]
     use crate::worked::Gradient;
 

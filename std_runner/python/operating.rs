@@ -1,7 +1,8 @@
 //! Runs of an operator: NumPy's arrays in, the trajectory and its gradient out.
 
+use crate::arrays::{array, numbers};
 use crate::covectors::{Covectors, Fields};
-use crate::inputs::{Common, array, numbers};
+use crate::inputs::Common;
 use crate::place::Number;
 use crate::plan::Precision;
 use crate::watch::interruptible;

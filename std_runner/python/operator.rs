@@ -1,9 +1,10 @@
 //! `Operator`: a simulation that can be differentiated, on NumPy's arrays.
 
+use crate::arrays::{array, flags, numbers};
 use crate::block::Block;
 use crate::choices::Choices;
 use crate::effects;
-use crate::inputs::{array, flags, numbers, unusable};
+use crate::inputs::unusable;
 use crate::operating::About;
 use crate::plan::{Precision, precision};
 use crate::simulating::{Any, Chosen, Planned, STEERS, each};

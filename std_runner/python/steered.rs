@@ -1,8 +1,9 @@
 //! What a search by Stable Fluids found, for Python.
 
+use crate::iteration::Iteration;
 use crate::place::Number;
 use crate::templates::FoundTemplate;
-use crate::watch::{Iteration, interruptible};
+use crate::watch::interruptible;
 use crate::worked::room;
 use core::ops::ControlFlow;
 use pyo3::exceptions::PyRuntimeError;

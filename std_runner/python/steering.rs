@@ -1,9 +1,10 @@
 //! `stable_fluids`: a search by Stable Fluids.
 
+use crate::arrays::{array, density, numbers};
 use crate::block::Block;
 use crate::choices::{Choices, set_options};
 use crate::effects;
-use crate::inputs::{self, Common, array, components, density, numbers, unusable};
+use crate::inputs::{self, Common, components, unusable};
 use crate::place::Number;
 use crate::plan::{Precision, under_ceiling};
 use crate::simulating::kept;

@@ -1,6 +1,6 @@
 //! `tomography`: density from what cameras see of it, on NumPy's arrays.
 
-use crate::inputs::untyped;
+use crate::arrays::untyped;
 use crate::plan::Precision;
 use crate::reconstruct::Job;
 use crate::reconstructed::Tomography;

@@ -1,7 +1,7 @@
 //! `track`: the flow behind frames of smoke, on NumPy's arrays.
 
+use crate::arrays::untyped;
 use crate::choices;
-use crate::inputs::untyped;
 use crate::plan::Precision;
 use crate::tracked::Track;
 use crate::tracking::Job;

@@ -1,7 +1,8 @@
 //! Frames that are tracked, in a block and on threads of its own.
 
+use crate::arrays::{array, numbers};
 use crate::block::Block;
-use crate::inputs::{Common, array, numbers, unusable};
+use crate::inputs::{Common, unusable};
 use crate::place::Number;
 use crate::plan::Precision;
 use crate::tracked::{Track, said};
