@@ -1,6 +1,7 @@
 //! Files of which every bit is known again: a length, bytes, and a checksum of all before it. Written under a temporary name, synced,
 //! and renamed.
 
+use crate::output::sync_folder;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -83,15 +84,6 @@ impl Sink for Sealed {
                 return Err(Refused);
             }
         }
-        Ok(())
-    }
-}
-
-/// Makes sure that what was renamed in a folder stays renamed; where a system knows no such thing, it need not.
-pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
-    if cfg!(unix) {
-        File::open(folder)?.sync_all()
-    } else {
         Ok(())
     }
 }

@@ -1,11 +1,11 @@
 //! Writing to a [`Destination`]: aside first, then in place, or elsewhere.
 
 use super::Destination;
-use super::moves::{Moves, Plan, files_below};
+use super::moves::{Moves, Plan, files_below, sync_files, sync_folders};
 use super::staging::Staging;
 use super::written::{MANIFEST, Written, manifest_of};
 use crate::exit::Failure;
-use crate::output::{OutputError, create_folder, write_bytes};
+use crate::output::{OutputError, create_folder, sync_folder, write_bytes};
 use std::collections::BTreeSet;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -116,8 +116,10 @@ impl Destination {
         write_bytes(&fresh.join(MANIFEST), manifest_of(&all).as_bytes()).map_err(unwritten)?;
         new.push(MANIFEST.into());
         all.insert(MANIFEST.into());
+        // What comes in the place of an earlier result, and what a solve forgets its states for, is on the disc.
+        sync_files(&fresh, &new).map_err(|(path, error)| Trouble::Refused(path, error))?;
         if fs::symlink_metadata(&self.folder).is_err_and(|error| error.kind() == ErrorKind::NotFound) {
-            fs::rename(&fresh, &self.folder).map_err(refused)?;
+            self.put_down(&fresh).map_err(refused)?;
         } else {
             let plan = Plan { gone, new };
             plan.write(&staging.below("")).map_err(unwritten)?;
@@ -125,6 +127,17 @@ impl Destination {
         }
         self.written = Written::now(&self.folder, all);
         Ok(answer)
+    }
+
+    /// Makes the folder `fresh` the one of the result, where there is none.
+    fn put_down(&self, fresh: &Path) -> io::Result<()> {
+        fs::rename(fresh, &self.folder)?;
+        let synced = self.folder.parent().map_or(Ok(()), sync_folder);
+        if synced.is_err() {
+            // All or nothing; if it stays it is whole.
+            let _ = fs::rename(&self.folder, fresh);
+        }
+        synced
     }
 
     /// Moves the files `gone` out and the files `new` in; all of them or none.
@@ -139,6 +152,10 @@ impl Destination {
                     ErrorKind::AlreadyExists => Trouble::InTheWay(file.clone()),
                     _ => Trouble::Refused(file.clone(), error),
                 })
+            })
+            .and_then(|()| {
+                sync_folders(&self.folder, gone.iter().chain(new))
+                    .map_err(|(path, error)| Trouble::Refused(path, error))
             });
         if moved.is_err() && !moves.undo() {
             staging.keep();

@@ -14,7 +14,7 @@ mod written;
 pub(crate) use fill::RUN_AGAIN;
 
 use crate::exit::Failure;
-use crate::output::write_bytes;
+use crate::output::{sync_folder, write_bytes};
 use resolve::{Astray, resolved};
 use staging::Staging;
 use std::collections::BTreeSet;
@@ -173,7 +173,10 @@ impl Destination {
         if !self.folder.is_dir()
             && let Some(parent) = self.folder.parent()
         {
+            let missing: Vec<&Path> = parent.ancestors().take_while(|folder| !folder.is_dir()).collect();
             fs::create_dir_all(parent)?;
+            let above = missing.iter().filter_map(|folder| folder.parent());
+            above.into_iter().try_for_each(sync_folder)?;
         }
         Staging::new(&self.folder, "probe")?;
         let below: BTreeSet<&Path> = self

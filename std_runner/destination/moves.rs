@@ -1,7 +1,7 @@
 //! Renames that take the place of nothing and can be taken back.
 
 use super::written::stays_inside;
-use crate::output::{OutputError, write_bytes};
+use crate::output::{OutputError, sync_file, sync_folder, write_bytes};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs;
@@ -20,11 +20,14 @@ impl Plan {
     /// Its name in a hidden folder.
     pub const NAME: &str = "moves.json";
 
-    /// Writes it down.
+    /// Writes it down, on the disc before anything is moved.
     pub fn write(&self, hidden: &Path) -> Result<(), OutputError> {
         let path = hidden.join(Self::NAME);
         let text = serde_json::to_vec(self).map_err(OutputError::of(&path))?;
-        write_bytes(&path, &text)
+        write_bytes(&path, &text)?;
+        sync_file(&path)
+            .and_then(|()| sync_folder(hidden))
+            .map_err(OutputError::of(&path))
     }
 
     /// The one of a folder that was left behind, if anything was going to be moved.
@@ -76,6 +79,33 @@ impl Moves {
         }
         back
     }
+}
+
+/// Makes sure that `files` below `folder` are on the disc, with what they hold.
+pub(super) fn sync_files(folder: &Path, files: &[PathBuf]) -> Result<(), (PathBuf, io::Error)> {
+    let at = |path: &Path| {
+        let path = path.to_path_buf();
+        move |error| (path, error)
+    };
+    files
+        .iter()
+        .try_for_each(|file| sync_file(&folder.join(file)).map_err(at(file)))?;
+    sync_folders(folder, files)
+}
+
+/// Makes sure that `files` below `folder` stay where they are.
+pub(super) fn sync_folders<'a>(
+    folder: &Path,
+    files: impl IntoIterator<Item = &'a PathBuf>,
+) -> Result<(), (PathBuf, io::Error)> {
+    let folders: BTreeSet<&Path> = files
+        .into_iter()
+        .flat_map(|file| file.ancestors().skip(1))
+        .collect();
+    let there = folders.into_iter().filter(|below| folder.join(below).is_dir());
+    there
+        .into_iter()
+        .try_for_each(|below| sync_folder(&folder.join(below)).map_err(|error| (below.to_path_buf(), error)))
 }
 
 /// The files below `folder`, relative to it.

@@ -1,7 +1,7 @@
 //! Files that are whole or not there: written under a temporary name, then renamed.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
@@ -35,6 +35,27 @@ pub(crate) fn write_whole(
         let _ = fs::remove_file(&part);
     }
     renamed
+}
+
+/// Makes sure that a file that was written is on the disc.
+pub(crate) fn sync_file(path: &Path) -> io::Result<()> {
+    // Some systems sync only what may be written to.
+    OpenOptions::new().read(true).write(true).open(path)?.sync_all()
+}
+
+/// Makes sure that what was made or renamed in a folder stays so; where a system knows no such thing, or lets nobody ask, it need not.
+pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
+    if !cfg!(unix) {
+        return Ok(());
+    }
+    let synced = match File::open(folder) {
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => return Ok(()),
+        opened => opened.and_then(|folder| folder.sync_all()),
+    };
+    match synced {
+        Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => Ok(()),
+        synced => synced,
+    }
 }
 
 fn temporary(path: &Path) -> PathBuf {

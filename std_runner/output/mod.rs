@@ -29,7 +29,7 @@ pub use frames::{Frames, Given, GivenValues, Precision, Sample, Samples};
 
 pub(crate) use archive::{Plain, array_name, write_archive, write_arrays};
 pub(crate) use densities::{Densities, Pictured, Shown, full};
-pub(crate) use file::{create_folder, write_bytes, write_whole};
+pub(crate) use file::{create_folder, sync_file, sync_folder, write_bytes, write_whole};
 pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame, strip_steps};
 pub(crate) use lines::Vectors;
 pub(crate) use lists::{List, Values, write_lists};
