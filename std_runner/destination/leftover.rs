@@ -1,19 +1,26 @@
 //! Hidden folders that killed runs left behind: what was under way in them is brought to one end or the other, and they are removed.
 
-use super::moves::{Moves, Plan};
-use super::staging::MARK;
-use crate::held::{is_left_behind, remove};
+use super::moves::{Moves, Plan, sync_folders};
+use super::staging::{MARK, remove};
+use crate::held::is_left_behind;
 use std::ffi::OsStr;
 use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// Puts `folder` in order after runs that were killed while they wrote to it. What another run is still at stays.
-pub(super) fn recover(folder: &Path) {
+///
+/// # Errors
+/// The hidden folder whose files could not be moved; they stay in it, and nothing may be written to `folder` until they are.
+pub(super) fn recover(folder: &Path) -> Result<(), (PathBuf, io::Error)> {
     for hidden in left_behind(folder) {
-        finish(folder, &hidden);
+        if let Err(error) = finish(folder, &hidden) {
+            return Err((hidden, error));
+        }
         // A folder that cannot be removed is not what the user must hear of.
         let _ = remove(&hidden);
     }
+    Ok(())
 }
 
 /// The hidden folders for `folder` whose runs are no more: in it, in its own folders, or beside it.
@@ -43,19 +50,29 @@ fn named(folder: &Path, wanted: &dyn Fn(&str) -> bool) -> Vec<PathBuf> {
 }
 
 /// Brings a move that was cut off to its end, where all of it had been written down.
-fn finish(folder: &Path, hidden: &Path) {
-    let Some(plan) = Plan::read(hidden) else {
+fn finish(folder: &Path, hidden: &Path) -> io::Result<()> {
+    let Some(plan) = Plan::read(hidden)? else {
         // Nothing of the earlier result was moved.
-        return;
+        return Ok(());
     };
     let (fresh, old) = (hidden.join("new"), hidden.join("old"));
     let mut moves = Moves::default();
-    for file in plan.gone.iter().filter(|file| !old.join(file).exists()) {
-        // Gone with the user's consent, or not there to be moved.
-        let _ = moves.carry(file, folder, &old);
+    // Gone with the user's consent, or not there to be moved; what is in the way of a new one was put there by somebody else, and stays.
+    let unless =
+        |kind: ErrorKind| move |error: io::Error| if error.kind() == kind { Ok(()) } else { Err(error) };
+    for file in &plan.gone {
+        if !old.join(file).try_exists()? {
+            moves
+                .carry(file, folder, &old)
+                .or_else(unless(ErrorKind::NotFound))?;
+        }
     }
-    for file in plan.new.iter().filter(|file| fresh.join(file).exists()) {
-        // What is in the way now was put there by somebody else, and stays.
-        let _ = moves.carry(file, &fresh, folder);
+    for file in &plan.new {
+        if fresh.join(file).try_exists()? {
+            moves
+                .carry(file, &fresh, folder)
+                .or_else(unless(ErrorKind::AlreadyExists))?;
+        }
     }
+    sync_folders(folder, plan.gone.iter().chain(&plan.new)).map_err(|(_, error)| error)
 }

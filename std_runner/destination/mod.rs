@@ -55,7 +55,8 @@ impl Aside {
 /// Brings to an end what killed runs were at in `folder`.
 pub(crate) fn put_in_order(folder: &Path) {
     if let Ok(place) = resolved(folder) {
-        leftover::recover(&place);
+        // Who writes there hears of what cannot be.
+        let _ = leftover::recover(&place);
     }
 }
 
@@ -67,7 +68,8 @@ pub(crate) fn refuse_result(folder: &Path) -> Result<(), Failure> {
     let Ok(place) = resolved(folder) else {
         return Ok(());
     };
-    leftover::recover(&place);
+    // Who writes there hears of what cannot be.
+    let _ = leftover::recover(&place);
     if !is_result(&place, "report.json") {
         return Ok(());
     }
@@ -129,7 +131,13 @@ impl Destination {
             written: Written::default(),
             diverted: None,
         };
-        leftover::recover(&destination.folder);
+        leftover::recover(&destination.folder).map_err(|(hidden, error)| {
+            Failure::File(format!(
+                "cannot write the result folder {}: what an earlier run was moving there when it was ended is in {} and cannot be moved: {error}; make the folder writable and run it again, or choose another one with -o DIR",
+                folder.display(),
+                hidden.display()
+            ))
+        })?;
         match fs::metadata(&destination.folder) {
             Ok(found) if found.is_dir() => destination.look(mark)?,
             Ok(_) => {

@@ -31,11 +31,22 @@ impl Plan {
     }
 
     /// The one of a folder that was left behind, if anything was going to be moved.
-    pub fn read(hidden: &Path) -> Option<Self> {
-        let text = fs::read(hidden.join(Self::NAME)).ok()?;
-        let plan: Self = serde_json::from_slice(&text).ok()?;
-        let inside = plan.gone.iter().chain(&plan.new).all(|file| stays_inside(file));
-        inside.then_some(plan)
+    pub fn read(hidden: &Path) -> io::Result<Option<Self>> {
+        let text = match fs::read(hidden.join(Self::NAME)) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            read => read?,
+        };
+        let plan = serde_json::from_slice(&text).ok();
+        let inside = |plan: &Self| plan.gone.iter().chain(&plan.new).all(|file| stays_inside(file));
+        Ok(plan.filter(inside))
+    }
+
+    /// Tears it up, on the disc before anything else of the folder is removed: by what is left of the folder then it would move too much.
+    pub fn forget(hidden: &Path) -> io::Result<()> {
+        match fs::remove_file(hidden.join(Self::NAME)) {
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+            removed => removed.and_then(|()| sync_folder(hidden)),
+        }
     }
 }
 

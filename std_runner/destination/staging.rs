@@ -1,6 +1,7 @@
 //! A hidden folder on the file system of a result, where it is written before it is moved in place.
 
-use crate::held::{hold, remove};
+use super::moves::Plan;
+use crate::held::{self, hold};
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -72,5 +73,32 @@ impl Drop for Staging {
             // A folder that is left behind is not what the user must hear of.
             let _ = remove(&self.path);
         }
+    }
+}
+
+/// Removes such a folder with all that is in it, what was going to be moved first.
+pub(super) fn remove(hidden: &Path) -> io::Result<()> {
+    Plan::forget(hidden)?;
+    held::remove(hidden)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// A plan without the files that it names would take those of a whole result away.
+    #[test]
+    fn nothing_is_removed_before_the_plan_of_its_moves() {
+        let folder = std::env::temp_dir().join(format!("thurible-staging-{}", std::process::id()));
+        fs::create_dir_all(folder.join("old")).unwrap();
+        fs::write(folder.join("old/report.json"), "{}").unwrap();
+        // One that cannot be removed.
+        fs::create_dir_all(folder.join(Plan::NAME).join("below")).unwrap();
+        assert!(remove(&folder).is_err() && folder.join("old/report.json").is_file());
+        fs::remove_dir_all(folder.join(Plan::NAME)).unwrap();
+        fs::write(folder.join(Plan::NAME), "{}").unwrap();
+        remove(&folder).unwrap();
+        assert!(!folder.exists());
     }
 }

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const PLAIN: &str = "\
+pub const PLAIN: &str = "\
 [grid]
 cells = [32, 24]
 [time]
@@ -57,7 +57,7 @@ frames = false
 ";
 
 /// A fresh folder with a scene in it.
-fn folder_with(name: &str, scene: &str) -> PathBuf {
+pub fn folder_with(name: &str, scene: &str) -> PathBuf {
     let folder = fresh_folder(name);
     fs::write(folder.join("scene.toml"), scene).unwrap();
     let cells: Vec<f64> = (0..24 * 32)
@@ -77,7 +77,7 @@ fn command(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-fn ended(folder: &Path, arguments: &[&str]) -> Ended {
+pub fn ended(folder: &Path, arguments: &[&str]) -> Ended {
     command(folder, arguments).output().unwrap().into()
 }
 
@@ -91,7 +91,7 @@ fn killed(folder: &Path, arguments: &[&str], lines: usize) {
     running.kill();
 }
 
-fn arrays(folder: &Path) -> Vec<u8> {
+pub fn arrays(folder: &Path) -> Vec<u8> {
     fs::read(folder.join("out/result.npz")).unwrap()
 }
 

@@ -53,6 +53,8 @@ mod thesis;
 mod tomography;
 mod track;
 mod undershoot;
+#[cfg(unix)]
+mod unfinished;
 mod volumes;
 #[cfg(unix)]
 mod watch;

@@ -1,0 +1,64 @@
+//! What becomes of solves that were not finished, and of results that were half moved: where they are looked for, what refuses to go on,
+//! what is never thrown away.
+
+use crate::checkpoints::{PLAIN, arrays, ended, folder_with};
+use crate::support::Ended;
+use std::fs;
+
+fn is_well(ended: &Ended) -> bool {
+    matches!(ended.code, 0 | 5)
+}
+
+/// Refused by this code, in one sentence that has these words.
+fn refused(ended: &Ended, code: i32, words: &[&str]) {
+    assert!(
+        ended.code == code && ended.err.lines().count() == 1,
+        "{}: {}",
+        ended.code,
+        ended.err
+    );
+    assert!(words.iter().all(|word| ended.err.contains(word)), "{}", ended.err);
+}
+
+/// What could not be moved stays until it can, and nothing is written over it.
+#[test]
+fn a_half_moved_result_stays_until_it_can_be_moved() {
+    let folder = folder_with("half_moved", PLAIN);
+    let solve = [
+        "solve",
+        "scene.toml",
+        "-o",
+        "out",
+        "--set",
+        "method.iterations=1",
+        "--quiet",
+    ];
+    assert!(is_well(&ended(&folder, &solve)));
+    let before = arrays(&folder);
+    let (out, hidden) = (folder.join("out"), folder.join("out/.thurible-new-1"));
+    fs::create_dir_all(hidden.join("new")).unwrap();
+    let names = ["manifest.json", "report.html", "report.json", "result.npz"];
+    for name in names {
+        fs::copy(out.join(name), hidden.join("new").join(name)).unwrap();
+    }
+    let plan = serde_json::json!({ "gone": names, "new": names });
+    fs::write(hidden.join("moves.json"), plan.to_string()).unwrap();
+    fs::write(hidden.join("lock"), "").unwrap();
+    // The folder that the earlier result is moved to cannot be made.
+    fs::write(hidden.join("old"), "").unwrap();
+    let forced = [&solve[..], &["--force"]].concat();
+    refused(
+        &ended(&folder, &forced),
+        4,
+        &["cannot be moved", ".thurible-new-1", "make the folder writable"],
+    );
+    for name in names {
+        assert!(
+            hidden.join("new").join(name).is_file() && out.join(name).is_file(),
+            "{name} is lost"
+        );
+    }
+    fs::remove_file(hidden.join("old")).unwrap();
+    refused(&ended(&folder, &solve), 4, &["holds a result already"]);
+    assert!(arrays(&folder) == before && !hidden.exists());
+}
