@@ -1,7 +1,8 @@
 //! An array whose first axis is time, read entry by entry: the memory of one, whatever their number.
 
-use core::sync::atomic::{AtomicUsize, Ordering};
-use std::fs::File;
+use core::hash::BuildHasher;
+use std::collections::hash_map::RandomState;
+use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -9,6 +10,9 @@ use super::error::Fault;
 use super::header::Header;
 use super::npy::{Array, read_values};
 use super::{ShapeError, npz};
+
+/// How many random names of a temporary file may be taken.
+const ATTEMPTS: usize = 16;
 
 /// An array in a `.npy` file, or one of a `.npz` file.
 #[derive(Debug)]
@@ -24,13 +28,39 @@ pub struct Series {
     count: usize,
     /// Whether it is one number, without an axis.
     is_number: bool,
-    /// A copy that is removed in the end: packed arrays are unpacked once.
+    /// The copy of a packed array, which is unpacked once, where the system keeps its name as long as it is open.
     _unpacked: Option<Aside>,
 }
 
-/// A temporary file.
+/// A temporary file that is removed in the end.
 #[derive(Debug)]
 struct Aside(PathBuf);
+
+impl Aside {
+    /// A new one, which nobody else can have put there, and which is gone with its last reader where the system knows files without names.
+    fn create() -> io::Result<(File, Option<Self>)> {
+        let mut options = OpenOptions::new();
+        let options = options.read(true).write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(options, 0o600);
+        let folder = std::env::temp_dir();
+        for _ in 0..ATTEMPTS {
+            // The keys of a hasher are random.
+            let random = RandomState::new().hash_one(std::process::id());
+            let path = folder.join(format!("thurible-{random:016x}.values"));
+            match options.open(&path) {
+                Ok(file) => {
+                    let aside = Self(path);
+                    let is_named = std::fs::remove_file(&aside.0).is_err();
+                    return Ok((file, is_named.then_some(aside)));
+                }
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(io::ErrorKind::AlreadyExists.into())
+    }
+}
 
 /// The header of an entry.
 struct Entry(Header);
@@ -149,32 +179,28 @@ fn member(path: &Path, name: &str) -> Result<(BufReader<File>, Header, Option<As
         let header = Header::read(&mut file)?;
         return Ok((file, header, None));
     }
-    // Archives that are open at the same time have members of the same name, and names are not all those of files.
-    static COPIES: AtomicUsize = AtomicUsize::new(0);
-    let number = COPIES.fetch_add(1, Ordering::Relaxed);
-    let name_of_copy = format!("thurible-{}-{number}.values", std::process::id());
-    let aside = Aside(std::env::temp_dir().join(name_of_copy));
     let mut member = npz::Watched::new(member);
-    let unpacked = unpack(&mut member, &aside.0);
+    let unpacked = unpack(&mut member);
     let _ = io::copy(&mut member, &mut io::sink());
     let failed = member.failed.map(|error| npz::damaged(name, &error));
-    let (file, header) = failed.map_or(unpacked, Err)?;
-    Ok((file, header, Some(aside)))
+    failed.map_or(unpacked, Err)
 }
 
-/// Reads the header of an array, and copies as many bytes of values as it promises to a new file at `aside`.
-fn unpack(member: &mut dyn Read, aside: &Path) -> Result<(BufReader<File>, Header), Fault> {
+/// Reads the header of an array, and copies as many bytes of values as it promises to a temporary file.
+fn unpack(member: &mut dyn Read) -> Result<(BufReader<File>, Header, Option<Aside>), Fault> {
     let header = Header::read(member)?;
     let mut copied = || {
-        let mut copy = File::create(aside)?;
+        let (mut copy, aside) = Aside::create()?;
         io::copy(&mut member.take(header.bytes()), &mut copy)?;
-        File::open(aside)
+        copy.rewind()?;
+        Ok((copy, aside))
     };
-    let file = copied().map_err(|error| {
-        let said = format!("it is unpacked to {}: {error}", aside.display());
+    let (copy, aside) = copied().map_err(|error: io::Error| {
+        let folder = std::env::temp_dir();
+        let said = format!("it is unpacked to a file in {}: {error}", folder.display());
         io::Error::new(error.kind(), said)
     })?;
-    Ok((BufReader::new(file), header))
+    Ok((BufReader::new(copy), header, aside))
 }
 
 /// Whether a `.npz` file has an array of this name.
@@ -228,6 +254,15 @@ mod tests {
         }
         archive.finish().unwrap();
         let mut series = Series::open(&path, Some("group/values"), "frames").unwrap();
+        #[cfg(unix)]
+        {
+            let unpacked = series.file.get_ref().metadata().unwrap();
+            let names = std::os::unix::fs::MetadataExt::nlink(&unpacked);
+            assert_eq!(
+                names, 0,
+                "what it is unpacked to has a name, which a kill would leave"
+            );
+        }
         assert_eq!(series.read(1).unwrap(), [2.5]);
         std::fs::remove_file(&path).unwrap();
     }
