@@ -1,6 +1,7 @@
 //! The files that a scene names: what they are when a state is kept, and whether they still are.
 
 use crate::exit::Failure;
+use crate::keyframes::ShapeSpec;
 use crate::scene::{Document, files_of};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -75,24 +76,69 @@ pub(crate) fn inputs_of(document: &Document, others: &[PathBuf]) -> io::Result<V
     paths.iter().map(|path| Input::now(path)).collect()
 }
 
-/// Every text below `value` that is the name of a file, or a pattern that some fit. So keys that name files need no list of their own.
+/// The files below `value`, which stands at `key`: those that the keys of shapes name, alone or by a pattern. Other texts may be the names of
+/// files by chance.
 fn gather(document: &Document, key: &str, value: &Value, paths: &mut BTreeSet<PathBuf>) {
+    let mut add = |found: Vec<PathBuf>| paths.extend(found.into_iter().filter(|path| path.is_file()));
     match value {
-        Value::String(text) if text.contains('*') => {
-            paths.extend(files_of(document, key, text).unwrap_or_default());
+        Value::String(text) if key == ShapeSpec::PATTERN => {
+            add(files_of(document, key, text).unwrap_or_default())
         }
-        Value::String(text) if !text.is_empty() => {
-            let path = document.folder().join(text);
-            if path.is_file() {
-                paths.insert(path);
-            }
-        }
+        Value::String(text) if ShapeSpec::FILES.contains(&key) => add(vec![document.folder().join(text)]),
         Value::Array(values) => values
             .iter()
             .for_each(|value| gather(document, key, value, paths)),
         Value::Table(table) => table
             .iter()
-            .for_each(|(_, value)| gather(document, key, value, paths)),
+            .for_each(|(key, value)| gather(document, key, value, paths)),
         _ => {}
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    /// A letter `*` beside a folder, a text that is the name of a file by chance, a pattern that a folder fits as well.
+    #[test]
+    fn only_files_that_keys_of_files_name_are_inputs() {
+        let folder = std::env::temp_dir().join(format!("thurible-inputs-{}", std::process::id()));
+        fs::create_dir_all(folder.join("horse_3.png")).unwrap();
+        for name in [
+            "F",
+            "horse_1.png",
+            "horse_2.png",
+            "v.npz",
+            "other.png",
+            "mask.npy",
+            "Font.ttf",
+        ] {
+            fs::write(folder.join(name), name).unwrap();
+        }
+        let text = "\
+[source]
+shapes = [{ text = \"*\", font = \"Font.ttf\" }, { text = \"F\" }]
+[[keyframe]]
+steps = { from = 2, every = 2 }
+files = \"horse_*.png\"
+[control]
+initial_velocity = { file = \"v.npz\" }
+mask = { file = \"mask.npy\" }
+[output]
+folder = \"F\"
+";
+        let document = Document::parse(&folder.join("scene.toml"), text.into()).unwrap();
+        let inputs = inputs_of(&document, &[]).unwrap();
+        let names: Vec<_> = inputs
+            .iter()
+            .map(|input| input.path.file_name().unwrap())
+            .collect();
+        assert_eq!(
+            names,
+            ["Font.ttf", "horse_1.png", "horse_2.png", "mask.npy", "v.npz"]
+        );
+        fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -105,6 +105,12 @@ impl ShapeSpec {
         "circle", "sphere", "box", "torus", "capsule", "text", "image", "file", "mesh", "shapes", "density",
         "font", "height", "center", "depth", "weight", "ink", "name", "entry", "fit", "up",
     ];
+
+    /// The keys that name a file; `control.initial_velocity` has one of them.
+    pub(crate) const FILES: &[&str] = &["image", "file", "mesh", "font"];
+
+    /// The key of a keyframe that names many, by a pattern.
+    pub(crate) const PATTERN: &str = "files";
 }
 
 /// An entry along the first axis of an array.
