@@ -1,10 +1,11 @@
 //! Keeps the state of a solve while it runs.
 
 use super::open::{held, write};
-use super::{Every, Found, Options, SLOTS, Sealed, Solve, Words, beside};
+use super::{Every, Found, Options, SLOTS, Sealed, Solve, Words, beside, has_states};
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::held::remove;
+use crate::output::sync_folder;
 use crate::progress::Watch;
 use crate::scene::Document;
 use crate::{bytes, room};
@@ -122,11 +123,23 @@ impl Keeper {
     /// The system refused, or another run holds it.
     pub fn folder(&mut self) -> Result<&Path, Failure> {
         if self.lock.is_none() {
-            fs::create_dir_all(&self.place).map_err(|error| {
+            let cannot = |error: io::Error| {
                 let shown = self.place.display();
-                Failure::File(format!("cannot write {shown}: {error}; choose another folder with -o DIR, or keep no state with --checkpoint off"))
-            })?;
-            self.lock = Some(Arc::new(held(&self.place)?));
+                Failure::File(format!(
+                    "cannot write {shown}: {error}; choose another folder with -o DIR, or keep no state with --checkpoint off"
+                ))
+            };
+            fs::create_dir_all(&self.place).map_err(cannot)?;
+            self.place.parent().map_or(Ok(()), sync_folder).map_err(cannot)?;
+            let lock = held(&self.place)?;
+            // What is gone on from is this solve, not one that another run left here meanwhile.
+            for slot in SLOTS.map(|slot| self.place.join(slot)) {
+                match fs::remove_file(slot) {
+                    Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(cannot(error)),
+                    _ => {}
+                }
+            }
+            self.lock = Some(Arc::new(lock));
         }
         Ok(&self.place)
     }
@@ -202,9 +215,7 @@ impl Keeper {
         words: &Words,
         fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
     ) -> Option<PathBuf> {
-        let is_kept =
-            self.write(words, fields).is_ok() || SLOTS.iter().any(|slot| self.place.join(slot).is_file());
-        if is_kept {
+        if self.write(words, fields).is_ok() || self.kept().is_some() {
             return Some(self.place.clone());
         }
         if !elsewhere {
@@ -219,10 +230,9 @@ impl Keeper {
         Some(self.place.clone())
     }
 
-    /// The folder of the states, if there is one.
+    /// The folder of the states, if there are any.
     pub fn kept(&self) -> Option<&Path> {
-        let number = self.solve.as_ref().map_or(0, |solve| solve.number);
-        (number > 0 && self.lock.is_some()).then_some(&self.place)
+        (self.lock.is_some() && has_states(&self.place)).then_some(&self.place)
     }
 
     /// Removes all states: the result is written.

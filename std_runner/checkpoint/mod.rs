@@ -19,6 +19,7 @@ pub(crate) use sealed::{Sealed, Unsealed};
 pub(crate) use solve::{Earlier, Options, Solve};
 pub(crate) use words::Words;
 
+use crate::destination::{place_of, shown};
 use std::path::{Path, PathBuf};
 
 /// The states of a folder: the later one takes the place of the one before the last.
@@ -27,9 +28,17 @@ const SLOTS: [&str; 2] = ["state.0", "state.1"];
 /// Where a state grows.
 const PART: &str = "state.part";
 
-/// The folder of the states of a solve whose result goes to `folder`.
+/// The folder of the states of a solve whose result goes to `folder`: beside where that leads, as the user reads it best.
 fn beside(folder: &Path) -> PathBuf {
-    let mut name = folder.file_name().unwrap_or("out".as_ref()).to_owned();
-    name.push(".checkpoint");
-    folder.with_file_name(name)
+    let named = |folder: &Path| {
+        let mut name = folder.file_name().unwrap_or("out".as_ref()).to_owned();
+        name.push(".checkpoint");
+        folder.with_file_name(name)
+    };
+    shown(&named(folder), &named(&place_of(folder)))
+}
+
+/// Whether there is a state in a folder of states.
+fn has_states(place: &Path) -> bool {
+    SLOTS.iter().any(|slot| place.join(slot).is_file())
 }

@@ -1,6 +1,6 @@
 //! The states that an earlier run left.
 
-use super::{PART, SLOTS, Sealed, Solve, Unsealed, Words, beside};
+use super::{PART, SLOTS, Sealed, Solve, Unsealed, Words, beside, has_states};
 use crate::exit::Failure;
 use crate::held::{LOCK, hold, remove};
 use std::fs::{self, File};
@@ -24,8 +24,7 @@ pub(crate) struct Found {
 
 /// Whether there is a state of a solve into `folder` that was not finished.
 pub(crate) fn is_there(folder: &Path) -> bool {
-    let place = beside(folder);
-    SLOTS.iter().any(|slot| place.join(slot).is_file())
+    has_states(&beside(folder))
 }
 
 /// Finds the last whole state of `folder`, a folder of states or that of the result.
@@ -33,10 +32,9 @@ pub(crate) fn is_there(folder: &Path) -> bool {
 /// # Errors
 /// There is none, or another run holds it.
 pub(crate) fn open(folder: &Path) -> Result<Found, Failure> {
-    let is_there = |place: &PathBuf| SLOTS.iter().any(|slot| place.join(slot).is_file());
     let places = [folder.to_owned(), beside(folder)];
     let shown = folder.display();
-    let place = places.iter().find(|place| is_there(place)).ok_or_else(|| {
+    let place = places.iter().find(|place| has_states(place)).ok_or_else(|| {
         let why = if folder.join("report.json").is_file() {
             "its solve was finished, and nothing is left to go on with"
         } else {
@@ -120,16 +118,16 @@ pub(crate) fn throw_away(folder: &Path, forced: bool) -> Result<(), Failure> {
     if !place.is_dir() {
         return Ok(());
     }
-    let (shown, states) = (place.display(), SLOTS.map(|slot| place.join(slot)));
+    let shown = place.display();
     let is_empty = fs::read_dir(&place).is_ok_and(|mut entries| entries.next().is_none());
-    let is_ours = is_empty || states.iter().any(|state| state.is_file()) || place.join(LOCK).is_file();
+    let is_ours = is_empty || has_states(&place) || place.join(LOCK).is_file();
     if !is_ours {
         return Err(Failure::File(format!(
             "{shown} is where the states of this solve would go, but it is there and was not made by thurible; move it away, or choose another folder with -o DIR"
         )));
     }
     let _lock = held(&place)?;
-    if !forced && states.iter().any(|state| state.is_file()) {
+    if !forced && has_states(&place) {
         let result = folder.display();
         return Err(Failure::File(format!(
             "the solve into {result} was not finished: go on with it by `thurible resume {result}`, or solve anew with --force, which throws its state away"

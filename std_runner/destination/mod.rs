@@ -12,6 +12,7 @@ mod staging;
 mod written;
 
 pub(crate) use fill::RUN_AGAIN;
+pub(crate) use resolve::shown;
 
 use crate::exit::Failure;
 use crate::output::{sync_folder, write_bytes};
@@ -58,6 +59,11 @@ pub(crate) fn put_in_order(folder: &Path) {
         // Who writes there hears of what cannot be.
         let _ = leftover::recover(&place);
     }
+}
+
+/// Where `folder` is: absolute, without links; as it is named where that cannot be known.
+pub(crate) fn place_of(folder: &Path) -> PathBuf {
+    resolved(folder).unwrap_or_else(|_| folder.to_path_buf())
 }
 
 /// Refuses a folder that holds a whole result already.
@@ -125,7 +131,7 @@ impl Destination {
             )),
         })?;
         let mut destination = Self {
-            shown: resolve::shown(folder, &place),
+            shown: shown(folder, &place),
             folder: place,
             planned,
             written: Written::default(),

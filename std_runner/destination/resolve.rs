@@ -52,7 +52,7 @@ fn step(path: PathBuf) -> Result<PathBuf, Astray> {
 }
 
 /// `path` as a user reads it best: without `.` and `..` where that leads to the same place, `folder`.
-pub(super) fn shown(path: &Path, folder: &Path) -> PathBuf {
+pub(crate) fn shown(path: &Path, folder: &Path) -> PathBuf {
     let plain = plain(path);
     match resolved(&plain) {
         Ok(place) if place == folder => plain,

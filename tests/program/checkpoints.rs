@@ -82,7 +82,7 @@ pub fn ended(folder: &Path, arguments: &[&str]) -> Ended {
 }
 
 /// Runs `arguments`, which keep the state, and kills the program when it has told of `lines` iterations.
-fn killed(folder: &Path, arguments: &[&str], lines: usize) {
+pub fn killed(folder: &Path, arguments: &[&str], lines: usize) {
     let mut seen = 0;
     let running = Endless::seen(&mut command(folder, &[arguments, &["--json"]].concat()), |line| {
         seen += usize::from(line.contains("\"event\":\"iteration\""));

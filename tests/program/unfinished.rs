@@ -1,9 +1,11 @@
 //! What becomes of solves that were not finished, and of results that were half moved: where they are looked for, what refuses to go on,
 //! what is never thrown away.
 
-use crate::checkpoints::{PLAIN, arrays, ended, folder_with};
+use crate::checkpoints::{PLAIN, arrays, ended, folder_with, killed};
 use crate::support::Ended;
 use std::fs;
+
+const SOLVE: [&str; 4] = ["solve", "scene.toml", "--checkpoint", "every=1"];
 
 fn is_well(ended: &Ended) -> bool {
     matches!(ended.code, 0 | 5)
@@ -61,4 +63,38 @@ fn a_half_moved_result_stays_until_it_can_be_moved() {
     fs::remove_file(hidden.join("old")).unwrap();
     refused(&ended(&folder, &solve), 4, &["holds a result already"]);
     assert!(arrays(&folder) == before && !hidden.exists());
+}
+
+/// The states are beside where a link leads, and so is what looks for them.
+#[test]
+#[cfg(unix)]
+fn the_state_of_a_linked_folder_is_found() {
+    let folder = folder_with("linked", PLAIN);
+    fs::create_dir(folder.join("real")).unwrap();
+    std::os::unix::fs::symlink("real", folder.join("link")).unwrap();
+    killed(&folder, &[&SOLVE[..], &["-o", "link"]].concat(), 4);
+    assert!(folder.join("real.checkpoint/state.0").is_file());
+    let anew = [&SOLVE[..], &["-o", "link", "--set", "flow.buoyancy=1e-3"]].concat();
+    refused(
+        &ended(&folder, &anew),
+        4,
+        &["was not finished", "`thurible resume link`"],
+    );
+    let on = ended(&folder, &["resume", "link"]);
+    assert!(is_well(&on) && on.err.contains("going on from"), "{}", on.err);
+    assert!(folder.join("real/result.npz").is_file() && !folder.join("real.checkpoint").exists());
+}
+
+#[test]
+fn the_state_of_the_folder_itself_is_found() {
+    let folder = folder_with("of_itself", PLAIN);
+    let inside = folder.join("inside");
+    fs::create_dir(&inside).unwrap();
+    let solve = ["solve", "../scene.toml", "--checkpoint", "every=1", "-o", "."];
+    killed(&inside, &solve, 4);
+    assert!(folder.join("inside.checkpoint/state.0").is_file());
+    refused(&ended(&inside, &solve), 4, &["was not finished"]);
+    let on = ended(&inside, &["resume", "."]);
+    assert!(is_well(&on) && on.err.contains("going on from"), "{}", on.err);
+    assert!(inside.join("result.npz").is_file() && !folder.join("inside.checkpoint").exists());
 }
