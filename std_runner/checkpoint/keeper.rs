@@ -208,13 +208,17 @@ impl Keeper {
     }
 
     /// Keeps the state at the end of a solve whose result could not be written, and says how it is gone on with; `None` where there is no
-    /// room for it either. A state without files beside it may go `elsewhere`.
+    /// room for it either. Of a solve that was `cut_off` one that was kept before is the better one: bit for bit it goes on from that. A state
+    /// without files beside it may go `elsewhere`.
     pub fn keep_end(
         &mut self,
-        elsewhere: bool,
+        (cut_off, elsewhere): (bool, bool),
         words: &Words,
         fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
     ) -> Option<PathBuf> {
+        if cut_off && let Some(place) = self.kept() {
+            return Some(place.to_owned());
+        }
         if self.write(words, fields).is_ok() || self.kept().is_some() {
             return Some(self.place.clone());
         }

@@ -62,9 +62,10 @@ impl Job {
         let filled = destination.fill(|folder| report::write_numbers(folder, &mut frames, &record));
         if let Err(failure) = filled {
             watch.display.close();
+            let how = (ended == Status::Cancelled, true);
             let kept = remembered
                 .ok()
-                .and_then(|()| keeper.keep_end(true, &words, &mut |file| saved::write(&mut solver, file)));
+                .and_then(|()| keeper.keep_end(how, &words, &mut |file| saved::write(&mut solver, file)));
             return Err(messages::unwritten(failure, kept.as_deref()));
         }
         Ok(Solved {
@@ -110,7 +111,8 @@ impl Job {
             return Err(not_finite(&self.request.scene));
         }
         watch.clock.finished();
-        so_far.ended = Some(Ended(ended));
+        // What was cut off goes on.
+        so_far.ended = (ended != Status::Cancelled).then_some(Ended(ended));
         Ok(ended)
     }
 

@@ -71,7 +71,7 @@ pub fn folder_with(name: &str, scene: &str) -> PathBuf {
     folder
 }
 
-fn command(folder: &Path, arguments: &[&str]) -> Command {
+pub fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = thurible();
     command.current_dir(folder).args(arguments);
     command

@@ -1,8 +1,9 @@
 //! What becomes of solves that were not finished, and of results that were half moved: where they are looked for, what refuses to go on,
 //! what is never thrown away.
 
-use crate::checkpoints::{PLAIN, arrays, ended, folder_with, killed};
-use crate::support::Ended;
+use crate::checkpoints::{PLAIN, arrays, command, ended, folder_with, killed};
+use crate::support::endless::Endless;
+use crate::support::{Ended, json};
 use std::fs;
 
 const SOLVE: [&str; 4] = ["solve", "scene.toml", "--checkpoint", "every=1"];
@@ -20,6 +21,16 @@ fn refused(ended: &Ended, code: i32, words: &[&str]) {
         ended.err
     );
     assert!(words.iter().all(|word| ended.err.contains(word)), "{}", ended.err);
+}
+
+/// Counts the iterations that a solve tells of.
+fn iterations(mut each: impl FnMut(usize) -> bool) -> impl FnMut(&str) -> bool {
+    let mut seen = 0;
+    move |line| {
+        let is_one = line.contains("\"event\":\"iteration\"");
+        seen += usize::from(is_one);
+        is_one && each(seen)
+    }
 }
 
 /// What could not be moved stays until it can, and nothing is written over it.
@@ -97,4 +108,56 @@ fn the_state_of_the_folder_itself_is_found() {
     let on = ended(&inside, &["resume", "."]);
     assert!(is_well(&on) && on.err.contains("going on from"), "{}", on.err);
     assert!(inside.join("result.npz").is_file() && !folder.join("inside.checkpoint").exists());
+}
+
+/// Ctrl-C where the result finds no place: the solve goes on from its state, whether one was kept before or not.
+#[test]
+#[cfg(unix)]
+fn what_was_interrupted_and_found_no_room_goes_on() {
+    let folder = folder_with("no_room", PLAIN);
+    for kept in ["every=1", "off"] {
+        // Its states have a name that is just short enough, a hidden folder beside it has none.
+        let name = format!("{:x<240}", kept);
+        let out = folder.join(&name);
+        fs::create_dir(&out).unwrap();
+        let solve = [
+            "solve",
+            "scene.toml",
+            "--method",
+            "admm",
+            "--json",
+            "-o",
+            &name,
+            "--checkpoint",
+            kept,
+        ];
+        let mut solving = command(&folder, &solve);
+        solving
+            .args(["--set", "method.iterations=400"])
+            .env("TMPDIR", folder.join("nowhere"));
+        let running = Endless::seen(
+            &mut solving,
+            iterations(|number| {
+                if number == 3 {
+                    fs::write(out.join("result.npz"), "mine").unwrap();
+                }
+                number == 3
+            }),
+        );
+        let stopped = running.stop();
+        refused(&stopped, 4, &["is kept in", "`thurible resume"]);
+        fs::remove_file(out.join("result.npz")).unwrap();
+        let on = ended(&folder, &["resume", &name]);
+        assert!(
+            is_well(&on) && on.err.contains("going on from"),
+            "{kept}: {}",
+            on.err
+        );
+        let report = json(&out.join("report.json"));
+        let done = report["history"].as_array().unwrap().len();
+        assert!(
+            report["status"] != "cancelled" && done > 100,
+            "{kept}: {done} iterations"
+        );
+    }
 }

@@ -17,7 +17,7 @@ use crate::exit::Failure;
 use crate::output::Sample;
 use crate::report;
 use core::mem::MaybeUninit;
-use thurible_core::{Exec, Real, Space};
+use thurible_core::{Exec, Real, Space, Status};
 use walk::Walk;
 
 impl Job {
@@ -93,9 +93,10 @@ impl Job {
             .fill(|folder| report::write_numbers(folder, kept, &record).map_err(|error| kept.trouble(error)));
         if let Err(failure) = filled {
             watch.display.close();
+            let how = (ended == Status::Cancelled, false);
             let states = end
                 .filter(|_| keeper.is_on())
-                .and_then(|words| keeper.keep_end(false, &words, &mut |file| walk.write(file)));
+                .and_then(|words| keeper.keep_end(how, &words, &mut |file| walk.write(file)));
             return Err(messages::unwritten(failure, states.as_deref()));
         }
         Ok(Solved {
