@@ -2,7 +2,6 @@
 
 use super::options::{Running, Watching};
 use crate::checkpoint::{self, Earlier, Every, Found};
-use crate::console;
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
 use crate::plan::PlanOptions;
@@ -72,9 +71,6 @@ pub(super) struct On<'a> {
 /// Goes on from what was found.
 pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
     let mode = on.mode;
-    if let (Some(note), true) = (&found.note, mode == Mode::Human) {
-        console::error(&format!("thurible: {note}"));
-    }
     let damaged = || checkpoint::damaged(&found.slot);
     let solve = &found.solve;
     let precision = [Precision::F32, Precision::F64];

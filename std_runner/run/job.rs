@@ -80,7 +80,7 @@ impl Solved {
             // What was interrupted goes on from the last state.
             match keeper.kept() {
                 Some(states) if record.status == Status::Cancelled => {
-                    messages::can_go_on(options.mode, states);
+                    messages::can_go_on(&watch.display, states);
                 }
                 _ => keeper.forget(),
             }

@@ -122,8 +122,9 @@ pub(super) fn goes_on(display: &Display, folder: &Path, watch: &Watch) {
 }
 
 /// Says how an interrupted solve is gone on with.
-pub(super) fn can_go_on(mode: Mode, states: &Path) {
-    if mode == Mode::Human {
+pub(super) fn can_go_on(display: &Display, states: &Path) {
+    display.event("kept", json!({ "states": states.display().to_string() }));
+    if display.mode() == Mode::Human {
         console::print(&format!(
             "its state is kept: `thurible resume {}` goes on",
             states.display()

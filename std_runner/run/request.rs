@@ -85,6 +85,9 @@ impl Request {
     pub(crate) fn watched(&self, mode: Mode, [finest, all]: [usize; 2]) -> Result<Watch, Failure> {
         let interrupt = self.interrupt.clone().map_or_else(Interrupt::listen, Ok)?;
         let display = Display::new(mode, finest);
+        if let Some(note) = self.found.as_ref().and_then(|found| found.note.as_ref()) {
+            display.warning(note);
+        }
         let live = match self.watch {
             Some(port) => {
                 let title = self.scene.document.path().display().to_string();

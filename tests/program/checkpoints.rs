@@ -246,7 +246,13 @@ fn a_state_that_is_being_written_is_left_alone() {
         );
     }
     // Interrupted, it says how it goes on; what it has written so far may then be replaced.
-    assert_eq!(running.stop().code, 130);
+    let stopped = running.stop();
+    assert_eq!(stopped.code, 130);
+    let kept = stopped.out.lines().last().unwrap();
+    assert!(
+        kept.contains("\"event\":\"kept\"") && kept.contains("out.checkpoint"),
+        "{kept}"
+    );
     assert!(folder.join("out/result.npz").is_file() && folder.join("out.checkpoint/state.0").is_file());
 }
 

@@ -5,6 +5,7 @@ use crate::checkpoints::{PLAIN, arrays, command, ended, folder_with, killed};
 use crate::support::endless::Endless;
 use crate::support::{Ended, json};
 use std::fs;
+use std::path::Path;
 
 const SOLVE: [&str; 4] = ["solve", "scene.toml", "--checkpoint", "every=1"];
 
@@ -160,4 +161,32 @@ fn what_was_interrupted_and_found_no_room_goes_on() {
             "{kept}: {done} iterations"
         );
     }
+}
+
+fn states(folder: &Path) -> usize {
+    let there = ["state.0", "state.1"].map(|slot| folder.join("out.checkpoint").join(slot).is_file());
+    there.into_iter().filter(|is_there| *is_there).count()
+}
+
+/// What is told of a damaged state is told to programs too.
+#[test]
+fn a_damaged_state_is_told_of_in_json() {
+    let folder = folder_with("damaged_json", PLAIN);
+    killed(&folder, &[&SOLVE[..], &["-o", "out"]].concat(), 6);
+    assert_eq!(states(&folder), 2);
+    let state = folder.join("out.checkpoint/state.0");
+    let bytes = fs::read(&state).unwrap();
+    fs::write(&state, &bytes[..bytes.len() / 2]).unwrap();
+    let on = ended(&folder, &["resume", "out", "--json"]);
+    assert!(is_well(&on), "{}", on.err);
+    let warned = on
+        .out
+        .lines()
+        .find(|line| line.contains("\"event\":\"warning\""))
+        .unwrap_or("");
+    assert!(
+        warned.contains("state.0 is not whole, so the other state is gone on from"),
+        "{}",
+        on.out
+    );
 }
