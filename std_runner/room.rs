@@ -28,6 +28,25 @@ pub fn free_at(_: &Path) -> Option<u64> {
     None
 }
 
+/// Whether two folders, or the closest ones above them that are there, are on one disc; yes where the system does not say.
+#[cfg(unix)]
+pub fn are_on_one_disc(one: &Path, other: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let device = |folder: &Path| {
+        let there = folder.ancestors().find(|folder| folder.is_dir())?;
+        std::fs::metadata(there).ok().map(|found| found.dev())
+    };
+    device(one)
+        .zip(device(other))
+        .is_none_or(|(one, other)| one == other)
+}
+
+/// As on Unix; elsewhere nobody is asked.
+#[cfg(not(unix))]
+pub fn are_on_one_disc(_: &Path, _: &Path) -> bool {
+    true
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -38,5 +57,11 @@ mod tests {
         assert!(here.is_none_or(|bytes| bytes < 1 << 60));
         let below = free_at(&std::env::temp_dir().join("not/there/yet"));
         assert_eq!(here.is_some(), below.is_some());
+        assert!(are_on_one_disc(
+            &std::env::temp_dir(),
+            &std::env::temp_dir().join("not/there/yet")
+        ));
+        #[cfg(target_os = "linux")]
+        assert!(!are_on_one_disc(&std::env::temp_dir(), Path::new("/proc")));
     }
 }

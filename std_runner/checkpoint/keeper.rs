@@ -1,14 +1,13 @@
 //! Keeps the state of a solve while it runs.
 
 use super::open::{held, write};
-use super::{Every, Found, Options, SLOTS, Sealed, Solve, Words, beside, has_states};
+use super::{Every, Found, Needs, Options, SLOTS, Sealed, Solve, Words, beside, has_states};
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::held::remove;
 use crate::output::sync_folder;
 use crate::progress::Watch;
 use crate::scene::Document;
-use crate::{bytes, room};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,15 +20,6 @@ const LONG: f64 = 300.0;
 /// How often, in seconds, and the most that it may take, in parts of the time between.
 const OFTEN: f64 = 60.0;
 const SHARE: f64 = 0.05;
-
-/// Bytes that a solve is going to write.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Needs {
-    /// The result.
-    pub result: u64,
-    /// A state.
-    pub state: u64,
-}
 
 /// Keeps the states of a solve: the last two.
 pub(crate) struct Keeper {
@@ -62,9 +52,17 @@ impl Keeper {
         (document, options): (Document, Options),
         found: Option<&Found>,
     ) -> Result<Self, Failure> {
-        let mut keeper = Self {
-            every,
-            place: found.map_or_else(|| beside(destination.folder()), |found| found.place.clone()),
+        let place = found.map_or_else(|| beside(destination.folder()), |found| found.place.clone());
+        let goes_on = found.is_some();
+        let needs = if every == Every::Off {
+            needs.without_states(goes_on)
+        } else {
+            needs
+        };
+        let has_room = needs.have_room(destination, &place, (every.is_asked_for(), goes_on))?;
+        Ok(Self {
+            every: if has_room { every } else { Every::Off },
+            place,
             document,
             options,
             solve: found.map(|found| found.solve.clone()),
@@ -73,55 +71,28 @@ impl Keeper {
             took: 0.0,
             iterations: 0,
             told: false,
-        };
-        keeper.look_for_room(destination, needs)?;
-        Ok(keeper)
-    }
-
-    fn look_for_room(&mut self, destination: &Destination, needs: Needs) -> Result<(), Failure> {
-        let Some(free) = room::free_at(destination.folder()) else {
-            return Ok(());
-        };
-        let shown = destination.shown().display();
-        let in_words = |count: u64| bytes::rounded(usize::try_from(count).unwrap_or(usize::MAX));
-        if free < needs.result {
-            return Err(Failure::File(format!(
-                "the result takes about {}, but the disc of {shown} has room for {} only; free some space, or choose a folder on another disc with -o DIR",
-                in_words(needs.result),
-                in_words(free)
-            )));
-        }
-        // Two are kept while the third is written; those that are there already have their room.
-        let there = SLOTS
-            .iter()
-            .filter(|slot| self.place.join(slot).is_file())
-            .count() as u64;
-        let states = needs.state.saturating_mul(3 - there);
-        if room::free_at(&self.place).unwrap_or(free) >= needs.result.saturating_add(states) {
-            return Ok(());
-        }
-        if self.every.is_asked_for() {
-            return Err(Failure::File(format!(
-                "the result takes about {} and its checkpoints {}, but the disc of {shown} has room for {} only; free some space, choose a folder on another disc with -o DIR, or do without by --checkpoint off",
-                in_words(needs.result),
-                in_words(states),
-                in_words(free)
-            )));
-        }
-        self.every = Every::Off;
-        Ok(())
+        })
     }
 
     /// Whether anything is kept at all.
-    pub fn is_on(&self) -> bool {
+    fn is_on(&self) -> bool {
         self.every != Every::Off
     }
 
-    /// A folder for files that states belong to, held from now on.
+    /// A folder for files that states belong to, where there is one: held from now on.
     ///
     /// # Errors
     /// The system refused, or another run holds it.
-    pub fn folder(&mut self) -> Result<&Path, Failure> {
+    pub fn beside_states(&mut self) -> Result<Option<&Path>, Failure> {
+        if self.is_on() || self.lock.is_some() {
+            self.folder().map(Some)
+        } else {
+            Ok(None)
+        }
+    }
+
+    /// The folder of the states, held from now on.
+    fn folder(&mut self) -> Result<&Path, Failure> {
         if self.lock.is_none() {
             let cannot = |error: io::Error| {
                 let shown = self.place.display();

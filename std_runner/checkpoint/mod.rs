@@ -7,13 +7,15 @@
 mod every;
 mod inputs;
 mod keeper;
+mod needs;
 mod open;
 mod sealed;
 mod solve;
 mod words;
 
 pub(crate) use every::{Every, parse};
-pub(crate) use keeper::{Keeper, Needs};
+pub(crate) use keeper::Keeper;
+pub(crate) use needs::Needs;
 pub(crate) use open::{Found, damaged, is_there, open, read, throw_away};
 pub(crate) use sealed::{Sealed, Unsealed};
 pub(crate) use solve::{Earlier, Options, Solve};

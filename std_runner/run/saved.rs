@@ -172,6 +172,7 @@ impl Job {
         let (request, planned) = (&self.request, &self.planned);
         let origin = |origin: &super::Origin| (origin.option.to_owned(), origin.folder.clone(), origin.step);
         let method = || planned.params.method;
+        let result = self.result_bytes();
         let options = Options {
             free: request
                 .free
@@ -185,7 +186,8 @@ impl Job {
             reference: request.reference.as_ref().map(origin),
         };
         let needs = Needs {
-            result: self.result_bytes(),
+            result,
+            growing: if planned.windows.is_some() { result } else { 0 },
             state: planned.plan.saved_bytes() as u64,
         };
         let document = request.scene.document.clone();

@@ -31,10 +31,9 @@ impl Job {
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
         let mut keeper = self.keeper(&destination)?;
-        let aside = if keeper.is_on() {
-            Aside::within(keeper.folder()?.to_owned())
-        } else {
-            destination.aside()?
+        let aside = match keeper.beside_states()? {
+            Some(folder) => Aside::within(folder.to_owned()),
+            None => destination.aside()?,
         };
         let mut reading = self.request.found.as_ref().map(Reading::new).transpose()?;
         let mut walk = Walk::new(self, aside, exec, T::PRECISION)?;
@@ -95,7 +94,7 @@ impl Job {
             watch.display.close();
             let how = (ended == Status::Cancelled, false);
             let states = end
-                .filter(|_| keeper.is_on())
+                .filter(|_| matches!(keeper.beside_states(), Ok(Some(_))))
                 .and_then(|words| keeper.keep_end(how, &words, &mut |file| walk.write(file)));
             return Err(messages::unwritten(failure, states.as_deref()));
         }
