@@ -1,6 +1,6 @@
 //! Keeps the state of a solve while it runs.
 
-use super::open::{held, write};
+use super::open::{held, make_way, write};
 use super::{Every, Found, Needs, Options, SLOTS, Sealed, Solve, Words, beside, has_states};
 use crate::destination::Destination;
 use crate::exit::Failure;
@@ -21,6 +21,14 @@ const LONG: f64 = 300.0;
 const OFTEN: f64 = 60.0;
 const SHARE: f64 = 0.05;
 
+/// How a solve begins.
+pub(crate) enum Begin<'a> {
+    /// Anew; a state that is in its way may go if that is `forced`.
+    Anew { forced: bool },
+    /// On from a state.
+    From(&'a Found),
+}
+
 /// Keeps the states of a solve: the last two.
 pub(crate) struct Keeper {
     every: Every,
@@ -40,18 +48,22 @@ pub(crate) struct Keeper {
 }
 
 impl Keeper {
-    /// For a solve of `document` that was begun now or, with `found`, goes on from there. Sees whether there is room for what it is going to
-    /// write.
+    /// For a solve of `document`. Sees whether there is room for what it is going to write, and makes way for its states: nothing else stands
+    /// against it.
     ///
     /// # Errors
-    /// There is no room for the result, or for states that were asked for.
+    /// There is no room for the result, or for states that were asked for; another run keeps states there.
     pub fn new(
         every: Every,
         destination: &Destination,
         needs: Needs,
         (document, options): (Document, Options),
-        found: Option<&Found>,
+        begin: Begin<'_>,
     ) -> Result<Self, Failure> {
+        let (found, forced) = match begin {
+            Begin::Anew { forced } => (None, forced),
+            Begin::From(found) => (Some(found), false),
+        };
         let place = found.map_or_else(|| beside(destination.folder()), |found| found.place.clone());
         let goes_on = found.is_some();
         let needs = if every == Every::Off {
@@ -60,6 +72,9 @@ impl Keeper {
             needs
         };
         let has_room = needs.have_room(destination, &place, (every.is_asked_for(), goes_on))?;
+        if !goes_on {
+            make_way(destination.folder(), forced)?;
+        }
         Ok(Self {
             every: if has_room { every } else { Every::Off },
             place,

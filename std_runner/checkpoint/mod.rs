@@ -14,9 +14,9 @@ mod solve;
 mod words;
 
 pub(crate) use every::{Every, parse};
-pub(crate) use keeper::Keeper;
+pub(crate) use keeper::{Begin, Keeper};
 pub(crate) use needs::Needs;
-pub(crate) use open::{Found, damaged, is_there, open, read, throw_away};
+pub(crate) use open::{Found, damaged, is_there, make_way, open, read, refuse_states};
 pub(crate) use sealed::{Sealed, Unsealed};
 pub(crate) use solve::{Earlier, Options, Solve};
 pub(crate) use words::Words;

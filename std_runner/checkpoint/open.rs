@@ -109,21 +109,26 @@ pub(super) fn held(place: &Path) -> Result<File, Failure> {
     }
 }
 
-/// Makes way for a new solve into `folder`: states of an earlier one are thrown away if that is forced, and refused else.
+/// Whether a folder of states, which is there, was made by us.
+fn is_ours(place: &Path) -> bool {
+    let is_empty = fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_none());
+    is_empty || has_states(place) || place.join(LOCK).is_file()
+}
+
+/// Refuses a new solve into `folder` where the states of an earlier one are in its way; those that may go if it is `forced` are left until
+/// [`make_way`].
 ///
 /// # Errors
 /// They are there, or another run holds them.
-pub(crate) fn throw_away(folder: &Path, forced: bool) -> Result<(), Failure> {
+pub(crate) fn refuse_states(folder: &Path, forced: bool) -> Result<(), Failure> {
     let place = beside(folder);
     if !place.is_dir() {
         return Ok(());
     }
-    let shown = place.display();
-    let is_empty = fs::read_dir(&place).is_ok_and(|mut entries| entries.next().is_none());
-    let is_ours = is_empty || has_states(&place) || place.join(LOCK).is_file();
-    if !is_ours {
+    if !is_ours(&place) {
         return Err(Failure::File(format!(
-            "{shown} is where the states of this solve would go, but it is there and was not made by thurible; move it away, or choose another folder with -o DIR"
+            "{} is where the states of this solve would go, but it is there and was not made by thurible; move it away, or choose another folder with -o DIR",
+            place.display()
         )));
     }
     let _lock = held(&place)?;
@@ -133,6 +138,21 @@ pub(crate) fn throw_away(folder: &Path, forced: bool) -> Result<(), Failure> {
             "the solve into {result} was not finished: go on with it by `thurible resume {result}`, or solve anew with --force, which throws its state away"
         )));
     }
+    Ok(())
+}
+
+/// Makes way for a new solve into `folder` that nothing stands against any more: what an earlier one left without a state is removed, its
+/// states too if that is `forced`.
+///
+/// # Errors
+/// Another run holds them, or the system refused.
+pub(crate) fn make_way(folder: &Path, forced: bool) -> Result<(), Failure> {
+    let place = beside(folder);
+    if !place.is_dir() || !is_ours(&place) || (has_states(&place) && !forced) {
+        return Ok(());
+    }
+    let shown = place.display();
+    let _lock = held(&place)?;
     remove(&place).map_err(|error| {
         Failure::File(format!(
             "cannot remove the states in {shown}: {error}; remove that folder yourself"

@@ -88,15 +88,16 @@ pub struct Watching {
 }
 
 impl Keeping {
-    /// `request` as these options have it; states in its way are refused or thrown away.
+    /// `request` as these options have it; states in its way are refused, or thrown away when nothing else stands against it.
     pub(crate) fn keep(&self, mut request: Request) -> Result<Request, Failure> {
         if self.name_by_time {
             request.folder = by_time(&request.folder, SystemTime::now());
         }
         put_in_order(&request.folder);
-        checkpoint::throw_away(&request.folder, self.force)?;
+        checkpoint::refuse_states(&request.folder, self.force)?;
         Ok(Request {
             overwrites: self.force,
+            forced: self.force,
             checkpoint: self.checkpoint.unwrap_or_default(),
             watch: self.watching.watch,
             ..request

@@ -5,6 +5,7 @@ use super::plan::Planned;
 use super::record::{self, Known};
 use super::written;
 use crate::bytes::{grouped, rounded};
+use crate::checkpoint::make_way;
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::output::{Sample, Store};
@@ -97,6 +98,7 @@ impl Run {
         let inputs = inputs::set(scene, &mut fluids)?;
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
+        make_way(destination.folder(), self.request.forced)?;
         let mut store = Store::new(&destination)?;
         let mut watch = self.watch()?;
         self.announce(&watch.display);

@@ -49,6 +49,8 @@ pub(crate) struct Request {
     pub settled: Option<f64>,
     /// Whether a result that is in the folder may go.
     pub overwrites: bool,
+    /// Whether the state of a solve into the folder that was not finished may go.
+    pub forced: bool,
     /// The port of a page on which it can be watched, 0 for any.
     pub watch: Option<u16>,
     /// How often the state is kept.
@@ -71,6 +73,7 @@ impl Request {
             interrupt: None,
             settled: None,
             overwrites: true,
+            forced: false,
             watch: None,
             checkpoint: Every::Off,
             free: false,

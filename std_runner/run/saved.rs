@@ -2,7 +2,7 @@
 
 use super::inputs::{set_obstacles, solver_refusal};
 use super::job::Job;
-use crate::checkpoint::{Found, Keeper, Needs, Options, Sealed, Unsealed, Words, damaged, read};
+use crate::checkpoint::{Begin, Found, Keeper, Needs, Options, Sealed, Unsealed, Words, damaged, read};
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::progress::{Clock, Spent, Watch};
@@ -196,7 +196,12 @@ impl Job {
             destination,
             needs,
             (document, options),
-            request.found.as_ref(),
+            match &request.found {
+                Some(found) => Begin::From(found),
+                None => Begin::Anew {
+                    forced: request.forced,
+                },
+            },
         )
     }
 

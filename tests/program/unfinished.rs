@@ -190,3 +190,23 @@ fn a_damaged_state_is_told_of_in_json() {
         on.out
     );
 }
+
+/// `--force` throws a state away when the new solve begins, not when it is refused.
+#[test]
+fn a_refused_solve_throws_no_state_away() {
+    let folder = folder_with("forced", PLAIN);
+    let solve = [&SOLVE[..], &["-o", "out"]].concat();
+    killed(&folder, &solve, 4);
+    let forced = |more: &[&str]| ended(&folder, &[&solve[..], &["--force", "--quiet"], more].concat());
+    let state = folder.join("out.checkpoint/state.0");
+    refused(&forced(&["--memory-limit", "1KiB"]), 3, &[]);
+    assert!(state.is_file(), "refused for its memory");
+    refused(&forced(&["--set", "source.file=\"none.npy\""]), 4, &["none.npy"]);
+    assert!(state.is_file(), "refused for an input");
+    fs::create_dir(folder.join("out")).unwrap();
+    fs::write(folder.join("out/mine"), "mine").unwrap();
+    refused(&forced(&[]), 4, &["not empty"]);
+    assert!(state.is_file(), "refused for what is in its folder");
+    fs::remove_file(folder.join("out/mine")).unwrap();
+    assert!(is_well(&forced(&[])) && !folder.join("out.checkpoint").exists());
+}

@@ -166,9 +166,10 @@ impl SweepArguments {
             };
             return resume::go_on(checkpoint::open(&run.folder)?, on);
         }
-        checkpoint::throw_away(&run.folder, self.force)?;
+        checkpoint::refuse_states(&run.folder, self.force)?;
         let request = Request {
             interrupt: Some(interrupt.clone()),
+            forced: self.force,
             checkpoint: self.checkpoint.unwrap_or_default(),
             ..Request::new(scene, run.folder.clone(), clock)
         };

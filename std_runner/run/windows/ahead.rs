@@ -1,6 +1,7 @@
 //! What windows are told of the scene beyond them: the mass of smoke that nothing steers, and the way to the next keyframe.
 
 use super::left::Left;
+use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::output::{Frames, Sample, Samples};
 use crate::plan;
@@ -14,11 +15,29 @@ use crate::run::targets::{Which, check_reach, set_keyframes};
 use crate::scene::Scene;
 use crate::windows::Window;
 use core::mem::MaybeUninit;
+use thurible_core::method::registry::steers;
 use thurible_core::output::DENSITY;
 use thurible_core::{Exec, Real, Silent, Solver, Space, Status};
 
+/// Looks at the whole scene before the first window: whether smoke can come to every keyframe, and which mass it has there.
+///
+/// # Errors
+/// It cannot, or the flow becomes too fast.
+pub(super) fn look<T: Real + Sample, S: Space>(
+    job: &Job,
+    exec: &dyn Exec,
+    block: &mut [MaybeUninit<u8>],
+    destination: &Destination,
+) -> Result<Option<Vec<f64>>, Failure> {
+    if !steers(&job.planned.params) {
+        return Ok(None);
+    }
+    check_keyframes(&job.request.scene)?;
+    free_masses::<T, S>(job, exec, block, destination)
+}
+
 /// Draws every keyframe once, so that nothing is found wrong in the middle of a solve, and sees whether smoke can come there.
-pub(super) fn check_keyframes(scene: &Scene) -> Result<(), Failure> {
+fn check_keyframes(scene: &Scene) -> Result<(), Failure> {
     let mut unheard = Vec::new();
     for keyframe in &scene.keyframes {
         drawn::<f64>(scene, &keyframe.key, &keyframe.shape, &mut unheard)?;
@@ -45,16 +64,18 @@ pub(super) fn check_keyframes(scene: &Scene) -> Result<(), Failure> {
 ///
 /// # Errors
 /// The flow becomes too fast.
-pub(super) fn free_masses<T: Real + Sample, S: Space>(
+fn free_masses<T: Real + Sample, S: Space>(
     job: &Job,
     exec: &dyn Exec,
-    left: &mut Left,
     block: &mut [MaybeUninit<u8>],
+    destination: &Destination,
 ) -> Result<Option<Vec<f64>>, Failure> {
     let scene = &job.request.scene;
     let (Some(windows), true) = (job.planned.windows, scene.asks_a_free_flow()) else {
         return Ok(None);
     };
+    let (scratch, samples) = (destination.aside()?, Samples::new(T::PRECISION));
+    let mut left = Left::new(&scratch, "free", S::DIM, samples)?;
     let whole = job.planned.problem.unsteered();
     let mut masses = Vec::new();
     for window in windows.of(&whole) {

@@ -30,6 +30,10 @@ impl Job {
         let windows = self.planned.windows();
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
+        let masses = match self.request.found {
+            Some(_) => None,
+            None => ahead::look::<T, S>(self, exec, block, &destination)?,
+        };
         let mut keeper = self.keeper(&destination)?;
         let aside = match keeper.beside_states()? {
             Some(folder) => Aside::within(folder.to_owned()),
@@ -40,7 +44,7 @@ impl Job {
         let mut watch = self.watch()?;
         match &mut reading {
             Some(reading) => walk.go_on::<T, S>(block, reading, &mut watch)?,
-            None => walk.look_ahead::<T, S>(block)?,
+            None => walk.masses = masses,
         }
         messages::plan(&watch.display, &self.request.scene, &self.planned);
         messages::windows(&watch.display, &windows);

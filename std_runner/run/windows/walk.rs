@@ -1,6 +1,5 @@
 //! From window to window: each in the block that the one before had, and what comes of all of them.
 
-use super::ahead::{check_keyframes, free_masses};
 use super::kept::Kept;
 use super::left::Left;
 use super::sum::Sum;
@@ -27,11 +26,9 @@ pub(super) struct Walk<'a> {
     pub(super) job: &'a Job,
     pub(super) exec: &'a dyn Exec,
     pub(super) left: Left,
-    /// The same of a flow that nothing steers, where keyframes take its mass.
-    free: Left,
     pub kept: Kept,
-    /// The mass of such a flow at every step.
-    pub(super) masses: Option<Vec<f64>>,
+    /// The mass at every step of a flow that nothing steers, where keyframes take that.
+    pub masses: Option<Vec<f64>>,
     pub(super) mass_factors: Vec<f64>,
     pub(super) sum: Sum,
     pub(super) over: bool,
@@ -63,10 +60,8 @@ impl<'a> Walk<'a> {
         precision: Precision,
     ) -> Result<Self, Failure> {
         let dims = job.planned.problem.cells.len();
-        let left = |name| Left::new(&scratch, name, dims, Samples::new(precision));
         Ok(Self {
-            left: left("left")?,
-            free: left("free")?,
+            left: Left::new(&scratch, "left", dims, Samples::new(precision))?,
             kept: Kept::new(scratch, &job.planned.problem, precision),
             job,
             exec,
@@ -95,18 +90,6 @@ impl<'a> Walk<'a> {
     pub(super) fn params(&self, is_searched: bool) -> Params {
         let params = &self.job.planned.params;
         if is_searched { *params } else { plan::free(params) }
-    }
-
-    /// Looks at the whole scene before the first window: whether smoke can come to every keyframe, and which mass it has there.
-    pub fn look_ahead<T: Real + Sample, S: Space>(
-        &mut self,
-        block: &mut [MaybeUninit<u8>],
-    ) -> Result<(), Failure> {
-        if self.steers() {
-            check_keyframes(&self.job.request.scene)?;
-            self.masses = free_masses::<T, S>(self.job, self.exec, &mut self.free, block)?;
-        }
-        Ok(())
     }
 
     /// The number of the next window.
