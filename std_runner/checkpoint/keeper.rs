@@ -37,7 +37,7 @@ pub(crate) struct Keeper {
     document: Document,
     options: Options,
     solve: Option<Solve>,
-    /// Held from the first state on.
+    /// Held from the first state on, and where states were asked for from the start.
     lock: Option<Arc<File>>,
     /// When the last state was kept, how long that took, and the iterations so far.
     last: Instant,
@@ -49,7 +49,7 @@ pub(crate) struct Keeper {
 
 impl Keeper {
     /// For a solve of `document`. Sees whether there is room for what it is going to write, and makes way for its states: nothing else stands
-    /// against it.
+    /// against it. Those that were asked for have their folder from now on.
     ///
     /// # Errors
     /// There is no room for the result, or for states that were asked for; another run keeps states there.
@@ -75,7 +75,7 @@ impl Keeper {
         if !goes_on {
             make_way(destination.folder(), forced)?;
         }
-        Ok(Self {
+        let mut keeper = Self {
             every: if has_room { every } else { Every::Off },
             place,
             document,
@@ -86,7 +86,11 @@ impl Keeper {
             took: 0.0,
             iterations: 0,
             told: false,
-        })
+        };
+        if every.is_asked_for() {
+            keeper.folder()?;
+        }
+        Ok(keeper)
     }
 
     /// Whether anything is kept at all.
@@ -233,6 +237,15 @@ impl Keeper {
                 let _ = fs::remove_file(self.place.join(slot));
             }
             let _ = remove(&self.place);
+        }
+    }
+}
+
+impl Drop for Keeper {
+    /// A folder without a state is of no use to anybody.
+    fn drop(&mut self) {
+        if self.kept().is_none() {
+            self.forget();
         }
     }
 }

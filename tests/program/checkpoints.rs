@@ -25,7 +25,7 @@ admm = { density_tolerance = 1e-12 }
 frames = false
 ";
 
-const WINDOWS: &str = "\
+pub const WINDOWS: &str = "\
 [grid]
 cells = [20, 16]
 [time]

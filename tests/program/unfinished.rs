@@ -1,7 +1,7 @@
 //! What becomes of solves that were not finished, and of results that were half moved: where they are looked for, what refuses to go on,
 //! what is never thrown away.
 
-use crate::checkpoints::{PLAIN, arrays, command, ended, folder_with, killed};
+use crate::checkpoints::{PLAIN, WINDOWS, arrays, command, ended, folder_with, killed};
 use crate::support::endless::Endless;
 use crate::support::{Ended, json};
 use std::fs;
@@ -209,4 +209,47 @@ fn a_refused_solve_throws_no_state_away() {
     assert!(state.is_file(), "refused for what is in its folder");
     fs::remove_file(folder.join("out/mine")).unwrap();
     assert!(is_well(&forced(&[])) && !folder.join("out.checkpoint").exists());
+}
+
+/// A scene in windows that is refused, before the first or within it.
+#[test]
+fn a_refused_scene_leaves_no_folder_of_states() {
+    let wall = "[[obstacle]]\nbox = { min = [0.6, 0.0], max = [0.7, 1.0] }\n[[keyframe]]\nstep = 9\ncircle = { center = [0.9, 0.6], radius = 0.05 }\n";
+    let mask = "[control]\nmask = { image = \"none.png\" }\n";
+    for (name, more, words) in [("walled", wall, "keyframe"), ("unmasked", mask, "none.png")] {
+        let folder = folder_with(name, &format!("{WINDOWS}{more}"));
+        let refused = ended(&folder, &[&SOLVE[..], &["-o", "out", "--quiet"]].concat());
+        assert!(
+            matches!(refused.code, 2 | 4) && refused.err.contains(words),
+            "{}",
+            refused.err
+        );
+        assert!(!folder.join("out.checkpoint").exists(), "{name}: left behind");
+    }
+}
+
+/// Who asked for states has their folder from the start.
+#[test]
+fn a_second_run_is_refused_before_the_first_state() {
+    let folder = folder_with("one_run", PLAIN);
+    let solve = [
+        "solve",
+        "scene.toml",
+        "-o",
+        "out",
+        "--method",
+        "admm",
+        "--checkpoint",
+        "every=1h",
+    ];
+    let endless = [&solve[..], &["--set", "method.iterations=100000", "--json"]].concat();
+    let running = Endless::seen(&mut command(&folder, &endless), iterations(|_| true));
+    refused(&ended(&folder, &solve), 4, &["another run"]);
+    running.kill();
+    let after = ended(&folder, &[&solve[..], &["--set", "method.iterations=1"]].concat());
+    assert!(
+        is_well(&after) && !folder.join("out.checkpoint").exists(),
+        "{}",
+        after.err
+    );
 }
